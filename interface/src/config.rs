@@ -1,0 +1,400 @@
+//! What the coupler hands each solver in the configure phase: its part of the scene, checked and in SI units.
+//!
+//! The leaf types (shapes, transfers, material models, outlines, contact laws) are written in scene files exactly as
+//! they are here, so they carry the schema too. Travels as JSON inside the configure message, so that a solver in any
+//! language can read it.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// The continuum solver's part of a scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MpmConfig {
+    /// Lower left and upper right corner of the grid's domain in m. Points may not leave it.
+    pub domain: [[f64; 2]; 2],
+    /// Grid spacing `L` in m.
+    pub cell: f64,
+    /// Acceleration of gravity in m/s^2.
+    pub gravity: [f64; 2],
+    /// Shape function `S_Ip`.
+    pub shape: ShapeFunction,
+    /// Transfer of velocities between grid and points.
+    pub transfer: Transfer,
+    /// When stresses are updated within the step.
+    pub stress_update: StressUpdate,
+    /// Plane strain or plane stress.
+    pub plane: Plane,
+    /// Conditions on the four walls of the domain.
+    pub walls: Walls,
+    /// Materials, referred to by index.
+    pub materials: Vec<MaterialConfig>,
+    /// Groups of points.
+    pub groups: Vec<GroupConfig>,
+    /// Verlet skin `V_d` in m: a point within `reach + r_p + V_d` of a body is an IMP.
+    pub skin: f64,
+    /// Threads of the solver.
+    pub threads: usize,
+}
+
+/// Shape function of the grid (Jiang 2020 appendix; PHYSICS.md section 1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ShapeFunction {
+    /// Linear hat functions (the original MPM).
+    Linear,
+    /// Uniform generalised interpolation: linear hats averaged over a box of half width `l_p` that does not deform.
+    Ugimp,
+    /// Quadratic B-spline.
+    QuadraticBspline,
+    /// Cubic B-spline.
+    CubicBspline,
+}
+
+/// Transfer of velocities between grid and points.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Transfer {
+    /// Particle in cell (Jiang 2020 eq. 26).
+    Pic,
+    /// Fluid implicit particle (eq. 27).
+    Flip,
+    /// `pic_fraction` of PIC and the rest FLIP (eq. 28).
+    Blend {
+        /// alpha of eq. 28, between 0 (FLIP) and 1 (PIC).
+        pic_fraction: f64,
+    },
+    /// Affine particle in cell (eqs. 29 to 31).
+    Apic,
+    /// Extended particle in cell of order m (Hammerquist and Nairn 2017).
+    Xpic {
+        /// m, at least 1 (which is PIC).
+        order: u32,
+    },
+}
+
+/// When stresses are updated within the step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StressUpdate {
+    /// Update stress first, from the velocities before the kick.
+    #[default]
+    Usf,
+    /// Update stress last, from the velocities after the kick.
+    Usl,
+    /// Modified update stress last: velocities are mapped to the grid once more after the kick.
+    Musl,
+}
+
+/// Plane strain or plane stress.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Plane {
+    /// No strain out of plane.
+    #[default]
+    Strain,
+    /// No stress out of plane.
+    Stress,
+}
+
+/// Conditions on the walls of the domain.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Walls {
+    /// At the smallest x.
+    pub left: Wall,
+    /// At the largest x.
+    pub right: Wall,
+    /// At the smallest y.
+    pub bottom: Wall,
+    /// At the largest y.
+    pub top: Wall,
+}
+
+/// Condition on one wall.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Wall {
+    /// Nothing is held; a point that comes to the wall leaves the domain, which stops the run.
+    #[default]
+    Open,
+    /// No velocity.
+    Fixed,
+    /// No velocity through the wall.
+    Slip,
+    /// No velocity into the wall, Coulomb friction along it.
+    Friction {
+        /// Coefficient of friction.
+        coefficient: f64,
+    },
+    /// What leaves here enters at the opposite wall, which must be periodic too.
+    Periodic,
+}
+
+/// A material of the continuum.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialConfig {
+    /// Name, by which point groups refer to it.
+    pub name: String,
+    /// Initial density in kg/m^3 (unit thickness).
+    pub density: f64,
+    /// Constitutive model.
+    pub model: MaterialModel,
+}
+
+/// Constitutive model (PHYSICS.md section 6). Moduli and stresses in Pa, angles in degrees.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum MaterialModel {
+    /// Linear elasticity with the Jaumann rate (Jiang 2020 eqs. 25, 36).
+    LinearElastic {
+        /// K in Pa.
+        bulk_modulus: f64,
+        /// G in Pa.
+        shear_modulus: f64,
+    },
+    /// Drucker-Prager with tension cut-off and dilation (Jiang 2020 eqs. 31 to 35).
+    DruckerPrager {
+        /// K in Pa.
+        bulk_modulus: f64,
+        /// G in Pa.
+        shear_modulus: f64,
+        /// phi in degrees.
+        friction_angle: f64,
+        /// psi in degrees.
+        dilation_angle: f64,
+        /// c in Pa.
+        cohesion: f64,
+        /// sigma_t in Pa.
+        tensile_strength: f64,
+    },
+    /// Mohr-Coulomb with tension cut-off, plane strain (Singer 2022, Chen 2023).
+    MohrCoulomb {
+        /// K in Pa.
+        bulk_modulus: f64,
+        /// G in Pa.
+        shear_modulus: f64,
+        /// phi in degrees.
+        friction_angle: f64,
+        /// psi in degrees.
+        dilation_angle: f64,
+        /// c in Pa.
+        cohesion: f64,
+        /// sigma_t in Pa.
+        tensile_strength: f64,
+    },
+    /// Compressible Neo-Hookean (Chen 2023).
+    NeoHookean {
+        /// K in Pa.
+        bulk_modulus: f64,
+        /// G in Pa.
+        shear_modulus: f64,
+    },
+    /// Weakly compressible Newtonian fluid (Chen 2023): `p = K/gamma ((rho/rho_0)^gamma - 1)`.
+    Fluid {
+        /// K in Pa.
+        bulk_modulus: f64,
+        /// gamma.
+        exponent: f64,
+        /// mu in Pa s.
+        viscosity: f64,
+    },
+    /// Von Mises plasticity with linear isotropic hardening (Bardenhagen 2000).
+    VonMises {
+        /// K in Pa.
+        bulk_modulus: f64,
+        /// G in Pa.
+        shear_modulus: f64,
+        /// Initial yield stress in uniaxial tension in Pa.
+        yield_stress: f64,
+        /// Hardening modulus in Pa.
+        hardening_modulus: f64,
+    },
+}
+
+/// A group of material points.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GroupConfig {
+    /// Name, by which quantities refer to it.
+    pub name: String,
+    /// Index into [`MpmConfig::materials`].
+    pub material: usize,
+    /// Region filled with points.
+    pub fill: Fill,
+    /// How densely.
+    pub spacing: Spacing,
+    /// Initial velocity in m/s.
+    pub velocity: [f64; 2],
+    /// Contact radius `r_p` in m; half the point spacing where the scene does not say.
+    pub contact_radius: Option<f64>,
+}
+
+/// Region filled with points.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Fill {
+    /// A disc.
+    Disc {
+        /// Centre in m.
+        center: [f64; 2],
+        /// Radius in m.
+        radius: f64,
+    },
+    /// An axis-aligned rectangle.
+    Rectangle {
+        /// Lower left corner in m.
+        lower: [f64; 2],
+        /// Upper right corner in m.
+        upper: [f64; 2],
+    },
+    /// A simple polygon, convex or not.
+    Polygon {
+        /// Vertices in m, in either sense.
+        vertices: Vec<[f64; 2]>,
+    },
+    /// Single points, each of the area that `spacing` gives.
+    Points {
+        /// Positions in m.
+        positions: Vec<[f64; 2]>,
+    },
+}
+
+/// How densely a region is filled. Points lie at the centres of square (or, for `counts`, rectangular) boxes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Spacing {
+    /// Points per grid cell: the square of a whole number.
+    PerCell(u32),
+    /// Distance of neighbouring points in m.
+    Distance(f64),
+    /// Points along x and y of a rectangle.
+    Counts([u32; 2]),
+}
+
+/// The rigid-body solver's part of a scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DemConfig {
+    /// Acceleration of gravity in m/s^2.
+    pub gravity: [f64; 2],
+    /// Bodies; their index is their identity on the wire.
+    pub bodies: Vec<BodyConfig>,
+    /// Law between points and bodies.
+    pub point_contact: ContactLaw,
+    /// Law between bodies; `None`: bodies do not touch one another.
+    pub body_contact: Option<ContactLaw>,
+    /// Verlet skin `V_d` in m beyond contact distance.
+    pub skin: f64,
+    /// Threads of the solver.
+    pub threads: usize,
+}
+
+/// A spheropolygon body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodyConfig {
+    /// Name, by which quantities refer to it.
+    pub name: String,
+    /// The polygon, in the body's own coordinates.
+    pub shape: BodyShape,
+    /// Radius `a` of the disc swept along the polygon in m.
+    pub sphero_radius: f64,
+    /// Mass or density.
+    pub inertia: BodyInertia,
+    /// Where the origin of the body's coordinates is placed, in m.
+    pub position: [f64; 2],
+    /// Initial angle in rad, about that origin.
+    pub angle: f64,
+    /// Initial velocity of the centre of mass in m/s.
+    pub velocity: [f64; 2],
+    /// Initial angular velocity in rad/s.
+    pub spin: f64,
+    /// How it moves.
+    pub motion: Motion,
+}
+
+/// The polygon of a spheropolygon, in the body's own coordinates (m).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum BodyShape {
+    /// The origin alone: with the sphero-radius a disc.
+    Disc,
+    /// A rounded segment.
+    Segment {
+        /// Its two ends in m.
+        ends: [[f64; 2]; 2],
+    },
+    /// A simple polygon, convex or not.
+    Polygon {
+        /// Vertices in m, in either sense.
+        vertices: Vec<[f64; 2]>,
+    },
+    /// A rectangle about the origin; the swept shape is larger by the sphero-radius on every side.
+    Rectangle {
+        /// Width in m.
+        width: f64,
+        /// Height in m.
+        height: f64,
+    },
+}
+
+impl BodyShape {
+    /// Vertices in body coordinates in m: one for a disc, two for a segment, else the polygon as written.
+    pub fn vertices(&self) -> Vec<[f64; 2]> {
+        match self {
+            Self::Disc => vec![[0.0, 0.0]],
+            Self::Segment { ends } => ends.to_vec(),
+            Self::Polygon { vertices } => vertices.clone(),
+            Self::Rectangle { width, height } => {
+                let (x, y) = (0.5 * width, 0.5 * height);
+                vec![[-x, -y], [x, -y], [x, y], [-x, y]]
+            }
+        }
+    }
+}
+
+/// Mass or density of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum BodyInertia {
+    /// Density in kg/m^3 over the swept area.
+    Density(f64),
+    /// Mass in kg/m, spread evenly over the swept area.
+    Mass(f64),
+}
+
+/// How a body moves.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Motion {
+    /// By the forces on it.
+    #[default]
+    Free,
+    /// Not at all.
+    Fixed,
+    /// With its initial velocity and spin, whatever acts on it.
+    Driven,
+}
+
+/// Contact law. Stiffness in N/m per metre of thickness.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum ContactLaw {
+    /// Linear spring (Jiang 2020 eq. 43), Coulomb friction with a tangential spring, optional viscous damping.
+    Linear {
+        /// k_n in N/m.
+        normal_stiffness: f64,
+        /// k_t in N/m; needed where there is friction.
+        #[serde(default)]
+        tangential_stiffness: f64,
+        /// mu.
+        #[serde(default)]
+        friction: f64,
+        /// zeta of the contact, a fraction of critical damping of the pair: 0 elastic. Restitution e is
+        /// `zeta = -ln e / sqrt(pi^2 + ln^2 e)`.
+        #[serde(default)]
+        damping_ratio: f64,
+    },
+}

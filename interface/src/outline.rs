@@ -1,0 +1,142 @@
+//! The nearest point of a polygonal outline: the one piece of geometry that both sides of the contract rely on.
+//!
+//! The continuum uses it to tell which points a body asks for, a rigid-body solver may use it for contact. An outline
+//! is a closed list of vertices: one is a point, two a segment, three or more a simple polygon in either sense.
+
+use crate::Vec2;
+
+/// The part of an outline that is nearest to a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Feature {
+    /// Interior of the edge that begins at this vertex.
+    Edge(usize),
+    /// A vertex.
+    Vertex(usize),
+}
+
+/// The nearest point of an outline.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Nearest {
+    /// The nearest point `Y` in m.
+    pub point: Vec2,
+    /// Distance from it in m; negative inside a polygon.
+    pub distance: f64,
+    /// What it lies on.
+    pub feature: Feature,
+}
+
+/// The point of `outline` nearest to `p`, with its signed distance.
+///
+/// Ties go to the feature that comes first. A point exactly on the outline counts as outside (distance 0).
+///
+/// # Panics
+/// If the outline is empty: an assertion, since configurations with empty outlines are refused.
+pub fn nearest(outline: &[Vec2], p: Vec2) -> Nearest {
+    assert!(!outline.is_empty(), "an outline has at least one vertex");
+    let n = outline.len();
+    if n == 1 {
+        return Nearest {
+            point: outline[0],
+            distance: (p - outline[0]).norm(),
+            feature: Feature::Vertex(0),
+        };
+    }
+    let mut best = Nearest {
+        point: outline[0],
+        distance: f64::INFINITY,
+        feature: Feature::Vertex(0),
+    };
+    let mut best_sq = f64::INFINITY;
+    let mut inside = false;
+    let edges = if n == 2 { 1 } else { n };
+    for i in 0..edges {
+        let j = if i + 1 == n { 0 } else { i + 1 };
+        let (a, b) = (outline[i], outline[j]);
+        let (point, feature) = nearest_on_edge(a, b, p, i, j);
+        let distance_sq = (p - point).norm_squared();
+        if distance_sq < best_sq {
+            best_sq = distance_sq;
+            best = Nearest {
+                point,
+                distance: 0.0,
+                feature,
+            };
+        }
+        inside ^= crosses_ray(a, b, p);
+    }
+    let distance = best_sq.sqrt();
+    best.distance = if inside && n > 2 { -distance } else { distance };
+    best
+}
+
+/// The point of edge `a b` (vertices `i`, `j`) nearest to `p`, and whether it is an end or between.
+pub fn nearest_on_edge(a: Vec2, b: Vec2, p: Vec2, i: usize, j: usize) -> (Vec2, Feature) {
+    let edge = b - a;
+    let along = (p - a).dot(&edge);
+    let length_sq = edge.norm_squared();
+    if along <= 0.0 {
+        (a, Feature::Vertex(i))
+    } else if along >= length_sq {
+        (b, Feature::Vertex(j))
+    } else {
+        (a + edge * (along / length_sq), Feature::Edge(i))
+    }
+}
+
+/// Whether the edge `a b` crosses the ray from `p` to the right (even-odd rule).
+pub fn crosses_ray(a: Vec2, b: Vec2, p: Vec2) -> bool {
+    (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square() -> Vec<Vec2> {
+        vec![
+            Vec2::new(0.0, 0.0),
+            Vec2::new(2.0, 0.0),
+            Vec2::new(2.0, 2.0),
+            Vec2::new(0.0, 2.0),
+        ]
+    }
+
+    #[test]
+    fn outside_inside_edge_and_corner_of_a_square() {
+        let s = square();
+        let at = |x, y| nearest(&s, Vec2::new(x, y));
+        assert_eq!(at(1.0, -0.5).distance, 0.5);
+        assert_eq!(at(1.0, -0.5).feature, Feature::Edge(0));
+        assert_eq!(at(1.0, 0.25).distance, -0.25);
+        assert_eq!(at(5.0, 6.0).distance, 5.0);
+        assert_eq!(at(5.0, 6.0).feature, Feature::Vertex(2));
+        assert_eq!(at(1.0, 0.0).distance, 0.0);
+    }
+
+    #[test]
+    fn the_sense_of_the_outline_does_not_matter() {
+        let mut s = square();
+        let inside = nearest(&s, Vec2::new(0.5, 1.0));
+        s.reverse();
+        assert_eq!(nearest(&s, Vec2::new(0.5, 1.0)).distance, inside.distance);
+    }
+
+    #[test]
+    fn a_point_and_a_segment_have_no_inside() {
+        let p = Vec2::new(0.5, 0.0);
+        assert_eq!(nearest(&[Vec2::zeros()], p).distance, 0.5);
+        let segment = [Vec2::zeros(), Vec2::new(1.0, 0.0)];
+        assert_eq!(nearest(&segment, p).distance, 0.0);
+        assert_eq!(nearest(&segment, Vec2::new(0.5, -0.1)).distance, 0.1);
+    }
+
+    #[test]
+    fn a_notch_of_a_concave_outline_is_outside() {
+        let s: Vec<Vec2> = [[0., 0.], [4., 0.], [4., 4.], [2., 1.], [0., 4.]]
+            .iter()
+            .map(|&[x, y]| Vec2::new(x, y))
+            .collect();
+        assert!(nearest(&s, Vec2::new(2.0, 3.0)).distance > 0.0);
+        assert!(nearest(&s, Vec2::new(2.0, 0.5)).distance < 0.0);
+    }
+}

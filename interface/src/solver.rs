@@ -1,0 +1,205 @@
+//! What a solver is: two traits, one for each side. The session drivers ([`crate::mpm`], [`crate::dem`]) call them in
+//! the only order there is, so an implementation cannot answer twice, skip a step or speak out of turn.
+
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use crate::config::{DemConfig, MpmConfig};
+use crate::step::Step;
+use crate::wire::{
+    BodyState, EnvelopeVertex, GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState,
+};
+
+/// Why a solver does not take its configuration. Nothing has been started when it is said.
+#[derive(Debug, Clone, PartialEq, Eq, Error, Serialize, Deserialize)]
+#[error("{key}: {message}")]
+pub struct Refusal {
+    /// Dotted key of the configuration that is not acceptable, such as `mpm.shape`.
+    pub key: String,
+    /// What is wrong and what would be accepted.
+    pub message: String,
+}
+
+impl Refusal {
+    /// A refusal of `key` for the reason `message`.
+    pub fn new(key: impl Into<String>, message: impl Into<String>) -> Self {
+        Self {
+            key: key.into(),
+            message: message.into(),
+        }
+    }
+}
+
+/// Why a solver cannot go on.
+#[derive(Debug, Clone, PartialEq, Error, Serialize, Deserialize)]
+pub enum Fault {
+    /// A number of the state is no longer finite.
+    #[error("{what} of {item} is not finite")]
+    NotFinite {
+        /// The quantity, such as "velocity".
+        what: String,
+        /// What has it, such as "point 17" or "body 2 (target)".
+        item: String,
+    },
+    /// A point left the grid's domain.
+    #[error("point {id} left the domain at ({x}, {y}) m")]
+    LeftDomain {
+        /// Identity of the point.
+        id: u64,
+        /// Position in m.
+        x: f64,
+        /// Position in m.
+        y: f64,
+    },
+    /// The constitutive model cannot take the deformation.
+    #[error("point {id}: {message}")]
+    Material {
+        /// Identity of the point.
+        id: u64,
+        /// What happened.
+        message: String,
+    },
+    /// The exchange with the other side failed; the session knows why.
+    #[error("the exchange with the other side failed")]
+    Exchange,
+    /// Anything else.
+    #[error("{0}")]
+    Other(String),
+}
+
+/// What a solver says of itself once it is configured.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct Readiness {
+    /// Points or bodies.
+    pub items: u64,
+    /// Bytes of memory that the state takes.
+    pub bytes: u64,
+    /// Continuum: `L / c_max` in s. Bodies: 0. For the criterion of Jiang 2020 eq. 51.
+    pub courant_time: f64,
+    /// Bodies: mass of the lightest free body in kg/m; continuum: of the lightest point.
+    pub mass_min: f64,
+    /// Bodies: largest normal stiffness of a contact with points in N/m. Continuum: 0.
+    pub stiffness_max: f64,
+    /// Things worth telling the user: a check that warns, what is left out.
+    pub notes: Vec<String>,
+}
+
+/// Measurement at `t_n` of a step with [`Step::measure`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct MpmMeasurement {
+    /// Energies, momenta, impulses.
+    pub ledger: Ledger,
+    /// One record for each point group, in the order of the configuration.
+    pub groups: Vec<GroupState>,
+}
+
+/// Measurement at `t_n` of a step with [`Step::measure`].
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct DemMeasurement {
+    /// Energies, momenta, impulses.
+    pub ledger: Ledger,
+    /// One record for each body, in the order of the configuration.
+    pub bodies: Vec<BodyState>,
+}
+
+/// The other side as the continuum sees it within a step: where the contact forces come from.
+///
+/// `()` is the uncoupled continuum.
+pub trait ContactForces {
+    /// The forces at `t_n` on the IMPs, slot by slot. Called once in a step, when the internal forces are done;
+    /// waits for the bodies' side if it is not ready.
+    ///
+    /// # Errors
+    /// [`Fault::Exchange`] when the other side does not answer.
+    fn receive(&mut self) -> Result<&[ImpForce], Fault>;
+}
+
+impl ContactForces for () {
+    fn receive(&mut self) -> Result<&[ImpForce], Fault> {
+        Ok(&[])
+    }
+}
+
+/// A continuum solver.
+pub trait MpmSolver {
+    /// Name and version, such as `tandem-mpm 0.1.0`.
+    fn identity(&self) -> String;
+
+    /// Takes its part of the scene.
+    ///
+    /// # Errors
+    /// A [`Refusal`] that names the key.
+    fn configure(&mut self, config: &MpmConfig) -> Result<Readiness, Refusal>;
+
+    /// Chooses the IMPs anew: the points within `reach + r_p + V_d` of an envelope or inside one, ordered by id.
+    /// Resets [`Self::travel`].
+    fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo];
+
+    /// Largest displacement of any point since the last selection, in m (an upper bound is allowed).
+    fn travel(&self) -> f64;
+
+    /// Positions at `t_n` and velocities at `t_{n-1/2}` of the IMPs, in the order of the last selection.
+    fn imp_states(&mut self) -> &[ImpState];
+
+    /// One step to `t_{n+1}` ([`Step`]). Returns the limits for the next.
+    ///
+    /// # Errors
+    /// A [`Fault`], after which the run ends.
+    fn step<C: ContactForces>(&mut self, step: &Step, contact: &mut C) -> Result<Limits, Fault>;
+
+    /// The measurement of the last step that had [`Step::measure`].
+    fn measurement(&self) -> &MpmMeasurement;
+
+    /// All points in order of their ids: positions at `t_n`, velocities at `t_{n-1/2}` (after a closing step: at the
+    /// end).
+    fn points(&self) -> Vec<PointState>;
+}
+
+/// What the bodies' side answers in a step, besides the forces.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Answer {
+    /// Limits for the next step.
+    pub limits: Limits,
+    /// Largest displacement of any body's surface that there will be at `t_{n+1}`, since the envelopes were last
+    /// asked for, in m.
+    pub travel: f64,
+}
+
+/// A rigid-body solver.
+pub trait DemSolver {
+    /// Name and version, such as `tandem-dem 0.1.0`.
+    fn identity(&self) -> String;
+
+    /// Takes its part of the scene.
+    ///
+    /// # Errors
+    /// A [`Refusal`] that names the key.
+    fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal>;
+
+    /// The outlines of all bodies at `t_n`, from now on the origin of [`Answer::travel`].
+    fn envelopes(&mut self) -> &[EnvelopeVertex];
+
+    /// The IMP set was rebuilt: slots are now ordered as `set`. Contact history follows the ids.
+    fn imp_set(&mut self, set: &[ImpInfo]);
+
+    /// The forces at `t_n` on the IMPs, written to `forces` slot by slot, and the kick of the bodies by the very same
+    /// numbers, negated.
+    ///
+    /// # Errors
+    /// A [`Fault`], after which the run ends.
+    fn contact(
+        &mut self,
+        step: &Step,
+        imps: &[ImpState],
+        forces: &mut [ImpForce],
+    ) -> Result<Answer, Fault>;
+
+    /// Moves the bodies to `t_{n+1}`. Called after the forces have been sent, while the continuum uses them.
+    ///
+    /// # Errors
+    /// A [`Fault`], after which the run ends.
+    fn advance(&mut self, step: &Step) -> Result<(), Fault>;
+
+    /// The measurement of the last step that had [`Step::measure`].
+    fn measurement(&self) -> &DemMeasurement;
+}

@@ -1,0 +1,396 @@
+//! The records that cross between processes, laid out byte by byte.
+//!
+//! Every record is `repr(C)`, little-endian on the machines that iceoryx2 runs on, free of padding (reserved bytes are
+//! named), and its size and field offsets are part of [`LAYOUT`], whose hash each channel carries as an attribute:
+//! iceoryx2 itself compares a type's name, size and alignment only, so two swapped fields would pass.
+//!
+//! A record that a peer wrote is checked where it is received with the same [`Record::check`] as where it was sent.
+
+use iceoryx2::prelude::ZeroCopySend;
+
+/// A record of the wire: plain bytes plus the rule that its numbers obey.
+pub trait Record:
+    Copy + Default + core::fmt::Debug + PartialEq + ZeroCopySend + Send + Sync + 'static
+{
+    /// Name, size, and `field:type@offset` of every field.
+    const LAYOUT: &'static str;
+
+    /// The name of the first field whose value is not allowed on the wire, if any.
+    ///
+    /// # Errors
+    /// The field's name: a number in it is NaN or infinite, or out of its range.
+    fn check(&self) -> Result<(), &'static str>;
+}
+
+/// Numbers in a record, for the check that they are finite.
+trait Numbers {
+    fn finite(&self) -> bool;
+}
+impl Numbers for f64 {
+    fn finite(&self) -> bool {
+        self.is_finite()
+    }
+}
+impl Numbers for u64 {
+    fn finite(&self) -> bool {
+        true
+    }
+}
+impl Numbers for u32 {
+    fn finite(&self) -> bool {
+        true
+    }
+}
+impl<const N: usize> Numbers for [f64; N] {
+    fn finite(&self) -> bool {
+        self.iter().all(|x| x.is_finite())
+    }
+}
+
+macro_rules! record {
+    ($(#[$meta:meta])* $name:ident, $size:literal { $($(#[$field_meta:meta])* $field:ident : $type:ty = $offset:literal),* $(,)? }) => {
+        $(#[$meta])*
+        #[repr(C)]
+        #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+        pub struct $name { $($(#[$field_meta])* pub $field: $type),* }
+        const _: () = {
+            assert!(size_of::<$name>() == $size);
+            assert!(0 $(+ size_of::<$type>())* == $size, "padding");
+            $(assert!(core::mem::offset_of!($name, $field) == $offset);)*
+        };
+        impl Record for $name {
+            const LAYOUT: &'static str = concat!(
+                stringify!($name), ":", $size, "{", $(stringify!($field), ":", stringify!($type), "@", $offset, ";"),* , "}"
+            );
+            fn check(&self) -> Result<(), &'static str> {
+                $(if !Numbers::finite(&self.$field) { return Err(stringify!($field)); })*
+                Ok(())
+            }
+        }
+    };
+}
+
+record! {
+    /// Header of every message between the solvers (user header of the sample).
+    StepHeader, 48 {
+        /// Epoch of the grant that this message belongs to.
+        epoch: u64 = 0,
+        /// Number of the step.
+        step: u64 = 8,
+        /// Number of records that follow.
+        count: u64 = 16,
+        /// Bits of [`flags`](crate::wire::flags).
+        flags: u64 = 24,
+        /// `FORCES`: largest displacement of any body's surface, at the end of this step, since its envelopes were
+        /// published, in m. Zero elsewhere.
+        travel: f64 = 32,
+        /// Generation of the IMP set that the records are ordered by.
+        set: u64 = 40,
+    }
+}
+
+/// Meaning of the bits of [`StepHeader::flags`] and [`Grant::flags`].
+pub mod flags {
+    /// `STATES`: no states follow; the continuum stops before this step and the session needs a new grant.
+    pub const HALT_BEFORE: u64 = 1;
+    /// `FORCES`: the bodies' limits have fallen below the granted step; both sides stop after this step.
+    pub const HALT_AFTER: u64 = 2;
+    /// `STATES`: no states follow; the bodies' envelopes are wanted.
+    pub const WANT_ENVELOPES: u64 = 4;
+    /// `STATES`: an IMP set with a new generation precedes these states.
+    pub const NEW_SET: u64 = 8;
+    /// `GRANT`: measure the first step of the window.
+    pub const MEASURE: u64 = 16;
+}
+
+record! {
+    /// State of one IMP: position at `t_n`, velocity at `t_{n-1/2}`. Slots are ordered as the last IMP set.
+    ImpState, 32 {
+        /// Position in m.
+        position: [f64; 2] = 0,
+        /// Velocity in m/s.
+        velocity: [f64; 2] = 16,
+    }
+}
+
+record! {
+    /// Who an IMP is. Sent when the set is rebuilt; the order of the records defines the slots.
+    ImpInfo, 32 {
+        /// Identity of the material point, stable for the whole run.
+        id: u64 = 0,
+        /// Contact radius `r_p` in m.
+        radius: f64 = 8,
+        /// Mass in kg/m.
+        mass: f64 = 16,
+        /// Index of the point group, by which contact laws are looked up.
+        group: u32 = 24,
+        /// Zero.
+        reserved: u32 = 28,
+    }
+}
+
+record! {
+    /// Contact force on one IMP at `t_n`, summed over bodies.
+    ImpForce, 24 {
+        /// Force on the point in N/m.
+        force: [f64; 2] = 0,
+        /// Stiffness in N/m per m with which bodies press, or may begin to press before the next exchange, on this
+        /// point: sum over the bodies within reach; 0 where none is. The continuum's share of the step limit.
+        stiffness: f64 = 16,
+    }
+}
+
+record! {
+    /// One vertex of a body's envelope. Consecutive records of one body form its closed outline
+    /// (one vertex: a disc; two: a rounded segment).
+    EnvelopeVertex, 32 {
+        /// Index of the body.
+        body: u64 = 0,
+        /// Position of the vertex in m.
+        position: [f64; 2] = 8,
+        /// Contact begins where the distance to the outline is below this plus the point's radius (m).
+        reach: f64 = 24,
+    }
+}
+
+record! {
+    /// The coupler's permission to do steps.
+    Grant, 80 {
+        /// Epoch: an interval of constant step length. Grows by one with every new step length.
+        epoch: u64 = 0,
+        /// Number of the first step granted.
+        first: u64 = 8,
+        /// Steps granted.
+        steps: u64 = 16,
+        /// Bits of [`flags`](crate::wire::flags).
+        flags: u64 = 24,
+        /// Time at the start of the epoch in s.
+        epoch_start: f64 = 32,
+        /// Steps of the epoch already done.
+        steps_in_epoch: u64 = 40,
+        /// Step before the epoch in s.
+        dt_before_epoch: f64 = 48,
+        /// Step in s.
+        dt: f64 = 56,
+        /// The receiving side halts when its squared frequencies (own plus contact) exceed this, in 1/s^2.
+        budget_omega_sq: f64 = 64,
+        /// The receiving side halts when its fastest surface or IMP exceeds this, in m/s.
+        budget_speed: f64 = 72,
+    }
+}
+
+record! {
+    /// A side's limits, as shares of the composed stability criterion (PHYSICS.md section 4).
+    Limits, 48 {
+        /// Bound of the largest squared frequency without contact between points and bodies, in 1/s^2.
+        omega_sq: f64 = 0,
+        /// What contact between points and bodies adds on this side: `lambda_max(S k S^T M^-1)` on the continuum's
+        /// side, `k n (1/m + r^2/I)` on the bodies', in 1/s^2.
+        contact_omega_sq: f64 = 8,
+        /// Largest damping ratio of a contact in reach (bodies' side; 0 elsewhere).
+        damping: f64 = 16,
+        /// Speed of the fastest IMP, or of the fastest point of a body's surface, in m/s.
+        speed: f64 = 24,
+        /// Radius of the smallest IMP in m (continuum's side, 0 where there is none).
+        radius_min: f64 = 32,
+        /// Interface mobility `W` in 1/kg, for information.
+        mobility: f64 = 40,
+    }
+}
+
+record! {
+    /// Energies, momenta and impulses of one side at `t_n` of a measured step, per metre of thickness.
+    Ledger, 144 {
+        /// Kinetic energy in J/m (points: with the affine part; bodies: translation).
+        kinetic: f64 = 0,
+        /// Kinetic energy of rotation in J/m (bodies).
+        kinetic_rotation: f64 = 8,
+        /// Elastic energy in J/m (points).
+        elastic: f64 = 16,
+        /// Potential energy of gravity in J/m, zero at the origin.
+        gravity: f64 = 24,
+        /// Energy in contact springs in J/m (bodies).
+        contact: f64 = 32,
+        /// Dissipated by friction so far in J/m.
+        friction_work: f64 = 40,
+        /// Dissipated by viscous contact or viscous stress so far in J/m.
+        viscous_work: f64 = 48,
+        /// Dissipated by plastic flow so far in J/m.
+        plastic_work: f64 = 56,
+        /// Work done on the system by driven bodies and moving boundaries so far in J/m.
+        driven_work: f64 = 64,
+        /// Linear momentum at `t_{n+1/2}` in N s/m.
+        momentum: [f64; 2] = 72,
+        /// Impulse applied from outside so far, through the kick of this step: gravity, walls, fixed and driven
+        /// bodies, in N s/m.
+        applied_impulse: [f64; 2] = 88,
+        /// Sum of the impulses of the contact forces between points and bodies so far, as felt on this side, in N s/m.
+        contact_impulse: [f64; 2] = 104,
+        /// Sum of the contact forces between points and bodies at `t_n`, as felt on this side, in N/m.
+        contact_force: [f64; 2] = 120,
+        /// IMPs or bodies with a non-zero contact force at `t_n`.
+        contacts: u64 = 136,
+    }
+}
+
+record! {
+    /// What a side says when its window is done or it halted.
+    Report, 280 {
+        /// Epoch of the grant.
+        epoch: u64 = 0,
+        /// Number of the next step: all before it are done.
+        next: u64 = 8,
+        /// 1 if the side halted before the window was done.
+        halted: u64 = 16,
+        /// 1 if `ledger` holds the measured first step of the window.
+        measured: u64 = 24,
+        /// Points or bodies.
+        items: u64 = 32,
+        /// IMPs at present.
+        imps: u64 = 40,
+        /// Rebuilds of the IMP set so far.
+        rebuilds: u64 = 48,
+        /// Nanoseconds so far: computing.
+        compute_ns: u64 = 56,
+        /// Nanoseconds so far: copying to and from the channels.
+        exchange_ns: u64 = 64,
+        /// Nanoseconds so far: waiting for the others.
+        wait_ns: u64 = 72,
+        /// Nanoseconds of CPU time of this process (or thread, in one process) so far.
+        cpu_ns: u64 = 80,
+        /// Limits for the next step.
+        limits: Limits = 88,
+        /// The measurement.
+        ledger: Ledger = 136,
+    }
+}
+
+impl Numbers for Limits {
+    fn finite(&self) -> bool {
+        self.check().is_ok()
+    }
+}
+impl Numbers for Ledger {
+    fn finite(&self) -> bool {
+        self.check().is_ok()
+    }
+}
+
+record! {
+    /// Sums over one point group at `t_n` of a measured step.
+    GroupState, 104 {
+        /// Mass in kg/m.
+        mass: f64 = 0,
+        /// Centre of mass in m.
+        position: [f64; 2] = 8,
+        /// Mean velocity (momentum over mass) in m/s.
+        velocity: [f64; 2] = 24,
+        /// Kinetic energy in J/m.
+        kinetic: f64 = 40,
+        /// Contact force of bodies on the group in N/m.
+        contact_force: [f64; 2] = 48,
+        /// Smallest coordinates in m.
+        lower: [f64; 2] = 64,
+        /// Largest coordinates in m.
+        upper: [f64; 2] = 80,
+        /// Points with a non-zero contact force.
+        contacts: u64 = 96,
+    }
+}
+
+record! {
+    /// One body at `t_n` of a measured step.
+    BodyState, 120 {
+        /// Centre of mass in m.
+        position: [f64; 2] = 0,
+        /// Velocity in m/s.
+        velocity: [f64; 2] = 16,
+        /// Angle in rad.
+        angle: f64 = 32,
+        /// Angular velocity in rad/s.
+        spin: f64 = 40,
+        /// Mass in kg/m.
+        mass: f64 = 48,
+        /// Moment of inertia about the centre of mass in kg m.
+        inertia: f64 = 56,
+        /// Force of the points on the body in N/m.
+        point_force: [f64; 2] = 64,
+        /// Torque of the points on the body about its centre of mass in N.
+        point_torque: f64 = 80,
+        /// Force of other bodies in N/m.
+        body_force: [f64; 2] = 88,
+        /// Torque of other bodies in N.
+        body_torque: f64 = 104,
+        /// Points in contact.
+        contacts: u64 = 112,
+    }
+}
+
+record! {
+    /// One material point, for the state hash and for frames.
+    PointState, 40 {
+        /// Identity.
+        id: u64 = 0,
+        /// Position in m.
+        position: [f64; 2] = 8,
+        /// Velocity in m/s.
+        velocity: [f64; 2] = 24,
+    }
+}
+
+/// The layouts of all records, in the order of this file. Its hash is the `layout` attribute of every channel.
+pub const LAYOUT: [&str; 12] = [
+    StepHeader::LAYOUT,
+    ImpState::LAYOUT,
+    ImpInfo::LAYOUT,
+    ImpForce::LAYOUT,
+    EnvelopeVertex::LAYOUT,
+    Grant::LAYOUT,
+    Limits::LAYOUT,
+    Ledger::LAYOUT,
+    Report::LAYOUT,
+    GroupState::LAYOUT,
+    BodyState::LAYOUT,
+    PointState::LAYOUT,
+];
+
+/// First 16 hexadecimal digits of the BLAKE3 hash of [`LAYOUT`], joined by newlines.
+pub fn layout_hash() -> String {
+    blake3::hash(LAYOUT.join("\n").as_bytes()).to_hex()[..16].to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_that_is_not_finite_is_named() {
+        let mut state = ImpState {
+            position: [1.0, 2.0],
+            velocity: [0.0, 0.0],
+        };
+        assert_eq!(state.check(), Ok(()));
+        state.velocity[1] = f64::NAN;
+        assert_eq!(state.check(), Err("velocity"));
+        let report = Report {
+            limits: Limits {
+                omega_sq: f64::INFINITY,
+                ..Default::default()
+            },
+            ..Default::default()
+        };
+        assert_eq!(report.check(), Err("limits"));
+    }
+
+    #[test]
+    fn the_layout_hash_sees_swapped_fields() {
+        let swapped = LAYOUT.join("\n").replace(
+            "position:[f64; 2]@0;velocity",
+            "velocity:[f64; 2]@0;position",
+        );
+        assert_ne!(
+            blake3::hash(swapped.as_bytes()).to_hex()[..16].to_string(),
+            layout_hash()
+        );
+    }
+}
