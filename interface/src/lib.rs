@@ -4,11 +4,24 @@
 //! cross, [`config`] what a solver is told, [`solver`] what a solver is, [`step`] time. `PROTOCOL.md` beside this crate
 //! is the normative text; its clause numbers stand in the code where they are kept.
 
+mod channel;
+mod codec;
 pub mod config;
+pub mod control;
+pub mod domain;
 pub mod outline;
+pub mod session;
 pub mod solver;
 pub mod step;
+mod wait;
 pub mod wire;
+
+/// Transport between processes: POSIX shared memory.
+pub type SharedMemory = iceoryx2::prelude::ipc::Service;
+/// Transport between threads of one process; the same code over process-local memory.
+pub type OneProcess = iceoryx2::prelude::local::Service;
+/// What both transports are.
+pub use iceoryx2::prelude::Service as Transport;
 
 /// A vector in the plane.
 pub type Vec2 = nalgebra::Vector2<f64>;

@@ -155,7 +155,7 @@ record! {
 
 record! {
     /// The coupler's permission to do steps.
-    Grant, 80 {
+    Grant, 88 {
         /// Epoch: an interval of constant step length. Grows by one with every new step length.
         epoch: u64 = 0,
         /// Number of the first step granted.
@@ -176,6 +176,8 @@ record! {
         budget_omega_sq: f64 = 64,
         /// The receiving side halts when its fastest surface or IMP exceeds this, in m/s.
         budget_speed: f64 = 72,
+        /// The receiving side halts when a contact in reach has a larger damping ratio than this.
+        budget_damping: f64 = 80,
     }
 }
 
@@ -335,6 +337,15 @@ record! {
         position: [f64; 2] = 8,
         /// Velocity in m/s.
         velocity: [f64; 2] = 24,
+    }
+}
+
+impl Grant {
+    /// Whether a side with these limits may go on with the granted step.
+    pub fn allows(&self, limits: &Limits) -> bool {
+        limits.omega_sq + limits.contact_omega_sq <= self.budget_omega_sq
+            && limits.speed <= self.budget_speed
+            && limits.damping <= self.budget_damping
     }
 }
 

@@ -1,0 +1,78 @@
+//! Control messages to bytes and back. The only file that names bincode (docs/decisions/0001-bincode.md).
+//!
+//! The layout is that of bincode 1 ("legacy"): little-endian, fixed-size integers, `u64` lengths, `u32` variant
+//! numbers, no padding; simple enough to be written by hand in any language. PROTOCOL.md section 3 spells it out.
+
+use serde::{Serialize, de::DeserializeOwned};
+use thiserror::Error;
+
+/// Largest control message in bytes: a scene's part with ten thousand bodies takes a few MB.
+pub const MAX_BYTES: usize = 256 << 20;
+
+/// Bytes that are not the message they should be.
+#[derive(Debug, Error, PartialEq, Eq)]
+#[error("not a control message of this protocol: {0}")]
+pub struct DecodeError(String);
+
+fn layout() -> impl bincode::config::Config {
+    bincode::config::legacy().with_limit::<MAX_BYTES>()
+}
+
+/// The bytes of `message`.
+///
+/// # Panics
+/// If `message` has a part that serde cannot serialise or exceeds [`MAX_BYTES`]: an assertion, no message type does.
+pub fn encode<T: Serialize>(message: &T) -> Vec<u8> {
+    bincode::serde::encode_to_vec(message, layout()).expect("control messages serialise")
+}
+
+/// The message in `bytes`, all of which must be used.
+///
+/// # Errors
+/// [`DecodeError`] when bytes are missing, left over or out of range.
+pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError> {
+    match bincode::serde::decode_from_slice(bytes, layout()) {
+        Ok((message, used)) if used == bytes.len() => Ok(message),
+        Ok((_, used)) => Err(DecodeError(format!(
+            "{} bytes left over",
+            bytes.len() - used
+        ))),
+        Err(e) => Err(DecodeError(e.to_string())),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_layout_is_the_documented_one() {
+        // u32 variant, u64 length, bytes: as PROTOCOL.md section 3 writes it.
+        #[derive(Serialize)]
+        enum Two {
+            #[expect(dead_code, reason = "only its number matters")]
+            First,
+            Second(String),
+        }
+        assert_eq!(
+            encode(&Two::Second("ab".into())),
+            [1, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0, b'a', b'b']
+        );
+    }
+
+    #[test]
+    fn truncated_and_overlong_messages_are_refused() {
+        let bytes = encode(&(1u64, "text".to_string()));
+        assert!(decode::<(u64, String)>(&bytes[..bytes.len() - 1]).is_err());
+        let mut longer = bytes.clone();
+        longer.push(0);
+        assert_eq!(
+            decode::<(u64, String)>(&longer).unwrap_err(),
+            DecodeError("1 bytes left over".into())
+        );
+        // A length that claims more than the limit must not be believed.
+        let mut lying = bytes;
+        lying[8..16].copy_from_slice(&u64::MAX.to_le_bytes());
+        assert!(decode::<(u64, String)>(&lying).is_err());
+    }
+}

@@ -1,0 +1,160 @@
+//! Control messages: everything outside the steps. Encoded by [`crate::codec`], described in PROTOCOL.md section 3.
+
+use serde::{Deserialize, Serialize};
+
+use crate::solver::{Fault, Readiness, Refusal};
+
+/// Version of the protocol. Another major version is refused, another minor one accepted.
+pub const PROTOCOL: (u32, u32) = (1, 0);
+
+/// The parties of a session.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub enum Party {
+    /// Owns time.
+    Coupler,
+    /// The continuum.
+    Mpm,
+    /// The bodies.
+    Dem,
+}
+
+impl Party {
+    /// The name used in channels, logs and summaries.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Coupler => "coupler",
+            Self::Mpm => "mpm",
+            Self::Dem => "dem",
+        }
+    }
+}
+
+impl core::fmt::Display for Party {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// From the coupler to a solver.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Order {
+    /// The solver's part of the scene.
+    Configure(Configure),
+    /// No more grants will come: send the final state, say goodbye and wait for [`Order::Close`].
+    Drain,
+    /// The final state has arrived; the process may end. (A sample may be lost if its sender ends too early.)
+    Close,
+    /// The session is over, for this reason.
+    Abort(String),
+}
+
+/// What a solver is told before the first step.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Configure {
+    /// Hash of the scene as resolved, to be repeated in [`Notice::Ready`].
+    pub scene_hash: String,
+    /// [`crate::config::MpmConfig`] or [`crate::config::DemConfig`] as JSON.
+    pub config: String,
+    /// Whether there is another solver to exchange with.
+    pub coupled: bool,
+    /// Longest wait for another party within a step, in s.
+    pub deadline: f64,
+}
+
+/// From a solver to the coupler.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub enum Notice {
+    /// First message.
+    Hello(Hello),
+    /// The configuration is taken.
+    Ready(Ready),
+    /// The configuration is not taken.
+    Refused(Refusal),
+    /// The solver cannot go on.
+    Failed(Failure),
+    /// Last message of an orderly session.
+    Bye,
+}
+
+/// A solver's first words.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Hello {
+    /// Protocol spoken, major and minor.
+    pub protocol: (u32, u32),
+    /// Which side it is.
+    pub party: Party,
+    /// Name and version of the solver.
+    pub identity: String,
+    /// Its process id, for messages.
+    pub pid: u32,
+}
+
+/// The configuration is taken.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Ready {
+    /// As received.
+    pub scene_hash: String,
+    /// What the solver says of itself.
+    pub readiness: Readiness,
+}
+
+/// Why and where a solver stopped.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Failure {
+    /// Step in which it happened.
+    pub step: u64,
+    /// The solver's own fault, if it was one.
+    pub fault: Option<Fault>,
+    /// The whole message.
+    pub message: String,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::codec::{decode, encode};
+
+    #[test]
+    fn every_message_survives_the_wire() {
+        let notices = [
+            Notice::Hello(Hello {
+                protocol: PROTOCOL,
+                party: Party::Dem,
+                identity: "x 1".into(),
+                pid: 7,
+            }),
+            Notice::Ready(Ready {
+                scene_hash: "ab".into(),
+                readiness: Readiness::default(),
+            }),
+            Notice::Refused(Refusal::new("dem.body[0]", "no")),
+            Notice::Failed(Failure {
+                step: 3,
+                fault: Some(Fault::LeftDomain {
+                    id: 1,
+                    x: 0.5,
+                    y: -0.5,
+                }),
+                message: "m".into(),
+            }),
+            Notice::Bye,
+        ];
+        for notice in notices {
+            assert_eq!(decode::<Notice>(&encode(&notice)).unwrap(), notice);
+        }
+        let configure = Configure {
+            scene_hash: "ab".into(),
+            config: "{}".into(),
+            coupled: true,
+            deadline: 30.0,
+        };
+        for order in [
+            Order::Configure(configure),
+            Order::Drain,
+            Order::Close,
+            Order::Abort("why".into()),
+        ] {
+            assert_eq!(decode::<Order>(&encode(&order)).unwrap(), order);
+        }
+    }
+}

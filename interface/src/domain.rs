@@ -1,0 +1,259 @@
+//! A run's own corner of the machine: a directory and a name prefix that no other run shares, and their removal.
+//!
+//! Two runs, by one user or two, never meet, since iceoryx2 only sees names below its root path and with its prefix.
+//! The coupler holds a file lock in the directory for as long as it lives; whoever can take that lock knows that the
+//! coupler is gone, and the next run (or `tandem clean`) removes what a `kill -9` left behind.
+
+use std::fs::{self, DirBuilder, File, OpenOptions, TryLockError};
+use std::io;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+use iceoryx2::prelude::{Config, FileName, SemanticString};
+use thiserror::Error;
+
+const DIRECTORY_PREFIX: &str = "tandem-";
+const SHARED_MEMORY: &str = "/dev/shm";
+const LOCK: &str = "lock";
+/// A directory without a lock file that is older than this was left by a coupler killed while creating it.
+const CREATION_GRACE: Duration = Duration::from_secs(10);
+
+/// Creating or joining a run's corner failed.
+#[derive(Debug, Error)]
+pub enum DomainError {
+    /// The directory or its lock cannot be made.
+    #[error("cannot create the run's directory {path}: {source}")]
+    Create {
+        /// Where.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// There is no such run, or it is over.
+    #[error("there is no run `{0}` to join on this machine (it may be over)")]
+    NoSuchRun(String),
+    /// The run id or the temporary directory cannot be a name in shared memory.
+    #[error("`{0}` cannot be part of a shared-memory name")]
+    Name(String),
+}
+
+/// The names under which one run communicates.
+#[derive(Debug, Clone)]
+pub struct Domain {
+    id: String,
+    root: PathBuf,
+}
+
+impl Domain {
+    /// The corner of the run `id`, which a coupler has created.
+    ///
+    /// # Errors
+    /// [`DomainError::NoSuchRun`] when it does not exist.
+    pub fn join(id: &str) -> Result<Self, DomainError> {
+        let plain =
+            !id.is_empty() && id.len() <= 16 && id.bytes().all(|b| b.is_ascii_alphanumeric());
+        let domain = Self {
+            id: id.to_string(),
+            root: root_of(id),
+        };
+        if plain && domain.root.join(LOCK).is_file() {
+            Ok(domain)
+        } else {
+            Err(DomainError::NoSuchRun(id.into()))
+        }
+    }
+
+    /// The run's id.
+    pub fn id(&self) -> &str {
+        &self.id
+    }
+
+    /// Whether the coupler that created the run still lives.
+    pub fn coupler_lives(&self) -> bool {
+        File::open(self.root.join(LOCK))
+            .is_ok_and(|lock| matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)))
+    }
+
+    /// The transport's configuration for this run; no configuration file is read.
+    pub(crate) fn config(&self) -> Result<Config, DomainError> {
+        let name = |e: &str| DomainError::Name(e.to_string());
+        let mut config = Config::default();
+        let prefix = shared_memory_prefix(&self.id);
+        config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|_| name(&prefix))?;
+        let root = self.root.to_string_lossy();
+        let root = iceoryx2::prelude::Path::new(root.as_bytes()).map_err(|_| name(&root))?;
+        config.global.set_root_path(&root);
+        // One run is one set of processes: who died is the coupler's business, and looking for dead nodes whenever
+        // something opens costs 0.2 ms each time.
+        config.global.service.cleanup_dead_nodes_on_open = false;
+        config.global.node.cleanup_dead_nodes_on_creation = false;
+        config.global.node.cleanup_dead_nodes_on_destruction = false;
+        Ok(config)
+    }
+}
+
+/// The coupler's hold on a run's corner; dropping it removes everything.
+#[derive(Debug)]
+pub struct OwnedDomain {
+    domain: Domain,
+    _lock: File,
+}
+
+impl OwnedDomain {
+    /// A new corner with an id of its own.
+    ///
+    /// # Errors
+    /// [`DomainError::Create`] when the temporary directory cannot be written.
+    pub fn create() -> Result<Self, DomainError> {
+        let fail = |path: &Path| {
+            let path = path.to_path_buf();
+            move |source| DomainError::Create { path, source }
+        };
+        loop {
+            let id = fresh_id();
+            let root = root_of(&id);
+            match DirBuilder::new().mode(0o700).create(&root) {
+                Ok(()) => {}
+                Err(e) if e.kind() == io::ErrorKind::AlreadyExists => continue,
+                Err(e) => return Err(fail(&root)(e)),
+            }
+            let lock = root.join(LOCK);
+            let lock = OpenOptions::new()
+                .create(true)
+                .truncate(true)
+                .write(true)
+                .mode(0o600)
+                .open(&lock)
+                .map_err(fail(&lock))?;
+            match lock.try_lock() {
+                Ok(()) => {
+                    return Ok(Self {
+                        domain: Domain { id, root },
+                        _lock: lock,
+                    });
+                }
+                // A sweep of another run took the lock between the two calls and removes the directory: try again.
+                Err(TryLockError::WouldBlock) => {}
+                Err(TryLockError::Error(e)) => return Err(fail(&root)(e)),
+            }
+        }
+    }
+
+    /// The names.
+    pub fn domain(&self) -> &Domain {
+        &self.domain
+    }
+}
+
+impl Drop for OwnedDomain {
+    fn drop(&mut self) {
+        remove(&self.domain.id);
+    }
+}
+
+/// Removes what dead runs of this user left behind; returns their ids.
+pub fn sweep() -> Vec<String> {
+    let Ok(entries) = fs::read_dir(std::env::temp_dir()) else {
+        return Vec::new();
+    };
+    let me = owner_of(Path::new("/proc/self"));
+    let mut swept = Vec::new();
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let Some(id) = name.to_str().and_then(|n| n.strip_prefix(DIRECTORY_PREFIX)) else {
+            continue;
+        };
+        if owner_of(&entry.path()) == me && is_dead(&entry.path()) {
+            remove(id);
+            swept.push(id.to_string());
+        }
+    }
+    swept
+}
+
+fn owner_of(path: &Path) -> Option<u32> {
+    fs::metadata(path).ok().map(|m| m.uid())
+}
+
+fn is_dead(root: &Path) -> bool {
+    match File::open(root.join(LOCK)) {
+        Ok(lock) => lock.try_lock().is_ok(),
+        Err(_) => fs::metadata(root)
+            .and_then(|m| m.modified())
+            .is_ok_and(|t| {
+                SystemTime::now()
+                    .duration_since(t)
+                    .is_ok_and(|age| age > CREATION_GRACE)
+            }),
+    }
+}
+
+/// Removes the run's shared-memory segments and its directory. Errors are left for the next sweep to meet.
+fn remove(id: &str) {
+    let prefix = shared_memory_prefix(id);
+    for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
+        if entry.file_name().to_string_lossy().starts_with(&prefix) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+    let _ = fs::remove_dir_all(root_of(id));
+}
+
+fn root_of(id: &str) -> PathBuf {
+    std::env::temp_dir().join(format!("{DIRECTORY_PREFIX}{id}"))
+}
+
+fn shared_memory_prefix(id: &str) -> String {
+    format!("tandem_{id}_")
+}
+
+fn fresh_id() -> String {
+    use std::hash::{BuildHasher, Hasher};
+    // Seeded by the system's randomness; short, since socket paths are limited to 108 bytes.
+    let mut hasher = std::hash::RandomState::new().build_hasher();
+    hasher.write_u32(std::process::id());
+    format!("{:08x}", hasher.finish() & 0xffff_ffff)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_live_run_is_joined_and_survives_a_sweep_and_a_dropped_one_is_gone() {
+        let owned = OwnedDomain::create().unwrap();
+        let id = owned.domain().id().to_string();
+        let joined = Domain::join(&id).unwrap();
+        assert!(joined.coupler_lives());
+        assert!(!sweep().contains(&id));
+        assert!(root_of(&id).is_dir());
+        drop(owned);
+        assert!(!root_of(&id).exists());
+        assert!(!joined.coupler_lives());
+        assert!(matches!(Domain::join(&id), Err(DomainError::NoSuchRun(_))));
+    }
+
+    #[test]
+    fn what_a_killed_coupler_left_is_swept() {
+        let id = fresh_id();
+        fs::create_dir(root_of(&id)).unwrap();
+        File::create(root_of(&id).join(LOCK)).unwrap();
+        let segment = Path::new(SHARED_MEMORY).join(format!("{}x", shared_memory_prefix(&id)));
+        fs::write(&segment, b"x").unwrap();
+        // Another test's sweep may be the one that finds it.
+        sweep();
+        assert!(!root_of(&id).exists());
+        assert!(!segment.exists());
+    }
+
+    #[test]
+    fn ids_that_are_paths_are_not_joined() {
+        for id in ["", "../../etc", "a/b", "0123456789abcdef0"] {
+            assert!(
+                matches!(Domain::join(id), Err(DomainError::NoSuchRun(_))),
+                "{id}"
+            );
+        }
+    }
+}

@@ -1,0 +1,472 @@
+//! The coupler's end of a session.
+
+use std::time::Duration;
+
+use iceoryx2::prelude::Service;
+
+use super::SessionError;
+use super::desk::{broken, check};
+use crate::channel::{
+    BODIES, Bell, Channel, DEM_SEAT, ENVELOPES, GROUPS, IMP_FORCES, IMP_SET, IMP_STATES, Inlet,
+    Keep, MPM_SEAT, Outlet, POINTS, Post, Rope, Seat,
+};
+use crate::codec::{decode, encode};
+use crate::control::{Configure, Hello, Notice, Order, PROTOCOL, Party};
+use crate::domain::OwnedDomain;
+use crate::solver::Readiness;
+use crate::wait::{Patience, wait};
+use crate::wire::{BodyState, Grant, GroupState, PointState, Record, Report, StepHeader};
+
+/// Asked during every long wait: whether a process has ended.
+pub type Alarm<'a> = &'a mut dyn FnMut() -> Result<(), SessionError>;
+
+/// Longest wait for a solver to come and say hello.
+const ARRIVAL: Duration = Duration::from_secs(30);
+/// Longest wait for a solver to take its configuration: it may fill millions of points.
+const CONFIGURATION: Duration = Duration::from_secs(120);
+
+/// A session with one or two solvers. Dropping it removes the run's corner of the machine.
+pub struct Session<S: Service> {
+    lines: Vec<Line<S>>,
+    groups: Option<Inlet<S, GroupState>>,
+    points: Option<Inlet<S, PointState>>,
+    bodies: Option<Inlet<S, BodyState>>,
+    _keep: Vec<Box<dyn Keep>>,
+    _post: Post<S>,
+    // Last, so that the ports are gone before the directory is.
+    domain: OwnedDomain,
+}
+
+/// The coupler's end of the line to one solver.
+struct Line<S: Service> {
+    party: Party,
+    orders: Outlet<S, u8>,
+    notices: Inlet<S, u8>,
+    grants: Outlet<S, Grant>,
+    reports: Inlet<S, Report>,
+    rope: Rope<S>,
+    bell: Bell<S>,
+    deadline: Duration,
+    /// First step not yet reported.
+    step: u64,
+}
+
+impl<S: Service + 'static> Session<S> {
+    /// Creates every channel for the given solvers.
+    ///
+    /// # Errors
+    /// [`SessionError::Channel`].
+    pub fn open(parties: &[Party]) -> Result<Self, SessionError> {
+        let domain = OwnedDomain::create().map_err(crate::channel::ChannelError::from)?;
+        let post = Post::<S>::open(domain.domain(), Party::Coupler, CONFIGURATION)?;
+        let mut keep = Vec::new();
+        let mut lines = Vec::new();
+        for &party in parties {
+            lines.push(Line::open(&post, seat(party), &mut keep)?);
+        }
+        let mut session = Self {
+            lines,
+            groups: None,
+            points: None,
+            bodies: None,
+            _keep: keep,
+            _post: post,
+            domain,
+        };
+        if parties.contains(&Party::Mpm) {
+            session.groups = Some(session.create_inlet(&GROUPS)?);
+            session.points = Some(session.create_inlet(&POINTS)?);
+        }
+        if parties.contains(&Party::Dem) {
+            session.bodies = Some(session.create_inlet(&BODIES)?);
+        }
+        if parties.len() == 2 {
+            let post = &session._post;
+            session._keep.push(post.create(&IMP_SET)?);
+            session._keep.push(post.create(&IMP_STATES)?);
+            session._keep.push(post.create(&IMP_FORCES)?);
+            session._keep.push(post.create(&ENVELOPES)?);
+            session
+                ._keep
+                .push(post.create_bell(Party::Mpm, Party::Dem)?);
+            session
+                ._keep
+                .push(post.create_bell(Party::Dem, Party::Mpm)?);
+        }
+        Ok(session)
+    }
+
+    fn create_inlet<T: Record>(
+        &mut self,
+        channel: &Channel<T>,
+    ) -> Result<Inlet<S, T>, SessionError> {
+        self._keep.push(self._post.create(channel)?);
+        Ok(self._post.inlet(channel)?)
+    }
+
+    /// The run's id, by which solvers join.
+    pub fn run_id(&self) -> &str {
+        self.domain.domain().id()
+    }
+
+    /// The run's names.
+    pub fn domain(&self) -> &crate::domain::Domain {
+        self.domain.domain()
+    }
+
+    /// Waits for a solver's first words and checks its version.
+    ///
+    /// # Errors
+    /// Any [`SessionError`]; [`SessionError::Contract`] for another major version.
+    pub fn hello(&mut self, party: Party, alarm: Alarm) -> Result<Hello, SessionError> {
+        let notice = self.await_notice(party, ARRIVAL, "its hello", alarm)?;
+        let Notice::Hello(hello) = notice else {
+            return Err(broken(party, "S-2", 0, format!("{notice:?} before hello")));
+        };
+        if hello.party != party {
+            return Err(broken(
+                party,
+                "S-2",
+                0,
+                format!("the {} took its seat", hello.party),
+            ));
+        }
+        let ((theirs, _), (ours, _)) = (hello.protocol, PROTOCOL);
+        if theirs != ours {
+            let message = format!(
+                "`{}` speaks protocol {theirs}, this coupler speaks {ours}",
+                hello.identity
+            );
+            return Err(broken(party, "V-1", 0, message));
+        }
+        Ok(hello)
+    }
+
+    /// Hands a solver its part of the scene.
+    ///
+    /// # Errors
+    /// [`SessionError::Channel`].
+    pub fn configure(&mut self, party: Party, configure: &Configure) -> Result<(), SessionError> {
+        let line = self.line(party);
+        line.deadline = Duration::from_secs_f64(configure.deadline);
+        line.order(&Order::Configure(configure.clone()))
+    }
+
+    /// Waits for a solver to be ready.
+    ///
+    /// # Errors
+    /// Any [`SessionError`]; [`SessionError::Refused`] when it does not take its part.
+    pub fn ready(
+        &mut self,
+        party: Party,
+        scene_hash: &str,
+        alarm: Alarm,
+    ) -> Result<Readiness, SessionError> {
+        match self.await_notice(party, CONFIGURATION, "that it is ready", alarm)? {
+            Notice::Ready(ready) if ready.scene_hash == scene_hash => Ok(ready.readiness),
+            Notice::Ready(ready) => {
+                let message = format!(
+                    "ready for scene {}, the coupler's is {scene_hash}",
+                    ready.scene_hash
+                );
+                Err(broken(party, "S-6", 0, message))
+            }
+            Notice::Refused(refusal) => Err(SessionError::Refused {
+                who: party,
+                refusal,
+            }),
+            other => Err(broken(
+                party,
+                "S-2",
+                0,
+                format!("{other:?} instead of ready"),
+            )),
+        }
+    }
+
+    /// Permits steps.
+    ///
+    /// # Errors
+    /// [`SessionError::Channel`].
+    pub fn grant(&mut self, party: Party, grant: &Grant) -> Result<(), SessionError> {
+        let line = self.line(party);
+        check(Party::Coupler, "G-2", grant.first, &[*grant])?;
+        let header = StepHeader {
+            epoch: grant.epoch,
+            step: grant.first,
+            ..StepHeader::default()
+        };
+        line.grants.send(header, &[*grant])?;
+        line.rope.ring();
+        Ok(())
+    }
+
+    /// Waits for a solver's report on `grant`.
+    ///
+    /// # Errors
+    /// Any [`SessionError`].
+    pub fn report(
+        &mut self,
+        party: Party,
+        grant: &Grant,
+        alarm: Alarm,
+    ) -> Result<Report, SessionError> {
+        let mut reports = Vec::new();
+        let line = self
+            .lines
+            .iter()
+            .find(|line| line.party == party)
+            .expect("a party of this session");
+        let step = line.step;
+        wait(
+            Patience::until(line.deadline),
+            || Ok(line.reports.receive(&mut reports)?),
+            |nap| line.bell.sleep(nap),
+            || self.notice_failures().and_then(|()| alarm()),
+            |waited| SessionError::Late {
+                who: party,
+                awaited: "its report",
+                step,
+                waited,
+            },
+        )?;
+        let [report] = reports[..] else {
+            return Err(broken(
+                party,
+                "R-1",
+                step,
+                format!("{} reports in one message", reports.len()),
+            ));
+        };
+        check(party, "R-2", step, &[report])?;
+        let last = grant.first + grant.steps;
+        let whole = report.next == last
+            || (report.halted == 1 && report.next > grant.first && report.next < last);
+        if report.epoch != grant.epoch || !whole {
+            let message = format!(
+                "report of epoch {} up to step {}, granted {grant:?}",
+                report.epoch, report.next
+            );
+            return Err(broken(party, "R-1", step, message));
+        }
+        self.line(party).step = report.next;
+        Ok(report)
+    }
+
+    /// The point groups of the measured step of the last grant.
+    ///
+    /// # Errors
+    /// [`SessionError::Contract`] when they were not sent before the report.
+    pub fn groups(&mut self, step: u64, groups: &mut Vec<GroupState>) -> Result<(), SessionError> {
+        sent_before_report(self.groups.as_ref(), Party::Mpm, step, groups)
+    }
+
+    /// The bodies of the measured step of the last grant.
+    ///
+    /// # Errors
+    /// [`SessionError::Contract`] when they were not sent before the report.
+    pub fn bodies(&mut self, step: u64, bodies: &mut Vec<BodyState>) -> Result<(), SessionError> {
+        sent_before_report(self.bodies.as_ref(), Party::Dem, step, bodies)
+    }
+
+    /// Ends the session in order: returns all points, in order of their ids.
+    ///
+    /// # Errors
+    /// Any [`SessionError`].
+    pub fn drain(&mut self, alarm: Alarm) -> Result<Vec<PointState>, SessionError> {
+        let parties: Vec<Party> = self.lines.iter().map(|line| line.party).collect();
+        for &party in &parties {
+            self.line(party).order(&Order::Drain)?;
+        }
+        for &party in &parties {
+            match self.await_notice(party, CONFIGURATION, "its goodbye", alarm)? {
+                Notice::Bye => {}
+                other => {
+                    return Err(broken(
+                        party,
+                        "S-2",
+                        self.line(party).step,
+                        format!("{other:?} while draining"),
+                    ));
+                }
+            }
+        }
+        let mut points = Vec::new();
+        if let Some(inlet) = &self.points {
+            let step = self
+                .lines
+                .iter()
+                .find(|line| line.party == Party::Mpm)
+                .map_or(0, |line| line.step);
+            if inlet.receive(&mut points)?.is_none() {
+                return Err(broken(
+                    Party::Mpm,
+                    "D-1",
+                    step,
+                    "no final state before the goodbye".into(),
+                ));
+            }
+            check(Party::Mpm, "D-1", step, &points)?;
+        }
+        for &party in &parties {
+            self.line(party).order(&Order::Close)?;
+        }
+        Ok(points)
+    }
+
+    /// Tells every solver that the session is over. What cannot be delivered is not worth an error any more.
+    pub fn abort(&mut self, reason: &str) {
+        for line in &self.lines {
+            if let Err(e) = line.order(&Order::Abort(reason.to_string())) {
+                tracing::debug!("the {} could not be told: {e}", line.party);
+            }
+        }
+    }
+
+    /// First step that `party` has not reported.
+    pub fn step_of(&self, party: Party) -> u64 {
+        self.lines
+            .iter()
+            .find(|line| line.party == party)
+            .map_or(0, |line| line.step)
+    }
+
+    /// Whether a solver has said why it stopped: read before its process's end is judged.
+    ///
+    /// # Errors
+    /// [`SessionError::Failed`] when one has.
+    pub fn notice_failures(&self) -> Result<(), SessionError> {
+        let mut bytes = Vec::new();
+        for line in &self.lines {
+            if let Some(notice) = line.take_notice(&mut bytes)? {
+                return Err(match notice {
+                    Notice::Failed(failure) => SessionError::Failed {
+                        who: line.party,
+                        failure,
+                    },
+                    other => broken(
+                        line.party,
+                        "S-2",
+                        line.step,
+                        format!("{other:?} out of turn"),
+                    ),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn line(&mut self, party: Party) -> &mut Line<S> {
+        self.lines
+            .iter_mut()
+            .find(|line| line.party == party)
+            .expect("a party of this session")
+    }
+
+    fn await_notice(
+        &mut self,
+        party: Party,
+        deadline: Duration,
+        awaited: &'static str,
+        alarm: Alarm,
+    ) -> Result<Notice, SessionError> {
+        let line = self.line(party);
+        let mut bytes = Vec::new();
+        let step = line.step;
+        let notice = wait(
+            Patience::until(deadline),
+            || line.take_notice(&mut bytes),
+            |nap| line.bell.sleep(nap),
+            alarm,
+            |waited| SessionError::Late {
+                who: party,
+                awaited,
+                step,
+                waited,
+            },
+        )?;
+        match notice {
+            Notice::Failed(failure) => Err(SessionError::Failed {
+                who: party,
+                failure,
+            }),
+            notice => Ok(notice),
+        }
+    }
+}
+
+impl<S: Service + 'static> Line<S> {
+    fn open(
+        post: &Post<S>,
+        seat: &Seat,
+        keep: &mut Vec<Box<dyn Keep>>,
+    ) -> Result<Self, SessionError> {
+        keep.push(post.create(&seat.orders)?);
+        keep.push(post.create(&seat.notices)?);
+        keep.push(post.create(&seat.grants)?);
+        keep.push(post.create(&seat.reports)?);
+        keep.push(post.create_bell(Party::Coupler, seat.party)?);
+        keep.push(post.create_bell(seat.party, Party::Coupler)?);
+        Ok(Self {
+            party: seat.party,
+            orders: post.outlet(&seat.orders)?,
+            notices: post.inlet(&seat.notices)?,
+            grants: post.outlet(&seat.grants)?,
+            reports: post.inlet(&seat.reports)?,
+            rope: post.rope(Party::Coupler, seat.party)?,
+            bell: post.bell(seat.party, Party::Coupler)?,
+            deadline: CONFIGURATION,
+            step: 0,
+        })
+    }
+
+    fn order(&self, order: &Order) -> Result<(), SessionError> {
+        self.orders.send(StepHeader::default(), &encode(order))?;
+        self.rope.ring();
+        Ok(())
+    }
+
+    fn take_notice(&self, bytes: &mut Vec<u8>) -> Result<Option<Notice>, SessionError> {
+        if self.notices.receive(bytes)?.is_none() {
+            return Ok(None);
+        }
+        decode(bytes)
+            .map(Some)
+            .map_err(|e| broken(self.party, "S-1", self.step, e.to_string()))
+    }
+}
+
+fn seat(party: Party) -> &'static Seat {
+    match party {
+        Party::Mpm => &MPM_SEAT,
+        Party::Dem => &DEM_SEAT,
+        Party::Coupler => unreachable!("the coupler has no seat at its own table"),
+    }
+}
+
+fn sent_before_report<S: Service, T: Record>(
+    inlet: Option<&Inlet<S, T>>,
+    party: Party,
+    step: u64,
+    records: &mut Vec<T>,
+) -> Result<(), SessionError> {
+    let Some(inlet) = inlet else {
+        records.clear();
+        return Ok(());
+    };
+    match inlet.receive(records)? {
+        Some(header) if header.step == step => check(party, "R-3", step, records),
+        Some(header) => Err(broken(
+            party,
+            "R-3",
+            step,
+            format!("a measurement of step {}", header.step),
+        )),
+        None => Err(broken(
+            party,
+            "R-3",
+            step,
+            format!("nothing on {} before the report", inlet.name()),
+        )),
+    }
+}

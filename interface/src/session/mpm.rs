@@ -1,0 +1,367 @@
+//! Drives a continuum solver through a session.
+
+use iceoryx2::prelude::Service;
+
+use super::SessionError;
+use super::desk::{Desk, Next, broken, check};
+use super::stopwatch::Activity;
+use crate::channel::{
+    Bell, ENVELOPES, GROUPS, IMP_FORCES, IMP_SET, IMP_STATES, Inlet, MPM_SEAT, Outlet, POINTS, Rope,
+};
+use crate::config::MpmConfig;
+use crate::control::Party;
+use crate::domain::Domain;
+use crate::solver::{ContactForces, Fault, MpmSolver};
+use crate::step::{Clock, Step};
+use crate::wait::wait;
+use crate::wire::{EnvelopeVertex, Grant, ImpForce, Limits, Report, StepHeader, flags};
+
+/// Joins the run of `domain` and serves until the session is closed.
+///
+/// `own_process`: whether this process is the solver's alone (for its CPU time).
+///
+/// # Errors
+/// Any [`SessionError`]; the coupler has been told.
+pub fn run<S: Service + 'static, M: MpmSolver>(
+    domain: &Domain,
+    solver: &mut M,
+    own_process: bool,
+) -> Result<(), SessionError> {
+    let mut desk = Desk::<S>::open(domain, &MPM_SEAT, solver.identity(), own_process)?;
+    let served = serve(&mut desk, solver);
+    if let Err(error) = &served {
+        desk.lament(error);
+    }
+    served
+}
+
+fn serve<S: Service + 'static, M: MpmSolver>(
+    desk: &mut Desk<S>,
+    solver: &mut M,
+) -> Result<(), SessionError> {
+    let (configure, config) = desk.configure::<MpmConfig>()?;
+    let readiness = match solver.configure(&config) {
+        Ok(readiness) => readiness,
+        Err(refusal) => return Err(desk.refuse(refusal)),
+    };
+    let groups = desk.post.outlet(&GROUPS)?;
+    let points = desk.post.outlet(&POINTS)?;
+    let mut bodies = if configure.coupled {
+        Some(BodiesLine::open(desk, config.skin)?)
+    } else {
+        None
+    };
+    let items = readiness.items;
+    desk.ready(&configure, readiness)?;
+    loop {
+        match desk.next()? {
+            Next::Steps(grant) => {
+                let mut report = window(desk, solver, bodies.as_mut(), &grant)?;
+                report.items = items;
+                if report.measured == 1 {
+                    let measurement = solver.measurement();
+                    report.ledger = measurement.ledger;
+                    check(Party::Mpm, "R-3", desk.step, &measurement.groups)?;
+                    groups.send(
+                        StepHeader {
+                            step: grant.first,
+                            ..StepHeader::default()
+                        },
+                        &measurement.groups,
+                    )?;
+                }
+                desk.report(report)?;
+            }
+            Next::Drain => {
+                points.send(
+                    StepHeader {
+                        step: desk.step,
+                        ..StepHeader::default()
+                    },
+                    &solver.points(),
+                )?;
+                return desk.close();
+            }
+        }
+    }
+}
+
+/// The steps of one grant, or as many of them as the limits allow.
+fn window<S: Service + 'static, M: MpmSolver>(
+    desk: &mut Desk<S>,
+    solver: &mut M,
+    mut bodies: Option<&mut BodiesLine<S>>,
+    grant: &Grant,
+) -> Result<Report, SessionError> {
+    let mut clock = Clock::within_epoch(
+        grant.first,
+        grant.epoch_start,
+        grant.steps_in_epoch,
+        grant.dt_before_epoch,
+        grant.dt,
+    );
+    let mut limits = Limits::default();
+    let mut halted = false;
+    for k in 0..grant.steps {
+        if k > 0 && !grant.allows(&limits) {
+            halted = true;
+            if let Some(line) = &mut bodies {
+                line.say(desk, grant, flags::HALT_BEFORE)?;
+            }
+            break;
+        }
+        let step = clock.step(k == 0 && grant.flags & flags::MEASURE != 0);
+        limits = match &mut bodies {
+            Some(line) => line.coupled_step(desk, solver, grant, &step)?,
+            None => solver
+                .step(&step, &mut ())
+                .map_err(|fault| SessionError::Fault {
+                    step: step.index,
+                    fault,
+                })?,
+        };
+        check(Party::Mpm, "L-1", step.index, &[limits])?;
+        clock.advance();
+        desk.step = clock.index();
+        if let Some(line) = &bodies
+            && line.halt_after
+            && k + 1 < grant.steps
+        {
+            halted = true;
+            break;
+        }
+    }
+    let (imps, rebuilds) = bodies.map_or((0, 0), |line| (line.imps as u64, line.set));
+    Ok(Report {
+        epoch: grant.epoch,
+        halted: halted.into(),
+        measured: (grant.flags & flags::MEASURE != 0).into(),
+        imps,
+        rebuilds,
+        limits,
+        ..Report::default()
+    })
+}
+
+/// The continuum's line to the bodies.
+struct BodiesLine<S: Service> {
+    set_out: Outlet<S, crate::wire::ImpInfo>,
+    states_out: Outlet<S, crate::wire::ImpState>,
+    forces_in: Inlet<S, ImpForce>,
+    envelopes_in: Inlet<S, EnvelopeVertex>,
+    rope: Rope<S>,
+    bell: Bell<S>,
+    skin: f64,
+    /// Generation of the IMP set; 0 before the first.
+    set: u64,
+    imps: usize,
+    /// Travel of the bodies' surfaces since their envelopes were published.
+    bodies_travel: f64,
+    halt_after: bool,
+    forces: Vec<ImpForce>,
+    envelopes: Vec<EnvelopeVertex>,
+}
+
+impl<S: Service + 'static> BodiesLine<S> {
+    fn open(desk: &Desk<S>, skin: f64) -> Result<Self, SessionError> {
+        Ok(Self {
+            set_out: desk.post.outlet(&IMP_SET)?,
+            states_out: desk.post.outlet(&IMP_STATES)?,
+            forces_in: desk.post.inlet(&IMP_FORCES)?,
+            envelopes_in: desk.post.inlet(&ENVELOPES)?,
+            rope: desk.post.rope(Party::Mpm, Party::Dem)?,
+            bell: desk.post.bell(Party::Dem, Party::Mpm)?,
+            skin,
+            set: 0,
+            imps: 0,
+            bodies_travel: 0.0,
+            halt_after: false,
+            forces: Vec::new(),
+            envelopes: Vec::new(),
+        })
+    }
+
+    fn header(&self, desk: &Desk<S>, grant: &Grant, flags: u64) -> StepHeader {
+        StepHeader {
+            epoch: grant.epoch,
+            step: desk.step,
+            flags,
+            set: self.set,
+            ..StepHeader::default()
+        }
+    }
+
+    /// A message without states.
+    fn say(&self, desk: &mut Desk<S>, grant: &Grant, flags: u64) -> Result<(), SessionError> {
+        desk.watch.lap(Activity::Compute);
+        self.states_out.send(self.header(desk, grant, flags), &[])?;
+        self.rope.ring();
+        desk.watch.lap(Activity::Exchange);
+        Ok(())
+    }
+
+    fn coupled_step<M: MpmSolver>(
+        &mut self,
+        desk: &mut Desk<S>,
+        solver: &mut M,
+        grant: &Grant,
+        step: &Step,
+    ) -> Result<Limits, SessionError> {
+        // Clause I-6: the list holds as long as points and surfaces together have not crossed the skin.
+        let new_set = self.set == 0 || solver.travel() + self.bodies_travel > self.skin;
+        if new_set {
+            self.rebuild(desk, solver, grant)?;
+        }
+        let states = solver.imp_states();
+        desk.watch.lap(Activity::Compute);
+        check(Party::Mpm, "I-3", step.index, states)?;
+        let flags = if new_set { flags::NEW_SET } else { 0 };
+        self.states_out
+            .send(self.header(desk, grant, flags), states)?;
+        self.rope.ring();
+        desk.watch.lap(Activity::Exchange);
+
+        let mut contact = Forces {
+            line: self,
+            desk,
+            epoch: grant.epoch,
+            step: step.index,
+            received: false,
+            error: None,
+        };
+        let stepped = solver.step(step, &mut contact);
+        let (received, error) = (contact.received, contact.error);
+        desk.watch.lap(Activity::Compute);
+        match (stepped, error) {
+            (_, Some(error)) => Err(error),
+            (Err(fault), None) => Err(SessionError::Fault {
+                step: step.index,
+                fault,
+            }),
+            (Ok(_), None) if !received => Err(broken(
+                Party::Mpm,
+                "F-1",
+                step.index,
+                "the contact forces were not taken".into(),
+            )),
+            (Ok(limits), None) => Ok(limits),
+        }
+    }
+
+    /// Chooses the IMPs anew from the bodies' present envelopes and announces them.
+    fn rebuild<M: MpmSolver>(
+        &mut self,
+        desk: &mut Desk<S>,
+        solver: &mut M,
+        grant: &Grant,
+    ) -> Result<(), SessionError> {
+        self.say(desk, grant, flags::WANT_ENVELOPES)?;
+        let (inlet, envelopes) = (&self.envelopes_in, &mut self.envelopes);
+        let step = desk.step;
+        let header = wait(
+            desk.patience,
+            || Ok(inlet.receive(envelopes)?),
+            |nap| self.bell.sleep(nap),
+            || desk.alarm(),
+            |waited| SessionError::Late {
+                who: Party::Dem,
+                awaited: "the envelopes of the bodies",
+                step,
+                waited,
+            },
+        )?;
+        desk.watch.lap(Activity::Wait);
+        if header.step != step || header.count != self.envelopes.len() as u64 {
+            let message = format!(
+                "envelopes of step {} with {} vertices announced",
+                header.step, header.count
+            );
+            return Err(broken(Party::Dem, "E-2", step, message));
+        }
+        check(Party::Dem, "E-3", step, &self.envelopes)?;
+        let set = solver.select_imps(&self.envelopes);
+        self.imps = set.len();
+        self.set += 1;
+        self.bodies_travel = 0.0;
+        desk.watch.lap(Activity::Compute);
+        check(Party::Mpm, "I-2", step, set)?;
+        let header = self.header(desk, grant, flags::NEW_SET);
+        self.set_out.send(header, set)?;
+        desk.watch.lap(Activity::Exchange);
+        Ok(())
+    }
+}
+
+/// The forces of one step, for the solver to take when it needs them.
+struct Forces<'a, S: Service> {
+    line: &'a mut BodiesLine<S>,
+    desk: &'a mut Desk<S>,
+    epoch: u64,
+    step: u64,
+    received: bool,
+    error: Option<SessionError>,
+}
+
+impl<S: Service + 'static> Forces<'_, S> {
+    fn await_forces(&mut self) -> Result<(), SessionError> {
+        let (line, desk, step) = (&mut *self.line, &mut *self.desk, self.step);
+        desk.watch.lap(Activity::Compute);
+        let (inlet, forces) = (&line.forces_in, &mut line.forces);
+        let header = wait(
+            desk.patience,
+            || Ok(inlet.receive(forces)?),
+            |nap| line.bell.sleep(nap),
+            || desk.alarm(),
+            |waited| SessionError::Late {
+                who: Party::Dem,
+                awaited: "the contact forces",
+                step,
+                waited,
+            },
+        )?;
+        desk.watch.lap(Activity::Wait);
+        let complain = |clause, message| Err(broken(Party::Dem, clause, step, message));
+        if header.step != step || header.epoch != self.epoch {
+            return complain(
+                "F-2",
+                format!("forces of step {} epoch {}", header.step, header.epoch),
+            );
+        }
+        if header.set != line.set || forces.len() != line.imps || header.count != line.imps as u64 {
+            let (set, imps) = (line.set, line.imps);
+            let message = format!(
+                "{} forces for set {}, expected {imps} for set {set}",
+                forces.len(),
+                header.set
+            );
+            return complain("F-3", message);
+        }
+        check(Party::Dem, "F-4", step, forces)?;
+        check(Party::Dem, "F-4", step, &[header])?;
+        for (slot, force) in forces.iter().enumerate() {
+            if force.stiffness < 0.0 || (force.stiffness == 0.0 && force.force != [0.0, 0.0]) {
+                return complain(
+                    "F-5",
+                    format!("slot {slot}: a force without the stiffness behind it: {force:?}"),
+                );
+            }
+        }
+        line.bodies_travel = header.travel;
+        line.halt_after = header.flags & flags::HALT_AFTER != 0;
+        desk.watch.lap(Activity::Exchange);
+        Ok(())
+    }
+}
+
+impl<S: Service + 'static> ContactForces for Forces<'_, S> {
+    fn receive(&mut self) -> Result<&[ImpForce], Fault> {
+        if !self.received {
+            if let Err(error) = self.await_forces() {
+                self.error = Some(error);
+                return Err(Fault::Exchange);
+            }
+            self.received = true;
+        }
+        Ok(&self.line.forces)
+    }
+}

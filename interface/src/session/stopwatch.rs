@@ -1,0 +1,56 @@
+//! Where a party's time goes: computing, copying to and from the channels, waiting.
+
+use std::time::Instant;
+
+use rustix::time::{ClockId, clock_gettime};
+
+/// What the time since the last lap was spent on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Activity {
+    Compute,
+    Exchange,
+    Wait,
+}
+
+#[derive(Debug)]
+pub(crate) struct Stopwatch {
+    mark: Instant,
+    pub(crate) compute_ns: u64,
+    pub(crate) exchange_ns: u64,
+    pub(crate) wait_ns: u64,
+}
+
+impl Stopwatch {
+    pub(crate) fn start() -> Self {
+        Self {
+            mark: Instant::now(),
+            compute_ns: 0,
+            exchange_ns: 0,
+            wait_ns: 0,
+        }
+    }
+
+    /// Books the time since the last lap on `activity`.
+    pub(crate) fn lap(&mut self, activity: Activity) {
+        let now = Instant::now();
+        let spent = now.duration_since(self.mark).as_nanos() as u64;
+        self.mark = now;
+        match activity {
+            Activity::Compute => self.compute_ns += spent,
+            Activity::Exchange => self.exchange_ns += spent,
+            Activity::Wait => self.wait_ns += spent,
+        }
+    }
+}
+
+/// CPU time in ns that this party has used: its process's, or, when all parties share one process, its thread's
+/// (then the threads of a solver's pool are not counted).
+pub(crate) fn cpu_ns(whole_process: bool) -> u64 {
+    let clock = if whole_process {
+        ClockId::ProcessCPUTime
+    } else {
+        ClockId::ThreadCPUTime
+    };
+    let t = clock_gettime(clock);
+    t.tv_sec as u64 * 1_000_000_000 + t.tv_nsec as u64
+}

@@ -1,0 +1,128 @@
+//! Waiting for another process: poll and yield for a while, then sleep on its bell, look again, and give up at the
+//! deadline (docs/decisions/0006-waiting.md; measurements in MEASURED.md section 4).
+
+use std::time::{Duration, Instant};
+
+/// How to wait.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Patience {
+    /// How long to poll, yielding the processor between looks, before sleeping. Never a spin: with three processes on
+    /// two cores a spin holds back the very process that is waited for.
+    pub poll: Duration,
+    /// Longest sleep before looking again. iceoryx2 0.10 can lose a wakeup, so none is trusted.
+    pub nap: Duration,
+    /// Longest wait in all.
+    pub deadline: Duration,
+}
+
+impl Patience {
+    /// Polls for 50 us, naps for 10 ms at most, gives up after `deadline`.
+    pub fn until(deadline: Duration) -> Self {
+        Self {
+            poll: Duration::from_micros(50),
+            nap: Duration::from_millis(10),
+            deadline,
+        }
+    }
+}
+
+/// Waits until `look` finds something.
+///
+/// `sleep` blocks for at most the given time or until rung. After each sleep `alarm` may end the wait with an error:
+/// the place to notice an abort or a death. At the deadline the error is `expired(time waited)`.
+///
+/// # Errors
+/// What `look`, `alarm` or `expired` say.
+pub fn wait<T, E>(
+    patience: Patience,
+    mut look: impl FnMut() -> Result<Option<T>, E>,
+    mut sleep: impl FnMut(Duration),
+    mut alarm: impl FnMut() -> Result<(), E>,
+    expired: impl FnOnce(Duration) -> E,
+) -> Result<T, E> {
+    if let Some(found) = look()? {
+        return Ok(found);
+    }
+    let start = Instant::now();
+    loop {
+        let window = Instant::now();
+        while window.elapsed() < patience.poll {
+            std::thread::yield_now();
+            if let Some(found) = look()? {
+                return Ok(found);
+            }
+        }
+        let waited = start.elapsed();
+        if waited >= patience.deadline {
+            return Err(expired(waited));
+        }
+        sleep(patience.nap.min(patience.deadline.saturating_sub(waited)));
+        if let Some(found) = look()? {
+            return Ok(found);
+        }
+        alarm()?;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+
+    fn quick(deadline_ms: u64) -> Patience {
+        Patience {
+            poll: Duration::from_micros(10),
+            ..Patience::until(Duration::from_millis(deadline_ms))
+        }
+    }
+
+    #[test]
+    fn what_is_there_is_found_without_sleeping() {
+        let found = wait::<_, ()>(
+            quick(1),
+            || Ok(Some(7)),
+            |_| panic!("slept"),
+            || Ok(()),
+            |_| (),
+        );
+        assert_eq!(found, Ok(7));
+    }
+
+    #[test]
+    fn a_message_whose_bell_was_lost_is_found_on_the_next_look() {
+        let slept = Cell::new(0);
+        let found = wait::<_, ()>(
+            quick(1000),
+            || Ok((slept.get() > 2).then_some(1)),
+            |_| slept.set(slept.get() + 1),
+            || Ok(()),
+            |_| (),
+        );
+        assert_eq!((found, slept.get()), (Ok(1), 3));
+    }
+
+    #[test]
+    fn the_deadline_ends_the_wait() {
+        let waited = wait::<(), _>(
+            quick(20),
+            || Ok(None),
+            std::thread::sleep,
+            || Ok(()),
+            |waited| waited,
+        )
+        .unwrap_err();
+        assert!(waited >= Duration::from_millis(20));
+    }
+
+    #[test]
+    fn the_alarm_ends_the_wait() {
+        let end = wait::<(), _>(
+            quick(10_000),
+            || Ok(None),
+            |_| {},
+            || Err("dead"),
+            |_| "late",
+        );
+        assert_eq!(end, Err("dead"));
+    }
+}
