@@ -1,0 +1,622 @@
+//! Columns of the history and the scene's own checks: recorded sample by sample, judged at the end.
+//!
+//! ```text
+//! let mut recorder = Recorder::new(&scene);      // header() for history.csv
+//! recorder.record(&sample);                      // at every history output, from t_0 to the end; then row()
+//! let results = recorder.finish();               // for summary.json
+//! ```
+
+use serde::Serialize;
+
+use crate::expression::Expression;
+use crate::quantity::Sample;
+use crate::scene::Scene;
+
+/// A column of the history.
+#[derive(Debug, Clone)]
+pub struct Column {
+    /// Name in the header.
+    pub name: String,
+    /// Unit in the header.
+    pub unit: String,
+    /// Over `[sample, initial sample]`.
+    pub value: Expression,
+}
+
+/// What a run must show.
+#[derive(Debug, Clone)]
+pub struct Check {
+    /// What is checked.
+    pub name: String,
+    /// Over `[sample, initial sample]`.
+    pub value: Expression,
+    /// How the value's history becomes one number.
+    pub when: When,
+    /// Begin and end of the window in s.
+    pub window: [f64; 2],
+    /// What the number must be.
+    pub expected: Expected,
+    /// Where the expected figure comes from.
+    pub source: String,
+}
+
+/// How a value's history becomes one number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum When {
+    /// The last value of the window.
+    End,
+    /// The value at this time in s, interpolated between samples.
+    At(f64),
+    /// The largest value.
+    Max,
+    /// The smallest value.
+    Min,
+    /// The mean over time.
+    Mean,
+    /// The root of the mean square over time.
+    Rms,
+    /// The largest distance from the reference.
+    MaxError,
+    /// The root mean square distance from the reference.
+    RmsError,
+}
+
+/// What the number must be. Bounds and scales depend on nothing but constants and initial quantities.
+#[derive(Debug, Clone)]
+pub enum Expected {
+    /// Not below this.
+    AtLeast(Expression),
+    /// Not above this.
+    AtMost(Expression),
+    /// Within these two.
+    Between(Expression, Expression),
+    /// Near the reference.
+    Near {
+        /// The reference.
+        reference: Reference,
+        /// Largest distance, in the unit that `measure` gives it.
+        tolerance: f64,
+        /// What distances are divided by.
+        measure: Measure,
+    },
+}
+
+/// What a check's distances are divided by.
+#[derive(Debug, Clone)]
+pub enum Measure {
+    /// Nothing.
+    Absolute,
+    /// The size of the reference.
+    Relative,
+    /// The size of this.
+    Scale(Expression),
+}
+
+/// What a value must be near.
+#[derive(Debug, Clone)]
+pub enum Reference {
+    /// Over `[sample, initial sample]`.
+    Expression(Expression),
+    /// Times in s and values, in order of time; between them linear, outside constant.
+    Table(Vec<[f64; 2]>),
+}
+
+/// The verdict on a check, as `summary.json` has it. Numbers that could not be had are NaN, which JSON writes as null.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CheckResult {
+    /// What was checked.
+    pub name: String,
+    /// What the run shows. Of `max_error`: the value where the distance is largest.
+    pub value: f64,
+    /// What it should be: reference or bound; the middle of `between`.
+    pub reference: f64,
+    /// How far the value is off: from the reference, or beyond the bound; 0 within it.
+    pub error: f64,
+    /// Largest error that passes; 0 for bounds.
+    pub tolerance: f64,
+    /// Whether it passes. A NaN never does.
+    pub pass: bool,
+    /// Where the expected figure comes from.
+    pub source: String,
+    /// Why it fails, where the numbers do not say: for people, not in the summary.
+    #[serde(skip)]
+    pub reason: Option<String>,
+}
+
+/// Takes samples, gives rows and verdicts.
+#[derive(Debug, Clone)]
+pub struct Recorder {
+    columns: Vec<Column>,
+    checks: Vec<(Check, Progress)>,
+    /// The present sample, then the first.
+    slots: Vec<f64>,
+    row: Vec<f64>,
+    /// Times nearer than this to a window's end count as in it (s): output times carry rounding.
+    time_slack: f64,
+}
+
+impl Recorder {
+    /// A recorder that has seen nothing.
+    pub fn new(scene: &Scene) -> Self {
+        Self {
+            columns: scene.output.columns.clone(),
+            checks: scene
+                .checks
+                .iter()
+                .map(|check| (check.clone(), Progress::default()))
+                .collect(),
+            slots: Vec::new(),
+            row: Vec::new(),
+            time_slack: 1e-9 * scene.time.end,
+        }
+    }
+
+    /// Names and units of the history's columns, as `name [unit]`; the first is the time.
+    pub fn header(&self) -> Vec<String> {
+        let columns = self
+            .columns
+            .iter()
+            .map(|c| format!("{} [{}]", c.name, c.unit));
+        std::iter::once("time [s]".to_owned())
+            .chain(columns)
+            .collect()
+    }
+
+    /// Takes a sample. The first one is that of `t_0`, which `initial.` quantities refer to.
+    pub fn record(&mut self, sample: &Sample) {
+        let values = sample.values();
+        if self.slots.is_empty() {
+            self.slots = [values, values].concat();
+        } else {
+            self.slots[..values.len()].copy_from_slice(values);
+        }
+        let (slots, time) = (&self.slots, sample.time());
+        self.row.clear();
+        self.row.push(time);
+        let columns = self
+            .columns
+            .iter()
+            .map(|column| column.value.evaluate(slots));
+        self.row.extend(columns);
+        for (check, progress) in &mut self.checks {
+            let point = Point {
+                time,
+                value: check.value.evaluate(slots),
+                reference: check.expected.reference(slots, time),
+            };
+            progress.take(check, point, self.time_slack);
+        }
+    }
+
+    /// The present row of the history, in the order of [`Self::header`].
+    pub fn row(&self) -> &[f64] {
+        &self.row
+    }
+
+    /// The verdicts, in the order of the scene.
+    pub fn finish(&self) -> Vec<CheckResult> {
+        self.checks
+            .iter()
+            .map(|(check, progress)| judge(check, progress, &self.slots))
+            .collect()
+    }
+}
+
+/// A value and its reference at one time.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Point {
+    time: f64,
+    value: f64,
+    reference: f64,
+}
+
+impl Point {
+    fn distance(&self) -> f64 {
+        (self.value - self.reference).abs()
+    }
+}
+
+/// What a check keeps of the history so far: a few numbers, whatever the length of the run.
+#[derive(Debug, Clone, Default)]
+struct Progress {
+    /// Last sample, in the window or not.
+    before: Option<Point>,
+    /// Last sample of the window.
+    last: Option<Point>,
+    /// The sample that the check is about, where it is one.
+    chosen: Option<Point>,
+    /// Time in the window so far, and integrals over it of value, value^2, reference^2, distance^2.
+    span: f64,
+    integrals: [f64; 4],
+}
+
+impl Progress {
+    fn take(&mut self, check: &Check, point: Point, slack: f64) {
+        if let When::At(time) = check.when {
+            self.take_at(time, point, slack);
+        }
+        let [from, to] = check.window;
+        if point.time >= from - slack && point.time <= to + slack {
+            if let Some(last) = self.last {
+                self.integrate(last, point);
+            }
+            self.choose(check.when, point);
+            self.last = Some(point);
+        }
+        self.before = Some(point);
+    }
+
+    /// Interpolates at `time` once it lies between two samples.
+    fn take_at(&mut self, time: f64, point: Point, slack: f64) {
+        if self.chosen.is_some() {
+            return;
+        }
+        if (point.time - time).abs() <= slack {
+            self.chosen = Some(point);
+        } else if let Some(before) = self.before.filter(|p| p.time < time && time < point.time) {
+            let w = (time - before.time) / (point.time - before.time);
+            self.chosen = Some(Point {
+                time,
+                value: before.value + w * (point.value - before.value),
+                reference: before.reference + w * (point.reference - before.reference),
+            });
+        }
+    }
+
+    /// Keeps the extreme sample. The first NaN is kept for good: it must fail the check.
+    fn choose(&mut self, when: When, point: Point) {
+        let measure = |p: &Point| match when {
+            When::Max => p.value,
+            When::Min => -p.value,
+            When::MaxError => p.distance(),
+            _ => 0.0,
+        };
+        match when {
+            When::End => self.chosen = Some(point),
+            When::Max | When::Min | When::MaxError => {
+                let held = self.chosen.as_ref().map(measure);
+                let better = held.is_none_or(|held| {
+                    !held.is_nan() && (measure(&point) > held || measure(&point).is_nan())
+                });
+                if better {
+                    self.chosen = Some(point);
+                }
+            }
+            When::At(_) | When::Mean | When::Rms | When::RmsError => {}
+        }
+    }
+
+    /// Trapezoidal rule.
+    fn integrate(&mut self, a: Point, b: Point) {
+        let width = b.time - a.time;
+        self.span += width;
+        let integrands = |p: Point| {
+            [
+                p.value,
+                p.value.powi(2),
+                p.reference.powi(2),
+                p.distance().powi(2),
+            ]
+        };
+        let (at_a, at_b) = (integrands(a), integrands(b));
+        for (k, integral) in self.integrals.iter_mut().enumerate() {
+            *integral += 0.5 * width * (at_a[k] + at_b[k]);
+        }
+    }
+
+    /// Value, reference and distance, if the window saw what the check needs.
+    fn outcome(&self, when: When) -> Option<(f64, f64, f64)> {
+        let last = self.last;
+        // A window of one sample has no span; its mean is that sample.
+        let mean = |k: usize, single: f64| {
+            if self.span > 0.0 {
+                self.integrals[k] / self.span
+            } else {
+                single
+            }
+        };
+        match when {
+            When::End | When::At(_) | When::Max | When::Min | When::MaxError => {
+                self.chosen.map(|p| (p.value, p.reference, p.distance()))
+            }
+            When::Mean => last.map(|p| {
+                let value = mean(0, p.value);
+                (value, p.reference, (value - p.reference).abs())
+            }),
+            When::Rms => last.map(|p| {
+                let value = mean(1, p.value.powi(2)).sqrt();
+                (value, p.reference, (value - p.reference).abs())
+            }),
+            When::RmsError => last.map(|p| {
+                let rms = |k, single: f64| mean(k, single.powi(2)).sqrt();
+                (rms(1, p.value), rms(2, p.reference), rms(3, p.distance()))
+            }),
+        }
+    }
+}
+
+impl Expected {
+    /// The reference at a time; NaN where there is a bound instead.
+    fn reference(&self, slots: &[f64], time: f64) -> f64 {
+        match self {
+            Self::Near { reference, .. } => reference.at(slots, time),
+            Self::AtLeast(_) | Self::AtMost(_) | Self::Between(..) => f64::NAN,
+        }
+    }
+}
+
+impl Reference {
+    fn at(&self, slots: &[f64], time: f64) -> f64 {
+        match self {
+            Self::Expression(expression) => expression.evaluate(slots),
+            Self::Table(table) => interpolate(table, time),
+        }
+    }
+}
+
+/// Linear between the rows of `table`, constant outside; NaN of no rows.
+fn interpolate(table: &[[f64; 2]], time: f64) -> f64 {
+    let after = table.partition_point(|row| row[0] < time);
+    match (after.checked_sub(1).map(|i| table[i]), table.get(after)) {
+        (Some([t0, v0]), Some([t1, v1])) => v0 + (v1 - v0) * (time - t0) / (t1 - t0),
+        (None, Some([_, v])) => *v,
+        (Some([_, v]), None) => v,
+        (None, None) => f64::NAN,
+    }
+}
+
+fn judge(check: &Check, progress: &Progress, slots: &[f64]) -> CheckResult {
+    let mut result = CheckResult {
+        name: check.name.clone(),
+        value: f64::NAN,
+        reference: f64::NAN,
+        error: f64::NAN,
+        tolerance: 0.0,
+        pass: false,
+        source: check.source.clone(),
+        reason: None,
+    };
+    let Some((value, reference, distance)) = progress.outcome(check.when) else {
+        let [from, to] = check.window;
+        result.reason = Some(match check.when {
+            When::At(time) => format!("the run has no samples around {time} s"),
+            _ => format!("the run has no sample between {from} s and {to} s"),
+        });
+        return result;
+    };
+    result.value = value;
+    match &check.expected {
+        Expected::AtLeast(bound) => {
+            let bound = bound.evaluate(slots);
+            result.reference = bound;
+            result.error = beyond(bound - value);
+        }
+        Expected::AtMost(bound) => {
+            let bound = bound.evaluate(slots);
+            result.reference = bound;
+            result.error = beyond(value - bound);
+        }
+        Expected::Between(lower, upper) => {
+            let (lower, upper) = (lower.evaluate(slots), upper.evaluate(slots));
+            result.reference = 0.5 * (lower + upper);
+            result.error = beyond(lower - value) + beyond(value - upper);
+        }
+        Expected::Near {
+            tolerance, measure, ..
+        } => {
+            result.reference = reference;
+            result.tolerance = *tolerance;
+            result.error = match measure {
+                Measure::Absolute => distance,
+                Measure::Relative => distance / reference.abs(),
+                Measure::Scale(scale) => distance / scale.evaluate(slots).abs(),
+            };
+        }
+    }
+    // False for NaN.
+    result.pass = result.error <= result.tolerance && value.is_finite();
+    if !value.is_finite() {
+        result.reason = Some("the value is not a finite number".to_owned());
+    }
+    result
+}
+
+/// `excess` where it is positive, else 0; NaN of NaN, which `f64::max` would lose.
+fn beyond(excess: f64) -> f64 {
+    if excess <= 0.0 { 0.0 } else { excess }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::expression::Meaning;
+
+    /// Slots: time, value, then both at `t_0`.
+    fn expression(source: &str) -> Expression {
+        let meaning = |name: &str| match name {
+            "t" => Some(Meaning::Slot(0)),
+            "v" => Some(Meaning::Slot(1)),
+            "initial.v" => Some(Meaning::Slot(3)),
+            _ => None,
+        };
+        Expression::compile(source, &meaning).unwrap()
+    }
+
+    fn near(reference: &str, tolerance: f64, measure: Measure) -> Expected {
+        Expected::Near {
+            reference: Reference::Expression(expression(reference)),
+            tolerance,
+            measure,
+        }
+    }
+
+    fn run(when: When, window: [f64; 2], expected: Expected, rows: &[[f64; 2]]) -> CheckResult {
+        let check = Check {
+            name: "c".into(),
+            value: expression("v"),
+            when,
+            window,
+            expected,
+            source: "s".into(),
+        };
+        let mut recorder = Recorder {
+            columns: vec![Column {
+                name: "twice".into(),
+                unit: "m".into(),
+                value: expression("2*v - initial.v"),
+            }],
+            checks: vec![(check, Progress::default())],
+            slots: Vec::new(),
+            row: Vec::new(),
+            time_slack: 1e-9,
+        };
+        for row in rows {
+            recorder.record(&Sample::from(row.to_vec()));
+            let expected = 2.0 * row[1] - rows[0][1];
+            assert_eq!(recorder.row()[0], row[0]);
+            assert!(recorder.row()[1] == expected || expected.is_nan());
+        }
+        assert_eq!(recorder.header(), ["time [s]", "twice [m]"]);
+        recorder.finish().remove(0)
+    }
+
+    const ALL: [f64; 2] = [0.0, 10.0];
+    const RAMP: [[f64; 2]; 4] = [[0.0, 1.0], [1.0, 3.0], [2.0, 2.0], [4.0, 0.0]];
+
+    fn number(when: When, window: [f64; 2]) -> f64 {
+        run(when, window, near("0", 1e9, Measure::Absolute), &RAMP).value
+    }
+
+    #[test]
+    fn a_history_becomes_one_number() {
+        assert_eq!(number(When::End, ALL), 0.0);
+        assert_eq!(number(When::End, [0.0, 2.0]), 2.0);
+        assert_eq!(number(When::At(1.5), ALL), 2.5);
+        assert_eq!(number(When::At(2.0), ALL), 2.0);
+        assert_eq!(number(When::Max, ALL), 3.0);
+        assert_eq!(number(When::Max, [1.5, 4.0]), 2.0);
+        assert_eq!(number(When::Min, [0.0, 2.0]), 1.0);
+        assert_eq!(number(When::Mean, ALL), (2.0 + 2.5 + 2.0) / 4.0);
+        assert_eq!(number(When::Mean, [2.0, 2.0]), 2.0);
+        assert_eq!(number(When::Rms, [2.0, 4.0]), 2f64.sqrt());
+    }
+
+    #[test]
+    fn distances_from_a_moving_reference() {
+        let result = run(
+            When::MaxError,
+            ALL,
+            near("t", 0.5, Measure::Scale(expression("8"))),
+            &RAMP,
+        );
+        assert_eq!(
+            (result.value, result.reference, result.error),
+            (0.0, 4.0, 0.5)
+        );
+        assert!(result.pass);
+        let result = run(
+            When::RmsError,
+            [1.0, 2.0],
+            near("t", 1.0, Measure::Absolute),
+            &RAMP,
+        );
+        assert_eq!(result.error, 2f64.sqrt());
+        assert!(!result.pass);
+        let table = Expected::Near {
+            reference: Reference::Table(vec![[1.0, 3.0], [3.0, 1.0]]),
+            tolerance: 0.0,
+            measure: Measure::Absolute,
+        };
+        let result = run(When::MaxError, [1.0, 2.0], table, &RAMP);
+        assert!(result.pass, "{result:?}");
+    }
+
+    #[test]
+    fn bounds_pass_on_their_own_value() {
+        let bound = |expected| run(When::Max, ALL, expected, &RAMP);
+        assert!(bound(Expected::AtLeast(expression("3*initial.v"))).pass);
+        assert!(bound(Expected::AtMost(expression("3"))).pass);
+        let result = bound(Expected::AtLeast(expression("3.5")));
+        assert_eq!(
+            (result.pass, result.error, result.reference),
+            (false, 0.5, 3.5)
+        );
+        assert!(bound(Expected::Between(expression("2"), expression("3"))).pass);
+        let result = bound(Expected::Between(expression("1"), expression("2")));
+        assert_eq!(
+            (result.pass, result.error, result.reference),
+            (false, 1.0, 1.5)
+        );
+    }
+
+    #[test]
+    fn relative_tolerance_is_a_fraction_of_the_reference() {
+        let result = run(When::Max, ALL, near("-2.5", 2.2, Measure::Relative), &RAMP);
+        assert_eq!((result.error, result.pass), (2.2, true));
+    }
+
+    #[test]
+    fn a_nan_anywhere_in_the_window_fails() {
+        let rows = [[0.0, 1.0], [1.0, f64::NAN], [2.0, 1.0], [3.0, 2.0]];
+        for when in [
+            When::Max,
+            When::Min,
+            When::Mean,
+            When::Rms,
+            When::MaxError,
+            When::RmsError,
+        ] {
+            let result = run(when, ALL, near("1", 1e9, Measure::Absolute), &rows[..]);
+            assert!(
+                !result.pass && result.reason.is_some(),
+                "{when:?} {result:?}"
+            );
+        }
+        let result = run(When::Max, ALL, Expected::AtMost(expression("1e9")), &rows);
+        assert!(!result.pass);
+        assert!(
+            serde_json::to_string(&result)
+                .unwrap()
+                .contains("\"value\":null")
+        );
+    }
+
+    #[test]
+    fn a_window_without_samples_fails_with_a_reason() {
+        let result = run(
+            When::Mean,
+            [8.0, 9.0],
+            near("1", 1.0, Measure::Absolute),
+            &RAMP,
+        );
+        assert!(!result.pass);
+        assert!(
+            result
+                .reason
+                .unwrap()
+                .contains("no sample between 8 s and 9 s")
+        );
+        let result = run(When::At(7.0), ALL, near("1", 1.0, Measure::Absolute), &RAMP);
+        assert!(result.reason.unwrap().contains("around 7 s"));
+    }
+
+    #[test]
+    fn the_summary_has_exactly_the_fixed_keys() {
+        let result = run(When::End, ALL, near("0", 1.0, Measure::Absolute), &RAMP);
+        let json = serde_json::to_value(&result).unwrap();
+        let mut keys: Vec<_> = json.as_object().unwrap().keys().cloned().collect();
+        keys.sort();
+        assert_eq!(
+            keys,
+            [
+                "error",
+                "name",
+                "pass",
+                "reference",
+                "source",
+                "tolerance",
+                "value"
+            ]
+        );
+    }
+}

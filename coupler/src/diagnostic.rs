@@ -1,0 +1,237 @@
+//! What is wrong with a scene, said so that the engineer can mend it without opening a manual: where it stands, what
+//! was written, what was expected, and what to write instead.
+
+use std::fmt;
+use std::ops::Range;
+
+/// Longest value that a message repeats, in characters.
+const VALUE_LIMIT: usize = 60;
+
+/// One thing that is wrong with a scene.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Diagnostic {
+    /// What is wrong, in one sentence without its full stop.
+    pub message: String,
+    /// Dotted key, such as `mpm.points.0.spacing`; empty for the file as a whole.
+    pub key: String,
+    /// The value as written; empty where there is none.
+    pub value: String,
+    /// Where it stands.
+    pub place: Place,
+    /// What to do about it.
+    pub help: Option<String>,
+}
+
+/// Where a value of a scene comes from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Place {
+    /// The file as a whole.
+    File {
+        /// Path as given.
+        file: String,
+    },
+    /// A stretch of one line of the file.
+    Line {
+        /// Path as given.
+        file: String,
+        /// From 1.
+        line: usize,
+        /// In characters, from 1.
+        column: usize,
+        /// Characters that the caret underlines, at least 1.
+        width: usize,
+        /// The line itself.
+        text: String,
+        /// The variant whose override this is.
+        variant: Option<String>,
+    },
+    /// The command line.
+    Set {
+        /// `KEY=VALUE` as given.
+        argument: String,
+    },
+}
+
+impl Place {
+    /// The place of a byte range of `text`; of its first line where it spans several.
+    pub fn in_text(file: &str, text: &str, span: &Range<usize>) -> Self {
+        let start = floor_boundary(text, span.start);
+        let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
+        let line_end = text[start..].find('\n').map_or(text.len(), |at| start + at);
+        let end = floor_boundary(text, span.end).clamp(start, line_end);
+        Self::Line {
+            file: file.to_owned(),
+            line: text[..start].matches('\n').count() + 1,
+            column: text[line_start..start].chars().count() + 1,
+            width: text[start..end].chars().count().max(1),
+            text: text[line_start..line_end].trim_end().to_owned(),
+            variant: None,
+        }
+    }
+
+    /// The line of the file, where there is one.
+    pub fn line(&self) -> Option<usize> {
+        match self {
+            Self::Line { line, .. } => Some(*line),
+            Self::File { .. } | Self::Set { .. } => None,
+        }
+    }
+}
+
+/// The last character boundary of `text` that is not after `at`.
+fn floor_boundary(text: &str, at: usize) -> usize {
+    let mut at = at.min(text.len());
+    while !text.is_char_boundary(at) {
+        at -= 1;
+    }
+    at
+}
+
+impl fmt::Display for Diagnostic {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "error: {}", self.message)?;
+        let key = if self.key.is_empty() {
+            String::new()
+        } else {
+            format!("  ({})", self.key)
+        };
+        match &self.place {
+            Place::File { file } => writeln!(f, "  --> {file}{key}")?,
+            Place::Set { argument } => writeln!(f, "  --> command line: --set {argument}{key}")?,
+            Place::Line {
+                file,
+                line,
+                column,
+                width,
+                text,
+                variant,
+            } => {
+                let of_variant = variant
+                    .as_ref()
+                    .map_or(String::new(), |name| format!("  set by variant `{name}`"));
+                writeln!(f, "  --> {file}:{line}:{column}{key}{of_variant}")?;
+                let number = line.to_string();
+                let gutter = " ".repeat(number.len());
+                // Tabs before the caret are repeated, so that it stands under its value at any tab width.
+                let indent: String = text
+                    .chars()
+                    .take(column - 1)
+                    .map(|c| if c == '\t' { '\t' } else { ' ' })
+                    .collect();
+                writeln!(f, "   {number} | {text}")?;
+                writeln!(f, "   {gutter} | {indent}{}", "^".repeat(*width))?;
+            }
+        }
+        if let Some(help) = &self.help {
+            writeln!(f, "   help: {help}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Everything that is wrong with a scene; at least one thing.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SceneErrors(pub Vec<Diagnostic>);
+
+impl fmt::Display for SceneErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (i, diagnostic) in self.0.iter().enumerate() {
+            if i > 0 {
+                writeln!(f)?;
+            }
+            write!(f, "{diagnostic}")?;
+        }
+        Ok(())
+    }
+}
+
+impl std::error::Error for SceneErrors {}
+
+/// `value` on one line and not longer than a message should be.
+pub fn shorten(value: &str) -> String {
+    let line: String = value.split_whitespace().collect::<Vec<_>>().join(" ");
+    if line.chars().count() <= VALUE_LIMIT {
+        return line;
+    }
+    let head: String = line.chars().take(VALUE_LIMIT).collect();
+    format!("{head}...")
+}
+
+/// The candidate that `word` was probably meant to be, if any is near.
+pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let word = word.to_lowercase();
+    candidates
+        .into_iter()
+        .map(|candidate| {
+            let distance = strsim::damerau_levenshtein(&word, &candidate.to_lowercase());
+            (distance, candidate)
+        })
+        .min_by_key(|(distance, _)| *distance)
+        // A third of the letters wrong is a typing error, more is another word.
+        .filter(|(distance, candidate)| *distance <= candidate.len().max(word.len()).div_ceil(3))
+        .map(|(_, candidate)| candidate)
+}
+
+/// "did you mean `x`? `what`: a, b, c", the first half only where something is near.
+pub fn suggestion<'a>(
+    word: &str,
+    what: &str,
+    candidates: impl IntoIterator<Item = &'a str> + Clone,
+) -> String {
+    let all = candidates
+        .clone()
+        .into_iter()
+        .collect::<Vec<_>>()
+        .join(", ");
+    match nearest(word, candidates) {
+        Some(candidate) => format!("did you mean `{candidate}`? {what}: {all}"),
+        None => format!("{what}: {all}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_place_is_the_line_column_and_width_of_a_span() {
+        let text = "a = 1\nücell = 0.003\n";
+        let start = text.find("0.003").unwrap();
+        let place = Place::in_text("x.toml", text, &(start..start + 5));
+        assert_eq!(
+            place,
+            Place::Line {
+                file: "x.toml".into(),
+                line: 2,
+                column: 9,
+                width: 5,
+                text: "ücell = 0.003".into(),
+                variant: None
+            }
+        );
+    }
+
+    #[test]
+    fn a_diagnostic_shows_the_line_and_points_at_it() {
+        let text = "[mpm]\ncel = 0.003\n";
+        let diagnostic = Diagnostic {
+            message: "unknown key `cel`".into(),
+            key: "mpm.cel".into(),
+            value: String::new(),
+            place: Place::in_text("x.toml", text, &(6..9)),
+            help: Some("did you mean `cell`?".into()),
+        };
+        assert_eq!(
+            diagnostic.to_string(),
+            "error: unknown key `cel`\n  --> x.toml:2:1  (mpm.cel)\n   2 | cel = 0.003\n     | ^^^\n   \
+             help: did you mean `cell`?\n"
+        );
+    }
+
+    #[test]
+    fn the_nearest_word_is_found_and_a_far_one_is_not_guessed() {
+        assert_eq!(nearest("cel", ["domain", "cell"]), Some("cell"));
+        assert_eq!(nearest("Ugmip", ["linear", "ugimp"]), Some("ugimp"));
+        assert_eq!(nearest("temperature", ["cell", "shape"]), None);
+    }
+}

@@ -1,0 +1,518 @@
+//! Expressions of scenes: compiled once with every name resolved, evaluated over a slice of numbers.
+//!
+//! ```text
+//! sum     = product (("+" | "-") product)*
+//! product = signed (("*" | "/") signed)*
+//! signed  = ("-" | "+") signed | power
+//! power   = atom ("^" signed)?                     -2^2 is -4 and 2^3^2 is 2^9, as on paper
+//! atom    = number | name | function "(" sum ("," sum)* ")" | "(" sum ")"
+//! ```
+//!
+//! Names may hold dots (`body.target.vx`). NaN is never lost: `min` and `max` of NaN are NaN, so that a check on them
+//! fails.
+//!
+//! Written here and not taken from the crate exmex, because three of its rules make wrong numbers out of right looking
+//! formulas: `-2^2` is 4, a `min` within a `max` does not parse, and `min(NaN, 1)` is 1.
+
+use std::ops::Range;
+
+/// Deepest nesting of an expression; far beyond what a person writes, and safe for the stack.
+const DEPTH_LIMIT: usize = 100;
+
+/// What a name stands for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Meaning {
+    /// A number known when the expression is compiled.
+    Number(f64),
+    /// The number in this slot when the expression is evaluated.
+    Slot(usize),
+}
+
+/// Why a text is not an expression.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ExpressionError {
+    /// Bytes of the text that are at fault.
+    pub at: Range<usize>,
+    /// What is wrong.
+    pub message: String,
+    /// The name that means nothing, where that is the fault.
+    pub unknown_name: Option<String>,
+}
+
+/// A compiled expression.
+#[derive(Debug, Clone)]
+pub struct Expression {
+    source: String,
+    root: Node,
+}
+
+#[derive(Debug, Clone)]
+enum Node {
+    Number(f64),
+    Slot(usize),
+    Unary(fn(f64) -> f64, Box<Node>),
+    Binary(fn(f64, f64) -> f64, Box<Node>, Box<Node>),
+}
+
+impl Expression {
+    /// Compiles `source`; `meaning` says what a name stands for.
+    ///
+    /// # Errors
+    /// [`ExpressionError`] with the part of the text that is at fault.
+    pub fn compile(
+        source: &str,
+        meaning: &dyn Fn(&str) -> Option<Meaning>,
+    ) -> Result<Self, ExpressionError> {
+        let mut parser = Parser {
+            source,
+            tokens: tokens(source)?,
+            next: 0,
+            depth: 0,
+            meaning,
+        };
+        let root = parser.sum()?;
+        match parser.peek() {
+            None => Ok(Self {
+                source: source.to_owned(),
+                root,
+            }),
+            Some(_) => Err(parser.unexpected("an operator or the end")),
+        }
+    }
+
+    /// The expression that is always `value`.
+    pub fn constant(value: f64) -> Self {
+        Self {
+            source: value.to_string(),
+            root: Node::Number(value),
+        }
+    }
+
+    /// The value over `slots`.
+    ///
+    /// # Panics
+    /// If a slot that the names were resolved to does not exist: an assertion, both come from the same registry.
+    pub fn evaluate(&self, slots: &[f64]) -> f64 {
+        self.root.evaluate(slots)
+    }
+
+    /// The value, if it depends on no slot.
+    pub fn as_number(&self) -> Option<f64> {
+        match self.root {
+            Node::Number(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    /// Whether a slot for which `is` holds appears.
+    pub fn uses(&self, is: &dyn Fn(usize) -> bool) -> bool {
+        self.root.uses(is)
+    }
+
+    /// The text as written.
+    pub fn source(&self) -> &str {
+        &self.source
+    }
+}
+
+impl Node {
+    fn evaluate(&self, slots: &[f64]) -> f64 {
+        match self {
+            Self::Number(value) => *value,
+            Self::Slot(slot) => slots[*slot],
+            Self::Unary(apply, a) => apply(a.evaluate(slots)),
+            Self::Binary(apply, a, b) => apply(a.evaluate(slots), b.evaluate(slots)),
+        }
+    }
+
+    fn uses(&self, is: &dyn Fn(usize) -> bool) -> bool {
+        match self {
+            Self::Number(_) => false,
+            Self::Slot(slot) => is(*slot),
+            Self::Unary(_, a) => a.uses(is),
+            Self::Binary(_, a, b) => a.uses(is) || b.uses(is),
+        }
+    }
+
+    /// `apply(a)`, computed now if `a` is a number.
+    fn unary(apply: fn(f64) -> f64, a: Self) -> Self {
+        match a {
+            Self::Number(a) => Self::Number(apply(a)),
+            a => Self::Unary(apply, Box::new(a)),
+        }
+    }
+
+    /// `apply(a, b)`, computed now if both are numbers.
+    fn binary(apply: fn(f64, f64) -> f64, a: Self, b: Self) -> Self {
+        match (a, b) {
+            (Self::Number(a), Self::Number(b)) => Self::Number(apply(a, b)),
+            (a, b) => Self::Binary(apply, Box::new(a), Box::new(b)),
+        }
+    }
+}
+
+/// Functions of one argument.
+const FUNCTIONS: [(&str, fn(f64) -> f64); 15] = [
+    ("sin", f64::sin),
+    ("cos", f64::cos),
+    ("tan", f64::tan),
+    ("asin", f64::asin),
+    ("acos", f64::acos),
+    ("atan", f64::atan),
+    ("sinh", f64::sinh),
+    ("cosh", f64::cosh),
+    ("tanh", f64::tanh),
+    ("exp", f64::exp),
+    ("ln", f64::ln),
+    ("log10", f64::log10),
+    ("sqrt", f64::sqrt),
+    ("abs", f64::abs),
+    ("sign", sign),
+];
+
+/// Functions of two arguments.
+const FUNCTIONS_OF_TWO: [(&str, fn(f64, f64) -> f64); 3] = [
+    ("min", |a, b| {
+        if a <= b {
+            a
+        } else if b < a {
+            b
+        } else {
+            f64::NAN
+        }
+    }),
+    ("max", |a, b| {
+        if a >= b {
+            a
+        } else if b > a {
+            b
+        } else {
+            f64::NAN
+        }
+    }),
+    ("atan2", f64::atan2),
+];
+
+/// -1, 0 or 1; NaN of NaN. Unlike `f64::signum`, 0 has no sign.
+fn sign(a: f64) -> f64 {
+    if a == 0.0 { 0.0 } else { a.signum() }
+}
+
+/// Names that a scene's constants may not take: functions and `pi`.
+pub fn reserved_names() -> impl Iterator<Item = &'static str> {
+    let one = FUNCTIONS.iter().map(|(name, _)| *name);
+    let two = FUNCTIONS_OF_TWO.iter().map(|(name, _)| *name);
+    one.chain(two).chain(["pi"])
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Kind {
+    Number(f64),
+    Name,
+    Symbol(char),
+}
+
+#[derive(Debug, Clone)]
+struct Token {
+    kind: Kind,
+    at: Range<usize>,
+}
+
+fn tokens(source: &str) -> Result<Vec<Token>, ExpressionError> {
+    let bytes = source.as_bytes();
+    let mut found = Vec::new();
+    let mut at = 0;
+    while let Some(first) = source[at..].chars().next() {
+        let start = at;
+        let kind = if first.is_whitespace() {
+            at += first.len_utf8();
+            continue;
+        } else if first.is_ascii_digit() || first == '.' {
+            at = number_end(bytes, at);
+            let number = source[start..at].parse().map_err(|_| ExpressionError {
+                at: start..at,
+                message: format!("`{}` is not a number", &source[start..at]),
+                unknown_name: None,
+            })?;
+            Kind::Number(number)
+        } else if first.is_ascii_alphabetic() || first == '_' {
+            at = count_while(bytes, at, |b| {
+                b.is_ascii_alphanumeric() || b == b'_' || b == b'.'
+            });
+            Kind::Name
+        } else if "+-*/^(),".contains(first) {
+            at += 1;
+            Kind::Symbol(first)
+        } else {
+            return Err(ExpressionError {
+                at: start..start + first.len_utf8(),
+                message: format!("`{first}` has no meaning in an expression"),
+                unknown_name: None,
+            });
+        };
+        found.push(Token {
+            kind,
+            at: start..at,
+        });
+    }
+    Ok(found)
+}
+
+/// The end of a run of bytes for which `is` holds.
+fn count_while(bytes: &[u8], from: usize, is: impl Fn(u8) -> bool) -> usize {
+    from + bytes[from..].iter().take_while(|b| is(**b)).count()
+}
+
+/// The end of a number: digits and points, then perhaps an exponent with its sign.
+fn number_end(bytes: &[u8], from: usize) -> usize {
+    let digits = |at| count_while(bytes, at, |b| b.is_ascii_digit() || b == b'.');
+    let mantissa = digits(from);
+    if !matches!(bytes.get(mantissa), Some(b'e' | b'E')) {
+        return mantissa;
+    }
+    let sign = usize::from(matches!(bytes.get(mantissa + 1), Some(b'+' | b'-')));
+    let exponent = digits(mantissa + 1 + sign);
+    if exponent == mantissa + 1 + sign {
+        mantissa
+    } else {
+        exponent
+    }
+}
+
+struct Parser<'a> {
+    source: &'a str,
+    tokens: Vec<Token>,
+    next: usize,
+    depth: usize,
+    meaning: &'a dyn Fn(&str) -> Option<Meaning>,
+}
+
+impl Parser<'_> {
+    fn peek(&self) -> Option<&Token> {
+        self.tokens.get(self.next)
+    }
+
+    /// Takes the next token if it is one of `symbols`.
+    fn take(&mut self, symbols: &str) -> Option<char> {
+        match self.peek()?.kind {
+            Kind::Symbol(symbol) if symbols.contains(symbol) => {
+                self.next += 1;
+                Some(symbol)
+            }
+            _ => None,
+        }
+    }
+
+    fn expect(&mut self, symbol: char) -> Result<(), ExpressionError> {
+        match self.take(symbol.encode_utf8(&mut [0; 4])) {
+            Some(_) => Ok(()),
+            None => Err(self.unexpected(&format!("`{symbol}`"))),
+        }
+    }
+
+    fn unexpected(&self, expected: &str) -> ExpressionError {
+        let (at, found) = match self.peek() {
+            Some(token) => (
+                token.at.clone(),
+                format!("`{}`", &self.source[token.at.clone()]),
+            ),
+            None => (self.source.len()..self.source.len(), "the end".to_owned()),
+        };
+        ExpressionError {
+            at,
+            message: format!("found {found} where {expected} should be"),
+            unknown_name: None,
+        }
+    }
+
+    fn sum(&mut self) -> Result<Node, ExpressionError> {
+        let mut left = self.product()?;
+        while let Some(operator) = self.take("+-") {
+            let apply: fn(f64, f64) -> f64 = match operator {
+                '+' => |a, b| a + b,
+                _ => |a, b| a - b,
+            };
+            left = Node::binary(apply, left, self.product()?);
+        }
+        Ok(left)
+    }
+
+    fn product(&mut self) -> Result<Node, ExpressionError> {
+        let mut left = self.signed()?;
+        while let Some(operator) = self.take("*/") {
+            let apply: fn(f64, f64) -> f64 = match operator {
+                '*' => |a, b| a * b,
+                _ => |a, b| a / b,
+            };
+            left = Node::binary(apply, left, self.signed()?);
+        }
+        Ok(left)
+    }
+
+    fn signed(&mut self) -> Result<Node, ExpressionError> {
+        self.depth += 1;
+        if self.depth > DEPTH_LIMIT {
+            return Err(ExpressionError {
+                at: 0..self.source.len(),
+                message: format!("nested deeper than {DEPTH_LIMIT} levels"),
+                unknown_name: None,
+            });
+        }
+        let node = match self.take("+-") {
+            Some('-') => Node::unary(|a| -a, self.signed()?),
+            Some(_) => self.signed()?,
+            None => self.power()?,
+        };
+        self.depth -= 1;
+        Ok(node)
+    }
+
+    fn power(&mut self) -> Result<Node, ExpressionError> {
+        let base = self.atom()?;
+        match self.take("^") {
+            Some(_) => Ok(Node::binary(f64::powf, base, self.signed()?)),
+            None => Ok(base),
+        }
+    }
+
+    fn atom(&mut self) -> Result<Node, ExpressionError> {
+        let expected = "a number, a name or `(`";
+        let Some(token) = self.peek().cloned() else {
+            return Err(self.unexpected(expected));
+        };
+        match token.kind {
+            Kind::Number(value) => {
+                self.next += 1;
+                Ok(Node::Number(value))
+            }
+            Kind::Symbol('(') => {
+                self.next += 1;
+                let inner = self.sum()?;
+                self.expect(')')?;
+                Ok(inner)
+            }
+            Kind::Symbol(_) => Err(self.unexpected(expected)),
+            Kind::Name => {
+                self.next += 1;
+                self.name(&token)
+            }
+        }
+    }
+
+    fn name(&mut self, token: &Token) -> Result<Node, ExpressionError> {
+        let name = &self.source[token.at.clone()];
+        let named = |(known, _): &&(&str, _)| *known == name;
+        if let Some((_, apply)) = FUNCTIONS.iter().find(|(known, _)| *known == name) {
+            self.expect('(')?;
+            let a = self.sum()?;
+            self.expect(')')?;
+            return Ok(Node::unary(*apply, a));
+        }
+        if let Some((_, apply)) = FUNCTIONS_OF_TWO.iter().find(named) {
+            self.expect('(')?;
+            let a = self.sum()?;
+            self.expect(',')?;
+            let b = self.sum()?;
+            self.expect(')')?;
+            return Ok(Node::binary(*apply, a, b));
+        }
+        if name == "pi" {
+            return Ok(Node::Number(std::f64::consts::PI));
+        }
+        match (self.meaning)(name) {
+            Some(Meaning::Number(value)) => Ok(Node::Number(value)),
+            Some(Meaning::Slot(slot)) => Ok(Node::Slot(slot)),
+            None => Err(ExpressionError {
+                at: token.at.clone(),
+                message: format!("`{name}` is not known here"),
+                unknown_name: Some(name.to_owned()),
+            }),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn value(source: &str) -> f64 {
+        let meaning = |name: &str| match name {
+            "t" => Some(Meaning::Slot(0)),
+            "body.a_1.vx" => Some(Meaning::Slot(1)),
+            "Z" => Some(Meaning::Number(4.0)),
+            _ => None,
+        };
+        Expression::compile(source, &meaning)
+            .unwrap_or_else(|e| panic!("{source}: {}", e.message))
+            .evaluate(&[3.0, 5.0])
+    }
+
+    fn fault(source: &str) -> ExpressionError {
+        Expression::compile(source, &|_| None).unwrap_err()
+    }
+
+    #[test]
+    fn operators_bind_as_on_paper() {
+        for (source, expected) in [
+            ("1 + 2*3", 7.0),
+            ("8/4/2", 1.0),
+            ("8/4*2", 4.0),
+            ("1-2-3", -4.0),
+            ("-2^2", -4.0),
+            ("(-2)^2", 4.0),
+            ("2^-1", 0.5),
+            ("2^3^2", 512.0),
+            ("2*-3", -6.0),
+            ("- -3", 3.0),
+            ("2.5e-1 + .5", 0.75),
+            ("1e3", 1000.0),
+        ] {
+            assert_eq!(value(source), expected, "{source}");
+        }
+    }
+
+    #[test]
+    fn functions_nest_and_names_resolve() {
+        assert_eq!(value("max(1, min(t, body.a_1.vx))"), 3.0);
+        assert_eq!(value("body.a_1.vx/Z"), 1.25);
+        assert_eq!(value("sqrt(abs(-16)) + exp(0) + ln(1)"), 5.0);
+        assert!((value("sin(pi/2) - cos(0)")).abs() < 1e-15);
+        assert_eq!(value("sign(-3) + sign(0)"), -1.0);
+        // exp(-t^2/2) is the formula that a tightly bound minus would ruin.
+        assert_eq!(value("exp(-t^2/2)"), (-4.5f64).exp());
+    }
+
+    #[test]
+    fn nan_is_not_lost_in_a_minimum() {
+        assert!(value("min(0/0, 1)").is_nan());
+        assert!(value("max(1, 0/0)").is_nan());
+    }
+
+    #[test]
+    fn numbers_are_folded() {
+        let compiled = Expression::compile("sqrt(2000*1e7)", &|_| None).unwrap();
+        assert_eq!(compiled.as_number(), Some(2e10f64.sqrt()));
+        let compiled = Expression::compile("2*x", &|_| Some(Meaning::Slot(7))).unwrap();
+        assert_eq!(compiled.as_number(), None);
+        assert!(compiled.uses(&|slot| slot == 7));
+        assert!(!compiled.uses(&|slot| slot < 7));
+    }
+
+    #[test]
+    fn faults_say_where() {
+        assert_eq!(fault("1 + ").at, 4..4);
+        assert_eq!(fault("1 $ 2").at, 2..3);
+        assert_eq!(fault("(1").message, "found the end where `)` should be");
+        assert_eq!(fault("2 pi").at, 2..4);
+        assert_eq!(fault("min(1)").message, "found `)` where `,` should be");
+        assert_eq!(fault("sin 3").at, 4..5);
+        assert_eq!(fault("1.2.3").message, "`1.2.3` is not a number");
+        let unknown = fault("2*bdy.vx");
+        assert_eq!(
+            (unknown.at, unknown.unknown_name),
+            (2..8, Some("bdy.vx".into()))
+        );
+        assert_eq!(fault("").at, 0..0);
+        assert!(fault(&"(".repeat(1000)).message.contains("nested"));
+    }
+}

@@ -1,0 +1,333 @@
+//! The quantities that columns, checks and references may name, and one sample of all of them.
+//!
+//! | name | meaning | unit |
+//! | --- | --- | --- |
+//! | `time`, `t` | simulated time | s |
+//! | `energy.X` | X: `kinetic` (points and translation of bodies), `rotation`, `elastic`, `gravity`, `contact`, `friction`, `viscous`, `plastic`, `driven`, `total`, `residual` | J/m |
+//! | `energy.residual_relative` | residual over the largest total so far | 1 |
+//! | `momentum.x`, `.y` | linear momentum of points and bodies at `t_{n+1/2}` | N s/m |
+//! | `momentum_error` | relative to the largest momentum so far, applied impulses subtracted | 1 |
+//! | `contact.force.x`, `.y` | force of bodies on points | N/m |
+//! | `body.NAME.Q` | Q: `x`, `y` (m), `vx`, `vy` (m/s), `angle` (rad), `spin` (rad/s), `mass` (kg/m), `inertia` (kg m), `kinetic` (J/m, with rotation), `fx`, `fy` (N/m), `torque` (N) of the points on the body, `contacts` | |
+//! | `points.NAME.Q` | Q: `x`, `y`, `vx`, `vy`, `mass`, `kinetic`, `fx`, `fy` of bodies on the group, `xmin`, `xmax`, `ymin`, `ymax`, `contacts` | |
+//! | `initial.Q` | the value of any of these at `t_0` | |
+
+use interface::wire::{BodyState, GroupState, Ledger};
+
+use crate::expression::Meaning;
+
+/// Quantities that every scene has, in the order of their values in a [`Sample`].
+const COMMON: [&str; 19] = [
+    "time",
+    "energy.kinetic",
+    "energy.rotation",
+    "energy.elastic",
+    "energy.gravity",
+    "energy.contact",
+    "energy.friction",
+    "energy.viscous",
+    "energy.plastic",
+    "energy.driven",
+    "energy.total",
+    "energy.residual",
+    "energy.residual_relative",
+    "momentum.x",
+    "momentum.y",
+    "momentum_error",
+    "contact.force.x",
+    "contact.force.y",
+    "contact.points",
+];
+
+/// Quantities of one point group.
+const OF_GROUP: [&str; 13] = [
+    "x", "y", "vx", "vy", "mass", "kinetic", "fx", "fy", "xmin", "xmax", "ymin", "ymax", "contacts",
+];
+
+/// Quantities of one body.
+const OF_BODY: [&str; 13] = [
+    "x", "y", "vx", "vy", "angle", "spin", "mass", "inertia", "kinetic", "fx", "fy", "torque",
+    "contacts",
+];
+
+/// What is conserved apart from the residual of the transfer scheme, in J/m: energies held, plus energy dissipated,
+/// minus work put in.
+pub fn total_energy(mpm: &Ledger, dem: &Ledger) -> f64 {
+    let of = |l: &Ledger| {
+        l.kinetic
+            + l.kinetic_rotation
+            + l.elastic
+            + l.gravity
+            + l.contact
+            + l.friction_work
+            + l.viscous_work
+            + l.plastic_work
+            - l.driven_work
+    };
+    of(mpm) + of(dem)
+}
+
+/// One measurement of both sides, from which a [`Sample`] is filled.
+#[derive(Debug, Clone, Copy)]
+pub struct Measured<'a> {
+    /// `t_n` in s.
+    pub time: f64,
+    /// The continuum's ledger; zeros where there is none.
+    pub mpm: &'a Ledger,
+    /// The bodies' ledger; zeros where there is none.
+    pub dem: &'a Ledger,
+    /// One record for each point group, in the order of the scene.
+    pub groups: &'a [GroupState],
+    /// One record for each body, in the order of the scene.
+    pub bodies: &'a [BodyState],
+    /// Momentum balance relative to the largest momentum so far.
+    pub momentum_error: f64,
+    /// [`total_energy`] minus its value at `t_0`, in J/m.
+    pub energy_residual: f64,
+    /// The residual relative to the largest total so far.
+    pub energy_residual_relative: f64,
+}
+
+/// The registry: every quantity of a scene and its place in a [`Sample`].
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Quantities {
+    names: Vec<String>,
+    groups: usize,
+    bodies: usize,
+}
+
+/// The values of all quantities at one time, in the order of their registry.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Sample {
+    values: Vec<f64>,
+}
+
+impl Quantities {
+    /// The quantities of a scene with these point groups and bodies.
+    pub fn new<'a>(
+        groups: impl IntoIterator<Item = &'a str>,
+        bodies: impl IntoIterator<Item = &'a str>,
+    ) -> Self {
+        let mut registry = Self {
+            names: COMMON.iter().map(|&name| name.to_owned()).collect(),
+            ..Self::default()
+        };
+        for group in groups {
+            registry.groups += 1;
+            let names = OF_GROUP.iter().map(|q| format!("points.{group}.{q}"));
+            registry.names.extend(names);
+        }
+        for body in bodies {
+            registry.bodies += 1;
+            let names = OF_BODY.iter().map(|q| format!("body.{body}.{q}"));
+            registry.names.extend(names);
+        }
+        registry
+    }
+
+    /// Number of values in a [`Sample`].
+    pub fn len(&self) -> usize {
+        self.names.len()
+    }
+
+    /// Never: every scene has a time.
+    pub fn is_empty(&self) -> bool {
+        self.names.is_empty()
+    }
+
+    /// All names, in the order of a [`Sample`].
+    pub fn names(&self) -> impl Iterator<Item = &str> + Clone {
+        self.names.iter().map(String::as_str)
+    }
+
+    /// Place of a quantity in a [`Sample`].
+    pub fn index(&self, name: &str) -> Option<usize> {
+        let name = if name == "t" { "time" } else { name };
+        self.names.iter().position(|known| known == name)
+    }
+
+    /// What a name means in an expression over `[sample, initial sample]`: a quantity, or `initial.` and a quantity.
+    pub(crate) fn meaning(&self, name: &str) -> Option<Meaning> {
+        match name.strip_prefix("initial.") {
+            Some(quantity) => Some(Meaning::Slot(self.len() + self.index(quantity)?)),
+            None => Some(Meaning::Slot(self.index(name)?)),
+        }
+    }
+
+    /// Fills `sample` from one measurement.
+    ///
+    /// # Panics
+    /// If there are not as many groups or bodies as the scene has: an assertion, they were configured from it.
+    pub fn fill(&self, sample: &mut Sample, measured: &Measured) {
+        assert_eq!(measured.groups.len(), self.groups, "one record a group");
+        assert_eq!(measured.bodies.len(), self.bodies, "one record a body");
+        let values = &mut sample.values;
+        values.clear();
+        values.extend(common(measured));
+        for group in measured.groups {
+            values.extend(of_group(group));
+        }
+        for body in measured.bodies {
+            values.extend(of_body(body));
+        }
+        debug_assert_eq!(values.len(), self.len());
+    }
+}
+
+impl Sample {
+    /// The values, in the order of the registry; empty before the first fill.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// The time of the sample in s.
+    ///
+    /// # Panics
+    /// If it was never filled: an assertion.
+    pub fn time(&self) -> f64 {
+        self.values[0]
+    }
+}
+
+#[cfg(test)]
+impl From<Vec<f64>> for Sample {
+    fn from(values: Vec<f64>) -> Self {
+        Self { values }
+    }
+}
+
+fn common(measured: &Measured) -> [f64; COMMON.len()] {
+    let (m, d) = (measured.mpm, measured.dem);
+    [
+        measured.time,
+        m.kinetic + d.kinetic,
+        m.kinetic_rotation + d.kinetic_rotation,
+        m.elastic + d.elastic,
+        m.gravity + d.gravity,
+        m.contact + d.contact,
+        m.friction_work + d.friction_work,
+        m.viscous_work + d.viscous_work,
+        m.plastic_work + d.plastic_work,
+        m.driven_work + d.driven_work,
+        total_energy(m, d),
+        measured.energy_residual,
+        measured.energy_residual_relative,
+        m.momentum[0] + d.momentum[0],
+        m.momentum[1] + d.momentum[1],
+        measured.momentum_error,
+        m.contact_force[0],
+        m.contact_force[1],
+        m.contacts as f64,
+    ]
+}
+
+fn of_group(g: &GroupState) -> [f64; OF_GROUP.len()] {
+    [
+        g.position[0],
+        g.position[1],
+        g.velocity[0],
+        g.velocity[1],
+        g.mass,
+        g.kinetic,
+        g.contact_force[0],
+        g.contact_force[1],
+        g.lower[0],
+        g.upper[0],
+        g.lower[1],
+        g.upper[1],
+        g.contacts as f64,
+    ]
+}
+
+fn of_body(b: &BodyState) -> [f64; OF_BODY.len()] {
+    let speed_sq = b.velocity[0].powi(2) + b.velocity[1].powi(2);
+    [
+        b.position[0],
+        b.position[1],
+        b.velocity[0],
+        b.velocity[1],
+        b.angle,
+        b.spin,
+        b.mass,
+        b.inertia,
+        0.5 * b.mass * speed_sq + 0.5 * b.inertia * b.spin.powi(2),
+        b.point_force[0],
+        b.point_force[1],
+        b.point_torque,
+        b.contacts as f64,
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_value_stands_at_the_index_of_its_name() {
+        let quantities = Quantities::new(["disc"], ["floor", "target"]);
+        let mpm = Ledger {
+            kinetic: 1.0,
+            elastic: 2.0,
+            contact_force: [3.0, 4.0],
+            momentum: [5.0, 6.0],
+            driven_work: 0.5,
+            ..Ledger::default()
+        };
+        let dem = Ledger {
+            kinetic: 10.0,
+            kinetic_rotation: 20.0,
+            friction_work: 40.0,
+            ..Ledger::default()
+        };
+        let group = GroupState {
+            velocity: [7.0, 8.0],
+            upper: [9.0, 11.0],
+            contacts: 12,
+            ..GroupState::default()
+        };
+        let target = BodyState {
+            velocity: [3.0, 4.0],
+            mass: 2.0,
+            spin: 2.0,
+            inertia: 3.0,
+            point_torque: 13.0,
+            ..BodyState::default()
+        };
+        let mut sample = Sample::default();
+        let measured = Measured {
+            time: 0.25,
+            mpm: &mpm,
+            dem: &dem,
+            groups: &[group],
+            bodies: &[BodyState::default(), target],
+            momentum_error: 14.0,
+            energy_residual: 15.0,
+            energy_residual_relative: 16.0,
+        };
+        quantities.fill(&mut sample, &measured);
+        for (name, expected) in [
+            ("time", 0.25),
+            ("t", 0.25),
+            ("energy.kinetic", 11.0),
+            ("energy.rotation", 20.0),
+            ("energy.total", 72.5),
+            ("energy.residual", 15.0),
+            ("energy.residual_relative", 16.0),
+            ("momentum.y", 6.0),
+            ("momentum_error", 14.0),
+            ("contact.force.x", 3.0),
+            ("points.disc.vx", 7.0),
+            ("points.disc.xmax", 9.0),
+            ("points.disc.ymax", 11.0),
+            ("points.disc.contacts", 12.0),
+            ("body.target.kinetic", 31.0),
+            ("body.target.torque", 13.0),
+            ("body.floor.mass", 0.0),
+        ] {
+            let index = quantities.index(name).unwrap_or_else(|| panic!("{name}"));
+            assert_eq!(sample.values()[index], expected, "{name}");
+        }
+        assert_eq!(sample.values().len(), quantities.len());
+        assert_eq!(quantities.index("body.targt.vx"), None);
+    }
+}

@@ -1,0 +1,500 @@
+//! A TOML document that remembers where every value stands, through variants and `--set`.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+use std::path::Path;
+
+use toml::de::{DeTable, DeValue};
+use toml::{Spanned, Table, Value};
+
+use crate::diagnostic::{Diagnostic, Place, SceneErrors, shorten, suggestion};
+
+/// A scene file with its overrides applied.
+pub(super) struct Document {
+    file: String,
+    text: String,
+    /// The tree, without the table of variants.
+    pub root: Table,
+    /// Names of the variants of the file.
+    pub variants: Vec<String>,
+    /// Dotted path of every key and array element, and where it was set.
+    origins: BTreeMap<String, Origin>,
+}
+
+#[derive(Debug, Clone)]
+enum Origin {
+    File {
+        key: Range<usize>,
+        value: Range<usize>,
+        variant: Option<String>,
+    },
+    Set {
+        argument: String,
+        value: String,
+    },
+}
+
+/// What of a key a message is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Part {
+    /// The key itself: it should not be there, or something is missing in its table.
+    Key,
+    /// Its value.
+    Value,
+}
+
+impl Document {
+    /// Reads a scene file and applies a variant and then the `--set` arguments, in their order.
+    ///
+    /// # Errors
+    /// The file cannot be read or is not TOML, the variant does not exist, or an override has no place.
+    pub fn read(path: &Path, variant: Option<&str>, set: &[String]) -> Result<Self, SceneErrors> {
+        let file = path.display().to_string();
+        let text = read_text(path, &file)?;
+        let mut document = Self::parse(file, text)?;
+        let mut errors = Vec::new();
+        let variants = document.take_variants(&mut errors);
+        if let Some(name) = variant {
+            match variants.get(name) {
+                Some(overrides) => document.apply_variant(name, overrides, &mut errors),
+                None => errors.push(document.no_such_variant(name)),
+            }
+        }
+        for argument in set {
+            document.apply_argument(argument, &mut errors);
+        }
+        if errors.is_empty() {
+            Ok(document)
+        } else {
+            Err(SceneErrors(errors))
+        }
+    }
+
+    fn parse(file: String, text: String) -> Result<Self, SceneErrors> {
+        let (spanned, mut faults) = DeTable::parse_recoverable(&text);
+        let mut origins = BTreeMap::new();
+        record_table(&mut origins, "", spanned.get_ref());
+        let root = match toml::from_str::<Table>(&text) {
+            Ok(root) => root,
+            Err(fault) => {
+                if faults.is_empty() {
+                    faults.push(fault);
+                }
+                Table::new()
+            }
+        };
+        let document = Self {
+            root,
+            variants: Vec::new(),
+            origins,
+            file,
+            text,
+        };
+        if faults.is_empty() {
+            return Ok(document);
+        }
+        let not_toml = |fault: &toml::de::Error| Diagnostic {
+            message: format!("not TOML: {}", fault.message().trim_end()),
+            key: String::new(),
+            value: String::new(),
+            place: match fault.span() {
+                Some(span) => Place::in_text(&document.file, &document.text, &span),
+                None => document.whole_file(),
+            },
+            help: Some("a scene is TOML: `key = value` lines under `[section]` headers".to_owned()),
+        };
+        Err(SceneErrors(faults.iter().map(not_toml).collect()))
+    }
+
+    /// Takes the table of variants out of the tree.
+    fn take_variants(&mut self, errors: &mut Vec<Diagnostic>) -> BTreeMap<String, Table> {
+        let mut variants = BTreeMap::new();
+        let Some(table) = self.root.remove("variant") else {
+            return variants;
+        };
+        let help =
+            || Some("write `[variant.NAME]`, then `\"dotted.key\" = value` lines".to_owned());
+        let Value::Table(table) = table else {
+            let message = "`variant` is not a table of variants";
+            errors.push(self.diagnostic("variant", Part::Value, message, help()));
+            return variants;
+        };
+        for (name, overrides) in table {
+            match overrides {
+                Value::Table(overrides) => {
+                    variants.insert(name, overrides);
+                }
+                _ => {
+                    let path = format!("variant.{name}");
+                    let message = format!("`{path}` is not a table of overrides");
+                    errors.push(self.diagnostic(&path, Part::Value, &message, help()));
+                }
+            }
+        }
+        self.variants = variants.keys().cloned().collect();
+        variants
+    }
+
+    fn no_such_variant(&self, name: &str) -> Diagnostic {
+        let help = if self.variants.is_empty() {
+            "this scene has no variants".to_owned()
+        } else {
+            let names = self.variants.iter().map(String::as_str);
+            suggestion(name, "variants of this scene", names)
+        };
+        Diagnostic {
+            message: format!("no variant `{name}`"),
+            key: format!("variant.{name}"),
+            value: String::new(),
+            place: self.whole_file(),
+            help: Some(help),
+        }
+    }
+
+    fn apply_variant(&mut self, name: &str, overrides: &Table, errors: &mut Vec<Diagnostic>) {
+        for (path, value) in overrides {
+            let full = format!("variant.{name}.{path}");
+            if value.is_table() && !path.contains('.') {
+                errors.push(self.diagnostic(
+                    &full,
+                    Part::Key,
+                    &format!("`{path}` in variant `{name}` would replace a whole section"),
+                    Some("quote the whole key: `\"time.end\" = 0.1`".to_owned()),
+                ));
+                continue;
+            }
+            let Some(Origin::File { key, value: at, .. }) = self.origins.get(&full).cloned() else {
+                unreachable!("every key of the file was recorded");
+            };
+            let origin = Origin::File {
+                key,
+                value: at,
+                variant: Some(name.to_owned()),
+            };
+            if let Err((message, help)) = self.put(path, value.clone(), origin) {
+                errors.push(self.diagnostic(&full, Part::Key, &message, Some(help)));
+            }
+        }
+    }
+
+    fn apply_argument(&mut self, argument: &str, errors: &mut Vec<Diagnostic>) {
+        let fault = |message: String, help: String, key: &str| Diagnostic {
+            message,
+            key: key.to_owned(),
+            value: String::new(),
+            place: Place::Set {
+                argument: argument.to_owned(),
+            },
+            help: Some(help),
+        };
+        let Some((path, written)) = argument.split_once('=') else {
+            let message = format!("`{argument}` sets nothing");
+            errors.push(fault(message, "write `--set mpm.cell=0.002`".into(), ""));
+            return;
+        };
+        let (path, written) = (path.trim(), written.trim());
+        let origin = Origin::Set {
+            argument: argument.to_owned(),
+            value: written.to_owned(),
+        };
+        if let Err((message, help)) = self.put(path, argument_value(written), origin) {
+            errors.push(fault(message, help, path));
+        }
+    }
+
+    /// Puts `value` at a dotted path, in place of all that was there. Tables on the way are made, array elements must
+    /// exist or be the next one.
+    fn put(&mut self, path: &str, value: Value, origin: Origin) -> Result<(), (String, String)> {
+        let segments: Vec<&str> = path.split('.').collect();
+        let (last, parents) = segments
+            .split_last()
+            .expect("split yields one part at least");
+        if segments.iter().any(|s| s.is_empty()) || segments[0] == "variant" {
+            let help = "a key is dotted, such as `mpm.cell` or `mpm.points.0.velocity`";
+            return Err((format!("`{path}` is not a key of a scene"), help.to_owned()));
+        }
+        let mut at = Container::Table(&mut self.root);
+        for (depth, segment) in parents.iter().enumerate() {
+            let here = segments[..depth].join(".");
+            at = at.enter(segment, &here)?;
+        }
+        at.put(last, value, &parents.join("."))?;
+        let below = format!("{path}.");
+        self.origins
+            .retain(|known, _| known != path && !known.starts_with(&below));
+        self.origins.insert(path.to_owned(), origin);
+        Ok(())
+    }
+
+    /// The value at a path was replaced by the program (a CSV file by its numbers): messages still point at what was
+    /// written.
+    pub fn replace(&mut self, path: &str, value: Value) {
+        let origin = self.origin(path).cloned();
+        if let Some(origin) = origin {
+            // The path was just read from this very tree, so there is a place for it.
+            let _ = self.put(path, value, origin);
+        }
+    }
+
+    fn whole_file(&self) -> Place {
+        Place::File {
+            file: self.file.clone(),
+        }
+    }
+
+    /// Where a path was set: its own origin, or that of the nearest thing above it.
+    fn origin(&self, path: &str) -> Option<&Origin> {
+        let mut path = path;
+        loop {
+            if let Some(origin) = self.origins.get(path) {
+                return Some(origin);
+            }
+            path = path.rsplit_once('.')?.0;
+        }
+    }
+
+    fn place(&self, path: &str, part: Part) -> Place {
+        let exact = self.origins.contains_key(path);
+        match self.origin(path) {
+            None => self.whole_file(),
+            Some(Origin::Set { argument, .. }) => Place::Set {
+                argument: argument.clone(),
+            },
+            Some(Origin::File {
+                key,
+                value,
+                variant,
+            }) => {
+                let span = if part == Part::Key || !exact {
+                    key
+                } else {
+                    value
+                };
+                self.in_file(span, variant.as_ref())
+            }
+        }
+    }
+
+    fn in_file(&self, span: &Range<usize>, of_variant: Option<&String>) -> Place {
+        let mut place = Place::in_text(&self.file, &self.text, span);
+        if let Place::Line { variant, .. } = &mut place {
+            *variant = of_variant.cloned();
+        }
+        place
+    }
+
+    /// The value at a path as it was written, shortened; empty where it was not.
+    pub fn as_written(&self, path: &str) -> String {
+        match self.origins.get(path) {
+            Some(Origin::File { value, .. }) => {
+                shorten(self.text.get(value.clone()).unwrap_or_default())
+            }
+            Some(Origin::Set { value, .. }) => shorten(value),
+            None => String::new(),
+        }
+    }
+
+    /// A message about a path.
+    pub fn diagnostic(
+        &self,
+        path: &str,
+        part: Part,
+        message: &str,
+        help: Option<String>,
+    ) -> Diagnostic {
+        Diagnostic {
+            message: message.to_owned(),
+            key: path.to_owned(),
+            value: self.as_written(path),
+            place: self.place(path, part),
+            help,
+        }
+    }
+
+    /// A message about the bytes `at` of the string at a path.
+    pub fn diagnostic_within(
+        &self,
+        path: &str,
+        at: &Range<usize>,
+        message: &str,
+        help: Option<String>,
+    ) -> Diagnostic {
+        let mut diagnostic = self.diagnostic(path, Part::Value, message, help);
+        if let Some(Origin::File { value, variant, .. }) = self.origins.get(path) {
+            let written = self.text.get(value.clone()).unwrap_or_default();
+            // Escapes and multi-line strings shift the bytes; then the caret stays under the whole string.
+            let plain = written.starts_with(['"', '\''])
+                && !written.starts_with("\"\"\"")
+                && !written.starts_with("'''")
+                && !written.contains('\\');
+            if plain {
+                let start = value.start + 1;
+                let span = start + at.start..start + at.end;
+                diagnostic.place = self.in_file(&span, variant.as_ref());
+            }
+        }
+        diagnostic
+    }
+}
+
+/// A table or an array on the way of a dotted path.
+enum Container<'a> {
+    Table(&'a mut Table),
+    Array(&'a mut Vec<Value>),
+}
+
+impl<'a> Container<'a> {
+    fn enter(self, segment: &str, here: &str) -> Result<Self, (String, String)> {
+        let next = match self {
+            Self::Table(table) => table
+                .entry(segment)
+                .or_insert_with(|| Value::Table(Table::new())),
+            Self::Array(array) => {
+                let length = array.len();
+                let index = index(segment, length, here)?;
+                array
+                    .get_mut(index)
+                    .ok_or_else(|| past_the_end(segment, length, here))?
+            }
+        };
+        match next {
+            Value::Table(table) => Ok(Self::Table(table)),
+            Value::Array(array) => Ok(Self::Array(array)),
+            // An enumeration written as a word, such as `transfer = "flip"`, may become a table.
+            other @ Value::String(_) => {
+                *other = Value::Table(Table::new());
+                match other {
+                    Value::Table(table) => Ok(Self::Table(table)),
+                    _ => unreachable!("it was just made a table"),
+                }
+            }
+            _ => Err((
+                format!("`{segment}` in `{here}` is a plain value and holds no keys"),
+                "give the key of the value itself".to_owned(),
+            )),
+        }
+    }
+
+    fn put(self, segment: &str, value: Value, here: &str) -> Result<(), (String, String)> {
+        match self {
+            Self::Table(table) => {
+                table.insert(segment.to_owned(), value);
+            }
+            Self::Array(array) => {
+                let length = array.len();
+                match index(segment, length, here)? {
+                    i if i < length => array[i] = value,
+                    i if i == length => array.push(value),
+                    _ => return Err(past_the_end(segment, length, here)),
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+fn index(segment: &str, length: usize, here: &str) -> Result<usize, (String, String)> {
+    segment.parse().map_err(|_| {
+        (
+            format!("`{here}` is a list and `{segment}` is not a number of an element"),
+            format!("elements count from 0; `{here}` has {length}"),
+        )
+    })
+}
+
+fn past_the_end(segment: &str, length: usize, here: &str) -> (String, String) {
+    (
+        format!("`{here}` has no element {segment}"),
+        format!("elements count from 0; `{here}` has {length}"),
+    )
+}
+
+/// The value of a `--set` argument: TOML if it is, else the text itself, since shells eat quotes.
+fn argument_value(written: &str) -> Value {
+    toml::from_str::<Table>(&format!("value = {written}"))
+        .ok()
+        .filter(|table| table.len() == 1)
+        .and_then(|mut table| table.remove("value"))
+        .unwrap_or_else(|| Value::String(written.to_owned()))
+}
+
+fn read_text(path: &Path, file: &str) -> Result<String, SceneErrors> {
+    let fault = |message: String, help: &str| {
+        SceneErrors(vec![Diagnostic {
+            message,
+            key: String::new(),
+            value: String::new(),
+            place: Place::File {
+                file: file.to_owned(),
+            },
+            help: Some(help.to_owned()),
+        }])
+    };
+    if path.is_dir() {
+        return Err(fault(
+            format!("`{file}` is a directory, not a scene file"),
+            "name one .toml file in it",
+        ));
+    }
+    let bytes = std::fs::read(path).map_err(|error| {
+        let help = if error.kind() == std::io::ErrorKind::NotFound {
+            "check the path; scenes that come with Tandem are under scenes/"
+        } else {
+            "the file must be readable by you"
+        };
+        fault(format!("cannot read the scene file: {error}"), help)
+    })?;
+    let text = String::from_utf8(bytes).map_err(|error| {
+        let at = error.utf8_error().valid_up_to();
+        fault(
+            format!("the scene file is not text: byte {at} is not UTF-8"),
+            "save it as UTF-8",
+        )
+    })?;
+    if text.trim().is_empty() {
+        return Err(fault(
+            "the scene file is empty".to_owned(),
+            "a scene begins with `version = 1`; see docs/scene-format.md",
+        ));
+    }
+    Ok(text)
+}
+
+fn record_table(origins: &mut BTreeMap<String, Origin>, prefix: &str, table: &DeTable) {
+    for (key, value) in table {
+        let path = join(prefix, key.get_ref());
+        record(origins, &path, key.span(), value);
+    }
+}
+
+fn record(
+    origins: &mut BTreeMap<String, Origin>,
+    path: &str,
+    key: Range<usize>,
+    value: &Spanned<DeValue>,
+) {
+    match value.get_ref() {
+        DeValue::Table(table) => record_table(origins, path, table),
+        DeValue::Array(array) => {
+            for (i, element) in array.iter().enumerate() {
+                record(origins, &format!("{path}.{i}"), element.span(), element);
+            }
+        }
+        _ => {}
+    }
+    let origin = Origin::File {
+        key,
+        value: value.span(),
+        variant: None,
+    };
+    origins.insert(path.to_owned(), origin);
+}
+
+/// `prefix.key`, or `key` at the root.
+pub(super) fn join(prefix: &str, key: &str) -> String {
+    if prefix.is_empty() {
+        key.to_owned()
+    } else {
+        format!("{prefix}.{key}")
+    }
+}

@@ -1,0 +1,141 @@
+//! Scenes: from the file as written to checked values in SI units. Nothing downstream checks again.
+//!
+//! ```text
+//! file --document--> tree with overrides --structure--> every unknown or mistyped key
+//!      --written---> typed as written    --parse------> Scene
+//! ```
+//!
+//! What the rest of the coupler uses: [`Scene::load`], the fields of [`Scene`], [`Scene::plan`] and [`schema`]. Rows of
+//! the history and the verdicts of checks come from [`crate::check::Recorder`], which is made of a scene.
+//!
+//! The format is described for its users in `docs/scene-format.md`.
+
+mod document;
+mod geometry;
+mod model;
+mod output;
+mod parse;
+pub mod plan;
+mod problems;
+mod structure;
+mod written;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Duration;
+
+use interface::config::{DemConfig, MpmConfig};
+
+use crate::check::{Check, Column};
+use crate::diagnostic::SceneErrors;
+use crate::quantity::Quantities;
+
+/// Version of the scene format that is understood.
+pub const VERSION: u32 = 1;
+
+/// A scene, checked, in SI units.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    /// Name: letters, digits, `_` and `-`.
+    pub name: String,
+    /// What to look for.
+    pub about: String,
+    /// Duration and step.
+    pub time: TimePlan,
+    /// The continuum's configuration; `None`: no MPM process. `threads` is 1, for the command line to change.
+    pub mpm: Option<MpmConfig>,
+    /// The bodies' configuration; `None`: no DEM process. `threads` is 1, for the command line to change.
+    pub dem: Option<DemConfig>,
+    /// The exchange between the processes.
+    pub coupling: Coupling,
+    /// What is recorded.
+    pub output: Output,
+    /// What the run must show.
+    pub checks: Vec<Check>,
+    /// The scene's constants.
+    pub constants: BTreeMap<String, f64>,
+    /// The quantities that columns and checks are made of.
+    pub quantities: Quantities,
+    /// The scene after variant and `--set`, with CSV references replaced by their numbers: a scene file again, that
+    /// stands alone.
+    pub resolved_toml: String,
+    /// BLAKE3 of [`Self::resolved_toml`] in hexadecimal.
+    pub hash: String,
+    /// Names of the file's variants.
+    pub variants: Vec<String>,
+    /// Things that are allowed but probably not meant.
+    pub warnings: Vec<String>,
+}
+
+/// Duration and step. Times in s.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TimePlan {
+    /// End of the run, which begins at 0.
+    pub end: f64,
+    /// The scene's own cap of the step.
+    pub max_step: Option<f64>,
+    /// A step below this stops the run.
+    pub min_step: f64,
+    /// kappa of PHYSICS.md section 4, in (0, 1].
+    pub safety: f64,
+    /// How the step limit is made.
+    pub criterion: Criterion,
+}
+
+/// How the step limit is made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Criterion {
+    /// Composed of both sides' stiffness and mobility (PHYSICS.md section 4).
+    Composed,
+    /// Jiang 2020 eq. 51 as printed, for comparison.
+    Jiang2020 {
+        /// Fraction of `L/c`.
+        kappa_1: f64,
+        /// Fraction of `2 pi sqrt(m_min/k_n)`.
+        kappa_2: f64,
+    },
+}
+
+/// The exchange between the processes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coupling {
+    /// Verlet skin `V_d` in m; also in both configurations.
+    pub skin: f64,
+    /// Longest wait for another process.
+    pub deadline: Duration,
+    /// Most steps granted at once, at least 1.
+    pub window: u32,
+}
+
+/// What is recorded.
+#[derive(Debug, Clone)]
+pub struct Output {
+    /// Simulated time between rows of the history in s.
+    pub every: f64,
+    /// Columns after the time.
+    pub columns: Vec<Column>,
+}
+
+impl Scene {
+    /// Reads and checks a scene file, with the overrides of `variant` and then those of `set` (`KEY=VALUE`, dotted
+    /// keys), the later winning.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the scene, as far as it can be told at once: its [`Display`](std::fmt::Display)
+    /// is for people, with file, line, key, value, what was expected and the nearest valid key.
+    pub fn load(path: &Path, variant: Option<&str>, set: &[String]) -> Result<Self, SceneErrors> {
+        let document = document::Document::read(path, variant, set)?;
+        let directory = path.parent().unwrap_or(Path::new("."));
+        parse::scene(document, directory)
+    }
+
+    /// What will run, what is left out and why, and estimates of memory, step and number of steps.
+    pub fn plan(&self) -> plan::Plan {
+        plan::Plan::new(self)
+    }
+}
+
+/// The JSON Schema of scene files.
+pub fn schema() -> serde_json::Value {
+    schemars::schema_for!(written::SceneWritten).to_value()
+}

@@ -1,0 +1,541 @@
+//! Constants, columns and checks: every expression compiled, every name resolved, every reference read.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use crate::check::{Check, Column, Expected, Measure, Reference, When};
+use crate::diagnostic::suggestion;
+use crate::expression::{Expression, ExpressionError, Meaning, reserved_names};
+use crate::quantity::Quantities;
+
+use super::problems::Problems;
+use super::written::{
+    CheckWritten, ColumnWritten, NumberOrExpression, ReferenceWritten, TableWritten, WhenWritten,
+};
+
+/// The constants as numbers. Each may use the others, whatever their order.
+pub(super) fn constants(
+    problems: &mut Problems,
+    written: &BTreeMap<String, NumberOrExpression>,
+) -> BTreeMap<String, f64> {
+    let mut known: BTreeMap<String, f64> = BTreeMap::new();
+    let mut pending: Vec<(&String, &String)> = Vec::new();
+    for (name, value) in written {
+        let path = format!("constants.{name}");
+        constant_name(problems, &path, name);
+        match value {
+            NumberOrExpression::Number(number) => {
+                known.insert(name.clone(), *number);
+            }
+            NumberOrExpression::Expression(source) => pending.push((name, source)),
+        }
+    }
+    // As long as a round finds a new one, the next may find more.
+    loop {
+        let before = pending.len();
+        pending.retain(|(name, source)| match compile_constant(source, &known) {
+            Ok(number) => {
+                known.insert((*name).clone(), number);
+                false
+            }
+            Err(_) => true,
+        });
+        if pending.len() == before {
+            break;
+        }
+    }
+    for (name, source) in pending {
+        if let Err(error) = compile_constant(source, &known) {
+            let path = format!("constants.{name}");
+            let circular = error
+                .unknown_name
+                .as_ref()
+                .is_some_and(|n| written.contains_key(n));
+            let help = if circular {
+                "constants may not depend on each other in a circle".to_owned()
+            } else {
+                let others = written.keys().filter(|other| *other != name);
+                suggestion_for(&error, others.map(String::as_str))
+            };
+            problems.refuse_within(&path, &error.at, &error.message, Some(help));
+        }
+    }
+    for (name, value) in &known {
+        let path = format!("constants.{name}");
+        let what = format!("a finite number, not {value}");
+        problems.number(&path, *value, value.is_finite(), &what);
+    }
+    known
+}
+
+fn constant_name(problems: &mut Problems, path: &str, name: &str) {
+    problems.name(path, name);
+    let taken: Vec<&str> = reserved_names()
+        .chain(["t", "time", "momentum_error"])
+        .collect();
+    if taken.contains(&name) {
+        problems.refuse_key(
+            path,
+            format!("`{name}` already means something in expressions"),
+            format!("take another name; taken are: {}", taken.join(", ")),
+        );
+    }
+}
+
+fn compile_constant(source: &str, known: &BTreeMap<String, f64>) -> Result<f64, ExpressionError> {
+    let meaning = |name: &str| known.get(name).copied().map(Meaning::Number);
+    let compiled = Expression::compile(source, &meaning)?;
+    // Every name was a number, so the expression is one.
+    Ok(compiled.evaluate(&[]))
+}
+
+fn suggestion_for<'n>(
+    error: &ExpressionError,
+    names: impl Iterator<Item = &'n str> + Clone,
+) -> String {
+    match &error.unknown_name {
+        Some(name) => suggestion(name, "known here", names),
+        None => {
+            "numbers, names, + - * / ^, parentheses and functions such as sqrt or max".to_owned()
+        }
+    }
+}
+
+/// What columns and checks are compiled with.
+pub(super) struct Context<'a> {
+    pub constants: &'a BTreeMap<String, f64>,
+    pub quantities: &'a Quantities,
+    /// End of the run in s.
+    pub end: f64,
+    /// Where CSV files are looked for.
+    pub directory: &'a Path,
+}
+
+/// What an expression may depend on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Scope {
+    /// Constants.
+    Constants,
+    /// Constants and initial quantities: what does not change within a run.
+    Unchanging,
+    /// Everything.
+    All,
+}
+
+impl Context<'_> {
+    fn meaning(&self, scope: Scope, name: &str) -> Option<Meaning> {
+        if let Some(number) = self.constants.get(name) {
+            return Some(Meaning::Number(*number));
+        }
+        let allowed = match scope {
+            Scope::Constants => false,
+            Scope::Unchanging => name.starts_with("initial."),
+            Scope::All => true,
+        };
+        allowed.then(|| self.quantities.meaning(name)).flatten()
+    }
+
+    fn compile(
+        &self,
+        problems: &mut Problems,
+        scope: Scope,
+        path: &str,
+        source: &str,
+    ) -> Option<Expression> {
+        match Expression::compile(source, &|name| self.meaning(scope, name)) {
+            Ok(expression) => Some(expression),
+            Err(error) => {
+                let help = self.help(scope, &error);
+                problems.refuse_within(path, &error.at, &error.message, Some(help));
+                None
+            }
+        }
+    }
+
+    fn help(&self, scope: Scope, error: &ExpressionError) -> String {
+        let constants = self.constants.keys().map(String::as_str);
+        match (scope, &error.unknown_name) {
+            (Scope::All, Some(name)) => {
+                let bare = name.strip_prefix("initial.").unwrap_or(name);
+                let all = self.quantities.names().chain(["t"]).chain(constants);
+                match crate::diagnostic::nearest(bare, all) {
+                    Some(near) if bare.len() < name.len() => {
+                        format!("did you mean `initial.{near}`?")
+                    }
+                    Some(near) => format!("did you mean `{near}`?"),
+                    None => "quantities are listed in docs/scene-format.md, such as `t`, \
+                             `energy.kinetic`, `body.NAME.vx`, `points.NAME.y`"
+                        .to_owned(),
+                }
+            }
+            (Scope::Unchanging, Some(name)) if self.quantities.index(name).is_some() => {
+                format!("this may not change within the run: use constants or `initial.{name}`")
+            }
+            _ => suggestion_for(error, constants),
+        }
+    }
+
+    fn number_or_expression(
+        &self,
+        problems: &mut Problems,
+        scope: Scope,
+        path: &str,
+        written: &NumberOrExpression,
+    ) -> Option<Expression> {
+        match written {
+            NumberOrExpression::Number(number) => Some(Expression::constant(*number)),
+            NumberOrExpression::Expression(source) => self.compile(problems, scope, path, source),
+        }
+    }
+
+    /// A number made of constants.
+    fn number(
+        &self,
+        problems: &mut Problems,
+        path: &str,
+        written: &NumberOrExpression,
+    ) -> Option<f64> {
+        self.number_or_expression(problems, Scope::Constants, path, written)?
+            .as_number()
+    }
+
+    /// A time of the run.
+    fn time(
+        &self,
+        problems: &mut Problems,
+        path: &str,
+        written: Option<&NumberOrExpression>,
+        default: f64,
+    ) -> f64 {
+        let Some(time) = written.and_then(|w| self.number(problems, path, w)) else {
+            return default;
+        };
+        let expected = format!("a time between 0 and the end of the run ({} s)", self.end);
+        let end = self.end * (1.0 + 1e-12);
+        problems.number(path, time, (0.0..=end).contains(&time), &expected);
+        time
+    }
+
+    /// A column of the history.
+    pub fn column(
+        &self,
+        problems: &mut Problems,
+        path: &str,
+        written: &ColumnWritten,
+    ) -> Option<Column> {
+        if written.name.trim().is_empty() {
+            problems.refuse(
+                &format!("{path}.name"),
+                "a column without a name",
+                "name it",
+            );
+        }
+        let value = self.compile(
+            problems,
+            Scope::All,
+            &format!("{path}.value"),
+            &written.value,
+        )?;
+        Some(Column {
+            name: written.name.clone(),
+            unit: written.unit.clone(),
+            value,
+        })
+    }
+
+    /// A check. The table of a CSV reference is returned beside it, for the resolved scene.
+    pub fn check(
+        &self,
+        problems: &mut Problems,
+        path: &str,
+        written: &CheckWritten,
+    ) -> Option<Check> {
+        if written.source.trim().is_empty() {
+            problems.refuse(
+                &format!("{path}.source"),
+                "a check without a source",
+                "say where the expected figure comes from: paper and section, or closed form",
+            );
+        }
+        let when = self.when(problems, path, &written.when);
+        let from = self.time(
+            problems,
+            &format!("{path}.from"),
+            written.from.as_ref(),
+            0.0,
+        );
+        let to = self.time(
+            problems,
+            &format!("{path}.to"),
+            written.to.as_ref(),
+            self.end,
+        );
+        if to < from {
+            problems.refuse(
+                &format!("{path}.to"),
+                format!("the window ends at {to} s, before it begins at {from} s"),
+                "exchange `from` and `to`",
+            );
+        }
+        let value = self.compile(
+            problems,
+            Scope::All,
+            &format!("{path}.value"),
+            &written.value,
+        );
+        let expected = self.expected(problems, path, written, when);
+        Some(Check {
+            name: written.name.clone(),
+            value: value?,
+            when,
+            window: [from, to],
+            expected: expected?,
+            source: written.source.clone(),
+        })
+    }
+
+    fn when(&self, problems: &mut Problems, path: &str, written: &WhenWritten) -> When {
+        match written {
+            WhenWritten::End => When::End,
+            WhenWritten::At(time) => {
+                When::At(self.time(problems, &format!("{path}.when.at"), Some(time), self.end))
+            }
+            WhenWritten::Max => When::Max,
+            WhenWritten::Min => When::Min,
+            WhenWritten::Mean => When::Mean,
+            WhenWritten::Rms => When::Rms,
+            WhenWritten::MaxError => When::MaxError,
+            WhenWritten::RmsError => When::RmsError,
+        }
+    }
+
+    fn expected(
+        &self,
+        problems: &mut Problems,
+        path: &str,
+        written: &CheckWritten,
+        when: When,
+    ) -> Option<Expected> {
+        let forms = [
+            written.at_least.is_some(),
+            written.at_most.is_some(),
+            written.between.is_some(),
+            written.reference.is_some(),
+        ];
+        let count = forms.iter().filter(|present| **present).count();
+        if count != 1 {
+            problems.refuse_key(
+                path,
+                format!(
+                    "check \"{}\" has {count} of `at_least`, `at_most`, `between`, `reference`, \
+                     expected exactly one",
+                    written.name
+                ),
+                "say what the value must be, in one way",
+            );
+            return None;
+        }
+        let along_time = matches!(when, When::MaxError | When::RmsError);
+        if let Some(reference) = &written.reference {
+            return self.near(problems, path, written, reference, when);
+        }
+        for (key, present) in [
+            ("tolerance", written.tolerance.is_some()),
+            ("relative_tolerance", written.relative_tolerance.is_some()),
+            ("scale", written.scale.is_some()),
+        ] {
+            if present {
+                let message = format!("`{key}` has no effect on a bound");
+                problems.refuse_key(
+                    &format!("{path}.{key}"),
+                    message,
+                    "it belongs to `reference`",
+                );
+            }
+        }
+        if along_time {
+            problems.refuse(
+                &format!("{path}.when"),
+                "a distance needs something to be distant from",
+                "give a `reference` and a tolerance, or use `max` or `rms`",
+            );
+        }
+        let mut bound = |key: &str, bound: &NumberOrExpression| {
+            let path = format!("{path}.{key}");
+            self.number_or_expression(problems, Scope::Unchanging, &path, bound)
+        };
+        match (&written.at_least, &written.at_most, &written.between) {
+            (Some(lower), ..) => bound("at_least", lower).map(Expected::AtLeast),
+            (_, Some(upper), _) => bound("at_most", upper).map(Expected::AtMost),
+            (.., Some([lower, upper])) => {
+                let (lower, upper) = (bound("between.0", lower), bound("between.1", upper));
+                Some(Expected::Between(lower?, upper?))
+            }
+            (None, None, None) => None,
+        }
+    }
+
+    fn near(
+        &self,
+        problems: &mut Problems,
+        path: &str,
+        written: &CheckWritten,
+        reference: &ReferenceWritten,
+        when: When,
+    ) -> Option<Expected> {
+        let tolerance = self.tolerance(problems, path, written);
+        let reference_path = format!("{path}.reference");
+        let scope = match when {
+            When::Mean | When::Rms => Scope::Unchanging,
+            _ => Scope::All,
+        };
+        let reference = match reference {
+            ReferenceWritten::Number(number) => {
+                Some(Reference::Expression(Expression::constant(*number)))
+            }
+            ReferenceWritten::Expression(source) => self
+                .compile(problems, scope, &reference_path, source)
+                .map(Reference::Expression),
+            ReferenceWritten::Table(table) => {
+                if scope == Scope::Unchanging {
+                    problems.refuse(
+                        &reference_path,
+                        "a mean cannot be compared with a table over time",
+                        "use `when = \"rms_error\"`, or a number",
+                    );
+                }
+                self.table(problems, &reference_path, table)
+                    .map(Reference::Table)
+            }
+        };
+        let scale = written.scale.as_ref().map(|scale| {
+            let path = format!("{path}.scale");
+            self.number_or_expression(problems, Scope::Unchanging, &path, scale)
+        });
+        let measure = match (scale, written.relative_tolerance.is_some()) {
+            (Some(_), true) => {
+                problems.refuse_key(
+                    &format!("{path}.scale"),
+                    "`scale` and `relative_tolerance` both divide the error",
+                    "use `scale` with `tolerance`",
+                );
+                return None;
+            }
+            (Some(scale), false) => Measure::Scale(scale?),
+            (None, true) => Measure::Relative,
+            (None, false) => Measure::Absolute,
+        };
+        Some(Expected::Near {
+            reference: reference?,
+            tolerance: tolerance?,
+            measure,
+        })
+    }
+
+    fn tolerance(
+        &self,
+        problems: &mut Problems,
+        path: &str,
+        written: &CheckWritten,
+    ) -> Option<f64> {
+        let (key, tolerance) = match (&written.tolerance, &written.relative_tolerance) {
+            (Some(tolerance), None) => ("tolerance", tolerance),
+            (None, Some(tolerance)) => ("relative_tolerance", tolerance),
+            (both, _) => {
+                let has = if both.is_some() { "both" } else { "neither" };
+                let message = format!(
+                    "check \"{}\" has {has} of `tolerance` and `relative_tolerance`, expected one",
+                    written.name
+                );
+                let help = "`tolerance` is in the value's unit, `relative_tolerance` a fraction of \
+                            the reference";
+                problems.refuse_key(path, message, help);
+                return None;
+            }
+        };
+        let path = format!("{path}.{key}");
+        let number = self.number(problems, &path, tolerance)?;
+        problems.not_negative(&path, number, "a tolerance");
+        Some(number)
+    }
+
+    fn table(
+        &self,
+        problems: &mut Problems,
+        path: &str,
+        written: &TableWritten,
+    ) -> Option<Vec<[f64; 2]>> {
+        let rows = match (&written.csv, &written.points) {
+            (Some(csv), None) => {
+                let time = written.t.as_deref().unwrap_or("t");
+                let value = written.value.as_deref().unwrap_or("value");
+                match read_csv(&self.directory.join(csv), time, value) {
+                    Ok(rows) => rows,
+                    Err((message, help)) => {
+                        problems.refuse(&format!("{path}.csv"), message, help);
+                        return None;
+                    }
+                }
+            }
+            (None, Some(points)) => points.clone(),
+            _ => {
+                let help = "a file with `csv = \"file.csv\"`, or the numbers with `points`";
+                problems.refuse(path, "a table needs one of `csv` and `points`", help);
+                return None;
+            }
+        };
+        let ordered = rows.windows(2).all(|pair| pair[0][0] < pair[1][0]);
+        let finite = rows.iter().flatten().all(|number| number.is_finite());
+        if rows.is_empty() || !ordered || !finite {
+            problems.refuse(
+                path,
+                "a table over time needs at least one row, finite numbers, and times that grow",
+                "sort the rows by time and drop repeated times",
+            );
+            return None;
+        }
+        Some(rows)
+    }
+}
+
+/// Two columns of a CSV file with a header.
+fn read_csv(file: &Path, time: &str, value: &str) -> Result<Vec<[f64; 2]>, (String, String)> {
+    let shown = file.display();
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .from_path(file)
+        .map_err(|error| {
+            let help = "CSV files are looked for beside the scene file";
+            (format!("cannot read {shown}: {error}"), help.to_owned())
+        })?;
+    let fault = |error: csv::Error| {
+        let help = "a header, then rows of as many numbers, separated by commas";
+        (format!("{shown}: {error}"), help.to_owned())
+    };
+    let header = reader.headers().map_err(fault)?.clone();
+    let column = |name: &str| {
+        header
+            .iter()
+            .position(|known| known == name)
+            .ok_or_else(|| {
+                let help = suggestion(name, "columns of the file", header.iter());
+                (format!("{shown} has no column `{name}`"), help)
+            })
+    };
+    let columns = [column(time)?, column(value)?];
+    let mut rows = Vec::new();
+    for record in reader.records() {
+        let record = record.map_err(fault)?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let number = |column: usize| {
+            let written = record.get(column).unwrap_or_default();
+            written.parse::<f64>().map_err(|_| {
+                let message = format!("{shown}:{line}: \"{written}\" is not a number");
+                (message, "use a point for decimals".to_owned())
+            })
+        };
+        rows.push([number(columns[0])?, number(columns[1])?]);
+    }
+    Ok(rows)
+}

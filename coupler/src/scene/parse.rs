@@ -1,0 +1,317 @@
+//! From the scene as written to the scene as checked.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::time::Duration;
+
+use serde::Deserialize;
+use toml::Value;
+
+use super::document::{Document, Part, join};
+use super::output::{self, Context};
+use super::problems::Problems;
+use super::written::{CouplingWritten, CriterionWritten, SceneWritten, TimeWritten};
+use super::{Coupling, Criterion, Output, Scene, TimePlan, VERSION, model, schema, structure};
+use crate::check::{Check, Expected, Reference};
+use crate::diagnostic::SceneErrors;
+use crate::quantity::Quantities;
+
+/// Most rows of a history: beyond, the file is of no use to anyone.
+const ROWS_LIMIT: f64 = 1e7;
+
+/// The scene of a document; CSV references are looked for in `directory`.
+pub(super) fn scene(mut document: Document, directory: &Path) -> Result<Scene, SceneErrors> {
+    let mut faults = structure::faults(&document, &schema());
+    faults.extend(not_finite(&document));
+    if !faults.is_empty() {
+        faults.sort_by_key(|fault| fault.place.line());
+        return Err(SceneErrors(faults));
+    }
+    let written = typed(&document)?;
+    let mut problems = Problems::new(&document);
+    let scene = checked(&mut problems, &written, directory);
+    let mut warnings = problems.finish()?;
+    let mut scene = scene.expect("where nothing was refused everything was made");
+    inline_tables(&mut document, &scene.checks);
+    scene.resolved_toml = toml::to_string(&document.root).expect("the tree came from TOML");
+    scene.hash = blake3::hash(scene.resolved_toml.as_bytes())
+        .to_hex()
+        .to_string();
+    scene.variants.clone_from(&document.variants);
+    scene.warnings.append(&mut warnings);
+    Ok(scene)
+}
+
+/// The document as typed. Its structure has been checked, so a fault here is one that the schema cannot express.
+fn typed(document: &Document) -> Result<SceneWritten, SceneErrors> {
+    let root = Value::Table(document.root.clone());
+    let mut track = serde_path_to_error::Track::new();
+    let deserializer = serde_path_to_error::Deserializer::new(root, &mut track);
+    SceneWritten::deserialize(deserializer).map_err(|error| {
+        let path: Vec<String> = track
+            .path()
+            .iter()
+            .map(|segment| segment.to_string().trim_matches(['[', ']']).to_owned())
+            .collect();
+        let message = error.message();
+        SceneErrors(vec![document.diagnostic(
+            &path.join("."),
+            Part::Value,
+            message,
+            None,
+        )])
+    })
+}
+
+/// Every number that is NaN or infinite.
+fn not_finite(document: &Document) -> Vec<crate::diagnostic::Diagnostic> {
+    fn walk<'a>(value: &'a Value, path: String, found: &mut Vec<(String, f64)>) {
+        let entries: Vec<(String, &'a Value)> = match value {
+            Value::Float(number) if !number.is_finite() => {
+                found.push((path, *number));
+                return;
+            }
+            Value::Table(table) => table.iter().map(|(k, v)| (k.clone(), v)).collect(),
+            Value::Array(array) => array
+                .iter()
+                .enumerate()
+                .map(|(i, v)| (i.to_string(), v))
+                .collect(),
+            _ => return,
+        };
+        for (key, value) in entries {
+            walk(value, join(&path, &key), found);
+        }
+    }
+    let mut found = Vec::new();
+    for (key, value) in &document.root {
+        walk(value, key.clone(), &mut found);
+    }
+    let fault = |(path, number): (String, f64)| {
+        let message = format!("`{path}` is {number}, expected a finite number");
+        document.diagnostic(&path, Part::Value, &message, None)
+    };
+    found.into_iter().map(fault).collect()
+}
+
+/// The scene, unless something was refused.
+fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) -> Option<Scene> {
+    if written.version != VERSION {
+        let message = format!("`version` is {}, expected {VERSION}", written.version);
+        problems.refuse(
+            "version",
+            message,
+            "this Tandem reads scenes of version 1 only",
+        );
+    }
+    scene_name(problems, &written.name);
+    let time = time_plan(problems, &written.time);
+    let constants = output::constants(problems, &written.constants);
+    let bodies = written.dem.as_ref().map_or(&[][..], |dem| &dem.body);
+    let groups = written.mpm.as_ref().map_or(&[][..], |mpm| &mpm.points);
+    let quantities = Quantities::new(
+        groups.iter().map(|group| group.name.as_str()),
+        bodies.iter().map(|body| body.name.as_str()),
+    );
+    let mut mpm = written
+        .mpm
+        .as_ref()
+        .and_then(|mpm| model::continuum(problems, mpm, written.gravity));
+    let mut dem = written
+        .dem
+        .as_ref()
+        .and_then(|dem| model::bodies(problems, dem, written));
+    if written.mpm.is_none() && written.dem.is_none() {
+        problems.refuse_key(
+            "",
+            "the scene has neither a continuum nor bodies",
+            "add an `[mpm]` section, a `[dem]` section, or both",
+        );
+    }
+    let coupling = coupling(problems, &written.coupling, mpm.as_ref(), dem.as_ref());
+    if let Some(mpm) = &mut mpm {
+        mpm.skin = coupling.skin;
+    }
+    if let Some(dem) = &mut dem {
+        dem.skin = coupling.skin;
+    }
+    let context = Context {
+        constants: &constants,
+        quantities: &quantities,
+        end: time.end,
+        directory,
+    };
+    let every = history_interval(problems, written.output.every, time.end);
+    let mut columns = Vec::new();
+    for (i, column) in written.output.column.iter().enumerate() {
+        columns.extend(context.column(problems, &format!("output.column.{i}"), column));
+    }
+    let mut checks = Vec::new();
+    for (i, check) in written.check.iter().enumerate() {
+        checks.extend(context.check(problems, &format!("check.{i}"), check));
+    }
+    let names = |list: &str, i: usize| format!("{list}.{i}.name");
+    let column_names = written.output.column.iter().enumerate();
+    problems.distinct(
+        "columns",
+        column_names.map(|(i, c)| (names("output.column", i), c.name.as_str())),
+    );
+    let check_names = written.check.iter().enumerate();
+    problems.distinct(
+        "checks",
+        check_names.map(|(i, c)| (names("check", i), c.name.as_str())),
+    );
+    if written.check.is_empty() {
+        problems.warn("the scene has no checks: its run cannot fail, whatever it shows");
+    }
+    (!problems.any()).then(|| Scene {
+        name: written.name.clone(),
+        about: written.about.clone(),
+        time,
+        mpm,
+        dem,
+        coupling,
+        output: Output { every, columns },
+        checks,
+        constants,
+        quantities,
+        resolved_toml: String::new(),
+        hash: String::new(),
+        variants: Vec::new(),
+        warnings: Vec::new(),
+    })
+}
+
+fn scene_name(problems: &mut Problems, name: &str) {
+    let allowed = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    if name.is_empty() || !name.chars().all(allowed) {
+        let message = format!("`name` is \"{name}\", expected letters, digits, `_` and `-`");
+        problems.refuse("name", message, "run directories are named after it");
+    }
+}
+
+fn time_plan(problems: &mut Problems, written: &TimeWritten) -> TimePlan {
+    problems.above_zero("time.end", written.end, "a time");
+    if let Some(step) = written.max_step {
+        problems.above_zero("time.max_step", step, "a time");
+    }
+    let min_step = written.min_step.unwrap_or(1e-9 * written.end);
+    problems.not_negative("time.min_step", written.min_step.unwrap_or(0.0), "a time");
+    if written.max_step.is_some_and(|most| most < min_step) {
+        problems.refuse(
+            "time.max_step",
+            format!("`time.max_step` is below `time.min_step` ({min_step} s)"),
+            "no step would be allowed; `time.min_step` is 1e-9 of `time.end` by default",
+        );
+    }
+    let safety = written.safety.unwrap_or(0.8);
+    let sound = safety > 0.0 && safety <= 1.0;
+    problems.number(
+        "time.safety",
+        safety,
+        sound,
+        "a factor above 0 and at most 1",
+    );
+    let criterion = match written.criterion {
+        CriterionWritten::Jiang2020 => Criterion::Jiang2020 {
+            kappa_1: kappa(problems, "time.kappa_1", written.kappa_1, 0.8),
+            kappa_2: kappa(problems, "time.kappa_2", written.kappa_2, 0.1),
+        },
+        CriterionWritten::Composed => {
+            for (key, value) in [("kappa_1", written.kappa_1), ("kappa_2", written.kappa_2)] {
+                if value.is_some() {
+                    problems.refuse_key(
+                        &format!("time.{key}"),
+                        format!("`{key}` has no effect on the composed criterion"),
+                        "set `time.safety`, or `time.criterion = \"jiang2020\"`",
+                    );
+                }
+            }
+            Criterion::Composed
+        }
+    };
+    TimePlan {
+        end: written.end,
+        max_step: written.max_step,
+        min_step,
+        safety,
+        criterion,
+    }
+}
+
+fn kappa(problems: &mut Problems, path: &str, written: Option<f64>, default: f64) -> f64 {
+    let kappa = written.unwrap_or(default);
+    problems.above_zero(path, kappa, "a factor");
+    kappa
+}
+
+fn history_interval(problems: &mut Problems, every: f64, end: f64) -> f64 {
+    problems.above_zero("output.every", every, "a time");
+    let rows = end / every;
+    if every > 0.0 && rows > ROWS_LIMIT {
+        problems.refuse(
+            "output.every",
+            format!(
+                "`output.every` gives {rows:.3e} rows of history, expected at most {ROWS_LIMIT:e}"
+            ),
+            "make it longer",
+        );
+    }
+    every
+}
+
+fn coupling(
+    problems: &mut Problems,
+    written: &CouplingWritten,
+    mpm: Option<&interface::config::MpmConfig>,
+    dem: Option<&interface::config::DemConfig>,
+) -> Coupling {
+    let window = written.window.unwrap_or(64);
+    let at_least_one = window >= 1;
+    problems.number(
+        "coupling.window",
+        f64::from(window),
+        at_least_one,
+        "1 step or more",
+    );
+    let deadline = written.deadline.unwrap_or(30.0);
+    // A day: longer waits are never meant, and Duration would overflow far above.
+    let sound = deadline > 0.0 && deadline <= 86_400.0;
+    problems.number(
+        "coupling.deadline",
+        deadline,
+        sound,
+        "a time above 0 and at most 86400 s",
+    );
+    if let Some(skin) = written.skin {
+        problems.above_zero("coupling.skin", skin, "a length");
+    }
+    Coupling {
+        skin: written
+            .skin
+            .unwrap_or_else(|| model::default_skin(mpm, dem)),
+        deadline: if sound {
+            Duration::from_secs_f64(deadline)
+        } else {
+            Duration::ZERO
+        },
+        window,
+    }
+}
+
+/// Writes the numbers of CSV references into the document, so that the resolved scene stands alone.
+fn inline_tables(document: &mut Document, checks: &[Check]) {
+    let numbers = |row: &[f64; 2]| Value::Array(row.iter().map(|x| Value::Float(*x)).collect());
+    for (i, check) in checks.iter().enumerate() {
+        let Expected::Near {
+            reference: Reference::Table(rows),
+            ..
+        } = &check.expected
+        else {
+            continue;
+        };
+        let points = Value::Array(rows.iter().map(numbers).collect());
+        let table = toml::Table::from_iter(BTreeMap::from([("points".to_owned(), points)]));
+        document.replace(&format!("check.{i}.reference"), Value::Table(table));
+    }
+}

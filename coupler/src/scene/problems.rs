@@ -1,0 +1,123 @@
+//! The faults and warnings found so far, and the tests of single numbers that most faults come from.
+
+use std::ops::Range;
+
+use crate::diagnostic::{Diagnostic, SceneErrors};
+
+use super::document::{Document, Part};
+
+/// The faults and warnings found so far in a document.
+pub(super) struct Problems<'a> {
+    pub document: &'a Document,
+    errors: Vec<Diagnostic>,
+    pub warnings: Vec<String>,
+}
+
+impl<'a> Problems<'a> {
+    pub fn new(document: &'a Document) -> Self {
+        Self {
+            document,
+            errors: Vec::new(),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// The warnings, if there was no fault.
+    ///
+    /// # Errors
+    /// All faults, in the order of the file.
+    pub fn finish(mut self) -> Result<Vec<String>, SceneErrors> {
+        if self.errors.is_empty() {
+            return Ok(self.warnings);
+        }
+        self.errors.sort_by_key(|error| error.place.line());
+        Err(SceneErrors(self.errors))
+    }
+
+    pub fn any(&self) -> bool {
+        !self.errors.is_empty()
+    }
+
+    pub fn warn(&mut self, warning: impl Into<String>) {
+        self.warnings.push(warning.into());
+    }
+
+    /// A value that cannot be.
+    pub fn refuse(&mut self, path: &str, message: impl AsRef<str>, help: impl Into<String>) {
+        let help = Some(help.into());
+        let error = self
+            .document
+            .diagnostic(path, Part::Value, message.as_ref(), help);
+        self.errors.push(error);
+    }
+
+    /// A key that should be there, or should not.
+    pub fn refuse_key(&mut self, path: &str, message: impl AsRef<str>, help: impl Into<String>) {
+        let help = Some(help.into());
+        let error = self
+            .document
+            .diagnostic(path, Part::Key, message.as_ref(), help);
+        self.errors.push(error);
+    }
+
+    /// A part of a text that cannot be.
+    pub fn refuse_within(
+        &mut self,
+        path: &str,
+        at: &Range<usize>,
+        message: &str,
+        help: Option<String>,
+    ) {
+        let error = self.document.diagnostic_within(path, at, message, help);
+        self.errors.push(error);
+    }
+
+    /// Refuses `value` unless `holds`; `expected` ends the sentence "..., expected".
+    pub fn number(&mut self, path: &str, value: f64, holds: bool, expected: &str) {
+        if !holds {
+            let written = self.document.as_written(path);
+            let written = if written.is_empty() {
+                value.to_string()
+            } else {
+                written
+            };
+            let message = format!("`{path}` is {written}, expected {expected}");
+            let error = self.document.diagnostic(path, Part::Value, &message, None);
+            self.errors.push(error);
+        }
+    }
+
+    pub fn above_zero(&mut self, path: &str, value: f64, what: &str) {
+        self.number(path, value, value > 0.0, &format!("{what} above 0"));
+    }
+
+    pub fn not_negative(&mut self, path: &str, value: f64, what: &str) {
+        self.number(path, value, value >= 0.0, &format!("{what} of 0 or more"));
+    }
+
+    /// Refuses a name that could not stand in an expression.
+    pub fn name(&mut self, path: &str, name: &str) {
+        let mut letters = name.chars();
+        let good = letters.next().is_some_and(|c| c.is_ascii_alphabetic())
+            && letters.all(|c| c.is_ascii_alphanumeric() || c == '_');
+        if !good {
+            self.refuse(
+                path,
+                format!("`{path}` is \"{name}\", expected a letter, then letters, digits or `_`"),
+                "quantities are named after it, as in `body.NAME.vx`",
+            );
+        }
+    }
+
+    /// Refuses names that occur twice; `paths` are those of the keys `name`.
+    pub fn distinct<'b>(&mut self, what: &str, names: impl Iterator<Item = (String, &'b str)>) {
+        let mut seen: Vec<(String, &str)> = Vec::new();
+        for (path, name) in names {
+            if let Some((first, _)) = seen.iter().find(|(_, known)| *known == name) {
+                let help = format!("`{first}` has it already; give every {what} its own name");
+                self.refuse(&path, format!("two of {what} are named \"{name}\""), help);
+            }
+            seen.push((path, name));
+        }
+    }
+}

@@ -1,0 +1,298 @@
+//! The scene as written: what TOML may say, key by key. The doc comments are the descriptions in the JSON Schema.
+
+use std::collections::BTreeMap;
+
+use interface::config::{
+    BodyShape, ContactLaw, Fill, MaterialConfig, Motion, Plane, ShapeFunction, Spacing,
+    StressUpdate, Transfer, Walls,
+};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// A scene of Tandem. SI units throughout, per metre of thickness.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SceneWritten {
+    /// Version of the scene format: 1.
+    pub version: u32,
+    /// Name of the scene: letters, digits, `_` and `-`.
+    pub name: String,
+    /// What to look for, in a line or two.
+    #[serde(default)]
+    pub about: String,
+    /// Acceleration of gravity in m/s^2; none by default.
+    #[serde(default)]
+    pub gravity: [f64; 2],
+    /// Named numbers, or expressions of other constants, for columns, checks and references.
+    #[serde(default)]
+    pub constants: BTreeMap<String, NumberOrExpression>,
+    /// Duration and step.
+    pub time: TimeWritten,
+    /// The continuum; absent: no MPM process.
+    pub mpm: Option<MpmWritten>,
+    /// The bodies; absent: no DEM process.
+    pub dem: Option<DemWritten>,
+    /// Law between points and bodies; needed where there are both.
+    pub contact: Option<ContactLaw>,
+    /// Law between bodies; absent: bodies do not touch one another.
+    pub body_contact: Option<ContactLaw>,
+    /// The exchange between the processes.
+    #[serde(default)]
+    pub coupling: CouplingWritten,
+    /// What is recorded.
+    pub output: OutputWritten,
+    /// What the run must show.
+    #[serde(default)]
+    pub check: Vec<CheckWritten>,
+    /// Named sets of overrides: quoted dotted scene keys and their values.
+    #[serde(default)]
+    #[allow(
+        dead_code,
+        reason = "taken out before parsing; stands here for the schema"
+    )]
+    pub variant: BTreeMap<String, BTreeMap<String, serde_json::Value>>,
+}
+
+/// A number, or an expression in the scene's constants.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(crate) enum NumberOrExpression {
+    /// A number.
+    Number(f64),
+    /// An expression.
+    Expression(String),
+}
+
+/// Duration and step.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TimeWritten {
+    /// End of the run in s; it begins at 0.
+    pub end: f64,
+    /// Longest step in s, where the stability limits would allow more.
+    pub max_step: Option<f64>,
+    /// A step below this (s) stops the run; 1e-9 of `end` by default.
+    pub min_step: Option<f64>,
+    /// Safety factor kappa of the composed limit, above 0 and at most 1; 0.8 by default.
+    pub safety: Option<f64>,
+    /// How the step limit is made.
+    #[serde(default)]
+    pub criterion: CriterionWritten,
+    /// kappa_1 of Jiang 2020 eq. 51, for that criterion only; 0.8 by default.
+    pub kappa_1: Option<f64>,
+    /// kappa_2 of Jiang 2020 eq. 51, for that criterion only; 0.1 by default.
+    pub kappa_2: Option<f64>,
+}
+
+/// How the step limit is made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum CriterionWritten {
+    /// Composed of both sides' stiffness and mobility.
+    #[default]
+    Composed,
+    /// Jiang 2020 eq. 51 as printed, for comparison: not safe in general.
+    Jiang2020,
+}
+
+/// The continuum.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MpmWritten {
+    /// Grid spacing L in m.
+    pub cell: f64,
+    /// Lower left and upper right corner of the grid in m, a whole number of cells apart.
+    pub domain: [[f64; 2]; 2],
+    /// Shape function.
+    pub shape: ShapeFunction,
+    /// Transfer of velocities between grid and points.
+    pub transfer: Transfer,
+    /// When stresses are updated within the step; first by default.
+    #[serde(default)]
+    pub stress_update: StressUpdate,
+    /// Plane strain (default) or plane stress.
+    #[serde(default)]
+    pub plane: Plane,
+    /// Conditions on the four walls of the domain; open by default.
+    #[serde(default)]
+    pub walls: Walls,
+    /// Materials.
+    pub material: Vec<MaterialConfig>,
+    /// Groups of material points.
+    pub points: Vec<PointsWritten>,
+}
+
+/// A group of material points.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PointsWritten {
+    /// Name, by which quantities refer to the group.
+    pub name: String,
+    /// Name of its material.
+    pub material: String,
+    /// Region filled with points.
+    pub fill: Fill,
+    /// How densely.
+    pub spacing: Spacing,
+    /// Initial velocity in m/s; at rest by default.
+    #[serde(default)]
+    pub velocity: [f64; 2],
+    /// Contact radius r_p in m; half the point spacing by default.
+    pub contact_radius: Option<f64>,
+}
+
+/// The bodies.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct DemWritten {
+    /// Spheropolygon bodies.
+    pub body: Vec<BodyWritten>,
+}
+
+/// A spheropolygon body.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct BodyWritten {
+    /// Name, by which quantities refer to the body.
+    pub name: String,
+    /// The polygon, in the body's own coordinates.
+    pub shape: BodyShape,
+    /// Radius of the disc swept along the polygon in m.
+    pub sphero_radius: f64,
+    /// Density in kg/m^3 over the swept area; this or `mass`. A fixed or driven body needs neither.
+    pub density: Option<f64>,
+    /// Mass in kg/m; this or `density`.
+    pub mass: Option<f64>,
+    /// Where the origin of the body's coordinates is placed, in m.
+    #[serde(default)]
+    pub position: [f64; 2],
+    /// Initial angle in rad.
+    #[serde(default)]
+    pub angle: f64,
+    /// Initial velocity in m/s; at rest by default.
+    #[serde(default)]
+    pub velocity: [f64; 2],
+    /// Initial angular velocity in rad/s.
+    #[serde(default)]
+    pub spin: f64,
+    /// How it moves; free by default.
+    #[serde(default)]
+    pub motion: Motion,
+}
+
+/// The exchange between the processes.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CouplingWritten {
+    /// Verlet skin V_d in m beyond contact distance; twice the largest contact radius by default.
+    pub skin: Option<f64>,
+    /// Longest wait for another process in s; 30 by default.
+    pub deadline: Option<f64>,
+    /// Most steps granted at once; 64 by default. 1 is the strict mode, with the same result to the bit.
+    pub window: Option<u32>,
+}
+
+/// What is recorded.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct OutputWritten {
+    /// Simulated time between rows of the history in s.
+    pub every: f64,
+    /// Columns of history.csv after the time.
+    #[serde(default)]
+    pub column: Vec<ColumnWritten>,
+}
+
+/// A column of history.csv.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ColumnWritten {
+    /// Name in the header.
+    pub name: String,
+    /// Unit in the header, such as `m/s`; `1` for a pure number.
+    pub unit: String,
+    /// Expression over quantities and constants.
+    pub value: String,
+}
+
+/// What the run must show.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CheckWritten {
+    /// What is checked.
+    pub name: String,
+    /// Expression over quantities and constants.
+    pub value: String,
+    /// How the value's history becomes one number; at the end by default.
+    #[serde(default)]
+    pub when: WhenWritten,
+    /// Begin of the window in s; 0 by default.
+    pub from: Option<NumberOrExpression>,
+    /// End of the window in s; the end of the run by default.
+    pub to: Option<NumberOrExpression>,
+    /// The value must not be below this. A check has one of `at_least`, `at_most`, `between`, `reference`.
+    pub at_least: Option<NumberOrExpression>,
+    /// The value must not be above this.
+    pub at_most: Option<NumberOrExpression>,
+    /// The value must lie between these two, or on them.
+    pub between: Option<[NumberOrExpression; 2]>,
+    /// What the value must be, within a tolerance.
+    pub reference: Option<ReferenceWritten>,
+    /// Largest distance from the reference, in the unit of the value (or of `scale`). This or `relative_tolerance`.
+    pub tolerance: Option<NumberOrExpression>,
+    /// Largest distance from the reference, as a fraction of it.
+    pub relative_tolerance: Option<NumberOrExpression>,
+    /// Distances are divided by this, such as the largest value of the reference.
+    pub scale: Option<NumberOrExpression>,
+    /// Where the expected figure comes from.
+    pub source: String,
+}
+
+/// How the value's history becomes one number.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub(crate) enum WhenWritten {
+    /// The last value of the window.
+    #[default]
+    End,
+    /// The value at this time in s, interpolated between history outputs.
+    At(NumberOrExpression),
+    /// The largest value of the window.
+    Max,
+    /// The smallest value of the window.
+    Min,
+    /// The mean over the window's time.
+    Mean,
+    /// The root of the mean square over the window's time.
+    Rms,
+    /// The largest distance from the reference, which may depend on time.
+    MaxError,
+    /// The root mean square distance from the reference, which may depend on time.
+    RmsError,
+}
+
+/// What a value must be.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(untagged)]
+pub(crate) enum ReferenceWritten {
+    /// A number.
+    Number(f64),
+    /// An expression in `t`, other quantities and constants.
+    Expression(String),
+    /// A table over time.
+    Table(TableWritten),
+}
+
+/// A table over time, interpolated linearly: columns of a CSV file, or points.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TableWritten {
+    /// CSV file with a header, relative to the scene file.
+    pub csv: Option<String>,
+    /// Header of the column of times in s; `t` by default.
+    pub t: Option<String>,
+    /// Header of the column of values; `value` by default.
+    pub value: Option<String>,
+    /// The table itself instead of a file: times in s and values.
+    pub points: Option<Vec<[f64; 2]>>,
+}
