@@ -1,10 +1,468 @@
-//! stub
-use super::Scene;
-/// What will run.
-#[derive(Debug, Clone)]
-pub struct Plan;
+//! What a scene will run, what it leaves out and why, and what it will cost: said before anything is started.
+//!
+//! The numbers are estimates from the scene alone: areas instead of placed points, bounds instead of the limits that
+//! the solvers report at every step.
+
+use std::fmt;
+
+use interface::config::{
+    BodyConfig, BodyInertia, ContactLaw, DemConfig, MaterialModel, Motion, MpmConfig, Wall,
+};
+use serde::Serialize;
+
+use super::{Criterion, Scene, geometry};
+
+/// Bytes of a point's state: position, velocity, deformation, stress, mass, volume, id, and the affine part.
+const BYTES_PER_POINT: f64 = 240.0;
+/// Bytes more for a point that flows plastically: strain history and work.
+const BYTES_PER_PLASTIC_POINT: f64 = 32.0;
+/// Bytes of a grid node: mass, momentum, force, velocity before and after.
+const BYTES_PER_NODE: f64 = 72.0;
+/// Bytes of a body and of each of its vertices.
+const BYTES_PER_BODY: f64 = 512.0;
+/// Stiffness of two bodies that meet corner on corner, in k_n (PHYSICS.md section 5: eqs. 39 to 41 summed literally).
+const CORNER_STIFFNESS: f64 = 8.0;
+
+/// What a scene will run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Plan {
+    /// Name of the scene.
+    pub scene: String,
+    /// What to look for.
+    pub about: String,
+    /// What will run, a line each.
+    pub runs: Vec<String>,
+    /// What is left out, and why.
+    pub left_out: Vec<LeftOut>,
+    /// About how many material points.
+    pub points: f64,
+    /// About how much memory the solvers' states take, in bytes.
+    pub memory: f64,
+    /// Upper limits of the step in s, smallest first; safety factors included.
+    pub limits: Vec<StepLimit>,
+    /// About how many steps.
+    pub steps: f64,
+    /// Rows of the history.
+    pub rows: f64,
+    /// Things that are allowed but probably not meant.
+    pub warnings: Vec<String>,
+}
+
+/// Something that a scene does not need.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct LeftOut {
+    /// What is not done or kept.
+    pub what: String,
+    /// Why not.
+    pub why: String,
+}
+
+/// An upper limit of the step.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StepLimit {
+    /// Where it comes from.
+    pub name: String,
+    /// In s.
+    pub step: f64,
+}
+
 impl Plan {
-    pub(super) fn new(_: &Scene) -> Self {
-        Self
+    pub(super) fn new(scene: &Scene) -> Self {
+        let limits = limits(scene);
+        let step = limits.first().map_or(scene.time.end, |limit| limit.step);
+        Self {
+            scene: scene.name.clone(),
+            about: scene.about.clone(),
+            runs: runs(scene),
+            left_out: left_out(scene),
+            points: scene.mpm.as_ref().map_or(0.0, points),
+            memory: memory(scene),
+            steps: (scene.time.end / step).ceil(),
+            rows: (scene.time.end / scene.output.every).floor() + 1.0,
+            limits,
+            warnings: scene.warnings.clone(),
+        }
     }
+}
+
+fn points(mpm: &MpmConfig) -> f64 {
+    mpm.groups
+        .iter()
+        .map(|g| geometry::points_estimate(&g.fill, &g.spacing, mpm.cell))
+        .sum()
+}
+
+fn nodes(mpm: &MpmConfig) -> [f64; 2] {
+    let [lower, upper] = mpm.domain;
+    [0, 1].map(|axis| ((upper[axis] - lower[axis]) / mpm.cell).round() + 1.0)
+}
+
+fn runs(scene: &Scene) -> Vec<String> {
+    let mut runs = Vec::new();
+    if let Some(mpm) = &scene.mpm {
+        let [nx, ny] = nodes(mpm);
+        runs.push(format!(
+            "MPM process: about {} points in {} group(s), grid of {} x {} cells of {} m, shape {:?}, transfer {:?}",
+            points(mpm),
+            mpm.groups.len(),
+            nx - 1.0,
+            ny - 1.0,
+            mpm.cell,
+            mpm.shape,
+            mpm.transfer
+        ));
+    }
+    if let Some(dem) = &scene.dem {
+        let count = |motion| dem.bodies.iter().filter(|b| b.motion == motion).count();
+        runs.push(format!(
+            "DEM process: {} free, {} driven, {} fixed bodies",
+            count(Motion::Free),
+            count(Motion::Driven),
+            count(Motion::Fixed)
+        ));
+        if scene.mpm.is_some() {
+            let law = law_in_words(dem.point_contact);
+            runs.push(format!(
+                "contact of points and bodies: {law}; skin {} m",
+                dem.skin
+            ));
+        }
+        if let Some(law) = dem.body_contact {
+            runs.push(format!("contact among bodies: {}", law_in_words(law)));
+        }
+    }
+    runs.push(match scene.time.criterion {
+        Criterion::Composed => format!(
+            "step: composed of both sides' limits, safety {}, in windows of up to {} steps",
+            scene.time.safety, scene.coupling.window
+        ),
+        Criterion::Jiang2020 { kappa_1, kappa_2 } => format!(
+            "step: Jiang 2020 eq. 51 with kappa_1 {kappa_1}, kappa_2 {kappa_2}: NOT SAFE in general"
+        ),
+    });
+    runs.push(format!(
+        "history: {} columns every {} s; {} checks",
+        scene.output.columns.len(),
+        scene.output.every,
+        scene.checks.len()
+    ));
+    runs
+}
+
+fn law_in_words(law: ContactLaw) -> String {
+    let ContactLaw::Linear {
+        normal_stiffness,
+        tangential_stiffness,
+        friction,
+        damping_ratio,
+    } = law;
+    let mut words = format!("linear spring, k_n {normal_stiffness:e} N/m");
+    if friction > 0.0 {
+        words += &format!(", friction {friction} through k_t {tangential_stiffness:e} N/m");
+    }
+    if damping_ratio > 0.0 {
+        words += &format!(", damping ratio {damping_ratio}");
+    }
+    words
+}
+
+fn left_out(scene: &Scene) -> Vec<LeftOut> {
+    let mut list = Vec::new();
+    let mut out = |applies: bool, what: &str, why: &str| {
+        if applies {
+            list.push(LeftOut {
+                what: what.to_owned(),
+                why: why.to_owned(),
+            });
+        }
+    };
+    out(
+        scene.mpm.is_none(),
+        "MPM process",
+        "the scene has no `[mpm]`",
+    );
+    out(
+        scene.dem.is_none(),
+        "DEM process",
+        "the scene has no `[dem]`",
+    );
+    if let Some(mpm) = &scene.mpm {
+        let plastic = mpm.materials.iter().any(|m| is_plastic(&m.model));
+        out(
+            !plastic,
+            "plastic state of points",
+            "no material flows plastically",
+        );
+        let w = mpm.walls;
+        let open = [w.left, w.right, w.bottom, w.top]
+            .iter()
+            .all(|w| *w == Wall::Open);
+        out(
+            open,
+            "conditions on the domain's walls",
+            "all four are open",
+        );
+        out(mpm.gravity == [0.0; 2], "body force", "gravity is zero");
+        out(
+            scene.dem.is_none(),
+            "exchange of points and forces",
+            "there is nothing to exchange with",
+        );
+    }
+    if let Some(dem) = &scene.dem {
+        let fixed = dem
+            .bodies
+            .iter()
+            .filter(|b| b.motion == Motion::Fixed)
+            .count();
+        out(
+            fixed > 0,
+            &format!("integration of {fixed} bodies"),
+            "they are fixed",
+        );
+        let ContactLaw::Linear {
+            friction,
+            damping_ratio,
+            ..
+        } = dem.point_contact;
+        if scene.mpm.is_some() {
+            out(
+                friction == 0.0,
+                "tangential history of points on bodies",
+                "their contact has no friction",
+            );
+            out(
+                damping_ratio == 0.0,
+                "viscous force of points on bodies",
+                "their contact has no damping",
+            );
+        }
+        out(
+            dem.body_contact.is_none(),
+            "search and contact among bodies",
+            "the scene has no `[body_contact]`",
+        );
+    }
+    out(
+        scene.output.columns.is_empty(),
+        "columns of the history but the time",
+        "the scene has no `[[output.column]]`",
+    );
+    list
+}
+
+fn is_plastic(model: &MaterialModel) -> bool {
+    match model {
+        MaterialModel::LinearElastic { .. }
+        | MaterialModel::NeoHookean { .. }
+        | MaterialModel::Fluid { .. } => false,
+        MaterialModel::DruckerPrager { .. }
+        | MaterialModel::MohrCoulomb { .. }
+        | MaterialModel::VonMises { .. } => true,
+    }
+}
+
+fn memory(scene: &Scene) -> f64 {
+    let mut bytes = 0.0;
+    if let Some(mpm) = &scene.mpm {
+        let [nx, ny] = nodes(mpm);
+        bytes += nx * ny * BYTES_PER_NODE;
+        for group in &mpm.groups {
+            let count = geometry::points_estimate(&group.fill, &group.spacing, mpm.cell);
+            let plastic = is_plastic(&mpm.materials[group.material].model);
+            let more = if plastic {
+                BYTES_PER_PLASTIC_POINT
+            } else {
+                0.0
+            };
+            bytes += count * (BYTES_PER_POINT + more);
+        }
+    }
+    for body in scene.dem.iter().flat_map(|dem| &dem.bodies) {
+        bytes += BYTES_PER_BODY * (1.0 + 0.1 * body.shape.vertices().len() as f64);
+    }
+    bytes
+}
+
+/// Upper limits of the step, smallest first.
+fn limits(scene: &Scene) -> Vec<StepLimit> {
+    let mut limits = Vec::new();
+    let mut limit = |name: &str, step: f64| {
+        if step.is_finite() && step > 0.0 {
+            limits.push(StepLimit {
+                name: name.to_owned(),
+                step,
+            });
+        }
+    };
+    let waves = scene.mpm.as_ref().map_or(f64::INFINITY, courant_time);
+    let stiffness = scene
+        .dem
+        .as_ref()
+        .map_or(0.0, |dem| stiffness(dem.point_contact));
+    let point = scene.mpm.as_ref().map_or(f64::INFINITY, lightest_point);
+    match scene.time.criterion {
+        Criterion::Composed => {
+            let kappa = scene.time.safety;
+            // omega = 2 c/L, so that 2/omega is L/c; contact adds k_n over the lightest point (PHYSICS.md section 4).
+            let elastic = (2.0 / waves).powi(2);
+            let contact = if scene.mpm.is_some() {
+                stiffness / point
+            } else {
+                0.0
+            };
+            limit("elastic waves alone (L/c)", kappa * waves);
+            limit(
+                "contact of points and bodies alone (2/sqrt(k_n/m_p))",
+                kappa * 2.0 / contact.sqrt(),
+            );
+            limit(
+                "composed: elastic waves and contact",
+                kappa * 2.0 / (elastic + contact).sqrt(),
+            );
+            if let Some(dem) = &scene.dem
+                && let Some(law) = dem.body_contact
+            {
+                let omega = (CORNER_STIFFNESS * self::stiffness(law) / lightest_body(dem)).sqrt();
+                limit(
+                    "contact among bodies, corner on corner",
+                    kappa * 2.0 / omega,
+                );
+            }
+        }
+        Criterion::Jiang2020 { kappa_1, kappa_2 } => {
+            let body = scene.dem.as_ref().map_or(f64::INFINITY, lightest_body);
+            limit("Jiang 2020 eq. 51, waves", kappa_1 * waves);
+            let period = std::f64::consts::TAU * (body / stiffness).sqrt();
+            limit("Jiang 2020 eq. 51, contact", kappa_2 * period);
+        }
+    }
+    limit(
+        "the scene's own cap (time.max_step)",
+        scene.time.max_step.unwrap_or(f64::INFINITY),
+    );
+    limit("history interval (output.every)", scene.output.every);
+    limits.sort_by(|a, b| a.step.total_cmp(&b.step));
+    limits
+}
+
+fn stiffness(law: ContactLaw) -> f64 {
+    let ContactLaw::Linear {
+        normal_stiffness,
+        tangential_stiffness,
+        ..
+    } = law;
+    normal_stiffness.max(tangential_stiffness)
+}
+
+/// `L/c` of the fastest material in s.
+fn courant_time(mpm: &MpmConfig) -> f64 {
+    let speed_sq = |m: &interface::config::MaterialConfig| {
+        let modulus = match m.model {
+            MaterialModel::LinearElastic {
+                bulk_modulus: k,
+                shear_modulus: g,
+            }
+            | MaterialModel::NeoHookean {
+                bulk_modulus: k,
+                shear_modulus: g,
+            }
+            | MaterialModel::DruckerPrager {
+                bulk_modulus: k,
+                shear_modulus: g,
+                ..
+            }
+            | MaterialModel::MohrCoulomb {
+                bulk_modulus: k,
+                shear_modulus: g,
+                ..
+            }
+            | MaterialModel::VonMises {
+                bulk_modulus: k,
+                shear_modulus: g,
+                ..
+            } => k + 4.0 / 3.0 * g,
+            MaterialModel::Fluid {
+                bulk_modulus: k, ..
+            } => k,
+        };
+        modulus / m.density
+    };
+    let fastest = mpm.materials.iter().map(speed_sq).fold(0.0, f64::max);
+    mpm.cell / fastest.sqrt()
+}
+
+/// Mass of the lightest point in kg/m.
+fn lightest_point(mpm: &MpmConfig) -> f64 {
+    let mass = |g: &interface::config::GroupConfig| {
+        let [dx, dy] = geometry::distances(&g.spacing, &g.fill, mpm.cell);
+        mpm.materials[g.material].density * dx * dy
+    };
+    mpm.groups.iter().map(mass).fold(f64::INFINITY, f64::min)
+}
+
+/// Mass of the lightest free body in kg/m.
+fn lightest_body(dem: &DemConfig) -> f64 {
+    let free = dem.bodies.iter().filter(|b| b.motion == Motion::Free);
+    free.map(mass).fold(f64::INFINITY, f64::min)
+}
+
+/// Mass of a body in kg/m; exact for convex outlines, an estimate for others.
+fn mass(body: &BodyConfig) -> f64 {
+    let vertices = body.shape.vertices();
+    let a = body.sphero_radius;
+    let area = geometry::area(&vertices).abs()
+        + geometry::perimeter(&vertices) * a
+        + std::f64::consts::PI * a * a;
+    match body.inertia {
+        BodyInertia::Mass(mass) => mass,
+        BodyInertia::Density(density) => density * area,
+    }
+}
+
+impl fmt::Display for Plan {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.scene)?;
+        if !self.about.is_empty() {
+            writeln!(f, "  {}", self.about)?;
+        }
+        writeln!(f, "runs")?;
+        for line in &self.runs {
+            writeln!(f, "  {line}")?;
+        }
+        writeln!(f, "left out")?;
+        for LeftOut { what, why } in &self.left_out {
+            writeln!(f, "  {what}: {why}")?;
+        }
+        writeln!(
+            f,
+            "estimates, before the run (the solvers report the true limits at every step)"
+        )?;
+        writeln!(f, "  points   about {}", self.points)?;
+        writeln!(f, "  memory   about {}", in_bytes(self.memory))?;
+        for (i, limit) in self.limits.iter().enumerate() {
+            let name = if i == 0 { "step" } else { "" };
+            let binds = if i == 0 { "  <- binds" } else { "" };
+            writeln!(f, "  {name:<8} {:.3e} s  {}{binds}", limit.step, limit.name)?;
+        }
+        writeln!(f, "  steps    about {}", self.steps)?;
+        writeln!(f, "  history  {} rows", self.rows)?;
+        for warning in &self.warnings {
+            writeln!(f, "warning: {warning}")?;
+        }
+        Ok(())
+    }
+}
+
+fn in_bytes(bytes: f64) -> String {
+    for (unit, size) in [
+        ("GiB", 1_073_741_824.0),
+        ("MiB", 1_048_576.0),
+        ("KiB", 1024.0),
+    ] {
+        if bytes >= size {
+            return format!("{:.1} {unit}", bytes / size);
+        }
+    }
+    format!("{bytes} B")
 }

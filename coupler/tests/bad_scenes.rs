@@ -1,0 +1,55 @@
+//! Bad scenes are files; each carries what its refusal must say in `# expect:` lines at its top.
+
+use std::path::{Path, PathBuf};
+
+use coupler::scene::Scene;
+
+fn bad_scenes() -> Vec<PathBuf> {
+    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/bad_scenes");
+    let mut files: Vec<PathBuf> = std::fs::read_dir(directory)
+        .expect("the folder is part of the crate")
+        .map(|entry| entry.expect("readable").path())
+        .filter(|path| path.extension().is_some_and(|e| e == "toml"))
+        .collect();
+    files.sort();
+    files
+}
+
+#[test]
+fn every_bad_scene_is_refused_as_it_says() {
+    let files = bad_scenes();
+    assert!(files.len() >= 25, "only {} bad scenes", files.len());
+    let mut disappointments = String::new();
+    for file in files {
+        let text = std::fs::read_to_string(&file).expect("readable");
+        let expected: Vec<&str> = text
+            .lines()
+            .map_while(|line| line.strip_prefix("# expect: "))
+            .collect();
+        assert!(!expected.is_empty(), "{} expects nothing", file.display());
+        // A variant that is wrong is refused when it is asked for.
+        let variant = text.lines().find_map(|line| line.strip_prefix("# variant: "));
+        let said = match Scene::load(&file, variant, &[]) {
+            Ok(_) => "nothing: it was accepted".to_owned(),
+            Err(errors) => errors.to_string(),
+        };
+        for phrase in expected.iter().filter(|phrase| !said.contains(**phrase)) {
+            let file = file.display();
+            disappointments += &format!("{file}\nexpected: {phrase}\nsaid:\n{said}\n");
+        }
+    }
+    assert!(disappointments.is_empty(), "{disappointments}");
+}
+
+#[test]
+fn every_message_names_the_file_and_where_there_is_one_the_line() {
+    for file in bad_scenes() {
+        let Err(errors) = Scene::load(&file, None, &[]) else {
+            continue;
+        };
+        let name = file.display().to_string();
+        for line in errors.to_string().lines().filter(|l| l.contains("-->")) {
+            assert!(line.contains(&name), "{line}");
+        }
+    }
+}
