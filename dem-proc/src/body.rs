@@ -1,0 +1,274 @@
+//! Bodies: what they are (checked configuration) and where they are (state of the leapfrog).
+
+use interface::Vec2;
+use interface::config::{BodyConfig, BodyInertia, DemConfig, Motion};
+use interface::solver::Refusal;
+
+use crate::shape::Shape;
+
+/// What of a body never changes.
+#[derive(Debug, Clone)]
+pub struct Body {
+    /// Name in the scene.
+    pub name: String,
+    /// Outline and area moments.
+    pub shape: Shape,
+    /// Mass in kg/m.
+    pub mass: f64,
+    /// Moment of inertia about the centre of mass in kg m.
+    pub inertia: f64,
+    /// How it moves.
+    pub motion: Motion,
+    /// Where its vertices begin in [`Bodies::outline`].
+    pub first_vertex: usize,
+}
+
+/// State of a body: position at `t_n`, velocity at `t_{n-1/2}`; with the constants that every contact needs beside it.
+#[derive(Debug, Clone, Copy)]
+pub struct Rigid {
+    /// Centre of mass `c` in m.
+    pub center: Vec2,
+    /// Velocity of the centre of mass in m/s.
+    pub velocity: Vec2,
+    /// Angle in rad, a plain sum: vertices are rebuilt from it, so no rotation matrix drifts.
+    pub angle: f64,
+    /// Angular velocity in rad/s.
+    pub spin: f64,
+    /// `1/m`, 0 for a body that forces do not move.
+    pub inverse_mass: f64,
+    /// `1/I`, likewise.
+    pub inverse_inertia: f64,
+    /// Sphero-radius `a` in m.
+    pub radius: f64,
+    /// The displacement of the last step.
+    pub turn: Turn,
+}
+
+impl Rigid {
+    /// Velocity of the body's material at `r` from its centre of mass, in m/s.
+    #[inline]
+    pub fn velocity_at(&self, r: Vec2) -> Vec2 {
+        self.velocity + Vec2::new(-r.y, r.x) * self.spin
+    }
+}
+
+/// A rigid displacement over one step.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Turn {
+    /// Of the centre of mass in m.
+    pub shift: Vec2,
+    /// Sine of the angle turned.
+    pub sin: f64,
+    /// One minus its cosine.
+    pub versine: f64,
+}
+
+impl Turn {
+    /// Displacement in m of the material that is now at `r` from the centre of mass: exact at any angle, so that a
+    /// pair that turns as a whole has no relative displacement.
+    #[inline]
+    pub fn displacement(&self, r: Vec2) -> Vec2 {
+        self.shift
+            + Vec2::new(
+                self.versine * r.x - self.sin * r.y,
+                self.sin * r.x + self.versine * r.y,
+            )
+    }
+}
+
+/// All bodies.
+#[derive(Debug, Clone, Default)]
+pub struct Bodies {
+    /// What they are.
+    pub fixed: Vec<Body>,
+    /// Where they are.
+    pub state: Vec<Rigid>,
+    /// Vertices of all bodies in world coordinates at `t_n`, body after body, in m.
+    pub outline: Vec<Vec2>,
+}
+
+impl Bodies {
+    /// Checks and places the bodies of a scene.
+    ///
+    /// # Errors
+    /// A refusal with a key such as `dem.body[2] (target).shape.polygon.vertices`.
+    pub fn new(config: &DemConfig) -> Result<Self, Refusal> {
+        let mut bodies = Self::default();
+        for (i, body) in config.bodies.iter().enumerate() {
+            let refuse = |(key, message): (&str, String)| {
+                Refusal::new(format!("dem.body[{i}] ({}).{key}", body.name), message)
+            };
+            let (what, state) = place(body, bodies.outline.len()).map_err(refuse)?;
+            bodies.outline.extend_from_slice(&what.shape.vertices);
+            bodies.fixed.push(what);
+            bodies.state.push(state);
+            bodies.rebuild_outline(i);
+        }
+        Ok(bodies)
+    }
+
+    /// Number of bodies.
+    pub fn len(&self) -> usize {
+        self.fixed.len()
+    }
+
+    /// Whether there is no body.
+    pub fn is_empty(&self) -> bool {
+        self.fixed.is_empty()
+    }
+
+    /// Outline of body `b` in world coordinates in m.
+    #[inline]
+    pub fn outline_of(&self, b: usize) -> &[Vec2] {
+        let body = &self.fixed[b];
+        &self.outline[body.first_vertex..body.first_vertex + body.shape.vertices.len()]
+    }
+
+    /// `p` (m) in the frame of body `b`.
+    pub fn into_frame(&self, b: usize, p: Vec2) -> Vec2 {
+        let state = &self.state[b];
+        let (sin, cos) = state.angle.sin_cos();
+        let d = p - state.center;
+        Vec2::new(cos * d.x + sin * d.y, cos * d.y - sin * d.x)
+    }
+
+    /// Drift of the leapfrog: positions to `t_{n+1}` with the velocities of `t_{n+1/2}`, rotation exact.
+    pub fn drift(&mut self, dt: f64) {
+        for b in 0..self.len() {
+            if self.fixed[b].motion == Motion::Fixed {
+                continue;
+            }
+            let state = &mut self.state[b];
+            let (shift, angle) = (state.velocity * dt, state.spin * dt);
+            state.center += shift;
+            state.angle += angle;
+            let half = (0.5 * angle).sin();
+            state.turn = Turn {
+                shift,
+                sin: angle.sin(),
+                versine: 2.0 * half * half,
+            };
+            self.rebuild_outline(b);
+        }
+    }
+
+    /// Rebuilds the world outline of body `b` from its angle.
+    fn rebuild_outline(&mut self, b: usize) {
+        let (body, state) = (&self.fixed[b], &self.state[b]);
+        let world = &mut self.outline[body.first_vertex..][..body.shape.vertices.len()];
+        if let [point] = world {
+            *point = state.center; // a disc looks the same at every angle
+            return;
+        }
+        let (sin, cos) = state.angle.sin_cos();
+        for (world, v) in world.iter_mut().zip(&body.shape.vertices) {
+            *world = state.center + Vec2::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y);
+        }
+    }
+
+    /// Speed of the fastest point of any body's surface in m/s (an upper bound).
+    pub fn largest_speed(&self, velocities: impl Iterator<Item = (Vec2, f64)>) -> f64 {
+        self.fixed
+            .iter()
+            .zip(velocities)
+            .map(|(body, (v, spin))| v.norm() + spin.abs() * body.shape.extent)
+            .fold(0.0, f64::max)
+    }
+}
+
+/// Checks one body and places it.
+fn place(body: &BodyConfig, first_vertex: usize) -> Result<(Body, Rigid), (&'static str, String)> {
+    let finite = |key, values: &[f64]| {
+        if values.iter().all(|x| x.is_finite()) {
+            Ok(())
+        } else {
+            Err((key, format!("{values:?}: expected finite numbers")))
+        }
+    };
+    finite("position", &body.position)?;
+    finite("angle", &[body.angle])?;
+    finite("velocity", &body.velocity)?;
+    finite("spin", &[body.spin])?;
+    if body.motion == Motion::Fixed && (body.velocity != [0.0; 2] || body.spin != 0.0) {
+        let text = "fixed, but velocity or spin is not zero; write motion = \"driven\"".to_owned();
+        return Err(("motion", text));
+    }
+    let free = body.motion == Motion::Free;
+    let shape = Shape::new(&body.shape, body.sphero_radius, free)?;
+    let positive = |key, value: f64, unit| {
+        if value.is_finite() && value > 0.0 {
+            Ok(value)
+        } else {
+            Err((key, format!("{value} {unit}: expected a positive number")))
+        }
+    };
+    let mass = match body.inertia {
+        BodyInertia::Mass(mass) => positive("inertia.mass", mass, "kg/m")?,
+        BodyInertia::Density(rho) => {
+            positive("inertia.density", rho, "kg/m^3")? * shape.moments.area
+        }
+    };
+    let inertia = mass * shape.moments.polar / shape.moments.area;
+    if !(inertia.is_finite() && inertia > 0.0) {
+        let text = format!("the moment of inertia comes out as {inertia} kg m; check sizes and density");
+        return Err(("inertia", text));
+    }
+    let (sin, cos) = body.angle.sin_cos();
+    let c = shape.moments.centroid;
+    let center = Vec2::from(body.position) + Vec2::new(cos * c.x - sin * c.y, sin * c.x + cos * c.y);
+    let state = Rigid {
+        center,
+        velocity: body.velocity.into(),
+        angle: body.angle,
+        spin: body.spin,
+        inverse_mass: if free { 1.0 / mass } else { 0.0 },
+        inverse_inertia: if free { 1.0 / inertia } else { 0.0 },
+        radius: shape.radius,
+        turn: Turn::default(),
+    };
+    let what = Body {
+        name: body.name.clone(),
+        shape,
+        mass,
+        inertia,
+        motion: body.motion,
+        first_vertex,
+    };
+    Ok((what, state))
+}
+
+/// Where the bodies were at some moment, to tell how far their surfaces have moved since.
+#[derive(Debug, Clone, Default)]
+pub struct Reference(Vec<(Vec2, f64)>);
+
+impl Reference {
+    /// Remembers the present poses.
+    pub fn set(&mut self, bodies: &Bodies) {
+        self.0.clear();
+        self.0
+            .extend(bodies.state.iter().map(|s| (s.center, s.angle)));
+    }
+
+    /// Upper bound of the displacement of any body's surface since, in m: `|c - c_ref| + R |theta - theta_ref|`,
+    /// where each body moves on by `ahead` (s) with its velocity of `velocities`.
+    pub fn travel(
+        &self,
+        bodies: &Bodies,
+        velocities: impl Iterator<Item = (Vec2, f64)>,
+        ahead: f64,
+    ) -> f64 {
+        let moved = bodies.state.iter().zip(&bodies.fixed).zip(&self.0);
+        moved
+            .zip(velocities)
+            .map(|(((state, body), (center, angle)), (v, spin))| {
+                let shift = (state.center + v * ahead - center).norm();
+                shift + body.shape.extent * (state.angle + spin * ahead - angle).abs()
+            })
+            .fold(0.0, f64::max)
+    }
+
+    /// [`Self::travel`] up to now.
+    pub fn travelled(&self, bodies: &Bodies) -> f64 {
+        self.travel(bodies, std::iter::repeat((Vec2::zeros(), 0.0)), 0.0)
+    }
+}

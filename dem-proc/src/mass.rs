@@ -1,0 +1,115 @@
+//! Area, centroid and moment of inertia of a swept shape (PHYSICS.md section 5).
+//!
+//! The Minkowski sum of a simple polygon and a disc of radius `a` is cut into the polygon, a rectangle `L x a` on the
+//! outside of every edge, a circular sector at every convex corner, and at every reflex corner a kite that the two
+//! rectangles there cover twice. A point is one sector of `2 pi`; a segment is a polygon of two edges, there and
+//! back, with two sectors of `pi`.
+
+use std::f64::consts::{PI, TAU};
+
+use interface::Vec2;
+
+/// The z component of the cross product of two plane vectors.
+#[inline]
+pub fn cross(a: Vec2, b: Vec2) -> f64 {
+    a.x * b.y - a.y * b.x
+}
+
+/// Area moments of a plane shape.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AreaMoments {
+    /// `A` in m^2.
+    pub area: f64,
+    /// Centroid in m.
+    pub centroid: Vec2,
+    /// Polar second moment of area about the centroid in m^4.
+    pub polar: f64,
+}
+
+/// Area, first moment and polar moment about a common origin, which pieces add up.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sum {
+    area: f64,
+    first: Vec2,
+    polar: f64,
+}
+
+impl Sum {
+    /// Adds a piece of signed `area` whose centroid is at `at` and whose polar moment about its centroid is `own`.
+    fn add(&mut self, area: f64, at: Vec2, own: f64) {
+        self.area += area;
+        self.first += at * area;
+        self.polar += own + area * at.norm_squared();
+    }
+
+    /// Adds `sign` times the triangle `origin u v`, all relative to the common origin.
+    fn add_triangle(&mut self, o: Vec2, u: Vec2, v: Vec2, sign: f64) {
+        let (p, q) = (u - o, v - o);
+        let area = 0.5 * cross(p, q);
+        let centroid = o + (p + q) / 3.0;
+        // Polar moment of a triangle about its centroid: area / 36 times the sum of its squared sides.
+        let sides = p.norm_squared() + q.norm_squared() + (p - q).norm_squared();
+        self.add(sign * area, centroid, sign * area * sides / 36.0);
+    }
+}
+
+/// Moments of the shape swept by a disc of radius `a` (m) along the polygon `vertices` (m), which is simple and in
+/// counter-clockwise order (one vertex: a disc; two: a rounded segment).
+///
+/// Exact while no piece of the outline is hidden by another: see [`crate::shape`] for the check.
+pub fn swept(vertices: &[Vec2], a: f64) -> AreaMoments {
+    let n = vertices.len();
+    // About the first vertex instead of the origin of the body's coordinates, which may be far away.
+    let at = |i: usize| vertices[i % n] - vertices[0];
+    let mut sum = Sum::default();
+    if n == 1 {
+        sum.add(PI * a * a, Vec2::zeros(), 0.5 * PI * a.powi(4));
+    } else {
+        for i in 0..n {
+            let (before, here, next) = (at(i + n - 1), at(i), at(i + 1));
+            sum.add_triangle(Vec2::zeros(), here, next, 1.0);
+            let (edge, edge_before) = (next - here, here - before);
+            let (length, normal) = (edge.norm(), outward(edge));
+            let normal_before = outward(edge_before);
+            // Rectangle on the outside of this edge.
+            let middle = (here + next) * 0.5 + normal * (0.5 * a);
+            let own = length * a * (length * length + a * a) / 12.0;
+            sum.add(length * a, middle, own);
+            // Corner between the edge before and this one.
+            let turn = cross(edge_before, edge).atan2(edge_before.dot(&edge));
+            let turn = if n == 2 { PI } else { turn };
+            if turn > 0.0 {
+                add_sector(&mut sum, here, normal_before, turn, a);
+            } else if turn < 0.0 {
+                let side = a * (0.5 * turn.abs()).tan();
+                let meeting = here + normal * a + edge / length * side;
+                sum.add_triangle(here, here + normal * a, meeting, -1.0);
+                sum.add_triangle(here, meeting, here + normal_before * a, -1.0);
+            }
+        }
+    }
+    let from_first = sum.first / sum.area;
+    AreaMoments {
+        area: sum.area,
+        centroid: vertices[0] + from_first,
+        polar: sum.polar - sum.area * from_first.norm_squared(),
+    }
+}
+
+/// Unit normal on the outside of an edge of a counter-clockwise polygon.
+pub fn outward(edge: Vec2) -> Vec2 {
+    Vec2::new(edge.y, -edge.x) / edge.norm()
+}
+
+/// A sector of radius `a` and opening `turn` with its apex at `apex`, starting in the direction `from`.
+fn add_sector(sum: &mut Sum, apex: Vec2, from: Vec2, turn: f64, a: f64) {
+    debug_assert!(turn <= TAU);
+    let area = 0.5 * turn * a * a;
+    let half = 0.5 * turn;
+    let (sin, cos) = half.sin_cos();
+    let bisector = Vec2::new(from.x * cos - from.y * sin, from.x * sin + from.y * cos);
+    let to_centroid = 4.0 * a * sin / (3.0 * turn);
+    let about_apex = 0.25 * turn * a.powi(4);
+    let own = about_apex - area * to_centroid * to_centroid;
+    sum.add(area, apex + bisector * to_centroid, own);
+}

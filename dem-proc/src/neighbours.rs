@@ -1,0 +1,246 @@
+//! Verlet lists: which pairs can touch before the list is built anew, and the rule for when that is.
+//!
+//! A list holds every pair that is closer than its contact distance plus the skin `V_d`. The distance of two things
+//! cannot shrink faster than both move, so while the largest displacement on either side since the build (rotation
+//! and the points' own motion included) does not add up to more than the skin, no unlisted pair can touch.
+
+use interface::Vec2;
+use interface::config::Motion;
+use interface::outline::{crosses_ray, nearest_on_edge};
+use interface::wire::{ImpInfo, ImpState};
+
+use crate::body::Bodies;
+use crate::seam::{Bounds, BoxTree};
+
+/// How far beyond contact a point is "in reach" of a body, as a fraction of its radius. A point moves at most half its
+/// radius relative to a body in a step (the kinematic limit), so whatever touches in the next step is in reach now.
+pub const REACH: f64 = 0.5;
+
+/// A point and a body that may touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PointPair {
+    /// Slot of the IMP.
+    pub slot: u32,
+    /// Body.
+    pub body: u32,
+    /// The edges of the body that may be nearest: where they begin and end in [`PointList::edges`].
+    pub edges: [u32; 2],
+}
+
+/// Points against bodies.
+#[derive(Debug, Clone, Default)]
+pub struct PointList {
+    /// Pairs in ascending order of slot, then body.
+    pub pairs: Vec<PointPair>,
+    /// Edges that may be nearest.
+    pub edges: Vec<u32>,
+    found: Vec<u32>,
+    near: Vec<u32>,
+}
+
+impl PointList {
+    /// Finds all pairs within reach plus `skin` (m), and for each the edges that may become nearest.
+    ///
+    /// An edge can become nearest only if it is now at most twice the skin farther than the nearest one: while both
+    /// sides together move by the skin, distances to all edges change by the skin at most.
+    pub fn build(&mut self, bodies: &Bodies, set: &[ImpInfo], states: &[ImpState], skin: f64) {
+        self.pairs.clear();
+        self.edges.clear();
+        let boxes = (0..bodies.len()).map(|b| {
+            Bounds::around(bodies.outline_of(b).iter().copied()).grown(bodies.state[b].radius)
+        });
+        let tree = BoxTree::new(boxes);
+        for (slot, (info, state)) in set.iter().zip(states).enumerate() {
+            let p = Vec2::from(state.position);
+            let margin = (1.0 + REACH) * info.radius + skin;
+            let mut found = std::mem::take(&mut self.found);
+            found.clear();
+            tree.meeting(&Bounds::around([p]).grown(margin), &mut found);
+            for &body in &found {
+                let reach = bodies.state[body as usize].radius + margin;
+                self.add_pair(bodies, slot as u32, body, p, reach, 2.0 * skin);
+            }
+            self.found = found;
+        }
+    }
+
+    /// Adds the pair if the point is within `reach` of the outline or inside it.
+    fn add_pair(&mut self, bodies: &Bodies, slot: u32, body: u32, p: Vec2, reach: f64, band: f64) {
+        let b = body as usize;
+        let outline = bodies.outline_of(b);
+        let shape = &bodies.fixed[b].shape;
+        let n = outline.len();
+        let distance = |i: usize| {
+            let j = if i + 1 == n { 0 } else { i + 1 };
+            (p - nearest_on_edge(outline[i], outline[j], p, i, j).0).norm()
+        };
+        let mut near = std::mem::take(&mut self.near);
+        near.clear();
+        let smallest = if let Some(tree) = &shape.edges {
+            let q = bodies.into_frame(b, p);
+            let search = |r: f64, near: &mut Vec<u32>| {
+                near.clear();
+                tree.meeting(&Bounds::around([q]).grown(r), near);
+                near.iter().map(|&i| distance(i as usize)).fold(f64::INFINITY, f64::min)
+            };
+            let mut r = reach;
+            let mut smallest = search(r, &mut near);
+            if smallest > reach && inside(&shape.vertices, tree, q, shape.extent, &mut near) {
+                // Driven deep inside: widen until the nearest edge is found.
+                while smallest > r {
+                    r *= 2.0;
+                    smallest = search(r, &mut near);
+                }
+            }
+            if smallest <= r {
+                search(smallest + band, &mut near);
+            }
+            smallest
+        } else {
+            near.extend(0..shape.edge_count() as u32);
+            near.iter().map(|&i| distance(i as usize)).fold(f64::INFINITY, f64::min)
+        };
+        let deep = smallest > reach && {
+            let crossings = (0..n).filter(|&i| crosses_ray(outline[i], outline[(i + 1) % n], p));
+            n > 2 && (shape.edges.is_some() && smallest.is_finite() || crossings.count() % 2 == 1)
+        };
+        if smallest <= reach || deep {
+            let from = self.edges.len() as u32;
+            self.edges.extend(near.iter().copied().filter(|&i| distance(i as usize) <= smallest + band));
+            self.pairs.push(PointPair {
+                slot,
+                body,
+                edges: [from, self.edges.len() as u32],
+            });
+        }
+        self.near = near;
+    }
+}
+
+/// Whether `q` is inside the outline, by the even-odd rule over the edges that a ray to the right meets.
+fn inside(vertices: &[Vec2], tree: &BoxTree, q: Vec2, extent: f64, near: &mut Vec<u32>) -> bool {
+    let n = vertices.len();
+    near.clear();
+    let far = Vec2::new(q.x + 4.0 * extent, q.y);
+    tree.meeting(&Bounds::around([q, far]), near);
+    let crossings = near.iter().map(|&i| i as usize);
+    crossings.filter(|&i| crosses_ray(vertices[i], vertices[(i + 1) % n], q)).count() % 2 == 1
+}
+
+/// A vertex of one body and an edge of another that may touch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct VertexEdge {
+    /// Owner of the vertex, owner of the edge.
+    pub bodies: [u32; 2],
+    /// Vertex, in [`Bodies::outline`].
+    pub vertex: u32,
+    /// Ends of the edge, likewise; equal for a disc.
+    pub edge: [u32; 2],
+}
+
+impl VertexEdge {
+    /// Order of the list: body pair, which of the two has the vertex, vertex, edge. Depends on nothing but the scene.
+    pub fn key(&self) -> (u32, u32, bool, u32, u32) {
+        let [v, e] = self.bodies;
+        (v.min(e), v.max(e), v > e, self.vertex, self.edge[0])
+    }
+}
+
+/// Bodies against bodies.
+#[derive(Debug, Clone, Default)]
+pub struct BodyList {
+    /// Vertex-edge pairs in the order of [`VertexEdge::key`].
+    pub pairs: Vec<VertexEdge>,
+    found: Vec<u32>,
+    near: Vec<u32>,
+    vertices: Vec<u32>,
+}
+
+impl BodyList {
+    /// Finds all vertex-edge pairs within contact distance plus `skin` (m) of bodies of which at least one can be
+    /// moved by forces.
+    pub fn build(&mut self, bodies: &Bodies, skin: f64) {
+        self.pairs.clear();
+        let boxes: Vec<Bounds> = (0..bodies.len())
+            .map(|b| {
+                let outline = Bounds::around(bodies.outline_of(b).iter().copied());
+                outline.grown(bodies.state[b].radius + 0.5 * skin)
+            })
+            .collect();
+        let tree = BoxTree::new(boxes.iter().copied());
+        let free = |b: usize| bodies.fixed[b].motion == Motion::Free;
+        for i in 0..bodies.len() {
+            let mut found = std::mem::take(&mut self.found);
+            found.clear();
+            tree.meeting(&boxes[i], &mut found);
+            for &j in found.iter().filter(|&&j| j as usize > i) {
+                if free(i) || free(j as usize) {
+                    self.add_bodies(bodies, [i as u32, j], skin);
+                    // A disc has no edges, so two discs touch once, vertex on vertex.
+                    let discs = |b: usize| bodies.fixed[b].shape.vertices.len() == 1;
+                    if !(discs(i) && discs(j as usize)) {
+                        self.add_bodies(bodies, [j, i as u32], skin);
+                    }
+                }
+            }
+            self.found = found;
+        }
+    }
+
+    /// The vertices of the first body against the edges of the second (one of the two sums of eq. 39).
+    fn add_bodies(&mut self, bodies: &Bodies, pair: [u32; 2], skin: f64) {
+        let [v, e] = pair.map(|b| b as usize);
+        let outline = bodies.outline_of(e);
+        let n = outline.len();
+        if n == 1 && bodies.outline_of(v).len() > 1 {
+            return; // a disc has no edges; its centre is the vertex of the other sum
+        }
+        let reach = bodies.state[v].radius + bodies.state[e].radius + skin;
+        let first = [v, e].map(|b| bodies.fixed[b].first_vertex as u32);
+        let mut vertices = std::mem::take(&mut self.vertices);
+        vertices_near(bodies, v, e, reach, &mut vertices, &mut self.near);
+        for &k in &vertices {
+            let p = bodies.outline_of(v)[k as usize];
+            self.near.clear();
+            match &bodies.fixed[e].shape.edges {
+                Some(tree) => {
+                    let q = bodies.into_frame(e, p);
+                    tree.meeting(&Bounds::around([q]).grown(reach), &mut self.near);
+                }
+                None => self.near.extend(0..bodies.fixed[e].shape.edge_count() as u32),
+            }
+            for &i in &self.near {
+                let i = i as usize;
+                let j = if i + 1 == n { 0 } else { i + 1 };
+                let y = nearest_on_edge(outline[i], outline[j], p, i, j).0;
+                if (p - y).norm_squared() <= reach * reach {
+                    self.pairs.push(VertexEdge {
+                        bodies: pair,
+                        vertex: first[0] + k,
+                        edge: [first[1] + i as u32, first[1] + j as u32],
+                    });
+                }
+            }
+        }
+        self.vertices = vertices;
+    }
+}
+
+/// The vertices of body `v` that may be within `reach` of body `e`, in ascending order.
+fn vertices_near(bodies: &Bodies, v: usize, e: usize, reach: f64, vertices: &mut Vec<u32>, near: &mut Vec<u32>) {
+    vertices.clear();
+    let outline = bodies.outline_of(v);
+    let n = outline.len() as u32;
+    if let Some(tree) = &bodies.fixed[v].shape.edges {
+        let other = bodies.outline_of(e).iter().map(|&p| bodies.into_frame(v, p));
+        near.clear();
+        tree.meeting(&Bounds::around(other).grown(reach), near);
+        vertices.extend(near.iter().flat_map(|&i| [i, (i + 1) % n]));
+        vertices.sort_unstable();
+        vertices.dedup();
+    } else {
+        let around = Bounds::around(bodies.outline_of(e).iter().copied()).grown(reach);
+        let meets = |i: &u32| around.meets(&Bounds::around([outline[*i as usize]]));
+        vertices.extend((0..n).filter(meets));
+    }
+}

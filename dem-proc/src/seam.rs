@@ -1,0 +1,91 @@
+//! The seam between nalgebra, which Tandem speaks, and glam, which parry speaks. The only file that names
+//! `parry2d_f64` (docs/decisions/0002-parry.md).
+
+use interface::Vec2;
+use parry2d_f64::bounding_volume::Aabb;
+use parry2d_f64::math::Vec2 as GlamVec2;
+use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
+
+fn glam(v: Vec2) -> GlamVec2 {
+    GlamVec2::new(v.x, v.y)
+}
+
+/// An axis-aligned box, in m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Smallest coordinates.
+    pub lower: Vec2,
+    /// Largest coordinates.
+    pub upper: Vec2,
+}
+
+impl Bounds {
+    /// The smallest box around `points`, of which there must be at least one.
+    pub fn around(points: impl IntoIterator<Item = Vec2>) -> Self {
+        let mut points = points.into_iter();
+        let first = points.next().expect("a box has at least one point in it");
+        points.fold(
+            Self {
+                lower: first,
+                upper: first,
+            },
+            |b, p| Self {
+                lower: b.lower.inf(&p),
+                upper: b.upper.sup(&p),
+            },
+        )
+    }
+
+    /// The box grown by `margin` on every side.
+    #[must_use]
+    pub fn grown(&self, margin: f64) -> Self {
+        let margin = Vec2::repeat(margin);
+        Self {
+            lower: self.lower - margin,
+            upper: self.upper + margin,
+        }
+    }
+
+    /// Whether the boxes touch.
+    pub fn meets(&self, other: &Self) -> bool {
+        self.lower.x <= other.upper.x
+            && other.lower.x <= self.upper.x
+            && self.lower.y <= other.upper.y
+            && other.lower.y <= self.upper.y
+    }
+}
+
+/// A tree of boxes: which of them meet a given one.
+#[derive(Clone)]
+pub struct BoxTree(Bvh);
+
+impl std::fmt::Debug for BoxTree {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "BoxTree({} leaves)", self.0.leaf_count())
+    }
+}
+
+impl BoxTree {
+    /// A tree of `boxes`, numbered in the order given.
+    pub fn new(boxes: impl IntoIterator<Item = Bounds>) -> Self {
+        let leaves = boxes
+            .into_iter()
+            .map(|b| Aabb::new(glam(b.lower), glam(b.upper)))
+            .enumerate();
+        Self(Bvh::from_iter(BvhBuildStrategy::Binned, leaves))
+    }
+
+    /// Appends the numbers of the boxes that meet `query` to `found`, in ascending order, so that nothing downstream
+    /// depends on the shape of the tree.
+    pub fn meeting(&self, query: &Bounds, found: &mut Vec<u32>) {
+        let from = found.len();
+        let aabb = Aabb::new(glam(query.lower), glam(query.upper));
+        found.extend(self.0.intersect_aabb(&aabb));
+        found[from..].sort_unstable();
+    }
+
+    /// Bytes on the heap.
+    pub fn bytes(&self) -> usize {
+        self.0.heap_memory_size()
+    }
+}

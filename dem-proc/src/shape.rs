@@ -1,0 +1,239 @@
+//! From a shape as written to a checked outline with its mass properties.
+
+use interface::Vec2;
+use interface::config::BodyShape;
+
+use crate::mass::{AreaMoments, cross, outward, swept};
+use crate::seam::{Bounds, BoxTree};
+
+/// Outlines with more edges than this are searched through a tree instead of edge by edge: below it, walking the
+/// edges is as fast as walking the tree.
+const EDGES_WITHOUT_TREE: usize = 16;
+
+/// A checked outline about its own centroid, in counter-clockwise order.
+#[derive(Debug, Clone)]
+pub struct Shape {
+    /// Vertices relative to the centroid of the swept shape, in the body's frame, in m.
+    pub vertices: Vec<Vec2>,
+    /// Sphero-radius `a` in m.
+    pub radius: f64,
+    /// Largest distance of the surface from the centroid in m.
+    pub extent: f64,
+    /// Area, centroid (in the coordinates of the scene's shape) and polar moment of the swept shape.
+    pub moments: AreaMoments,
+    /// The boxes of the edges in the body's frame, for outlines with many edges.
+    pub edges: Option<BoxTree>,
+    /// Whether no corner is reflex.
+    pub convex: bool,
+}
+
+/// Why a shape is refused: the key below `body`, and the message.
+pub type ShapeError = (&'static str, String);
+
+impl Shape {
+    /// Checks `shape` swept by a disc of radius `a` (m).
+    ///
+    /// `exact` asks that the mass properties are exact, which a sphero-radius too large for a notch prevents.
+    ///
+    /// # Errors
+    /// The key and what is wrong with it.
+    pub fn new(shape: &BodyShape, a: f64, exact: bool) -> Result<Self, ShapeError> {
+        let key = shape_key(shape);
+        if !a.is_finite() || a < 0.0 {
+            let text = format!("{a} m: expected a finite radius that is not negative");
+            return Err(("sphero_radius", text));
+        }
+        let mut vertices: Vec<Vec2> = shape.vertices().iter().map(|&v| v.into()).collect();
+        if let Some(i) = vertices.iter().position(|v| !(v.x + v.y).is_finite()) {
+            return Err((key, format!("vertex {i} is not finite")));
+        }
+        let n = vertices.len();
+        if matches!(shape, BodyShape::Polygon { .. }) && n < 3 {
+            let text = format!("{n} vertices: a polygon has three or more; write `disc` or `segment`");
+            return Err((key, text));
+        }
+        if n <= 2 && a == 0.0 {
+            let text = "0: a disc or a rounded segment needs a positive sphero-radius".to_owned();
+            return Err(("sphero_radius", text));
+        }
+        for i in 0..n {
+            let next = (i + 1) % n;
+            if n > 1 && vertices[i] == vertices[next] {
+                return Err((key, format!("edge {i} from vertex {i} to {next} has no length")));
+            }
+        }
+        if n > 2 {
+            let first = vertices[0];
+            let twice_area: f64 = (0..n)
+                .map(|i| cross(vertices[i] - first, vertices[(i + 1) % n] - first))
+                .sum();
+            let size = vertices.iter().map(|v| (v - first).norm_squared()).fold(0.0, f64::max);
+            // Below this the sign of the area is rounding.
+            if twice_area.abs() <= 1e-13 * size {
+                return Err((key, "the polygon has no area; write `segment` for a line".into()));
+            }
+            if let Some((i, j)) = crossing_edges(&vertices) {
+                let text = format!("edges {i} and {j} cross or touch; expected a simple polygon");
+                return Err((key, text));
+            }
+            if twice_area < 0.0 {
+                vertices.reverse();
+            }
+            if exact && let Some(i) = hidden_edge(&vertices, a) {
+                let text = format!(
+                    "{a} m is too large for the notch next to edge {i} (in counter-clockwise order): the rounded \
+                     outline would cover itself; write a smaller radius or fill the notch"
+                );
+                return Err(("sphero_radius", text));
+            }
+        }
+        let moments = swept(&vertices, a);
+        for v in &mut vertices {
+            *v -= moments.centroid;
+        }
+        let extent = a + vertices.iter().map(Vec2::norm).fold(0.0, f64::max);
+        let edges = (edge_count(n) > EDGES_WITHOUT_TREE).then(|| edge_tree(&vertices));
+        let convex = (0..n).all(|i| {
+            let (before, here, next) = (vertices[(i + n - 1) % n], vertices[i], vertices[(i + 1) % n]);
+            cross(here - before, next - here) >= 0.0
+        });
+        Ok(Self {
+            vertices,
+            radius: a,
+            extent,
+            moments,
+            edges,
+            convex,
+        })
+    }
+
+    /// Edges of the outline; a disc counts as one edge without length.
+    pub fn edge_count(&self) -> usize {
+        edge_count(self.vertices.len())
+    }
+}
+
+/// Edges of an outline of `n` vertices; a lone vertex counts as an edge without length.
+pub fn edge_count(n: usize) -> usize {
+    if n == 2 { 1 } else { n }
+}
+
+/// The key of what the shape is made from.
+fn shape_key(shape: &BodyShape) -> &'static str {
+    match shape {
+        BodyShape::Disc => "shape.disc",
+        BodyShape::Segment { .. } => "shape.segment.ends",
+        BodyShape::Polygon { .. } => "shape.polygon.vertices",
+        BodyShape::Rectangle { .. } => "shape.rectangle",
+    }
+}
+
+/// The boxes of the edges of a closed outline.
+fn edge_tree(vertices: &[Vec2]) -> BoxTree {
+    let n = vertices.len();
+    BoxTree::new((0..n).map(|i| Bounds::around([vertices[i], vertices[(i + 1) % n]])))
+}
+
+/// Two edges of a closed polygon that cross, touch, or fold back on one another.
+fn crossing_edges(vertices: &[Vec2]) -> Option<(usize, usize)> {
+    let n = vertices.len();
+    let at = |i: usize| vertices[i % n];
+    let tree = edge_tree(vertices);
+    let mut near = Vec::new();
+    for i in 0..n {
+        let (edge, next) = (at(i + 1) - at(i), at(i + 2) - at(i + 1));
+        if cross(edge, next) == 0.0 && edge.dot(&next) < 0.0 {
+            return Some((i, (i + 1) % n));
+        }
+        near.clear();
+        tree.meeting(&Bounds::around([at(i), at(i + 1)]), &mut near);
+        for j in near.iter().map(|&j| j as usize).filter(|&j| j > i) {
+            let neighbours = j == i + 1 || (i == 0 && j == n - 1);
+            if !neighbours && segments_meet(at(i), at(i + 1), at(j), at(j + 1)) {
+                return Some((i, j));
+            }
+        }
+    }
+    None
+}
+
+/// Whether the closed segments `a b` and `c d` have a point in common.
+fn segments_meet(a: Vec2, b: Vec2, c: Vec2, d: Vec2) -> bool {
+    let side = |p: Vec2, q: Vec2, r: Vec2| cross(q - p, r - p);
+    let (ca, cb) = (side(c, d, a), side(c, d, b));
+    let (ac, ad) = (side(a, b, c), side(a, b, d));
+    if ca == 0.0 && cb == 0.0 {
+        return Bounds::around([a, b]).meets(&Bounds::around([c, d]));
+    }
+    ca * cb <= 0.0 && ac * ad <= 0.0
+}
+
+/// An edge whose offset by `a` comes closer than `a` to another part of the outline, so that the pieces of
+/// [`crate::mass`] cover one another and their sum is not the area of the swept shape.
+fn hidden_edge(vertices: &[Vec2], a: f64) -> Option<usize> {
+    let n = vertices.len();
+    let at = |i: usize| vertices[i % n];
+    let turn = |i: usize| {
+        let (before, edge) = (at(i) - at(i + n - 1), at(i + 1) - at(i));
+        cross(before, edge).atan2(before.dot(&edge))
+    };
+    if a == 0.0 || (0..n).all(|i| turn(i) >= 0.0) {
+        return None;
+    }
+    let tree = edge_tree(vertices);
+    let limit = a * (1.0 - 1e-9); // a touching pair of offsets is still exact; leave room for rounding
+    let mut near = Vec::new();
+    for i in 0..n {
+        let (from, to) = (at(i), at(i + 1));
+        let edge = to - from;
+        let (length, normal) = (edge.norm(), outward(edge));
+        // The offset edge, cut back by the kites at reflex ends.
+        let cut = |t: f64| if t < 0.0 { a * (-0.5 * t).tan() } else { 0.0 };
+        let (begin, end) = (cut(turn(i)), length - cut(turn(i + 1)));
+        if begin > end {
+            return Some(i);
+        }
+        let offset = |s: f64| from + edge / length * s + normal * a;
+        let (p, q) = (offset(begin), offset(end));
+        let search = |around: Bounds, near: &mut Vec<u32>| {
+            near.clear();
+            tree.meeting(&around, near);
+        };
+        search(Bounds::around([p, q]).grown(a), &mut near);
+        for j in near.iter().map(|&j| j as usize).filter(|&j| j != i) {
+            if segment_distance(p, q, at(j), at(j + 1)) < limit {
+                return Some(i);
+            }
+        }
+        // The arc around a convex corner: its nearest approach to another edge lies on the line to that edge's
+        // nearest point, where that line leaves within the arc's opening.
+        if turn(i) > 0.0 {
+            let before = outward(from - at(i + n - 1));
+            search(Bounds::around([from]).grown(2.0 * a), &mut near);
+            for j in near.iter().map(|&j| j as usize) {
+                if j == i || (j + 1) % n == i {
+                    continue;
+                }
+                let to_edge = nearest_on(at(j), at(j + 1), from) - from;
+                let within = cross(before, to_edge) >= 0.0 && cross(to_edge, normal) >= 0.0;
+                if within && to_edge.norm() < 2.0 * limit {
+                    return Some(i);
+                }
+            }
+        }
+    }
+    None
+}
+
+fn nearest_on(a: Vec2, b: Vec2, p: Vec2) -> Vec2 {
+    interface::outline::nearest_on_edge(a, b, p, 0, 1).0
+}
+
+/// Distance of two segments.
+fn segment_distance(a: Vec2, b: Vec2, c: Vec2, d: Vec2) -> f64 {
+    if segments_meet(a, b, c, d) {
+        return 0.0;
+    }
+    let point = |p: Vec2, q: Vec2, r: Vec2| (nearest_on(p, q, r) - r).norm();
+    point(a, b, c).min(point(a, b, d)).min(point(c, d, a)).min(point(c, d, b))
+}

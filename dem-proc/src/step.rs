@@ -1,0 +1,213 @@
+//! One coupled step, as Jiang 2020 section 4.2 lists it, in the leapfrog of [`interface::step::Step`].
+
+use interface::Vec2;
+use interface::config::{DemConfig, Motion};
+use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
+use interface::step::Step;
+use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, Record};
+
+use crate::Sdem;
+use crate::configure::{System, configure};
+use crate::ledger::{Kick, Totals, measure};
+
+impl DemSolver for Sdem {
+    fn identity(&self) -> String {
+        format!("tandem-dem {}", env!("CARGO_PKG_VERSION"))
+    }
+
+    fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal> {
+        let (system, readiness) = configure(config)?;
+        self.system = system;
+        Ok(readiness)
+    }
+
+    fn envelopes(&mut self) -> &[EnvelopeVertex] {
+        let s = &mut self.system;
+        s.published_at.set(&s.bodies);
+        s.envelopes.clear();
+        for b in 0..s.bodies.len() {
+            let reach = s.bodies.state[b].radius;
+            let vertex = |p: &Vec2| EnvelopeVertex {
+                body: b as u64,
+                position: (*p).into(),
+                reach,
+            };
+            s.envelopes.extend(s.bodies.outline_of(b).iter().map(vertex));
+        }
+        &s.envelopes
+    }
+
+    fn imp_set(&mut self, set: &[ImpInfo]) {
+        self.system.points.imp_set(set);
+    }
+
+    /// Steps 1 of section 4.2: contact lists, contact forces, forces on the bodies.
+    fn contact(&mut self, step: &Step, imps: &[ImpState], forces: &mut [ImpForce]) -> Result<Answer, Fault> {
+        let s = &mut self.system;
+        s.check_states(imps, forces)?;
+        s.update_lists(imps); //                          Verlet lists of bodies and of points
+        s.body_contact(step); //                          eqs. 38 to 41, 43
+        s.point_contact(step, imps, forces); //           eqs. 44, 46, 49, 50
+        s.kick(step); //                                  eq. 42, v^{n-1/2} -> v^{n+1/2}
+        s.check_kick()?;
+        if step.measure {
+            s.measurement = measure(s, step, imps); //    PHYSICS.md section 7
+        }
+        let answer = s.answer(step); //                   PHYSICS.md section 4
+        s.commit(step, imps);
+        Ok(answer)
+    }
+
+    fn advance(&mut self, step: &Step) -> Result<(), Fault> {
+        if !opening(step) {
+            self.system.bodies.drift(step.dt); //         eq. 42, x^n -> x^{n+1}
+        }
+        Ok(())
+    }
+
+    fn measurement(&self) -> &DemMeasurement {
+        &self.system.measurement
+    }
+}
+
+/// Whether nothing is to move: forces, limits and a measurement are wanted, and no trace may stay.
+fn opening(step: &Step) -> bool {
+    step.dt_before == 0.0 && step.dt == 0.0
+}
+
+impl System {
+    /// Refuses numbers that are not finite before anything has changed.
+    fn check_states(&self, imps: &[ImpState], forces: &[ImpForce]) -> Result<(), Fault> {
+        let set = self.points.set();
+        assert!(
+            imps.len() == set.len() && forces.len() == set.len(),
+            "{} states and {} forces for a set of {} IMPs",
+            imps.len(),
+            forces.len(),
+            set.len()
+        );
+        for (slot, state) in imps.iter().enumerate() {
+            if let Err(field) = state.check() {
+                return Err(Fault::NotFinite {
+                    what: field.to_owned(),
+                    item: format!("IMP in slot {slot} (point {})", set[slot].id),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    fn update_lists(&mut self, imps: &[ImpState]) {
+        if let Some(pairs) = &mut self.pairs {
+            pairs.update_list(&self.bodies);
+        }
+        self.points.update_list(&self.bodies, imps);
+    }
+
+    fn body_contact(&mut self, step: &Step) {
+        self.body_loads.fill(Default::default());
+        if let Some(pairs) = &mut self.pairs {
+            // Two surfaces come together by at most twice the largest speed times the step; the step may grow by a
+            // tenth, and the kick may add speed: three times is ample.
+            let velocities = self.bodies.state.iter().map(|s| (s.velocity, s.spin));
+            let closing = 3.0 * self.bodies.largest_speed(velocities) * step.dt.max(step.dt_before);
+            pairs.evaluate(&self.bodies, step.dt_before, closing, &self.threads);
+            pairs.gather(&mut self.body_loads);
+        }
+    }
+
+    fn point_contact(&mut self, step: &Step, imps: &[ImpState], forces: &mut [ImpForce]) {
+        self.point_loads.fill(Default::default());
+        self.points.evaluate(&self.bodies, imps, step.dt_before, &self.threads);
+        self.points.gather(forces, &mut self.point_loads);
+    }
+
+    /// Newton and Euler for every free body; the others keep their velocity.
+    fn kick(&mut self, step: &Step) {
+        let kick = step.kick();
+        self.kicked.clear();
+        for (b, state) in self.bodies.state.iter().enumerate() {
+            let (from_points, from_bodies) = (&self.point_loads[b], &self.body_loads[b]);
+            let force = from_points.force + from_bodies.force;
+            let torque = from_points.torque + from_bodies.torque;
+            let free = self.bodies.fixed[b].motion == Motion::Free;
+            let gravity = if free { self.gravity } else { Vec2::zeros() };
+            let velocity = state.velocity + (force * state.inverse_mass + gravity) * kick;
+            let spin = state.spin + torque * state.inverse_inertia * kick;
+            self.kicked.push((velocity, spin));
+        }
+    }
+
+    /// Refuses velocities that are not finite, before they are taken over.
+    fn check_kick(&self) -> Result<(), Fault> {
+        for (b, (velocity, spin)) in self.kicked.iter().enumerate() {
+            if !(velocity.x + velocity.y + spin).is_finite() {
+                return Err(Fault::NotFinite {
+                    what: "velocity".into(),
+                    item: format!("body {b} ({})", self.bodies.fixed[b].name),
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The limits for the next step, and how far the surfaces will have gone.
+    fn answer(&self, step: &Step) -> Answer {
+        let kicked = || self.kicked.iter().copied();
+        let free = |b: usize| self.bodies.state[b].inverse_mass > 0.0;
+        let loads = || self.point_loads.iter().enumerate().filter(|&(b, _)| free(b));
+        let pairs = self.pairs.as_ref();
+        let in_reach = |loads: &[crate::load::Load]| loads.iter().any(|load| load.in_reach);
+        let mut damping: f64 = 0.0;
+        if in_reach(&self.point_loads) {
+            damping = self.points.damping_ratio();
+        }
+        if let Some(pairs) = pairs
+            && in_reach(&self.body_loads)
+        {
+            damping = damping.max(pairs.damping_ratio());
+        }
+        Answer {
+            limits: Limits {
+                omega_sq: pairs.map_or(0.0, |pairs| pairs.omega_sq(&self.body_loads)),
+                contact_omega_sq: loads().map(|(_, load)| load.rate).fold(0.0, f64::max),
+                damping,
+                speed: self.bodies.largest_speed(kicked()),
+                radius_min: 0.0,
+                mobility: loads().map(|(_, load)| load.mobility).fold(0.0, f64::max),
+            },
+            travel: self.published_at.travel(&self.bodies, kicked(), step.dt),
+        }
+    }
+
+    /// Takes over what was computed. Until here a fault leaves the state as it was.
+    fn commit(&mut self, step: &Step, imps: &[ImpState]) {
+        if opening(step) {
+            return;
+        }
+        self.totals = self.totals_after(step);
+        for (state, &(velocity, spin)) in self.bodies.state.iter_mut().zip(&self.kicked) {
+            state.velocity = velocity;
+            state.spin = spin;
+        }
+        self.points.commit(imps);
+        if let Some(pairs) = &mut self.pairs {
+            pairs.commit();
+        }
+    }
+
+    /// What has been accumulated at the end of this step's kick.
+    pub(crate) fn totals_after(&self, step: &Step) -> Totals {
+        self.totals.after(&Kick {
+            length: step.kick(),
+            bodies: &self.bodies,
+            gravity: self.gravity,
+            point_loads: &self.point_loads,
+            body_loads: &self.body_loads,
+            losses: [
+                self.points.loss(),
+                self.pairs.as_ref().map_or_else(Default::default, |p| p.loss()),
+            ],
+        })
+    }
+}

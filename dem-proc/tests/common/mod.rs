@@ -1,0 +1,182 @@
+//! What the tests share: small scenes, and a driver that steps bodies and points together.
+#![allow(dead_code)] // every test binary uses its own part of this
+
+use dem_proc::Sdem;
+use interface::Vec2;
+use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
+use interface::solver::{Answer, DemSolver};
+use interface::step::Step;
+use interface::wire::{ImpForce, ImpInfo, ImpState};
+
+/// A free body of 1 kg/m at the origin.
+pub fn body(shape: BodyShape, sphero_radius: f64) -> BodyConfig {
+    BodyConfig {
+        name: "body".into(),
+        shape,
+        sphero_radius,
+        inertia: BodyInertia::Mass(1.0),
+        position: [0.0, 0.0],
+        angle: 0.0,
+        velocity: [0.0, 0.0],
+        spin: 0.0,
+        motion: Motion::Free,
+    }
+}
+
+pub fn fixed(shape: BodyShape, sphero_radius: f64) -> BodyConfig {
+    BodyConfig {
+        motion: Motion::Fixed,
+        ..body(shape, sphero_radius)
+    }
+}
+
+pub fn spring(normal_stiffness: f64) -> ContactLaw {
+    ContactLaw::Linear {
+        normal_stiffness,
+        tangential_stiffness: 0.0,
+        friction: 0.0,
+        damping_ratio: 0.0,
+    }
+}
+
+pub fn frictional(normal_stiffness: f64, tangential_stiffness: f64, friction: f64) -> ContactLaw {
+    ContactLaw::Linear {
+        normal_stiffness,
+        tangential_stiffness,
+        friction,
+        damping_ratio: 0.0,
+    }
+}
+
+pub fn scene(bodies: Vec<BodyConfig>, law: ContactLaw) -> DemConfig {
+    DemConfig {
+        gravity: [0.0, 0.0],
+        bodies,
+        point_contact: law,
+        body_contact: Some(law),
+        skin: 0.05,
+        threads: 1,
+    }
+}
+
+pub fn configured(config: &DemConfig) -> Sdem {
+    let mut dem = Sdem::default();
+    dem.configure(config).unwrap();
+    dem.envelopes();
+    dem
+}
+
+pub fn info(id: u64, radius: f64, mass: f64) -> ImpInfo {
+    ImpInfo {
+        id,
+        radius,
+        mass,
+        ..ImpInfo::default()
+    }
+}
+
+pub fn at(x: f64, y: f64) -> ImpState {
+    ImpState {
+        position: [x, y],
+        velocity: [0.0, 0.0],
+    }
+}
+
+pub fn step(dt_before: f64, dt: f64) -> Step {
+    Step {
+        index: 0,
+        time: 0.0,
+        dt_before,
+        dt,
+        measure: true,
+    }
+}
+
+pub const OPENING: Step = Step {
+    index: 0,
+    time: 0.0,
+    dt_before: 0.0,
+    dt: 0.0,
+    measure: true,
+};
+
+/// Forces on points that do not move, evaluated once.
+pub fn forces(config: &DemConfig, radius: f64, points: &[ImpState]) -> (Vec<ImpForce>, Sdem, Answer) {
+    let mut dem = configured(config);
+    let set: Vec<ImpInfo> = (0..points.len() as u64).map(|id| info(id, radius, 1.0)).collect();
+    dem.imp_set(&set);
+    let mut forces = vec![ImpForce::default(); points.len()];
+    let answer = dem.contact(&OPENING, points, &mut forces).unwrap();
+    (forces, dem, answer)
+}
+
+pub fn cross(a: Vec2, b: Vec2) -> f64 {
+    a.x * b.y - a.y * b.x
+}
+
+/// Points that obey Newton's law on their own: the simplest continuum.
+pub struct Points {
+    pub set: Vec<ImpInfo>,
+    pub states: Vec<ImpState>,
+    pub forces: Vec<ImpForce>,
+}
+
+impl Points {
+    pub fn new(points: &[(ImpInfo, ImpState)]) -> Self {
+        Self {
+            set: points.iter().map(|p| p.0).collect(),
+            states: points.iter().map(|p| p.1).collect(),
+            forces: vec![ImpForce::default(); points.len()],
+        }
+    }
+
+    /// One step of both sides.
+    pub fn step(&mut self, dem: &mut Sdem, step: &Step) -> Answer {
+        let answer = dem.contact(step, &self.states, &mut self.forces).unwrap();
+        for ((state, force), info) in self.states.iter_mut().zip(&self.forces).zip(&self.set) {
+            for k in 0..2 {
+                state.velocity[k] += force.force[k] / info.mass * step.kick();
+                state.position[k] += state.velocity[k] * step.dt;
+            }
+        }
+        dem.advance(step).unwrap();
+        answer
+    }
+
+    pub fn kinetic(&self) -> f64 {
+        let each = self.states.iter().zip(&self.set);
+        each.map(|(s, i)| 0.5 * i.mass * Vec2::from(s.velocity).norm_squared()).sum()
+    }
+
+    pub fn momentum(&self) -> Vec2 {
+        let each = self.states.iter().zip(&self.set);
+        each.map(|(s, i)| Vec2::from(s.velocity) * i.mass).sum()
+    }
+}
+
+/// A small deterministic generator (xorshift), so that random scenes are the same everywhere.
+pub struct Random(pub u64);
+
+impl Random {
+    pub fn unit(&mut self) -> f64 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    /// A star-shaped polygon with `n` vertices at distances `low..high` from the origin: simple, rarely convex.
+    pub fn star(&mut self, n: usize, low: f64, high: f64) -> Vec<[f64; 2]> {
+        (0..n)
+            .map(|i| {
+                let angle = (i as f64 + self.between(0.1, 0.9)) * std::f64::consts::TAU / n as f64;
+                let r = self.between(low, high);
+                [r * angle.cos(), r * angle.sin()]
+            })
+            .collect()
+    }
+}
