@@ -210,12 +210,14 @@ fn place(body: &BodyConfig, first_vertex: usize) -> Result<(Body, Rigid), (&'sta
     };
     let inertia = mass * shape.moments.polar / shape.moments.area;
     if !(inertia.is_finite() && inertia > 0.0) {
-        let text = format!("the moment of inertia comes out as {inertia} kg m; check sizes and density");
+        let text =
+            format!("the moment of inertia comes out as {inertia} kg m; check sizes and density");
         return Err(("inertia", text));
     }
     let (sin, cos) = body.angle.sin_cos();
     let c = shape.moments.centroid;
-    let center = Vec2::from(body.position) + Vec2::new(cos * c.x - sin * c.y, sin * c.x + cos * c.y);
+    let center =
+        Vec2::from(body.position) + Vec2::new(cos * c.x - sin * c.y, sin * c.x + cos * c.y);
     let state = Rigid {
         center,
         velocity: body.velocity.into(),

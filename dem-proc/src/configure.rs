@@ -6,8 +6,8 @@ use interface::solver::{DemMeasurement, Readiness, Refusal};
 use interface::wire::EnvelopeVertex;
 
 use crate::body::{Bodies, Reference};
-use crate::ledger::Totals;
 use crate::law::{Coulomb, Elastic, Law, Linear, Smooth, Viscous};
+use crate::ledger::Totals;
 use crate::load::Load;
 use crate::pairs::{BodyContacts, BodySide};
 use crate::points::{PointContacts, PointSide};
@@ -109,10 +109,26 @@ fn with_law<F: ForLaw>(law: &ContactLaw, build: F) -> F::Output {
                 friction,
             };
             match (friction > 0.0, ratio > 0.0) {
-                (false, false) => build.build(Linear { stiffness, tangent: Smooth, dashpot: Elastic }),
-                (false, true) => build.build(Linear { stiffness, tangent: Smooth, dashpot: Viscous { ratio } }),
-                (true, false) => build.build(Linear { stiffness, tangent: coulomb, dashpot: Elastic }),
-                (true, true) => build.build(Linear { stiffness, tangent: coulomb, dashpot: Viscous { ratio } }),
+                (false, false) => build.build(Linear {
+                    stiffness,
+                    tangent: Smooth,
+                    dashpot: Elastic,
+                }),
+                (false, true) => build.build(Linear {
+                    stiffness,
+                    tangent: Smooth,
+                    dashpot: Viscous { ratio },
+                }),
+                (true, false) => build.build(Linear {
+                    stiffness,
+                    tangent: coulomb,
+                    dashpot: Elastic,
+                }),
+                (true, true) => build.build(Linear {
+                    stiffness,
+                    tangent: coulomb,
+                    dashpot: Viscous { ratio },
+                }),
             }
         }
     }
@@ -128,7 +144,10 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         return Err(Refusal::new("dem.gravity", text));
     }
     if !(config.skin.is_finite() && config.skin >= 0.0) {
-        let text = format!("{} m: expected a finite distance that is not negative", config.skin);
+        let text = format!(
+            "{} m: expected a finite distance that is not negative",
+            config.skin
+        );
         return Err(Refusal::new("dem.skin", text));
     }
     if config.threads == 0 {
@@ -147,7 +166,9 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
     let law = config.body_contact.as_ref();
     let pairs = law.filter(|_| free().next().is_some() && bodies.len() > 1);
     if law.is_some() && pairs.is_none() {
-        notes.push("left out: contact between bodies (no two bodies of which forces move one)".to_owned());
+        notes.push(
+            "left out: contact between bodies (no two bodies of which forces move one)".to_owned(),
+        );
     }
     let pairs = pairs.map(|law| with_law(law, BodiesWith { skin: config.skin }));
     let points = with_law(&config.point_contact, PointsWith { skin: config.skin });
@@ -163,7 +184,13 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         bodies,
         ..System::default()
     };
-    let free = || system.bodies.fixed.iter().filter(|b| b.motion == Motion::Free);
+    let free = || {
+        system
+            .bodies
+            .fixed
+            .iter()
+            .filter(|b| b.motion == Motion::Free)
+    };
     let lightest = free().map(|b| b.mass).fold(f64::INFINITY, f64::min);
     let readiness = Readiness {
         items: n as u64,
@@ -185,23 +212,39 @@ fn check_law(key: &str, law: &ContactLaw) -> Result<f64, Refusal> {
         damping_ratio,
     } = *law;
     let refuse = |name: &str, value: f64, expected: &str| {
-        Err(Refusal::new(format!("{key}.linear.{name}"), format!("{value}: expected {expected}")))
+        Err(Refusal::new(
+            format!("{key}.linear.{name}"),
+            format!("{value}: expected {expected}"),
+        ))
     };
     if !(normal_stiffness.is_finite() && normal_stiffness > 0.0) {
-        return refuse("normal_stiffness", normal_stiffness, "a positive number in N/m");
+        return refuse(
+            "normal_stiffness",
+            normal_stiffness,
+            "a positive number in N/m",
+        );
     }
     if !(friction.is_finite() && friction >= 0.0) {
         return refuse("friction", friction, "0 or a positive number");
     }
     if !(tangential_stiffness.is_finite() && tangential_stiffness >= 0.0) {
-        return refuse("tangential_stiffness", tangential_stiffness, "0 or a positive number in N/m");
+        return refuse(
+            "tangential_stiffness",
+            tangential_stiffness,
+            "0 or a positive number in N/m",
+        );
     }
     if friction > 0.0 && tangential_stiffness == 0.0 {
-        let expected = "a positive number in N/m, since friction is not zero (k_n/20 ... k_n is usual)";
+        let expected =
+            "a positive number in N/m, since friction is not zero (k_n/20 ... k_n is usual)";
         return refuse("tangential_stiffness", 0.0, expected);
     }
     if !(damping_ratio.is_finite() && damping_ratio >= 0.0) {
-        return refuse("damping_ratio", damping_ratio, "0 or a positive fraction of critical damping");
+        return refuse(
+            "damping_ratio",
+            damping_ratio,
+            "0 or a positive fraction of critical damping",
+        );
     }
     Ok(normal_stiffness)
 }
@@ -209,8 +252,14 @@ fn check_law(key: &str, law: &ContactLaw) -> Result<f64, Refusal> {
 impl System {
     /// Bytes of memory in use.
     pub fn bytes(&self) -> usize {
-        let trees = self.bodies.fixed.iter().filter_map(|b| b.shape.edges.as_ref());
-        let body = size_of::<crate::body::Body>() + size_of::<crate::body::Rigid>() + 2 * size_of::<Load>();
+        let trees = self
+            .bodies
+            .fixed
+            .iter()
+            .filter_map(|b| b.shape.edges.as_ref());
+        let body = size_of::<crate::body::Body>()
+            + size_of::<crate::body::Rigid>()
+            + 2 * size_of::<Load>();
         self.bodies.len() * body
             + self.bodies.outline.len() * 2 * size_of::<Vec2>()
             + trees.map(crate::seam::BoxTree::bytes).sum::<usize>()

@@ -26,7 +26,11 @@ pub fn see(outline: &[Vec2], edges: impl IntoIterator<Item = usize>, p: Vec2) ->
     if n == 1 {
         let d = p - outline[0];
         let distance = d.norm();
-        let normal = if distance > 0.0 { d / distance } else { Vec2::y() };
+        let normal = if distance > 0.0 {
+            d / distance
+        } else {
+            Vec2::y()
+        };
         return Seen { distance, normal };
     }
     let mut best = (f64::INFINITY, Vec2::zeros(), Feature::Vertex(0));

@@ -73,7 +73,13 @@ pub trait Tangent: Copy + Send + Sync + std::fmt::Debug + 'static {
     /// `k_t` in N/m.
     fn stiffness(&self) -> f64;
     /// Force of the spring, force of the dashpot, new state. `dashpot` is the force that it would like to exert.
-    fn slide(&self, normal: f64, dashpot: f64, moved: f64, before: &Self::State) -> (f64, f64, Self::State);
+    fn slide(
+        &self,
+        normal: f64,
+        dashpot: f64,
+        moved: f64,
+        before: &Self::State,
+    ) -> (f64, f64, Self::State);
     /// Energy in the spring in J/m.
     fn energy(&self, state: &Self::State) -> f64;
     /// Dissipated by sliding over the last step in J/m.
@@ -212,7 +218,8 @@ impl Dashpot for Viscous {
     /// take out of the kinetic energy.
     #[inline]
     fn remember(exerted: [f64; 2], moved: [f64; 2], before: &Dash) -> Dash {
-        let work = (exerted[0] + before.force[0]) * moved[0] + (exerted[1] + before.force[1]) * moved[1];
+        let work =
+            (exerted[0] + before.force[0]) * moved[0] + (exerted[1] + before.force[1]) * moved[1];
         Dash {
             force: exerted,
             loss: -0.5 * work,
@@ -283,7 +290,8 @@ impl<T: Tangent, D: Dashpot> Law for Linear<T, D> {
         let normal = (spring + drag(self.stiffness, touch.velocity[0])).max(0.0);
         let wish = drag(self.tangent.stiffness(), touch.velocity[1]);
         let (along, damped, tangent) =
-            self.tangent.slide(normal, wish, touch.moved[1], &before.0.tangent);
+            self.tangent
+                .slide(normal, wish, touch.moved[1], &before.0.tangent);
         let exerted = [normal - spring, damped];
         let dashpot = D::remember(exerted, touch.moved, &before.0.dashpot);
         Press {
@@ -294,7 +302,9 @@ impl<T: Tangent, D: Dashpot> Law for Linear<T, D> {
     }
     #[inline]
     fn part(&self, touch: &Touch, before: &Self::History) -> Self::History {
-        let (_, _, tangent) = self.tangent.slide(0.0, 0.0, touch.moved[1], &before.0.tangent);
+        let (_, _, tangent) = self
+            .tangent
+            .slide(0.0, 0.0, touch.moved[1], &before.0.tangent);
         let dashpot = D::remember([0.0; 2], touch.moved, &before.0.dashpot);
         LinearMemory(Memory { tangent, dashpot })
     }

@@ -88,10 +88,17 @@ pub fn measure(system: &System, step: &Step, imps: &[ImpState]) -> DemMeasuremen
     let bodies = &system.bodies;
     let after = system.totals_after(step);
     let excess = after.driven_work - system.totals.driven_work;
-    let share = if step.kick() > 0.0 { 0.5 * step.dt_before / step.kick() } else { 0.0 };
+    let share = if step.kick() > 0.0 {
+        0.5 * step.dt_before / step.kick()
+    } else {
+        0.0
+    };
     let mut ledger = Ledger {
         contact: system.points.energy(bodies, imps)
-            + system.pairs.as_ref().map_or(0.0, |pairs| pairs.energy(bodies)),
+            + system
+                .pairs
+                .as_ref()
+                .map_or(0.0, |pairs| pairs.energy(bodies)),
         friction_work: after.loss.friction,
         viscous_work: after.loss.viscous,
         driven_work: system.totals.driven_work + share * excess,
@@ -106,8 +113,10 @@ pub fn measure(system: &System, step: &Step, imps: &[ImpState]) -> DemMeasuremen
         let (v, spin) = system.kicked[b];
         let centred = |before: f64, after: f64| (1.0 - w) * before + w * after;
         if body.motion == Motion::Free {
-            ledger.kinetic += 0.5 * body.mass * centred(state.velocity.norm_squared(), v.norm_squared());
-            ledger.kinetic_rotation += 0.5 * body.inertia * centred(state.spin * state.spin, spin * spin);
+            ledger.kinetic +=
+                0.5 * body.mass * centred(state.velocity.norm_squared(), v.norm_squared());
+            ledger.kinetic_rotation +=
+                0.5 * body.inertia * centred(state.spin * state.spin, spin * spin);
             ledger.gravity -= body.mass * system.gravity.dot(&state.center);
             momentum += v * body.mass;
         }

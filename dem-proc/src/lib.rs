@@ -48,6 +48,8 @@ pub mod mass;
 pub mod neighbours;
 pub mod pairs;
 pub mod points;
+#[cfg(test)]
+mod reference;
 pub mod seam;
 pub mod shape;
 mod step;

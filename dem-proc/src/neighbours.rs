@@ -76,43 +76,52 @@ impl PointList {
         };
         let mut near = std::mem::take(&mut self.near);
         near.clear();
+        let nearest = |near: &[u32]| {
+            let distances = near.iter().map(|&i| distance(i as usize));
+            distances.fold(f64::INFINITY, f64::min)
+        };
         let smallest = if let Some(tree) = &shape.edges {
             let q = bodies.into_frame(b, p);
             let search = |r: f64, near: &mut Vec<u32>| {
                 near.clear();
                 tree.meeting(&Bounds::around([q]).grown(r), near);
-                near.iter().map(|&i| distance(i as usize)).fold(f64::INFINITY, f64::min)
+                nearest(near)
             };
             let mut r = reach;
             let mut smallest = search(r, &mut near);
-            if smallest > reach && inside(&shape.vertices, tree, q, shape.extent, &mut near) {
+            if smallest > reach {
+                if !inside(&shape.vertices, tree, q, shape.extent, &mut near) {
+                    self.near = near;
+                    return;
+                }
                 // Driven deep inside: widen until the nearest edge is found.
                 while smallest > r {
                     r *= 2.0;
                     smallest = search(r, &mut near);
                 }
             }
-            if smallest <= r {
-                search(smallest + band, &mut near);
-            }
+            search(smallest + band, &mut near);
             smallest
         } else {
             near.extend(0..shape.edge_count() as u32);
-            near.iter().map(|&i| distance(i as usize)).fold(f64::INFINITY, f64::min)
+            let smallest = nearest(&near);
+            let crosses = |&i: &usize| crosses_ray(outline[i], outline[(i + 1) % n], p);
+            let inside = || n > 2 && (0..n).filter(crosses).count() % 2 == 1;
+            if smallest > reach && !inside() {
+                self.near = near;
+                return;
+            }
+            smallest
         };
-        let deep = smallest > reach && {
-            let crossings = (0..n).filter(|&i| crosses_ray(outline[i], outline[(i + 1) % n], p));
-            n > 2 && (shape.edges.is_some() && smallest.is_finite() || crossings.count() % 2 == 1)
-        };
-        if smallest <= reach || deep {
-            let from = self.edges.len() as u32;
-            self.edges.extend(near.iter().copied().filter(|&i| distance(i as usize) <= smallest + band));
-            self.pairs.push(PointPair {
-                slot,
-                body,
-                edges: [from, self.edges.len() as u32],
-            });
-        }
+        let from = self.edges.len() as u32;
+        let may_become_nearest = |&i: &u32| distance(i as usize) <= smallest + band;
+        self.edges
+            .extend(near.iter().copied().filter(may_become_nearest));
+        self.pairs.push(PointPair {
+            slot,
+            body,
+            edges: [from, self.edges.len() as u32],
+        });
         self.near = near;
     }
 }
@@ -124,7 +133,11 @@ fn inside(vertices: &[Vec2], tree: &BoxTree, q: Vec2, extent: f64, near: &mut Ve
     let far = Vec2::new(q.x + 4.0 * extent, q.y);
     tree.meeting(&Bounds::around([q, far]), near);
     let crossings = near.iter().map(|&i| i as usize);
-    crossings.filter(|&i| crosses_ray(vertices[i], vertices[(i + 1) % n], q)).count() % 2 == 1
+    crossings
+        .filter(|&i| crosses_ray(vertices[i], vertices[(i + 1) % n], q))
+        .count()
+        % 2
+        == 1
 }
 
 /// A vertex of one body and an edge of another that may touch.
@@ -207,7 +220,9 @@ impl BodyList {
                     let q = bodies.into_frame(e, p);
                     tree.meeting(&Bounds::around([q]).grown(reach), &mut self.near);
                 }
-                None => self.near.extend(0..bodies.fixed[e].shape.edge_count() as u32),
+                None => self
+                    .near
+                    .extend(0..bodies.fixed[e].shape.edge_count() as u32),
             }
             for &i in &self.near {
                 let i = i as usize;
@@ -227,12 +242,22 @@ impl BodyList {
 }
 
 /// The vertices of body `v` that may be within `reach` of body `e`, in ascending order.
-fn vertices_near(bodies: &Bodies, v: usize, e: usize, reach: f64, vertices: &mut Vec<u32>, near: &mut Vec<u32>) {
+fn vertices_near(
+    bodies: &Bodies,
+    v: usize,
+    e: usize,
+    reach: f64,
+    vertices: &mut Vec<u32>,
+    near: &mut Vec<u32>,
+) {
     vertices.clear();
     let outline = bodies.outline_of(v);
     let n = outline.len() as u32;
     if let Some(tree) = &bodies.fixed[v].shape.edges {
-        let other = bodies.outline_of(e).iter().map(|&p| bodies.into_frame(v, p));
+        let other = bodies
+            .outline_of(e)
+            .iter()
+            .map(|&p| bodies.into_frame(v, p));
         near.clear();
         tree.meeting(&Bounds::around(other).grown(reach), near);
         vertices.extend(near.iter().flat_map(|&i| [i, (i + 1) % n]));

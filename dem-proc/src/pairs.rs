@@ -104,7 +104,13 @@ impl<L: Law> BodyContacts<L> {
 
     /// One pair: geometry, law, contact point.
     #[inline]
-    fn pair(&self, bodies: &Bodies, dt_before: f64, closing: f64, k: usize) -> (Outcome, L::History) {
+    fn pair(
+        &self,
+        bodies: &Bodies,
+        dt_before: f64,
+        closing: f64,
+        k: usize,
+    ) -> (Outcome, L::History) {
         let pair = &self.list.pairs[k];
         let (overlap, normal) = self.overlap(bodies, pair);
         let mut outcome = Outcome::default();
@@ -113,7 +119,12 @@ impl<L: Law> BodyContacts<L> {
         }
         let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
         let tangent = Vec2::new(-normal.y, normal.x);
-        let p = contact_point(bodies.outline[pair.vertex as usize], v.radius, overlap, normal);
+        let p = contact_point(
+            bodies.outline[pair.vertex as usize],
+            v.radius,
+            overlap,
+            normal,
+        );
         let r = [p - v.center, p - e.center];
         let arms = r.map(|r| [cross(r, normal), cross(r, tangent)]);
         let mut touch = Touch {
@@ -133,7 +144,8 @@ impl<L: Law> BodyContacts<L> {
         }
         if overlap > -closing {
             let [k_n, k_t] = self.law.stiffness(overlap);
-            let rate = |m: f64, i: f64, [n, t]: [f64; 2]| k_n * (m + i * n * n) + k_t * (m + i * t * t);
+            let rate =
+                |m: f64, i: f64, [n, t]: [f64; 2]| k_n * (m + i * n * n) + k_t * (m + i * t * t);
             outcome.rate = [
                 rate(v.inverse_mass, v.inverse_inertia, arms[0]),
                 rate(e.inverse_mass, e.inverse_inertia, arms[1]),
@@ -163,17 +175,22 @@ impl<L: Law> BodySide for BodyContacts<L> {
         if size_of::<L::History>() > 0 {
             self.carry_history(&old);
         } else {
-            self.history.resize(self.list.pairs.len(), L::History::default());
+            self.history
+                .resize(self.list.pairs.len(), L::History::default());
         }
-        self.next.resize(self.list.pairs.len(), L::History::default());
-        self.outcomes.resize(self.list.pairs.len(), Outcome::default());
+        self.next
+            .resize(self.list.pairs.len(), L::History::default());
+        self.outcomes
+            .resize(self.list.pairs.len(), Outcome::default());
         self.built_with.get_or_insert_default().set(bodies);
     }
 
     fn evaluate(&mut self, bodies: &Bodies, dt_before: f64, closing: f64, threads: &Threads) {
         let mut outcomes = std::mem::take(&mut self.outcomes);
         let mut next = std::mem::take(&mut self.next);
-        threads.fill(&mut outcomes, &mut next, |k| self.pair(bodies, dt_before, closing, k));
+        threads.fill(&mut outcomes, &mut next, |k| {
+            self.pair(bodies, dt_before, closing, k)
+        });
         self.outcomes = outcomes;
         self.next = next;
     }
@@ -221,7 +238,9 @@ impl<L: Law> BodySide for BodyContacts<L> {
 
     fn energy(&self, bodies: &Bodies) -> f64 {
         let pairs = self.list.pairs.iter().zip(&self.next);
-        pairs.map(|(pair, history)| self.law.energy(self.overlap(bodies, pair).0, history)).sum()
+        pairs
+            .map(|(pair, history)| self.law.energy(self.overlap(bodies, pair).0, history))
+            .sum()
     }
 
     fn commit(&mut self) {
@@ -233,7 +252,10 @@ impl<L: Law> BodySide for BodyContacts<L> {
     }
 
     fn contacts(&self) -> usize {
-        self.outcomes.iter().filter(|o| o.force != Vec2::zeros()).count()
+        self.outcomes
+            .iter()
+            .filter(|o| o.force != Vec2::zeros())
+            .count()
     }
 
     fn bytes(&self) -> usize {

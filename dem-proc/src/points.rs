@@ -99,13 +99,17 @@ impl<L: Law> PointContacts<L> {
         if size_of::<L::History>() > 0 {
             self.carry_history(&old_pairs, states);
         } else {
-            self.history.resize(self.list.pairs.len(), L::History::default());
+            self.history
+                .resize(self.list.pairs.len(), L::History::default());
         }
         self.replaced = None;
-        self.next.resize(self.list.pairs.len(), L::History::default());
-        self.outcomes.resize(self.list.pairs.len(), Outcome::default());
+        self.next
+            .resize(self.list.pairs.len(), L::History::default());
+        self.outcomes
+            .resize(self.list.pairs.len(), Outcome::default());
         self.built_at.clear();
-        self.built_at.extend(states.iter().map(|s| Vec2::from(s.position)));
+        self.built_at
+            .extend(states.iter().map(|s| Vec2::from(s.position)));
         self.built_with.set(bodies);
     }
 
@@ -129,7 +133,11 @@ impl<L: Law> PointContacts<L> {
         self.history = pairs
             .map(|pair| {
                 let key = old_slot(pair.slot as usize).map(|slot| (slot, pair.body));
-                let index = key.and_then(|k| old_pairs.binary_search_by_key(&k, |p| (p.slot, p.body)).ok());
+                let index = key.and_then(|k| {
+                    old_pairs
+                        .binary_search_by_key(&k, |p| (p.slot, p.body))
+                        .ok()
+                });
                 index.map_or_else(L::History::default, |i| old_history[i])
             })
             .collect();
@@ -234,10 +242,18 @@ impl<L: Law> PointSide for PointContacts<L> {
         }
     }
 
-    fn evaluate(&mut self, bodies: &Bodies, states: &[ImpState], dt_before: f64, threads: &Threads) {
+    fn evaluate(
+        &mut self,
+        bodies: &Bodies,
+        states: &[ImpState],
+        dt_before: f64,
+        threads: &Threads,
+    ) {
         let mut outcomes = std::mem::take(&mut self.outcomes);
         let mut next = std::mem::take(&mut self.next);
-        threads.fill(&mut outcomes, &mut next, |k| self.pair(bodies, states, dt_before, k));
+        threads.fill(&mut outcomes, &mut next, |k| {
+            self.pair(bodies, states, dt_before, k)
+        });
         self.outcomes = outcomes;
         self.next = next;
     }
@@ -285,7 +301,8 @@ impl<L: Law> PointSide for PointContacts<L> {
         std::mem::swap(&mut self.history, &mut self.next);
         if L::MOTION {
             self.previous.clear();
-            self.previous.extend(states.iter().map(|s| Vec2::from(s.position)));
+            self.previous
+                .extend(states.iter().map(|s| Vec2::from(s.position)));
         }
     }
 

@@ -49,7 +49,8 @@ impl Shape {
         }
         let n = vertices.len();
         if matches!(shape, BodyShape::Polygon { .. }) && n < 3 {
-            let text = format!("{n} vertices: a polygon has three or more; write `disc` or `segment`");
+            let text =
+                format!("{n} vertices: a polygon has three or more; write `disc` or `segment`");
             return Err((key, text));
         }
         if n <= 2 && a == 0.0 {
@@ -59,23 +60,31 @@ impl Shape {
         for i in 0..n {
             let next = (i + 1) % n;
             if n > 1 && vertices[i] == vertices[next] {
-                return Err((key, format!("edge {i} from vertex {i} to {next} has no length")));
+                return Err((
+                    key,
+                    format!("edge {i} from vertex {i} to {next} has no length"),
+                ));
             }
         }
         if n > 2 {
             let first = vertices[0];
-            let twice_area: f64 = (0..n)
-                .map(|i| cross(vertices[i] - first, vertices[(i + 1) % n] - first))
-                .sum();
-            let size = vertices.iter().map(|v| (v - first).norm_squared()).fold(0.0, f64::max);
-            // Below this the sign of the area is rounding.
-            if twice_area.abs() <= 1e-13 * size {
-                return Err((key, "the polygon has no area; write `segment` for a line".into()));
+            let corner = |i: usize| cross(vertices[i] - first, vertices[(i + 1) % n] - first);
+            let size = vertices
+                .iter()
+                .map(|v| (v - first).norm_squared())
+                .fold(0.0, f64::max);
+            // Below this all vertices are on one line, up to rounding.
+            if (0..n).map(|i| corner(i).abs()).sum::<f64>() <= 1e-13 * size {
+                return Err((
+                    key,
+                    "the polygon has no area; write `segment` for a line".into(),
+                ));
             }
             if let Some((i, j)) = crossing_edges(&vertices) {
                 let text = format!("edges {i} and {j} cross or touch; expected a simple polygon");
                 return Err((key, text));
             }
+            let twice_area: f64 = (0..n).map(corner).sum();
             if twice_area < 0.0 {
                 vertices.reverse();
             }
@@ -94,7 +103,11 @@ impl Shape {
         let extent = a + vertices.iter().map(Vec2::norm).fold(0.0, f64::max);
         let edges = (edge_count(n) > EDGES_WITHOUT_TREE).then(|| edge_tree(&vertices));
         let convex = (0..n).all(|i| {
-            let (before, here, next) = (vertices[(i + n - 1) % n], vertices[i], vertices[(i + 1) % n]);
+            let (before, here, next) = (
+                vertices[(i + n - 1) % n],
+                vertices[i],
+                vertices[(i + 1) % n],
+            );
             cross(here - before, next - here) >= 0.0
         });
         Ok(Self {
@@ -235,5 +248,8 @@ fn segment_distance(a: Vec2, b: Vec2, c: Vec2, d: Vec2) -> f64 {
         return 0.0;
     }
     let point = |p: Vec2, q: Vec2, r: Vec2| (nearest_on(p, q, r) - r).norm();
-    point(a, b, c).min(point(a, b, d)).min(point(c, d, a)).min(point(c, d, b))
+    point(a, b, c)
+        .min(point(a, b, d))
+        .min(point(c, d, a))
+        .min(point(c, d, b))
 }

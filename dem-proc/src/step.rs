@@ -32,7 +32,8 @@ impl DemSolver for Sdem {
                 position: (*p).into(),
                 reach,
             };
-            s.envelopes.extend(s.bodies.outline_of(b).iter().map(vertex));
+            s.envelopes
+                .extend(s.bodies.outline_of(b).iter().map(vertex));
         }
         &s.envelopes
     }
@@ -42,7 +43,12 @@ impl DemSolver for Sdem {
     }
 
     /// Steps 1 of section 4.2: contact lists, contact forces, forces on the bodies.
-    fn contact(&mut self, step: &Step, imps: &[ImpState], forces: &mut [ImpForce]) -> Result<Answer, Fault> {
+    fn contact(
+        &mut self,
+        step: &Step,
+        imps: &[ImpState],
+        forces: &mut [ImpForce],
+    ) -> Result<Answer, Fault> {
         let s = &mut self.system;
         s.check_states(imps, forces)?;
         s.update_lists(imps); //                          Verlet lists of bodies and of points
@@ -118,7 +124,8 @@ impl System {
 
     fn point_contact(&mut self, step: &Step, imps: &[ImpState], forces: &mut [ImpForce]) {
         self.point_loads.fill(Default::default());
-        self.points.evaluate(&self.bodies, imps, step.dt_before, &self.threads);
+        self.points
+            .evaluate(&self.bodies, imps, step.dt_before, &self.threads);
         self.points.gather(forces, &mut self.point_loads);
     }
 
@@ -155,7 +162,12 @@ impl System {
     fn answer(&self, step: &Step) -> Answer {
         let kicked = || self.kicked.iter().copied();
         let free = |b: usize| self.bodies.state[b].inverse_mass > 0.0;
-        let loads = || self.point_loads.iter().enumerate().filter(|&(b, _)| free(b));
+        let loads = || {
+            self.point_loads
+                .iter()
+                .enumerate()
+                .filter(|&(b, _)| free(b))
+        };
         let pairs = self.pairs.as_ref();
         let in_reach = |loads: &[crate::load::Load]| loads.iter().any(|load| load.in_reach);
         let mut damping: f64 = 0.0;
@@ -206,7 +218,9 @@ impl System {
             body_loads: &self.body_loads,
             losses: [
                 self.points.loss(),
-                self.pairs.as_ref().map_or_else(Default::default, |p| p.loss()),
+                self.pairs
+                    .as_ref()
+                    .map_or_else(Default::default, |p| p.loss()),
             ],
         })
     }

@@ -43,7 +43,8 @@ impl Threads {
         match &self.0 {
             Some(pool) if a.len() >= WORTH_SHARING => pool.install(|| {
                 let both = a.par_iter_mut().zip(b.par_iter_mut()).enumerate();
-                both.with_min_len(SHARE).for_each(|(k, (a, b))| (*a, *b) = f(k));
+                both.with_min_len(SHARE)
+                    .for_each(|(k, (a, b))| (*a, *b) = f(k));
             }),
             _ => {
                 for (k, (a, b)) in a.iter_mut().zip(b).enumerate() {

@@ -44,7 +44,9 @@ fn bounce(omega_dt: f64, phase: f64) -> (f64, f64) {
 #[test]
 fn a_central_bounce_keeps_its_energy_over_64_phases() {
     for omega_dt in [0.05, 0.1] {
-        let e: Vec<f64> = (0..64).map(|i| bounce(omega_dt, f64::from(i) / 64.0).0).collect();
+        let e: Vec<f64> = (0..64)
+            .map(|i| bounce(omega_dt, f64::from(i) / 64.0).0)
+            .collect();
         let mean = e.iter().sum::<f64>() / 64.0;
         assert!((mean - 1.0).abs() < 1e-3, "{omega_dt}: {mean}");
     }
@@ -72,14 +74,23 @@ fn a_fixed_body_bounces_a_point_in_half_a_period() {
         }
     }
     let time = f64::from(steps - 1) * dt;
-    assert!((time / (std::f64::consts::PI / omega) - 1.0).abs() < 0.01, "{time}");
-    assert!((largest / (v * (k * m).sqrt()) - 1.0).abs() < 1e-4, "{largest}");
+    assert!(
+        (time / (std::f64::consts::PI / omega) - 1.0).abs() < 0.01,
+        "{time}"
+    );
+    assert!(
+        (largest / (v * (k * m).sqrt()) - 1.0).abs() < 1e-4,
+        "{largest}"
+    );
 }
 
 #[test]
 fn a_spinning_body_turns_by_exactly_its_angle() {
     let vertices = vec![[0.0, 0.0], [0.3, 0.0], [0.1, 0.2]];
-    let mut config = scene(vec![body(BodyShape::Polygon { vertices }, 0.01)], spring(1e5));
+    let mut config = scene(
+        vec![body(BodyShape::Polygon { vertices }, 0.01)],
+        spring(1e5),
+    );
     config.bodies[0].spin = 1e4;
     config.bodies[0].velocity = [2.0, -1.0];
     let mut dem = configured(&config);
@@ -94,7 +105,11 @@ fn a_spinning_body_turns_by_exactly_its_angle() {
     let state = &dem.bodies().state[0];
     let angle = 1e4 * dt * f64::from(n);
     // A sum of 1e5 equal terms near 3000 errs by at most 1e5 half ulps of 3000.
-    assert!((state.angle - angle).abs() < 1e5 * 2.3e-13, "{}", state.angle - angle);
+    assert!(
+        (state.angle - angle).abs() < 1e5 * 2.3e-13,
+        "{}",
+        state.angle - angle
+    );
     assert!((state.center - start - Vec2::new(2.0, -1.0) * dt * f64::from(n)).norm() < 1e-11);
     assert_eq!(state.spin, 1e4);
     for (world, v) in dem.bodies().outline.iter().zip(&shape.vertices) {
@@ -123,7 +138,11 @@ fn totals(dem: &dem_proc::Sdem) -> (f64, Vec2, f64) {
     let angular = |b: &interface::wire::BodyState| {
         b.inertia * b.spin + b.mass * cross(b.position.into(), b.velocity.into())
     };
-    (energy, l.momentum.into(), m.bodies.iter().map(angular).sum())
+    (
+        energy,
+        l.momentum.into(),
+        m.bodies.iter().map(angular).sum(),
+    )
 }
 
 #[test]
@@ -144,9 +163,19 @@ fn two_polygons_collide_without_losing_energy_or_momentum() {
     }
     let first = first.unwrap();
     assert!(touched);
-    assert!((last.0 / first.0 - 1.0).abs() < 1e-4, "energy {} {}", first.0, last.0);
+    assert!(
+        (last.0 / first.0 - 1.0).abs() < 1e-4,
+        "energy {} {}",
+        first.0,
+        last.0
+    );
     assert!((last.1 - first.1).norm() < 1e-12);
-    assert!((last.2 - first.2).abs() < 1e-10, "angular momentum {} {}", first.2, last.2);
+    assert!(
+        (last.2 - first.2).abs() < 1e-10,
+        "angular momentum {} {}",
+        first.2,
+        last.2
+    );
 }
 
 #[test]
@@ -203,7 +232,13 @@ fn crowd(threads: usize) -> Vec<f64> {
     let mut random = Random(11);
     let floor = BodyConfig {
         position: [0.0, -1.0],
-        ..fixed(BodyShape::Rectangle { width: 20.0, height: 1.0 }, 0.1)
+        ..fixed(
+            BodyShape::Rectangle {
+                width: 20.0,
+                height: 1.0,
+            },
+            0.1,
+        )
     };
     let mut bodies = vec![floor];
     for i in 0..120 {
@@ -228,7 +263,12 @@ fn crowd(threads: usize) -> Vec<f64> {
     config.threads = threads;
     config.skin = 0.02;
     let points: Vec<_> = (0..3000u64)
-        .map(|i| (info(i, 0.004, 0.01), at(random.between(-9.0, 9.0), random.between(-0.4, 0.4))))
+        .map(|i| {
+            (
+                info(i, 0.004, 0.01),
+                at(random.between(-9.0, 9.0), random.between(-0.4, 0.4)),
+            )
+        })
         .collect();
     let mut points = Points::new(&points);
     let mut dem = configured(&config);
@@ -237,9 +277,20 @@ fn crowd(threads: usize) -> Vec<f64> {
     for i in 0..300 {
         points.step(&mut dem, &step(if i == 0 { 0.0 } else { dt }, dt));
     }
-    let mut bits: Vec<f64> = points.states.iter().flat_map(|s| [s.position[0], s.velocity[1]]).collect();
+    let mut bits: Vec<f64> = points
+        .states
+        .iter()
+        .flat_map(|s| [s.position[0], s.velocity[1]])
+        .collect();
     for s in &dem.bodies().state {
-        bits.extend([s.center.x, s.center.y, s.angle, s.velocity.x, s.velocity.y, s.spin]);
+        bits.extend([
+            s.center.x,
+            s.center.y,
+            s.angle,
+            s.velocity.x,
+            s.velocity.y,
+            s.spin,
+        ]);
     }
     assert!(dem.measurement().ledger.contact > 0.0 && dem.measurement().ledger.friction_work > 0.0);
     bits
@@ -278,7 +329,18 @@ fn an_opening_step_changes_nothing() {
 #[test]
 fn driven_work_and_applied_impulse_close_the_balance() {
     let mut config = scene(
-        vec![BodyConfig { velocity: [0.0, 1.0], spin: 0.5, motion: Motion::Driven, ..body(BodyShape::Rectangle { width: 1.0, height: 0.1 }, 0.05) }],
+        vec![BodyConfig {
+            velocity: [0.0, 1.0],
+            spin: 0.5,
+            motion: Motion::Driven,
+            ..body(
+                BodyShape::Rectangle {
+                    width: 1.0,
+                    height: 0.1,
+                },
+                0.05,
+            )
+        }],
         spring(1e5),
     );
     config.gravity = [0.0, -9.81];
@@ -292,7 +354,12 @@ fn driven_work_and_applied_impulse_close_the_balance() {
     let l = dem.measurement().ledger;
     assert!(points.states[0].velocity[1] > 1.5);
     assert!((points.momentum() - Vec2::from(l.applied_impulse)).norm() < 1e-12);
-    assert!((l.driven_work / points.kinetic() - 1.0).abs() < 1e-4, "{} {}", l.driven_work, points.kinetic());
+    assert!(
+        (l.driven_work / points.kinetic() - 1.0).abs() < 1e-4,
+        "{} {}",
+        l.driven_work,
+        points.kinetic()
+    );
     assert_eq!(dem.bodies().state[0].velocity, Vec2::y());
 }
 
@@ -307,7 +374,12 @@ fn travel_bounds_the_displacement_of_every_vertex() {
         let step = step(if i == 0 { 0.0 } else { dt }, dt);
         let answer = dem.contact(&step, &[], &mut []).unwrap();
         dem.advance(&step).unwrap();
-        let moved = dem.bodies().outline.iter().zip(&start).map(|(a, b)| (a - b).norm());
+        let moved = dem
+            .bodies()
+            .outline
+            .iter()
+            .zip(&start)
+            .map(|(a, b)| (a - b).norm());
         assert!(moved.fold(0.0, f64::max) <= answer.travel * (1.0 + 1e-12));
     }
     dem.envelopes();

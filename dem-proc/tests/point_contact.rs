@@ -16,7 +16,15 @@ const A: f64 = 0.1;
 /// A square of side 2 about the origin with a notch from above down to (0, 0).
 fn notched() -> BodyShape {
     BodyShape::Polygon {
-        vertices: vec![[-1., -1.], [1., -1.], [1., 1.], [0.5, 1.], [0., 0.], [-0.5, 1.], [-1., 1.]],
+        vertices: vec![
+            [-1., -1.],
+            [1., -1.],
+            [1., 1.],
+            [0.5, 1.],
+            [0., 0.],
+            [-0.5, 1.],
+            [-1., 1.],
+        ],
     }
 }
 
@@ -30,32 +38,118 @@ fn force(shape: BodyShape, p: [f64; 2]) -> (Vec2, f64) {
 
 #[test]
 fn table_of_overlaps() {
-    let square = BodyShape::Rectangle { width: 2.0, height: 2.0 };
+    let square = BodyShape::Rectangle {
+        width: 2.0,
+        height: 2.0,
+    };
     let half = 0.5_f64.sqrt();
     let slope = Vec2::new(-1.0, 0.5).normalize(); // outward normal of the notch's right flank, into the notch
     let reach = A + RADIUS;
     let rows: &[(&str, BodyShape, [f64; 2], Vec2, f64)] = &[
         ("edge", square.clone(), [1.12, 0.3], Vec2::x(), 0.12),
-        ("vertex cap", square.clone(), [1.06, 1.06], Vec2::new(half, half), 0.06 / half),
-        ("edge at the corner", square.clone(), [1.1, 1.0], Vec2::x(), 0.1),
-        ("inside the core", square.clone(), [0.7, 0.2], Vec2::x(), -0.3),
+        (
+            "vertex cap",
+            square.clone(),
+            [1.06, 1.06],
+            Vec2::new(half, half),
+            0.06 / half,
+        ),
+        (
+            "edge at the corner",
+            square.clone(),
+            [1.1, 1.0],
+            Vec2::x(),
+            0.1,
+        ),
+        (
+            "inside the core",
+            square.clone(),
+            [0.7, 0.2],
+            Vec2::x(),
+            -0.3,
+        ),
         ("deep inside", square.clone(), [0.2, 0.1], Vec2::x(), -0.8),
-        ("on the outline", square.clone(), [1.0, 0.25], Vec2::x(), 0.0),
-        ("on a vertex", square.clone(), [1.0, 1.0], Vec2::new(half, half), 0.0),
+        (
+            "on the outline",
+            square.clone(),
+            [1.0, 0.25],
+            Vec2::x(),
+            0.0,
+        ),
+        (
+            "on a vertex",
+            square.clone(),
+            [1.0, 1.0],
+            Vec2::new(half, half),
+            0.0,
+        ),
         ("inside at a corner", square, [0.9, 0.8], Vec2::x(), -0.1),
-        ("in the notch", notched(), [0.05, 0.3], slope, (0.15 - 0.05) / 1.25_f64.sqrt()),
-        ("below the notch's root", notched(), [0.0, -0.05], Vec2::y(), -0.05),
+        (
+            "in the notch",
+            notched(),
+            [0.05, 0.3],
+            slope,
+            (0.15 - 0.05) / 1.25_f64.sqrt(),
+        ),
+        (
+            "below the notch's root",
+            notched(),
+            [0.0, -0.05],
+            Vec2::y(),
+            -0.05,
+        ),
         ("disc", BodyShape::Disc, [0.0, -0.13], -Vec2::y(), 0.13),
-        ("segment from above", BodyShape::Segment { ends: [[-1., 0.], [1., 0.]] }, [0.3, 0.04], Vec2::y(), 0.04),
-        ("segment from below", BodyShape::Segment { ends: [[-1., 0.], [1., 0.]] }, [0.3, -0.04], -Vec2::y(), 0.04),
-        ("end of a segment", BodyShape::Segment { ends: [[-1., 0.], [1., 0.]] }, [1.1, 0.0], Vec2::x(), 0.1),
-        ("on the end of a segment", BodyShape::Segment { ends: [[-1., 0.], [1., 0.]] }, [1.0, 0.0], Vec2::x(), 0.0),
-        ("out of reach", BodyShape::Disc, [0.0, -0.15 - 1e-15], -Vec2::y(), reach),
+        (
+            "segment from above",
+            BodyShape::Segment {
+                ends: [[-1., 0.], [1., 0.]],
+            },
+            [0.3, 0.04],
+            Vec2::y(),
+            0.04,
+        ),
+        (
+            "segment from below",
+            BodyShape::Segment {
+                ends: [[-1., 0.], [1., 0.]],
+            },
+            [0.3, -0.04],
+            -Vec2::y(),
+            0.04,
+        ),
+        (
+            "end of a segment",
+            BodyShape::Segment {
+                ends: [[-1., 0.], [1., 0.]],
+            },
+            [1.1, 0.0],
+            Vec2::x(),
+            0.1,
+        ),
+        (
+            "on the end of a segment",
+            BodyShape::Segment {
+                ends: [[-1., 0.], [1., 0.]],
+            },
+            [1.0, 0.0],
+            Vec2::x(),
+            0.0,
+        ),
+        (
+            "out of reach",
+            BodyShape::Disc,
+            [0.0, -0.15 - 1e-15],
+            -Vec2::y(),
+            reach,
+        ),
     ];
     for (name, shape, p, normal, distance) in rows {
         let (f, _) = force(shape.clone(), *p);
         let expected = normal * (K * (reach - distance));
-        assert!((f - expected).norm() <= 1e-12 * K * reach, "{name}: {f} instead of {expected}");
+        assert!(
+            (f - expected).norm() <= 1e-12 * K * reach,
+            "{name}: {f} instead of {expected}"
+        );
     }
 }
 
@@ -67,7 +161,10 @@ fn force_is_linear_in_the_overlap_and_in_the_stiffness() {
             let x = A + RADIUS - d;
             let overlap = A + RADIUS - x; // what is left of d after rounding
             let (f, _, _) = forces(&config, RADIUS, &[at(x, 0.0)]);
-            assert!((f[0].force[0] - k * overlap).abs() <= 1e-12 * k * overlap, "{d} {k}");
+            assert!(
+                (f[0].force[0] - k * overlap).abs() <= 1e-12 * k * overlap,
+                "{d} {k}"
+            );
             assert_eq!(f[0].force[1], 0.0);
         }
     }
@@ -94,7 +191,9 @@ fn action_equals_reaction_and_torque_is_taken_at_the_contact_point() {
     let mut random = Random(7);
     let mut touched = 0;
     for _ in 0..300 {
-        let shape = BodyShape::Polygon { vertices: random.star(7, 0.5, 1.0) };
+        let shape = BodyShape::Polygon {
+            vertices: random.star(7, 0.5, 1.0),
+        };
         let config = scene(vec![fixed(shape, A)], spring(K));
         let points: Vec<ImpState> = (0..5)
             .map(|_| at(random.between(-1.2, 1.2), random.between(-1.2, 1.2)))
@@ -102,7 +201,8 @@ fn action_equals_reaction_and_torque_is_taken_at_the_contact_point() {
         let (f, dem, _) = forces(&config, RADIUS, &points);
         let state = &dem.measurement().bodies[0];
         let c = Vec2::from(state.position);
-        let (mut sum, mut torque, mut scale) = (Vec2::from(state.point_force), state.point_torque, 0.0);
+        let (mut sum, mut torque, mut scale) =
+            (Vec2::from(state.point_force), state.point_torque, 0.0);
         for (f, p) in f.iter().zip(&points) {
             let f = Vec2::from(f.force);
             sum += f;
@@ -135,7 +235,10 @@ fn slide(config: &DemConfig, overlap: f64, x: &[f64]) -> Vec<ImpForce> {
 }
 
 fn square_with_friction() -> DemConfig {
-    let square = BodyShape::Rectangle { width: 2.0, height: 2.0 };
+    let square = BodyShape::Rectangle {
+        width: 2.0,
+        height: 2.0,
+    };
     scene(vec![fixed(square, A)], frictional(K, 0.5 * K, 0.3))
 }
 
@@ -143,12 +246,19 @@ fn square_with_friction() -> DemConfig {
 fn friction_sticks_as_a_spring_and_slips_at_the_coulomb_cap() {
     let xi = 0.01;
     let cap = 0.3 * K * xi;
-    let xs: Vec<f64> = (0..20).map(|i| i as f64 * 1e-3).chain((0..19).rev().map(|i| i as f64 * 1e-3)).collect();
+    let xs: Vec<f64> = (0..20)
+        .map(|i| i as f64 * 1e-3)
+        .chain((0..19).rev().map(|i| i as f64 * 1e-3))
+        .collect();
     let mut spring = 0.0;
     for (i, f) in slide(&square_with_friction(), xi, &xs).iter().enumerate() {
         let moved = if i == 0 { 0.0 } else { xs[i] - xs[i - 1] };
         spring = (spring + 0.5 * K * moved).clamp(-cap, cap);
-        assert!((f.force[0] + spring).abs() < 1e-9 * cap, "step {i}: {} {spring}", f.force[0]);
+        assert!(
+            (f.force[0] + spring).abs() < 1e-9 * cap,
+            "step {i}: {} {spring}",
+            f.force[0]
+        );
         assert!((f.force[1] - K * xi).abs() < 1e-9 * K * xi);
         assert!(f.force[0].abs() <= 0.3 * f.force[1] * (1.0 + 1e-15));
     }
@@ -163,25 +273,48 @@ fn history_survives_a_rebuilt_and_reordered_set_and_ends_with_the_contact() {
     let mut f = [ImpForce::default(); 3];
     dem.imp_set(&[info(3, RADIUS, 1.0)]);
     for (before, x) in [(0.0, 0.0), (dt, 0.004)] {
-        dem.contact(&step(before, dt), &[at(x, y)], &mut f[..1]).unwrap();
+        dem.contact(&step(before, dt), &[at(x, y)], &mut f[..1])
+            .unwrap();
         dem.advance(&step(before, dt)).unwrap();
     }
     assert!((f[0].force[0] + 0.5 * K * 0.004).abs() < 1e-6);
     // Point 3 is now in slot 2 behind two others, one of them new in contact.
-    dem.imp_set(&[info(9, RADIUS, 1.0), info(1, RADIUS, 1.0), info(3, RADIUS, 1.0)]);
-    dem.contact(&step(dt, dt), &[at(-0.5, y), at(3.0, 3.0), at(0.005, y)], &mut f).unwrap();
+    dem.imp_set(&[
+        info(9, RADIUS, 1.0),
+        info(1, RADIUS, 1.0),
+        info(3, RADIUS, 1.0),
+    ]);
+    dem.contact(
+        &step(dt, dt),
+        &[at(-0.5, y), at(3.0, 3.0), at(0.005, y)],
+        &mut f,
+    )
+    .unwrap();
     assert!((f[2].force[0] + 0.5 * K * 0.005).abs() < 1e-6, "{:?}", f[2]);
     assert_eq!(f[0].force[0], 0.0);
     // It lifts off, and comes back without memory.
-    dem.contact(&step(dt, dt), &[at(-0.5, y), at(3.0, 3.0), at(0.005, y + 0.02)], &mut f).unwrap();
+    dem.contact(
+        &step(dt, dt),
+        &[at(-0.5, y), at(3.0, 3.0), at(0.005, y + 0.02)],
+        &mut f,
+    )
+    .unwrap();
     assert_eq!(f[2].force, [0.0, 0.0]);
-    dem.contact(&step(dt, dt), &[at(-0.5, y), at(3.0, 3.0), at(0.005, y)], &mut f).unwrap();
+    dem.contact(
+        &step(dt, dt),
+        &[at(-0.5, y), at(3.0, 3.0), at(0.005, y)],
+        &mut f,
+    )
+    .unwrap();
     assert_eq!(f[2].force[0], 0.0);
 }
 
 #[test]
 fn without_friction_there_is_no_tangential_force_at_all() {
-    let square = BodyShape::Rectangle { width: 2.0, height: 2.0 };
+    let square = BodyShape::Rectangle {
+        width: 2.0,
+        height: 2.0,
+    };
     let config = scene(vec![fixed(square, A)], spring(K));
     let xs: Vec<f64> = (0..50).map(|i| i as f64 * 2e-3).collect();
     assert!(slide(&config, 0.01, &xs).iter().all(|f| f.force[0] == 0.0));
@@ -192,7 +325,10 @@ fn without_friction_there_is_no_tangential_force_at_all() {
 fn trajectory(map: impl Fn(Vec2) -> Vec2, mirror: bool, boost: Vec2) -> Vec<Vec2> {
     let mut random = Random(99);
     let star = random.star(6, 0.5, 1.0);
-    let vertices = star.iter().map(|&v| (map(v.into()) - map(Vec2::zeros())).into()).collect();
+    let vertices = star
+        .iter()
+        .map(|&v| (map(v.into()) - map(Vec2::zeros())).into())
+        .collect();
     let origin = map(Vec2::zeros());
     let config = scene(
         vec![BodyConfig {
@@ -242,8 +378,16 @@ fn forces_follow_rotation_mirror_shift_and_boost() {
     same(trajectory(mirror, true, Vec2::zeros()), &mirror, 1e-11);
     let shift = Vec2::new(1e6, -2e6);
     // Positions near 1e6 have an ulp of 1e-10, overlaps are 0.1, and the k_t spring sums 200 of them.
-    same(trajectory(|p| p + shift, false, Vec2::zeros()), &|f| f, 1e-6);
-    same(trajectory(|p| p, false, Vec2::new(30.0, -12.0)), &|f| f, 1e-10);
+    same(
+        trajectory(|p| p + shift, false, Vec2::zeros()),
+        &|f| f,
+        1e-6,
+    );
+    same(
+        trajectory(|p| p, false, Vec2::new(30.0, -12.0)),
+        &|f| f,
+        1e-10,
+    );
 }
 
 #[test]
@@ -251,12 +395,19 @@ fn many_points_add_up_and_one_point_feels_two_bodies() {
     let config = scene(vec![fixed(BodyShape::Disc, A)], spring(K));
     let (f, dem, _) = forces(&config, RADIUS, &[at(0.14, 0.0); 40]);
     let total = Vec2::from(dem.measurement().ledger.contact_force);
-    assert!((total.x + 40.0 * f[0].force[0]).abs() < 1e-10 && dem.measurement().bodies[0].contacts == 40);
+    assert!(
+        (total.x + 40.0 * f[0].force[0]).abs() < 1e-10
+            && dem.measurement().bodies[0].contacts == 40
+    );
     let other = BodyConfig {
         position: [0.2, 0.2],
         ..fixed(BodyShape::Disc, A)
     };
-    let (both, _, _) = forces(&scene(vec![fixed(BodyShape::Disc, A), other.clone()], spring(K)), RADIUS, &[at(0.12, 0.1)]);
+    let (both, _, _) = forces(
+        &scene(vec![fixed(BodyShape::Disc, A), other.clone()], spring(K)),
+        RADIUS,
+        &[at(0.12, 0.1)],
+    );
     let (one, _, _) = forces(&config, RADIUS, &[at(0.12, 0.1)]);
     let (two, _, _) = forces(&scene(vec![other], spring(K)), RADIUS, &[at(0.12, 0.1)]);
     for k in 0..2 {
@@ -276,13 +427,23 @@ fn a_state_that_is_not_finite_is_named_and_changes_nothing() {
         for i in 0..10 {
             let step = step(if i == 0 { 0.0 } else { 1e-4 }, 1e-4);
             if poison && i == 5 {
-                let bad = ImpState { position: [0.1, f64::NAN], ..at(0.0, 0.0) };
+                let bad = ImpState {
+                    position: [0.1, f64::NAN],
+                    ..at(0.0, 0.0)
+                };
                 let fault = dem.contact(&step, &[bad], &mut f).unwrap_err().to_string();
-                assert!(fault.contains("position") && fault.contains("slot 0") && fault.contains("42"), "{fault}");
-                let far = ImpState { velocity: [f64::INFINITY, 0.0], ..at(0.0, 0.0) };
+                assert!(
+                    fault.contains("position") && fault.contains("slot 0") && fault.contains("42"),
+                    "{fault}"
+                );
+                let far = ImpState {
+                    velocity: [f64::INFINITY, 0.0],
+                    ..at(0.0, 0.0)
+                };
                 assert!(dem.contact(&step, &[far], &mut f).is_err());
             }
-            dem.contact(&step, &[at(0.13, 1e-4 * f64::from(i))], &mut f).unwrap();
+            dem.contact(&step, &[at(0.13, 1e-4 * f64::from(i))], &mut f)
+                .unwrap();
             dem.advance(&step).unwrap();
             all.push(f[0].force);
         }

@@ -16,33 +16,118 @@ fn refused_body(change: impl FnOnce(&mut BodyConfig)) -> (String, String) {
     let mut target = body(BodyShape::Disc, 0.1);
     target.name = "target".into();
     change(&mut target);
-    refusal(&scene(vec![fixed(BodyShape::Disc, 0.1), fixed(BodyShape::Disc, 0.1), target], spring(1.0)))
+    refusal(&scene(
+        vec![
+            fixed(BodyShape::Disc, 0.1),
+            fixed(BodyShape::Disc, 0.1),
+            target,
+        ],
+        spring(1.0),
+    ))
 }
 
 #[test]
 fn every_bad_body_is_named() {
-    let polygon = |vertices: &[[f64; 2]]| BodyShape::Polygon { vertices: vertices.to_vec() };
+    let polygon = |vertices: &[[f64; 2]]| BodyShape::Polygon {
+        vertices: vertices.to_vec(),
+    };
     let bow_tie = polygon(&[[0., 0.], [1., 1.], [1., 0.], [0., 1.]]);
     let rows: Vec<(&str, &str, Box<dyn FnOnce(&mut BodyConfig)>)> = vec![
-        ("shape.polygon.vertices", "cross", Box::new(move |b| b.shape = bow_tie)),
-        ("shape.polygon.vertices", "no length", Box::new(move |b| b.shape = polygon(&[[0., 0.], [0., 0.], [1., 0.], [0., 1.]]))),
-        ("shape.polygon.vertices", "no area", Box::new(move |b| b.shape = polygon(&[[0., 0.], [1., 1.], [2., 2.]]))),
-        ("shape.polygon.vertices", "cross", Box::new(move |b| b.shape = polygon(&[[0., 0.], [2., 0.], [1., 0.], [1., 1.]]))),
-        ("shape.polygon.vertices", "three", Box::new(move |b| b.shape = polygon(&[[0., 0.], [2., 0.]]))),
-        ("shape.polygon.vertices", "not finite", Box::new(move |b| b.shape = polygon(&[[0., 0.], [f64::NAN, 0.], [1., 1.]]))),
-        ("shape.segment.ends", "no length", Box::new(|b| b.shape = BodyShape::Segment { ends: [[1., 1.]; 2] })),
-        ("shape.rectangle", "no length", Box::new(|b| b.shape = BodyShape::Rectangle { width: 0.0, height: 1.0 })),
-        ("sphero_radius", "positive", Box::new(|b| b.sphero_radius = 0.0)),
-        ("sphero_radius", "negative", Box::new(|b| b.sphero_radius = -0.1)),
-        ("sphero_radius", "finite", Box::new(|b| b.sphero_radius = f64::NAN)),
-        ("inertia.mass", "positive", Box::new(|b| b.inertia = BodyInertia::Mass(0.0))),
-        ("inertia.density", "positive", Box::new(|b| b.inertia = BodyInertia::Density(-3.0))),
-        ("inertia.mass", "positive", Box::new(|b| b.inertia = BodyInertia::Mass(f64::INFINITY))),
+        (
+            "shape.polygon.vertices",
+            "cross",
+            Box::new(move |b| b.shape = bow_tie),
+        ),
+        (
+            "shape.polygon.vertices",
+            "no length",
+            Box::new(move |b| b.shape = polygon(&[[0., 0.], [0., 0.], [1., 0.], [0., 1.]])),
+        ),
+        (
+            "shape.polygon.vertices",
+            "no area",
+            Box::new(move |b| b.shape = polygon(&[[0., 0.], [1., 1.], [2., 2.]])),
+        ),
+        (
+            "shape.polygon.vertices",
+            "cross",
+            Box::new(move |b| b.shape = polygon(&[[0., 0.], [2., 0.], [1., 0.], [1., 1.]])),
+        ),
+        (
+            "shape.polygon.vertices",
+            "three",
+            Box::new(move |b| b.shape = polygon(&[[0., 0.], [2., 0.]])),
+        ),
+        (
+            "shape.polygon.vertices",
+            "not finite",
+            Box::new(move |b| b.shape = polygon(&[[0., 0.], [f64::NAN, 0.], [1., 1.]])),
+        ),
+        (
+            "shape.segment.ends",
+            "no length",
+            Box::new(|b| {
+                b.shape = BodyShape::Segment {
+                    ends: [[1., 1.]; 2],
+                }
+            }),
+        ),
+        (
+            "shape.rectangle",
+            "no length",
+            Box::new(|b| {
+                b.shape = BodyShape::Rectangle {
+                    width: 0.0,
+                    height: 1.0,
+                }
+            }),
+        ),
+        (
+            "sphero_radius",
+            "positive",
+            Box::new(|b| b.sphero_radius = 0.0),
+        ),
+        (
+            "sphero_radius",
+            "negative",
+            Box::new(|b| b.sphero_radius = -0.1),
+        ),
+        (
+            "sphero_radius",
+            "finite",
+            Box::new(|b| b.sphero_radius = f64::NAN),
+        ),
+        (
+            "inertia.mass",
+            "positive",
+            Box::new(|b| b.inertia = BodyInertia::Mass(0.0)),
+        ),
+        (
+            "inertia.density",
+            "positive",
+            Box::new(|b| b.inertia = BodyInertia::Density(-3.0)),
+        ),
+        (
+            "inertia.mass",
+            "positive",
+            Box::new(|b| b.inertia = BodyInertia::Mass(f64::INFINITY)),
+        ),
         ("position", "finite", Box::new(|b| b.position[1] = f64::NAN)),
-        ("velocity", "finite", Box::new(|b| b.velocity[0] = f64::INFINITY)),
+        (
+            "velocity",
+            "finite",
+            Box::new(|b| b.velocity[0] = f64::INFINITY),
+        ),
         ("spin", "finite", Box::new(|b| b.spin = f64::NAN)),
         ("angle", "finite", Box::new(|b| b.angle = f64::NAN)),
-        ("motion", "driven", Box::new(|b| { b.motion = Motion::Fixed; b.spin = 1.0 })),
+        (
+            "motion",
+            "driven",
+            Box::new(|b| {
+                b.motion = Motion::Fixed;
+                b.spin = 1.0
+            }),
+        ),
     ];
     for (key, text, change) in rows {
         let (got, message) = refused_body(change);
@@ -64,11 +149,26 @@ fn every_bad_setting_is_named() {
         change(&mut config);
         refusal(&config).0
     };
-    assert_eq!(with(&|c| c.point_contact = law(0.0, 0.0, 0.0, 0.0)), "dem.point_contact.linear.normal_stiffness");
-    assert_eq!(with(&|c| c.point_contact = law(1.0, 0.0, 0.3, 0.0)), "dem.point_contact.linear.tangential_stiffness");
-    assert_eq!(with(&|c| c.body_contact = Some(law(1.0, 0.0, -0.3, 0.0))), "dem.body_contact.linear.friction");
-    assert_eq!(with(&|c| c.body_contact = Some(law(1.0, f64::NAN, 0.0, 0.0))), "dem.body_contact.linear.tangential_stiffness");
-    assert_eq!(with(&|c| c.point_contact = law(1.0, 0.0, 0.0, -1.0)), "dem.point_contact.linear.damping_ratio");
+    assert_eq!(
+        with(&|c| c.point_contact = law(0.0, 0.0, 0.0, 0.0)),
+        "dem.point_contact.linear.normal_stiffness"
+    );
+    assert_eq!(
+        with(&|c| c.point_contact = law(1.0, 0.0, 0.3, 0.0)),
+        "dem.point_contact.linear.tangential_stiffness"
+    );
+    assert_eq!(
+        with(&|c| c.body_contact = Some(law(1.0, 0.0, -0.3, 0.0))),
+        "dem.body_contact.linear.friction"
+    );
+    assert_eq!(
+        with(&|c| c.body_contact = Some(law(1.0, f64::NAN, 0.0, 0.0))),
+        "dem.body_contact.linear.tangential_stiffness"
+    );
+    assert_eq!(
+        with(&|c| c.point_contact = law(1.0, 0.0, 0.0, -1.0)),
+        "dem.point_contact.linear.damping_ratio"
+    );
     assert_eq!(with(&|c| c.skin = -1.0), "dem.skin");
     assert_eq!(with(&|c| c.threads = 0), "dem.threads");
     assert_eq!(with(&|c| c.gravity[0] = f64::NAN), "dem.gravity");
@@ -78,6 +178,9 @@ fn every_bad_setting_is_named() {
 fn no_body_at_all_is_fine() {
     let mut dem = Sdem::default();
     let ready = dem.configure(&scene(vec![], spring(1.0))).unwrap();
-    assert_eq!((ready.items, ready.mass_min, ready.stiffness_max), (0, 0.0, 0.0));
+    assert_eq!(
+        (ready.items, ready.mass_min, ready.stiffness_max),
+        (0, 0.0, 0.0)
+    );
     assert!(dem.envelopes().is_empty());
 }

@@ -101,9 +101,15 @@ pub const OPENING: Step = Step {
 };
 
 /// Forces on points that do not move, evaluated once.
-pub fn forces(config: &DemConfig, radius: f64, points: &[ImpState]) -> (Vec<ImpForce>, Sdem, Answer) {
+pub fn forces(
+    config: &DemConfig,
+    radius: f64,
+    points: &[ImpState],
+) -> (Vec<ImpForce>, Sdem, Answer) {
     let mut dem = configured(config);
-    let set: Vec<ImpInfo> = (0..points.len() as u64).map(|id| info(id, radius, 1.0)).collect();
+    let set: Vec<ImpInfo> = (0..points.len() as u64)
+        .map(|id| info(id, radius, 1.0))
+        .collect();
     dem.imp_set(&set);
     let mut forces = vec![ImpForce::default(); points.len()];
     let answer = dem.contact(&OPENING, points, &mut forces).unwrap();
@@ -145,7 +151,8 @@ impl Points {
 
     pub fn kinetic(&self) -> f64 {
         let each = self.states.iter().zip(&self.set);
-        each.map(|(s, i)| 0.5 * i.mass * Vec2::from(s.velocity).norm_squared()).sum()
+        each.map(|(s, i)| 0.5 * i.mass * Vec2::from(s.velocity).norm_squared())
+            .sum()
     }
 
     pub fn momentum(&self) -> Vec2 {
