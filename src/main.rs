@@ -1,1 +1,67 @@
-fn main() {}
+//! Tandem: one program, one subcommand per process. Knows every part and computes nothing itself.
+#![forbid(unsafe_code)]
+
+mod cli;
+mod logging;
+mod run;
+mod solvers;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use cli::{Cli, Command};
+use coupler::scene::{Scene, schema};
+
+/// Bad input: nothing was started.
+const BAD_INPUT: u8 = 2;
+
+fn main() -> ExitCode {
+    match Cli::parse().command {
+        Command::Run(args) => run::run(&args),
+        Command::Check(args) => check(&args),
+        Command::Plan(args) => with_scene(&args, |scene| println!("{}", scene.plan())),
+        Command::Schema => {
+            println!("{:#}", schema());
+            ExitCode::SUCCESS
+        }
+        Command::Clean => {
+            let swept = interface::domain::sweep();
+            println!("removed what {} dead run(s) had left", swept.len());
+            ExitCode::SUCCESS
+        }
+        Command::Mpm(args) => solvers::join(&args, solvers::mpm_process),
+        Command::Dem(args) => solvers::join(&args, solvers::dem_process),
+    }
+}
+
+fn check(args: &cli::CheckArgs) -> ExitCode {
+    let mut code = ExitCode::SUCCESS;
+    for path in &args.scenes {
+        match Scene::load(path, args.variant.as_deref(), &args.set) {
+            Ok(scene) => {
+                for warning in &scene.warnings {
+                    println!("warning: {}: {warning}", path.display());
+                }
+                println!("{}: {} is a valid scene", path.display(), scene.name);
+            }
+            Err(errors) => {
+                eprintln!("{errors}");
+                code = ExitCode::from(BAD_INPUT);
+            }
+        }
+    }
+    code
+}
+
+fn with_scene(args: &cli::SceneArgs, show: impl FnOnce(&Scene)) -> ExitCode {
+    match args.load() {
+        Ok(scene) => {
+            show(&scene);
+            ExitCode::SUCCESS
+        }
+        Err(errors) => {
+            eprintln!("{errors}");
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}

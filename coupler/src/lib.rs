@@ -1,9 +1,25 @@
 //! The coupler: owns time. Launches the solvers, composes the shared step from both sides' limits, watches, records
 //! and reports. Sees neither solver's code: it knows them through `interface` only.
+//!
+//! | room | what is in it |
+//! | --- | --- |
+//! | [`scene`], [`diagnostic`], [`expression`] | scene files, and everything that can be wrong with one |
+//! | [`stability`], [`pace`] | the composed step limit, and the layout of steps between outputs |
+//! | [`launch`], [`run`] | solvers as processes or threads, and the run from open to closed |
+//! | [`ledger`], [`quantity`], [`check`] | energies and momenta, what can be asked of a run, what it must show |
+//! | [`summary`], [`rundir`], [`progress`] | what a run leaves behind, and what it shows meanwhile |
 #![forbid(unsafe_code)]
 
 pub mod check;
 pub mod diagnostic;
 pub mod expression;
+pub mod launch;
+pub mod ledger;
+pub mod pace;
+pub mod progress;
 pub mod quantity;
+pub mod run;
+pub mod rundir;
 pub mod scene;
+pub mod stability;
+pub mod summary;

@@ -28,7 +28,9 @@ fn every_bad_scene_is_refused_as_it_says() {
             .collect();
         assert!(!expected.is_empty(), "{} expects nothing", file.display());
         // A variant that is wrong is refused when it is asked for.
-        let variant = text.lines().find_map(|line| line.strip_prefix("# variant: "));
+        let variant = text
+            .lines()
+            .find_map(|line| line.strip_prefix("# variant: "));
         let said = match Scene::load(&file, variant, &[]) {
             Ok(_) => "nothing: it was accepted".to_owned(),
             Err(errors) => errors.to_string(),

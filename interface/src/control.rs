@@ -8,7 +8,7 @@ use crate::solver::{Fault, Readiness, Refusal};
 pub const PROTOCOL: (u32, u32) = (1, 0);
 
 /// The parties of a session.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Party {
     /// Owns time.
     Coupler,

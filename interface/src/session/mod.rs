@@ -10,6 +10,7 @@ mod stopwatch;
 
 use std::time::Duration;
 
+pub use stopwatch::cpu_time;
 use thiserror::Error;
 
 use crate::channel::ChannelError;

@@ -43,6 +43,11 @@ impl Stopwatch {
     }
 }
 
+/// CPU time of the calling thread: the coupler is one.
+pub fn cpu_time() -> std::time::Duration {
+    std::time::Duration::from_nanos(cpu_ns(false))
+}
+
 /// CPU time in ns that this party has used: its process's, or, when all parties share one process, its thread's
 /// (then the threads of a solver's pool are not counted).
 pub(crate) fn cpu_ns(whole_process: bool) -> u64 {

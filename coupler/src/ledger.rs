@@ -1,0 +1,194 @@
+//! The energy ledger and the momentum balance of both sides together (PHYSICS.md section 7).
+
+use interface::wire::Ledger;
+use serde::Serialize;
+
+use crate::quantity::total_energy;
+
+/// Energies of both sides at one time in J/m, as `summary.json` has them.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Energies {
+    /// Kinetic energy of points and of the bodies' translation.
+    pub kinetic: f64,
+    /// Kinetic energy of the bodies' rotation.
+    pub rotation: f64,
+    /// Elastic energy of the points.
+    pub elastic: f64,
+    /// Potential energy of gravity.
+    pub gravity: f64,
+    /// Energy in contact springs.
+    pub contact: f64,
+    /// Dissipated by friction.
+    pub friction: f64,
+    /// Dissipated by viscosity.
+    pub viscous: f64,
+    /// Dissipated by plastic flow.
+    pub plastic: f64,
+    /// Work put in by driven bodies and boundaries.
+    pub driven: f64,
+    /// What is conserved but for the transfer scheme's residual: energies held, plus dissipated, minus put in.
+    pub total: f64,
+}
+
+impl Energies {
+    fn of(mpm: &Ledger, dem: &Ledger) -> Self {
+        let sum = |f: fn(&Ledger) -> f64| f(mpm) + f(dem);
+        Self {
+            kinetic: sum(|l| l.kinetic),
+            rotation: sum(|l| l.kinetic_rotation),
+            elastic: sum(|l| l.elastic),
+            gravity: sum(|l| l.gravity),
+            contact: sum(|l| l.contact),
+            friction: sum(|l| l.friction_work),
+            viscous: sum(|l| l.viscous_work),
+            plastic: sum(|l| l.plastic_work),
+            driven: sum(|l| l.driven_work),
+            total: total_energy(mpm, dem),
+        }
+    }
+
+    /// Energy in play: everything, with gravity counted from where it was at the start, so that the choice of the
+    /// origin does not matter.
+    fn in_play(&self, start: &Self) -> f64 {
+        let held = self.kinetic + self.rotation + self.elastic + self.contact;
+        let lost = self.friction + self.viscous + self.plastic;
+        held + lost + (self.gravity - start.gravity).abs() + self.driven.abs()
+    }
+}
+
+/// The balance so far.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Balance {
+    start: Option<(Energies, [f64; 2])>,
+    /// Energies at the last measurement.
+    pub now: Energies,
+    /// Total minus the total at the start in J/m.
+    pub residual: f64,
+    /// Largest energy in play so far in J/m.
+    pub scale: f64,
+    /// Largest positive residual so far relative to [`Self::scale`].
+    pub residual_max: f64,
+    /// Largest momentum of a side so far in N s/m.
+    momentum_scale: f64,
+    /// Momentum of the whole at the last measurement minus the initial one and the applied impulses, relative to the
+    /// largest momentum so far.
+    pub momentum_error: f64,
+    /// Largest of these so far.
+    pub momentum_error_max: f64,
+}
+
+impl Balance {
+    /// Takes a measurement of both sides, of the same step.
+    pub fn take(&mut self, mpm: &Ledger, dem: &Ledger) {
+        self.now = Energies::of(mpm, dem);
+        let unbalanced: [f64; 2] = std::array::from_fn(|i| {
+            mpm.momentum[i] + dem.momentum[i] - mpm.applied_impulse[i] - dem.applied_impulse[i]
+        });
+        let (start, unbalanced_start) = *self.start.get_or_insert((self.now, unbalanced));
+        self.residual = self.now.total - start.total;
+        self.scale = self.scale.max(self.now.in_play(&start));
+        self.residual_max = self.residual_max.max(self.residual_relative());
+        for side in [mpm, dem] {
+            self.momentum_scale = self
+                .momentum_scale
+                .max(side.momentum[0].hypot(side.momentum[1]));
+        }
+        let error =
+            (unbalanced[0] - unbalanced_start[0]).hypot(unbalanced[1] - unbalanced_start[1]);
+        self.momentum_error = if error == 0.0 {
+            0.0
+        } else {
+            error / self.momentum_scale
+        };
+        self.momentum_error_max = self.momentum_error_max.max(self.momentum_error);
+    }
+
+    /// Energies at the first measurement.
+    pub fn start(&self) -> Energies {
+        self.start.map(|(energies, _)| energies).unwrap_or_default()
+    }
+
+    /// The residual relative to the largest energy in play so far.
+    pub fn residual_relative(&self) -> f64 {
+        if self.residual == 0.0 {
+            0.0
+        } else {
+            self.residual / self.scale
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_origin_of_gravity_does_not_matter() {
+        let fall = |offset: f64| {
+            let mut balance = Balance::default();
+            balance.take(
+                &Ledger {
+                    gravity: offset + 10.0,
+                    ..Ledger::default()
+                },
+                &Ledger::default(),
+            );
+            balance.take(
+                &Ledger {
+                    gravity: offset,
+                    kinetic: 10.1,
+                    ..Ledger::default()
+                },
+                &Ledger::default(),
+            );
+            balance.residual_relative()
+        };
+        assert!((fall(0.0) - fall(-1e3)).abs() < 1e-9);
+        assert!((fall(0.0) - 0.1 / 20.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn momentum_that_an_impulse_explains_is_no_error() {
+        let mut balance = Balance::default();
+        balance.take(&Ledger::default(), &Ledger::default());
+        let given = Ledger {
+            momentum: [3.0, 4.0],
+            applied_impulse: [3.0, 4.0],
+            ..Ledger::default()
+        };
+        balance.take(&given, &Ledger::default());
+        assert_eq!(balance.momentum_error, 0.0);
+        let lost = Ledger {
+            momentum: [3.0, 3.0],
+            ..given
+        };
+        balance.take(&lost, &Ledger::default());
+        assert_eq!(balance.momentum_error, 0.2);
+        assert_eq!(balance.momentum_error_max, 0.2);
+    }
+
+    #[test]
+    fn dissipated_energy_closes_the_ledger() {
+        let mut balance = Balance::default();
+        balance.take(
+            &Ledger {
+                kinetic: 5.0,
+                ..Ledger::default()
+            },
+            &Ledger::default(),
+        );
+        let after = Ledger {
+            kinetic: 2.0,
+            ..Ledger::default()
+        };
+        balance.take(
+            &after,
+            &Ledger {
+                friction_work: 2.5,
+                contact: 0.5,
+                ..Ledger::default()
+            },
+        );
+        assert_eq!(balance.residual, 0.0);
+    }
+}

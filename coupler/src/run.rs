@@ -1,0 +1,631 @@
+//! A coupled run from scene to summary.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use interface::control::{Configure, Party};
+use interface::session::{SessionError, coupler::Session};
+use interface::solver::{Fault, Readiness};
+use interface::step::Clock;
+use interface::wire::{BodyState, Grant, GroupState, Ledger, Report, flags};
+use interface::{OneProcess, SharedMemory, Transport};
+use thiserror::Error;
+
+use crate::check::Recorder;
+use crate::launch::{Crew, Start, StartError};
+use crate::ledger::Balance;
+use crate::pace::{Collapsed, Epoch, Pace};
+use crate::progress::{Progress, Standing};
+use crate::quantity::{Measured, Sample};
+use crate::rundir::{History, RunDir, RunDirError};
+use crate::scene::Scene;
+use crate::stability::{Bound, Sides, Stability};
+use crate::summary::{Status, Summary, WallParts, state_hash};
+
+/// A window is cut so that it takes about this long: the bar moves and Ctrl-C is heard.
+const WINDOW_TIME: Duration = Duration::from_millis(200);
+/// A positive energy residual beyond this share of the energy in play is an instability, not an error of the scheme.
+const BLOW_UP: f64 = 0.5;
+
+/// How a scene is run.
+#[derive(Clone, Debug)]
+pub struct RunOptions {
+    /// How the continuum solver is started.
+    pub mpm: Start,
+    /// How the rigid-body solver is started.
+    pub dem: Start,
+    /// Threads of each solver.
+    pub threads: usize,
+    /// Most steps granted at once; the scene's own where absent.
+    pub window: Option<u32>,
+    /// Whether a bar is wanted on a terminal.
+    pub progress: bool,
+    /// Set from outside to end the run in order.
+    pub interrupt: Arc<AtomicBool>,
+}
+
+/// Why a run did not reach its end.
+#[derive(Debug, Error)]
+pub enum RunError {
+    /// A solver could not be started.
+    #[error(transparent)]
+    Start(#[from] StartError),
+    /// A party failed, vanished, was late, refused, or broke the protocol.
+    #[error("{0}")]
+    Session(#[from] SessionError),
+    /// The limits ask for a step below the scene's shortest.
+    #[error(
+        "at t = {time:.6e} s (step {step}) the {bound} limit asks for a step of {dt:.3e} s, below time.min_step = {min_step:.3e} s",
+        bound = bound.name()
+    )]
+    Collapsed {
+        /// Simulated time in s.
+        time: f64,
+        /// Step.
+        step: u64,
+        /// What binds.
+        bound: Bound,
+        /// Step asked for in s.
+        dt: f64,
+        /// The scene's shortest in s.
+        min_step: f64,
+    },
+    /// Energy has appeared from nowhere.
+    #[error(
+        "at t = {time:.6e} s (step {step}) {percent:.0} % of the energy in play has appeared from nowhere: the computation is unstable with dt = {dt:.3e} s ({bound})"
+    )]
+    BlowUp {
+        /// Simulated time in s.
+        time: f64,
+        /// Step.
+        step: u64,
+        /// Residual in percent of the energy in play.
+        percent: f64,
+        /// Step in s.
+        dt: f64,
+        /// What bound it.
+        bound: &'static str,
+    },
+    /// The run directory cannot be written any more.
+    #[error(transparent)]
+    Output(#[from] RunDirError),
+}
+
+impl RunError {
+    /// How a run ends that ends with this error.
+    pub fn status(&self) -> Status {
+        match self {
+            Self::Collapsed { .. } | Self::BlowUp { .. } => Status::Unstable,
+            Self::Session(SessionError::Failed { failure, .. })
+                if matches!(failure.fault, Some(Fault::NotFinite { .. })) =>
+            {
+                Status::Unstable
+            }
+            Self::Session(_) | Self::Start(_) | Self::Output(_) => Status::Failed,
+        }
+    }
+}
+
+/// Runs `scene` and writes what it shows to `dir`. A run that fails has a summary too: its status and reason.
+///
+/// # Errors
+/// [`RunDirError`] when not even the summary can be written.
+pub fn run(scene: &Scene, options: &RunOptions, dir: &RunDir) -> Result<Summary, RunDirError> {
+    dir.write_scene(&scene.resolved_toml)?;
+    let threads = [&options.mpm, &options.dem]
+        .iter()
+        .any(|start| matches!(start, Start::Thread(_)));
+    if threads {
+        run_over::<OneProcess>(scene, options, dir)
+    } else {
+        run_over::<SharedMemory>(scene, options, dir)
+    }
+}
+
+fn run_over<S: Transport + 'static>(
+    scene: &Scene,
+    options: &RunOptions,
+    dir: &RunDir,
+) -> Result<Summary, RunDirError> {
+    let started = Instant::now();
+    let mut account = Account::new(scene);
+    let mut crew = Crew::default();
+    let ended = match Session::<S>::open(&parties(scene)) {
+        Ok(mut session) => {
+            let ended = Run::begin(scene, options, dir, &mut account, &mut session, &mut crew)
+                .and_then(Run::finish);
+            if let Err(error) = &ended {
+                session.abort(&error.to_string());
+            }
+            crew.dismiss();
+            ended
+        }
+        Err(error) => Err(error.into()),
+    };
+    let summary = account.summarise(ended, started.elapsed());
+    dir.write_summary(&summary)?;
+    Ok(summary)
+}
+
+fn parties(scene: &Scene) -> Vec<Party> {
+    let mut parties = Vec::new();
+    parties.extend(scene.mpm.is_some().then_some(Party::Mpm));
+    parties.extend(scene.dem.is_some().then_some(Party::Dem));
+    parties
+}
+
+/// What is known of a run at any time: enough for a summary, however it ends.
+struct Account {
+    scene: String,
+    scene_hash: String,
+    recorder: Recorder,
+    balance: Balance,
+    pace: Pace,
+    clock: Clock,
+    reports: BTreeMap<Party, Report>,
+    imps_max: u64,
+    grants: u64,
+    epochs: u64,
+    waited: Duration,
+    cpu_at_start: Duration,
+    state_hash: Option<String>,
+    interrupted: bool,
+}
+
+impl Account {
+    fn new(scene: &Scene) -> Self {
+        Self {
+            scene: scene.name.clone(),
+            scene_hash: scene.hash.clone(),
+            recorder: Recorder::new(scene),
+            balance: Balance::default(),
+            pace: Pace::new(scene.time, scene.output.every),
+            clock: Clock::new(0.0),
+            reports: BTreeMap::new(),
+            imps_max: 0,
+            grants: 0,
+            epochs: 0,
+            waited: Duration::ZERO,
+            cpu_at_start: interface::session::cpu_time(),
+            state_hash: None,
+            interrupted: false,
+        }
+    }
+
+    fn summarise(self, ended: Result<(), RunError>, wall: Duration) -> Summary {
+        let whole = ended.is_ok() && !self.interrupted;
+        let checks = if whole {
+            self.recorder.finish()
+        } else {
+            Vec::new()
+        };
+        let failed = checks.iter().any(|check| !check.pass);
+        let status = match &ended {
+            Err(error) => error.status(),
+            Ok(()) if self.interrupted => Status::Interrupted,
+            Ok(()) if failed => Status::CheckFailed,
+            Ok(()) => Status::Done,
+        };
+        let reason = match &ended {
+            Err(error) => Some(error.to_string()),
+            Ok(()) if self.interrupted => {
+                Some(format!("interrupted at t = {:.6e} s", self.clock.time()))
+            }
+            Ok(()) => None,
+        };
+        let mut wall_by_part = BTreeMap::new();
+        let mut cpu_s = BTreeMap::new();
+        let seconds = |ns: u64| ns as f64 * 1e-9;
+        for (party, report) in &self.reports {
+            let parts = WallParts {
+                compute: seconds(report.compute_ns),
+                exchange: seconds(report.exchange_ns),
+                wait: seconds(report.wait_ns),
+            };
+            wall_by_part.insert(party.name(), parts);
+            cpu_s.insert(party.name(), seconds(report.cpu_ns));
+        }
+        let wait = self.waited.as_secs_f64();
+        let coupler = WallParts {
+            compute: wall.as_secs_f64() - wait,
+            exchange: 0.0,
+            wait,
+        };
+        wall_by_part.insert(Party::Coupler.name(), coupler);
+        let cpu = interface::session::cpu_time().saturating_sub(self.cpu_at_start);
+        cpu_s.insert(Party::Coupler.name(), cpu.as_secs_f64());
+        let items = |party| {
+            self.reports
+                .get(&party)
+                .map_or(0, |report: &Report| report.items)
+        };
+        let mut summary = Summary {
+            scene: self.scene,
+            scene_hash: self.scene_hash,
+            status,
+            reason,
+            steps: self.pace.bound_by.values().sum(),
+            time: self.clock.time(),
+            dt_min: self.pace.range.map(|(low, _)| low),
+            dt_max: self.pace.range.map(|(_, high)| high),
+            dt_bound_by: self.pace.bound_by,
+            grants: self.grants,
+            epochs: self.epochs,
+            rebuilds: self
+                .reports
+                .get(&Party::Mpm)
+                .map_or(0, |report| report.rebuilds),
+            wall_s: wall.as_secs_f64(),
+            wall_by_part,
+            cpu_s,
+            points: items(Party::Mpm),
+            imps_max: self.imps_max,
+            bodies: items(Party::Dem),
+            momentum_error: 0.0,
+            energy: crate::summary::EnergyLedger::default(),
+            state_hash: self.state_hash,
+            checks,
+        };
+        summary.set_balance(&self.balance);
+        summary
+    }
+}
+
+/// A run in progress.
+struct Run<'a, S: Transport> {
+    scene: &'a Scene,
+    options: &'a RunOptions,
+    account: &'a mut Account,
+    session: &'a mut Session<S>,
+    crew: &'a mut Crew,
+    parties: Vec<Party>,
+    stability: Stability,
+    history: History,
+    progress: Progress,
+    sides: Sides,
+    groups: Vec<GroupState>,
+    bodies: Vec<BodyState>,
+    sample: Sample,
+}
+
+impl<'a, S: Transport + 'static> Run<'a, S> {
+    /// Open and configure.
+    fn begin(
+        scene: &'a Scene,
+        options: &'a RunOptions,
+        dir: &'a RunDir,
+        account: &'a mut Account,
+        session: &'a mut Session<S>,
+        crew: &'a mut Crew,
+    ) -> Result<Self, RunError> {
+        let parties = parties(scene);
+        let history = dir.history(&account.recorder.header())?;
+        for &party in &parties {
+            let start = if party == Party::Mpm {
+                &options.mpm
+            } else {
+                &options.dem
+            };
+            crew.start(party, start, session.domain())?;
+        }
+        for &party in &parties {
+            let hello = watched(session, crew, |session, alarm| session.hello(party, alarm))?;
+            tracing::info!(%party, identity = hello.identity, pid = hello.pid, "joined");
+        }
+        let coupled = parties.len() == 2;
+        for &party in &parties {
+            let config = match party {
+                Party::Mpm => scene.mpm.clone().map(|c| {
+                    to_json(&interface::config::MpmConfig {
+                        threads: options.threads,
+                        ..c
+                    })
+                }),
+                _ => scene.dem.clone().map(|c| {
+                    to_json(&interface::config::DemConfig {
+                        threads: options.threads,
+                        ..c
+                    })
+                }),
+            };
+            let configure = Configure {
+                scene_hash: scene.hash.clone(),
+                config: config.expect("only parties of the scene take part"),
+                coupled,
+                deadline: scene.coupling.deadline.as_secs_f64(),
+            };
+            session.configure(party, &configure)?;
+        }
+        let mut readiness: BTreeMap<Party, Readiness> = BTreeMap::new();
+        for &party in &parties {
+            let ready = watched(session, crew, |session, alarm| {
+                session.ready(party, &scene.hash, alarm)
+            })?;
+            tracing::info!(%party, items = ready.items, bytes = ready.bytes, "ready");
+            for note in &ready.notes {
+                tracing::info!(%party, "{note}");
+            }
+            readiness.insert(party, ready);
+        }
+        let (mpm, dem) = (readiness.get(&Party::Mpm), readiness.get(&Party::Dem));
+        let stability = Stability::new(scene.time.safety, scene.time.criterion, mpm, dem);
+        let progress = Progress::new(scene.time.end, options.progress);
+        Ok(Self {
+            scene,
+            options,
+            account,
+            session,
+            crew,
+            parties,
+            stability,
+            history,
+            progress,
+            sides: Sides::default(),
+            groups: Vec::new(),
+            bodies: Vec::new(),
+            sample: Sample::default(),
+        })
+    }
+
+    /// Step and drain.
+    fn finish(mut self) -> Result<(), RunError> {
+        let stepped = self.step_to_the_end();
+        self.progress.finish();
+        self.history.flush()?;
+        stepped?;
+        let points = watched(self.session, self.crew, |session, alarm| {
+            session.drain(alarm)
+        })?;
+        if !self.account.interrupted {
+            self.account.state_hash = Some(state_hash(&points, &self.bodies));
+        }
+        Ok(())
+    }
+
+    fn step_to_the_end(&mut self) -> Result<(), RunError> {
+        // Opening: nothing moves; forces, limits and energies of the start.
+        let opening = Epoch {
+            dt: 0.0,
+            steps: 1,
+            lands: false,
+            bound: Bound::Output,
+        };
+        self.epoch(&opening, true)?;
+        let mut measure = false; // the opening step has measured the start
+        while self.account.clock.time() < self.scene.time.end && !self.interrupted() {
+            let time = self.account.clock.time();
+            let epoch = self
+                .account
+                .pace
+                .epoch(time, &self.stability, &self.sides)
+                .map_err(|e| self.collapsed(e))?;
+            measure = self.epoch(&epoch, measure)?;
+        }
+        // Closing: the last half kick brings the velocities to the time of the positions.
+        let closing = Epoch {
+            dt: 0.0,
+            steps: 1,
+            lands: false,
+            bound: Bound::Output,
+        };
+        self.epoch(&closing, true)?;
+        Ok(())
+    }
+
+    fn interrupted(&mut self) -> bool {
+        self.account.interrupted |= self.options.interrupt.load(Ordering::Relaxed);
+        self.account.interrupted
+    }
+
+    /// The steps of one epoch, until a limit changes or it is done. `measure`: the first step is to be measured.
+    /// Returns whether the first step of the next epoch is.
+    fn epoch(&mut self, epoch: &Epoch, mut measure: bool) -> Result<bool, RunError> {
+        self.account.clock.begin_epoch(epoch.dt);
+        self.account.epochs += 1;
+        let budgets = self.stability.budgets(&self.sides, epoch.dt);
+        let mut done = 0;
+        let mut step_time: Option<Duration> = None;
+        while done < epoch.steps {
+            let window = self.window(step_time).min(epoch.steps - done);
+            let start = Instant::now();
+            let (epoch_start, steps_in_epoch, dt_before_epoch) = self.account.clock.epoch();
+            let grant = Grant {
+                epoch: self.account.epochs,
+                first: self.account.clock.index(),
+                steps: window,
+                flags: if measure { flags::MEASURE } else { 0 },
+                epoch_start,
+                steps_in_epoch,
+                dt_before_epoch,
+                dt: epoch.dt,
+                ..Grant::default()
+            };
+            let mut grants = Vec::with_capacity(2);
+            for &party in &self.parties {
+                let budget = if party == Party::Mpm {
+                    budgets.mpm
+                } else {
+                    budgets.dem
+                };
+                let grant = Grant {
+                    budget_omega_sq: budget.omega_sq,
+                    budget_speed: budget.speed,
+                    budget_damping: budget.damping,
+                    ..grant
+                };
+                self.session.grant(party, &grant)?;
+                grants.push((party, grant));
+            }
+            self.account.grants += 1;
+            let within = self.collect(&grants)?;
+            let advanced = self.advanced(&grant)?;
+            let at = self.account.clock.step(measure);
+            self.account.clock.advance_by(advanced);
+            done += advanced;
+            if epoch.dt > 0.0 {
+                self.account.pace.book(epoch, advanced);
+            }
+            if measure {
+                self.record(at.time, epoch)?;
+                measure = false;
+            }
+            step_time = Some(start.elapsed() / advanced.max(1) as u32);
+            self.show(epoch);
+            if !within || self.interrupted() {
+                break;
+            }
+        }
+        if epoch.lands && done == epoch.steps {
+            self.account.clock.land_on(self.account.pace.next_output());
+            self.account.pace.output_done();
+            // At the end the closing step measures.
+            return Ok(self.account.clock.time() < self.scene.time.end);
+        }
+        Ok(measure)
+    }
+
+    /// Steps that fit the time of a window; before anything is known of their cost, one.
+    fn window(&self, step_time: Option<Duration>) -> u64 {
+        let most = self
+            .options
+            .window
+            .unwrap_or(self.scene.coupling.window)
+            .into();
+        match step_time {
+            Some(t) if !t.is_zero() => {
+                (WINDOW_TIME.as_nanos() / t.as_nanos()).clamp(1, most) as u64
+            }
+            _ => most as u64,
+        }
+    }
+
+    /// Waits for all reports on a grant; returns whether all sides may go on with the step.
+    fn collect(&mut self, grants: &[(Party, Grant)]) -> Result<bool, RunError> {
+        let start = Instant::now();
+        let mut within = true;
+        for (party, grant) in grants {
+            let report = watched(self.session, self.crew, |session, alarm| {
+                session.report(*party, grant, alarm)
+            })?;
+            match party {
+                Party::Mpm => self.sides.mpm = report.limits,
+                _ => self.sides.dem = report.limits,
+            }
+            if report.measured == 1 {
+                match party {
+                    Party::Mpm => self.session.groups(grant.first, &mut self.groups)?,
+                    _ => self.session.bodies(grant.first, &mut self.bodies)?,
+                }
+            }
+            within &= report.halted == 0 && grant.allows(&report.limits);
+            self.account.imps_max = self.account.imps_max.max(report.imps);
+            self.account.reports.insert(*party, report);
+        }
+        self.account.waited += start.elapsed();
+        Ok(within)
+    }
+
+    /// Steps that all sides have done; a session's sides stop at one boundary (clause R-4).
+    fn advanced(&self, grant: &Grant) -> Result<u64, RunError> {
+        let mut ends = self.account.reports.values().map(|report| report.next);
+        let end = ends.next().unwrap_or(grant.first + grant.steps);
+        if let Some(other) = ends.find(|&other| other != end) {
+            let message = format!("the sides stopped at steps {end} and {other}");
+            return Err(SessionError::Contract {
+                who: Party::Mpm,
+                clause: "R-4",
+                step: grant.first,
+                message,
+            }
+            .into());
+        }
+        Ok(end - grant.first)
+    }
+
+    /// Takes the measurement of the first step of the last grant.
+    fn record(&mut self, time: f64, epoch: &Epoch) -> Result<(), RunError> {
+        let account = &mut *self.account;
+        let ledger = |party| {
+            account
+                .reports
+                .get(&party)
+                .map_or_else(Ledger::default, |report| report.ledger)
+        };
+        let (mpm, dem) = (ledger(Party::Mpm), ledger(Party::Dem));
+        account.balance.take(&mpm, &dem);
+        let measured = Measured {
+            time,
+            mpm: &mpm,
+            dem: &dem,
+            groups: &self.groups,
+            bodies: &self.bodies,
+            momentum_error: account.balance.momentum_error,
+            energy_residual: account.balance.residual,
+            energy_residual_relative: account.balance.residual_relative(),
+        };
+        self.scene.quantities.fill(&mut self.sample, &measured);
+        account.recorder.record(&self.sample);
+        self.history.row(account.recorder.row())?;
+        let residual = account.balance.residual_relative();
+        if residual > BLOW_UP {
+            return Err(RunError::BlowUp {
+                time,
+                step: account.clock.index(),
+                percent: 100.0 * residual,
+                dt: epoch.dt,
+                bound: epoch.bound.name(),
+            });
+        }
+        Ok(())
+    }
+
+    fn show(&mut self, epoch: &Epoch) {
+        let standing = Standing {
+            step: self.account.clock.index(),
+            time: self.account.clock.time(),
+            dt: epoch.dt,
+            bound: epoch.bound.name(),
+        };
+        self.progress.show(&standing);
+    }
+
+    fn collapsed(&self, collapsed: Collapsed) -> RunError {
+        RunError::Collapsed {
+            time: self.account.clock.time(),
+            step: self.account.clock.index(),
+            bound: collapsed.bound,
+            dt: collapsed.dt,
+            min_step: self.scene.time.min_step,
+        }
+    }
+}
+
+/// Waits for a solver while watching that all of them live.
+fn watched<S: Transport + 'static, T>(
+    session: &mut Session<S>,
+    crew: &mut Crew,
+    wait: impl FnOnce(
+        &mut Session<S>,
+        &mut dyn FnMut() -> Result<(), SessionError>,
+    ) -> Result<T, SessionError>,
+) -> Result<T, RunError> {
+    let steps: BTreeMap<Party, u64> = [Party::Mpm, Party::Dem]
+        .into_iter()
+        .map(|party| (party, session.step_of(party)))
+        .collect();
+    let mut alarm = || match crew.casualty() {
+        None => Ok(()),
+        Some((who, how)) => Err(SessionError::Vanished {
+            who,
+            how,
+            step: steps[&who],
+        }),
+    };
+    Ok(wait(session, &mut alarm)?)
+}
+
+fn to_json<T: serde::Serialize>(config: &T) -> String {
+    serde_json::to_string(config).expect("configurations have string keys only")
+}

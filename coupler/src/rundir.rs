@@ -1,0 +1,188 @@
+//! The run directory: what a run leaves behind (DESIGN.md section 6).
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use thiserror::Error;
+
+use crate::summary::Summary;
+
+/// Writing to the run directory failed.
+#[derive(Debug, Error)]
+#[error("cannot {action} {path}: {source}")]
+pub struct RunDirError {
+    action: &'static str,
+    path: PathBuf,
+    source: io::Error,
+}
+
+/// A run directory in use.
+#[derive(Debug)]
+pub struct RunDir {
+    path: PathBuf,
+}
+
+impl RunDir {
+    /// Creates `path`, and proves that it can be written, before anything is started. Files of an earlier run of the
+    /// same names are replaced.
+    ///
+    /// # Errors
+    /// [`RunDirError`]; nothing is left behind.
+    pub fn create(path: &Path) -> Result<Self, RunDirError> {
+        let existed = path.exists();
+        fs::create_dir_all(path).map_err(fail("create the run directory", path))?;
+        if let Err(source) = tempfile::tempfile_in(path) {
+            if !existed {
+                let _ = fs::remove_dir(path);
+            }
+            return Err(fail("write in the run directory", path)(source));
+        }
+        let summary = path.join("summary.json");
+        match fs::remove_file(&summary) {
+            Err(source) if source.kind() != io::ErrorKind::NotFound => {
+                Err(fail("replace", &summary)(source))
+            }
+            _ => Ok(Self {
+                path: path.to_path_buf(),
+            }),
+        }
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Creates a file for lines of log.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub fn log(&self) -> Result<File, RunDirError> {
+        let path = self.path.join("log.jsonl");
+        File::create(&path).map_err(fail("create", &path))
+    }
+
+    /// Writes the scene as resolved.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub fn write_scene(&self, toml: &str) -> Result<(), RunDirError> {
+        self.write_whole("scene.toml", toml.as_bytes())
+    }
+
+    /// Writes `summary.json`.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub fn write_summary(&self, summary: &Summary) -> Result<(), RunDirError> {
+        let mut json = serde_json::to_vec_pretty(summary).expect("a summary has string keys only");
+        json.push(b'\n');
+        self.write_whole("summary.json", &json)
+    }
+
+    /// Begins `history.csv`.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub fn history(&self, header: &[String]) -> Result<History, RunDirError> {
+        let path = self.path.join("history.csv");
+        let file = File::create(&path).map_err(fail("create", &path))?;
+        let mut history = History {
+            writer: csv::Writer::from_writer(BufWriter::new(file)),
+            path,
+        };
+        history
+            .writer
+            .write_record(header)
+            .map_err(|e| fail("write", &history.path)(e.into()))?;
+        Ok(history)
+    }
+
+    /// Writes a file as a whole: a reader sees the old one or the new one, never half of either.
+    fn write_whole(&self, name: &str, bytes: &[u8]) -> Result<(), RunDirError> {
+        let path = self.path.join(name);
+        let write = || {
+            let mut file = tempfile::NamedTempFile::new_in(&self.path)?;
+            file.write_all(bytes)?;
+            file.persist(&path)?;
+            Ok(())
+        };
+        write().map_err(fail("write", &path))
+    }
+}
+
+/// `history.csv` being written.
+#[derive(Debug)]
+pub struct History {
+    writer: csv::Writer<BufWriter<File>>,
+    path: PathBuf,
+}
+
+impl History {
+    /// Adds a row. Numbers are written so that they read back to the same bits.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub fn row(&mut self, row: &[f64]) -> Result<(), RunDirError> {
+        let row = row.iter().map(f64::to_string);
+        self.writer
+            .write_record(row)
+            .map_err(|e| fail("write", &self.path)(e.into()))
+    }
+
+    /// Everything written so far reaches the file.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub fn flush(&mut self) -> Result<(), RunDirError> {
+        self.writer.flush().map_err(fail("write", &self.path))
+    }
+}
+
+fn fail(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RunDirError {
+    let path = path.to_path_buf();
+    move |source| RunDirError {
+        action,
+        path,
+        source,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_directory_under_a_file_is_refused_and_nothing_is_left() {
+        let dir = tempfile::tempdir().unwrap();
+        fs::write(dir.path().join("file"), b"x").unwrap();
+        let error = RunDir::create(&dir.path().join("file/run"))
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.starts_with("cannot create the run directory"),
+            "{error}"
+        );
+        assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn numbers_read_back_to_the_same_bits() {
+        let dir = tempfile::tempdir().unwrap();
+        let run = RunDir::create(dir.path()).unwrap();
+        let mut history = run.history(&["time [s]".into(), "x [m]".into()]).unwrap();
+        let row = [0.1 + 0.2, 1e-300 / 3.0];
+        history.row(&row).unwrap();
+        history.flush().unwrap();
+        let text = fs::read_to_string(dir.path().join("history.csv")).unwrap();
+        let read: Vec<f64> = text
+            .lines()
+            .nth(1)
+            .unwrap()
+            .split(',')
+            .map(|n| n.parse().unwrap())
+            .collect();
+        assert_eq!(read, row);
+    }
+}

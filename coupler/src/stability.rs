@@ -1,0 +1,348 @@
+//! The step limit that only the coupler can compose: each side knows its own stiffness and mobility, their sum decides.
+//!
+//! PHYSICS.md section 4: with `K` the stiffnesses of continuum, bodies and the contact between them, and a block
+//! diagonal mass matrix, `lambda_max(M^-1 (K_mpm + K_dem + K_contact))` is at most the sum of the parts, and
+//! `K_contact` splits into what it does to the points and what it does to the bodies. Leapfrog is stable for
+//! `omega dt <= 2`; a dashpot of ratio `zeta` shortens that by `sqrt(1 + zeta^2) - zeta`.
+
+use interface::solver::Readiness;
+use interface::wire::Limits;
+
+use crate::scene::Criterion;
+
+/// What binds the step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Bound {
+    /// Waves in the continuum.
+    Elastic,
+    /// Contact between points and bodies.
+    Contact,
+    /// Contact between bodies.
+    Bodies,
+    /// No IMP moves by more than half its radius relative to a body.
+    Kinematic,
+    /// Jiang 2020 eq. 51, asked for by the scene.
+    Jiang2020,
+    /// The scene's own longest step.
+    Cap,
+    /// The next output is less than a step away.
+    Output,
+    /// The step grows by at most 10 % at a time.
+    Growth,
+}
+
+impl Bound {
+    /// Name in summaries and on the progress bar.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Elastic => "elastic",
+            Self::Contact => "contact",
+            Self::Bodies => "bodies",
+            Self::Kinematic => "kinematic",
+            Self::Jiang2020 => "jiang2020",
+            Self::Cap => "cap",
+            Self::Output => "output",
+            Self::Growth => "growth",
+        }
+    }
+}
+
+/// What both sides say of themselves at one time.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Sides {
+    /// The continuum's limits; zeros where there is none.
+    pub mpm: Limits,
+    /// The bodies' limits; zeros where there are none.
+    pub dem: Limits,
+}
+
+/// What a side may use of the step's allowance before it must halt.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Budget {
+    /// Squared frequencies, own and contact, in 1/s^2.
+    pub omega_sq: f64,
+    /// Speed in m/s.
+    pub speed: f64,
+    /// Damping ratio.
+    pub damping: f64,
+}
+
+/// Budgets of both sides.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Budgets {
+    /// The continuum's.
+    pub mpm: Budget,
+    /// The bodies'.
+    pub dem: Budget,
+}
+
+impl Budget {
+    /// Nothing makes the side halt. Finite, since nothing else crosses the wire.
+    pub const UNLIMITED: Self = Self {
+        omega_sq: f64::MAX,
+        speed: f64::MAX,
+        damping: f64::MAX,
+    };
+}
+
+/// The scene's way to the step limit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stability {
+    safety: f64,
+    criterion: Criterion,
+    /// Step of Jiang 2020 eq. 51 in s, if both its parts are known; constant in a run.
+    jiang2020: f64,
+}
+
+/// A step and the budgets within which it stays stable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct StepLimit {
+    /// Longest step in s; infinite where nothing binds.
+    pub dt: f64,
+    /// What binds it.
+    pub bound: Bound,
+}
+
+impl Stability {
+    /// The criterion of a scene with solvers of this readiness.
+    pub fn new(
+        safety: f64,
+        criterion: Criterion,
+        mpm: Option<&Readiness>,
+        dem: Option<&Readiness>,
+    ) -> Self {
+        let mut jiang2020 = f64::INFINITY;
+        if let Criterion::Jiang2020 { kappa_1, kappa_2 } = criterion {
+            if let Some(mpm) = mpm {
+                jiang2020 = kappa_1 * mpm.courant_time;
+            }
+            if let Some(dem) = dem
+                && dem.stiffness_max > 0.0
+                && dem.mass_min > 0.0
+            {
+                let contact =
+                    std::f64::consts::TAU * kappa_2 * (dem.mass_min / dem.stiffness_max).sqrt();
+                jiang2020 = jiang2020.min(contact);
+            }
+        }
+        Self {
+            safety,
+            criterion,
+            jiang2020,
+        }
+    }
+
+    /// The longest step that these limits allow.
+    pub fn limit(&self, sides: &Sides) -> StepLimit {
+        let stable = match self.criterion {
+            Criterion::Composed => {
+                let dt = self.safety * allowance(sides) / omega_sq(sides).sqrt();
+                StepLimit {
+                    dt,
+                    bound: largest_share(sides),
+                }
+            }
+            Criterion::Jiang2020 { .. } => StepLimit {
+                dt: self.jiang2020,
+                bound: Bound::Jiang2020,
+            },
+        };
+        let kinematic = kinematic_limit(sides);
+        if kinematic < stable.dt {
+            StepLimit {
+                dt: kinematic,
+                bound: Bound::Kinematic,
+            }
+        } else {
+            stable
+        }
+    }
+
+    /// How far each side may go with steps of `dt` before both limits together would forbid it: what is left between
+    /// the allowance and the present state is shared evenly.
+    pub fn budgets(&self, sides: &Sides, dt: f64) -> Budgets {
+        if dt == 0.0 {
+            return Budgets {
+                mpm: Budget::UNLIMITED,
+                dem: Budget::UNLIMITED,
+            };
+        }
+        let damping = sides.mpm.damping.max(sides.dem.damping);
+        let (mut mpm, mut dem) = (
+            Budget {
+                damping,
+                ..Budget::UNLIMITED
+            },
+            Budget {
+                damping,
+                ..Budget::UNLIMITED
+            },
+        );
+        if self.criterion == Criterion::Composed {
+            let allowed = (self.safety * allowance(sides) / dt).powi(2);
+            let spare = 0.5 * (allowed - omega_sq(sides)).max(0.0);
+            mpm.omega_sq = own(&sides.mpm) + spare;
+            dem.omega_sq = own(&sides.dem) + spare;
+        }
+        if sides.mpm.radius_min > 0.0 {
+            let allowed = 0.5 * sides.mpm.radius_min / dt;
+            let spare = 0.5 * (allowed - sides.mpm.speed - sides.dem.speed).max(0.0);
+            mpm.speed = sides.mpm.speed + spare;
+            dem.speed = sides.dem.speed + spare;
+        } else {
+            // No IMP yet: the first one is a reason to look again, however fast it is.
+            mpm.speed = 0.0;
+        }
+        Budgets { mpm, dem }
+    }
+}
+
+fn own(limits: &Limits) -> f64 {
+    limits.omega_sq + limits.contact_omega_sq
+}
+
+/// Bound of the largest squared frequency of the whole in 1/s^2: stiffnesses add.
+fn omega_sq(sides: &Sides) -> f64 {
+    own(&sides.mpm) + own(&sides.dem)
+}
+
+/// `2 (sqrt(1 + zeta^2) - zeta)`: the largest stable `omega dt`.
+fn allowance(sides: &Sides) -> f64 {
+    let zeta = sides.mpm.damping.max(sides.dem.damping);
+    2.0 * ((1.0 + zeta * zeta).sqrt() - zeta)
+}
+
+fn kinematic_limit(sides: &Sides) -> f64 {
+    let speed = sides.mpm.speed + sides.dem.speed;
+    if sides.mpm.radius_min > 0.0 && speed > 0.0 {
+        0.5 * sides.mpm.radius_min / speed
+    } else {
+        f64::INFINITY
+    }
+}
+
+fn largest_share(sides: &Sides) -> Bound {
+    let contact = sides.mpm.contact_omega_sq + sides.dem.contact_omega_sq;
+    let shares = [
+        (sides.mpm.omega_sq, Bound::Elastic),
+        (contact, Bound::Contact),
+        (sides.dem.omega_sq, Bound::Bodies),
+    ];
+    shares
+        .into_iter()
+        .fold((f64::NEG_INFINITY, Bound::Elastic), |a, b| {
+            if b.0 > a.0 { b } else { a }
+        })
+        .1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sides() -> Sides {
+        Sides {
+            mpm: Limits {
+                omega_sq: 3e8,
+                contact_omega_sq: 1e8,
+                speed: 2.0,
+                radius_min: 1e-3,
+                ..Limits::default()
+            },
+            dem: Limits {
+                contact_omega_sq: 2e6,
+                speed: 1.0,
+                ..Limits::default()
+            },
+        }
+    }
+
+    fn composed(safety: f64) -> Stability {
+        Stability::new(safety, Criterion::Composed, None, None)
+    }
+
+    #[test]
+    fn stiffnesses_add() {
+        let limit = composed(1.0).limit(&sides());
+        assert_eq!(limit.dt, 2.0 / 4.02e8f64.sqrt());
+        assert_eq!(limit.bound, Bound::Elastic);
+    }
+
+    #[test]
+    fn equal_elastic_and_contact_stiffness_allow_less_than_either() {
+        let one = Sides {
+            mpm: Limits {
+                omega_sq: 1e8,
+                ..Limits::default()
+            },
+            dem: Limits::default(),
+        };
+        let both = Sides {
+            mpm: Limits {
+                contact_omega_sq: 1e8,
+                ..one.mpm
+            },
+            ..one
+        };
+        let ratio = composed(1.0).limit(&both).dt / composed(1.0).limit(&one).dt;
+        // PHYSICS.md section 4: already unstable at 0.8 of the smaller of the two; the truth is 1/sqrt(2).
+        assert!((ratio - 0.5f64.sqrt()).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_dashpot_shortens_the_step() {
+        let mut damped = sides();
+        damped.dem.damping = 0.75;
+        let ratio = composed(1.0).limit(&damped).dt / composed(1.0).limit(&sides()).dt;
+        assert!((ratio - 0.5).abs() < 1e-15, "sqrt(1 + 9/16) - 3/4 is 1/2");
+    }
+
+    #[test]
+    fn no_point_moves_more_than_half_its_radius() {
+        let mut fast = sides();
+        fast.mpm.speed = 499.0;
+        let limit = composed(1.0).limit(&fast);
+        assert_eq!((limit.dt, limit.bound), (1e-6, Bound::Kinematic));
+    }
+
+    #[test]
+    fn what_both_budgets_allow_together_is_stable() {
+        let stability = composed(0.8);
+        let dt = 0.97 * stability.limit(&sides()).dt;
+        let budgets = stability.budgets(&sides(), dt);
+        let mut used = sides();
+        used.mpm.omega_sq = budgets.mpm.omega_sq - used.mpm.contact_omega_sq;
+        used.dem.contact_omega_sq = budgets.dem.omega_sq;
+        used.mpm.speed = budgets.mpm.speed;
+        used.dem.speed = budgets.dem.speed;
+        assert!((stability.limit(&used).dt / dt - 1.0).abs() < 1e-12);
+        assert!(
+            budgets.mpm.omega_sq > own(&sides().mpm) && budgets.dem.omega_sq > own(&sides().dem)
+        );
+    }
+
+    #[test]
+    fn the_printed_criterion_is_eq_51() {
+        let mpm = Readiness {
+            courant_time: 4e-5,
+            ..Readiness::default()
+        };
+        let dem = Readiness {
+            mass_min: 2.5,
+            stiffness_max: 6e4,
+            ..Readiness::default()
+        };
+        let criterion = Criterion::Jiang2020 {
+            kappa_1: 0.8,
+            kappa_2: 0.1,
+        };
+        let limit = Stability::new(0.8, criterion, Some(&mpm), Some(&dem)).limit(&sides());
+        assert_eq!((limit.dt, limit.bound), (0.8 * 4e-5, Bound::Jiang2020));
+        let soft = Readiness {
+            stiffness_max: 6e9,
+            ..dem
+        };
+        let limit = Stability::new(0.8, criterion, Some(&mpm), Some(&soft)).limit(&sides());
+        assert!((limit.dt - std::f64::consts::TAU * 0.1 * (2.5f64 / 6e9).sqrt()).abs() < 1e-18);
+    }
+}

@@ -1,0 +1,160 @@
+//! `summary.json`: what a run has shown. Its keys are fixed (DESIGN.md section 6).
+
+use std::collections::BTreeMap;
+
+use interface::wire::{BodyState, PointState};
+use serde::Serialize;
+
+use crate::check::CheckResult;
+use crate::ledger::{Balance, Energies};
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Status {
+    /// To the end, every check holds.
+    Done,
+    /// To the end, a check does not hold.
+    CheckFailed,
+    /// A solver failed, vanished or refused.
+    Failed,
+    /// An unstable or non-finite state stopped the run.
+    Unstable,
+    /// Interrupted, drained in order.
+    Interrupted,
+}
+
+impl Status {
+    /// Exit status of `tandem run` (DESIGN.md section 5).
+    pub const fn exit_code(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::CheckFailed => 1,
+            Self::Failed => 3,
+            Self::Unstable => 4,
+            Self::Interrupted => 130,
+        }
+    }
+}
+
+/// Where a process's wall time went, in s.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct WallParts {
+    /// Computing.
+    pub compute: f64,
+    /// Copying to and from the channels.
+    pub exchange: f64,
+    /// Waiting for the others.
+    pub wait: f64,
+}
+
+/// The ledger at both ends of the run.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct EnergyLedger {
+    /// At the first measurement, in J/m.
+    pub start: Energies,
+    /// At the last, in J/m.
+    pub end: Energies,
+    /// Largest positive residual relative to the largest energy in play.
+    pub residual_max: f64,
+}
+
+/// What a run has shown.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Name of the scene.
+    pub scene: String,
+    /// Hash of the scene as resolved.
+    pub scene_hash: String,
+    /// How the run ended.
+    pub status: Status,
+    /// Why, unless it is done.
+    pub reason: Option<String>,
+    /// Steps that moved something.
+    pub steps: u64,
+    /// Simulated time reached in s.
+    pub time: f64,
+    /// Shortest step in s; `null` before the first.
+    pub dt_min: Option<f64>,
+    /// Longest step in s.
+    pub dt_max: Option<f64>,
+    /// Steps by what bound them.
+    pub dt_bound_by: BTreeMap<&'static str, u64>,
+    /// Grants, each to every solver.
+    pub grants: u64,
+    /// Epochs: intervals of equal steps.
+    pub epochs: u64,
+    /// Rebuilds of the IMP set.
+    pub rebuilds: u64,
+    /// Wall time from launch to the end in s.
+    pub wall_s: f64,
+    /// By process.
+    pub wall_by_part: BTreeMap<&'static str, WallParts>,
+    /// CPU time by process in s. In one process: of each party's thread, without those of its pool.
+    pub cpu_s: BTreeMap<&'static str, f64>,
+    /// Material points.
+    pub points: u64,
+    /// Most IMPs at a time.
+    pub imps_max: u64,
+    /// Bodies.
+    pub bodies: u64,
+    /// Largest momentum error relative to the largest momentum seen.
+    pub momentum_error: f64,
+    /// The energy ledger.
+    pub energy: EnergyLedger,
+    /// BLAKE3 over all positions and velocities, in order of ids; absent if the end was not reached.
+    pub state_hash: Option<String>,
+    /// The scene's checks.
+    pub checks: Vec<CheckResult>,
+}
+
+impl Summary {
+    /// Takes the ledger into the summary.
+    pub fn set_balance(&mut self, balance: &Balance) {
+        self.momentum_error = balance.momentum_error_max;
+        self.energy = EnergyLedger {
+            start: balance.start(),
+            end: balance.now,
+            residual_max: balance.residual_max,
+        };
+    }
+}
+
+/// BLAKE3 over positions and velocities of points, then positions, angles, velocities and spins of bodies, each number
+/// as eight little-endian bytes.
+pub fn state_hash(points: &[PointState], bodies: &[BodyState]) -> String {
+    let mut hasher = blake3::Hasher::new();
+    let mut take = |numbers: &[f64]| {
+        for number in numbers {
+            hasher.update(&number.to_le_bytes());
+        }
+    };
+    for p in points {
+        take(&p.position);
+        take(&p.velocity);
+    }
+    for b in bodies {
+        take(&b.position);
+        take(&[b.angle]);
+        take(&b.velocity);
+        take(&[b.spin]);
+    }
+    hasher.finalize().to_hex().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hash_sees_the_last_bit() {
+        let point = PointState {
+            position: [0.1, 0.2],
+            ..PointState::default()
+        };
+        let mut moved = point;
+        moved.velocity[1] = f64::from_bits(1);
+        assert_ne!(state_hash(&[point], &[]), state_hash(&[moved], &[]));
+        assert_eq!(state_hash(&[point], &[]), state_hash(&[point], &[]));
+    }
+}

@@ -1,0 +1,54 @@
+//! Where log events go: `log.jsonl` in the run directory, and standard error as text or JSON.
+
+use std::fs::File;
+use std::sync::Mutex;
+
+use tracing::Level;
+use tracing_subscriber::filter::Targets;
+use tracing_subscriber::fmt::layer;
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
+use tracing_subscriber::{Layer, registry};
+
+use crate::cli::LogFormat;
+
+/// iceoryx2 warns about connections that are being closed in order; only its errors are news.
+fn ours(level: Level) -> Targets {
+    let crates = ["tandem", "coupler", "interface", "mpm_proc", "dem_proc"];
+    crates
+        .into_iter()
+        .fold(Targets::new().with_default(Level::ERROR), |t, name| {
+            t.with_target(name, level)
+        })
+}
+
+/// Logs a run.
+pub fn of_run(file: File, format: LogFormat) {
+    let to_file = layer()
+        .json()
+        .with_writer(Mutex::new(file))
+        .with_filter(ours(Level::DEBUG));
+    let stderr = layer().with_writer(std::io::stderr);
+    let to_stderr = match format {
+        LogFormat::Json => stderr.json().with_filter(ours(Level::INFO)).boxed(),
+        LogFormat::Text => stderr
+            .compact()
+            .without_time()
+            .with_level(false)
+            .with_target(false)
+            .with_filter(ours(Level::INFO))
+            .boxed(),
+    };
+    registry().with(to_file).with(to_stderr).init();
+}
+
+/// Logs a solver process: errors only, to standard error. What matters it says to the coupler.
+pub fn of_solver() {
+    registry()
+        .with(
+            layer()
+                .with_writer(std::io::stderr)
+                .with_filter(ours(Level::ERROR)),
+        )
+        .init();
+}

@@ -1,0 +1,155 @@
+//! `tandem run`: this process becomes the coupler.
+
+use std::io;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use coupler::launch::Start;
+use coupler::run::{RunOptions, run as run_scene};
+use coupler::rundir::RunDir;
+use coupler::scene::Scene;
+use coupler::summary::{Status, Summary};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
+
+use crate::cli::{LogFormat, RunArgs};
+use crate::{BAD_INPUT, logging, solvers};
+
+/// Runs a scene from the command line.
+pub fn run(args: &RunArgs) -> ExitCode {
+    let scene = match args.scene.load() {
+        Ok(scene) => scene,
+        Err(errors) => {
+            eprintln!("{errors}");
+            return ExitCode::from(BAD_INPUT);
+        }
+    };
+    let options = match options(args) {
+        Ok(options) => options,
+        Err(error) => return refuse(&error),
+    };
+    let out = args
+        .out
+        .clone()
+        .unwrap_or_else(|| default_out(&scene, args.scene.variant.as_deref()));
+    let dir = match RunDir::create(&out) {
+        Ok(dir) => dir,
+        Err(error) => return refuse(&error.to_string()),
+    };
+    match dir.log() {
+        Ok(file) => logging::of_run(file, args.log),
+        Err(error) => return refuse(&error.to_string()),
+    }
+    for id in interface::domain::sweep() {
+        tracing::info!("removed what the dead run {id} had left");
+    }
+    for warning in &scene.warnings {
+        tracing::warn!("{warning}");
+    }
+    tracing::info!(pid = std::process::id(), scene = scene.name, out = %out.display(), "coupler");
+    match run_scene(&scene, &options, &dir) {
+        Ok(summary) => {
+            if args.log == LogFormat::Text {
+                show(&summary);
+            }
+            println!("results in {}", out.display());
+            ExitCode::from(summary.status.exit_code())
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::from(Status::Failed.exit_code())
+        }
+    }
+}
+
+fn refuse(error: &str) -> ExitCode {
+    eprintln!("error: {error}");
+    ExitCode::from(BAD_INPUT)
+}
+
+fn default_out(scene: &Scene, variant: Option<&str>) -> PathBuf {
+    let mut name = scene.name.clone();
+    if let Some(variant) = variant {
+        name = format!("{name}-{variant}");
+    }
+    PathBuf::from("runs").join(name)
+}
+
+fn options(args: &RunArgs) -> Result<RunOptions, String> {
+    let (mpm, dem) = if args.in_process {
+        (
+            Start::Thread(solvers::mpm_thread),
+            Start::Thread(solvers::dem_thread),
+        )
+    } else {
+        (
+            process(args.mpm.as_deref(), "mpm")?,
+            process(args.dem.as_deref(), "dem")?,
+        )
+    };
+    let interrupt = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM] {
+        // The second signal does not wait for an orderly end.
+        flag::register_conditional_shutdown(
+            signal,
+            i32::from(Status::Interrupted.exit_code()),
+            interrupt.clone(),
+        )
+        .and_then(|_| flag::register(signal, interrupt.clone()))
+        .map_err(|e| format!("cannot handle signals: {e}"))?;
+    }
+    Ok(RunOptions {
+        mpm,
+        dem,
+        threads: args.threads.into(),
+        window: args.window,
+        progress: args.log == LogFormat::Text,
+        interrupt,
+    })
+}
+
+/// The command of a solver: the user's own, or this program again.
+fn process(command: Option<&str>, subcommand: &str) -> Result<Start, String> {
+    let command = match command {
+        Some(command) => shlex::split(command)
+            .filter(|words| !words.is_empty())
+            .ok_or(format!("--{subcommand}: not a command"))?,
+        None => {
+            let this = std::env::current_exe()
+                .map_err(|e: io::Error| format!("cannot find this program: {e}"))?;
+            vec![this.to_string_lossy().into_owned(), subcommand.to_string()]
+        }
+    };
+    Ok(Start::Process(command))
+}
+
+/// The result for people.
+fn show(summary: &Summary) {
+    if let Some(reason) = &summary.reason {
+        eprintln!("error: {reason}");
+    }
+    for check in &summary.checks {
+        let verdict = if check.pass { "pass" } else { "FAIL" };
+        println!(
+            "  {verdict}  {:<44} {:>13.6e}  expected {:.6e}  ({})",
+            check.name, check.value, check.reference, check.source
+        );
+    }
+    let bound: Vec<String> = summary
+        .dt_bound_by
+        .iter()
+        .map(|(name, steps)| format!("{name} {steps}"))
+        .collect();
+    println!(
+        "{}: {} steps to t = {:.6} s in {:.2} s; dt bound by: {}; momentum error {:.1e}, energy residual {:.1e}",
+        summary.scene,
+        summary.steps,
+        summary.time,
+        summary.wall_s,
+        bound.join(", "),
+        summary.momentum_error,
+        summary.energy.residual_max
+    );
+}
