@@ -1,0 +1,75 @@
+//! Every scene that comes with Tandem parses, in every variant, and says what a run would do.
+
+use std::path::{Path, PathBuf};
+
+use coupler::check::Recorder;
+use coupler::scene::Scene;
+
+fn scenes_below(directory: &Path, found: &mut Vec<PathBuf>) {
+    for entry in std::fs::read_dir(directory).expect("readable folder") {
+        let path = entry.expect("readable entry").path();
+        if path.is_dir() {
+            scenes_below(&path, found);
+        } else if path.extension().is_some_and(|e| e == "toml") {
+            found.push(path);
+        }
+    }
+}
+
+fn scenes() -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    scenes_below(&directory, &mut found);
+    found.sort();
+    found
+}
+
+fn load(file: &Path, variant: Option<&str>) -> Scene {
+    Scene::load(file, variant, &[])
+        .unwrap_or_else(|errors| panic!("{} {variant:?}\n{errors}", file.display()))
+}
+
+#[test]
+fn every_scene_parses_in_every_variant_and_plans() {
+    let files = scenes();
+    assert!(files.len() >= 8, "only {} scenes", files.len());
+    for file in files {
+        let scene = load(&file, None);
+        let stem = file.file_stem().expect("a file").to_string_lossy();
+        assert_eq!(scene.name, stem, "the name is that of the file");
+        assert!(!scene.about.is_empty(), "{stem} says what to look for");
+        assert!(!scene.checks.is_empty(), "{stem} has checks");
+        assert!(scene.variants.iter().any(|v| v == "quick"), "{stem} has a quick variant");
+        assert!(Recorder::new(&scene).header().len() > 1, "{stem} has columns");
+        for variant in &scene.variants {
+            let plan = load(&file, Some(variant)).plan();
+            assert!(plan.steps > 0.0 && plan.steps < 1e6, "{stem} {variant}\n{plan}");
+        }
+    }
+}
+
+#[test]
+fn every_scene_checks_momentum_and_energy() {
+    for file in scenes() {
+        let scene = load(&file, None);
+        for needed in ["momentum_error", "energy.residual_relative"] {
+            let has = |check: &coupler::check::Check| check.value.source() == needed;
+            assert!(scene.checks.iter().any(has), "{}: {needed}", scene.name);
+        }
+    }
+}
+
+#[test]
+fn the_resolved_scene_is_the_same_scene_again() {
+    let directory = tempfile::tempdir().expect("temporary directory");
+    for file in scenes() {
+        let first = load(&file, Some("quick"));
+        let again = directory.path().join("scene.toml");
+        std::fs::write(&again, &first.resolved_toml).expect("writable");
+        let second = load(&again, None);
+        assert_eq!(second.resolved_toml, first.resolved_toml, "{}", first.name);
+        assert_eq!(second.hash, first.hash);
+        assert_eq!((second.mpm, second.dem), (first.mpm, first.dem));
+        assert_eq!(second.time, first.time);
+    }
+}
