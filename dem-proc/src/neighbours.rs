@@ -182,10 +182,10 @@ impl BodyList {
             .collect();
         let tree = BoxTree::new(boxes.iter().copied());
         let free = |b: usize| bodies.fixed[b].motion == Motion::Free;
-        for i in 0..bodies.len() {
+        for (i, around) in boxes.iter().enumerate() {
             let mut found = std::mem::take(&mut self.found);
             found.clear();
-            tree.meeting(&boxes[i], &mut found);
+            tree.meeting(around, &mut found);
             for &j in found.iter().filter(|&&j| j as usize > i) {
                 if free(i) || free(j as usize) {
                     self.add_bodies(bodies, [i as u32, j], skin);

@@ -69,6 +69,15 @@ pub struct BodyContacts<L: Law> {
     built_with: Option<Reference>,
 }
 
+/// Overlap (eq. 38) of a vertex-edge pair, and its normal from the edge to the vertex.
+#[inline]
+fn overlap_of(bodies: &Bodies, pair: &VertexEdge) -> (f64, Vec2) {
+    let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
+    let at = |i: u32| bodies.outline[i as usize];
+    let (distance, normal) = vertex_edge(at(pair.vertex), at(pair.edge[0]), at(pair.edge[1]));
+    (v.radius + e.radius - distance, normal)
+}
+
 impl<L: Law> BodyContacts<L> {
     /// No list yet.
     pub fn new(law: L, skin: f64) -> Self {
@@ -95,13 +104,6 @@ impl<L: Law> BodyContacts<L> {
         self.history = carried.collect();
     }
 
-    fn overlap(&self, bodies: &Bodies, pair: &VertexEdge) -> (f64, Vec2) {
-        let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
-        let at = |i: u32| bodies.outline[i as usize];
-        let (distance, normal) = vertex_edge(at(pair.vertex), at(pair.edge[0]), at(pair.edge[1]));
-        (v.radius + e.radius - distance, normal)
-    }
-
     /// One pair: geometry, law, contact point.
     #[inline]
     fn pair(
@@ -112,7 +114,7 @@ impl<L: Law> BodyContacts<L> {
         k: usize,
     ) -> (Outcome, L::History) {
         let pair = &self.list.pairs[k];
-        let (overlap, normal) = self.overlap(bodies, pair);
+        let (overlap, normal) = overlap_of(bodies, pair);
         let mut outcome = Outcome::default();
         if overlap <= -closing {
             return (outcome, L::History::default());
@@ -239,7 +241,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
     fn energy(&self, bodies: &Bodies) -> f64 {
         let pairs = self.list.pairs.iter().zip(&self.next);
         pairs
-            .map(|(pair, history)| self.law.energy(self.overlap(bodies, pair).0, history))
+            .map(|(pair, history)| self.law.energy(overlap_of(bodies, pair).0, history))
             .sum()
     }
 

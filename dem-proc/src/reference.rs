@@ -33,14 +33,14 @@ fn forces(
     };
     for (slot, (info, state)) in set.iter().zip(states).enumerate() {
         let p = Vec2::from(state.position);
-        for b in 0..n {
+        for (b, wrench) in by_points.iter_mut().enumerate() {
             let near = nearest(bodies.outline_of(b), p);
             let overlap = bodies.state[b].radius + info.radius - near.distance;
             if overlap > 0.0 {
                 let away = (p - near.point).normalize() * near.distance.signum();
                 let f = away * (K * overlap);
                 on_points[slot] += f;
-                add(&mut by_points[b], -f, p, b); // frictionless: the line of the force passes through the point
+                add(wrench, -f, p, b); // frictionless: the line of the force passes through the point
             }
         }
     }

@@ -20,7 +20,10 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// The smallest box around `points`, of which there must be at least one.
+    /// The smallest box around `points`.
+    ///
+    /// # Panics
+    /// If there is no point: an assertion, since outlines are never empty.
     pub fn around(points: impl IntoIterator<Item = Vec2>) -> Self {
         let mut points = points.into_iter();
         let first = points.next().expect("a box has at least one point in it");

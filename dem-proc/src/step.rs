@@ -9,6 +9,7 @@ use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, Recor
 use crate::Sdem;
 use crate::configure::{System, configure};
 use crate::ledger::{Kick, Totals, measure};
+use crate::load::Load;
 
 impl DemSolver for Sdem {
     fn identity(&self) -> String {
@@ -111,7 +112,7 @@ impl System {
     }
 
     fn body_contact(&mut self, step: &Step) {
-        self.body_loads.fill(Default::default());
+        self.body_loads.fill(Load::default());
         if let Some(pairs) = &mut self.pairs {
             // Two surfaces come together by at most twice the largest speed times the step; the step may grow by a
             // tenth, and the kick may add speed: three times is ample.
@@ -123,7 +124,7 @@ impl System {
     }
 
     fn point_contact(&mut self, step: &Step, imps: &[ImpState], forces: &mut [ImpForce]) {
-        self.point_loads.fill(Default::default());
+        self.point_loads.fill(Load::default());
         self.points
             .evaluate(&self.bodies, imps, step.dt_before, &self.threads);
         self.points.gather(forces, &mut self.point_loads);
@@ -169,7 +170,7 @@ impl System {
                 .filter(|&(b, _)| free(b))
         };
         let pairs = self.pairs.as_ref();
-        let in_reach = |loads: &[crate::load::Load]| loads.iter().any(|load| load.in_reach);
+        let in_reach = |loads: &[Load]| loads.iter().any(|load| load.in_reach);
         let mut damping: f64 = 0.0;
         if in_reach(&self.point_loads) {
             damping = self.points.damping_ratio();

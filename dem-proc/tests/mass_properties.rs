@@ -4,6 +4,7 @@ mod common;
 
 use common::{Random, body, configured, scene, spring};
 use interface::config::{BodyInertia, BodyShape};
+use interface::solver::DemSolver;
 
 /// Area, centroid and polar moment about the centroid of what is within `a` of a closed outline or inside it:
 /// horizontal lines are cut exactly, and added by the midpoint rule.
@@ -112,7 +113,6 @@ fn a_thousand_random_shapes_agree_with_integration() {
         let mut config = body(shape, a);
         config.inertia = BodyInertia::Density(1.0);
         let mut dem = dem_proc::Sdem::default();
-        use interface::solver::DemSolver;
         if let Err(refusal) = dem.configure(&scene(vec![config], spring(1.0))) {
             assert!(refusal.key.ends_with("sphero_radius"), "{refusal}");
             continue; // too round for one of its notches
@@ -189,7 +189,6 @@ fn a_disc_a_rounded_segment_and_a_rounded_square_have_closed_forms() {
 
 #[test]
 fn a_notch_narrower_than_the_disc_is_refused_for_a_free_body_only() {
-    use interface::solver::DemSolver;
     let vertices = vec![
         [0., 0.],
         [3., 0.],

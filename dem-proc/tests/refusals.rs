@@ -26,13 +26,16 @@ fn refused_body(change: impl FnOnce(&mut BodyConfig)) -> (String, String) {
     ))
 }
 
+type Change = Box<dyn FnOnce(&mut BodyConfig)>;
+
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table")]
 fn every_bad_body_is_named() {
     let polygon = |vertices: &[[f64; 2]]| BodyShape::Polygon {
         vertices: vertices.to_vec(),
     };
     let bow_tie = polygon(&[[0., 0.], [1., 1.], [1., 0.], [0., 1.]]);
-    let rows: Vec<(&str, &str, Box<dyn FnOnce(&mut BodyConfig)>)> = vec![
+    let rows: Vec<(&str, &str, Change)> = vec![
         (
             "shape.polygon.vertices",
             "cross",
@@ -125,7 +128,7 @@ fn every_bad_body_is_named() {
             "driven",
             Box::new(|b| {
                 b.motion = Motion::Fixed;
-                b.spin = 1.0
+                b.spin = 1.0;
             }),
         ),
     ];

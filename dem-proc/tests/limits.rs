@@ -1,0 +1,111 @@
+//! The declared limits really are stable, and are not absurdly low (C07, C20).
+
+mod common;
+
+use common::*;
+use interface::config::{BodyConfig, BodyInertia, BodyShape};
+use interface::solver::DemSolver;
+
+/// Largest separation speed of points of mass `m` resting against a free disc of mass `big`, after many steps of
+/// `factor` times the limit composed as PHYSICS.md section 4: a small push grows without bound where unstable.
+fn growth(big: f64, count: usize, factor: f64) -> f64 {
+    let (k, m) = (1e6, 1.0);
+    let mut config = scene(vec![body(BodyShape::Disc, 1.0)], spring(k));
+    config.bodies[0].inertia = BodyInertia::Mass(big);
+    let depth = 0.02;
+    // Two groups on opposite sides press on the disc with constant forces, so that contacts never open.
+    let each: Vec<_> = (0..count)
+        .map(|i| {
+            (
+                info(i as u64, 0.05, m),
+                at(if i % 2 == 0 { 1.0 } else { -1.0 } * (1.05 - depth), 0.0),
+            )
+        })
+        .collect();
+    let mut points = Points::new(&each);
+    let mut dem = configured(&config);
+    dem.imp_set(&points.set);
+    let limits = points.step(&mut dem, &OPENING).limits;
+    let omega = (limits.contact_omega_sq + k / m).sqrt(); // the points' own share: k W_mpm, with W = 1/m
+    let dt = factor * 2.0 / omega;
+    points.states[0].velocity[0] += 1e-9;
+    let mut largest: f64 = 0.0;
+    for i in 0..4000 {
+        let step = step(if i == 0 { 0.0 } else { dt }, dt);
+        dem.contact(&step, &points.states, &mut points.forces)
+            .unwrap();
+        for (i, (state, force)) in points.states.iter_mut().zip(&points.forces).enumerate() {
+            let press = if i % 2 == 0 { -k * depth } else { k * depth };
+            state.velocity[0] += (force.force[0] + press) / m * step.kick();
+            state.position[0] += state.velocity[0] * dt;
+            largest = largest.max(state.velocity[0].abs());
+        }
+        dem.advance(&step).unwrap();
+    }
+    largest
+}
+
+#[test]
+fn a_step_at_the_declared_limit_is_stable_for_any_mass_ratio_and_number_of_points() {
+    for big in [1e-4, 1e-2, 1.0, 1e2, 1e4] {
+        for count in [2, 20, 200] {
+            let at_limit = growth(big, count, 0.95);
+            assert!(at_limit < 1e-6, "M/m = {big}, {count} points: {at_limit}");
+            let beyond = growth(big, count, 1.1);
+            assert!(
+                beyond > 1e-3,
+                "M/m = {big}, {count} points: the limit is too low, {beyond}"
+            );
+        }
+    }
+}
+
+#[test]
+fn four_times_the_stiffness_halves_the_limit_and_four_times_the_mass_doubles_it() {
+    let omega_sq = |k: f64, m: f64| {
+        let make = |x| BodyConfig {
+            inertia: BodyInertia::Mass(m),
+            position: [x, 0.0],
+            ..body(
+                BodyShape::Rectangle {
+                    width: 1.0,
+                    height: 1.0,
+                },
+                0.1,
+            )
+        };
+        let config = scene(vec![make(0.0), make(1.19)], spring(k));
+        let (_, _, answer) = forces(&config, 0.1, &[at(-0.65, 0.2)]);
+        (answer.limits.omega_sq, answer.limits.contact_omega_sq)
+    };
+    let (a, b) = omega_sq(1.0, 1.0);
+    assert!(a > 0.0 && b > 0.0);
+    let (c, d) = omega_sq(4.0, 4.0);
+    assert!((a - c).abs() < 1e-12 * a && (b - d).abs() < 1e-12 * b);
+    // Flush squares with aligned corners press with 8 k_n: at least the translation of the pair, 8 k (1/m + 1/m).
+    assert!(a >= 16.0, "{a}");
+}
+
+#[test]
+fn damping_and_readiness_are_declared() {
+    let law = interface::config::ContactLaw::Linear {
+        normal_stiffness: 7.0,
+        tangential_stiffness: 0.0,
+        friction: 0.0,
+        damping_ratio: 0.25,
+    };
+    let config = scene(
+        vec![body(BodyShape::Disc, 1.0), fixed(BodyShape::Disc, 1.0)],
+        law,
+    );
+    let mut dem = dem_proc::Sdem::default();
+    let ready = dem.configure(&config).unwrap();
+    assert_eq!(
+        (ready.items, ready.mass_min, ready.stiffness_max),
+        (2, 1.0, 7.0)
+    );
+    assert!(ready.bytes > 0 && ready.courant_time == 0.0);
+    let far = scene(vec![body(BodyShape::Disc, 1.0)], law);
+    assert_eq!(forces(&far, 0.1, &[at(3.0, 0.0)]).2.limits.damping, 0.0);
+    assert_eq!(forces(&far, 0.1, &[at(1.12, 0.0)]).2.limits.damping, 0.25);
+}
