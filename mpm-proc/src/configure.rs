@@ -1,0 +1,400 @@
+//! From a configuration to a solver that is ready: checks, filling, and the one choice of shape function, transfer and
+//! materials.
+
+use interface::config::{
+    MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, StressUpdate, Transfer as TransferConfig, Wall,
+};
+use interface::solver::{Readiness, Refusal};
+
+use crate::continuum::{Continuum, Scheme};
+use crate::fill::{Points, fill, refuse_overlap};
+use crate::grid::Grid;
+use crate::imps::Imps;
+use crate::lanes::LANES;
+use crate::limits::stiffest_place;
+use crate::material::{Constitutive, LinearElastic, MaterialPoints, Moduli};
+use crate::measure::Books;
+use crate::points::{Cloud, LaneCopy};
+use crate::shape::{CubicBspline, QuadraticBspline, Shape, Ugimp};
+use crate::threads::Threads;
+use crate::tiles::Geometry;
+use crate::transfer::{Apic, Blend, Flip, Pic, Transfer};
+use crate::walls::WallNodes;
+
+/// Cells along an axis beyond which tile numbers would no longer fit ([`crate::points`]).
+const CELLS_MAX: f64 = 1.0e9;
+
+/// Builds the solver.
+///
+/// # Errors
+/// A [`Refusal`] that names the key.
+pub fn build(config: &MpmConfig) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
+    let parts = Parts::new(config)?;
+    match (config.shape, config.transfer) {
+        (ShapeFunction::QuadraticBspline, t) => match t {
+            TransferConfig::Apic => parts.build(|_| QuadraticBspline, Apic),
+            _ => parts.with_plain_transfer(|_| QuadraticBspline),
+        },
+        (ShapeFunction::CubicBspline, t) => match t {
+            TransferConfig::Apic => parts.build(|_| CubicBspline, Apic),
+            _ => parts.with_plain_transfer(|_| CubicBspline),
+        },
+        (ShapeFunction::Ugimp, TransferConfig::Apic) => Err(Refusal::new(
+            "mpm.transfer",
+            "apic needs shape = \"quadratic_bspline\" or \"cubic_bspline\": with ugimp the inertia D_p of eq. 29 \
+             changes with the position and has no inverse where a box lies within one cell; use flip, pic or blend",
+        )),
+        (ShapeFunction::Ugimp, _) => {
+            let cell = config.cell;
+            parts.with_plain_transfer(move |p: &Points| Ugimp::new(p.sides.map(|s| (0.5 * s / cell).min(0.5))))
+        }
+        (ShapeFunction::Linear, _) => Err(Refusal::new(
+            "mpm.shape",
+            "linear is not available: its step limit has no bound; use ugimp",
+        )),
+    }
+}
+
+/// What does not depend on shape function and transfer.
+struct Parts<'a> {
+    config: &'a MpmConfig,
+    geometry: Geometry,
+    points: Vec<Points>,
+    threads: Threads,
+    notes: Vec<String>,
+}
+
+impl<'a> Parts<'a> {
+    fn new(config: &'a MpmConfig) -> Result<Self, Refusal> {
+        let geometry = geometry(config)?;
+        check_scalars(config)?;
+        check_choices(config)?;
+        let mut notes = Vec::new();
+        let mut points = Vec::new();
+        for (g, group) in config.groups.iter().enumerate() {
+            let key = format!("mpm.groups[{g}]");
+            if group.material >= config.materials.len() {
+                return Err(Refusal::new(
+                    format!("{key}.material"),
+                    format!("there is no material number {}", group.material),
+                ));
+            }
+            if !group.velocity.iter().all(|v| v.is_finite()) {
+                return Err(Refusal::new(
+                    format!("{key}.velocity"),
+                    format!("{:?} m/s is not finite", group.velocity),
+                ));
+            }
+            let filled = fill(group, &geometry, &key)?;
+            check_box(config, &filled, &key)?;
+            note_area(&mut notes, &group.name, &filled);
+            note_radius(&mut notes, config, g, &filled);
+            points.push(filled);
+        }
+        refuse_overlap(&config.groups, &points)?;
+        let threads = Threads::new(config.threads)
+            .map_err(|e| Refusal::new("mpm.threads", format!("{} threads: {e}", config.threads)))?;
+        Ok(Self {
+            config,
+            geometry,
+            points,
+            threads,
+            notes,
+        })
+    }
+
+    fn with_plain_transfer<const W: usize, S: Shape<W>>(
+        self,
+        shape: impl Fn(&Points) -> S,
+    ) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
+        match self.config.transfer {
+            TransferConfig::Pic => self.build(shape, Pic),
+            TransferConfig::Flip => self.build(shape, Flip),
+            TransferConfig::Blend { pic_fraction } => self.build(shape, Blend { pic_fraction }),
+            TransferConfig::Apic | TransferConfig::Xpic { .. } => Err(Refusal::new(
+                "mpm.transfer",
+                "xpic is not available; use apic, flip, pic or blend",
+            )),
+        }
+    }
+
+    fn build<const W: usize, S: Shape<W>, T: Transfer>(
+        self,
+        shape: impl Fn(&Points) -> S,
+        transfer: T,
+    ) -> Result<(Box<dyn Scheme>, Readiness), Refusal>
+    where
+        T::Affine: LaneCopy,
+    {
+        let mut clouds = Vec::new();
+        let mut first_id = 0;
+        for (group, points) in self.config.groups.iter().zip(&self.points) {
+            let material = &self.config.materials[group.material];
+            let blocks = points.positions.len().div_ceil(LANES);
+            let volume = points.box_area();
+            clouds.push(Cloud::new(
+                shape(points),
+                constitutive::<W, S>(&material.model, material.density, blocks),
+                [
+                    material.density * volume,
+                    volume,
+                    group.contact_radius.unwrap_or_else(|| half_spacing(points)),
+                ],
+                first_id,
+                &points.positions,
+                group.velocity,
+            ));
+            first_id += points.positions.len() as u64;
+        }
+        let walls = WallNodes::new(&self.config.walls, self.geometry.cells);
+        let mut continuum = Continuum {
+            grid: Grid::new(self.geometry, self.config.gravity, walls),
+            transfer,
+            imps: Imps {
+                skin: self.config.skin,
+                ..Imps::default()
+            },
+            touches: Vec::new(),
+            loaded: Vec::new(),
+            books: Books::default(),
+            threads: self.threads,
+            drift: 0.0,
+            clouds,
+        };
+        continuum.sort();
+        let courant_time = continuum
+            .clouds
+            .iter()
+            .map(|c| self.geometry.cell / c.material.sound_speed())
+            .fold(f64::INFINITY, f64::min);
+        let omega_sq = continuum
+            .clouds
+            .iter()
+            .map(|c| stiffest_place(&c.shape) * c.material.initial_stiffness())
+            .fold(0.0, f64::max)
+            / (self.geometry.cell * self.geometry.cell);
+        let mut notes = self.notes;
+        if omega_sq > 0.0 {
+            notes.push(format!(
+                "stable without contact up to dt = {:.3e} s at the initial density",
+                2.0 / omega_sq.sqrt()
+            ));
+        }
+        let readiness = Readiness {
+            items: first_id,
+            bytes: continuum.bytes() as u64,
+            courant_time: if courant_time.is_finite() { courant_time } else { 0.0 },
+            mass_min: continuum
+                .clouds
+                .iter()
+                .map(|c| c.mass)
+                .reduce(f64::min)
+                .unwrap_or(0.0),
+            stiffness_max: 0.0,
+            notes,
+        };
+        Ok((Box::new(continuum), readiness))
+    }
+}
+
+fn constitutive<const W: usize, S: Shape<W>>(
+    model: &MaterialModel,
+    density: f64,
+    blocks: usize,
+) -> Box<dyn Constitutive<W, S>> {
+    match *model {
+        MaterialModel::LinearElastic {
+            bulk_modulus,
+            shear_modulus,
+        } => Box::new(MaterialPoints::new(
+            LinearElastic(Moduli {
+                bulk: bulk_modulus,
+                shear: shear_modulus,
+                density,
+            }),
+            blocks,
+        )),
+        _ => unreachable!("refused by check_choices"),
+    }
+}
+
+fn half_spacing(points: &Points) -> f64 {
+    0.5 * points.sides[0].min(points.sides[1])
+}
+
+fn geometry(config: &MpmConfig) -> Result<Geometry, Refusal> {
+    let [lower, upper] = config.domain;
+    let refuse = |key: &str, message: String| Err(Refusal::new(key, message));
+    if !(config.cell.is_finite() && config.cell > 0.0) {
+        return refuse("mpm.cell", format!("{} m must be above 0", config.cell));
+    }
+    let mut cells = [0_i64; 2];
+    for a in 0..2 {
+        let axis = ["x", "y"][a];
+        let size = upper[a] - lower[a];
+        if !(size.is_finite() && size > 0.0) {
+            return refuse(
+                "mpm.domain",
+                format!("from {} to {} m along {axis} is not an interval", lower[a], upper[a]),
+            );
+        }
+        let exact = size / config.cell;
+        let count = exact.round();
+        if count > CELLS_MAX {
+            return refuse(
+                "mpm.domain",
+                format!("{exact:.3e} cells along {axis}; at most {CELLS_MAX:.0e} can be numbered"),
+            );
+        }
+        // The scene writes decimals, whose quotient is whole only up to rounding.
+        if count < 1.0 || (exact - count).abs() > 1e-6 {
+            let cell = size / count.max(1.0);
+            return refuse(
+                "mpm.domain",
+                format!(
+                    "{size} m along {axis} is not a whole number of cells of {} m ({exact:.6}); make it {} m, or the cell {cell} m",
+                    config.cell,
+                    count.max(1.0) * config.cell
+                ),
+            );
+        }
+        cells[a] = count as i64;
+    }
+    Ok(Geometry {
+        lower,
+        upper,
+        cells,
+        cell: config.cell,
+    })
+}
+
+fn check_scalars(config: &MpmConfig) -> Result<(), Refusal> {
+    if !config.gravity.iter().all(|g| g.is_finite()) {
+        return Err(Refusal::new("mpm.gravity", format!("{:?} m/s^2 is not finite", config.gravity)));
+    }
+    if !(config.skin.is_finite() && config.skin >= 0.0) {
+        return Err(Refusal::new("mpm.skin", format!("{} m must be 0 or more", config.skin)));
+    }
+    if let TransferConfig::Blend { pic_fraction } = config.transfer
+        && !(0.0..=1.0).contains(&pic_fraction)
+    {
+        return Err(Refusal::new(
+            "mpm.transfer.blend.pic_fraction",
+            format!("{pic_fraction} must lie between 0 (FLIP) and 1 (PIC)"),
+        ));
+    }
+    for (i, material) in config.materials.iter().enumerate() {
+        if !(material.density.is_finite() && material.density > 0.0) {
+            return Err(Refusal::new(
+                format!("mpm.materials[{i}].density"),
+                format!("{} kg/m^3 must be above 0", material.density),
+            ));
+        }
+        check_moduli(&material.model, &format!("mpm.materials[{i}].model"))?;
+    }
+    for (g, group) in config.groups.iter().enumerate() {
+        if let Some(radius) = group.contact_radius
+            && !(radius.is_finite() && radius > 0.0)
+        {
+            return Err(Refusal::new(
+                format!("mpm.groups[{g}].contact_radius"),
+                format!("{radius} m must be above 0"),
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn check_moduli(model: &MaterialModel, key: &str) -> Result<(), Refusal> {
+    let positive = |name: &str, value: f64| {
+        if value.is_finite() && value > 0.0 {
+            Ok(())
+        } else {
+            Err(Refusal::new(
+                format!("{key}.{name}"),
+                format!("{value} must be above 0"),
+            ))
+        }
+    };
+    match *model {
+        MaterialModel::LinearElastic {
+            bulk_modulus,
+            shear_modulus,
+        } => {
+            positive("bulk_modulus", bulk_modulus)?;
+            positive("shear_modulus", shear_modulus)
+        }
+        _ => Err(Refusal::new(key, "only linear_elastic is available")),
+    }
+}
+
+fn check_choices(config: &MpmConfig) -> Result<(), Refusal> {
+    if config.stress_update != StressUpdate::Usf {
+        return Err(Refusal::new("mpm.stress_update", "only usf is available"));
+    }
+    if config.plane != Plane::Strain {
+        return Err(Refusal::new("mpm.plane", "only strain is available"));
+    }
+    let walls = &config.walls;
+    for (name, wall) in [
+        ("left", walls.left),
+        ("right", walls.right),
+        ("bottom", walls.bottom),
+        ("top", walls.top),
+    ] {
+        if matches!(wall, Wall::Friction { .. } | Wall::Periodic) {
+            return Err(Refusal::new(
+                format!("mpm.walls.{name}"),
+                "only open, fixed and slip are available",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Boxes of uGIMP wider than a cell would reach four nodes.
+fn check_box(config: &MpmConfig, points: &Points, key: &str) -> Result<(), Refusal> {
+    let widest = points.sides[0].max(points.sides[1]);
+    if config.shape == ShapeFunction::Ugimp && widest > config.cell * (1.0 + 1e-9) {
+        return Err(Refusal::new(
+            format!("{key}.spacing"),
+            format!(
+                "ugimp needs boxes no wider than a cell: a spacing of {widest} m exceeds the cell of {} m",
+                config.cell
+            ),
+        ));
+    }
+    Ok(())
+}
+
+fn note_area(notes: &mut Vec<String>, name: &str, points: &Points) {
+    if let Some(area) = points.area {
+        let filled = points.positions.len() as f64 * points.box_area();
+        let error = filled / area - 1.0;
+        if error.abs() > 1e-12 {
+            notes.push(format!(
+                "group '{name}': {} points, area off by {:+.3} %",
+                points.positions.len(),
+                100.0 * error
+            ));
+        }
+    }
+}
+
+/// Jiang 2020 eq. 45, as a check that warns.
+fn note_radius(notes: &mut Vec<String>, config: &MpmConfig, group: usize, points: &Points) {
+    let Some(radius) = config.groups[group].contact_radius else {
+        return;
+    };
+    let per_cell = match config.groups[group].spacing {
+        Spacing::PerCell(n) => f64::from(n),
+        _ => config.cell * config.cell / points.box_area(),
+    };
+    let low = config.cell / per_cell.sqrt();
+    if radius < low || radius > config.cell {
+        notes.push(format!(
+            "group '{}': contact radius {radius} m lies outside {low:.3e} ... {:.3e} m (Jiang 2020 eq. 45)",
+            config.groups[group].name, config.cell
+        ));
+    }
+}

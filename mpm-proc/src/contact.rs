@@ -1,0 +1,131 @@
+//! Contact forces of bodies on the nodes (Jiang 2020 eq. 47), and what they cost of the step.
+
+use interface::solver::Fault;
+use interface::wire::ImpForce;
+
+use crate::continuum::Continuum;
+use crate::grid::owner;
+use crate::lanes::LANES;
+use crate::points::LaneCopy;
+use crate::shape::Shape;
+use crate::tiles::pitch;
+use crate::transfer::Transfer;
+
+/// A node that a loaded point touches.
+#[derive(Debug, Clone, Copy)]
+pub struct Touch {
+    tile: u32,
+    node: u32,
+    /// `S_Ip`.
+    weight: f64,
+}
+
+/// What contact adds to the largest squared frequency.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct ContactLoad {
+    /// Bound of `lambda_max(S k S^T M^-1)` in 1/s^2.
+    pub omega_sq: f64,
+    /// Largest stiffness on a point in N/m.
+    pub stiffness: f64,
+}
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
+where
+    T::Affine: LaneCopy,
+{
+    /// Adds `f_I^cont = sum_p f_p S_Ip` to the nodes.
+    ///
+    /// The frequency is Gershgorin's bound, `max_p sum_I S_Ip s_I / m_I` with `s_I = sum_q k_q S_Iq` over the points
+    /// with stiffness (PHYSICS.md section 4).
+    pub fn apply_contact(&mut self, forces: &[ImpForce]) -> Result<ContactLoad, Fault> {
+        self.clear_contact();
+        self.imps.forces.clear();
+        self.imps.forces.extend_from_slice(forces);
+        if forces.is_empty() {
+            return Ok(ContactLoad::default());
+        }
+        if forces.len() != self.imps.members.len() {
+            return Err(Fault::Other(format!(
+                "{} contact forces came for {} identified material points",
+                forces.len(),
+                self.imps.members.len()
+            )));
+        }
+        for slot in 0..forces.len() {
+            self.touch(slot)?;
+        }
+        let mut load = ContactLoad::default();
+        for (slot, touches) in self.touches.chunks_exact(W * W).enumerate() {
+            let stiffness = self.loaded[slot];
+            if stiffness > 0.0 {
+                let sum: f64 = touches
+                    .iter()
+                    .map(|t| {
+                        let mass = self.grid.tiles[t.tile as usize].mass[t.node as usize];
+                        let shared = self.grid.contact[t.tile as usize].stiffness[t.node as usize];
+                        // A weight so small that the mass underflowed carries nothing.
+                        if mass > 0.0 { t.weight * shared / mass } else { 0.0 }
+                    })
+                    .sum();
+                load.omega_sq = load.omega_sq.max(sum);
+                load.stiffness = load.stiffness.max(stiffness);
+            }
+        }
+        Ok(load)
+    }
+
+    /// Spreads the force on one slot, if there is any, or a body near enough to press.
+    fn touch(&mut self, slot: usize) -> Result<(), Fault> {
+        let ImpForce { force, stiffness } = self.imps.forces[slot];
+        if force == [0.0; 2] && stiffness == 0.0 {
+            return Ok(());
+        }
+        let member = self.imps.members[slot];
+        let cloud = &self.clouds[member.cloud as usize];
+        if !(force[0].is_finite() && force[1].is_finite() && stiffness.is_finite()) {
+            return Err(Fault::NotFinite {
+                what: "contact force".into(),
+                item: format!("point {}", cloud.first_id + u64::from(member.local)),
+            });
+        }
+        let lane = cloud.lane_of[member.local as usize] as usize;
+        let tile = cloud.tile_of_lane(lane);
+        let place = tile.frame.locate(&cloud.x[lane / LANES], pitch(W));
+        let k = lane % LANES;
+        let s = [0, 1].map(|a| {
+            cloud
+                .shape
+                .weights(a, place.d[a])
+                .map(|w| w.as_array()[k])
+        });
+        for j in 0..W {
+            for i in 0..W {
+                let weight = s[0][i] * s[1][j];
+                let (tile, node) = owner::<W>(tile, place.base[k] + j * pitch(W) + i);
+                let nodes = &mut self.grid.contact[tile];
+                for a in 0..2 {
+                    nodes.force[node][a] += weight * force[a];
+                }
+                nodes.stiffness[node] += weight * stiffness;
+                self.touches.push(Touch {
+                    tile: tile as u32,
+                    node: node as u32,
+                    weight,
+                });
+            }
+        }
+        self.loaded.push(stiffness);
+        Ok(())
+    }
+
+    /// Forgets the forces of the step before. Sorting has already forgotten those of nodes that are no more.
+    fn clear_contact(&mut self) {
+        for t in self.touches.drain(..) {
+            if let Some(nodes) = self.grid.contact.get_mut(t.tile as usize) {
+                nodes.force[t.node as usize] = [0.0; 2];
+                nodes.stiffness[t.node as usize] = 0.0;
+            }
+        }
+        self.loaded.clear();
+    }
+}

@@ -1,0 +1,214 @@
+//! The continuum: clouds of points over one grid, for one shape function and one transfer.
+
+use interface::solver::{Fault, MpmMeasurement};
+use interface::wire::{EnvelopeVertex, ImpInfo, ImpState, PointState};
+
+use crate::contact::Touch;
+
+use crate::grid::Grid;
+use crate::imps::Imps;
+use crate::lanes::LANES;
+use crate::measure::Books;
+use crate::points::{Cloud, LaneCopy, NO_POINT};
+use crate::shape::Shape;
+use crate::threads::Threads;
+use crate::transfer::Transfer;
+
+/// Share of a cell that points may have moved before they are sorted again: just below the margin of a tile's window,
+/// so that rounding cannot carry one over it.
+const SORT_AFTER: f64 = 0.99;
+
+/// The whole state of the solver.
+pub struct Continuum<const W: usize, S: Shape<W>, T: Transfer>
+where
+    T::Affine: LaneCopy,
+{
+    /// One cloud for each group of the configuration.
+    pub clouds: Vec<Cloud<W, S, T::Affine>>,
+    /// The grid.
+    pub grid: Grid,
+    /// Transfer scheme.
+    pub transfer: T,
+    /// The identified material points.
+    pub imps: Imps,
+    /// Nodes that the loaded points of the present step touch, and the stiffness on each such point.
+    pub touches: Vec<Touch>,
+    /// Stiffness on each of those points in N/m.
+    pub loaded: Vec<f64>,
+    /// Sums that go on through the run, and the last measurement.
+    pub books: Books,
+    /// Threads.
+    pub threads: Threads,
+    /// Upper bound of the displacement of any point since points were last sorted, in m.
+    pub drift: f64,
+}
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
+where
+    T::Affine: LaneCopy,
+{
+    /// Sorts the points and lays out the grid, if they could have left their tiles' windows.
+    pub fn keep_sorted(&mut self) {
+        if self.drift > SORT_AFTER * self.grid.geometry.cell {
+            self.sort();
+        }
+    }
+
+    /// Sorts the points and lays out the grid.
+    pub fn sort(&mut self) {
+        for cloud in &mut self.clouds {
+            cloud.sort(&self.grid.geometry);
+        }
+        self.grid.cover(&mut self.clouds);
+        self.drift = 0.0;
+    }
+
+    /// Longest list of tiles that one thread keeps to itself.
+    pub fn grain(&self) -> usize {
+        self.threads
+            .grain(self.clouds.iter().map(|c| c.tiles.len()).max().unwrap_or(0))
+    }
+
+    /// Looks at what moving the points reported: counts their drift, and refuses what is not finite or outside.
+    pub fn check_points(&mut self, dt: f64) -> Result<(), Fault> {
+        let closed = self.grid.walls.closed();
+        let (lower, upper) = (self.grid.geometry.lower, self.grid.geometry.upper);
+        // A wall that holds its nodes lets a point come closer than its nodes do, by less than a cell.
+        let slack = |axis: usize, end: usize| {
+            if closed[axis][end] {
+                self.grid.geometry.cell
+            } else {
+                0.0
+            }
+        };
+        let lower = [lower[0] - slack(0, 0), lower[1] - slack(1, 0)];
+        let upper = [upper[0] + slack(0, 1), upper[1] + slack(1, 1)];
+        let mut speed_sq: f64 = 0.0;
+        for cloud in &self.clouds {
+            for (tile, report) in cloud.tiles.iter().zip(&cloud.reports) {
+                let inside =
+                    (0..2).all(|a| report.lower[a] >= lower[a] && report.upper[a] <= upper[a]);
+                if !report.sum.is_finite() || !inside {
+                    for block in tile.first..tile.first + tile.blocks {
+                        for k in 0..LANES {
+                            cloud.check_point(block * LANES + k, lower, upper)?;
+                        }
+                    }
+                }
+                speed_sq = speed_sq.max(report.speed_sq);
+            }
+        }
+        let moved = speed_sq.sqrt() * dt;
+        self.drift += moved;
+        self.imps.travel += moved;
+        Ok(())
+    }
+}
+
+impl<const W: usize, S: Shape<W>, A: crate::transfer::AffineState + LaneCopy> Cloud<W, S, A> {
+    fn check_point(&self, lane: usize, lower: [f64; 2], upper: [f64; 2]) -> Result<(), Fault> {
+        let local = self.ids[lane / LANES][lane % LANES];
+        if local == NO_POINT {
+            return Ok(());
+        }
+        let id = self.first_id + u64::from(local);
+        let [x, v] = [self.position(lane), self.velocity(lane)];
+        let quantity = [(v, "velocity"), (x, "position")]
+            .into_iter()
+            // Squares that overflow are as good as infinite: no kinetic energy could be told.
+            .find(|(q, _)| !(q[0] * q[0] + q[1] * q[1]).is_finite());
+        if let Some((_, what)) = quantity {
+            return Err(Fault::NotFinite {
+                what: what.into(),
+                item: format!("point {id}"),
+            });
+        }
+        if (0..2).any(|a| x[a] < lower[a] || x[a] > upper[a]) {
+            return Err(Fault::LeftDomain {
+                id,
+                x: x[0],
+                y: x[1],
+            });
+        }
+        Ok(())
+    }
+}
+
+/// What the solver asks of a continuum, whatever its shape function and transfer.
+pub trait Scheme: Send {
+    /// One step.
+    fn step(
+        &mut self,
+        step: &interface::step::Step,
+        contact: &mut dyn interface::solver::ContactForces,
+    ) -> Result<interface::wire::Limits, Fault>;
+
+    /// Chooses the IMPs anew.
+    fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo];
+
+    /// Largest displacement since the last selection in m.
+    fn travel(&self) -> f64;
+
+    /// States of the IMPs.
+    fn imp_states(&mut self) -> &[ImpState];
+
+    /// The last measurement.
+    fn measurement(&self) -> &MpmMeasurement;
+
+    /// All points by id.
+    fn points(&self) -> Vec<PointState>;
+
+    /// Bytes of memory in use.
+    fn bytes(&self) -> usize;
+}
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Continuum<W, S, T>
+where
+    T::Affine: LaneCopy,
+{
+    fn step(
+        &mut self,
+        step: &interface::step::Step,
+        contact: &mut dyn interface::solver::ContactForces,
+    ) -> Result<interface::wire::Limits, Fault> {
+        Continuum::step(self, step, contact)
+    }
+
+    fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo] {
+        self.imps.select(&self.clouds, envelopes);
+        if !self.imps.infos.is_empty() && self.grid.contact.is_empty() {
+            self.grid.hold_contact();
+        }
+        &self.imps.infos
+    }
+
+    fn travel(&self) -> f64 {
+        self.imps.travel
+    }
+
+    fn imp_states(&mut self) -> &[ImpState] {
+        self.imps.refresh(&self.clouds);
+        &self.imps.states
+    }
+
+    fn measurement(&self) -> &MpmMeasurement {
+        &self.books.measurement
+    }
+
+    fn points(&self) -> Vec<PointState> {
+        let point = |cloud: &Cloud<W, S, T::Affine>, (i, &lane): (usize, &u32)| PointState {
+            id: cloud.first_id + i as u64,
+            position: cloud.position(lane as usize),
+            velocity: cloud.velocity(lane as usize),
+        };
+        self.clouds
+            .iter()
+            .flat_map(|c| c.lane_of.iter().enumerate().map(move |l| point(c, l)))
+            .collect()
+    }
+
+    fn bytes(&self) -> usize {
+        let nodes = size_of::<crate::grid::NodeTile>() * self.grid.tiles.capacity();
+        nodes + self.clouds.iter().map(Cloud::bytes).sum::<usize>()
+    }
+}

@@ -1,0 +1,326 @@
+//! The occupied part of the grid: the node tiles that some point's window reaches.
+
+use crate::lanes::{Lanes, ZERO};
+use crate::points::{Cloud, LaneCopy, Tile};
+use crate::shape::Shape;
+use crate::threads::over_items;
+use crate::tiles::{Geometry, TILE, WINDOW_MAX, pitch, runs};
+use crate::transfer::AffineState;
+use crate::walls::WallNodes;
+
+/// Nodes of a tile.
+pub const NODES: usize = TILE * TILE;
+
+/// Below this mass (kg/m) a node counts as empty. Far below any mass that a shape function can give while its
+/// quotients keep their digits.
+const EMPTY: f64 = 1e-250;
+
+/// A tile of nodes.
+#[derive(Debug, Clone)]
+pub struct NodeTile {
+    /// Which tile of the grid.
+    pub at: [i32; 2],
+    /// Number in [`Grid::tiles`].
+    pub index: usize,
+    /// First of the windows that overlap it, in the grid's list.
+    first: u32,
+    /// How many do.
+    count: u32,
+    /// Whether a condition of a wall acts on one of its nodes.
+    pub walled: bool,
+    /// `m_I` in kg/m.
+    pub mass: [f64; NODES],
+    /// `v_I^{n-1/2}` in m/s, walls obeyed.
+    pub before: [[f64; 2]; NODES],
+    /// `v_I^{n+1/2}` in m/s.
+    pub after: [[f64; 2]; NODES],
+    /// Impulse of the walls in the present step, as the points feel it, in N s/m.
+    pub wall_impulse: [f64; 2],
+    /// Work of wall friction in the present step in J/m.
+    pub friction_work: f64,
+}
+
+/// The window of a cloud's tile that overlaps a node tile.
+#[derive(Debug, Clone, Copy)]
+struct Overlap {
+    cloud: u32,
+    tile: u32,
+    /// Which run of the window lies in the node tile, along x and y.
+    run: [u8; 2],
+}
+
+/// What bodies do to the nodes.
+#[derive(Debug, Clone)]
+pub struct ContactNodes {
+    /// `f_I^cont` in N/m (eq. 47).
+    pub force: [[f64; 2]; NODES],
+    /// `sum_p k_p S_Ip` in N/m per m.
+    pub stiffness: [f64; NODES],
+}
+
+impl ContactNodes {
+    /// Nothing.
+    pub const NONE: Self = Self {
+        force: [[0.0; 2]; NODES],
+        stiffness: [0.0; NODES],
+    };
+}
+
+/// The occupied part of the grid.
+#[derive(Debug)]
+pub struct Grid {
+    /// The regular grid that it is part of.
+    pub geometry: Geometry,
+    /// Acceleration of gravity in m/s^2.
+    pub gravity: [f64; 2],
+    /// Conditions on the walls.
+    pub walls: WallNodes,
+    /// Node tiles by row and column.
+    pub tiles: Vec<NodeTile>,
+    /// Contact of each node tile, or nothing where there are no IMPs.
+    pub contact: Vec<ContactNodes>,
+    overlaps: Vec<Overlap>,
+}
+
+impl Grid {
+    /// A grid without tiles.
+    pub fn new(geometry: Geometry, gravity: [f64; 2], walls: WallNodes) -> Self {
+        Self {
+            geometry,
+            gravity,
+            walls,
+            tiles: Vec::new(),
+            contact: Vec::new(),
+            overlaps: Vec::new(),
+        }
+    }
+
+    /// Lays out node tiles under the windows of all clouds, and tells the clouds' tiles which they are.
+    pub fn cover<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
+        &mut self,
+        clouds: &mut [Cloud<W, S, A>],
+    ) {
+        let mut wanted: Vec<([i32; 2], Overlap)> = Vec::new();
+        for (c, cloud) in clouds.iter().enumerate() {
+            for tile in &cloud.tiles {
+                for (i, run) in RUNS_AROUND.iter().enumerate() {
+                    let (dx, dy) = (i as i32 % 3 - 1, i as i32 / 3 - 1);
+                    wanted.push((
+                        [tile.at[1] + dy, tile.at[0] + dx],
+                        Overlap {
+                            cloud: c as u32,
+                            tile: tile.index as u32,
+                            run: *run,
+                        },
+                    ));
+                }
+            }
+        }
+        wanted.sort_unstable_by_key(|(at, o)| (*at, o.cloud, o.tile));
+        self.tiles.clear();
+        self.overlaps.clear();
+        for group in wanted.chunk_by(|a, b| a.0 == b.0) {
+            let at = [group[0].0[1], group[0].0[0]];
+            let number = self.tiles.len() as u32;
+            for (_, overlap) in group {
+                let around = usize::from(overlap.run[1]) * 3 + usize::from(overlap.run[0]);
+                clouds[overlap.cloud as usize].tiles[overlap.tile as usize].around[around] = number;
+            }
+            self.tiles.push(NodeTile {
+                at,
+                index: self.tiles.len(),
+                first: self.overlaps.len() as u32,
+                count: group.len() as u32,
+                walled: self.walls.touch(first_node(at)),
+                mass: [0.0; NODES],
+                before: [[0.0; 2]; NODES],
+                after: [[0.0; 2]; NODES],
+                wall_impulse: [0.0; 2],
+                friction_work: 0.0,
+            });
+            self.overlaps.extend(group.iter().map(|(_, o)| *o));
+        }
+        if !self.contact.is_empty() {
+            self.contact.clear();
+            self.hold_contact();
+        }
+    }
+
+    /// Makes room for the contact of bodies.
+    pub fn hold_contact(&mut self) {
+        self.contact.resize(self.tiles.len(), ContactNodes::NONE);
+    }
+
+    /// Sums mass and momentum over the clouds' windows, in their order, and obeys the walls (eqs. 18 to 20).
+    ///
+    /// `pic_fraction` is the share of the momentum taken away here that the points will feel.
+    pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
+        &mut self,
+        grain: usize,
+        clouds: &[Cloud<W, S, A>],
+        pic_fraction: f64,
+    ) {
+        let (walls, overlaps) = (&self.walls, &self.overlaps);
+        over_items(grain, &mut self.tiles, &|tile: &mut NodeTile| {
+            let mut sum = [ZERO; NODES];
+            for o in tile.overlapping(overlaps) {
+                let cloud = &clouds[o.cloud as usize];
+                add_window::<W, Lanes>(&mut sum, &cloud.mass_momentum, o, |a, b| *a += *b);
+            }
+            tile.wall_impulse = [0.0; 2];
+            tile.friction_work = 0.0;
+            for (i, sum) in sum.iter().enumerate() {
+                let [mass, px, py, _] = sum.to_array();
+                tile.mass[i] = mass;
+                tile.before[i] = if mass > EMPTY {
+                    [px / mass, py / mass]
+                } else {
+                    [0.0; 2]
+                };
+            }
+            if tile.walled {
+                let origin = first_node(tile.at);
+                for i in 0..NODES {
+                    let held = walls.hold(node(origin, i), tile.before[i]);
+                    for a in 0..2 {
+                        tile.wall_impulse[a] +=
+                            pic_fraction * tile.mass[i] * (held[a] - tile.before[i][a]);
+                    }
+                    tile.before[i] = held;
+                }
+            }
+        });
+    }
+
+    /// `v_I^{n+1/2} = v_I^{n-1/2} + (f_I^int + f_I^cont + m_I g) / m_I kick`, walls obeyed (eqs. 17, 48).
+    pub fn update<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
+        &mut self,
+        grain: usize,
+        clouds: &[Cloud<W, S, A>],
+        kick: f64,
+    ) {
+        let (walls, overlaps, gravity) = (&self.walls, &self.overlaps, self.gravity);
+        let contact = &self.contact;
+        over_items(grain, &mut self.tiles, &|tile: &mut NodeTile| {
+            let mut force = [[0.0; 2]; NODES];
+            for o in tile.overlapping(overlaps) {
+                let cloud = &clouds[o.cloud as usize];
+                add_window::<W, [f64; 2]>(&mut force, &cloud.force, o, |a, b| {
+                    a[0] += b[0];
+                    a[1] += b[1];
+                });
+            }
+            if let Some(contact) = contact.get(tile.index) {
+                for (f, c) in force.iter_mut().zip(&contact.force) {
+                    f[0] += c[0];
+                    f[1] += c[1];
+                }
+            }
+            for i in 0..NODES {
+                let mass = tile.mass[i];
+                tile.after[i] = if mass > EMPTY {
+                    [0, 1].map(|a| tile.before[i][a] + (force[i][a] / mass + gravity[a]) * kick)
+                } else {
+                    [0.0; 2]
+                };
+            }
+            if tile.walled {
+                let origin = first_node(tile.at);
+                for i in 0..NODES {
+                    let free = tile.after[i];
+                    let held = walls.hold(node(origin, i), free);
+                    for a in 0..2 {
+                        tile.wall_impulse[a] += tile.mass[i] * (held[a] - free[a]);
+                    }
+                    tile.after[i] = held;
+                }
+            }
+        });
+    }
+}
+
+impl NodeTile {
+    fn overlapping<'a>(&self, overlaps: &'a [Overlap]) -> &'a [Overlap] {
+        &overlaps[self.first as usize..(self.first + self.count) as usize]
+    }
+}
+
+/// For each of the 3 x 3 node tiles around a tile, row by row from below, the run of its window that lies there.
+const RUNS_AROUND: [[u8; 2]; 9] = [
+    [0, 0],
+    [1, 0],
+    [2, 0],
+    [0, 1],
+    [1, 1],
+    [2, 1],
+    [0, 2],
+    [1, 2],
+    [2, 2],
+];
+
+/// The first node of a tile.
+pub fn first_node(at: [i32; 2]) -> [i64; 2] {
+    at.map(|t| i64::from(t) * TILE as i64)
+}
+
+/// Node `i` of the tile that begins at `origin`.
+#[inline]
+pub fn node(origin: [i64; 2], i: usize) -> [i64; 2] {
+    [origin[0] + (i % TILE) as i64, origin[1] + (i / TILE) as i64]
+}
+
+/// Adds the part of a window that lies in a node tile.
+#[inline(always)]
+fn add_window<const W: usize, T: Copy>(
+    sum: &mut [T; NODES],
+    windows: &[T],
+    overlap: &Overlap,
+    add: impl Fn(&mut T, &T),
+) {
+    let pitch = pitch(W);
+    let window = &windows[overlap.tile as usize * pitch * pitch..][..pitch * pitch];
+    let [x, y] = overlap.run.map(|r| runs(W)[usize::from(r)]);
+    for row in 0..y.length {
+        let from = &window[(y.window + row) * pitch + x.window..][..x.length];
+        let to = &mut sum[(y.own + row) * TILE + x.own..][..x.length];
+        for (a, b) in to.iter_mut().zip(from) {
+            add(a, b);
+        }
+    }
+}
+
+/// A field of the nodes in the window of a tile.
+pub type Window<T> = [T; WINDOW_MAX];
+
+/// Copies a nodal field into the window of a point tile.
+#[inline]
+pub fn fill_window<const W: usize, T: Copy>(
+    window: &mut Window<T>,
+    nodes: &[NodeTile],
+    tile: &Tile,
+    field: impl Fn(&NodeTile) -> &[T; NODES],
+) {
+    let pitch = pitch(W);
+    for (around, [x, y]) in tile.around.iter().zip(RUNS_AROUND) {
+        let from = field(&nodes[*around as usize]);
+        let (x, y) = (runs(W)[usize::from(x)], runs(W)[usize::from(y)]);
+        for row in 0..y.length {
+            window[(y.window + row) * pitch + x.window..][..x.length]
+                .copy_from_slice(&from[(y.own + row) * TILE + x.own..][..x.length]);
+        }
+    }
+}
+
+/// The node tile, and the node in it, of node `index` of a point tile's window.
+pub fn owner<const W: usize>(tile: &Tile, index: usize) -> (usize, usize) {
+    let along = |i: usize| {
+        let run = if i < runs(W)[1].window {
+            0
+        } else {
+            1 + usize::from(i >= runs(W)[2].window)
+        };
+        (run, runs(W)[run].own + i - runs(W)[run].window)
+    };
+    let ((run_x, x), (run_y, y)) = (along(index % pitch(W)), along(index / pitch(W)));
+    (tile.around[run_y * 3 + run_x] as usize, y * TILE + x)
+}

@@ -1,0 +1,83 @@
+//! What the continuum says of the largest stable step (PHYSICS.md section 4).
+//!
+//! The grid's motion without contact is `M a = -K u`, `K = sum_p V_p B_p^T C_p B_p`, with lumped masses that split into
+//! those of the points, `M = sum_p M_p`, `(M_p)_II = m_p S_Ip`. By the element eigenvalue theorem the largest squared
+//! frequency is at most that of one point with its own share of the masses:
+//!
+//! ```text
+//! omega^2 <= max_p lambda_max( M_p^-1 V_p B_p^T C_p B_p ) = max_p lambda_max( C_p H_p ) / rho_p
+//! H_p = sum_I B_Ip B_Ip^T / S_Ip
+//! ```
+//!
+//! (the nonzero eigenvalues of a product do not depend on the order of its factors). For a product of one-dimensional
+//! functions `sum_I grad S grad S^T / S = diag(g_x, g_y)` with `g_a = sum_i S_i'^2 / S_i` of the function along `a`
+//! alone, because the weights along the other axis sum to one and the gradients to zero. So `H_p` is at most
+//! `g diag(1, 1, 2)` in the order xx, yy, xy, with `g` the largest value of either axis
+//! ([`Shape::stiffest`]): the bound is `g` times [`crate::material::Material::stiffness_over_density`].
+//!
+//! A scheme that keeps velocities on points applies `S M^-1 S^T M_p` between steps, whose eigenvalues lie between 0 and
+//! 1, so it can only lower these frequencies.
+
+use interface::wire::Limits;
+
+use crate::contact::ContactLoad;
+use crate::continuum::Continuum;
+use crate::points::LaneCopy;
+use crate::shape::Shape;
+use crate::transfer::Transfer;
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
+where
+    T::Affine: LaneCopy,
+{
+    /// The limits for the next step, with what contact adds in this one.
+    pub fn limits(&self, load: ContactLoad) -> Limits {
+        let speed_sq = self
+            .imps
+            .members
+            .iter()
+            .map(|m| {
+                let cloud = &self.clouds[m.cloud as usize];
+                let [x, y] = cloud.velocity(cloud.lane_of[m.local as usize] as usize);
+                x * x + y * y
+            })
+            .fold(0.0, f64::max);
+        let radius = self
+            .imps
+            .infos
+            .iter()
+            .map(|i| i.radius)
+            .fold(f64::INFINITY, f64::min);
+        Limits {
+            omega_sq: self.elastic_omega_sq(),
+            contact_omega_sq: load.omega_sq,
+            damping: 0.0,
+            speed: speed_sq.sqrt(),
+            radius_min: if radius.is_finite() { radius } else { 0.0 },
+            mobility: if load.stiffness > 0.0 {
+                load.omega_sq / load.stiffness
+            } else {
+                0.0
+            },
+        }
+    }
+
+    /// Bound of the largest squared frequency without contact, in 1/s^2.
+    fn elastic_omega_sq(&self) -> f64 {
+        let cell = self.grid.geometry.cell;
+        self.clouds
+            .iter()
+            .map(|cloud| {
+                let stiffest = cloud.stiffness.iter().copied().fold(0.0, f64::max);
+                stiffest * stiffest_place(&cloud.shape) / (cell * cell)
+            })
+            .fold(0.0, f64::max)
+    }
+}
+
+/// `g L^2` of a shape function.
+pub fn stiffest_place<const W: usize, S: Shape<W>>(shape: &S) -> f64 {
+    (0..2)
+        .filter_map(|axis| shape.stiffest(axis))
+        .fold(0.0, f64::max)
+}

@@ -1,0 +1,155 @@
+//! Constitutive models (PHYSICS.md section 6).
+//!
+//! A model is a type; its loop is compiled for it. What it needs to remember of a point beyond stress and volume is its
+//! [`Material::State`], which is nothing for an elastic solid.
+
+mod elastic;
+
+pub use elastic::{LinearElastic, Moduli};
+
+use crate::lanes::Lanes;
+use crate::points::{LaneCopy, Sources, Tile, reorder};
+use crate::shape::Shape;
+use crate::stress::{StressPass, update_tiles};
+
+/// Stress of four points in Pa.
+#[derive(Debug, Clone, Copy)]
+pub struct Stress {
+    /// `sigma_xx`.
+    pub xx: Lanes,
+    /// `sigma_yy`.
+    pub yy: Lanes,
+    /// `sigma_zz`, out of plane.
+    pub zz: Lanes,
+    /// `sigma_xy`.
+    pub xy: Lanes,
+}
+
+/// What every material point has.
+#[derive(Debug, Clone, Copy)]
+pub struct Point<P> {
+    /// Stress at `t_n`.
+    pub stress: Stress,
+    /// Volume over initial volume.
+    pub volume: Lanes,
+    /// What the model remembers besides.
+    pub state: P,
+}
+
+impl<P: LaneCopy> LaneCopy for Point<P> {
+    fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
+        let (a, b) = (&mut self.stress, &source.stress);
+        a.xx.copy_lane(to, &b.xx, from);
+        a.yy.copy_lane(to, &b.yy, from);
+        a.zz.copy_lane(to, &b.zz, from);
+        a.xy.copy_lane(to, &b.xy, from);
+        self.volume.copy_lane(to, &source.volume, from);
+        self.state.copy_lane(to, &source.state, from);
+    }
+}
+
+/// What happens to four points over an interval: the velocity gradient times its length, `L_ij dt = dv_i/dx_j dt`.
+#[derive(Debug, Clone, Copy)]
+pub struct Deformation {
+    /// `dv_x/dx dt`.
+    pub xx: Lanes,
+    /// `dv_x/dy dt`.
+    pub xy: Lanes,
+    /// `dv_y/dx dt`.
+    pub yx: Lanes,
+    /// `dv_y/dy dt`.
+    pub yy: Lanes,
+}
+
+/// A constitutive model.
+pub trait Material: Copy + Send + Sync + 'static {
+    /// What it remembers of four points besides stress and volume.
+    type State: LaneCopy;
+
+    /// The state of unstressed points.
+    fn initial(&self) -> Point<Self::State>;
+
+    /// Brings stress, volume and state from `t_{n-1}` to `t_n`.
+    fn update(&self, point: &mut Point<Self::State>, deformation: &Deformation);
+
+    /// Upper bound of the squared wave speeds that count for the step: the largest eigenvalue of stiffness times
+    /// `diag(1, 1, 2)` in the plane over the density, in m^2/s^2 ([`crate::limits`]).
+    fn stiffness_over_density(&self, point: &Point<Self::State>) -> Lanes;
+
+    /// Elastic energy per initial volume in Pa.
+    fn elastic_energy(&self, point: &Point<Self::State>) -> Lanes;
+
+    /// Largest wave speed of the undeformed material in m/s (Jiang 2020 eq. 51).
+    fn sound_speed(&self) -> f64;
+}
+
+/// The material side of a cloud, whatever the model: called once in a pass, never within a loop over points.
+pub trait Constitutive<const W: usize, S: Shape<W>>: Send + Sync {
+    /// Stress at `t_n` and internal forces of all tiles (eqs. 13, 21 to 25).
+    fn update(&mut self, pass: StressPass<'_, W, S>);
+
+    /// Elastic energy in J/m of the points of `tile`, each of initial volume `volume` (m^2).
+    fn elastic_energy(&self, tile: &Tile, volume: f64) -> f64;
+
+    /// Follows the points to their new places.
+    fn reorder(&mut self, sources: &Sources);
+
+    /// Largest wave speed of the undeformed material in m/s.
+    fn sound_speed(&self) -> f64;
+
+    /// `stiffness_over_density` of the undeformed material in m^2/s^2.
+    fn initial_stiffness(&self) -> f64;
+
+    /// Bytes of memory in use.
+    fn bytes(&self) -> usize;
+}
+
+/// The points of a cloud as its model sees them.
+pub struct MaterialPoints<M: Material> {
+    model: M,
+    points: Vec<Point<M::State>>,
+    scratch: Vec<Point<M::State>>,
+}
+
+impl<M: Material> MaterialPoints<M> {
+    /// `blocks` blocks of unstressed points.
+    pub fn new(model: M, blocks: usize) -> Self {
+        Self {
+            model,
+            points: vec![model.initial(); blocks],
+            scratch: Vec::new(),
+        }
+    }
+}
+
+impl<const W: usize, S: Shape<W>, M: Material> Constitutive<W, S> for MaterialPoints<M> {
+    fn update(&mut self, pass: StressPass<'_, W, S>) {
+        update_tiles(&self.model, &mut self.points, pass);
+    }
+
+    fn elastic_energy(&self, tile: &Tile, volume: f64) -> f64 {
+        (0..tile.blocks)
+            .map(|b| {
+                let energy = self.model.elastic_energy(&self.points[tile.first + b]);
+                crate::lanes::sum(energy * tile.live(b))
+            })
+            .sum::<f64>()
+            * volume
+    }
+
+    fn reorder(&mut self, sources: &Sources) {
+        reorder(&mut self.points, &mut self.scratch, sources);
+    }
+
+    fn sound_speed(&self) -> f64 {
+        self.model.sound_speed()
+    }
+
+    fn initial_stiffness(&self) -> f64 {
+        crate::lanes::largest(self.model.stiffness_over_density(&self.model.initial()))
+    }
+
+    fn bytes(&self) -> usize {
+        (self.points.capacity() + self.scratch.capacity()) * size_of::<Point<M::State>>()
+    }
+}

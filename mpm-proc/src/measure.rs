@@ -1,0 +1,185 @@
+//! Energies, momenta and impulses (PHYSICS.md section 7). Impulses are counted in every step, the rest only where a step
+//! is measured.
+
+use interface::solver::MpmMeasurement;
+use interface::step::Step;
+use interface::wire::GroupState;
+
+use crate::continuum::Continuum;
+use crate::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
+use crate::points::{Cloud, LaneCopy};
+use crate::shape::Shape;
+use crate::transfer::{AffineState, Transfer};
+
+/// Sums that go on through the run, and the last measurement.
+#[derive(Debug, Default)]
+pub struct Books {
+    /// Impulse of gravity and walls so far in N s/m.
+    pub applied_impulse: [f64; 2],
+    /// Impulse of the bodies so far in N s/m.
+    pub contact_impulse: [f64; 2],
+    /// Dissipated by walls with friction so far in J/m.
+    pub friction_work: f64,
+    /// The last measurement.
+    pub measurement: MpmMeasurement,
+}
+
+/// Sums over the points of a cloud.
+#[derive(Debug, Clone, Copy, Default)]
+struct Motions {
+    momentum: [f64; 2],
+    kinetic: f64,
+}
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
+where
+    T::Affine: LaneCopy,
+{
+    /// Counts the impulses of the step; if it is measured, takes what belongs to `t_n` and to `t_{n-1/2}`.
+    pub fn keep_books(&mut self, step: &Step) {
+        let kick = step.kick();
+        if step.dt_before + step.dt > 0.0 {
+            let mass: f64 = self.clouds.iter().map(Cloud::total_mass).sum();
+            for a in 0..2 {
+                self.books.applied_impulse[a] += kick * mass * self.grid.gravity[a];
+            }
+            for tile in self.grid.tiles.iter().filter(|t| t.walled) {
+                for a in 0..2 {
+                    self.books.applied_impulse[a] += tile.wall_impulse[a];
+                }
+                self.books.friction_work += tile.friction_work;
+            }
+        }
+        let mut contact_force = [0.0; 2];
+        for f in &self.imps.forces {
+            for a in 0..2 {
+                contact_force[a] += f.force[a];
+            }
+        }
+        for a in 0..2 {
+            self.books.contact_impulse[a] += kick * contact_force[a];
+        }
+        if step.measure {
+            self.measure(contact_force, 1.0 - step.centring());
+        }
+    }
+
+    /// If the step is measured, takes what belongs to `t_{n+1/2}`.
+    pub fn close_books(&mut self, step: &Step) {
+        if !step.measure {
+            return;
+        }
+        let MpmMeasurement { ledger, groups } = &mut self.books.measurement;
+        ledger.momentum = [0.0; 2];
+        for (cloud, group) in self.clouds.iter().zip(groups) {
+            let motions = cloud.motions();
+            let kinetic = step.centring() * motions.kinetic;
+            group.kinetic += kinetic;
+            ledger.kinetic += kinetic;
+            for a in 0..2 {
+                group.velocity[a] += step.centring() * motions.momentum[a] / group.mass;
+                ledger.momentum[a] += motions.momentum[a];
+            }
+        }
+    }
+
+    /// Starts a measurement; quantities of `t_{n-1/2}` count by `before`.
+    fn measure(&mut self, contact_force: [f64; 2], before: f64) {
+        let MpmMeasurement { ledger, groups } = &mut self.books.measurement;
+        *ledger = interface::wire::Ledger {
+            friction_work: self.books.friction_work,
+            applied_impulse: self.books.applied_impulse,
+            contact_impulse: self.books.contact_impulse,
+            contact_force,
+            ..Default::default()
+        };
+        groups.clear();
+        for cloud in &self.clouds {
+            let motions = cloud.motions();
+            let mut group = cloud.extent();
+            group.kinetic = before * motions.kinetic;
+            group.velocity = motions.momentum.map(|p| before * p / group.mass);
+            ledger.kinetic += group.kinetic;
+            ledger.elastic += cloud
+                .tiles
+                .iter()
+                .map(|t| cloud.material.elastic_energy(t, cloud.volume))
+                .sum::<f64>();
+            let [gx, gy] = self.grid.gravity;
+            ledger.gravity -= group.mass * (gx * group.position[0] + gy * group.position[1]);
+            groups.push(group);
+        }
+        for (m, f) in self.imps.members.iter().zip(&self.imps.forces) {
+            if f.force != [0.0; 2] {
+                let group = &mut groups[m.cloud as usize];
+                group.contacts += 1;
+                ledger.contacts += 1;
+                for a in 0..2 {
+                    group.contact_force[a] += f.force[a];
+                }
+            }
+        }
+    }
+}
+
+impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
+    /// Mass of all points in kg/m.
+    pub fn total_mass(&self) -> f64 {
+        self.mass * self.len() as f64
+    }
+
+    /// Momentum, and kinetic energy with that of the affine part: `m/2 (v.v + tr(C D C^T))`, `C = B D^-1` (eq. 29).
+    fn motions(&self) -> Motions {
+        let inverse_inertia = splat(1.0 / S::INVERSE_INERTIA.unwrap_or(1.0));
+        let (mut p, mut twice) = ([ZERO; 2], ZERO);
+        for tile in &self.tiles {
+            for b in 0..tile.blocks {
+                let motion = &self.motion[tile.first + b];
+                let live = tile.live(b);
+                let mut square = ZERO;
+                for a in 0..2 {
+                    p[a] += live * motion.v[a];
+                    square += motion.v[a] * motion.v[a];
+                }
+                if A::PRESENT {
+                    // C L is what is kept; D = L^2 / inverse_inertia.
+                    let affine: Lanes = motion
+                        .affine
+                        .slopes()
+                        .as_flattened()
+                        .iter()
+                        .fold(ZERO, |sum, &c| c.mul_add(c, sum));
+                    square += affine * inverse_inertia;
+                }
+                twice += live * square;
+            }
+        }
+        Motions {
+            momentum: p.map(|p| self.mass * sum(p)),
+            kinetic: 0.5 * self.mass * sum(twice),
+        }
+    }
+
+    /// Mass, centre and extent.
+    fn extent(&self) -> GroupState {
+        let (mut total, mut lower, mut upper) = ([ZERO; 2], self.x[0], self.x[0]);
+        for tile in &self.tiles {
+            for b in 0..tile.blocks {
+                let x = &self.x[tile.first + b];
+                // Lanes without a point follow the first of their tile, so they do not widen the extent.
+                for a in 0..2 {
+                    total[a] += tile.live(b) * x[a];
+                    lower[a] = lower[a].fast_min(x[a]);
+                    upper[a] = upper[a].fast_max(x[a]);
+                }
+            }
+        }
+        GroupState {
+            mass: self.total_mass(),
+            position: total.map(|x| sum(x) / self.len() as f64),
+            lower: lower.map(smallest),
+            upper: upper.map(largest),
+            ..Default::default()
+        }
+    }
+}

@@ -1,0 +1,234 @@
+//! The oracle: the paper transcribed plainly. Every point looks at every node of a small dense grid; nothing is shared
+//! with the fast path but the configuration. Slow on purpose.
+
+use interface::config::{Transfer, Wall, Walls};
+
+/// A shape function of the distance from a node in cells, and its derivative, as the paper prints them.
+#[derive(Debug, Clone, Copy)]
+pub enum Kernel {
+    Linear,
+    Quadratic,
+    Cubic,
+    /// Half width of the box in cells.
+    Ugimp(f64),
+}
+
+impl Kernel {
+    pub fn value(self, x: f64) -> f64 {
+        let r = x.abs();
+        match self {
+            Self::Linear => (1.0 - r).max(0.0),
+            Self::Quadratic if r < 0.5 => 0.75 - r * r,
+            Self::Quadratic if r < 1.5 => 0.5 * (1.5 - r).powi(2),
+            Self::Cubic if r < 1.0 => 0.5 * r.powi(3) - r * r + 2.0 / 3.0,
+            Self::Cubic if r < 2.0 => (2.0 - r).powi(3) / 6.0,
+            Self::Ugimp(l) if r < l => 1.0 - (r * r + l * l) / (2.0 * l),
+            Self::Ugimp(l) if r < 1.0 - l => 1.0 - r,
+            Self::Ugimp(l) if r < 1.0 + l => (1.0 + l - r).powi(2) / (4.0 * l),
+            _ => 0.0,
+        }
+    }
+
+    pub fn slope(self, x: f64) -> f64 {
+        let r = x.abs();
+        let slope = match self {
+            Self::Linear if r < 1.0 => -1.0,
+            Self::Quadratic if r < 0.5 => -2.0 * r,
+            Self::Quadratic if r < 1.5 => r - 1.5,
+            Self::Cubic if r < 1.0 => 1.5 * r * r - 2.0 * r,
+            Self::Cubic if r < 2.0 => -0.5 * (2.0 - r).powi(2),
+            Self::Ugimp(l) if r < l => -r / l,
+            Self::Ugimp(l) if r < 1.0 - l => -1.0,
+            Self::Ugimp(l) if r < 1.0 + l => -(1.0 + l - r) / (2.0 * l),
+            _ => 0.0,
+        };
+        if x < 0.0 { -slope } else { slope }
+    }
+}
+
+/// A point of linear elastic material.
+#[derive(Debug, Clone, Copy)]
+pub struct RefPoint {
+    pub x: [f64; 2],
+    pub v: [f64; 2],
+    /// `B_p`.
+    pub b: [[f64; 2]; 2],
+    /// xx, yy, zz, xy.
+    pub stress: [f64; 4],
+    pub ratio: f64,
+    pub mass: f64,
+    pub volume: f64,
+}
+
+/// Points over a dense grid with a rim of three nodes.
+#[derive(Debug, Clone)]
+pub struct Reference {
+    pub points: Vec<RefPoint>,
+    pub kernels: [Kernel; 2],
+    pub transfer: Transfer,
+    pub lower: [f64; 2],
+    pub cells: [i64; 2],
+    pub cell: f64,
+    pub gravity: [f64; 2],
+    pub walls: Walls,
+    pub bulk: f64,
+    pub shear: f64,
+    /// Impulse of the walls on the points in the last step.
+    pub wall_impulse: [f64; 2],
+}
+
+const RIM: i64 = 3;
+
+impl Reference {
+    fn nodes(&self) -> Vec<[i64; 2]> {
+        (-RIM..=self.cells[1] + RIM)
+            .flat_map(|j| (-RIM..=self.cells[0] + RIM).map(move |i| [i, j]))
+            .collect()
+    }
+
+    fn distance(&self, p: &RefPoint, node: [i64; 2]) -> [f64; 2] {
+        [0, 1].map(|a| (p.x[a] - self.lower[a]) / self.cell - node[a] as f64)
+    }
+
+    fn weight(&self, p: &RefPoint, node: [i64; 2]) -> f64 {
+        let d = self.distance(p, node);
+        self.kernels[0].value(d[0]) * self.kernels[1].value(d[1])
+    }
+
+    fn gradient(&self, p: &RefPoint, node: [i64; 2]) -> [f64; 2] {
+        let d = self.distance(p, node);
+        let [kx, ky] = self.kernels;
+        [
+            kx.slope(d[0]) * ky.value(d[1]) / self.cell,
+            kx.value(d[0]) * ky.slope(d[1]) / self.cell,
+        ]
+    }
+
+    fn hold(&self, node: [i64; 2], mut v: [f64; 2]) -> [f64; 2] {
+        let w = &self.walls;
+        for (acts, wall, axis) in [
+            (node[0] <= 0, w.left, 0),
+            (node[0] >= self.cells[0], w.right, 0),
+            (node[1] <= 0, w.bottom, 1),
+            (node[1] >= self.cells[1], w.top, 1),
+        ] {
+            match wall {
+                Wall::Fixed if acts => v = [0.0; 2],
+                Wall::Slip if acts => v[axis] = 0.0,
+                _ => {}
+            }
+        }
+        v
+    }
+
+    /// One step; `forces` holds a contact force for each point.
+    pub fn step(&mut self, dt_before: f64, dt: f64, forces: &[[f64; 2]]) {
+        let kick = 0.5 * (dt_before + dt);
+        let alpha = match self.transfer {
+            Transfer::Flip => 0.0,
+            Transfer::Blend { pic_fraction } => pic_fraction,
+            _ => 1.0,
+        };
+        let inertia = self.cell.powi(2)
+            * match self.kernels[0] {
+                Kernel::Cubic => 1.0 / 3.0,
+                _ => 0.25,
+            };
+        let nodes = self.nodes();
+        let mut mass = vec![0.0; nodes.len()];
+        let mut momentum = vec![[0.0; 2]; nodes.len()];
+        for (n, &node) in nodes.iter().enumerate() {
+            for p in &self.points {
+                let s = self.weight(p, node);
+                let d = self.distance(p, node).map(|d| -d * self.cell); // x_I - x_p
+                mass[n] += p.mass * s; // (18)
+                for a in 0..2 {
+                    let affine = (p.b[a][0] * d[0] + p.b[a][1] * d[1]) / inertia;
+                    momentum[n][a] += p.mass * s * (p.v[a] + affine); // (19), (30)
+                }
+            }
+        }
+        let raw: Vec<[f64; 2]> = (0..nodes.len())
+            .map(|n| if mass[n] > 0.0 { momentum[n].map(|p| p / mass[n]) } else { [0.0; 2] })
+            .collect(); // (20)
+        let before: Vec<[f64; 2]> =
+            (0..nodes.len()).map(|n| self.hold(nodes[n], raw[n])).collect();
+        for i in 0..self.points.len() {
+            let p = self.points[i];
+            let mut l = [[0.0; 2]; 2];
+            for (n, &node) in nodes.iter().enumerate() {
+                let g = self.gradient(&p, node);
+                for a in 0..2 {
+                    for b in 0..2 {
+                        l[a][b] += before[n][a] * g[b] * dt_before; // (21), (22)
+                    }
+                }
+            }
+            self.stress(i, l);
+        }
+        let mut after = vec![[0.0; 2]; nodes.len()];
+        self.wall_impulse = [0.0; 2];
+        for (n, &node) in nodes.iter().enumerate() {
+            let mut f = [0.0; 2];
+            for (p, contact) in self.points.iter().zip(forces) {
+                let g = self.gradient(p, node);
+                let s = self.weight(p, node);
+                let [xx, yy, _, xy] = p.stress;
+                let v = p.volume * p.ratio;
+                f[0] += contact[0] * s - v * (xx * g[0] + xy * g[1]); // (13), (47)
+                f[1] += contact[1] * s - v * (xy * g[0] + yy * g[1]);
+            }
+            if mass[n] > 0.0 {
+                let free = [0, 1]
+                    .map(|a| before[n][a] + kick * (f[a] / mass[n] + self.gravity[a])); // (17), (48)
+                after[n] = self.hold(node, free);
+                for a in 0..2 {
+                    self.wall_impulse[a] += mass[n]
+                        * (after[n][a] - free[a] + alpha * (before[n][a] - raw[n][a]));
+                }
+            }
+        }
+        for i in 0..self.points.len() {
+            let p = self.points[i];
+            let (mut v, mut dv, mut b) = ([0.0; 2], [0.0; 2], [[0.0; 2]; 2]);
+            for (n, &node) in nodes.iter().enumerate() {
+                let s = self.weight(&p, node);
+                let d = self.distance(&p, node).map(|d| -d * self.cell);
+                for a in 0..2 {
+                    v[a] += s * after[n][a];
+                    dv[a] += s * (after[n][a] - before[n][a]);
+                    for c in 0..2 {
+                        b[a][c] += s * after[n][a] * d[c]; // (31)
+                    }
+                }
+            }
+            let p = &mut self.points[i];
+            for a in 0..2 {
+                p.v[a] = alpha * v[a] + (1.0 - alpha) * (p.v[a] + dv[a]); // (26) ... (28)
+                p.x[a] += dt * v[a];
+            }
+            if self.transfer == Transfer::Apic {
+                p.b = b;
+            }
+        }
+    }
+
+    /// Elasticity with the rotation of Hughes and Winget in matrix form (24), (25), (36).
+    fn stress(&mut self, i: usize, l: [[f64; 2]; 2]) {
+        use nalgebra::Matrix3;
+        let p = &mut self.points[i];
+        let l = Matrix3::new(l[0][0], l[0][1], 0.0, l[1][0], l[1][1], 0.0, 0.0, 0.0, 0.0);
+        let strain = (l + l.transpose()) * 0.5;
+        let spin = (l - l.transpose()) * 0.5;
+        let one = Matrix3::identity();
+        let turn = (one - spin * 0.5).try_inverse().expect("regular") * (one + spin * 0.5);
+        let [xx, yy, zz, xy] = p.stress;
+        let old = Matrix3::new(xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, zz);
+        let volumetric = one * strain.trace();
+        let new = turn * old * turn.transpose()
+            + volumetric * self.bulk
+            + (strain - volumetric / 3.0) * (2.0 * self.shear);
+        p.stress = [new[(0, 0)], new[(1, 1)], new[(2, 2)], new[(0, 1)]];
+        p.ratio *= 1.0 + strain.trace() + 0.5 * strain.trace().powi(2);
+    }
+}

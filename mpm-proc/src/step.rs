@@ -1,0 +1,95 @@
+//! The step, as the paper has it (Jiang 2020 section 2.2 and eqs. 46 to 48; PHYSICS.md section 3).
+
+use interface::solver::{ContactForces, Fault};
+use interface::step::Step;
+use interface::wire::Limits;
+
+use crate::continuum::Continuum;
+use crate::grid_to_points::grid_to_points;
+use crate::points::LaneCopy;
+use crate::points_to_grid::points_to_grid;
+use crate::shape::Shape;
+use crate::stress::StressPass;
+use crate::tiles::pitch;
+use crate::transfer::Transfer;
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
+where
+    T::Affine: LaneCopy,
+{
+    /// One step from `t_n` to `t_{n+1}`, update-stress-first.
+    ///
+    /// # Errors
+    /// A [`Fault`] that names the point, or that of the exchange.
+    pub fn step(
+        &mut self,
+        step: &Step,
+        contact: &mut dyn ContactForces,
+    ) -> Result<Limits, Fault> {
+        self.keep_sorted();
+        self.points_to_grid(); //                          m_I, p_I^{n-1/2}, v_I^{n-1/2}        (18) (19) (20) (30)
+        self.update_stress(step.dt_before); //             D, W, sigma^n, f_I^int               (21) ... (25), (13)
+        let forces = contact.receive()?; //                f_p^n of the bodies                  (46)
+        let load = self.apply_contact(forces)?; //         f_I^cont                             (47)
+        self.update_grid(step.kick()); //                  v_I^{n+1/2}                          (17) (48)
+        self.keep_books(step); //                          impulses; energies if asked for
+        self.grid_to_points(step)?; //                     v_p^{n+1/2}, B_p, x_p^{n+1}          (26) ... (28), (31)
+        self.close_books(step);
+        Ok(self.limits(load))
+    }
+
+    fn points_to_grid(&mut self) {
+        let grain = self.grain();
+        let (clouds, grid, transfer) = (&mut self.clouds, &mut self.grid, self.transfer);
+        self.threads.run(|| {
+            for cloud in &mut *clouds {
+                points_to_grid(grain, cloud);
+            }
+            grid.sum_momentum(grain, clouds, transfer.pic_fraction());
+        });
+    }
+
+    fn update_stress(&mut self, dt: f64) {
+        let grain = self.grain();
+        let (clouds, grid) = (&mut self.clouds, &self.grid);
+        self.threads.run(|| {
+            for cloud in clouds {
+                cloud.material.update(StressPass {
+                    grain,
+                    shape: cloud.shape,
+                    dt,
+                    per_cell: 1.0 / grid.geometry.cell,
+                    volume: cloud.volume,
+                    tiles: &cloud.tiles,
+                    x: &cloud.x,
+                    nodes: &grid.tiles,
+                    force: &mut cloud.force,
+                    stiffness: &mut cloud.stiffness,
+                });
+            }
+        });
+        debug_assert!(self.clouds.iter().all(|c| c.force.len() == c.tiles.len() * pitch(W) * pitch(W)));
+    }
+
+    fn update_grid(&mut self, kick: f64) {
+        let grain = self.grain();
+        let (clouds, grid) = (&self.clouds, &mut self.grid);
+        self.threads.run(|| grid.update(grain, clouds, kick));
+    }
+
+    fn grid_to_points(&mut self, step: &Step) -> Result<(), Fault> {
+        let grain = self.grain();
+        let (clouds, grid, transfer) = (&mut self.clouds, &self.grid, self.transfer);
+        if step.dt_before + step.dt > 0.0 {
+            self.threads.run(|| {
+                for cloud in clouds {
+                    grid_to_points(grain, cloud, &grid.tiles, transfer, step.dt);
+                }
+            });
+            self.check_points(step.dt)
+        } else {
+            // The opening step: a transfer without a kick would still smooth the velocities.
+            Ok(())
+        }
+    }
+}

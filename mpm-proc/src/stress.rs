@@ -1,0 +1,165 @@
+//! Strain and spin rate, stress, and internal force (Jiang 2020 eqs. 13 and 21 to 25): one pass over the points.
+
+use crate::grid::{NodeTile, Window, fill_window};
+use crate::lanes::{LANES, Lanes, ZERO, largest, splat};
+use crate::material::{Deformation, Material, Point};
+use crate::points::Tile;
+use crate::shape::Shape;
+use crate::threads::{PerBlock, PerTile, over_tiles};
+use crate::tiles::{Place, WINDOW_MAX, pitch};
+
+/// What the pass reads and writes besides the material's own state.
+pub struct StressPass<'a, const W: usize, S: Shape<W>> {
+    /// Longest list of tiles that one thread keeps to itself.
+    pub grain: usize,
+    /// Shape function of the cloud.
+    pub shape: S,
+    /// Interval in s.
+    pub dt: f64,
+    /// `1/L` in 1/m.
+    pub per_cell: f64,
+    /// Initial volume of a point in m^2.
+    pub volume: f64,
+    /// Tiles of the cloud.
+    pub tiles: &'a [Tile],
+    /// `x_p^n` in m.
+    pub x: &'a [[Lanes; 2]],
+    /// Node tiles with `v_I` at their field `before` or `after`.
+    pub nodes: &'a [NodeTile],
+    /// `f_I^int` of each tile's window in N/m.
+    pub force: &'a mut [[f64; 2]],
+    /// Largest stiffness over density of each tile in m^2/s^2.
+    pub stiffness: &'a mut [f64],
+}
+
+/// Updates the stress of all points and sums their internal forces.
+pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
+    model: &M,
+    points: &mut [Point<M::State>],
+    pass: StressPass<'_, W, S>,
+) {
+    let pitch = pitch(W);
+    let StressPass { shape, x, nodes, .. } = pass;
+    let scale = splat(pass.dt * pass.per_cell);
+    let load = -pass.volume * pass.per_cell;
+    let share = (
+        PerBlock(points),
+        PerTile {
+            items: pass.force,
+            stride: pitch * pitch,
+        },
+        PerTile {
+            items: pass.stiffness,
+            stride: 1,
+        },
+    );
+    over_tiles(pass.grain, pass.tiles, share, &|tile, (points, force, stiffness)| {
+        let mut velocity: Window<[f64; 2]> = [[0.0; 2]; WINDOW_MAX];
+        fill_window::<W, _>(&mut velocity, nodes, tile, |t| &t.before);
+        force.items.fill([0.0; 2]);
+        let mut stiffest = ZERO;
+        for (b, point) in points.0.iter_mut().enumerate() {
+            let place = tile.frame.locate(&x[tile.first + b], pitch);
+            let s = [0, 1].map(|a| shape.weights(a, place.d[a]));
+            let g = [0, 1].map(|a| shape.gradients(a, place.d[a]));
+            let by = deformation(&velocity, &place, &s, &g, scale);
+            model.update(point, &by);
+            stiffest = stiffest.fast_max(model.stiffness_over_density(point));
+            let volume = point.volume * splat(load) * tile.live(b);
+            add_internal_force(force.items, &place, &s, &g, point, volume);
+        }
+        stiffness.items[0] = largest(stiffest);
+    });
+}
+
+/// `L_ij dt = sum_I v_iI S_I,j dt` (eqs. 21, 22) of four points.
+#[inline(always)]
+fn deformation<const W: usize>(
+    velocity: &Window<[f64; 2]>,
+    place: &Place,
+    s: &[[Lanes; W]; 2],
+    g: &[[Lanes; W]; 2],
+    scale: Lanes,
+) -> Deformation {
+    let (mut xx, mut xy, mut yx, mut yy) = (ZERO, ZERO, ZERO, ZERO);
+    for j in 0..W {
+        let rows = window_rows::<W, _>(velocity, place, j);
+        let (mut gx, mut gy, mut sx, mut sy) = (ZERO, ZERO, ZERO, ZERO);
+        for i in 0..W {
+            let [vx, vy] = gather(&rows, i);
+            gx = g[0][i].mul_add(vx, gx);
+            gy = g[0][i].mul_add(vy, gy);
+            sx = s[0][i].mul_add(vx, sx);
+            sy = s[0][i].mul_add(vy, sy);
+        }
+        xx = s[1][j].mul_add(gx, xx);
+        yx = s[1][j].mul_add(gy, yx);
+        xy = g[1][j].mul_add(sx, xy);
+        yy = g[1][j].mul_add(sy, yy);
+    }
+    Deformation {
+        xx: xx * scale,
+        xy: xy * scale,
+        yx: yx * scale,
+        yy: yy * scale,
+    }
+}
+
+/// Row `j` of the nodes that each of four points touches.
+#[inline(always)]
+pub fn window_rows<'a, const W: usize, T>(
+    window: &'a [T],
+    place: &Place,
+    j: usize,
+) -> [&'a [T; W]; LANES] {
+    place.base.map(|base| {
+        let first = base + j * pitch(W);
+        window[first..first + W]
+            .try_into()
+            .expect("a slice of W nodes")
+    })
+}
+
+/// Node `i` of a row, of four points, by component.
+#[inline(always)]
+pub fn gather<const W: usize>(rows: &[&[[f64; 2]; W]; LANES], i: usize) -> [Lanes; 2] {
+    [0, 1].map(|a| {
+        Lanes::new([
+            rows[0][i][a],
+            rows[1][i][a],
+            rows[2][i][a],
+            rows[3][i][a],
+        ])
+    })
+}
+
+/// `f_I^int -= V_p sigma_p grad S_Ip` (eq. 13); `volume` is `-V_p / L`, zero in lanes without a point.
+#[inline(always)]
+fn add_internal_force<const W: usize, P>(
+    force: &mut [[f64; 2]],
+    place: &Place,
+    s: &[[Lanes; W]; 2],
+    g: &[[Lanes; W]; 2],
+    point: &Point<P>,
+    volume: Lanes,
+) {
+    let [xx, yy, xy] = [point.stress.xx, point.stress.yy, point.stress.xy]
+        .map(|sigma| (sigma * volume).to_array());
+    let [s, g] = [s, g].map(|axes| axes.map(|nodes| nodes.map(|w| w.to_array())));
+    for k in 0..LANES {
+        for j in 0..W {
+            let (sy, gy) = (s[1][j][k], g[1][j][k]);
+            let along = [sy * xx[k], sy * xy[k]];
+            let across = [gy * xy[k], gy * yy[k]];
+            let first = place.base[k] + j * pitch(W);
+            let row: &mut [[f64; 2]; W] = (&mut force[first..first + W])
+                .try_into()
+                .expect("a slice of W nodes");
+            for (i, f) in row.iter_mut().enumerate() {
+                for a in 0..2 {
+                    f[a] = g[0][i][k].mul_add(along[a], s[0][i][k].mul_add(across[a], f[a]));
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! Transfers: what a point tells the grid of its velocity, and what it takes back (Jiang 2020 eqs. 26 to 31).
+
+use crate::lanes::Lanes;
+
+/// A transfer scheme. Its constants are known when the loops are compiled; what it does not use has no state.
+pub trait Transfer: Copy + Send + Sync + 'static {
+    /// State of four points besides their velocity.
+    type Affine: AffineState;
+
+    /// Whether points take the increment of the grid's velocity (FLIP) besides the velocity itself.
+    const INCREMENT: bool;
+
+    /// alpha of eq. 28: the share of the grid's velocity (PIC); the rest is the point's own plus the increment.
+    fn pic_fraction(&self) -> f64;
+}
+
+/// Affine part of the velocity of four points: nothing, or a matrix.
+pub trait AffineState: Copy + Default + Send + Sync + 'static {
+    /// Whether there is one.
+    const PRESENT: bool;
+
+    /// `B_p D_p^-1 L` by columns: the change of velocity over one cell along x, and along y, in m/s.
+    fn slopes(&self) -> [[Lanes; 2]; 2];
+
+    /// The state with these slopes.
+    fn from_slopes(slopes: [[Lanes; 2]; 2]) -> Self;
+}
+
+impl AffineState for () {
+    const PRESENT: bool = false;
+
+    #[inline(always)]
+    fn slopes(&self) -> [[Lanes; 2]; 2] {
+        [[crate::lanes::ZERO; 2]; 2]
+    }
+
+    #[inline(always)]
+    fn from_slopes(_slopes: [[Lanes; 2]; 2]) -> Self {}
+}
+
+impl AffineState for [[Lanes; 2]; 2] {
+    const PRESENT: bool = true;
+
+    #[inline(always)]
+    fn slopes(&self) -> [[Lanes; 2]; 2] {
+        *self
+    }
+
+    #[inline(always)]
+    fn from_slopes(slopes: [[Lanes; 2]; 2]) -> Self {
+        slopes
+    }
+}
+
+/// Particle in cell (eq. 26).
+#[derive(Debug, Clone, Copy)]
+pub struct Pic;
+
+impl Transfer for Pic {
+    type Affine = ();
+    const INCREMENT: bool = false;
+
+    #[inline(always)]
+    fn pic_fraction(&self) -> f64 {
+        1.0
+    }
+}
+
+/// Fluid implicit particle (eq. 27).
+#[derive(Debug, Clone, Copy)]
+pub struct Flip;
+
+impl Transfer for Flip {
+    type Affine = ();
+    const INCREMENT: bool = true;
+
+    #[inline(always)]
+    fn pic_fraction(&self) -> f64 {
+        0.0
+    }
+}
+
+/// A blend of the two (eq. 28).
+#[derive(Debug, Clone, Copy)]
+pub struct Blend {
+    /// alpha of eq. 28, from 0 (FLIP) to 1 (PIC).
+    pub pic_fraction: f64,
+}
+
+impl Transfer for Blend {
+    type Affine = ();
+    const INCREMENT: bool = true;
+
+    #[inline(always)]
+    fn pic_fraction(&self) -> f64 {
+        self.pic_fraction
+    }
+}
+
+/// Affine particle in cell (eqs. 29 to 31).
+#[derive(Debug, Clone, Copy)]
+pub struct Apic;
+
+impl Transfer for Apic {
+    type Affine = [[Lanes; 2]; 2];
+    const INCREMENT: bool = false;
+
+    #[inline(always)]
+    fn pic_fraction(&self) -> f64 {
+        1.0
+    }
+}
