@@ -39,11 +39,20 @@ fn every_scene_parses_in_every_variant_and_plans() {
         assert_eq!(scene.name, stem, "the name is that of the file");
         assert!(!scene.about.is_empty(), "{stem} says what to look for");
         assert!(!scene.checks.is_empty(), "{stem} has checks");
-        assert!(scene.variants.iter().any(|v| v == "quick"), "{stem} has a quick variant");
-        assert!(Recorder::new(&scene).header().len() > 1, "{stem} has columns");
+        assert!(
+            scene.variants.iter().any(|v| v == "quick"),
+            "{stem} has a quick variant"
+        );
+        assert!(
+            Recorder::new(&scene).header().len() > 1,
+            "{stem} has columns"
+        );
         for variant in &scene.variants {
             let plan = load(&file, Some(variant)).plan();
-            assert!(plan.steps > 0.0 && plan.steps < 1e6, "{stem} {variant}\n{plan}");
+            assert!(
+                plan.steps > 0.0 && plan.steps < 1e6,
+                "{stem} {variant}\n{plan}"
+            );
         }
     }
 }

@@ -78,7 +78,8 @@ impl Plan {
             points: scene.mpm.as_ref().map_or(0.0, points),
             memory: memory(scene),
             steps: (scene.time.end / step).ceil(),
-            rows: (scene.time.end / scene.output.every).floor() + 1.0,
+            // One at the begin, one at the end, whether or not the interval divides the run; 1e-9 is rounding.
+            rows: (scene.time.end / scene.output.every - 1e-9).ceil() + 1.0,
             limits,
             warnings: scene.warnings.clone(),
         }
@@ -102,20 +103,20 @@ fn runs(scene: &Scene) -> Vec<String> {
     if let Some(mpm) = &scene.mpm {
         let [nx, ny] = nodes(mpm);
         runs.push(format!(
-            "MPM process: about {} points in {} group(s), grid of {} x {} cells of {} m, shape {:?}, transfer {:?}",
+            "MPM process: about {} points in groups: {}, grid of {} x {} cells of {} m, shape {}, transfer {}",
             points(mpm),
-            mpm.groups.len(),
+            mpm.groups.iter().map(|g| g.name.as_str()).collect::<Vec<_>>().join(", "),
             nx - 1.0,
             ny - 1.0,
             mpm.cell,
-            mpm.shape,
-            mpm.transfer
+            spelling(&mpm.shape),
+            spelling(&mpm.transfer)
         ));
     }
     if let Some(dem) = &scene.dem {
         let count = |motion| dem.bodies.iter().filter(|b| b.motion == motion).count();
         runs.push(format!(
-            "DEM process: {} free, {} driven, {} fixed bodies",
+            "DEM process: bodies: {} free, {} driven, {} fixed",
             count(Motion::Free),
             count(Motion::Driven),
             count(Motion::Fixed)
@@ -147,6 +148,12 @@ fn runs(scene: &Scene) -> Vec<String> {
         scene.checks.len()
     ));
     runs
+}
+
+/// A value as a scene file spells it, as JSON where it is a table.
+fn spelling(value: &impl Serialize) -> String {
+    let json = serde_json::to_string(value).unwrap_or_default();
+    json.trim_matches('"').to_owned()
 }
 
 fn law_in_words(law: ContactLaw) -> String {
@@ -217,8 +224,8 @@ fn left_out(scene: &Scene) -> Vec<LeftOut> {
             .count();
         out(
             fixed > 0,
-            &format!("integration of {fixed} bodies"),
-            "they are fixed",
+            &format!("motion of {fixed} of {} bodies", dem.bodies.len()),
+            "fixed bodies are not integrated",
         );
         let ContactLaw::Linear {
             friction,
@@ -237,10 +244,15 @@ fn left_out(scene: &Scene) -> Vec<LeftOut> {
                 "their contact has no damping",
             );
         }
+        let alone = dem.bodies.len() == 1;
         out(
-            dem.body_contact.is_none(),
+            dem.body_contact.is_none() || alone,
             "search and contact among bodies",
-            "the scene has no `[body_contact]`",
+            if alone {
+                "there is one body"
+            } else {
+                "the scene has no `[body_contact]`"
+            },
         );
     }
     out(
@@ -304,6 +316,12 @@ fn limits(scene: &Scene) -> Vec<StepLimit> {
     match scene.time.criterion {
         Criterion::Composed => {
             let kappa = scene.time.safety;
+            // Damping costs: PHYSICS.md section 4.
+            let damping = scene
+                .dem
+                .as_ref()
+                .map_or(0.0, |dem| damping(dem.point_contact));
+            let kappa_contact = kappa * (damping.hypot(1.0) - damping);
             // omega = 2 c/L, so that 2/omega is L/c; contact adds k_n over the lightest point (PHYSICS.md section 4).
             let elastic = (2.0 / waves).powi(2);
             let contact = if scene.mpm.is_some() {
@@ -314,11 +332,11 @@ fn limits(scene: &Scene) -> Vec<StepLimit> {
             limit("elastic waves alone (L/c)", kappa * waves);
             limit(
                 "contact of points and bodies alone (2/sqrt(k_n/m_p))",
-                kappa * 2.0 / contact.sqrt(),
+                kappa_contact * 2.0 / contact.sqrt(),
             );
             limit(
                 "composed: elastic waves and contact",
-                kappa * 2.0 / (elastic + contact).sqrt(),
+                kappa_contact * 2.0 / (elastic + contact).sqrt(),
             );
             if let Some(dem) = &scene.dem
                 && let Some(law) = dem.body_contact
@@ -353,6 +371,11 @@ fn stiffness(law: ContactLaw) -> f64 {
         ..
     } = law;
     normal_stiffness.max(tangential_stiffness)
+}
+
+fn damping(law: ContactLaw) -> f64 {
+    let ContactLaw::Linear { damping_ratio, .. } = law;
+    damping_ratio
 }
 
 /// `L/c` of the fastest material in s.

@@ -1,0 +1,365 @@
+//! From a file to a scene: overrides, tables, defaults, the plan, the schema, and files that are none.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use coupler::check::{Expected, Reference};
+use coupler::scene::{Criterion, Scene, schema};
+use interface::config::{BodyInertia, ShapeFunction, Spacing, Transfer};
+use tempfile::TempDir;
+
+const GOOD: &str = r#"
+version = 1
+name = "good"
+[constants]
+b = "2*a"
+a = 3
+[time]
+end = 1.0
+[mpm]
+cell = 0.5
+domain = [[0.0, 0.0], [5.0, 5.0]]
+shape = "ugimp"
+transfer = "flip"
+[[mpm.material]]
+name = "rubber"
+density = 1000.0
+model.linear_elastic = { bulk_modulus = 1e6, shear_modulus = 5e5 }
+[[mpm.points]]
+name = "block"
+material = "rubber"
+fill.rectangle = { lower = [1.0, 1.0], upper = [2.0, 2.0] }
+spacing.per_cell = 4
+[[dem.body]]
+name = "floor"
+shape = "disc"
+sphero_radius = 0.5
+position = [3.5, 3.5]
+motion = "fixed"
+[contact]
+linear = { normal_stiffness = 1e5 }
+[output]
+every = 0.1
+[[output.column]]
+name = "y"
+unit = "m"
+value = "points.block.y"
+[[check]]
+name = "c"
+value = "b*points.block.vy"
+reference = "a*t"
+tolerance = "a/3"
+source = "made up"
+[variant.quick]
+"time.end" = 0.5
+"mpm.points.0.spacing" = { distance = 0.1 }
+"#;
+
+struct Files {
+    directory: TempDir,
+}
+
+impl Files {
+    fn new() -> Self {
+        let directory = tempfile::tempdir().expect("temporary directory");
+        Self { directory }
+    }
+
+    fn write(&self, name: &str, content: impl AsRef<[u8]>) -> PathBuf {
+        let path = self.directory.path().join(name);
+        std::fs::write(&path, content).expect("writable");
+        path
+    }
+
+    fn load(&self, variant: Option<&str>, set: &[&str]) -> Scene {
+        let path = self.write("scene.toml", GOOD);
+        load(&path, variant, set).unwrap_or_else(|errors| panic!("{errors}"))
+    }
+
+    fn refusal(&self, variant: Option<&str>, set: &[&str]) -> String {
+        let path = self.write("scene.toml", GOOD);
+        match load(&path, variant, set) {
+            Ok(_) => panic!("accepted with {variant:?} {set:?}"),
+            Err(errors) => errors,
+        }
+    }
+}
+
+fn load(path: &Path, variant: Option<&str>, set: &[&str]) -> Result<Scene, String> {
+    let set: Vec<String> = set.iter().map(|&s| s.to_owned()).collect();
+    Scene::load(path, variant, &set).map_err(|errors| errors.to_string())
+}
+
+#[test]
+fn defaults_are_as_documented() {
+    let scene = Files::new().load(None, &[]);
+    assert_eq!(scene.constants["b"], 6.0);
+    assert_eq!(scene.time.safety, 0.8);
+    assert_eq!(scene.time.min_step, 1e-9);
+    assert_eq!(scene.time.criterion, Criterion::Composed);
+    assert_eq!(scene.coupling.window, 64);
+    assert_eq!(scene.coupling.deadline, Duration::from_secs(30));
+    let mpm = scene.mpm.expect("there is a continuum");
+    // Half the point distance, which is half a cell; the skin is twice that.
+    assert_eq!(mpm.groups[0].contact_radius, Some(0.125));
+    assert_eq!((mpm.skin, scene.coupling.skin), (0.25, 0.25));
+    let dem = scene.dem.expect("there are bodies");
+    assert_eq!(dem.bodies[0].inertia, BodyInertia::Density(1000.0));
+    assert_eq!(dem.skin, 0.25);
+}
+
+#[test]
+fn set_wins_over_the_variant_and_the_variant_over_the_file() {
+    let files = Files::new();
+    assert_eq!(files.load(None, &[]).time.end, 1.0);
+    let quick = files.load(Some("quick"), &[]);
+    assert_eq!(quick.time.end, 0.5);
+    let spacing = quick.mpm.expect("there is a continuum").groups[0].spacing;
+    assert_eq!(
+        spacing,
+        Spacing::Distance(0.1),
+        "an override replaces the whole value"
+    );
+    let both = files.load(Some("quick"), &["time.end=0.25", "time.end = 0.125"]);
+    assert_eq!(both.time.end, 0.125, "the last one wins");
+}
+
+#[test]
+fn set_takes_words_without_quotes_tables_and_new_keys() {
+    let set = [
+        "mpm.shape=quadratic_bspline",
+        "mpm.transfer.blend.pic_fraction=0.1",
+        "coupling.window=1",
+        "mpm.points.0.velocity=[1.0, 0]",
+    ];
+    let scene = Files::new().load(None, &set);
+    let mpm = scene.mpm.expect("there is a continuum");
+    assert_eq!(mpm.shape, ShapeFunction::QuadraticBspline);
+    assert_eq!(mpm.transfer, Transfer::Blend { pic_fraction: 0.1 });
+    assert_eq!(mpm.groups[0].velocity, [1.0, 0.0]);
+    assert_eq!(scene.coupling.window, 1);
+}
+
+#[test]
+fn the_hash_is_that_of_the_resolved_scene_and_sees_every_override() {
+    let files = Files::new();
+    let plain = files.load(None, &[]);
+    assert_eq!(plain.hash, files.load(None, &[]).hash);
+    assert_ne!(plain.hash, files.load(None, &["time.end=0.25"]).hash);
+    assert!(!plain.resolved_toml.contains("variant"));
+    assert_eq!(plain.variants, ["quick"]);
+}
+
+#[test]
+fn a_bad_override_names_the_command_line_or_the_variant() {
+    let files = Files::new();
+    let said = files.refusal(None, &["mpm.cel=0.1"]);
+    assert!(said.contains("unknown key `cel`"), "{said}");
+    assert!(
+        said.contains("command line: --set mpm.cel=0.1  (mpm.cel)"),
+        "{said}"
+    );
+    assert!(said.contains("did you mean `cell`?"), "{said}");
+    let said = files.refusal(None, &["mpm.cell=-1"]);
+    assert!(
+        said.contains("`mpm.cell` is -1, expected a length above 0"),
+        "{said}"
+    );
+    let said = files.refusal(None, &["mpm.cell"]);
+    assert!(said.contains("`mpm.cell` sets nothing"), "{said}");
+    let said = files.refusal(None, &["mpm.points.7.velocity=[0,0]"]);
+    assert!(said.contains("`mpm.points` has no element 7"), "{said}");
+    let said = files.refusal(None, &["mpm.points.first.velocity=[0,0]"]);
+    assert!(
+        said.contains("`first` is not a number of an element"),
+        "{said}"
+    );
+    let said = files.refusal(Some("quik"), &[]);
+    assert!(said.contains("no variant `quik`"), "{said}");
+    assert!(said.contains("did you mean `quick`?"), "{said}");
+    let path = files.write(
+        "v.toml",
+        GOOD.replace("\"time.end\" = 0.5", "\"time.end\" = -0.5"),
+    );
+    let said = load(&path, Some("quick"), &[]).expect_err("a negative time");
+    assert!(said.contains("set by variant `quick`"), "{said}");
+    assert!(said.contains("| \"time.end\" = -0.5"), "{said}");
+}
+
+#[test]
+fn what_is_no_scene_file_is_refused_clearly() {
+    let files = Files::new();
+    let refusal = |path: &Path| load(path, None, &[]).expect_err("no scene");
+    let said = refusal(&files.directory.path().join("missing.toml"));
+    assert!(
+        said.contains("cannot read the scene file: No such file"),
+        "{said}"
+    );
+    assert!(said.contains("missing.toml"), "{said}");
+    let said = refusal(files.directory.path());
+    assert!(said.contains("is a directory, not a scene file"), "{said}");
+    let said = refusal(&files.write("empty.toml", "  \n"));
+    assert!(said.contains("the scene file is empty"), "{said}");
+    let said = refusal(&files.write("latin.toml", b"name = \"\xe9\""));
+    assert!(said.contains("byte 8 is not UTF-8"), "{said}");
+}
+
+#[test]
+fn a_csv_reference_is_read_beside_the_scene_and_written_into_the_resolved_one() {
+    let files = Files::new();
+    files.write(
+        "curve.csv",
+        "# from the paper\ntime , force\n0, 1.5\n0.5, 2.5\n",
+    );
+    let text = GOOD.replace(
+        "reference = \"a*t\"",
+        "reference = { csv = \"curve.csv\", t = \"time\", value = \"force\" }",
+    );
+    let path = files.write("scene.toml", &text);
+    let scene = load(&path, None, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+    let table = |scene: &Scene| match &scene.checks[0].expected {
+        Expected::Near {
+            reference: Reference::Table(rows),
+            ..
+        } => rows.clone(),
+        other => panic!("{other:?}"),
+    };
+    assert_eq!(table(&scene), [[0.0, 1.5], [0.5, 2.5]]);
+    let elsewhere = Files::new();
+    let again = elsewhere.write("scene.toml", &scene.resolved_toml);
+    let again = load(&again, None, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+    assert_eq!(table(&again), table(&scene));
+    assert_eq!(again.hash, scene.hash);
+
+    for (content, expected) in [
+        ("time,forse\n0,1\n", "did you mean `forse`?"),
+        ("time,force\n0,1\n0,2\n", "times that grow"),
+        (
+            "time,force\n0,one\n",
+            "curve.csv:2: \"one\" is not a number",
+        ),
+        ("time,force\n", "at least one row"),
+    ] {
+        files.write("curve.csv", content);
+        let said = load(&path, None, &[]).expect_err(content);
+        assert!(said.contains(expected), "{said}");
+    }
+}
+
+#[test]
+fn one_side_alone_is_a_scene() {
+    let files = Files::new();
+    let without = |from: &str, to: &str, text: &str| {
+        let (start, end) = (text.find(from), text.find(to));
+        let (start, end) = (start.expect("present"), end.expect("present"));
+        format!("{}{}", &text[..start], &text[end..])
+    };
+    let points_only = without("[[dem.body]]", "[output]", GOOD);
+    let scene = load(&files.write("p.toml", &points_only), None, &[]);
+    let scene = scene.unwrap_or_else(|errors| panic!("{errors}"));
+    assert!(scene.dem.is_none());
+    let plan = scene.plan().to_string();
+    assert!(
+        plan.contains("DEM process: the scene has no `[dem]`"),
+        "{plan}"
+    );
+
+    let bodies_only = without("[mpm]", "[[dem.body]]", GOOD)
+        .replace("points.block.y", "body.floor.y")
+        .replace("points.block.vy", "body.floor.vy")
+        .replace("\"mpm.points.0.spacing\" = { distance = 0.1 }", "");
+    let scene = load(&files.write("b.toml", &bodies_only), None, &[]);
+    let scene = scene.unwrap_or_else(|errors| panic!("{errors}"));
+    assert!(scene.mpm.is_none());
+    assert!(
+        scene
+            .warnings
+            .iter()
+            .any(|w| w.contains("`[contact]` has no effect"))
+    );
+    assert!(scene.coupling.skin > 0.0);
+}
+
+#[test]
+fn bodies_that_cannot_touch_are_warned_about() {
+    let second = "[[dem.body]]\nname = \"ball\"\nshape = \"disc\"\nsphero_radius = 0.1\nmass = 1\n\
+                  position = [4.5, 4.5]\n[contact]";
+    let files = Files::new();
+    let path = files.write("scene.toml", GOOD.replace("[contact]", second));
+    let scene = load(&path, None, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+    assert!(
+        scene
+            .warnings
+            .iter()
+            .any(|w| w.contains("pass through one another"))
+    );
+    assert!(
+        scene
+            .plan()
+            .to_string()
+            .contains("warning: there is no `[body_contact]`")
+    );
+}
+
+#[test]
+fn the_plan_names_what_binds_and_what_is_left_out() {
+    let files = Files::new();
+    let plan = files.load(None, &[]).plan();
+    // 2 x 2 cells of 4 points.
+    assert_eq!(plan.points, 16.0);
+    assert_eq!(plan.rows, 11.0);
+    assert!(plan.limits[0].name.starts_with("composed"), "{plan}");
+    // L/c = 0.5/sqrt((1e6 + 4/3 5e5)/1000), and k_n/m_p = 1e5/(1000 0.25^2).
+    let waves = 0.5 / (5e6f64 / 3.0 / 1000.0).sqrt();
+    let omega = ((2.0 / waves).powi(2) + 1e5 / 62.5).sqrt();
+    assert!((plan.limits[0].step / (0.8 * 2.0 / omega) - 1.0).abs() < 1e-12);
+    let left_out: Vec<&str> = plan.left_out.iter().map(|l| l.what.as_str()).collect();
+    for what in [
+        "plastic state of points",
+        "body force",
+        "motion of 1 of 1 bodies",
+        "tangential history of points on bodies",
+        "search and contact among bodies",
+    ] {
+        assert!(left_out.contains(&what), "{what}: {left_out:?}");
+    }
+    let capped = files.load(None, &["time.max_step=1e-6"]).plan();
+    assert!(capped.limits[0].name.contains("time.max_step"), "{capped}");
+    assert_eq!(capped.steps, 1e6);
+    let text = capped.to_string();
+    assert!(text.contains("estimates, before the run"), "{text}");
+}
+
+#[test]
+fn the_criterion_of_jiang_is_a_choice_with_its_own_factors() {
+    let set = ["time.criterion=jiang2020", "time.kappa_1=0.5"];
+    let scene = Files::new().load(None, &set);
+    let expected = Criterion::Jiang2020 {
+        kappa_1: 0.5,
+        kappa_2: 0.1,
+    };
+    assert_eq!(scene.time.criterion, expected);
+    assert!(scene.plan().to_string().contains("NOT SAFE"));
+}
+
+#[test]
+fn the_schema_knows_the_keys_that_scenes_use() {
+    let schema = schema();
+    let properties = schema["properties"].as_object().expect("an object");
+    let scene: toml::Table = GOOD.parse().expect("TOML");
+    for key in scene.keys() {
+        let description = &properties[key]["description"];
+        assert!(description.is_string(), "{key} is described");
+    }
+    assert_eq!(schema["additionalProperties"], false);
+    let text = schema.to_string();
+    for key in [
+        "per_cell",
+        "sphero_radius",
+        "normal_stiffness",
+        "max_error",
+        "relative_tolerance",
+    ] {
+        assert!(text.contains(&format!("\"{key}\"")), "{key}");
+    }
+}
