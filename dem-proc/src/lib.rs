@@ -41,6 +41,7 @@
 pub mod body;
 pub mod configure;
 pub mod contact;
+pub mod generate;
 pub mod law;
 pub mod ledger;
 pub mod load;
@@ -65,5 +66,13 @@ impl Sdem {
     /// The present state of the bodies, for tests and for uncoupled use.
     pub fn bodies(&self) -> &body::Bodies {
         &self.system.bodies
+    }
+
+    /// Vertex-edge pairs of bodies that pressed on one another in the last step.
+    pub fn contacts(&self) -> usize {
+        self.system
+            .pairs
+            .as_ref()
+            .map_or(0, |pairs| pairs.contacts())
     }
 }

@@ -1,0 +1,81 @@
+//! Settles a box of grains and prints the CPU time of a step by contact and by body.
+//!
+//! `cargo run --release -p dem-proc --example settling_profile -- discs 1000 1 [settling steps] [measured steps]`
+
+use std::time::Instant;
+
+use dem_proc::Sdem;
+use dem_proc::generate::{Grain, Packing, Sizes, open_box};
+use interface::config::{ContactLaw, DemConfig};
+use interface::solver::DemSolver;
+use interface::step::Step;
+
+fn main() {
+    let args: Vec<String> = std::env::args().collect();
+    let number = |i: usize, default: usize| {
+        args.get(i)
+            .map_or(default, |a| a.parse().expect("a number"))
+    };
+    let grain = match args.get(1).map(String::as_str) {
+        Some("pentagons") => Grain::PENTAGON,
+        _ => Grain::Disc,
+    };
+    let (count, threads) = (number(2, 1000), number(3, 1));
+    let (settling, measured) = (number(4, 12_000), number(5, 4_000));
+    let packing = Packing {
+        grain,
+        sizes: Sizes::Uniform(0.008, 0.01),
+        density: 2000.0,
+        looseness: 0.0,
+        seed: 1,
+    };
+    let width = 0.02 * (count as f64).sqrt().round();
+    let mut bodies = open_box(width, 4.0 * width, 0.01);
+    bodies.extend(packing.rows(count, width));
+    let law = ContactLaw::Linear {
+        normal_stiffness: 1e6,
+        tangential_stiffness: 5e5,
+        friction: 0.5,
+        damping_ratio: 0.3,
+    };
+    let config = DemConfig {
+        gravity: [0.0, -9.81],
+        bodies,
+        point_contact: law,
+        body_contact: Some(law),
+        skin: args.get(6).map_or(0.001, |a| a.parse().expect("a number")),
+        threads,
+    };
+    let mut dem = Sdem::default();
+    dem.configure(&config).expect("a valid configuration");
+    let dt = 2e-5;
+    let run = |dem: &mut Sdem, steps: usize, first: bool| {
+        let start = Instant::now();
+        for i in 0..steps {
+            let step = Step {
+                index: 0,
+                time: 0.0,
+                dt_before: if first && i == 0 { 0.0 } else { dt },
+                dt,
+                measure: first && i + 1 == steps,
+            };
+            dem.contact(&step, &[], &mut []).expect("finite");
+            dem.advance(&step).expect("finite");
+        }
+        start.elapsed().as_secs_f64() / steps as f64
+    };
+    run(&mut dem, settling, true);
+    let ledger = dem.measurement().ledger;
+    let wall = (0..5)
+        .map(|_| run(&mut dem, measured / 5, false))
+        .fold(f64::INFINITY, f64::min);
+    let contacts = dem.contacts();
+    println!(
+        "{:?} x {count}, {threads} threads: {contacts} contacts, kinetic {:.2e} J/m, {:.1} us a step, {:.1} ns a contact, {:.1} ns a body",
+        grain,
+        ledger.kinetic,
+        wall * 1e6,
+        wall * 1e9 / contacts as f64,
+        wall * 1e9 / count as f64,
+    );
+}
