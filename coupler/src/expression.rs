@@ -50,8 +50,8 @@ pub struct Expression {
 enum Node {
     Number(f64),
     Slot(usize),
-    Unary(fn(f64) -> f64, Box<Node>),
-    Binary(fn(f64, f64) -> f64, Box<Node>, Box<Node>),
+    Unary(Unary, Box<Node>),
+    Binary(Binary, Box<Node>, Box<Node>),
 }
 
 impl Expression {
@@ -135,7 +135,7 @@ impl Node {
     }
 
     /// `apply(a)`, computed now if `a` is a number.
-    fn unary(apply: fn(f64) -> f64, a: Self) -> Self {
+    fn unary(apply: Unary, a: Self) -> Self {
         match a {
             Self::Number(a) => Self::Number(apply(a)),
             a => Self::Unary(apply, Box::new(a)),
@@ -143,7 +143,7 @@ impl Node {
     }
 
     /// `apply(a, b)`, computed now if both are numbers.
-    fn binary(apply: fn(f64, f64) -> f64, a: Self, b: Self) -> Self {
+    fn binary(apply: Binary, a: Self, b: Self) -> Self {
         match (a, b) {
             (Self::Number(a), Self::Number(b)) => Self::Number(apply(a, b)),
             (a, b) => Self::Binary(apply, Box::new(a), Box::new(b)),
@@ -151,8 +151,12 @@ impl Node {
     }
 }
 
-/// Functions of one argument.
-const FUNCTIONS: [(&str, fn(f64) -> f64); 15] = [
+/// A function of one number.
+type Unary = fn(f64) -> f64;
+/// A function of two numbers.
+type Binary = fn(f64, f64) -> f64;
+
+const FUNCTIONS: [(&str, Unary); 15] = [
     ("sin", f64::sin),
     ("cos", f64::cos),
     ("tan", f64::tan),
@@ -170,8 +174,7 @@ const FUNCTIONS: [(&str, fn(f64) -> f64); 15] = [
     ("sign", sign),
 ];
 
-/// Functions of two arguments.
-const FUNCTIONS_OF_TWO: [(&str, fn(f64, f64) -> f64); 3] = [
+const FUNCTIONS_OF_TWO: [(&str, Binary); 3] = [
     ("min", |a, b| {
         if a <= b {
             a
@@ -328,7 +331,7 @@ impl Parser<'_> {
     fn sum(&mut self) -> Result<Node, ExpressionError> {
         let mut left = self.product()?;
         while let Some(operator) = self.take("+-") {
-            let apply: fn(f64, f64) -> f64 = match operator {
+            let apply: Binary = match operator {
                 '+' => |a, b| a + b,
                 _ => |a, b| a - b,
             };
@@ -340,7 +343,7 @@ impl Parser<'_> {
     fn product(&mut self) -> Result<Node, ExpressionError> {
         let mut left = self.signed()?;
         while let Some(operator) = self.take("*/") {
-            let apply: fn(f64, f64) -> f64 = match operator {
+            let apply: Binary = match operator {
                 '*' => |a, b| a * b,
                 _ => |a, b| a / b,
             };

@@ -120,15 +120,12 @@ impl Document {
             return variants;
         };
         for (name, overrides) in table {
-            match overrides {
-                Value::Table(overrides) => {
-                    variants.insert(name, overrides);
-                }
-                _ => {
-                    let path = format!("variant.{name}");
-                    let message = format!("`{path}` is not a table of overrides");
-                    errors.push(self.diagnostic(&path, Part::Value, &message, help()));
-                }
+            if let Value::Table(overrides) = overrides {
+                variants.insert(name, overrides);
+            } else {
+                let path = format!("variant.{name}");
+                let message = format!("`{path}` is not a table of overrides");
+                errors.push(self.diagnostic(&path, Part::Value, &message, help()));
             }
         }
         self.variants = variants.keys().cloned().collect();
@@ -343,7 +340,7 @@ enum Container<'a> {
     Array(&'a mut Vec<Value>),
 }
 
-impl<'a> Container<'a> {
+impl Container<'_> {
     fn enter(self, segment: &str, here: &str) -> Result<Self, (String, String)> {
         let next = match self {
             Self::Table(table) => table

@@ -10,9 +10,11 @@
 //!
 //! The format is described for its users in `docs/scene-format.md`.
 
+mod bodies;
+mod continuum;
 mod document;
 mod geometry;
-mod model;
+mod outline;
 mod output;
 mod parse;
 pub mod plan;

@@ -11,7 +11,9 @@ use super::document::{Document, Part, join};
 use super::output::{self, Context};
 use super::problems::Problems;
 use super::written::{CouplingWritten, CriterionWritten, SceneWritten, TimeWritten};
-use super::{Coupling, Criterion, Output, Scene, TimePlan, VERSION, model, schema, structure};
+use super::{
+    Coupling, Criterion, Output, Scene, TimePlan, VERSION, bodies, continuum, schema, structure,
+};
 use crate::check::{Check, Expected, Reference};
 use crate::diagnostic::SceneErrors;
 use crate::quantity::Quantities;
@@ -107,20 +109,20 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
     scene_name(problems, &written.name);
     let time = time_plan(problems, &written.time);
     let constants = output::constants(problems, &written.constants);
-    let bodies = written.dem.as_ref().map_or(&[][..], |dem| &dem.body);
+    let body_list = written.dem.as_ref().map_or(&[][..], |dem| &dem.body);
     let groups = written.mpm.as_ref().map_or(&[][..], |mpm| &mpm.points);
     let quantities = Quantities::new(
         groups.iter().map(|group| group.name.as_str()),
-        bodies.iter().map(|body| body.name.as_str()),
+        body_list.iter().map(|body| body.name.as_str()),
     );
     let mut mpm = written
         .mpm
         .as_ref()
-        .and_then(|mpm| model::continuum(problems, mpm, written.gravity));
+        .and_then(|mpm| continuum::continuum(problems, mpm, written.gravity));
     let mut dem = written
         .dem
         .as_ref()
-        .and_then(|dem| model::bodies(problems, dem, written));
+        .and_then(|dem| bodies::bodies(problems, dem, written));
     if written.mpm.is_none() && written.dem.is_none() {
         problems.refuse_key(
             "",
@@ -289,7 +291,7 @@ fn coupling(
     Coupling {
         skin: written
             .skin
-            .unwrap_or_else(|| model::default_skin(mpm, dem)),
+            .unwrap_or_else(|| bodies::default_skin(mpm, dem)),
         deadline: if sound {
             Duration::from_secs_f64(deadline)
         } else {

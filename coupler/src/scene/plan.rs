@@ -3,7 +3,7 @@
 //! The numbers are estimates from the scene alone: areas instead of placed points, bounds instead of the limits that
 //! the solvers report at every step.
 
-use std::fmt;
+use std::fmt::{self, Write as _};
 
 use interface::config::{
     BodyConfig, BodyInertia, ContactLaw, DemConfig, MaterialModel, Motion, MpmConfig, Wall,
@@ -165,10 +165,13 @@ fn law_in_words(law: ContactLaw) -> String {
     } = law;
     let mut words = format!("linear spring, k_n {normal_stiffness:e} N/m");
     if friction > 0.0 {
-        words += &format!(", friction {friction} through k_t {tangential_stiffness:e} N/m");
+        let _ = write!(
+            words,
+            ", friction {friction} through k_t {tangential_stiffness:e} N/m"
+        );
     }
     if damping_ratio > 0.0 {
-        words += &format!(", damping ratio {damping_ratio}");
+        let _ = write!(words, ", damping ratio {damping_ratio}");
     }
     words
 }

@@ -1,0 +1,223 @@
+//! The bodies' part of a scene: outlines, masses, motion, contact laws.
+
+use interface::config::{
+    BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, MpmConfig,
+};
+
+use super::geometry;
+use super::outline::simple_polygon;
+use super::problems::Problems;
+use super::written::{BodyWritten, DemWritten, SceneWritten};
+
+/// A fixed or driven body's mass moves nothing; its density where the scene does not say, in kg/m^3.
+const DENSITY_OF_UNMOVED: f64 = 1000.0;
+
+/// The bodies' configuration, unless something was refused. The skin is set later.
+pub(super) fn bodies(
+    problems: &mut Problems,
+    written: &DemWritten,
+    scene: &SceneWritten,
+) -> Option<DemConfig> {
+    if written.body.is_empty() {
+        problems.refuse_key(
+            "dem",
+            "`[dem]` has no body",
+            "without bodies leave `[dem]` out",
+        );
+    }
+    for (i, body) in written.body.iter().enumerate() {
+        self::body(problems, &format!("dem.body.{i}"), body);
+    }
+    let named = written.body.iter().enumerate();
+    problems.distinct(
+        "bodies",
+        named.map(|(i, b)| (format!("dem.body.{i}.name"), b.name.as_str())),
+    );
+    for (path, law) in [
+        ("contact", scene.contact),
+        ("body_contact", scene.body_contact),
+    ] {
+        if let Some(law) = law {
+            contact_law(problems, path, law);
+        }
+    }
+    if scene.mpm.is_some() && scene.contact.is_none() {
+        problems.refuse_key(
+            "contact",
+            "missing section `[contact]`: the scene has points and bodies",
+            "write `contact.linear = { normal_stiffness = ... }`",
+        );
+    }
+    if scene.mpm.is_none() && scene.contact.is_some() {
+        problems.warn("`[contact]` has no effect: the scene has no points");
+    }
+    let movable = written
+        .body
+        .iter()
+        .filter(|b| b.motion != Motion::Fixed)
+        .count();
+    if scene.body_contact.is_none() && movable > 0 && written.body.len() > 1 {
+        problems.warn(
+            "there is no `[body_contact]`: the bodies pass through one another without touching",
+        );
+    }
+    if problems.any() {
+        return None;
+    }
+    let nothing = ContactLaw::Linear {
+        normal_stiffness: 0.0,
+        tangential_stiffness: 0.0,
+        friction: 0.0,
+        damping_ratio: 0.0,
+    };
+    Some(DemConfig {
+        gravity: scene.gravity,
+        bodies: written.body.iter().map(body_config).collect(),
+        point_contact: scene.contact.or(scene.body_contact).unwrap_or(nothing),
+        body_contact: scene.body_contact,
+        skin: 0.0,
+        threads: 1,
+    })
+}
+
+fn body(problems: &mut Problems, path: &str, body: &BodyWritten) {
+    problems.name(&format!("{path}.name"), &body.name);
+    outline(problems, path, body);
+    let inertia = [("density", body.density), ("mass", body.mass)];
+    for (key, value) in inertia {
+        if let Some(value) = value {
+            let path = format!("{path}.{key}");
+            problems.above_zero(&path, value, &format!("a {key}"));
+        }
+    }
+    match (body.density, body.mass, body.motion) {
+        (Some(_), Some(_), _) => problems.refuse_key(
+            &format!("{path}.mass"),
+            format!(
+                "body \"{}\" has both `density` and `mass`, expected one",
+                body.name
+            ),
+            "drop one of them",
+        ),
+        (None, None, Motion::Free) => problems.refuse_key(
+            path,
+            format!(
+                "body \"{}\" is free and has neither `density` nor `mass`",
+                body.name
+            ),
+            "give it one of them, or `motion = \"fixed\"`",
+        ),
+        _ => {}
+    }
+    let moves = body.velocity != [0.0; 2] || body.spin != 0.0;
+    if body.motion == Motion::Fixed && moves {
+        problems.refuse_key(
+            &format!("{path}.motion"),
+            format!("body \"{}\" is fixed and has a velocity or spin", body.name),
+            "`motion = \"driven\"` moves it with them, whatever acts on it",
+        );
+    }
+}
+
+fn outline(problems: &mut Problems, path: &str, body: &BodyWritten) {
+    let radius = format!("{path}.sphero_radius");
+    match &body.shape {
+        BodyShape::Disc => problems.above_zero(&radius, body.sphero_radius, "a disc's radius"),
+        BodyShape::Segment { ends } => {
+            problems.above_zero(&radius, body.sphero_radius, "a segment's radius");
+            if ends[0] == ends[1] {
+                let path = format!("{path}.shape.segment.ends");
+                problems.refuse(
+                    &path,
+                    "the ends of the segment coincide",
+                    "use `shape = \"disc\"`",
+                );
+            }
+        }
+        BodyShape::Polygon { vertices } => {
+            problems.not_negative(&radius, body.sphero_radius, "a radius");
+            simple_polygon(
+                problems,
+                &format!("{path}.shape.polygon.vertices"),
+                vertices,
+            );
+        }
+        BodyShape::Rectangle { width, height } => {
+            problems.not_negative(&radius, body.sphero_radius, "a radius");
+            let path = format!("{path}.shape.rectangle");
+            problems.above_zero(&format!("{path}.width"), *width, "a length");
+            problems.above_zero(&format!("{path}.height"), *height, "a length");
+        }
+    }
+}
+
+fn body_config(body: &BodyWritten) -> BodyConfig {
+    BodyConfig {
+        name: body.name.clone(),
+        shape: body.shape.clone(),
+        sphero_radius: body.sphero_radius,
+        inertia: match (body.mass, body.density) {
+            (Some(mass), _) => BodyInertia::Mass(mass),
+            (None, density) => BodyInertia::Density(density.unwrap_or(DENSITY_OF_UNMOVED)),
+        },
+        position: body.position,
+        angle: body.angle,
+        velocity: body.velocity,
+        spin: body.spin,
+        motion: body.motion,
+    }
+}
+
+fn contact_law(problems: &mut Problems, path: &str, law: ContactLaw) {
+    let ContactLaw::Linear {
+        normal_stiffness,
+        tangential_stiffness,
+        friction,
+        damping_ratio,
+    } = law;
+    let below = |key: &str| format!("{path}.linear.{key}");
+    problems.above_zero(&below("normal_stiffness"), normal_stiffness, "a stiffness");
+    problems.not_negative(
+        &below("tangential_stiffness"),
+        tangential_stiffness,
+        "a stiffness",
+    );
+    problems.not_negative(&below("friction"), friction, "a coefficient");
+    let sound = (0.0..=1.0).contains(&damping_ratio);
+    let expected = "0 (elastic) to 1 (critical)";
+    problems.number(&below("damping_ratio"), damping_ratio, sound, expected);
+    if friction > 0.0 && tangential_stiffness == 0.0 {
+        problems.refuse(
+            &below("friction"),
+            format!("`{path}.linear` has friction and no tangential stiffness"),
+            "friction acts through a tangential spring: set `tangential_stiffness`, often \
+             `normal_stiffness` / 20 to / 2",
+        );
+    }
+}
+
+/// The skin where the scene does not say: twice the largest contact radius; without points, a tenth of the smallest
+/// body's size, so that lists live long and stay short.
+pub(super) fn default_skin(mpm: Option<&MpmConfig>, dem: Option<&DemConfig>) -> f64 {
+    let radius = mpm
+        .iter()
+        .flat_map(|mpm| &mpm.groups)
+        .filter_map(|group| group.contact_radius)
+        .fold(0.0, f64::max);
+    if radius > 0.0 {
+        return 2.0 * radius;
+    }
+    let size = |body: &BodyConfig| {
+        let [lower, upper] = geometry::bounds(&body.shape.vertices());
+        (upper[0] - lower[0]).hypot(upper[1] - lower[1]) + 2.0 * body.sphero_radius
+    };
+    let smallest = dem
+        .iter()
+        .flat_map(|dem| dem.bodies.iter().map(size))
+        .fold(f64::INFINITY, f64::min);
+    if smallest.is_finite() {
+        0.1 * smallest
+    } else {
+        0.0
+    }
+}
