@@ -2,7 +2,8 @@
 //! materials.
 
 use interface::config::{
-    MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, StressUpdate, Transfer as TransferConfig, Wall,
+    MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, StressUpdate,
+    Transfer as TransferConfig, Wall,
 };
 use interface::solver::{Readiness, Refusal};
 
@@ -46,7 +47,9 @@ pub fn build(config: &MpmConfig) -> Result<(Box<dyn Scheme>, Readiness), Refusal
         )),
         (ShapeFunction::Ugimp, _) => {
             let cell = config.cell;
-            parts.with_plain_transfer(move |p: &Points| Ugimp::new(p.sides.map(|s| (0.5 * s / cell).min(0.5))))
+            parts.with_plain_transfer(move |p: &Points| {
+                Ugimp::new(p.sides.map(|s| (0.5 * s / cell).min(0.5)))
+            })
         }
         (ShapeFunction::Linear, _) => Err(Refusal::new(
             "mpm.shape",
@@ -183,7 +186,11 @@ impl<'a> Parts<'a> {
         let readiness = Readiness {
             items: first_id,
             bytes: continuum.bytes() as u64,
-            courant_time: if courant_time.is_finite() { courant_time } else { 0.0 },
+            courant_time: if courant_time.is_finite() {
+                courant_time
+            } else {
+                0.0
+            },
             mass_min: continuum
                 .clouds
                 .iter()
@@ -235,7 +242,10 @@ fn geometry(config: &MpmConfig) -> Result<Geometry, Refusal> {
         if !(size.is_finite() && size > 0.0) {
             return refuse(
                 "mpm.domain",
-                format!("from {} to {} m along {axis} is not an interval", lower[a], upper[a]),
+                format!(
+                    "from {} to {} m along {axis} is not an interval",
+                    lower[a], upper[a]
+                ),
             );
         }
         let exact = size / config.cell;
@@ -270,10 +280,16 @@ fn geometry(config: &MpmConfig) -> Result<Geometry, Refusal> {
 
 fn check_scalars(config: &MpmConfig) -> Result<(), Refusal> {
     if !config.gravity.iter().all(|g| g.is_finite()) {
-        return Err(Refusal::new("mpm.gravity", format!("{:?} m/s^2 is not finite", config.gravity)));
+        return Err(Refusal::new(
+            "mpm.gravity",
+            format!("{:?} m/s^2 is not finite", config.gravity),
+        ));
     }
     if !(config.skin.is_finite() && config.skin >= 0.0) {
-        return Err(Refusal::new("mpm.skin", format!("{} m must be 0 or more", config.skin)));
+        return Err(Refusal::new(
+            "mpm.skin",
+            format!("{} m must be 0 or more", config.skin),
+        ));
     }
     if let TransferConfig::Blend { pic_fraction } = config.transfer
         && !(0.0..=1.0).contains(&pic_fraction)

@@ -64,7 +64,11 @@ where
                         let mass = self.grid.tiles[t.tile as usize].mass[t.node as usize];
                         let shared = self.grid.contact[t.tile as usize].stiffness[t.node as usize];
                         // A weight so small that the mass underflowed carries nothing.
-                        if mass > 0.0 { t.weight * shared / mass } else { 0.0 }
+                        if mass > 0.0 {
+                            t.weight * shared / mass
+                        } else {
+                            0.0
+                        }
                     })
                     .sum();
                 load.omega_sq = load.omega_sq.max(sum);
@@ -92,12 +96,7 @@ where
         let tile = cloud.tile_of_lane(lane);
         let place = tile.frame.locate(&cloud.x[lane / LANES], pitch(W));
         let k = lane % LANES;
-        let s = [0, 1].map(|a| {
-            cloud
-                .shape
-                .weights(a, place.d[a])
-                .map(|w| w.as_array()[k])
-        });
+        let s = [0, 1].map(|a| cloud.shape.weights(a, place.d[a]).map(|w| w.as_array()[k]));
         for j in 0..W {
             for i in 0..W {
                 let weight = s[0][i] * s[1][j];

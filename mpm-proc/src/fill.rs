@@ -103,7 +103,8 @@ fn side(group: &GroupConfig, grid: &Geometry, key: &str) -> Result<f64, Refusal>
         Spacing::Counts(counts) => {
             if !matches!(group.fill, Fill::Rectangle { .. }) {
                 return refuse(
-                    "counts go with a rectangle only; use per_cell or distance for this region".into(),
+                    "counts go with a rectangle only; use per_cell or distance for this region"
+                        .into(),
                 );
             }
             if counts.contains(&0) {
@@ -158,7 +159,9 @@ fn refuse_too_many(count: f64, key: &str) -> Result<(), Refusal> {
     }
     Err(Refusal::new(
         format!("{key}.spacing"),
-        format!("this asks for {count:.1e} points, more than {POINTS_MAX:.0e}; use a larger spacing or cell"),
+        format!(
+            "this asks for {count:.1e} points, more than {POINTS_MAX:.0e}; use a larger spacing or cell"
+        ),
     ))
 }
 
@@ -270,14 +273,10 @@ fn segments_touch(a: Vec2, b: Vec2, c: Vec2, d: Vec2) -> bool {
 /// # Errors
 /// A [`Refusal`] that names both groups.
 pub fn refuse_overlap(groups: &[GroupConfig], points: &[Points]) -> Result<(), Refusal> {
-    let side = points
-        .iter()
-        .flat_map(|p| p.sides)
-        .fold(0.0, f64::max);
+    let side = points.iter().flat_map(|p| p.sides).fold(0.0, f64::max);
     let bounds: Vec<[Vec2; 2]> = points.iter().map(bounds).collect();
-    let meet = |a: &[Vec2; 2], b: &[Vec2; 2]| {
-        (0..2).all(|i| a[0][i] < b[1][i] && b[0][i] < a[1][i])
-    };
+    let meet =
+        |a: &[Vec2; 2], b: &[Vec2; 2]| (0..2).all(|i| a[0][i] < b[1][i] && b[0][i] < a[1][i]);
     let mut sorted: Vec<([i64; 2], usize, [f64; 2])> = Vec::new();
     for (g, p) in points.iter().enumerate() {
         let alone = (0..points.len()).all(|o| o == g || !meet(&bounds[g], &bounds[o]));

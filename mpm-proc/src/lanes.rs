@@ -50,9 +50,7 @@ pub fn smallest(lanes: Lanes) -> f64 {
 /// One in the first `count` lanes, zero in the rest.
 #[inline]
 pub fn first(count: usize) -> Lanes {
-    Lanes::new(core::array::from_fn(
-        |k| if k < count { 1.0 } else { 0.0 },
-    ))
+    Lanes::new(core::array::from_fn(|k| if k < count { 1.0 } else { 0.0 }))
 }
 
 #[cfg(test)]

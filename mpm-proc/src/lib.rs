@@ -54,3 +54,8 @@ mod transfer;
 mod walls;
 
 pub use solver::Mpm;
+
+#[cfg(test)]
+mod reference;
+#[cfg(test)]
+mod tests;

@@ -149,10 +149,17 @@ impl Reference {
             }
         }
         let raw: Vec<[f64; 2]> = (0..nodes.len())
-            .map(|n| if mass[n] > 0.0 { momentum[n].map(|p| p / mass[n]) } else { [0.0; 2] })
+            .map(|n| {
+                if mass[n] > 0.0 {
+                    momentum[n].map(|p| p / mass[n])
+                } else {
+                    [0.0; 2]
+                }
+            })
             .collect(); // (20)
-        let before: Vec<[f64; 2]> =
-            (0..nodes.len()).map(|n| self.hold(nodes[n], raw[n])).collect();
+        let before: Vec<[f64; 2]> = (0..nodes.len())
+            .map(|n| self.hold(nodes[n], raw[n]))
+            .collect();
         for i in 0..self.points.len() {
             let p = self.points[i];
             let mut l = [[0.0; 2]; 2];
@@ -179,12 +186,11 @@ impl Reference {
                 f[1] += contact[1] * s - v * (xy * g[0] + yy * g[1]);
             }
             if mass[n] > 0.0 {
-                let free = [0, 1]
-                    .map(|a| before[n][a] + kick * (f[a] / mass[n] + self.gravity[a])); // (17), (48)
+                let free = [0, 1].map(|a| before[n][a] + kick * (f[a] / mass[n] + self.gravity[a])); // (17), (48)
                 after[n] = self.hold(node, free);
                 for a in 0..2 {
-                    self.wall_impulse[a] += mass[n]
-                        * (after[n][a] - free[a] + alpha * (before[n][a] - raw[n][a]));
+                    self.wall_impulse[a] +=
+                        mass[n] * (after[n][a] - free[a] + alpha * (before[n][a] - raw[n][a]));
                 }
             }
         }

@@ -21,11 +21,7 @@ where
     ///
     /// # Errors
     /// A [`Fault`] that names the point, or that of the exchange.
-    pub fn step(
-        &mut self,
-        step: &Step,
-        contact: &mut dyn ContactForces,
-    ) -> Result<Limits, Fault> {
+    pub fn step(&mut self, step: &Step, contact: &mut dyn ContactForces) -> Result<Limits, Fault> {
         self.keep_sorted();
         self.points_to_grid(); //                          m_I, p_I^{n-1/2}, v_I^{n-1/2}        (18) (19) (20) (30)
         self.update_stress(step.dt_before); //             D, W, sigma^n, f_I^int               (21) ... (25), (13)
@@ -68,7 +64,11 @@ where
                 });
             }
         });
-        debug_assert!(self.clouds.iter().all(|c| c.force.len() == c.tiles.len() * pitch(W) * pitch(W)));
+        debug_assert!(
+            self.clouds
+                .iter()
+                .all(|c| c.force.len() == c.tiles.len() * pitch(W) * pitch(W))
+        );
     }
 
     fn update_grid(&mut self, kick: f64) {

@@ -39,7 +39,9 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
     pass: StressPass<'_, W, S>,
 ) {
     let pitch = pitch(W);
-    let StressPass { shape, x, nodes, .. } = pass;
+    let StressPass {
+        shape, x, nodes, ..
+    } = pass;
     let scale = splat(pass.dt * pass.per_cell);
     let load = -pass.volume * pass.per_cell;
     let share = (
@@ -53,7 +55,12 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
             stride: 1,
         },
     );
-    over_tiles(pass.grain, pass.tiles, share, &|tile, (points, force, stiffness)| {
+    over_tiles(pass.grain, pass.tiles, share, &|tile,
+                                                (
+        points,
+        force,
+        stiffness,
+    )| {
         let mut velocity: Window<[f64; 2]> = [[0.0; 2]; WINDOW_MAX];
         fill_window::<W, _>(&mut velocity, nodes, tile, |t| &t.before);
         force.items.fill([0.0; 2]);
@@ -123,14 +130,7 @@ pub fn window_rows<'a, const W: usize, T>(
 /// Node `i` of a row, of four points, by component.
 #[inline(always)]
 pub fn gather<const W: usize>(rows: &[&[[f64; 2]; W]; LANES], i: usize) -> [Lanes; 2] {
-    [0, 1].map(|a| {
-        Lanes::new([
-            rows[0][i][a],
-            rows[1][i][a],
-            rows[2][i][a],
-            rows[3][i][a],
-        ])
-    })
+    [0, 1].map(|a| Lanes::new([rows[0][i][a], rows[1][i][a], rows[2][i][a], rows[3][i][a]]))
 }
 
 /// `f_I^int -= V_p sigma_p grad S_Ip` (eq. 13); `volume` is `-V_p / L`, zero in lanes without a point.

@@ -127,10 +127,7 @@ pub fn over_tiles<D: Share, F: Fn(&Tile, D) + Sync>(
 pub fn over_items<T: Send, F: Fn(&mut T) + Sync>(grain: usize, items: &mut [T], work: &F) {
     if items.len() > grain {
         let (a, b) = items.split_at_mut(items.len() / 2);
-        rayon::join(
-            || over_items(grain, a, work),
-            || over_items(grain, b, work),
-        );
+        rayon::join(|| over_items(grain, a, work), || over_items(grain, b, work));
     } else {
         items.iter_mut().for_each(work);
     }

@@ -117,3 +117,79 @@ impl Material for LinearElastic {
         self.0.sound_speed()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::single_point::{Path, stress};
+
+    const MODULI: Moduli = Moduli {
+        bulk: 5.0e5,
+        shear: 3.0e5,
+        density: 1000.0,
+    };
+
+    /// `sigma_yy = (K + 4G/3) ln(h/h_0)` for a rate form: increments of true strain.
+    #[test]
+    fn uniaxial_strain() {
+        let mut path = Path::new(LinearElastic(MODULI));
+        path.stretch([0.0, -0.05], 1000);
+        let [xx, yy, zz, xy] = stress(&path.point);
+        assert!((yy / ((5.0e5 + 4.0e5) * -0.05) - 1.0).abs() < 1e-12);
+        assert!((xx / ((5.0e5 - 2.0e5) * -0.05) - 1.0).abs() < 1e-12);
+        assert!((zz / xx - 1.0).abs() < 1e-12 && xy == 0.0);
+        let volume = path.point.volume.to_array()[0];
+        assert!((volume - (-0.05_f64).exp()).abs() < 1e-8);
+        // sigma:eps/2 of the same state.
+        let energy = MODULI.energy(&path.point.stress).to_array()[0];
+        assert!((energy / (0.5 * yy * -0.05) - 1.0).abs() < 1e-12);
+    }
+
+    /// The Jaumann rate in simple shear: `sigma_xy = G sin(gamma)`, `sigma_xx = G (1 - cos(gamma))` (Dienes 1979).
+    #[test]
+    fn simple_shear() {
+        let mut path = Path::new(LinearElastic(MODULI));
+        let steps = 20_000;
+        path.shear(2.0, steps);
+        let [xx, yy, zz, xy] = stress(&path.point);
+        // The increment is added to the stress turned over the whole step: first order in gamma per step.
+        let tolerance = 2.0 / steps as f64 * 3.0e5;
+        assert!((xy - 3.0e5 * 2.0_f64.sin()).abs() < tolerance);
+        assert!((xx - 3.0e5 * (1.0 - 2.0_f64.cos())).abs() < tolerance);
+        assert!((yy + xx).abs() < 1e-8 * 3.0e5 && zz.abs() < 1e-8 * 3.0e5);
+        assert_eq!(path.point.volume.to_array()[0], 1.0);
+    }
+
+    #[test]
+    fn stress_turns_with_the_material_and_nothing_else_changes() {
+        let mut path = Path::new(LinearElastic(MODULI));
+        path.stretch([0.02, -0.01], 10);
+        let [xx, yy, zz, _] = stress(&path.point);
+        let energy = MODULI.energy(&path.point.stress).to_array()[0];
+        let turns = 3.0 * core::f64::consts::TAU + 0.7;
+        path.turn(turns, 40_000);
+        let [txx, tyy, tzz, txy] = stress(&path.point);
+        let (centre, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+        // The midpoint rule's angle falls short by (angle per step)^3 / 12 a step.
+        assert!((txx - centre - half * 1.4_f64.cos()).abs() < 1e-6 * half);
+        assert!((txy - half * 1.4_f64.sin()).abs() < 1e-6 * half);
+        assert!((txx + tyy - xx - yy).abs() < 1e-9 * half && tzz == zz);
+        assert!((MODULI.energy(&path.point.stress).to_array()[0] / energy - 1.0).abs() < 1e-10);
+        assert!((path.point.volume.to_array()[0] - (0.01_f64).exp()).abs() < 1e-6);
+    }
+
+    #[test]
+    fn the_plane_stiffness_is_the_largest_eigenvalue() {
+        for (bulk, shear) in [(5e5, 3e5), (1e5, 9e5), (1e7, 1e3)] {
+            let moduli = Moduli {
+                bulk,
+                shear,
+                density: 1.0,
+            };
+            let (m, l) = (bulk + 4.0 / 3.0 * shear, bulk - 2.0 / 3.0 * shear);
+            let c = nalgebra::Matrix3::new(m, l, 0.0, l, m, 0.0, 0.0, 0.0, 2.0 * shear);
+            let exact = c.symmetric_eigenvalues().max();
+            assert!((moduli.plane_stiffness() / exact - 1.0).abs() < 1e-12);
+        }
+    }
+}

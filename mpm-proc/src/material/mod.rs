@@ -4,6 +4,8 @@
 //! [`Material::State`], which is nothing for an elastic solid.
 
 mod elastic;
+#[cfg(test)]
+mod single_point;
 
 pub use elastic::{LinearElastic, Moduli};
 

@@ -1,0 +1,179 @@
+//! The step limits against eigenvalues of dense matrices.
+
+use interface::config::{Fill, ShapeFunction, Spacing, Transfer};
+use interface::solver::MpmSolver;
+use interface::step::Step;
+use interface::wire::{ImpForce, Limits};
+use nalgebra::{DMatrix, DVector};
+
+use super::against_reference::everywhere;
+use super::{BULK, Given, Random, SHEAR, block, configured};
+use crate::reference::Kernel;
+
+const CELL: f64 = 0.05;
+
+/// `S` (points x nodes) and `dS/dx`, `dS/dy` of a cloud, over all nodes that it touches.
+fn matrices(positions: &[[f64; 2]], kernel: Kernel, lower: [f64; 2]) -> [DMatrix<f64>; 3] {
+    let nodes: Vec<[f64; 2]> = (-3..24)
+        .flat_map(|j| (-3..24).map(move |i| [f64::from(i), f64::from(j)]))
+        .collect();
+    let at = |p: usize, n: usize| [0, 1].map(|a| (positions[p][a] - lower[a]) / CELL - nodes[n][a]);
+    let build = |f: &dyn Fn([f64; 2]) -> f64| {
+        DMatrix::from_fn(positions.len(), nodes.len(), |p, n| f(at(p, n)))
+    };
+    let s = build(&|d| kernel.value(d[0]) * kernel.value(d[1]));
+    let gx = build(&|d| kernel.slope(d[0]) * kernel.value(d[1]) / CELL);
+    let gy = build(&|d| kernel.value(d[0]) * kernel.slope(d[1]) / CELL);
+    let used: Vec<usize> = (0..nodes.len())
+        .filter(|&n| s.column(n).sum() > 1e-12)
+        .collect();
+    [s, gx, gy].map(|m| m.select_columns(&used))
+}
+
+fn largest_eigenvalue(symmetric: DMatrix<f64>) -> f64 {
+    symmetric.symmetric_eigenvalues().max()
+}
+
+fn opening(config: &interface::config::MpmConfig, forces: Vec<ImpForce>) -> Limits {
+    let mut mpm = configured(config);
+    mpm.select_imps(&everywhere());
+    let step = Step {
+        index: 0,
+        time: 0.0,
+        dt_before: 0.0,
+        dt: 0.0,
+        measure: false,
+    };
+    mpm.step(&step, &mut Given(forces)).expect("a sound step")
+}
+
+#[test]
+fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
+    for (shape, kernel, transfer) in [
+        (
+            ShapeFunction::QuadraticBspline,
+            Kernel::Quadratic,
+            Transfer::Apic,
+        ),
+        (ShapeFunction::CubicBspline, Kernel::Cubic, Transfer::Apic),
+        (ShapeFunction::Ugimp, Kernel::Ugimp(0.25), Transfer::Flip),
+    ] {
+        let mut tightest: f64 = 0.0;
+        for seed in 0..12 {
+            let mut random = Random::new(seed);
+            let mut config = block();
+            (config.shape, config.transfer) = (shape, transfer);
+            let count = [3, 12, 40][seed as usize % 3];
+            let positions: Vec<[f64; 2]> = (0..count)
+                .map(|_| [random.between(0.2, 0.4), random.between(0.3, 0.5)])
+                .collect();
+            config.groups[0].fill = Fill::Points {
+                positions: positions.clone(),
+            };
+            config.groups[0].spacing = Spacing::Distance(0.025);
+            let stiffness: Vec<f64> = (0..count)
+                .map(|i| {
+                    if i % 3 == 0 {
+                        0.0
+                    } else {
+                        random.between(1e4, 1e6)
+                    }
+                })
+                .collect();
+            let limits = opening(
+                &config,
+                stiffness
+                    .iter()
+                    .map(|&stiffness| ImpForce {
+                        force: [0.0; 2],
+                        stiffness,
+                    })
+                    .collect(),
+            );
+
+            let (volume, mass) = (0.025 * 0.025, 1000.0 * 0.025 * 0.025);
+            let [s, gx, gy] = matrices(&positions, kernel, config.domain[0]);
+            let n = s.ncols();
+            let nodal: DVector<f64> = s.row_sum().transpose() * mass;
+            let root = nodal.map(|m| 1.0 / m.sqrt());
+            // K = V B^T C B, node by node in x and then in y.
+            let mut k = DMatrix::zeros(2 * n, 2 * n);
+            let c = nalgebra::Matrix3::new(
+                BULK + 4.0 / 3.0 * SHEAR,
+                BULK - 2.0 / 3.0 * SHEAR,
+                0.0,
+                BULK - 2.0 / 3.0 * SHEAR,
+                BULK + 4.0 / 3.0 * SHEAR,
+                0.0,
+                0.0,
+                0.0,
+                SHEAR,
+            );
+            for p in 0..count {
+                let mut b = DMatrix::zeros(3, 2 * n);
+                for i in 0..n {
+                    b[(0, i)] = gx[(p, i)];
+                    b[(1, n + i)] = gy[(p, i)];
+                    b[(2, i)] = gy[(p, i)];
+                    b[(2, n + i)] = gx[(p, i)];
+                }
+                k += b.transpose() * c * &b * volume;
+            }
+            for i in 0..2 * n {
+                for j in 0..2 * n {
+                    k[(i, j)] *= root[i % n] * root[j % n];
+                }
+            }
+            let exact = largest_eigenvalue(k);
+            assert!(
+                exact <= limits.omega_sq * (1.0 + 1e-9),
+                "{shape:?} {seed}: {exact} {}",
+                limits.omega_sq
+            );
+            tightest = tightest.max(exact / limits.omega_sq);
+
+            let scaled =
+                DMatrix::from_fn(count, n, |p, i| stiffness[p].sqrt() * s[(p, i)] * root[i]);
+            let exact = largest_eigenvalue(&scaled * scaled.transpose());
+            assert!(
+                exact <= limits.contact_omega_sq * (1.0 + 1e-9),
+                "{exact} {}",
+                limits.contact_omega_sq
+            );
+            assert!(exact > 0.05 * limits.contact_omega_sq);
+            assert!(
+                limits.mobility <= (1.0 + 1e-9) / mass,
+                "never above 1/m: {}",
+                limits.mobility
+            );
+        }
+        // The bound is reached, near enough, by a cloud whose points lie in the stiffest place.
+        assert!(tightest > 0.3, "{shape:?}: {tightest}");
+    }
+}
+
+#[test]
+fn without_imps_there_is_no_contact_limit() {
+    let mut mpm = configured(&block());
+    let step = Step {
+        index: 0,
+        time: 0.0,
+        dt_before: 0.0,
+        dt: 0.0,
+        measure: false,
+    };
+    let limits = mpm.step(&step, &mut ()).expect("a sound step");
+    assert_eq!(
+        (
+            limits.contact_omega_sq,
+            limits.mobility,
+            limits.speed,
+            limits.radius_min,
+            limits.damping
+        ),
+        (0.0, 0.0, 0.0, 0.0, 0.0)
+    );
+    // 6/L^2 (2K + 2G/3)/rho
+    let expected = 6.0 / (CELL * CELL) * (2.0 * BULK + 2.0 / 3.0 * SHEAR) / 1000.0;
+    assert!((limits.omega_sq / expected - 1.0).abs() < 1e-12);
+}

@@ -1,0 +1,217 @@
+//! What is refused, and that it is told where and why; and what stops a run.
+
+use interface::config::{Fill, MaterialModel, MpmConfig, ShapeFunction, Spacing, Transfer};
+use interface::solver::{Fault, MpmSolver};
+use interface::wire::ImpForce;
+
+use super::against_reference::everywhere;
+use super::{Given, Stepper, block, configured};
+use crate::Mpm;
+
+fn refused(change: impl Fn(&mut MpmConfig), key: &str, says: &str) {
+    let mut config = block();
+    change(&mut config);
+    match Mpm::new().configure(&config) {
+        Ok(_) => panic!("{key}: not refused"),
+        Err(refusal) => {
+            assert_eq!(refusal.key, key, "{refusal}");
+            assert!(refusal.message.contains(says), "{refusal}");
+        }
+    }
+}
+
+#[test]
+fn bad_configurations_are_refused_with_key_and_reason() {
+    refused(|c| c.cell = 0.0, "mpm.cell", "above 0");
+    refused(|c| c.cell = f64::NAN, "mpm.cell", "above 0");
+    refused(|c| c.cell = 0.03, "mpm.domain", "whole number of cells");
+    refused(|c| c.cell = 1e-12, "mpm.domain", "cells along x");
+    refused(|c| c.domain[1][0] = f64::INFINITY, "mpm.domain", "interval");
+    refused(|c| c.domain[1][1] = 0.0, "mpm.domain", "interval");
+    refused(|c| c.gravity[1] = f64::NAN, "mpm.gravity", "finite");
+    refused(|c| c.skin = -1.0, "mpm.skin", "0 or more");
+    refused(
+        |c| c.materials[0].density = -1.0,
+        "mpm.materials[0].density",
+        "above 0",
+    );
+    refused(
+        |c| {
+            c.materials[0].model = MaterialModel::LinearElastic {
+                bulk_modulus: f64::NAN,
+                shear_modulus: 1.0,
+            };
+        },
+        "mpm.materials[0].model.bulk_modulus",
+        "above 0",
+    );
+    refused(
+        |c| c.groups[0].material = 3,
+        "mpm.groups[0].material",
+        "no material",
+    );
+    refused(
+        |c| c.groups[0].velocity[0] = f64::NAN,
+        "mpm.groups[0].velocity",
+        "finite",
+    );
+    refused(
+        |c| c.groups[0].contact_radius = Some(0.0),
+        "mpm.groups[0].contact_radius",
+        "above 0",
+    );
+    refused(
+        |c| c.groups[0].spacing = Spacing::PerCell(5),
+        "mpm.groups[0].spacing",
+        "use 4 or 9",
+    );
+    refused(
+        |c| c.groups[0].spacing = Spacing::Distance(1e-9),
+        "mpm.groups[0].spacing",
+        "points",
+    );
+    refused(
+        |c| {
+            c.groups[0].spacing = Spacing::Counts([3, 3]);
+            c.groups[0].fill = Fill::Disc {
+                center: [0.3, 0.4],
+                radius: 0.1,
+            };
+        },
+        "mpm.groups[0].spacing",
+        "rectangle only",
+    );
+    refused(
+        |c| {
+            c.groups[0].fill = Fill::Disc {
+                center: [0.7, 0.4],
+                radius: 0.2,
+            }
+        },
+        "mpm.groups[0].fill",
+        "out of the domain",
+    );
+    refused(
+        |c| {
+            c.groups[0].fill = Fill::Disc {
+                center: [0.3, 0.4],
+                radius: 0.01,
+            }
+        },
+        "mpm.groups[0].fill",
+        "no points",
+    );
+    refused(
+        |c| {
+            c.groups[0].fill = Fill::Polygon {
+                vertices: vec![[0.1, 0.3], [0.4, 0.5], [0.4, 0.3], [0.1, 0.5]],
+            };
+        },
+        "mpm.groups[0].fill",
+        "edges 0 and 2",
+    );
+    refused(
+        |c| {
+            let mut other = c.groups[0].clone();
+            other.name = "second".into();
+            other.fill = Fill::Disc {
+                center: [0.4, 0.5],
+                radius: 0.05,
+            };
+            c.groups.push(other);
+        },
+        "mpm.groups[1].fill",
+        "on top of group 'block'",
+    );
+    refused(
+        |c| c.transfer = Transfer::Blend { pic_fraction: 1.5 },
+        "mpm.transfer.blend.pic_fraction",
+        "between",
+    );
+    refused(
+        |c| c.shape = ShapeFunction::Ugimp,
+        "mpm.transfer",
+        "quadratic_bspline",
+    );
+}
+
+#[test]
+fn a_huge_empty_domain_costs_nothing() {
+    let mut config = block();
+    config.domain = [[0.0, 0.0], [5.0e4, 5.0e4]]; // 1e12 cells
+    let mut mpm = Mpm::new();
+    let ready = mpm.configure(&config).expect("sparse");
+    assert!(ready.bytes < 1_000_000, "{} bytes", ready.bytes);
+    Stepper::new().run(&mut mpm, 1e-4, 3);
+}
+
+#[test]
+fn a_force_that_is_not_finite_names_its_point() {
+    let mut mpm = configured(&block());
+    let count = mpm.select_imps(&everywhere()).len();
+    let mut forces = vec![ImpForce::default(); count];
+    forces[17].force[1] = f64::NAN;
+    let fault = Stepper::new().step(&mut mpm, 1e-4, false, &mut Given(forces));
+    assert_eq!(
+        fault,
+        Err(Fault::NotFinite {
+            what: "contact force".into(),
+            item: "point 17".into()
+        })
+    );
+}
+
+#[test]
+fn a_run_that_blows_up_is_stopped_before_anything_is_returned() {
+    let mut config = block();
+    config.domain = [[-100.0, -100.0], [100.0, 100.0]];
+    let mut mpm = configured(&config);
+    let count = mpm.select_imps(&everywhere()).len();
+    let mut forces = vec![ImpForce::default(); count];
+    forces[5].force = [1e6, 2e5];
+    let mut stepper = Stepper::new();
+    let mut contact = Given(forces);
+    let fault = (0..1000).find_map(|_| {
+        let result = stepper.step(&mut mpm, 0.02, true, &mut contact);
+        contact.0[5].force = [0.0; 2];
+        if result.is_ok() {
+            let sound = |x: [f64; 2]| x.iter().all(|x| x.is_finite());
+            assert!(
+                mpm.points()
+                    .iter()
+                    .all(|p| sound(p.position) && sound(p.velocity))
+            );
+        }
+        result.err()
+    });
+    assert!(matches!(
+        fault,
+        Some(Fault::LeftDomain { .. } | Fault::NotFinite { .. })
+    ));
+}
+
+#[test]
+fn a_point_that_leaves_is_named() {
+    let mut config = block();
+    config.groups[0].velocity = [-10.0, 0.0];
+    let mut mpm = configured(&config);
+    let mut stepper = Stepper::new();
+    let fault = (0..1000).find_map(|_| stepper.step(&mut mpm, 1e-3, false, &mut ()).err());
+    let Some(Fault::LeftDomain { id, x, .. }) = fault else {
+        panic!("{fault:?}");
+    };
+    assert!(id % 12 == 0 && x < -0.2, "{id} at {x}");
+}
+
+#[test]
+fn forces_for_another_set_are_an_error() {
+    let mut mpm = configured(&block());
+    mpm.select_imps(&everywhere());
+    let fault = Stepper::new().step(
+        &mut mpm,
+        1e-4,
+        false,
+        &mut Given(vec![ImpForce::default(); 3]),
+    );
+    assert!(matches!(fault, Err(Fault::Other(m)) if m.contains("3 contact forces")));
+}
