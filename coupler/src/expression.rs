@@ -174,27 +174,26 @@ const FUNCTIONS: [(&str, Unary); 15] = [
     ("sign", sign),
 ];
 
-const FUNCTIONS_OF_TWO: [(&str, Binary); 3] = [
-    ("min", |a, b| {
-        if a <= b {
-            a
-        } else if b < a {
-            b
-        } else {
-            f64::NAN
-        }
-    }),
-    ("max", |a, b| {
-        if a >= b {
-            a
-        } else if b > a {
-            b
-        } else {
-            f64::NAN
-        }
-    }),
-    ("atan2", f64::atan2),
-];
+const FUNCTIONS_OF_TWO: [(&str, Binary); 3] =
+    [("min", smaller), ("max", larger), ("atan2", f64::atan2)];
+
+/// Unlike `f64::min`, NaN if either is.
+fn smaller(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() {
+        f64::NAN
+    } else {
+        a.min(b)
+    }
+}
+
+/// Unlike `f64::max`, NaN if either is.
+fn larger(a: f64, b: f64) -> f64 {
+    if a.is_nan() || b.is_nan() {
+        f64::NAN
+    } else {
+        a.max(b)
+    }
+}
 
 /// -1, 0 or 1; NaN of NaN. Unlike `f64::signum`, 0 has no sign.
 fn sign(a: f64) -> f64 {

@@ -363,3 +363,88 @@ fn the_schema_knows_the_keys_that_scenes_use() {
         assert!(text.contains(&format!("\"{key}\"")), "{key}");
     }
 }
+
+#[test]
+fn a_scene_with_any_line_lost_or_any_value_odd_never_panics() {
+    let files = Files::new();
+    let lines: Vec<&str> = GOOD.lines().collect();
+    let odd = [
+        "-1",
+        "0",
+        "nan",
+        "-inf",
+        "\"x\"",
+        "\"\"",
+        "[]",
+        "{}",
+        "true",
+        "1e300",
+        "5e-324",
+        "9223372036854775807",
+        "[[1]]",
+        "{ at = 1 }",
+        "1979-05-27",
+    ];
+    let mut mutants: Vec<String> = Vec::new();
+    for i in 0..lines.len() {
+        let with = |line: Option<String>| {
+            let mut mutant: Vec<String> = lines.iter().map(|l| (*l).to_owned()).collect();
+            match line {
+                Some(line) => mutant[i] = line,
+                None => {
+                    mutant.remove(i);
+                }
+            }
+            mutant.join("\n")
+        };
+        mutants.push(with(None));
+        if let Some((key, _)) = lines[i].split_once('=') {
+            mutants.extend(
+                odd.iter()
+                    .map(|value| with(Some(format!("{key}= {value}")))),
+            );
+        }
+    }
+    assert!(mutants.len() > 400, "{}", mutants.len());
+    for mutant in mutants {
+        let path = files.write("mutant.toml", &mutant);
+        for variant in [None, Some("quick")] {
+            match load(&path, variant, &[]) {
+                Ok(scene) => assert!(!scene.plan().to_string().is_empty()),
+                Err(errors) => {
+                    assert!(errors.contains("error: ") && errors.contains("mutant.toml"));
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_description_of_the_format_names_every_key() {
+    fn keys(schema: &serde_json::Value, found: &mut std::collections::BTreeSet<String>) {
+        match schema {
+            serde_json::Value::Object(object) => {
+                if let Some(properties) = object.get("properties").and_then(|p| p.as_object()) {
+                    found.extend(properties.keys().cloned());
+                }
+                object.values().for_each(|value| keys(value, found));
+            }
+            serde_json::Value::Array(array) => array.iter().for_each(|value| keys(value, found)),
+            _ => {}
+        }
+    }
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/scene-format.md");
+    let page = std::fs::read_to_string(page).expect("docs/scene-format.md");
+    let mut found = std::collections::BTreeSet::new();
+    keys(&schema(), &mut found);
+    assert!(found.len() > 80, "{}", found.len());
+    let words: Vec<&str> = page
+        .split(|c: char| !c.is_ascii_alphanumeric() && c != '_')
+        .collect();
+    for key in found {
+        assert!(
+            words.contains(&key.as_str()),
+            "docs/scene-format.md does not name `{key}`"
+        );
+    }
+}

@@ -243,7 +243,7 @@ impl Context<'_> {
         })
     }
 
-    /// A check. The table of a CSV reference is returned beside it, for the resolved scene.
+    /// A check, with the numbers of its reference if that is a table.
     pub fn check(
         &self,
         problems: &mut Problems,
