@@ -1,6 +1,7 @@
 //! Where log events go: `log.jsonl` in the run directory, and standard error as text or JSON.
 
 use std::fs::File;
+use std::io::IsTerminal;
 use std::sync::Mutex;
 
 use tracing::Level;
@@ -28,7 +29,7 @@ pub fn of_run(file: File, format: LogFormat) {
         .json()
         .with_writer(Mutex::new(file))
         .with_filter(ours(Level::DEBUG));
-    let stderr = layer().with_writer(std::io::stderr);
+    let stderr = layer().with_writer(std::io::stderr).with_ansi(std::io::stderr().is_terminal());
     let to_stderr = match format {
         LogFormat::Json => stderr.json().with_filter(ours(Level::INFO)).boxed(),
         LogFormat::Text => stderr

@@ -71,6 +71,12 @@ fn rotate(s: &Stress, by: &Deformation) -> Stress {
     }
 }
 
+/// `sigma : D dt` in Pa.
+#[inline(always)]
+pub fn power(s: &Stress, by: &Deformation) -> Lanes {
+    s.xx * by.xx + s.yy * by.yy + s.xy * (by.xy + by.yx)
+}
+
 /// Volume after the interval over volume before: `exp(tr D dt)` to second order, positive whatever the step.
 #[inline(always)]
 pub fn volume_ratio(by: &Deformation) -> Lanes {
@@ -79,13 +85,18 @@ pub fn volume_ratio(by: &Deformation) -> Lanes {
 }
 
 /// Linear elasticity in plane strain.
+///
+/// The rate form of Cauchy stress is not integrable at finite strain: no function of stress and volume is its energy
+/// (one that pretends to be, `p^2 / 2K + s:s / 4G`, is off by a share of the order of the strain and would show up as
+/// energy from nowhere). So the work of the stress itself is kept, and is the elastic energy of the ledger.
 #[derive(Debug, Clone, Copy)]
 pub struct LinearElastic(pub Moduli);
 
 impl Material for LinearElastic {
-    type State = ();
+    /// Work of the stress per initial volume in Pa.
+    type State = Lanes;
 
-    fn initial(&self) -> Point<()> {
+    fn initial(&self) -> Point<Lanes> {
         Point {
             stress: Stress {
                 xx: ZERO,
@@ -94,23 +105,27 @@ impl Material for LinearElastic {
                 xy: ZERO,
             },
             volume: splat(1.0),
-            state: (),
+            state: ZERO,
         }
     }
 
     #[inline(always)]
-    fn update(&self, point: &mut Point<()>, by: &Deformation) {
+    fn update(&self, point: &mut Point<Lanes>, by: &Deformation) {
+        let before = point.volume * power(&point.stress, by);
         point.stress = self.0.trial(&point.stress, by);
         point.volume *= volume_ratio(by);
+        // The trapezoidal rule is what the leapfrog of nodes and points does to the same force: the force of t_n acts
+        // over half of the interval behind and half of the one ahead.
+        point.state += splat(0.5) * (before + point.volume * power(&point.stress, by));
     }
 
     #[inline(always)]
-    fn stiffness_over_density(&self, point: &Point<()>) -> Lanes {
+    fn stiffness_over_density(&self, point: &Point<Lanes>) -> Lanes {
         point.volume * splat(self.0.plane_stiffness() / self.0.density)
     }
 
-    fn elastic_energy(&self, point: &Point<()>) -> Lanes {
-        self.0.energy(&point.stress) * point.volume
+    fn elastic_energy(&self, point: &Point<Lanes>) -> Lanes {
+        point.state
     }
 
     fn sound_speed(&self) -> f64 {
