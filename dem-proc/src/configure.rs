@@ -5,7 +5,7 @@ use interface::config::{ContactLaw, DemConfig, Motion};
 use interface::solver::{DemMeasurement, Readiness, Refusal};
 use interface::wire::EnvelopeVertex;
 
-use crate::body::{Bodies, Reference};
+use crate::body::{Bodies, Odometer};
 use crate::law::{Coulomb, Elastic, Law, Linear, Smooth, Viscous};
 use crate::ledger::Totals;
 use crate::load::Load;
@@ -32,8 +32,14 @@ pub struct System {
     pub body_loads: Vec<Load>,
     /// Velocities and spins at `t_{n+1/2}`, not yet taken over.
     pub kicked: Vec<(Vec2, f64)>,
-    /// Poses at the last call of `envelopes`.
-    pub published_at: Reference,
+    /// Upper bound of the speed of any surface over the last step, in m/s.
+    pub speed: f64,
+    /// The same after the kick, not yet taken over.
+    pub kicked_speed: f64,
+    /// How far surfaces have gone since the last call of `envelopes`.
+    pub published: Odometer,
+    /// `V_d` in m.
+    pub skin: f64,
     /// The envelopes.
     pub envelopes: Vec<EnvelopeVertex>,
     /// Sums over the run.
@@ -59,7 +65,10 @@ impl Default for System {
             point_loads: Vec::new(),
             body_loads: Vec::new(),
             kicked: Vec::new(),
-            published_at: Reference::default(),
+            speed: 0.0,
+            kicked_speed: 0.0,
+            published: Odometer::default(),
+            skin: 0.0,
             envelopes: Vec::new(),
             totals: Totals::default(),
             measurement: DemMeasurement::default(),
@@ -104,10 +113,7 @@ fn with_law<F: ForLaw>(law: &ContactLaw, build: F) -> F::Output {
             friction,
             damping_ratio: ratio,
         } => {
-            let coulomb = Coulomb {
-                stiffness: tangential_stiffness,
-                friction,
-            };
+            let coulomb = Coulomb::new(tangential_stiffness, friction);
             match (friction > 0.0, ratio > 0.0) {
                 (false, false) => build.build(Linear {
                     stiffness,
@@ -181,6 +187,8 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         point_loads: vec![Load::default(); n],
         body_loads: vec![Load::default(); n],
         kicked: Vec::with_capacity(n),
+        speed: bodies.initial_speed(),
+        skin: config.skin,
         bodies,
         ..System::default()
     };

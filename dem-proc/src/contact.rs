@@ -1,7 +1,7 @@
 //! Contact geometry and nothing else (Jiang 2020 section 3.1; PHYSICS.md section 5).
 
 use interface::Vec2;
-use interface::outline::{Feature, nearest_on_edge};
+use interface::outline::Feature;
 
 use crate::mass::{cross, outward};
 
@@ -12,6 +12,24 @@ pub struct Seen {
     pub distance: f64,
     /// Unit normal `N` of the contact, from the outline to the outside: the way in which a point is pushed.
     pub normal: Vec2,
+}
+
+/// The point of the edge `a b` nearest to `p`, and how far along the edge it is, between 0 and 1 inclusive.
+///
+/// [`interface::outline::nearest_on_edge`] in a form that inlines into the contact loops across crates.
+#[inline]
+pub fn foot(a: Vec2, b: Vec2, p: Vec2) -> (Vec2, f64) {
+    let edge = b - a;
+    let along = (p - a).dot(&edge);
+    let length_sq = edge.norm_squared();
+    if along <= 0.0 {
+        (a, 0.0)
+    } else if along >= length_sq {
+        (b, 1.0)
+    } else {
+        let t = along / length_sq;
+        (a + edge * t, t)
+    }
 }
 
 /// The nearest point of a closed, counter-clockwise outline among `edges`, seen from `p`.
@@ -36,8 +54,15 @@ pub fn see(outline: &[Vec2], edges: impl IntoIterator<Item = usize>, p: Vec2) ->
     let mut best = (f64::INFINITY, Vec2::zeros(), Feature::Vertex(0));
     for i in edges {
         let j = if i + 1 == n { 0 } else { i + 1 };
-        let (y, feature) = nearest_on_edge(outline[i], outline[j], p, i, j);
+        let (y, t) = foot(outline[i], outline[j], p);
         let distance_sq = (p - y).norm_squared();
+        let feature = if t == 0.0 {
+            Feature::Vertex(i)
+        } else if t == 1.0 {
+            Feature::Vertex(j)
+        } else {
+            Feature::Edge(i)
+        };
         if distance_sq < best.0 {
             best = (distance_sq, y, feature);
         }
@@ -89,19 +114,17 @@ pub fn contact_point(x: Vec2, radius: f64, overlap: f64, normal: Vec2) -> Vec2 {
     x - normal * (radius - 0.5 * overlap)
 }
 
-/// Distance of a vertex from an edge `a b`, and the unit vector from the edge to the vertex (eq. 38). Unsigned.
+/// Vector from the nearest point of the edge `a b` to a vertex (eq. 38), and its squared length. Unsigned distance.
 ///
-/// An edge without length (`a == b`) is a disc. A vertex exactly on the edge is pushed along the edge's outward
-/// normal; one disc exactly on another along +y.
+/// An edge without length (`a == b`) is a disc.
 #[inline]
-pub fn vertex_edge(vertex: Vec2, a: Vec2, b: Vec2) -> (f64, Vec2) {
-    let d = vertex - nearest_on_edge(a, b, vertex, 0, 1).0;
-    let distance = d.norm();
-    if distance > 0.0 {
-        (distance, d / distance)
-    } else if a == b {
-        (0.0, Vec2::y())
-    } else {
-        (0.0, outward(b - a))
-    }
+pub fn vertex_edge(vertex: Vec2, a: Vec2, b: Vec2) -> (Vec2, f64) {
+    let d = vertex - foot(a, b, vertex).0;
+    (d, d.norm_squared())
+}
+
+/// The normal of a vertex exactly on an edge: the edge's outward normal; of one disc exactly on another: +y.
+#[cold]
+pub fn normal_on(a: Vec2, b: Vec2) -> Vec2 {
+    if a == b { Vec2::y() } else { outward(b - a) }
 }

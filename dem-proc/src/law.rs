@@ -13,8 +13,15 @@ pub struct Touch {
     pub moved: [f64; 2],
     /// Relative velocity of the two surfaces at `t_{n-1/2}` along `N` and `T` in m/s.
     pub velocity: [f64; 2],
-    /// Reduced mass of the pair in kg/m; infinite when neither side can move.
+}
+
+/// Two things that may touch, as a law sees them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mates {
+    /// Reduced mass `1 / (1/m_1 + 1/m_2)` in kg/m.
     pub mass: f64,
+    /// Reduced radius of curvature `1 / (1/a_1 + 1/a_2)` in m.
+    pub radius: f64,
 }
 
 /// The answer of a law.
@@ -26,6 +33,8 @@ pub struct Press<H> {
     pub tangential: f64,
     /// What to remember until the next step.
     pub history: H,
+    /// Dissipated over the last step.
+    pub loss: Loss,
 }
 
 /// Energy that a contact dissipated over the last step, in J/m.
@@ -37,53 +46,76 @@ pub struct Loss {
     pub viscous: f64,
 }
 
-/// What a contact remembers.
-pub trait History: Copy + Default + Send + Sync + std::fmt::Debug + 'static {
-    /// Dissipation of the last step.
-    fn loss(&self) -> Loss {
-        Loss::default()
+impl std::ops::AddAssign for Loss {
+    fn add_assign(&mut self, other: Self) {
+        self.friction += other.friction;
+        self.viscous += other.viscous;
     }
 }
 
+/// Plain values that may be stored in arrays and shared between threads.
+pub trait Plain: Copy + Send + Sync + std::fmt::Debug + 'static {}
+impl<T: Copy + Send + Sync + std::fmt::Debug + 'static> Plain for T {}
+
 /// A contact law.
-pub trait Law: Copy + Send + Sync + std::fmt::Debug + 'static {
+pub trait Law: Plain {
     /// Memory of one contact; `()` where there is none.
-    type History: History;
+    type History: Plain + Default;
+    /// What of a pair never changes, worked out when the pair enters a list.
+    type Pair: Plain;
     /// Whether the law looks at [`Touch::moved`] and [`Touch::velocity`].
     const MOTION: bool;
 
+    /// The constants of a pair.
+    fn pair(&self, mates: &Mates) -> Self::Pair;
     /// Normal and tangential stiffness in N/m per m, of a contact at this overlap or about to close.
-    fn stiffness(&self, overlap: f64) -> [f64; 2];
+    fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> [f64; 2];
     /// Fraction of critical damping.
     fn damping_ratio(&self) -> f64;
     /// Force of a contact with positive overlap.
-    fn press(&self, touch: &Touch, before: &Self::History) -> Press<Self::History>;
-    /// What is left of a contact that has opened: no spring, but the loss of its last step.
-    fn part(&self, touch: &Touch, before: &Self::History) -> Self::History;
+    fn press(
+        &self,
+        pair: &Self::Pair,
+        touch: &Touch,
+        before: &Self::History,
+    ) -> Press<Self::History>;
+    /// Loss of the last step of a contact that has opened; nothing else is left of it.
+    fn part(&self, touch: &Touch, before: &Self::History) -> Loss;
     /// Energy in the springs in J/m.
-    fn energy(&self, overlap: f64, history: &Self::History) -> f64;
+    fn energy(&self, pair: &Self::Pair, overlap: f64, history: &Self::History) -> f64;
 }
 
 /// Tangential part of a law.
-pub trait Tangent: Copy + Send + Sync + std::fmt::Debug + 'static {
+pub trait Tangent: Plain {
     /// Memory.
-    type State: Copy + Default + Send + Sync + std::fmt::Debug + 'static;
+    type State: Plain + Default;
     /// Whether there is any.
     const ACTIVE: bool;
     /// `k_t` in N/m.
     fn stiffness(&self) -> f64;
-    /// Force of the spring, force of the dashpot, new state. `dashpot` is the force that it would like to exert.
+    /// The tangential force of this step. `dashpot` is the force that a dashpot would like to exert.
     fn slide(
         &self,
         normal: f64,
         dashpot: f64,
         moved: f64,
         before: &Self::State,
-    ) -> (f64, f64, Self::State);
+    ) -> Slide<Self::State>;
     /// Energy in the spring in J/m.
     fn energy(&self, state: &Self::State) -> f64;
+}
+
+/// The answer of a [`Tangent`].
+#[derive(Debug, Clone, Copy)]
+pub struct Slide<S> {
+    /// Force of the spring in N/m.
+    pub spring: f64,
+    /// Force of the dashpot in N/m, as far as friction carries it.
+    pub dashpot: f64,
+    /// What to remember.
+    pub state: S,
     /// Dissipated by sliding over the last step in J/m.
-    fn loss(state: &Self::State) -> f64;
+    pub loss: f64,
 }
 
 /// No friction: no tangential force, no memory.
@@ -96,13 +128,16 @@ impl Tangent for Smooth {
     fn stiffness(&self) -> f64 {
         0.0
     }
-    fn slide(&self, _: f64, _: f64, _: f64, (): &()) -> (f64, f64, ()) {
-        (0.0, 0.0, ())
+    #[inline]
+    fn slide(&self, _: f64, _: f64, _: f64, (): &()) -> Slide<()> {
+        Slide {
+            spring: 0.0,
+            dashpot: 0.0,
+            state: (),
+            loss: 0.0,
+        }
     }
     fn energy(&self, (): &()) -> f64 {
-        0.0
-    }
-    fn loss((): &()) -> f64 {
         0.0
     }
 }
@@ -111,22 +146,31 @@ impl Tangent for Smooth {
 #[derive(Debug, Clone, Copy)]
 pub struct Coulomb {
     /// `k_t` in N/m.
-    pub stiffness: f64,
+    stiffness: f64,
+    /// `1 / k_t`: a multiplication in the loop instead of a division.
+    compliance: f64,
     /// `mu`.
-    pub friction: f64,
+    friction: f64,
 }
 
-/// Memory of [`Coulomb`].
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Spring {
-    /// Elongation `xi_t` along `T` in m. A number and not a vector, so it turns with the contact frame by itself.
-    pub elongation: f64,
-    /// Dissipated over the last step in J/m.
-    pub loss: f64,
+impl Coulomb {
+    /// Friction `mu` with a spring of `stiffness` (N/m), which is positive.
+    pub fn new(stiffness: f64, friction: f64) -> Self {
+        Self {
+            stiffness,
+            compliance: 1.0 / stiffness,
+            friction,
+        }
+    }
 }
+
+/// Elongation `xi_t` of the tangential spring along `T` in m. A number and not a vector, so it turns with the contact
+/// frame by itself.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Elongation(pub f64);
 
 impl Tangent for Coulomb {
-    type State = Spring;
+    type State = Elongation;
     const ACTIVE: bool = true;
     fn stiffness(&self) -> f64 {
         self.stiffness
@@ -135,38 +179,48 @@ impl Tangent for Coulomb {
     /// which closes the energy balance exactly: for `xi -> xi'` under a displacement `u`, the work
     /// `k (xi + xi') u / 2` less the stored `k (xi'^2 - xi^2) / 2` is `k (xi + xi') (u - (xi' - xi)) / 2`.
     #[inline]
-    fn slide(&self, normal: f64, dashpot: f64, moved: f64, before: &Spring) -> (f64, f64, Spring) {
+    fn slide(
+        &self,
+        normal: f64,
+        dashpot: f64,
+        moved: f64,
+        before: &Elongation,
+    ) -> Slide<Elongation> {
         let cap = self.friction * normal;
-        let longest = cap / self.stiffness;
-        let elongation = (before.elongation + moved).clamp(-longest, longest);
-        let spring = -self.stiffness * elongation;
-        let total = (spring + dashpot).clamp(-cap, cap);
-        let slip = moved - (elongation - before.elongation);
-        let loss = 0.5 * self.stiffness * (elongation + before.elongation) * slip;
-        (spring, total - spring, Spring { elongation, loss })
+        let longest = cap * self.compliance;
+        let before = before.0;
+        let now = (before + moved).max(-longest).min(longest);
+        let spring = -self.stiffness * now;
+        let total = (spring + dashpot).max(-cap).min(cap);
+        Slide {
+            spring,
+            dashpot: total - spring,
+            state: Elongation(now),
+            loss: 0.5 * self.stiffness * (now + before) * (moved - (now - before)),
+        }
     }
-    fn energy(&self, state: &Spring) -> f64 {
-        0.5 * self.stiffness * state.elongation * state.elongation
-    }
-    fn loss(state: &Spring) -> f64 {
-        state.loss
+    fn energy(&self, state: &Elongation) -> f64 {
+        0.5 * self.stiffness * state.0 * state.0
     }
 }
 
 /// Viscous part of a law.
-pub trait Dashpot: Copy + Send + Sync + std::fmt::Debug + 'static {
-    /// Memory.
-    type State: Copy + Default + Send + Sync + std::fmt::Debug + 'static;
+pub trait Dashpot: Plain {
+    /// Memory: the forces along `N` and `T` at the last step, where there are any.
+    type State: Plain + Default;
+    /// Coefficients of a pair.
+    type Pair: Plain;
     /// Whether there is any.
     const ACTIVE: bool;
     /// `zeta`.
     fn ratio(&self) -> f64;
-    /// `c = 2 zeta sqrt(k m)` in N s/m per m.
-    fn coefficient(&self, stiffness: f64, mass: f64) -> f64;
-    /// New state after the forces `exerted` along `N` and `T` while the surfaces `moved`.
-    fn remember(exerted: [f64; 2], moved: [f64; 2], before: &Self::State) -> Self::State;
-    /// Dissipated over the last step in J/m.
-    fn loss(state: &Self::State) -> f64;
+    /// Coefficients `c = 2 zeta sqrt(k m)` for the stiffness in each direction.
+    fn pair(&self, stiffness: [f64; 2], mass: f64) -> Self::Pair;
+    /// Force in N/m of a relative velocity.
+    fn drag(pair: &Self::Pair, velocity: [f64; 2]) -> [f64; 2];
+    /// Dissipated over the last step in J/m, in which the surfaces `moved`, and what to remember of the forces
+    /// `exerted` at its end.
+    fn remember(exerted: [f64; 2], moved: [f64; 2], before: &Self::State) -> (f64, Self::State);
 }
 
 /// No dashpot.
@@ -175,16 +229,19 @@ pub struct Elastic;
 
 impl Dashpot for Elastic {
     type State = ();
+    type Pair = ();
     const ACTIVE: bool = false;
     fn ratio(&self) -> f64 {
         0.0
     }
-    fn coefficient(&self, _: f64, _: f64) -> f64 {
-        0.0
+    fn pair(&self, _: [f64; 2], _: f64) {}
+    #[inline]
+    fn drag((): &(), _: [f64; 2]) -> [f64; 2] {
+        [0.0; 2]
     }
-    fn remember(_: [f64; 2], _: [f64; 2], (): &()) {}
-    fn loss((): &()) -> f64 {
-        0.0
+    #[inline]
+    fn remember(_: [f64; 2], _: [f64; 2], (): &()) -> (f64, ()) {
+        (0.0, ())
     }
 }
 
@@ -195,38 +252,26 @@ pub struct Viscous {
     pub ratio: f64,
 }
 
-/// Memory of [`Viscous`].
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Dash {
-    /// Forces along `N` and `T` at the last step in N/m.
-    pub force: [f64; 2],
-    /// Dissipated over the last step in J/m.
-    pub loss: f64,
-}
-
 impl Dashpot for Viscous {
-    type State = Dash;
+    type State = [f64; 2];
+    type Pair = [f64; 2];
     const ACTIVE: bool = true;
     fn ratio(&self) -> f64 {
         self.ratio
     }
+    fn pair(&self, stiffness: [f64; 2], mass: f64) -> [f64; 2] {
+        stiffness.map(|k| 2.0 * self.ratio * (k * mass).sqrt())
+    }
     #[inline]
-    fn coefficient(&self, stiffness: f64, mass: f64) -> f64 {
-        2.0 * self.ratio * (stiffness * mass).sqrt()
+    fn drag(c: &[f64; 2], velocity: [f64; 2]) -> [f64; 2] {
+        [-c[0] * velocity[0], -c[1] * velocity[1]]
     }
     /// Trapezoid rule over the step: second order, and by summation by parts the very work that the leapfrog's kicks
     /// take out of the kinetic energy.
     #[inline]
-    fn remember(exerted: [f64; 2], moved: [f64; 2], before: &Dash) -> Dash {
-        let work =
-            (exerted[0] + before.force[0]) * moved[0] + (exerted[1] + before.force[1]) * moved[1];
-        Dash {
-            force: exerted,
-            loss: -0.5 * work,
-        }
-    }
-    fn loss(state: &Dash) -> f64 {
-        state.loss
+    fn remember(exerted: [f64; 2], moved: [f64; 2], before: &[f64; 2]) -> (f64, [f64; 2]) {
+        let work = (exerted[0] + before[0]) * moved[0] + (exerted[1] + before[1]) * moved[1];
+        (-0.5 * work, exerted)
     }
 }
 
@@ -252,64 +297,58 @@ pub struct Linear<T, D> {
     pub dashpot: D,
 }
 
-/// The memory of `Linear<T, D>`.
-#[derive(Debug, Clone, Copy)]
-pub struct LinearMemory<T: Tangent, D: Dashpot>(pub Memory<T::State, D::State>);
-
-impl<T: Tangent, D: Dashpot> Default for LinearMemory<T, D> {
-    fn default() -> Self {
-        Self(Memory::default())
-    }
-}
-
-impl<T: Tangent, D: Dashpot> History for LinearMemory<T, D> {
-    #[inline]
-    fn loss(&self) -> Loss {
-        Loss {
-            friction: T::loss(&self.0.tangent),
-            viscous: D::loss(&self.0.dashpot),
-        }
-    }
-}
-
 impl<T: Tangent, D: Dashpot> Law for Linear<T, D> {
-    type History = LinearMemory<T, D>;
+    type History = Memory<T::State, D::State>;
+    type Pair = D::Pair;
     const MOTION: bool = T::ACTIVE || D::ACTIVE;
 
+    fn pair(&self, mates: &Mates) -> D::Pair {
+        let stiffness = [self.stiffness, self.tangent.stiffness()];
+        self.dashpot.pair(stiffness, mates.mass)
+    }
     #[inline]
-    fn stiffness(&self, _: f64) -> [f64; 2] {
+    fn stiffness(&self, _: &D::Pair, _: f64) -> [f64; 2] {
         [self.stiffness, self.tangent.stiffness()]
     }
     fn damping_ratio(&self) -> f64 {
         self.dashpot.ratio()
     }
     #[inline]
-    fn press(&self, touch: &Touch, before: &Self::History) -> Press<Self::History> {
+    fn press(&self, pair: &D::Pair, touch: &Touch, before: &Self::History) -> Press<Self::History> {
         let spring = self.stiffness * touch.overlap;
-        let drag = |k: f64, v: f64| -self.dashpot.coefficient(k, touch.mass) * v;
-        let normal = (spring + drag(self.stiffness, touch.velocity[0])).max(0.0);
-        let wish = drag(self.tangent.stiffness(), touch.velocity[1]);
-        let (along, damped, tangent) =
-            self.tangent
-                .slide(normal, wish, touch.moved[1], &before.0.tangent);
-        let exerted = [normal - spring, damped];
-        let dashpot = D::remember(exerted, touch.moved, &before.0.dashpot);
+        let [drag, wish] = D::drag(pair, touch.velocity);
+        let normal = (spring + drag).max(0.0);
+        let slide = self
+            .tangent
+            .slide(normal, wish, touch.moved[1], &before.tangent);
+        let exerted = [normal - spring, slide.dashpot];
+        let (viscous, dashpot) = D::remember(exerted, touch.moved, &before.dashpot);
         Press {
             normal,
-            tangential: along + damped,
-            history: LinearMemory(Memory { tangent, dashpot }),
+            tangential: slide.spring + slide.dashpot,
+            history: Memory {
+                tangent: slide.state,
+                dashpot,
+            },
+            loss: Loss {
+                friction: slide.loss,
+                viscous,
+            },
         }
     }
     #[inline]
-    fn part(&self, touch: &Touch, before: &Self::History) -> Self::History {
-        let (_, _, tangent) = self
+    fn part(&self, touch: &Touch, before: &Self::History) -> Loss {
+        let slide = self
             .tangent
-            .slide(0.0, 0.0, touch.moved[1], &before.0.tangent);
-        let dashpot = D::remember([0.0; 2], touch.moved, &before.0.dashpot);
-        LinearMemory(Memory { tangent, dashpot })
+            .slide(0.0, 0.0, touch.moved[1], &before.tangent);
+        let (viscous, _) = D::remember([0.0; 2], touch.moved, &before.dashpot);
+        Loss {
+            friction: slide.loss,
+            viscous,
+        }
     }
-    fn energy(&self, overlap: f64, history: &Self::History) -> f64 {
+    fn energy(&self, _: &D::Pair, overlap: f64, history: &Self::History) -> f64 {
         let depth = overlap.max(0.0);
-        0.5 * self.stiffness * depth * depth + self.tangent.energy(&history.0.tangent)
+        0.5 * self.stiffness * depth * depth + self.tangent.energy(&history.tangent)
     }
 }

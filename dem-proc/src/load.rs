@@ -16,6 +16,4 @@ pub struct Load {
     pub mobility: f64,
     /// Contacts that press.
     pub contacts: u32,
-    /// Whether any contact is in reach.
-    pub in_reach: bool,
 }

@@ -141,7 +141,7 @@ fn inside(vertices: &[Vec2], tree: &BoxTree, q: Vec2, extent: f64, near: &mut Ve
 }
 
 /// A vertex of one body and an edge of another that may touch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct VertexEdge {
     /// Owner of the vertex, owner of the edge.
     pub bodies: [u32; 2],
@@ -149,6 +149,8 @@ pub struct VertexEdge {
     pub vertex: u32,
     /// Ends of the edge, likewise; equal for a disc.
     pub edge: [u32; 2],
+    /// Sum of the sphero-radii in m: contact begins where the distance falls below it.
+    pub reach: f64,
 }
 
 impl VertexEdge {
@@ -208,7 +210,8 @@ impl BodyList {
         if n == 1 && bodies.outline_of(v).len() > 1 {
             return; // a disc has no edges; its centre is the vertex of the other sum
         }
-        let reach = bodies.state[v].radius + bodies.state[e].radius + skin;
+        let touching = bodies.state[v].radius + bodies.state[e].radius;
+        let reach = touching + skin;
         let first = [v, e].map(|b| bodies.fixed[b].first_vertex as u32);
         let mut vertices = std::mem::take(&mut self.vertices);
         vertices_near(bodies, v, e, reach, &mut vertices, &mut self.near);
@@ -233,6 +236,7 @@ impl BodyList {
                         bodies: pair,
                         vertex: first[0] + k,
                         edge: [first[1] + i as u32, first[1] + j as u32],
+                        reach: touching,
                     });
                 }
             }

@@ -7,9 +7,9 @@ use std::fmt::Debug;
 
 use interface::Vec2;
 
-use crate::body::{Bodies, Reference};
-use crate::contact::{contact_point, vertex_edge};
-use crate::law::{History, Law, Loss, Touch};
+use crate::body::{Bodies, Odometer};
+use crate::contact::{contact_point, normal_on, vertex_edge};
+use crate::law::{Law, Loss, Mates, Touch};
 use crate::load::Load;
 use crate::mass::cross;
 use crate::neighbours::{BodyList, VertexEdge};
@@ -19,12 +19,17 @@ use crate::threads::Threads;
 pub trait BodySide: Debug + Send {
     /// Builds the list anew if a pair that is not in it could touch.
     fn update_list(&mut self, bodies: &Bodies);
-    /// Evaluates every pair of the list. `closing` is how far two surfaces can come together before the next
-    /// evaluation, in m: pairs within it count in the step limit.
-    fn evaluate(&mut self, bodies: &Bodies, dt_before: f64, closing: f64, threads: &Threads);
-    /// Sums the evaluated pairs (eqs. 39, 40).
-    fn gather(&self, loads: &mut [Load]);
-    /// Bound of the squared frequency, from the gathered loads, in 1/s^2.
+    /// Evaluates every pair of the list and sums force and torque on the bodies (eqs. 39, 40). `closing` is how far
+    /// two surfaces can come together before the next evaluation, in m: pairs within it count in the step limit.
+    fn evaluate(
+        &mut self,
+        bodies: &Bodies,
+        dt_before: f64,
+        closing: f64,
+        threads: &Threads,
+        loads: &mut [Load],
+    );
+    /// Bound of the squared frequency, from the summed loads, in 1/s^2.
     fn omega_sq(&self, loads: &[Load]) -> f64;
     /// Energy dissipated over the last step.
     fn loss(&self) -> Loss;
@@ -32,10 +37,12 @@ pub trait BodySide: Debug + Send {
     fn energy(&self, bodies: &Bodies) -> f64;
     /// Accepts what was evaluated as the history of the next step.
     fn commit(&mut self);
-    /// Damping ratio of the law.
+    /// Largest damping ratio of a contact in reach; 0 where there is none.
     fn damping_ratio(&self) -> f64;
-    /// Pairs that touch at present.
+    /// Pairs that press at present.
     fn contacts(&self) -> usize;
+    /// The bodies move on with surface speeds up to `speed` (m/s) for `dt` (s).
+    fn advance(&mut self, speed: f64, dt: f64);
     /// Bytes of memory.
     fn bytes(&self) -> usize;
 }
@@ -49,12 +56,10 @@ struct Outcome {
     torque: [f64; 2],
     /// Share in either body's `Load::rate`; both zero where the pair is out of reach.
     rate: [f64; 2],
-}
-
-impl Outcome {
-    fn in_reach(&self) -> bool {
-        self.rate[0] + self.rate[1] > 0.0
-    }
+    /// Dissipated over the last step.
+    loss: Loss,
+    /// Whether the two press on one another.
+    presses: bool,
 }
 
 /// Contact between bodies by the law `L`.
@@ -63,19 +68,15 @@ pub struct BodyContacts<L: Law> {
     law: L,
     skin: f64,
     list: BodyList,
-    outcomes: Vec<Outcome>,
+    constants: Vec<L::Pair>,
     history: Vec<L::History>,
     next: Vec<L::History>,
-    built_with: Option<Reference>,
-}
-
-/// Overlap (eq. 38) of a vertex-edge pair, and its normal from the edge to the vertex.
-#[inline]
-fn overlap_of(bodies: &Bodies, pair: &VertexEdge) -> (f64, Vec2) {
-    let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
-    let at = |i: u32| bodies.outline[i as usize];
-    let (distance, normal) = vertex_edge(at(pair.vertex), at(pair.edge[0]), at(pair.edge[1]));
-    (v.radius + e.radius - distance, normal)
+    buffer: Vec<Outcome>,
+    /// Bodies of the pairs in reach.
+    in_reach: Vec<[u32; 2]>,
+    presses: usize,
+    loss: Loss,
+    odometer: Option<Odometer>,
 }
 
 impl<L: Law> BodyContacts<L> {
@@ -85,133 +86,177 @@ impl<L: Law> BodyContacts<L> {
             law,
             skin,
             list: BodyList::default(),
-            outcomes: Vec::new(),
+            constants: Vec::new(),
             history: Vec::new(),
             next: Vec::new(),
-            built_with: None,
+            buffer: Vec::new(),
+            in_reach: Vec::new(),
+            presses: 0,
+            loss: Loss::default(),
+            odometer: None,
         }
     }
 
-    /// Moves the histories of `old` to the new list: both are in the same order, so one walk finds them.
-    fn carry_history(&mut self, old: &[VertexEdge]) {
-        let before = std::mem::take(&mut self.history);
-        let mut old = old.iter().zip(before).peekable();
-        let carried = self.list.pairs.iter().map(|pair| {
-            while old.next_if(|(o, _)| o.key() < pair.key()).is_some() {}
-            let same = old.next_if(|(o, _)| *o == pair);
-            same.map_or_else(L::History::default, |(_, history)| history)
-        });
-        self.history = carried.collect();
-    }
-
-    /// One pair: geometry, law, contact point.
-    #[inline]
-    fn pair(
-        &self,
-        bodies: &Bodies,
-        dt_before: f64,
-        closing: f64,
-        k: usize,
-    ) -> (Outcome, L::History) {
-        let pair = &self.list.pairs[k];
-        let (overlap, normal) = overlap_of(bodies, pair);
-        let mut outcome = Outcome::default();
-        if overlap <= -closing {
-            return (outcome, L::History::default());
+    /// Builds the list, and moves the histories to it: both lists are in the same order, so one walk finds them.
+    fn build(&mut self, bodies: &Bodies) {
+        let old = std::mem::take(&mut self.list.pairs);
+        self.list.build(bodies, self.skin);
+        let pairs = self.list.pairs.iter();
+        if size_of::<L::History>() > 0 {
+            // `next` holds nothing between steps; it becomes the new history.
+            let mut old = old.iter().zip(&self.history).peekable();
+            self.next.clear();
+            self.next.extend(pairs.clone().map(|pair| {
+                while old.next_if(|(o, _)| o.key() < pair.key()).is_some() {}
+                let same = old.next_if(|(o, _)| o.key() == pair.key());
+                same.map_or_else(L::History::default, |(_, history)| *history)
+            }));
+            std::mem::swap(&mut self.history, &mut self.next);
         }
-        let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
-        let tangent = Vec2::new(-normal.y, normal.x);
-        let p = contact_point(
-            bodies.outline[pair.vertex as usize],
-            v.radius,
-            overlap,
-            normal,
-        );
-        let r = [p - v.center, p - e.center];
-        let arms = r.map(|r| [cross(r, normal), cross(r, tangent)]);
-        let mut touch = Touch {
-            overlap,
-            ..Touch::default()
-        };
-        if L::MOTION {
-            let moved = if dt_before > 0.0 {
-                v.turn.displacement(r[0]) - e.turn.displacement(r[1])
-            } else {
-                Vec2::zeros()
-            };
-            let velocity = v.velocity_at(r[0]) - e.velocity_at(r[1]);
+        self.history.resize(pairs.len(), L::History::default());
+        self.next.resize(pairs.len(), L::History::default());
+        self.constants.clear();
+        self.constants.extend(pairs.map(|pair| {
+            let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
+            self.law.pair(&Mates {
+                mass: 1.0 / (v.inverse_mass + e.inverse_mass),
+                radius: v.radius * e.radius / (v.radius + e.radius),
+            })
+        }));
+        self.odometer.get_or_insert_default().reset(bodies);
+    }
+}
+
+/// Overlap (eq. 38) of a vertex-edge pair and its normal from the edge to the vertex; `None` below `least` (m).
+#[inline(always)]
+fn overlap_above(least: f64, bodies: &Bodies, pair: &VertexEdge) -> Option<(f64, Vec2)> {
+    let at = |i: u32| bodies.outline[i as usize];
+    let (a, b) = (at(pair.edge[0]), at(pair.edge[1]));
+    let (d, distance_sq) = vertex_edge(at(pair.vertex), a, b);
+    let far = pair.reach - least;
+    if distance_sq >= far * far {
+        return None;
+    }
+    let distance = distance_sq.sqrt();
+    let normal = if distance > 0.0 {
+        d / distance
+    } else {
+        normal_on(a, b)
+    };
+    Some((pair.reach - distance, normal))
+}
+
+/// One pair: geometry, law, contact point.
+#[inline(always)]
+fn evaluate<L: Law>(
+    law: &L,
+    constants: &L::Pair,
+    before: &L::History,
+    pair: &VertexEdge,
+    bodies: &Bodies,
+    dt_before: f64,
+    closing: f64,
+) -> (Outcome, L::History) {
+    let Some((overlap, normal)) = overlap_above(-closing, bodies, pair) else {
+        return (Outcome::default(), L::History::default());
+    };
+    let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
+    let tangent = Vec2::new(-normal.y, normal.x);
+    let p = contact_point(
+        bodies.outline[pair.vertex as usize],
+        v.radius,
+        overlap,
+        normal,
+    );
+    let r = [p - v.center, p - e.center];
+    let arms = r.map(|r| [cross(r, normal), cross(r, tangent)]);
+    let mut touch = Touch {
+        overlap,
+        ..Touch::default()
+    };
+    if L::MOTION {
+        if dt_before > 0.0 {
+            let moved = v.turn.displacement(r[0]) - e.turn.displacement(r[1]);
             touch.moved = [moved.dot(&normal), moved.dot(&tangent)];
-            touch.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
-            touch.mass = 1.0 / (v.inverse_mass + e.inverse_mass);
         }
-        if overlap > -closing {
-            let [k_n, k_t] = self.law.stiffness(overlap);
-            let rate =
-                |m: f64, i: f64, [n, t]: [f64; 2]| k_n * (m + i * n * n) + k_t * (m + i * t * t);
-            outcome.rate = [
-                rate(v.inverse_mass, v.inverse_inertia, arms[0]),
-                rate(e.inverse_mass, e.inverse_inertia, arms[1]),
-            ];
-        }
-        let before = &self.history[k];
-        if overlap <= 0.0 {
-            return (outcome, self.law.part(&touch, before));
-        }
-        let press = self.law.press(&touch, before);
-        outcome.force = normal * press.normal + tangent * press.tangential;
-        let moment = |[n, t]: [f64; 2]| n * press.normal + t * press.tangential;
-        outcome.torque = [moment(arms[0]), -moment(arms[1])];
-        (outcome, press.history)
+        let velocity = v.velocity_at(r[0]) - e.velocity_at(r[1]);
+        touch.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
     }
+    let [k_n, k_t] = law.stiffness(constants, overlap);
+    let rate = |m: f64, i: f64, [n, t]: [f64; 2]| (k_n + k_t) * m + i * (k_n * n * n + k_t * t * t);
+    let mut outcome = Outcome {
+        rate: [
+            rate(v.inverse_mass, v.inverse_inertia, arms[0]),
+            rate(e.inverse_mass, e.inverse_inertia, arms[1]),
+        ],
+        ..Outcome::default()
+    };
+    if overlap <= 0.0 {
+        outcome.loss = law.part(&touch, before);
+        return (outcome, L::History::default());
+    }
+    let press = law.press(constants, &touch, before);
+    outcome.force = normal * press.normal + tangent * press.tangential;
+    let moment = |[n, t]: [f64; 2]| n * press.normal + t * press.tangential;
+    outcome.torque = [moment(arms[0]), -moment(arms[1])];
+    outcome.loss = press.loss;
+    outcome.presses = true;
+    (outcome, press.history)
 }
 
 impl<L: Law> BodySide for BodyContacts<L> {
     fn update_list(&mut self, bodies: &Bodies) {
         // Both bodies of a pair may move, so each may use half of the skin.
-        let safe = |r: &Reference| 2.0 * r.travelled(bodies) < self.skin;
-        if self.built_with.as_ref().is_some_and(safe) {
-            return;
+        let safe = |o: &mut Odometer| o.stays_below(0.5 * self.skin, bodies);
+        if !self.odometer.as_mut().is_some_and(safe) {
+            self.build(bodies);
         }
-        let old = std::mem::take(&mut self.list.pairs);
-        self.list.build(bodies, self.skin);
-        if size_of::<L::History>() > 0 {
-            self.carry_history(&old);
-        } else {
-            self.history
-                .resize(self.list.pairs.len(), L::History::default());
-        }
-        self.next
-            .resize(self.list.pairs.len(), L::History::default());
-        self.outcomes
-            .resize(self.list.pairs.len(), Outcome::default());
-        self.built_with.get_or_insert_default().set(bodies);
     }
 
-    fn evaluate(&mut self, bodies: &Bodies, dt_before: f64, closing: f64, threads: &Threads) {
-        let mut outcomes = std::mem::take(&mut self.outcomes);
-        let mut next = std::mem::take(&mut self.next);
-        threads.fill(&mut outcomes, &mut next, |k| {
-            self.pair(bodies, dt_before, closing, k)
-        });
-        self.outcomes = outcomes;
-        self.next = next;
-    }
-
-    fn gather(&self, loads: &mut [Load]) {
-        for (pair, outcome) in self.list.pairs.iter().zip(&self.outcomes) {
-            if !outcome.in_reach() {
-                continue;
-            }
-            let [v, e] = pair.bodies.map(|b| b as usize);
-            loads[v].force += outcome.force;
-            loads[v].torque += outcome.torque[0];
-            loads[v].rate += outcome.rate[0];
-            loads[v].in_reach = true;
-            loads[e].force -= outcome.force;
-            loads[e].torque += outcome.torque[1];
-            loads[e].rate += outcome.rate[1];
-            loads[e].in_reach = true;
-        }
+    fn evaluate(
+        &mut self,
+        bodies: &Bodies,
+        dt_before: f64,
+        closing: f64,
+        threads: &Threads,
+        loads: &mut [Load],
+    ) {
+        self.in_reach.clear();
+        self.presses = 0;
+        self.loss = Loss::default();
+        let (law, pairs) = (&self.law, &self.list.pairs[..]);
+        let (constants, history) = (&self.constants[..pairs.len()], &self.history[..pairs.len()]);
+        let f = |k: usize| {
+            evaluate(
+                law,
+                &constants[k],
+                &history[k],
+                &pairs[k],
+                bodies,
+                dt_before,
+                closing,
+            )
+        };
+        threads.each(
+            &mut self.next,
+            &mut self.buffer,
+            f,
+            |k, outcome: Outcome| {
+                if outcome.rate[0] + outcome.rate[1] == 0.0 {
+                    return;
+                }
+                self.in_reach.push(pairs[k].bodies);
+                let [v, e] = pairs[k].bodies.map(|b| b as usize);
+                loads[v].force += outcome.force;
+                loads[v].torque += outcome.torque[0];
+                loads[v].rate += outcome.rate[0];
+                loads[e].force -= outcome.force;
+                loads[e].torque += outcome.torque[1];
+                loads[e].rate += outcome.rate[1];
+                self.loss += outcome.loss;
+                self.presses += usize::from(outcome.presses);
+            },
+        );
     }
 
     /// `max over contacts (Lambda_A + Lambda_B)`, with `Lambda` the trace of each body's own `M^-1 K`.
@@ -220,29 +265,26 @@ impl<L: Law> BodySide for BodyContacts<L> {
     /// and of norm at most `Lambda_b`; a vector's quotient is at most `sum_b Lambda_b |x on b's contacts|^2`, hence
     /// at most the largest `Lambda_A + Lambda_B` of one contact. Exact for two bodies and one contact.
     fn omega_sq(&self, loads: &[Load]) -> f64 {
-        let pairs = self.list.pairs.iter().zip(&self.outcomes);
-        pairs
-            .filter(|(_, outcome)| outcome.in_reach())
-            .map(|(pair, _)| pair.bodies.iter().map(|&b| loads[b as usize].rate).sum())
-            .fold(0.0, f64::max)
+        let sums = self
+            .in_reach
+            .iter()
+            .map(|&[a, b]| loads[a as usize].rate + loads[b as usize].rate);
+        sums.fold(0.0, f64::max)
     }
 
     fn loss(&self) -> Loss {
-        let mut sum = Loss::default();
-        if size_of::<L::History>() > 0 {
-            for loss in self.next.iter().map(History::loss) {
-                sum.friction += loss.friction;
-                sum.viscous += loss.viscous;
-            }
-        }
-        sum
+        self.loss
     }
 
     fn energy(&self, bodies: &Bodies) -> f64 {
-        let pairs = self.list.pairs.iter().zip(&self.next);
-        pairs
-            .map(|(pair, history)| self.law.energy(overlap_of(bodies, pair).0, history))
-            .sum()
+        let pairs = self.list.pairs.iter().zip(&self.constants).zip(&self.next);
+        let energy = |((pair, constants), history)| {
+            let touching = overlap_above(0.0, bodies, pair);
+            touching.map_or(0.0, |(overlap, _)| {
+                self.law.energy(constants, overlap, history)
+            })
+        };
+        pairs.map(energy).sum()
     }
 
     fn commit(&mut self) {
@@ -250,19 +292,27 @@ impl<L: Law> BodySide for BodyContacts<L> {
     }
 
     fn damping_ratio(&self) -> f64 {
-        self.law.damping_ratio()
+        if self.in_reach.is_empty() {
+            0.0
+        } else {
+            self.law.damping_ratio()
+        }
     }
 
     fn contacts(&self) -> usize {
-        self.outcomes
-            .iter()
-            .filter(|o| o.force != Vec2::zeros())
-            .count()
+        self.presses
+    }
+
+    fn advance(&mut self, speed: f64, dt: f64) {
+        if let Some(odometer) = &mut self.odometer {
+            odometer.advance(speed, dt);
+        }
     }
 
     fn bytes(&self) -> usize {
         self.list.pairs.capacity() * size_of::<VertexEdge>()
-            + self.outcomes.capacity() * size_of::<Outcome>()
+            + self.constants.capacity() * size_of::<L::Pair>()
+            + self.buffer.capacity() * size_of::<Outcome>()
             + 2 * self.history.capacity() * size_of::<L::History>()
     }
 }

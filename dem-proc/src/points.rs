@@ -6,9 +6,9 @@ use std::fmt::Debug;
 use interface::Vec2;
 use interface::wire::{ImpForce, ImpInfo, ImpState};
 
-use crate::body::{Bodies, Reference};
+use crate::body::{Bodies, Odometer};
 use crate::contact::{contact_point, see};
-use crate::law::{History, Law, Loss, Touch};
+use crate::law::{Law, Loss, Mates, Touch};
 use crate::load::Load;
 use crate::mass::cross;
 use crate::neighbours::{PointList, PointPair, REACH};
@@ -22,19 +22,27 @@ pub trait PointSide: Debug + Send {
     fn set(&self) -> &[ImpInfo];
     /// Builds the list anew if a pair that is not in it could touch.
     fn update_list(&mut self, bodies: &Bodies, states: &[ImpState]);
-    /// Evaluates every pair of the list (eqs. 44, 43, 41).
-    fn evaluate(&mut self, bodies: &Bodies, states: &[ImpState], dt_before: f64, threads: &Threads);
-    /// Sums the evaluated pairs: forces on the points slot by slot (eq. 46), the same numbers negated on the bodies
-    /// (eqs. 49, 50).
-    fn gather(&self, forces: &mut [ImpForce], loads: &mut [Load]);
+    /// Evaluates every pair of the list (eqs. 44, 43, 41) and sums the forces on the points slot by slot (eq. 46) and
+    /// the same numbers negated on the bodies (eqs. 49, 50).
+    fn evaluate(
+        &mut self,
+        bodies: &Bodies,
+        states: &[ImpState],
+        dt_before: f64,
+        threads: &Threads,
+        forces: &mut [ImpForce],
+        loads: &mut [Load],
+    );
     /// Energy dissipated over the last step.
     fn loss(&self) -> Loss;
     /// Energy in the contact springs in J/m.
     fn energy(&self, bodies: &Bodies, states: &[ImpState]) -> f64;
     /// Accepts what was evaluated as the history of the next step.
     fn commit(&mut self, states: &[ImpState]);
-    /// Largest damping ratio of the law.
+    /// Largest damping ratio of a contact in reach; 0 where there is none.
     fn damping_ratio(&self) -> f64;
+    /// The bodies move on with surface speeds up to `speed` (m/s) for `dt` (s).
+    fn advance(&mut self, speed: f64, dt: f64);
     /// Bytes of memory.
     fn bytes(&self) -> usize;
 }
@@ -52,8 +60,10 @@ struct Outcome {
     rate: f64,
     /// Share in the body's `Load::mobility`.
     mobility: f64,
-    /// Whether they touch.
-    touching: bool,
+    /// Dissipated over the last step.
+    loss: Loss,
+    /// Whether the two press on one another.
+    presses: bool,
 }
 
 /// Contact between points and bodies by the law `L`.
@@ -62,16 +72,19 @@ pub struct PointContacts<L: Law> {
     law: L,
     skin: f64,
     set: Vec<ImpInfo>,
-    /// Ids by slot at the time of the last list, where the set was replaced since.
+    /// The set that list and history are still ordered by, where it was replaced since.
     replaced: Option<Vec<ImpInfo>>,
     list: PointList,
-    outcomes: Vec<Outcome>,
+    constants: Vec<L::Pair>,
     history: Vec<L::History>,
     next: Vec<L::History>,
+    buffer: Vec<Outcome>,
     /// Positions of the points one step before; empty if the law does not look at motion or there was no step.
     previous: Vec<Vec2>,
+    any_in_reach: bool,
+    loss: Loss,
     built_at: Vec<Vec2>,
-    built_with: Reference,
+    odometer: Odometer,
 }
 
 impl<L: Law> PointContacts<L> {
@@ -83,12 +96,15 @@ impl<L: Law> PointContacts<L> {
             set: Vec::new(),
             replaced: None,
             list: PointList::default(),
-            outcomes: Vec::new(),
+            constants: Vec::new(),
             history: Vec::new(),
             next: Vec::new(),
+            buffer: Vec::new(),
             previous: Vec::new(),
+            any_in_reach: false,
+            loss: Loss::default(),
             built_at: Vec::new(),
-            built_with: Reference::default(),
+            odometer: Odometer::default(),
         }
     }
 
@@ -96,21 +112,28 @@ impl<L: Law> PointContacts<L> {
     fn build(&mut self, bodies: &Bodies, states: &[ImpState]) {
         let old_pairs = std::mem::take(&mut self.list.pairs);
         self.list.build(bodies, &self.set, states, self.skin);
-        if size_of::<L::History>() > 0 {
+        if L::MOTION {
             self.carry_history(&old_pairs, states);
-        } else {
-            self.history
-                .resize(self.list.pairs.len(), L::History::default());
         }
         self.replaced = None;
-        self.next
-            .resize(self.list.pairs.len(), L::History::default());
-        self.outcomes
-            .resize(self.list.pairs.len(), Outcome::default());
+        let pairs = &self.list.pairs;
+        self.history.resize(pairs.len(), L::History::default());
+        self.next.resize(pairs.len(), L::History::default());
+        self.constants.clear();
+        self.constants.extend(pairs.iter().map(|pair| {
+            let (info, body) = (
+                &self.set[pair.slot as usize],
+                &bodies.state[pair.body as usize],
+            );
+            self.law.pair(&Mates {
+                mass: 1.0 / (1.0 / info.mass + body.inverse_mass),
+                radius: info.radius * body.radius / (info.radius + body.radius),
+            })
+        }));
         self.built_at.clear();
         self.built_at
             .extend(states.iter().map(|s| Vec2::from(s.position)));
-        self.built_with.set(bodies);
+        self.odometer.reset(bodies);
     }
 
     fn carry_history(&mut self, old_pairs: &[PointPair], states: &[ImpState]) {
@@ -150,6 +173,17 @@ impl<L: Law> PointContacts<L> {
         }
     }
 
+    /// Overlap (eq. 44 with the signed distance) and normal of pair `k` for a point at `x`.
+    #[inline]
+    fn overlap(&self, bodies: &Bodies, x: Vec2, k: usize) -> (f64, Vec2) {
+        let PointPair { slot, body, edges } = self.list.pairs[k];
+        let candidates = &self.list.edges[edges[0] as usize..edges[1] as usize];
+        let outline = bodies.outline_of(body as usize);
+        let seen = see(outline, candidates.iter().map(|&i| i as usize), x);
+        let contact_distance = bodies.state[body as usize].radius + self.set[slot as usize].radius;
+        (contact_distance - seen.distance, seen.normal)
+    }
+
     /// One pair: geometry, law, contact point.
     #[inline]
     fn pair(
@@ -164,13 +198,11 @@ impl<L: Law> PointContacts<L> {
         let rigid = &bodies.state[body as usize];
         let x = Vec2::from(state.position);
         let (overlap, normal) = self.overlap(bodies, x, k);
-        let before = &self.history[k];
-        let mut outcome = Outcome::default();
         if overlap <= -REACH * info.radius {
-            return (outcome, L::History::default());
+            return (Outcome::default(), L::History::default());
         }
         let tangent = Vec2::new(-normal.y, normal.x);
-        let p = contact_point(x, info.radius, overlap.max(0.0), normal);
+        let p = contact_point(x, info.radius, overlap, normal);
         let r = p - rigid.center;
         let (r_n, r_t) = (cross(r, normal), cross(r, tangent));
         let mut touch = Touch {
@@ -178,43 +210,35 @@ impl<L: Law> PointContacts<L> {
             ..Touch::default()
         };
         if L::MOTION {
-            let was = self.previous.get(slot as usize).copied().unwrap_or(x);
-            let moved = if dt_before > 0.0 {
-                x - was - rigid.turn.displacement(r)
-            } else {
-                Vec2::zeros()
-            };
+            if dt_before > 0.0
+                && let Some(was) = self.previous.get(slot as usize)
+            {
+                let moved = x - was - rigid.turn.displacement(r);
+                touch.moved = [moved.dot(&normal), moved.dot(&tangent)];
+            }
             let velocity = Vec2::from(state.velocity) - rigid.velocity_at(r);
-            touch.moved = [moved.dot(&normal), moved.dot(&tangent)];
             touch.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
-            touch.mass = 1.0 / (1.0 / info.mass + rigid.inverse_mass);
         }
-        if overlap > -REACH * info.radius {
-            let [k_n, k_t] = self.law.stiffness(overlap);
-            outcome.stiffness = k_n;
-            let (m, i) = (rigid.inverse_mass, rigid.inverse_inertia);
-            outcome.mobility = m + i * r_n * r_n;
-            outcome.rate = k_n * outcome.mobility + k_t * (m + i * r_t * r_t);
-        }
+        let (constants, before) = (&self.constants[k], &self.history[k]);
+        let [k_n, k_t] = self.law.stiffness(constants, overlap);
+        let (m, i) = (rigid.inverse_mass, rigid.inverse_inertia);
+        let mobility = m + i * r_n * r_n;
+        let mut outcome = Outcome {
+            stiffness: k_n,
+            mobility,
+            rate: k_n * mobility + k_t * (m + i * r_t * r_t),
+            ..Outcome::default()
+        };
         if overlap <= 0.0 {
-            return (outcome, self.law.part(&touch, before));
+            outcome.loss = self.law.part(&touch, before);
+            return (outcome, L::History::default());
         }
-        let press = self.law.press(&touch, before);
+        let press = self.law.press(constants, &touch, before);
         outcome.force = normal * press.normal + tangent * press.tangential;
         outcome.torque = -(r_n * press.normal + r_t * press.tangential);
-        outcome.touching = true;
+        outcome.loss = press.loss;
+        outcome.presses = true;
         (outcome, press.history)
-    }
-
-    /// Overlap (eq. 44 with the signed distance) and normal of pair `k` for a point at `x`.
-    #[inline]
-    fn overlap(&self, bodies: &Bodies, x: Vec2, k: usize) -> (f64, Vec2) {
-        let PointPair { slot, body, edges } = self.list.pairs[k];
-        let candidates = &self.list.edges[edges[0] as usize..edges[1] as usize];
-        let outline = bodies.outline_of(body as usize);
-        let seen = see(outline, candidates.iter().map(|&i| i as usize), x);
-        let contact_distance = bodies.state[body as usize].radius + self.set[slot as usize].radius;
-        (contact_distance - seen.distance, seen.normal)
     }
 }
 
@@ -229,17 +253,18 @@ impl<L: Law> PointSide for PointContacts<L> {
     }
 
     fn update_list(&mut self, bodies: &Bodies, states: &[ImpState]) {
-        if self.set.is_empty() && self.replaced.is_none() {
-            return;
-        }
-        let moved = || {
+        if self.replaced.is_none() {
+            if self.set.is_empty() {
+                return;
+            }
             let points = states.iter().zip(&self.built_at);
             let points = points.map(|(s, at)| (Vec2::from(s.position) - at).norm_squared());
-            points.fold(0.0, f64::max).sqrt() + self.built_with.travelled(bodies)
-        };
-        if self.replaced.is_some() || moved() >= self.skin {
-            self.build(bodies, states);
+            let left = self.skin - points.fold(0.0, f64::max).sqrt();
+            if left > 0.0 && self.odometer.stays_below(left, bodies) {
+                return;
+            }
         }
+        self.build(bodies, states);
     }
 
     fn evaluate(
@@ -248,22 +273,19 @@ impl<L: Law> PointSide for PointContacts<L> {
         states: &[ImpState],
         dt_before: f64,
         threads: &Threads,
+        forces: &mut [ImpForce],
+        loads: &mut [Load],
     ) {
-        let mut outcomes = std::mem::take(&mut self.outcomes);
-        let mut next = std::mem::take(&mut self.next);
-        threads.fill(&mut outcomes, &mut next, |k| {
-            self.pair(bodies, states, dt_before, k)
-        });
-        self.outcomes = outcomes;
-        self.next = next;
-    }
-
-    fn gather(&self, forces: &mut [ImpForce], loads: &mut [Load]) {
         forces.fill(ImpForce::default());
-        for (pair, outcome) in self.list.pairs.iter().zip(&self.outcomes) {
+        let (mut loss, mut any_in_reach) = (Loss::default(), false);
+        let mut next = std::mem::take(&mut self.next);
+        let mut buffer = std::mem::take(&mut self.buffer);
+        let f = |k: usize| self.pair(bodies, states, dt_before, k);
+        threads.each(&mut next, &mut buffer, f, |k, outcome: Outcome| {
             if outcome.stiffness == 0.0 {
-                continue;
+                return;
             }
+            let pair = self.list.pairs[k];
             let force = &mut forces[pair.slot as usize];
             force.force[0] += outcome.force.x;
             force.force[1] += outcome.force.y;
@@ -273,26 +295,29 @@ impl<L: Law> PointSide for PointContacts<L> {
             load.torque += outcome.torque;
             load.rate += outcome.rate;
             load.mobility += outcome.mobility;
-            load.in_reach = true;
-            load.contacts += u32::from(outcome.touching);
-        }
+            load.contacts += u32::from(outcome.presses);
+            loss += outcome.loss;
+            any_in_reach = true;
+        });
+        self.next = next;
+        self.buffer = buffer;
+        self.loss = loss;
+        self.any_in_reach = any_in_reach;
     }
 
     fn loss(&self) -> Loss {
-        let mut sum = Loss::default();
-        if size_of::<L::History>() > 0 {
-            for loss in self.next.iter().map(History::loss) {
-                sum.friction += loss.friction;
-                sum.viscous += loss.viscous;
-            }
-        }
-        sum
+        self.loss
     }
 
     fn energy(&self, bodies: &Bodies, states: &[ImpState]) -> f64 {
         let energy = |k: usize| {
             let x = states[self.list.pairs[k].slot as usize].position.into();
-            self.law.energy(self.overlap(bodies, x, k).0, &self.next[k])
+            let (overlap, _) = self.overlap(bodies, x, k);
+            if overlap > 0.0 {
+                self.law.energy(&self.constants[k], overlap, &self.next[k])
+            } else {
+                0.0
+            }
         };
         (0..self.list.pairs.len()).map(energy).sum()
     }
@@ -307,13 +332,22 @@ impl<L: Law> PointSide for PointContacts<L> {
     }
 
     fn damping_ratio(&self) -> f64 {
-        self.law.damping_ratio()
+        if self.any_in_reach {
+            self.law.damping_ratio()
+        } else {
+            0.0
+        }
+    }
+
+    fn advance(&mut self, speed: f64, dt: f64) {
+        self.odometer.advance(speed, dt);
     }
 
     fn bytes(&self) -> usize {
         self.list.pairs.capacity() * size_of::<PointPair>()
-            + self.list.edges.capacity() * 4
-            + self.outcomes.capacity() * size_of::<Outcome>()
+            + self.list.edges.capacity() * size_of::<u32>()
+            + self.constants.capacity() * size_of::<L::Pair>()
+            + self.buffer.capacity() * size_of::<Outcome>()
             + 2 * self.history.capacity() * size_of::<L::History>()
             + self.set.capacity() * size_of::<ImpInfo>()
     }

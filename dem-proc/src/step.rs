@@ -1,7 +1,7 @@
 //! One coupled step, as Jiang 2020 section 4.2 lists it, in the leapfrog of [`interface::step::Step`].
 
 use interface::Vec2;
-use interface::config::{DemConfig, Motion};
+use interface::config::DemConfig;
 use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
 use interface::step::Step;
 use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, Record};
@@ -24,7 +24,7 @@ impl DemSolver for Sdem {
 
     fn envelopes(&mut self) -> &[EnvelopeVertex] {
         let s = &mut self.system;
-        s.published_at.set(&s.bodies);
+        s.published.reset(&s.bodies);
         s.envelopes.clear();
         for b in 0..s.bodies.len() {
             let reach = s.bodies.state[b].radius;
@@ -55,8 +55,7 @@ impl DemSolver for Sdem {
         s.update_lists(imps); //                          Verlet lists of bodies and of points
         s.body_contact(step); //                          eqs. 38 to 41, 43
         s.point_contact(step, imps, forces); //           eqs. 44, 46, 49, 50
-        s.kick(step); //                                  eq. 42, v^{n-1/2} -> v^{n+1/2}
-        s.check_kick()?;
+        s.kick(step)?; //                                 eq. 42, v^{n-1/2} -> v^{n+1/2}
         if step.measure {
             s.measurement = measure(s, step, imps); //    PHYSICS.md section 7
         }
@@ -67,7 +66,7 @@ impl DemSolver for Sdem {
 
     fn advance(&mut self, step: &Step) -> Result<(), Fault> {
         if !opening(step) {
-            self.system.bodies.drift(step.dt); //         eq. 42, x^n -> x^{n+1}
+            self.system.drift(step.dt); //                eq. 42, x^n -> x^{n+1}
         }
         Ok(())
     }
@@ -116,80 +115,84 @@ impl System {
         if let Some(pairs) = &mut self.pairs {
             // Two surfaces come together by at most twice the largest speed times the step; the step may grow by a
             // tenth, and the kick may add speed: three times is ample.
-            let velocities = self.bodies.state.iter().map(|s| (s.velocity, s.spin));
-            let closing = 3.0 * self.bodies.largest_speed(velocities) * step.dt.max(step.dt_before);
-            pairs.evaluate(&self.bodies, step.dt_before, closing, &self.threads);
-            pairs.gather(&mut self.body_loads);
+            let closing = 3.0 * self.speed * step.dt.max(step.dt_before);
+            pairs.evaluate(
+                &self.bodies,
+                step.dt_before,
+                closing,
+                &self.threads,
+                &mut self.body_loads,
+            );
         }
     }
 
     fn point_contact(&mut self, step: &Step, imps: &[ImpState], forces: &mut [ImpForce]) {
         self.point_loads.fill(Load::default());
-        self.points
-            .evaluate(&self.bodies, imps, step.dt_before, &self.threads);
-        self.points.gather(forces, &mut self.point_loads);
+        let loads = &mut self.point_loads;
+        self.points.evaluate(
+            &self.bodies,
+            imps,
+            step.dt_before,
+            &self.threads,
+            forces,
+            loads,
+        );
     }
 
-    /// Newton and Euler for every free body; the others keep their velocity.
-    fn kick(&mut self, step: &Step) {
+    /// Newton and Euler for every free body; the others keep their velocity. Nothing is taken over yet.
+    fn kick(&mut self, step: &Step) -> Result<(), Fault> {
         let kick = step.kick();
         self.kicked.clear();
+        let mut speed: f64 = 0.0;
         for (b, state) in self.bodies.state.iter().enumerate() {
             let (from_points, from_bodies) = (&self.point_loads[b], &self.body_loads[b]);
             let force = from_points.force + from_bodies.force;
             let torque = from_points.torque + from_bodies.torque;
-            let free = self.bodies.fixed[b].motion == Motion::Free;
-            let gravity = if free { self.gravity } else { Vec2::zeros() };
+            let gravity = if state.inverse_mass > 0.0 {
+                self.gravity
+            } else {
+                Vec2::zeros()
+            };
             let velocity = state.velocity + (force * state.inverse_mass + gravity) * kick;
             let spin = state.spin + torque * state.inverse_inertia * kick;
-            self.kicked.push((velocity, spin));
-        }
-    }
-
-    /// Refuses velocities that are not finite, before they are taken over.
-    fn check_kick(&self) -> Result<(), Fault> {
-        for (b, (velocity, spin)) in self.kicked.iter().enumerate() {
-            if !(velocity.x + velocity.y + spin).is_finite() {
+            let surface = self.bodies.surface_speed(b, velocity, spin);
+            if !surface.is_finite() {
                 return Err(Fault::NotFinite {
                     what: "velocity".into(),
                     item: format!("body {b} ({})", self.bodies.fixed[b].name),
                 });
             }
+            speed = speed.max(surface);
+            self.kicked.push((velocity, spin));
         }
+        self.kicked_speed = speed;
         Ok(())
     }
 
     /// The limits for the next step, and how far the surfaces will have gone.
-    fn answer(&self, step: &Step) -> Answer {
-        let kicked = || self.kicked.iter().copied();
-        let free = |b: usize| self.bodies.state[b].inverse_mass > 0.0;
-        let loads = || {
-            self.point_loads
-                .iter()
-                .enumerate()
-                .filter(|&(b, _)| free(b))
-        };
+    fn answer(&mut self, step: &Step) -> Answer {
+        let (mut rate, mut mobility): (f64, f64) = (0.0, 0.0);
+        if !self.points.set().is_empty() {
+            // Bodies that forces do not move have no rate.
+            for load in &self.point_loads {
+                rate = rate.max(load.rate);
+                mobility = mobility.max(load.mobility);
+            }
+        }
         let pairs = self.pairs.as_ref();
-        let in_reach = |loads: &[Load]| loads.iter().any(|load| load.in_reach);
-        let mut damping: f64 = 0.0;
-        if in_reach(&self.point_loads) {
-            damping = self.points.damping_ratio();
-        }
-        if let Some(pairs) = pairs
-            && in_reach(&self.body_loads)
-        {
-            damping = damping.max(pairs.damping_ratio());
-        }
+        let damping = pairs.map_or(0.0, |pairs| pairs.damping_ratio());
+        // A quarter of the skin: below it nobody rebuilds anything, so a coarse bound does no harm.
+        let gone = self.published.bound(0.25 * self.skin, &self.bodies);
         Answer {
             limits: Limits {
                 omega_sq: pairs.map_or(0.0, |pairs| pairs.omega_sq(&self.body_loads)),
-                contact_omega_sq: loads().map(|(_, load)| load.rate).fold(0.0, f64::max),
-                damping,
-                speed: self.bodies.largest_speed(kicked()),
+                contact_omega_sq: rate,
+                damping: damping.max(self.points.damping_ratio()),
+                speed: self.kicked_speed,
                 radius_min: 0.0,
-                mobility: loads().map(|(_, load)| load.mobility).fold(0.0, f64::max),
+                mobility,
             },
-            travel: self.published_at.travel(&self.bodies, kicked(), step.dt),
+            travel: gone + self.kicked_speed * step.dt,
         }
     }
 
@@ -203,9 +206,20 @@ impl System {
             state.velocity = velocity;
             state.spin = spin;
         }
+        self.speed = self.kicked_speed;
         self.points.commit(imps);
         if let Some(pairs) = &mut self.pairs {
             pairs.commit();
+        }
+    }
+
+    /// Positions to `t_{n+1}`.
+    fn drift(&mut self, dt: f64) {
+        self.bodies.drift(dt);
+        self.published.advance(self.speed, dt);
+        self.points.advance(self.speed, dt);
+        if let Some(pairs) = &mut self.pairs {
+            pairs.advance(self.speed, dt);
         }
     }
 

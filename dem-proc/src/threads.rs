@@ -32,23 +32,32 @@ impl Threads {
         Ok(Self(Some(pool)))
     }
 
-    /// Sets `a[k], b[k] = f(k)` for all `k`.
-    pub fn fill<A: Send, B: Send>(
+    /// Computes `f(k)` for every element of `kept`, keeps its second part there, and hands the first to `take` in the
+    /// order of `k`: at once in a plain loop, by way of `buffer` when other threads help.
+    pub fn each<A: Send + Default, B: Send>(
         &self,
-        a: &mut [A],
-        b: &mut [B],
+        kept: &mut [B],
+        buffer: &mut Vec<A>,
         f: impl Fn(usize) -> (A, B) + Sync + Send,
+        mut take: impl FnMut(usize, A),
     ) {
-        debug_assert_eq!(a.len(), b.len());
         match &self.0 {
-            Some(pool) if a.len() >= WORTH_SHARING => pool.install(|| {
-                let both = a.par_iter_mut().zip(b.par_iter_mut()).enumerate();
-                both.with_min_len(SHARE)
-                    .for_each(|(k, (a, b))| (*a, *b) = f(k));
-            }),
+            Some(pool) if kept.len() >= WORTH_SHARING => {
+                buffer.resize_with(kept.len(), A::default);
+                pool.install(|| {
+                    let both = buffer.par_iter_mut().zip(kept.par_iter_mut()).enumerate();
+                    both.with_min_len(SHARE)
+                        .for_each(|(k, (a, b))| (*a, *b) = f(k));
+                });
+                for (k, a) in buffer.iter_mut().enumerate() {
+                    take(k, std::mem::take(a));
+                }
+            }
             _ => {
-                for (k, (a, b)) in a.iter_mut().zip(b).enumerate() {
-                    (*a, *b) = f(k);
+                for (k, kept) in kept.iter_mut().enumerate() {
+                    let (a, b) = f(k);
+                    *kept = b;
+                    take(k, a);
                 }
             }
         }
