@@ -15,7 +15,7 @@ const GROWTH: f64 = 1.1;
 /// A new step takes this much of its limit, so that a limit that fluctuates does not end every epoch at once.
 const HEADROOM: f64 = 0.97;
 /// A step shortened to meet an output by more than this counts as bound by the output.
-const OUTPUT_SHARE: f64 = 0.9;
+const OUTPUT_SHARE: f64 = 0.95;
 
 /// An interval of equal steps.
 #[derive(Debug, Clone, Copy, PartialEq)]

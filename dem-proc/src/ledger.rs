@@ -6,6 +6,7 @@
 
 use interface::Vec2;
 use interface::config::Motion;
+use interface::impulse::Impulse;
 use interface::solver::DemMeasurement;
 use interface::step::Step;
 use interface::wire::{BodyState, ImpState, Ledger};
@@ -23,9 +24,9 @@ pub struct Totals {
     /// Done by driven bodies in J/m.
     pub driven_work: f64,
     /// Gravity on free bodies and the holders of the others in N s/m.
-    pub applied_impulse: Vec2,
+    pub applied_impulse: Impulse,
     /// Of the points on all bodies in N s/m.
-    pub contact_impulse: Vec2,
+    pub contact_impulse: Impulse,
 }
 
 /// What a kick adds.
@@ -61,7 +62,7 @@ impl Totals {
             } else {
                 // Its holder takes up what the contacts exert on it, so nothing of it appears as momentum.
                 let force = points.force + others.force;
-                self.applied_impulse -= force * kick.length;
+                self.applied_impulse += -force * kick.length;
             }
         }
         self.driven_work += driven_power(kick) * kick.length;
@@ -102,8 +103,8 @@ pub fn measure(system: &System, step: &Step, imps: &[ImpState]) -> DemMeasuremen
         friction_work: after.loss.friction,
         viscous_work: after.loss.viscous,
         driven_work: system.totals.driven_work + share * excess,
-        applied_impulse: after.applied_impulse.into(),
-        contact_impulse: after.contact_impulse.into(),
+        applied_impulse: after.applied_impulse.value(),
+        contact_impulse: after.contact_impulse.value(),
         ..Ledger::default()
     };
     let (mut momentum, mut contact_force) = (Vec2::zeros(), Vec2::zeros());
