@@ -13,7 +13,9 @@ use crate::grid::Grid;
 use crate::imps::Imps;
 use crate::lanes::LANES;
 use crate::limits::stiffest_place;
-use crate::material::{Constitutive, LinearElastic, MaterialPoints, Moduli};
+use crate::material::{
+    Constitutive, DruckerPrager, LinearElastic, Material, MaterialPoints, Moduli,
+};
 use crate::measure::Books;
 use crate::points::{Cloud, LaneCopy};
 use crate::shape::{CubicBspline, QuadraticBspline, Shape, Ugimp};
@@ -209,20 +211,42 @@ fn constitutive<const W: usize, S: Shape<W>>(
     density: f64,
     blocks: usize,
 ) -> Box<dyn Constitutive<W, S>> {
+    let moduli = |bulk, shear| Moduli {
+        bulk,
+        shear,
+        density,
+    };
     match *model {
         MaterialModel::LinearElastic {
             bulk_modulus,
             shear_modulus,
-        } => Box::new(MaterialPoints::new(
-            LinearElastic(Moduli {
-                bulk: bulk_modulus,
-                shear: shear_modulus,
-                density,
-            }),
+        } => points(LinearElastic(moduli(bulk_modulus, shear_modulus)), blocks),
+        MaterialModel::DruckerPrager {
+            bulk_modulus,
+            shear_modulus,
+            friction_angle,
+            dilation_angle,
+            cohesion,
+            tensile_strength,
+        } => points(
+            DruckerPrager::new(
+                moduli(bulk_modulus, shear_modulus),
+                friction_angle.to_radians(),
+                dilation_angle.to_radians(),
+                cohesion,
+                tensile_strength,
+            ),
             blocks,
-        )),
-        _ => unreachable!("refused by check_choices"),
+        ),
+        _ => unreachable!("refused by check_model"),
     }
+}
+
+fn points<const W: usize, S: Shape<W>, M: Material>(
+    model: M,
+    blocks: usize,
+) -> Box<dyn Constitutive<W, S>> {
+    Box::new(MaterialPoints::new(model, blocks))
 }
 
 fn half_spacing(points: &Points) -> f64 {
@@ -306,7 +330,7 @@ fn check_scalars(config: &MpmConfig) -> Result<(), Refusal> {
                 format!("{} kg/m^3 must be above 0", material.density),
             ));
         }
-        check_moduli(&material.model, &format!("mpm.materials[{i}].model"))?;
+        check_model(&material.model, &format!("mpm.materials[{i}].model"))?;
     }
     for (g, group) in config.groups.iter().enumerate() {
         if let Some(radius) = group.contact_radius
@@ -321,16 +345,19 @@ fn check_scalars(config: &MpmConfig) -> Result<(), Refusal> {
     Ok(())
 }
 
-fn check_moduli(model: &MaterialModel, key: &str) -> Result<(), Refusal> {
-    let positive = |name: &str, value: f64| {
-        if value.is_finite() && value > 0.0 {
-            Ok(())
-        } else {
-            Err(Refusal::new(
-                format!("{key}.{name}"),
-                format!("{value} must be above 0"),
-            ))
-        }
+/// Moduli above zero, angles below 90 degrees, strengths not negative.
+fn check_model(model: &MaterialModel, key: &str) -> Result<(), Refusal> {
+    let refuse = |name: &str, value: f64, expected: &str| {
+        let message = format!("{value} must be {expected}");
+        Err(Refusal::new(format!("{key}.{name}"), message))
+    };
+    let positive = |name: &str, value: f64| match value {
+        v if v.is_finite() && v > 0.0 => Ok(()),
+        v => refuse(name, v, "above 0"),
+    };
+    let not_negative = |name: &str, value: f64| match value {
+        v if v.is_finite() && v >= 0.0 => Ok(()),
+        v => refuse(name, v, "0 or more"),
     };
     match *model {
         MaterialModel::LinearElastic {
@@ -340,7 +367,38 @@ fn check_moduli(model: &MaterialModel, key: &str) -> Result<(), Refusal> {
             positive("bulk_modulus", bulk_modulus)?;
             positive("shear_modulus", shear_modulus)
         }
-        _ => Err(Refusal::new(key, "only linear_elastic is available")),
+        MaterialModel::DruckerPrager {
+            bulk_modulus,
+            shear_modulus,
+            friction_angle,
+            dilation_angle,
+            cohesion,
+            tensile_strength,
+        } => {
+            positive("bulk_modulus", bulk_modulus)?;
+            positive("shear_modulus", shear_modulus)?;
+            if !(0.0..90.0).contains(&friction_angle) {
+                return refuse(
+                    "friction_angle",
+                    friction_angle,
+                    "0 or more and below 90 degrees",
+                );
+            }
+            if !(0.0..=friction_angle).contains(&dilation_angle) {
+                // More dilation than friction would create energy.
+                return refuse(
+                    "dilation_angle",
+                    dilation_angle,
+                    "between 0 and the friction angle",
+                );
+            }
+            not_negative("cohesion", cohesion)?;
+            not_negative("tensile_strength", tensile_strength)
+        }
+        _ => Err(Refusal::new(
+            key,
+            "only linear_elastic and drucker_prager are available",
+        )),
     }
 }
 

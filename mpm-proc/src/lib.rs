@@ -30,6 +30,18 @@
 //! | `V_d` | `skin` | Verlet skin | 1 | m | section 4 |
 
 #![forbid(unsafe_code)]
+#![allow(
+    clippy::inline_always,
+    reason = "kernels are generic over small traits; a call that is not inlined would pass vectors through memory"
+)]
+#![allow(
+    clippy::needless_range_loop,
+    reason = "the index is the axis of the paper's formula, and often of several arrays at once"
+)]
+#![allow(
+    clippy::cast_possible_wrap,
+    reason = "tile and cell numbers are range-checked where the grid is made"
+)]
 
 mod configure;
 mod contact;

@@ -68,7 +68,11 @@ where
         self.clouds
             .iter()
             .map(|cloud| {
-                let stiffest = cloud.stiffness.iter().copied().fold(0.0, f64::max);
+                let stiffest = cloud
+                    .stress_reports
+                    .iter()
+                    .map(|r| r.stiffness)
+                    .fold(0.0, f64::max);
                 stiffest * stiffest_place(&cloud.shape) / (cell * cell)
             })
             .fold(0.0, f64::max)

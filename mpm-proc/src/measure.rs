@@ -1,6 +1,7 @@
 //! Energies, momenta and impulses (PHYSICS.md section 7). Impulses are counted in every step, the rest only where a step
 //! is measured.
 
+use interface::impulse::Impulse;
 use interface::solver::MpmMeasurement;
 use interface::step::Step;
 use interface::wire::GroupState;
@@ -15,11 +16,15 @@ use crate::transfer::{AffineState, Transfer};
 #[derive(Debug, Default)]
 pub struct Books {
     /// Impulse of gravity and walls so far in N s/m.
-    pub applied_impulse: [f64; 2],
+    pub applied_impulse: Impulse,
     /// Impulse of the bodies so far in N s/m.
-    pub contact_impulse: [f64; 2],
+    pub contact_impulse: Impulse,
     /// Dissipated by walls with friction so far in J/m.
     pub friction_work: f64,
+    /// Dissipated by plastic flow so far in J/m.
+    pub plastic_work: f64,
+    /// Dissipated by viscous stress so far in J/m.
+    pub viscous_work: f64,
     /// The last measurement.
     pub measurement: MpmMeasurement,
 }
@@ -40,14 +45,16 @@ where
         let kick = step.kick();
         if step.dt_before + step.dt > 0.0 {
             let mass: f64 = self.clouds.iter().map(Cloud::total_mass).sum();
-            for a in 0..2 {
-                self.books.applied_impulse[a] += kick * mass * self.grid.gravity[a];
-            }
+            self.books.applied_impulse += self.grid.gravity.map(|g| kick * mass * g);
             for tile in self.grid.tiles.iter().filter(|t| t.walled) {
-                for a in 0..2 {
-                    self.books.applied_impulse[a] += tile.wall_impulse[a];
-                }
+                self.books.applied_impulse += tile.wall_impulse;
                 self.books.friction_work += tile.friction_work;
+            }
+        }
+        for cloud in &self.clouds {
+            for report in &cloud.stress_reports {
+                self.books.plastic_work += cloud.volume * report.lost[0];
+                self.books.viscous_work += cloud.volume * report.lost[1];
             }
         }
         let mut contact_force = [0.0; 2];
@@ -56,9 +63,7 @@ where
                 contact_force[a] += f.force[a];
             }
         }
-        for a in 0..2 {
-            self.books.contact_impulse[a] += kick * contact_force[a];
-        }
+        self.books.contact_impulse += contact_force.map(|f| kick * f);
         if step.measure {
             self.measure(contact_force, 1.0 - step.centring());
         }
@@ -88,8 +93,10 @@ where
         let MpmMeasurement { ledger, groups } = &mut self.books.measurement;
         *ledger = interface::wire::Ledger {
             friction_work: self.books.friction_work,
-            applied_impulse: self.books.applied_impulse,
-            contact_impulse: self.books.contact_impulse,
+            plastic_work: self.books.plastic_work,
+            viscous_work: self.books.viscous_work,
+            applied_impulse: self.books.applied_impulse.value(),
+            contact_impulse: self.books.contact_impulse.value(),
             contact_force,
             ..Default::default()
         };

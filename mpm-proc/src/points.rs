@@ -6,6 +6,7 @@
 use crate::lanes::{LANES, Lanes, ZERO, first, splat};
 use crate::material::Constitutive;
 use crate::shape::Shape;
+use crate::stress::StressReport;
 use crate::tiles::{Frame, Geometry, pitch};
 use crate::transfer::AffineState;
 
@@ -147,8 +148,8 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> {
     pub force: Vec<[f64; 2]>,
     /// Report of each tile.
     pub reports: Vec<TileReport>,
-    /// Largest wave modulus over density of each tile, in m^2/s^2 ([`crate::limits`]).
-    pub stiffness: Vec<f64>,
+    /// What updating the stress of each tile told.
+    pub stress_reports: Vec<StressReport>,
     scratch: Scratch<A>,
 }
 
@@ -206,7 +207,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
             mass_momentum: Vec::new(),
             force: Vec::new(),
             reports: Vec::new(),
-            stiffness: Vec::new(),
+            stress_reports: Vec::new(),
             scratch: Scratch {
                 x: Vec::new(),
                 motion: Vec::new(),
@@ -298,7 +299,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
         self.mass_momentum.resize(self.tiles.len() * window, ZERO);
         self.force.resize(self.tiles.len() * window, [0.0; 2]);
         self.reports.resize(self.tiles.len(), TileReport::default());
-        self.stiffness.resize(self.tiles.len(), 0.0);
+        self.stress_reports
+            .resize(self.tiles.len(), StressReport::default());
     }
 
     /// Bytes of memory in use.

@@ -60,7 +60,7 @@ where
                     x: &cloud.x,
                     nodes: &grid.tiles,
                     force: &mut cloud.force,
-                    stiffness: &mut cloud.stiffness,
+                    reports: &mut cloud.stress_reports,
                 });
             }
         });

@@ -1,12 +1,21 @@
 //! Strain and spin rate, stress, and internal force (Jiang 2020 eqs. 13 and 21 to 25): one pass over the points.
 
 use crate::grid::{NodeTile, Window, fill_window};
-use crate::lanes::{LANES, Lanes, ZERO, largest, splat};
+use crate::lanes::{LANES, Lanes, ZERO, largest, splat, sum};
 use crate::material::{Deformation, Material, Point};
 use crate::points::Tile;
 use crate::shape::Shape;
 use crate::threads::{PerBlock, PerTile, over_tiles};
 use crate::tiles::{Place, WINDOW_MAX, pitch};
+
+/// What updating the stress of a tile tells.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct StressReport {
+    /// Largest stiffness over density in m^2/s^2 ([`crate::limits`]).
+    pub stiffness: f64,
+    /// Work per initial volume lost to plastic flow and to viscous stress in this step, summed over points, in Pa.
+    pub lost: [f64; 2],
+}
 
 /// What the pass reads and writes besides the material's own state.
 pub struct StressPass<'a, const W: usize, S: Shape<W>> {
@@ -28,8 +37,8 @@ pub struct StressPass<'a, const W: usize, S: Shape<W>> {
     pub nodes: &'a [NodeTile],
     /// `f_I^int` of each tile's window in N/m.
     pub force: &'a mut [[f64; 2]],
-    /// Largest stiffness over density of each tile in m^2/s^2.
-    pub stiffness: &'a mut [f64],
+    /// Report of each tile.
+    pub reports: &'a mut [StressReport],
 }
 
 /// Updates the stress of all points and sums their internal forces.
@@ -51,31 +60,36 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
             stride: pitch * pitch,
         },
         PerTile {
-            items: pass.stiffness,
+            items: pass.reports,
             stride: 1,
         },
     );
-    over_tiles(pass.grain, pass.tiles, share, &|tile,
-                                                (
-        points,
-        force,
-        stiffness,
-    )| {
+    over_tiles(pass.grain, pass.tiles, share, &|tile, part| {
+        let (points, force, report) = part;
         let mut velocity: Window<[f64; 2]> = [[0.0; 2]; WINDOW_MAX];
         fill_window::<W, _>(&mut velocity, nodes, tile, |t| &t.before);
         force.items.fill([0.0; 2]);
         let mut stiffest = ZERO;
+        let mut lost = [ZERO; 2];
         for (b, point) in points.0.iter_mut().enumerate() {
             let place = tile.frame.locate(&x[tile.first + b], pitch);
             let s = [0, 1].map(|a| shape.weights(a, place.d[a]));
             let g = [0, 1].map(|a| shape.gradients(a, place.d[a]));
             let by = deformation(&velocity, &place, &s, &g, scale);
-            model.update(point, &by);
+            let dissipated = model.update(point, &by);
+            if M::DISSIPATES {
+                let live = tile.live(b);
+                lost[0] = live.mul_add(dissipated.plastic, lost[0]);
+                lost[1] = live.mul_add(dissipated.viscous, lost[1]);
+            }
             stiffest = stiffest.fast_max(model.stiffness_over_density(point));
             let volume = point.volume * splat(load) * tile.live(b);
             add_internal_force(force.items, &place, &s, &g, point, volume);
         }
-        stiffness.items[0] = largest(stiffest);
+        report.items[0] = StressReport {
+            stiffness: largest(stiffest),
+            lost: lost.map(sum),
+        };
     });
 }
 

@@ -1,6 +1,6 @@
 //! Linear elasticity with the Jaumann rate (Jiang 2020 eqs. 25, 36; PHYSICS.md section 1).
 
-use super::{Deformation, Material, Point, Stress};
+use super::{Deformation, Dissipated, Material, Point, Stress};
 use crate::lanes::{Lanes, ZERO, splat};
 
 /// Isotropic elastic moduli and density.
@@ -95,28 +95,21 @@ pub struct LinearElastic(pub Moduli);
 impl Material for LinearElastic {
     /// Work of the stress per initial volume in Pa.
     type State = Lanes;
+    const DISSIPATES: bool = false;
 
     fn initial(&self) -> Point<Lanes> {
-        Point {
-            stress: Stress {
-                xx: ZERO,
-                yy: ZERO,
-                zz: ZERO,
-                xy: ZERO,
-            },
-            volume: splat(1.0),
-            state: ZERO,
-        }
+        Point::unstressed(ZERO)
     }
 
     #[inline(always)]
-    fn update(&self, point: &mut Point<Lanes>, by: &Deformation) {
+    fn update(&self, point: &mut Point<Lanes>, by: &Deformation) -> Dissipated {
         let before = point.volume * power(&point.stress, by);
         point.stress = self.0.trial(&point.stress, by);
         point.volume *= volume_ratio(by);
         // The trapezoidal rule is what the leapfrog of nodes and points does to the same force: the force of t_n acts
         // over half of the interval behind and half of the one ahead.
         point.state += splat(0.5) * (before + point.volume * power(&point.stress, by));
+        Dissipated::NOTHING
     }
 
     #[inline(always)]

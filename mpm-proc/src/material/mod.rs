@@ -3,13 +3,15 @@
 //! A model is a type; its loop is compiled for it. What it needs to remember of a point beyond stress and volume is its
 //! [`Material::State`], which is nothing for an elastic solid.
 
+mod drucker_prager;
 mod elastic;
 #[cfg(test)]
 mod single_point;
 
+pub use drucker_prager::DruckerPrager;
 pub use elastic::{LinearElastic, Moduli};
 
-use crate::lanes::Lanes;
+use crate::lanes::{Lanes, ZERO, splat};
 use crate::points::{LaneCopy, Sources, Tile, reorder};
 use crate::shape::Shape;
 use crate::stress::{StressPass, update_tiles};
@@ -63,16 +65,52 @@ pub struct Deformation {
     pub yy: Lanes,
 }
 
+/// Work per initial volume that was lost in an interval, in Pa.
+#[derive(Debug, Clone, Copy)]
+pub struct Dissipated {
+    /// To plastic flow.
+    pub plastic: Lanes,
+    /// To viscous stress.
+    pub viscous: Lanes,
+}
+
+impl Dissipated {
+    /// Nothing.
+    pub const NOTHING: Self = Self {
+        plastic: ZERO,
+        viscous: ZERO,
+    };
+}
+
+impl<P> Point<P> {
+    /// A point without stress, of its initial volume.
+    pub fn unstressed(state: P) -> Self {
+        Self {
+            stress: Stress {
+                xx: ZERO,
+                yy: ZERO,
+                zz: ZERO,
+                xy: ZERO,
+            },
+            volume: splat(1.0),
+            state,
+        }
+    }
+}
+
 /// A constitutive model.
 pub trait Material: Copy + Send + Sync + 'static {
     /// What it remembers of four points besides stress and volume.
     type State: LaneCopy;
 
+    /// Whether [`Self::update`] can dissipate anything.
+    const DISSIPATES: bool;
+
     /// The state of unstressed points.
     fn initial(&self) -> Point<Self::State>;
 
     /// Brings stress, volume and state from `t_{n-1}` to `t_n`.
-    fn update(&self, point: &mut Point<Self::State>, deformation: &Deformation);
+    fn update(&self, point: &mut Point<Self::State>, deformation: &Deformation) -> Dissipated;
 
     /// Upper bound of the squared wave speeds that count for the step: the largest eigenvalue of stiffness times
     /// `diag(1, 1, 2)` in the plane over the density, in m^2/s^2 ([`crate::limits`]).

@@ -7,6 +7,9 @@ use crate::lanes::{ZERO, splat};
 pub struct Path<M: Material> {
     pub model: M,
     pub point: Point<M::State>,
+    /// Plastic and viscous work per initial volume so far in Pa.
+    pub plastic: f64,
+    pub viscous: f64,
 }
 
 impl<M: Material> Path<M> {
@@ -14,6 +17,8 @@ impl<M: Material> Path<M> {
         Self {
             model,
             point: model.initial(),
+            plastic: 0.0,
+            viscous: 0.0,
         }
     }
 
@@ -26,7 +31,9 @@ impl<M: Material> Path<M> {
             yy: by[1][1],
         };
         for _ in 0..steps {
-            self.model.update(&mut self.point, &by);
+            let lost = self.model.update(&mut self.point, &by);
+            self.plastic += lost.plastic.to_array()[0];
+            self.viscous += lost.viscous.to_array()[0];
         }
     }
 

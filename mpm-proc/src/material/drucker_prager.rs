@@ -1,0 +1,223 @@
+//! Drucker-Prager plasticity with tension cut-off and dilation (Jiang 2020 eqs. 31 to 35 and its reference 24).
+
+use super::elastic::{Moduli, volume_ratio};
+use super::{Deformation, Dissipated, Material, Point, Stress};
+use crate::lanes::{Lanes, ZERO, splat};
+
+/// Drucker-Prager material: shear surface `tau + q_phi sigma_m = k_phi`, potential with `q_psi`, and
+/// `sigma_m <= sigma_t`.
+#[derive(Debug, Clone, Copy)]
+pub struct DruckerPrager {
+    /// Elastic part.
+    pub moduli: Moduli,
+    q_phi: f64,
+    q_psi: f64,
+    k_phi: f64,
+    /// The smaller of the tensile strength and the apex of the shear surface, in Pa.
+    sigma_t: f64,
+}
+
+impl DruckerPrager {
+    /// Angles in rad, cohesion and tensile strength in Pa. `q` and `k` are those of plane strain (eq. 35).
+    pub fn new(moduli: Moduli, phi: f64, psi: f64, cohesion: f64, tensile_strength: f64) -> Self {
+        let root = |angle: f64| (9.0 + 12.0 * angle.tan().powi(2)).sqrt();
+        let q = |angle: f64| 3.0 * angle.tan() / root(angle);
+        let k_phi = 3.0 * cohesion / root(phi);
+        let apex = if q(phi) > 0.0 {
+            k_phi / q(phi)
+        } else {
+            f64::INFINITY
+        };
+        Self {
+            moduli,
+            q_phi: q(phi),
+            q_psi: q(psi),
+            k_phi,
+            sigma_t: tensile_strength.min(apex),
+        }
+    }
+
+    /// Returns a trial stress to the surfaces, and tells the work per volume that plastic flow has taken.
+    ///
+    /// Which surface takes the stress back is decided by the line that halves the corner between them. A return that
+    /// would leave beyond the other surface ends on the corner, which for a cohesionless material is the apex; so
+    /// `tau` never changes its sign.
+    #[inline(always)]
+    fn return_stress(&self, trial: &Stress) -> (Stress, Lanes) {
+        let Moduli { bulk, shear, .. } = self.moduli;
+        let sigma_t = splat(self.sigma_t.min(f64::MAX));
+        let mean = (trial.xx + trial.yy + trial.zz) * splat(1.0 / 3.0);
+        let [x, y, z] = [trial.xx, trial.yy, trial.zz].map(|s| s - mean);
+        let half = splat(0.5) * z.mul_add(z, y.mul_add(y, x * x));
+        let tau = trial.xy.mul_add(trial.xy, half).sqrt();
+
+        let over = splat(self.q_phi).mul_add(mean, tau - splat(self.k_phi));
+        let tau_t = splat(self.k_phi) - splat(self.q_phi) * sigma_t;
+        let slope = (1.0 + self.q_phi * self.q_phi).sqrt() - self.q_phi;
+        let towards_shear = (mean - sigma_t).mul_neg_add(splat(slope), tau - tau_t);
+        let flow = bulk * self.q_psi / (shear + bulk * self.q_phi * self.q_psi);
+        let sheared = mean - splat(flow) * over.fast_max(ZERO);
+        let by_shear = mean.simd_le(sigma_t) | towards_shear.simd_gt(ZERO);
+        let new_mean = by_shear.select(sheared, mean).fast_min(sigma_t);
+        let new_tau = tau.fast_min(new_mean.mul_neg_add(splat(self.q_phi), splat(self.k_phi)));
+        // A deviator of zero stays zero whatever the ratio.
+        let ratio = new_tau / tau.fast_max(splat(f64::MIN_POSITIVE));
+
+        let work = new_tau * (tau - new_tau) * splat(1.0 / shear)
+            + new_mean * (mean - new_mean) * splat(1.0 / bulk);
+        let stress = Stress {
+            xx: x.mul_add(ratio, new_mean),
+            yy: y.mul_add(ratio, new_mean),
+            zz: z.mul_add(ratio, new_mean),
+            xy: trial.xy * ratio,
+        };
+        (stress, work)
+    }
+}
+
+impl Material for DruckerPrager {
+    type State = ();
+    const DISSIPATES: bool = true;
+
+    fn initial(&self) -> Point<()> {
+        Point::unstressed(())
+    }
+
+    #[inline(always)]
+    fn update(&self, point: &mut Point<()>, by: &Deformation) -> Dissipated {
+        let trial = self.moduli.trial(&point.stress, by);
+        let (stress, work) = self.return_stress(&trial);
+        point.stress = stress;
+        point.volume *= volume_ratio(by);
+        Dissipated {
+            plastic: work * point.volume,
+            viscous: ZERO,
+        }
+    }
+
+    #[inline(always)]
+    fn stiffness_over_density(&self, point: &Point<()>) -> Lanes {
+        point.volume * splat(self.moduli.plane_stiffness() / self.moduli.density)
+    }
+
+    fn elastic_energy(&self, point: &Point<()>) -> Lanes {
+        self.moduli.energy(&point.stress) * point.volume
+    }
+
+    fn sound_speed(&self) -> f64 {
+        self.moduli.sound_speed()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::single_point::{Path, stress};
+
+    const MODULI: Moduli = Moduli {
+        bulk: 5.0e5,
+        shear: 3.2e5,
+        density: 1500.0,
+    };
+
+    fn invariants(point: &Point<()>) -> (f64, f64) {
+        let [xx, yy, zz, xy] = stress(point);
+        let mean = (xx + yy + zz) / 3.0;
+        let j2 = 0.5 * ((xx - mean).powi(2) + (yy - mean).powi(2) + (zz - mean).powi(2)) + xy * xy;
+        (mean, j2.sqrt())
+    }
+
+    fn material(phi: f64, psi: f64, cohesion: f64, tension: f64) -> DruckerPrager {
+        DruckerPrager::new(
+            MODULI,
+            phi.to_radians(),
+            psi.to_radians(),
+            cohesion,
+            tension,
+        )
+    }
+
+    /// In one-dimensional compression of an elastic material tau/sigma_m is fixed by the moduli; below q_phi nothing
+    /// yields.
+    #[test]
+    fn within_the_surfaces_it_is_elastic() {
+        let mut path = Path::new(material(60.0, 0.0, 0.0, 0.0));
+        path.stretch([0.0, -0.01], 100);
+        let [_, yy, _, _] = stress(&path.point);
+        let modulus = MODULI.bulk + 4.0 / 3.0 * MODULI.shear;
+        assert!((yy / (-0.01 * modulus) - 1.0).abs() < 1e-12);
+        assert!(path.plastic.abs() < 1e-16);
+    }
+
+    /// Compress evenly to a mean stress, then shear: tau levels at k - q sigma_m, with psi = 0 at constant sigma_m;
+    /// the work of further shear is all plastic.
+    #[test]
+    fn shear_levels_at_the_yield_stress() {
+        let model = material(30.0, 0.0, 1.0e3, 0.0);
+        let mut path = Path::new(model);
+        path.stretch([-0.01, -0.01], 100);
+        let (mean, _) = invariants(&path.point);
+        path.shear(0.5, 5000);
+        let (after, tau) = invariants(&path.point);
+        let tan = 30.0_f64.to_radians().tan();
+        let root = (9.0 + 12.0 * tan * tan).sqrt();
+        let expected = 3.0e3 / root - 3.0 * tan / root * mean;
+        assert!((after / mean - 1.0).abs() < 1e-12);
+        assert!((tau / expected - 1.0).abs() < 1e-12, "{tau} {expected}");
+        let work = path.plastic;
+        path.shear(0.1, 1000);
+        let volume = path.point.volume.to_array()[0];
+        let rate = (path.plastic - work) / (0.1 * tau * volume);
+        // The deviator follows the strain rate, but for the out-of-plane part left from compression and the spin.
+        assert!((rate - 1.0).abs() < 0.01, "{rate}");
+    }
+
+    /// At constant volume dilation drives the mean stress down the surface: d sigma_m / d tau = -1/q_phi.
+    #[test]
+    fn confined_dilation_climbs_the_surface() {
+        let model = material(35.0, 25.0, 0.0, 0.0);
+        let mut path = Path::new(model);
+        path.stretch([-0.01, -0.01], 100);
+        let (before, _) = invariants(&path.point);
+        path.shear(0.02, 2000);
+        let (mean, tau) = invariants(&path.point);
+        assert!(mean < before);
+        assert!((tau / (-model.q_phi * mean) - 1.0).abs() < 1e-12);
+        // Plastic flow: d eps_v^p = q_psi d gamma^p with tau = G (gamma - gamma^p): all of it in closed form.
+        let gamma_p = (before - mean) / (MODULI.bulk * model.q_psi);
+        assert!(gamma_p > 0.0 && gamma_p < 0.02);
+    }
+
+    #[test]
+    fn tension_of_sand_ends_at_the_apex() {
+        for (psi, lateral) in [(0.0, 0.0), (25.0, 0.0), (0.0, -0.004), (25.0, 0.009)] {
+            let mut path = Path::new(material(35.0, psi, 0.0, 0.0));
+            path.stretch([0.01, lateral], 7);
+            let s = stress(&path.point);
+            assert!(
+                s.iter().all(|s| s.abs() < 1e-9) || invariants(&path.point).0 <= 1e-9,
+                "{psi} {s:?}"
+            );
+            // Pulled apart and sheared: no stress at all can stand.
+            path.stretch([0.02, 0.02], 1);
+            assert!(stress(&path.point).iter().all(|s| s.abs() < 1e-9));
+        }
+    }
+
+    #[test]
+    fn the_tension_cut_off_leaves_small_shear_alone() {
+        let model = material(30.0, 10.0, 5.0e3, 1.0e3);
+        let mut path = Path::new(model);
+        path.shear(0.002, 10);
+        let (_, tau) = invariants(&path.point);
+        path.stretch([0.005, 0.005], 1);
+        let (mean, after) = invariants(&path.point);
+        assert!((mean - 1.0e3).abs() < 1e-9, "{mean}");
+        // Equal stretch in the plane adds to the deviator out of plane; the shear before it has turned the stress a
+        // little, by its angle of 1e-3.
+        let [xx, _, zz, _] = stress(&path.point);
+        let expected = (tau * tau + (xx - zz).powi(2) / 3.0).sqrt();
+        assert!((after / expected - 1.0).abs() < 1e-3, "{after} {expected}");
+        assert!(after <= model.k_phi - model.q_phi * mean + 1e-9);
+    }
+}
