@@ -1,12 +1,12 @@
 //! The occupied part of the grid: the node tiles that some point's window reaches.
 
-use crate::lanes::{Lanes, ZERO};
 use crate::points::{Cloud, LaneCopy, Tile};
 use crate::shape::Shape;
 use crate::threads::over_items;
-use crate::tiles::{Geometry, TILE, WINDOW_MAX, pitch, runs};
+use crate::tiles::{Geometry, MARGIN, TILE, pitch, runs};
 use crate::transfer::AffineState;
 use crate::walls::WallNodes;
+use crate::window::{VectorWindow, nodal_stride, vector_stride};
 
 /// Nodes of a tile.
 pub const NODES: usize = TILE * TILE;
@@ -162,15 +162,17 @@ impl Grid {
     ) {
         let (walls, overlaps) = (&self.walls, &self.overlaps);
         over_items(grain, &mut self.tiles, &|tile: &mut NodeTile| {
-            let mut sum = [ZERO; NODES];
+            let mut sum = [[0.0; 4]; NODES];
             for o in tile.overlapping(overlaps) {
-                let cloud = &clouds[o.cloud as usize];
-                add_window::<W, Lanes>(&mut sum, &cloud.mass_momentum, o, |a, b| *a += *b);
+                let windows = &clouds[o.cloud as usize].mass_momentum;
+                let stride = nodal_stride(W);
+                let window = &windows[o.tile as usize * stride..][..stride];
+                add_window::<W, 4>(&mut sum, window, o);
             }
             tile.wall_impulse = [0.0; 2];
             tile.friction_work = 0.0;
             for (i, sum) in sum.iter().enumerate() {
-                let [mass, px, py, _] = sum.to_array();
+                let [mass, px, py, _] = *sum;
                 tile.mass[i] = mass;
                 tile.before[i] = if mass > EMPTY {
                     [px / mass, py / mass]
@@ -204,11 +206,10 @@ impl Grid {
         over_items(grain, &mut self.tiles, &|tile: &mut NodeTile| {
             let mut force = [[0.0; 2]; NODES];
             for o in tile.overlapping(overlaps) {
-                let cloud = &clouds[o.cloud as usize];
-                add_window::<W, [f64; 2]>(&mut force, &cloud.force, o, |a, b| {
-                    a[0] += b[0];
-                    a[1] += b[1];
-                });
+                let windows = &clouds[o.cloud as usize].force;
+                let stride = vector_stride(W);
+                let window = &windows[o.tile as usize * stride..][..stride];
+                add_window::<W, 2>(&mut force, window, o);
             }
             if let Some(contact) = contact.get(tile.index) {
                 for (f, c) in force.iter_mut().zip(&contact.force) {
@@ -269,46 +270,51 @@ pub fn node(origin: [i64; 2], i: usize) -> [i64; 2] {
     [origin[0] + (i % TILE) as i64, origin[1] + (i / TILE) as i64]
 }
 
-/// Adds the part of a window that lies in a node tile.
+/// Adds the part of a window that lies in a node tile; `N` numbers of it belong to one node.
 #[inline(always)]
-fn add_window<const W: usize, T: Copy>(
-    sum: &mut [T; NODES],
-    windows: &[T],
+fn add_window<const W: usize, const N: usize>(
+    sum: &mut [[f64; N]; NODES],
+    window: &[f64],
     overlap: &Overlap,
-    add: impl Fn(&mut T, &T),
 ) {
-    let pitch = pitch(W);
-    let window = &windows[overlap.tile as usize * pitch * pitch..][..pitch * pitch];
-    let [x, y] = overlap.run.map(|r| runs(W)[usize::from(r)]);
+    let [x, y] = [overlap.run[0], overlap.run[1]].map(|r| runs(W)[usize::from(r)]);
     for row in 0..y.length {
-        let from = &window[(y.window + row) * pitch + x.window..][..x.length];
+        let first = N * ((y.window + row) * pitch(W) + x.window);
+        let from = &window[first..first + N * x.length];
         let to = &mut sum[(y.own + row) * TILE + x.own..][..x.length];
-        for (a, b) in to.iter_mut().zip(from) {
-            add(a, b);
+        for (to, from) in to.as_flattened_mut().iter_mut().zip(from) {
+            *to += from;
         }
     }
 }
 
-/// A field of the nodes in the window of a tile.
-pub type Window<T> = [T; WINDOW_MAX];
-
-/// Copies a nodal field into the window of a point tile.
-#[inline]
-pub fn fill_window<const W: usize, T: Copy>(
-    window: &mut Window<T>,
+/// Copies a nodal vector field into the window of a point tile.
+#[inline(always)]
+pub fn fill_window<const W: usize>(
+    window: &mut VectorWindow,
     nodes: &[NodeTile],
     tile: &Tile,
-    field: impl Fn(&NodeTile) -> &[T; NODES],
+    field: impl Fn(&NodeTile) -> &[[f64; 2]; NODES],
 ) {
-    let pitch = pitch(W);
-    for (around, [x, y]) in tile.around.iter().zip(RUNS_AROUND) {
-        let from = field(&nodes[*around as usize]);
-        let (x, y) = (runs(W)[usize::from(x)], runs(W)[usize::from(y)]);
+    for (run, y) in runs(W).into_iter().enumerate() {
+        let [left, own, right] =
+            [0, 1, 2].map(|x| field(&nodes[tile.around[3 * run + x] as usize]).as_flattened());
         for row in 0..y.length {
-            window[(y.window + row) * pitch + x.window..][..x.length]
-                .copy_from_slice(&from[(y.own + row) * TILE + x.own..][..x.length]);
+            let to = &mut window[2 * (y.window + row) * pitch(W)..][..2 * pitch(W)];
+            let from = 2 * (y.own + row) * TILE;
+            // Lengths known to the compiler: a few vector moves each, no calls.
+            copy::<{ 2 * MARGIN }>(to, left, from + 2 * (TILE - MARGIN));
+            copy::<{ 2 * TILE }>(&mut to[2 * MARGIN..], own, from);
+            for i in 0..W {
+                copy::<2>(&mut to[2 * (MARGIN + TILE + i)..], right, from + 2 * i);
+            }
         }
     }
+}
+
+#[inline(always)]
+fn copy<const N: usize>(to: &mut [f64], from: &[f64], at: usize) {
+    to[..N].copy_from_slice(&from[at..at + N]);
 }
 
 /// The node tile, and the node in it, of node `index` of a point tile's window.

@@ -1,13 +1,13 @@
 //! Grid to points: velocities, affine part, and the move to `t_{n+1}` (Jiang 2020 eqs. 26 to 28 and 31).
 
-use crate::grid::{NodeTile, Window, fill_window};
+use crate::grid::{NodeTile, fill_window};
 use crate::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
 use crate::points::{Cloud, LaneCopy, TileReport};
 use crate::shape::Shape;
-use crate::stress::{gather, window_rows};
 use crate::threads::{PerBlock, PerTile, over_tiles};
-use crate::tiles::{Place, WINDOW_MAX, pitch};
+use crate::tiles::{Place, pitch};
 use crate::transfer::{AffineState, Transfer};
+use crate::window::{ZERO_WINDOW, gather_row};
 
 /// Takes the points of a cloud over an interval of `dt` (s), with the velocities of the nodes.
 pub fn grid_to_points<const W: usize, S: Shape<W>, T: Transfer>(
@@ -32,13 +32,13 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, T: Transfer>(
         },
     );
     over_tiles(grain, &cloud.tiles, share, &|tile, (x, motion, report)| {
-        let mut velocity: Window<[f64; 2]> = [[0.0; 2]; WINDOW_MAX];
-        fill_window::<W, _>(&mut velocity, nodes, tile, |t| &t.after);
-        let mut increment: Window<[f64; 2]> = [[0.0; 2]; WINDOW_MAX];
+        let mut velocity = ZERO_WINDOW;
+        fill_window::<W>(&mut velocity, nodes, tile, |t| &t.after);
+        let mut increment = ZERO_WINDOW;
         if T::INCREMENT {
-            fill_window::<W, _>(&mut increment, nodes, tile, |t| &t.before);
+            fill_window::<W>(&mut increment, nodes, tile, |t| &t.before);
             for (b, a) in increment.iter_mut().zip(&velocity) {
-                *b = [a[0] - b[0], a[1] - b[1]];
+                *b = a - *b;
             }
         }
         let mut speed_sq = ZERO;
@@ -47,7 +47,7 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, T: Transfer>(
         let mut upper = x.0[0];
         for (x, motion) in x.0.iter_mut().zip(motion.0.iter_mut()) {
             let place = tile.frame.locate(x, pitch(W));
-            let s = [0, 1].map(|a| shape.weights(a, place.d[a]));
+            let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
             let (v, affine) = interpolate::<W, S, T::Affine>(&velocity, &place, &s);
             if T::INCREMENT {
                 let (dv, ()) = interpolate::<W, S, ()>(&increment, &place, &s);
@@ -78,31 +78,29 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, T: Transfer>(
 /// `sum_I S_Ip v_I` of four points and, if wanted, `B_p D_p^-1 L = L D_p^-1 sum_I S_Ip v_I (x_I - x_p)`.
 #[inline(always)]
 fn interpolate<const W: usize, S: Shape<W>, A: AffineState>(
-    velocity: &Window<[f64; 2]>,
+    velocity: &[f64],
     place: &Place,
     s: &[[Lanes; W]; 2],
 ) -> ([Lanes; 2], A) {
-    let inverse_inertia = splat(S::INVERSE_INERTIA.unwrap_or(0.0));
     // S_Ip (x_I - x_p) L D^-1 along each axis.
-    let moment = [0, 1].map(|a| {
-        core::array::from_fn::<_, W, _>(|i| {
-            if A::PRESENT {
-                s[a][i] * (splat(i as f64) - place.d[a]) * inverse_inertia
-            } else {
-                ZERO
+    let inverse_inertia = splat(S::INVERSE_INERTIA.unwrap_or(0.0));
+    let mut moment = [[ZERO; W]; 2];
+    if A::PRESENT {
+        for a in 0..2 {
+            for i in 0..W {
+                moment[a][i] = s[a][i] * ((splat(i as f64) - place.d[a]) * inverse_inertia);
             }
-        })
-    });
+        }
+    }
     let (mut v, mut slopes) = ([ZERO; 2], [[ZERO; 2]; 2]);
     for j in 0..W {
-        let rows = window_rows::<W, _>(velocity, place, j);
+        let nodes = gather_row::<W>(velocity, place, j);
         let (mut row, mut row_moment) = ([ZERO; 2], [ZERO; 2]);
         for i in 0..W {
-            let node = gather(&rows, i);
             for a in 0..2 {
-                row[a] = s[0][i].mul_add(node[a], row[a]);
+                row[a] = s[0][i].mul_add(nodes[i][a], row[a]);
                 if A::PRESENT {
-                    row_moment[a] = moment[0][i].mul_add(node[a], row_moment[a]);
+                    row_moment[a] = moment[0][i].mul_add(nodes[i][a], row_moment[a]);
                 }
             }
         }

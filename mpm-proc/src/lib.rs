@@ -64,6 +64,7 @@ mod threads;
 mod tiles;
 mod transfer;
 mod walls;
+mod window;
 
 pub use solver::Mpm;
 

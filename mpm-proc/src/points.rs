@@ -7,8 +7,9 @@ use crate::lanes::{LANES, Lanes, ZERO, first, splat};
 use crate::material::Constitutive;
 use crate::shape::Shape;
 use crate::stress::StressReport;
-use crate::tiles::{Frame, Geometry, pitch};
+use crate::tiles::{Frame, Geometry};
 use crate::transfer::AffineState;
+use crate::window::{nodal_stride, vector_stride};
 
 /// In [`Cloud::ids`]: a lane without a point. Such lanes fill up the last block of a tile. They have no mass and drift
 /// along with the first point of their tile, so that their numbers stay harmless.
@@ -143,9 +144,9 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> {
     /// Tiles with points, ordered by row and column.
     pub tiles: Vec<Tile>,
     /// `(m_I, p_I, 0)` of each tile's window, of this cloud's points alone.
-    pub mass_momentum: Vec<Lanes>,
-    /// `f_I^int` likewise, in N/m.
-    pub force: Vec<[f64; 2]>,
+    pub mass_momentum: Vec<f64>,
+    /// `f_I^int` likewise, in N/m ([`crate::window`]).
+    pub force: Vec<f64>,
     /// Report of each tile.
     pub reports: Vec<TileReport>,
     /// What updating the stress of each tile told.
@@ -295,9 +296,9 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
                 }
             }
         }
-        let window = pitch(W) * pitch(W);
-        self.mass_momentum.resize(self.tiles.len() * window, ZERO);
-        self.force.resize(self.tiles.len() * window, [0.0; 2]);
+        self.mass_momentum
+            .resize(self.tiles.len() * nodal_stride(W), 0.0);
+        self.force.resize(self.tiles.len() * vector_stride(W), 0.0);
         self.reports.resize(self.tiles.len(), TileReport::default());
         self.stress_reports
             .resize(self.tiles.len(), StressReport::default());
@@ -310,8 +311,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
             + self.ids.capacity() * size_of::<[u32; LANES]>()
             + self.lane_of.capacity() * 8
             + self.scratch.keys.capacity() * 16
-            + self.mass_momentum.capacity() * size_of::<Lanes>()
-            + self.force.capacity() * 16
+            + self.mass_momentum.capacity() * 8
+            + self.force.capacity() * 8
             + self.tiles.capacity() * size_of::<Tile>()
             + self.material.bytes()
     }

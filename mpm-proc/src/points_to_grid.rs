@@ -6,6 +6,7 @@ use crate::shape::Shape;
 use crate::threads::{PerTile, over_tiles};
 use crate::tiles::{Place, pitch};
 use crate::transfer::AffineState;
+use crate::window::{add, nodal_stride};
 
 /// Sums mass and momentum of a cloud's points into the windows of their tiles.
 pub fn points_to_grid<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
@@ -15,14 +16,14 @@ pub fn points_to_grid<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
     let (shape, x, motion, mass) = (cloud.shape, &cloud.x, &cloud.motion, cloud.mass);
     let share = PerTile {
         items: &mut cloud.mass_momentum[..],
-        stride: pitch(W) * pitch(W),
+        stride: nodal_stride(W),
     };
     over_tiles(grain, &cloud.tiles, share, &|tile, window| {
-        window.items.fill(ZERO);
+        window.items.fill(0.0);
         for b in 0..tile.blocks {
             let block = tile.first + b;
             let place = tile.frame.locate(&x[block], pitch(W));
-            let s = [0, 1].map(|a| shape.weights(a, place.d[a]));
+            let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
             add_momentum(
                 window.items,
                 &place,
@@ -37,50 +38,35 @@ pub fn points_to_grid<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
 /// `m_I += m_p S_Ip`, `p_I += m_p S_Ip (v_p + B_p D_p^-1 (x_I - x_p))` for four points.
 #[inline(always)]
 fn add_momentum<const W: usize, A: AffineState>(
-    nodes: &mut [Lanes],
+    nodes: &mut [f64],
     place: &Place,
     s: &[[Lanes; W]; 2],
     motion: &Motion<A>,
     mass: Lanes,
 ) {
-    // (m, p_x, p_y, 0) of each point at its base node, and how it changes by one node along x and along y.
-    let slopes = motion.affine.slopes().map(|c| c.map(|c| c * mass));
-    let at_base = [0, 1].map(|a| {
-        let p = motion.v[a] * mass;
-        if A::PRESENT {
-            p - slopes[0][a] * place.d[0] - slopes[1][a] * place.d[1]
-        } else {
-            p
+    // Velocity of each point's affine field at the first node of a row, and its change by one node along x and y.
+    let [along, across] = motion.affine.slopes();
+    let mut first = motion.v;
+    if A::PRESENT {
+        for a in 0..2 {
+            first[a] -= along[a] * place.d[0] + across[a] * place.d[1];
         }
-    });
-    let at_base = Lanes::transpose([mass, at_base[0], at_base[1], ZERO]);
-    let along = [0, 1].map(|axis| {
-        if A::PRESENT {
-            Lanes::transpose([ZERO, slopes[axis][0], slopes[axis][1], ZERO])
-        } else {
-            [ZERO; LANES]
-        }
-    });
-    let s = s.map(|nodes| nodes.map(|w| w.to_array()));
-    for k in 0..LANES {
-        let mut row_value = at_base[k];
-        for j in 0..W {
-            let weight = splat(s[1][j][k]);
-            let mut value = row_value * weight;
-            let step = along[0][k] * weight;
-            let first = place.base[k] + j * pitch(W);
-            let row: &mut [Lanes; W] = (&mut nodes[first..first + W])
-                .try_into()
-                .expect("a slice of W nodes");
-            for (i, node) in row.iter_mut().enumerate() {
-                *node = splat(s[0][i][k]).mul_add(value, *node);
-                if A::PRESENT {
-                    value += step;
-                }
+    }
+    for j in 0..W {
+        let row_mass = s[1][j] * mass;
+        let mut v = first;
+        for i in 0..W {
+            let m = s[0][i] * row_mass;
+            let by_point = Lanes::transpose([m, m * v[0], m * v[1], ZERO]);
+            for k in 0..LANES {
+                add(nodes, 4 * (place.base[k] + j * pitch(W) + i), by_point[k]);
             }
             if A::PRESENT {
-                row_value += along[1][k];
+                v = [v[0] + along[0], v[1] + along[1]];
             }
+        }
+        if A::PRESENT {
+            first = [first[0] + across[0], first[1] + across[1]];
         }
     }
 }

@@ -10,7 +10,6 @@ use crate::points::LaneCopy;
 use crate::points_to_grid::points_to_grid;
 use crate::shape::Shape;
 use crate::stress::StressPass;
-use crate::tiles::pitch;
 use crate::transfer::Transfer;
 
 impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
@@ -64,11 +63,6 @@ where
                 });
             }
         });
-        debug_assert!(
-            self.clouds
-                .iter()
-                .all(|c| c.force.len() == c.tiles.len() * pitch(W) * pitch(W))
-        );
     }
 
     fn update_grid(&mut self, kick: f64) {

@@ -1,12 +1,13 @@
 //! Strain and spin rate, stress, and internal force (Jiang 2020 eqs. 13 and 21 to 25): one pass over the points.
 
-use crate::grid::{NodeTile, Window, fill_window};
-use crate::lanes::{LANES, Lanes, ZERO, largest, splat, sum};
+use crate::grid::{NodeTile, fill_window};
+use crate::lanes::{Lanes, ZERO, largest, splat, sum};
 use crate::material::{Deformation, Material, Point};
 use crate::points::Tile;
 use crate::shape::Shape;
 use crate::threads::{PerBlock, PerTile, over_tiles};
-use crate::tiles::{Place, WINDOW_MAX, pitch};
+use crate::tiles::{Place, pitch};
+use crate::window::{ZERO_WINDOW, gather_row, scatter_row, vector_stride};
 
 /// What updating the stress of a tile tells.
 #[derive(Debug, Clone, Copy, Default)]
@@ -36,7 +37,7 @@ pub struct StressPass<'a, const W: usize, S: Shape<W>> {
     /// Node tiles with `v_I` at their field `before` or `after`.
     pub nodes: &'a [NodeTile],
     /// `f_I^int` of each tile's window in N/m.
-    pub force: &'a mut [[f64; 2]],
+    pub force: &'a mut [f64],
     /// Report of each tile.
     pub reports: &'a mut [StressReport],
 }
@@ -57,7 +58,7 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
         PerBlock(points),
         PerTile {
             items: pass.force,
-            stride: pitch * pitch,
+            stride: vector_stride(W),
         },
         PerTile {
             items: pass.reports,
@@ -66,15 +67,18 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
     );
     over_tiles(pass.grain, pass.tiles, share, &|tile, part| {
         let (points, force, report) = part;
-        let mut velocity: Window<[f64; 2]> = [[0.0; 2]; WINDOW_MAX];
-        fill_window::<W, _>(&mut velocity, nodes, tile, |t| &t.before);
-        force.items.fill([0.0; 2]);
+        let mut velocity = ZERO_WINDOW;
+        fill_window::<W>(&mut velocity, nodes, tile, |t| &t.before);
+        force.items.fill(0.0);
         let mut stiffest = ZERO;
         let mut lost = [ZERO; 2];
         for (b, point) in points.0.iter_mut().enumerate() {
             let place = tile.frame.locate(&x[tile.first + b], pitch);
-            let s = [0, 1].map(|a| shape.weights(a, place.d[a]));
-            let g = [0, 1].map(|a| shape.gradients(a, place.d[a]));
+            let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
+            let g = [
+                shape.gradients(0, place.d[0]),
+                shape.gradients(1, place.d[1]),
+            ];
             let by = deformation(&velocity, &place, &s, &g, scale);
             let dissipated = model.update(point, &by);
             if M::DISSIPATES {
@@ -96,7 +100,7 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
 /// `L_ij dt = sum_I v_iI S_I,j dt` (eqs. 21, 22) of four points.
 #[inline(always)]
 fn deformation<const W: usize>(
-    velocity: &Window<[f64; 2]>,
+    velocity: &[f64],
     place: &Place,
     s: &[[Lanes; W]; 2],
     g: &[[Lanes; W]; 2],
@@ -104,10 +108,10 @@ fn deformation<const W: usize>(
 ) -> Deformation {
     let (mut xx, mut xy, mut yx, mut yy) = (ZERO, ZERO, ZERO, ZERO);
     for j in 0..W {
-        let rows = window_rows::<W, _>(velocity, place, j);
+        let row = gather_row::<W>(velocity, place, j);
         let (mut gx, mut gy, mut sx, mut sy) = (ZERO, ZERO, ZERO, ZERO);
         for i in 0..W {
-            let [vx, vy] = gather(&rows, i);
+            let [vx, vy] = row[i];
             gx = g[0][i].mul_add(vx, gx);
             gy = g[0][i].mul_add(vy, gy);
             sx = s[0][i].mul_add(vx, sx);
@@ -126,54 +130,28 @@ fn deformation<const W: usize>(
     }
 }
 
-/// Row `j` of the nodes that each of four points touches.
-#[inline(always)]
-pub fn window_rows<'a, const W: usize, T>(
-    window: &'a [T],
-    place: &Place,
-    j: usize,
-) -> [&'a [T; W]; LANES] {
-    place.base.map(|base| {
-        let first = base + j * pitch(W);
-        window[first..first + W]
-            .try_into()
-            .expect("a slice of W nodes")
-    })
-}
-
-/// Node `i` of a row, of four points, by component.
-#[inline(always)]
-pub fn gather<const W: usize>(rows: &[&[[f64; 2]; W]; LANES], i: usize) -> [Lanes; 2] {
-    [0, 1].map(|a| Lanes::new([rows[0][i][a], rows[1][i][a], rows[2][i][a], rows[3][i][a]]))
-}
-
 /// `f_I^int -= V_p sigma_p grad S_Ip` (eq. 13); `volume` is `-V_p / L`, zero in lanes without a point.
 #[inline(always)]
 fn add_internal_force<const W: usize, P>(
-    force: &mut [[f64; 2]],
+    force: &mut [f64],
     place: &Place,
     s: &[[Lanes; W]; 2],
     g: &[[Lanes; W]; 2],
     point: &Point<P>,
     volume: Lanes,
 ) {
-    let [xx, yy, xy] = [point.stress.xx, point.stress.yy, point.stress.xy]
-        .map(|sigma| (sigma * volume).to_array());
-    let [s, g] = [s, g].map(|axes| axes.map(|nodes| nodes.map(|w| w.to_array())));
-    for k in 0..LANES {
-        for j in 0..W {
-            let (sy, gy) = (s[1][j][k], g[1][j][k]);
-            let along = [sy * xx[k], sy * xy[k]];
-            let across = [gy * xy[k], gy * yy[k]];
-            let first = place.base[k] + j * pitch(W);
-            let row: &mut [[f64; 2]; W] = (&mut force[first..first + W])
-                .try_into()
-                .expect("a slice of W nodes");
-            for (i, f) in row.iter_mut().enumerate() {
-                for a in 0..2 {
-                    f[a] = g[0][i][k].mul_add(along[a], s[0][i][k].mul_add(across[a], f[a]));
-                }
+    let xx = point.stress.xx * volume;
+    let yy = point.stress.yy * volume;
+    let xy = point.stress.xy * volume;
+    for j in 0..W {
+        let along = [s[1][j] * xx, s[1][j] * xy];
+        let across = [g[1][j] * xy, g[1][j] * yy];
+        let mut row = [[ZERO; 2]; W];
+        for i in 0..W {
+            for a in 0..2 {
+                row[i][a] = g[0][i].mul_add(along[a], s[0][i] * across[a]);
             }
         }
+        scatter_row(force, place, j, &row);
     }
 }

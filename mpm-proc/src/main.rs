@@ -1,0 +1,6 @@
+//! The continuum solver as a program of its own.
+#![forbid(unsafe_code)]
+
+fn main() -> std::process::ExitCode {
+    interface::process::serve_mpm(mpm_proc::Mpm::default())
+}
