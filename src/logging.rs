@@ -29,7 +29,9 @@ pub fn of_run(file: File, format: LogFormat) {
         .json()
         .with_writer(Mutex::new(file))
         .with_filter(ours(Level::DEBUG));
-    let stderr = layer().with_writer(std::io::stderr).with_ansi(std::io::stderr().is_terminal());
+    let stderr = layer()
+        .with_writer(std::io::stderr)
+        .with_ansi(std::io::stderr().is_terminal());
     let to_stderr = match format {
         LogFormat::Json => stderr.json().with_filter(ours(Level::INFO)).boxed(),
         LogFormat::Text => stderr

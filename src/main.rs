@@ -34,19 +34,30 @@ fn main() -> ExitCode {
     }
 }
 
+/// Validates scenes, each with all of its variants unless one is asked for.
 fn check(args: &cli::CheckArgs) -> ExitCode {
     let mut code = ExitCode::SUCCESS;
     for path in &args.scenes {
-        match Scene::load(path, args.variant.as_deref(), &args.set) {
-            Ok(scene) => {
-                for warning in &scene.warnings {
-                    println!("warning: {}: {warning}", path.display());
+        let mut variants = vec![args.variant.clone()];
+        while let Some(variant) = variants.pop() {
+            match Scene::load(path, variant.as_deref(), &args.set) {
+                Ok(scene) => {
+                    for warning in &scene.warnings {
+                        println!("warning: {}: {warning}", path.display());
+                    }
+                    let which = variant
+                        .as_ref()
+                        .map(|name| format!(", variant {name}"))
+                        .unwrap_or_default();
+                    println!("{}: {} is a valid scene{which}", path.display(), scene.name);
+                    if variant.is_none() {
+                        variants.extend(scene.variants.into_iter().rev().map(Some));
+                    }
                 }
-                println!("{}: {} is a valid scene", path.display(), scene.name);
-            }
-            Err(errors) => {
-                eprintln!("{errors}");
-                code = ExitCode::from(BAD_INPUT);
+                Err(errors) => {
+                    eprintln!("{errors}");
+                    code = ExitCode::from(BAD_INPUT);
+                }
             }
         }
     }

@@ -3,14 +3,12 @@
 use std::process::ExitCode;
 
 use interface::domain::Domain;
+use interface::process;
 use interface::session::{SessionError, dem, mpm};
 use interface::{OneProcess, SharedMemory};
 
 use crate::cli::JoinArgs;
 use crate::logging;
-
-/// The session has failed; the coupler knows why.
-const FAILED: u8 = 3;
 
 /// The continuum solver in a process of its own.
 pub fn mpm_process(domain: &Domain) -> Result<(), SessionError> {
@@ -35,15 +33,5 @@ pub fn dem_thread(domain: &Domain) -> Result<(), SessionError> {
 /// Joins a run as a solver.
 pub fn join(args: &JoinArgs, serve: fn(&Domain) -> Result<(), SessionError>) -> ExitCode {
     logging::of_solver();
-    let domain = match Domain::join(&args.join) {
-        Ok(domain) => domain,
-        Err(error) => {
-            eprintln!("tandem: {error}");
-            return ExitCode::from(FAILED);
-        }
-    };
-    match serve(&domain) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(_) => ExitCode::from(FAILED),
-    }
+    process::join(&args.join, serve)
 }

@@ -23,7 +23,11 @@ impl AddAssign<[f64; 2]> for Impulse {
     fn add_assign(&mut self, term: [f64; 2]) {
         for (i, x) in term.into_iter().enumerate() {
             let sum = self.sum[i] + x;
-            let (large, small) = if self.sum[i].abs() >= x.abs() { (self.sum[i], x) } else { (x, self.sum[i]) };
+            let (large, small) = if self.sum[i].abs() >= x.abs() {
+                (self.sum[i], x)
+            } else {
+                (x, self.sum[i])
+            };
             self.lost[i] += (large - sum) + small;
             self.sum[i] = sum;
         }
@@ -50,8 +54,15 @@ mod tests {
             plain += 1e-4 / 3.0;
         }
         let exact = 1e3 + 1e2 / 3.0;
-        assert!((impulse.value()[0] - exact).abs() <= 2e-13, "{}", impulse.value()[0] - exact);
-        assert!((plain - exact).abs() > 1e-12, "the plain sum would have done");
+        assert!(
+            (impulse.value()[0] - exact).abs() <= 2e-13,
+            "{}",
+            impulse.value()[0] - exact
+        );
+        assert!(
+            (plain - exact).abs() > 1e-12,
+            "the plain sum would have done"
+        );
         assert_eq!(impulse.value()[1], 1e6);
     }
 }

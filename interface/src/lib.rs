@@ -11,6 +11,7 @@ pub mod control;
 pub mod domain;
 pub mod impulse;
 pub mod outline;
+pub mod process;
 pub mod session;
 pub mod solver;
 pub mod step;
