@@ -40,8 +40,6 @@ pub struct Rigid {
     pub inverse_inertia: f64,
     /// Sphero-radius `a` in m.
     pub radius: f64,
-    /// The displacement of the last step.
-    pub turn: Turn,
 }
 
 impl Rigid {
@@ -52,39 +50,54 @@ impl Rigid {
     }
 }
 
-/// A rigid displacement over one step.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Turn {
-    /// Of the centre of mass in m.
+/// What every contact of a body needs in every step: one cache line.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub struct Frame {
+    /// Centre of mass `c` in m.
+    pub center: Vec2,
+    /// Displacement of the centre of mass over the last step in m.
     pub shift: Vec2,
-    /// Sine of the angle turned.
+    /// Sine of the angle turned over the last step.
     pub sin: f64,
     /// One minus its cosine.
     pub versine: f64,
+    /// `1/m`, 0 for a body that forces do not move.
+    pub inverse_mass: f64,
+    /// `1/I`, likewise.
+    pub inverse_inertia: f64,
 }
 
-impl Turn {
-    /// The displacement by `shift` (m) and `angle` (rad).
+const _: () = assert!(size_of::<Frame>() == 64);
+
+impl Frame {
+    /// Moves on by `shift` (m) and `angle` (rad).
     #[inline]
-    fn of(shift: Vec2, angle: f64) -> Self {
+    fn advance(&mut self, shift: Vec2, angle: f64) {
         let square = angle * angle;
         let (sin, versine) = if square < 1e-4 {
             // The next terms of the series are below 1e-17 of the first: as exact as the library, and a step rarely
             // turns a body by more than a hundredth.
             (
-                angle * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0))),
+                angle
+                    * (1.0
+                        - square
+                            * (1.0 / 6.0)
+                            * (1.0 - square * (1.0 / 20.0) * (1.0 - square * (1.0 / 42.0)))),
                 0.5 * square
-                    * (1.0 - square / 12.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0))),
+                    * (1.0
+                        - square
+                            * (1.0 / 12.0)
+                            * (1.0 - square * (1.0 / 30.0) * (1.0 - square * (1.0 / 56.0)))),
             )
         } else {
             let (sin_half, cos_half) = (0.5 * angle).sin_cos();
             (2.0 * sin_half * cos_half, 2.0 * sin_half * sin_half)
         };
-        Self {
-            shift,
-            sin,
-            versine,
-        }
+        self.center += shift;
+        self.shift = shift;
+        self.sin = sin;
+        self.versine = versine;
     }
 
     /// Displacement in m of the material that is now at `r` from the centre of mass: exact at any angle, so that a
@@ -106,8 +119,16 @@ pub struct Bodies {
     pub fixed: Vec<Body>,
     /// Where they are.
     pub state: Vec<Rigid>,
+    /// The same for the contact loops.
+    pub frames: Vec<Frame>,
     /// Vertices of all bodies in world coordinates at `t_n`, body after body, in m.
     pub outline: Vec<Vec2>,
+    /// Fixed and driven bodies, in ascending order.
+    pub held: Vec<u32>,
+    /// Mass of all free bodies in kg/m.
+    pub free_mass: f64,
+    /// One over the squared length of the edge that begins at each vertex, in 1/m^2; 0 for a disc.
+    pub inverse_length_sq: Vec<f64>,
 }
 
 impl Bodies {
@@ -122,8 +143,33 @@ impl Bodies {
                 Refusal::new(format!("dem.body[{i}] ({}).{key}", body.name), message)
             };
             let (what, state) = place(body, bodies.outline.len()).map_err(refuse)?;
-            bodies.outline.extend_from_slice(&what.shape.vertices);
+            let vertices = &what.shape.vertices;
+            bodies.outline.extend_from_slice(vertices);
+            bodies.inverse_length_sq.extend(
+                (0..vertices.len())
+                    .map(|k| vertices[(k + 1) % vertices.len()] - vertices[k])
+                    .map(|edge| {
+                        if edge == Vec2::zeros() {
+                            0.0
+                        } else {
+                            1.0 / edge.norm_squared()
+                        }
+                    }),
+            );
             bodies.fixed.push(what);
+            if body.motion == Motion::Free {
+                bodies.free_mass += bodies.fixed[i].mass;
+            } else {
+                bodies.held.push(i as u32);
+            }
+            bodies.frames.push(Frame {
+                center: state.center,
+                shift: Vec2::zeros(),
+                sin: 0.0,
+                versine: 0.0,
+                inverse_mass: state.inverse_mass,
+                inverse_inertia: state.inverse_inertia,
+            });
             bodies.state.push(state);
             bodies.rebuild_outline(i);
         }
@@ -162,10 +208,10 @@ impl Bodies {
                 continue;
             }
             let state = &mut self.state[b];
-            let turn = Turn::of(state.velocity * dt, state.spin * dt);
-            state.center += turn.shift;
+            let frame = &mut self.frames[b];
+            frame.advance(state.velocity * dt, state.spin * dt);
+            state.center = frame.center;
             state.angle += state.spin * dt;
-            state.turn = turn;
             self.rebuild_outline(b);
         }
     }
@@ -184,15 +230,17 @@ impl Bodies {
     }
 
     /// Rebuilds the world outline of body `b` from its angle.
+    #[inline]
     fn rebuild_outline(&mut self, b: usize) {
         let (body, state) = (&self.fixed[b], &self.state[b]);
-        let world = &mut self.outline[body.first_vertex..][..body.shape.vertices.len()];
-        if let [point] = world {
-            *point = state.center; // a disc looks the same at every angle
+        let local = &body.shape.vertices[..];
+        if local.len() == 1 {
+            self.outline[body.first_vertex] = state.center; // a disc looks the same at every angle
             return;
         }
+        let world = &mut self.outline[body.first_vertex..][..local.len()];
         let (sin, cos) = state.angle.sin_cos();
-        for (world, v) in world.iter_mut().zip(&body.shape.vertices) {
+        for (world, v) in world.iter_mut().zip(local) {
             *world = state.center + Vec2::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y);
         }
     }
@@ -248,7 +296,6 @@ fn place(body: &BodyConfig, first_vertex: usize) -> Result<(Body, Rigid), (&'sta
         inverse_mass: if free { 1.0 / mass } else { 0.0 },
         inverse_inertia: if free { 1.0 / inertia } else { 0.0 },
         radius: shape.radius,
-        turn: Turn::default(),
     };
     let what = Body {
         name: body.name.clone(),

@@ -15,6 +15,23 @@ pub struct Touch {
     pub velocity: [f64; 2],
 }
 
+/// The interval behind, over which things have moved.
+#[derive(Debug, Clone, Copy)]
+pub struct Past {
+    /// `t_n - t_{n-1}` in s; 0 where there is none.
+    pub dt: f64,
+    /// One over it, or 0.
+    pub per_dt: f64,
+}
+
+impl Past {
+    /// An interval of `dt` (s).
+    pub fn new(dt: f64) -> Self {
+        let per_dt = if dt > 0.0 { 1.0 / dt } else { 0.0 };
+        Self { dt, per_dt }
+    }
+}
+
 /// Two things that may touch, as a law sees them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mates {
@@ -164,6 +181,14 @@ impl Coulomb {
     }
 }
 
+/// `x` cut off at plus and minus `limit`. One instruction each, where `f64::clamp` has a panic and `f64::max` a case
+/// for NaN; numbers that are not finite never come here.
+#[inline(always)]
+fn within(x: f64, limit: f64) -> f64 {
+    let x = if x < limit { x } else { limit };
+    if x > -limit { x } else { -limit }
+}
+
 /// Elongation `xi_t` of the tangential spring along `T` in m. A number and not a vector, so it turns with the contact
 /// frame by itself.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -189,9 +214,9 @@ impl Tangent for Coulomb {
         let cap = self.friction * normal;
         let longest = cap * self.compliance;
         let before = before.0;
-        let now = (before + moved).max(-longest).min(longest);
+        let now = within(before + moved, longest);
         let spring = -self.stiffness * now;
-        let total = (spring + dashpot).max(-cap).min(cap);
+        let total = within(spring + dashpot, cap);
         Slide {
             spring,
             dashpot: total - spring,
@@ -317,7 +342,8 @@ impl<T: Tangent, D: Dashpot> Law for Linear<T, D> {
     fn press(&self, pair: &D::Pair, touch: &Touch, before: &Self::History) -> Press<Self::History> {
         let spring = self.stiffness * touch.overlap;
         let [drag, wish] = D::drag(pair, touch.velocity);
-        let normal = (spring + drag).max(0.0);
+        let pushed = spring + drag;
+        let normal = if pushed > 0.0 { pushed } else { 0.0 };
         let slide = self
             .tangent
             .slide(normal, wish, touch.moved[1], &before.tangent);

@@ -54,17 +54,15 @@ impl Totals {
             self.loss.friction += loss.friction;
             self.loss.viscous += loss.viscous;
         }
-        for (b, body) in kick.bodies.fixed.iter().enumerate() {
-            let (points, others) = (&kick.point_loads[b], &kick.body_loads[b]);
-            self.contact_impulse += points.force * kick.length;
-            if body.motion == Motion::Free {
-                self.applied_impulse += kick.gravity * (body.mass * kick.length);
-            } else {
-                // Its holder takes up what the contacts exert on it, so nothing of it appears as momentum.
-                let force = points.force + others.force;
-                self.applied_impulse += -force * kick.length;
-            }
-        }
+        // The holders of fixed and driven bodies take up what contacts exert on them: none of it appears as momentum.
+        let held = kick.bodies.held.iter().map(|&b| b as usize);
+        let reactions: Vec2 = held
+            .map(|b| kick.point_loads[b].force + kick.body_loads[b].force)
+            .sum();
+        let by_points: Vec2 = kick.point_loads.iter().map(|load| load.force).sum();
+        let weight = kick.gravity * kick.bodies.free_mass;
+        self.contact_impulse += by_points * kick.length;
+        self.applied_impulse += (weight - reactions) * kick.length;
         self.driven_work += driven_power(kick) * kick.length;
         self
     }
@@ -72,15 +70,14 @@ impl Totals {
 
 /// Power that the holders of driven bodies put into the system, in W/m.
 fn driven_power(kick: &Kick) -> f64 {
-    let bodies = kick.bodies.fixed.iter().zip(&kick.bodies.state).enumerate();
-    bodies
-        .filter(|(_, (body, _))| body.motion == Motion::Driven)
-        .map(|(b, (_, state))| {
-            let (points, others) = (&kick.point_loads[b], &kick.body_loads[b]);
-            let power = (points.force + others.force).dot(&state.velocity);
-            -(power + (points.torque + others.torque) * state.spin)
-        })
-        .sum()
+    let held = kick.bodies.held.iter().map(|&b| b as usize);
+    held.map(|b| {
+        let (points, others) = (&kick.point_loads[b], &kick.body_loads[b]);
+        let state = &kick.bodies.state[b];
+        let power = (points.force + others.force).dot(&state.velocity);
+        -(power + (points.torque + others.torque) * state.spin)
+    })
+    .sum()
 }
 
 /// The measurement at `t_n`, between kick and commit: `bodies.state` has the velocities before, `kicked` those after.

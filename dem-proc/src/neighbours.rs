@@ -151,6 +151,8 @@ pub struct VertexEdge {
     pub edge: [u32; 2],
     /// Sum of the sphero-radii in m: contact begins where the distance falls below it.
     pub reach: f64,
+    /// Sphero-radius of the vertex's owner in m.
+    pub radius: f64,
 }
 
 impl VertexEdge {
@@ -237,6 +239,7 @@ impl BodyList {
                         vertex: first[0] + k,
                         edge: [first[1] + i as u32, first[1] + j as u32],
                         reach: touching,
+                        radius: bodies.state[v].radius,
                     });
                 }
             }

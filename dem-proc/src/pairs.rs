@@ -9,11 +9,11 @@ use interface::Vec2;
 
 use crate::body::{Bodies, Odometer};
 use crate::contact::{contact_point, normal_on, vertex_edge};
-use crate::law::{Law, Loss, Mates, Touch};
+use crate::law::{Law, Loss, Mates, Past, Touch};
 use crate::load::Load;
 use crate::mass::cross;
 use crate::neighbours::{BodyList, VertexEdge};
-use crate::threads::Threads;
+use crate::threads::{CHUNK, Threads};
 
 /// What the step needs from the contact between bodies, whatever the law.
 pub trait BodySide: Debug + Send {
@@ -24,7 +24,7 @@ pub trait BodySide: Debug + Send {
     fn evaluate(
         &mut self,
         bodies: &Bodies,
-        dt_before: f64,
+        past: Past,
         closing: f64,
         threads: &Threads,
         loads: &mut [Load],
@@ -47,14 +47,16 @@ pub trait BodySide: Debug + Send {
     fn bytes(&self) -> usize;
 }
 
-/// One evaluated vertex-edge pair.
-#[derive(Debug, Clone, Copy, Default)]
+/// One evaluated vertex-edge pair in reach.
+#[derive(Debug, Clone, Copy)]
 struct Outcome {
+    /// Owner of the vertex, owner of the edge.
+    bodies: [u32; 2],
     /// On the owner of the vertex, in N/m.
     force: Vec2,
     /// On either body, in N.
     torque: [f64; 2],
-    /// Share in either body's `Load::rate`; both zero where the pair is out of reach.
+    /// Share in either body's `Load::rate`.
     rate: [f64; 2],
     /// Dissipated over the last step.
     loss: Loss,
@@ -71,7 +73,7 @@ pub struct BodyContacts<L: Law> {
     constants: Vec<L::Pair>,
     history: Vec<L::History>,
     next: Vec<L::History>,
-    buffer: Vec<Outcome>,
+    scratches: Vec<Scratch>,
     /// Bodies of the pairs in reach.
     in_reach: Vec<[u32; 2]>,
     presses: usize,
@@ -89,7 +91,7 @@ impl<L: Law> BodyContacts<L> {
             constants: Vec::new(),
             history: Vec::new(),
             next: Vec::new(),
-            buffer: Vec::new(),
+            scratches: Vec::new(),
             in_reach: Vec::new(),
             presses: 0,
             loss: Loss::default(),
@@ -127,81 +129,110 @@ impl<L: Law> BodyContacts<L> {
     }
 }
 
-/// Overlap (eq. 38) of a vertex-edge pair and its normal from the edge to the vertex; `None` below `least` (m).
+/// Vector from the edge to the vertex of a pair, and its squared length.
 #[inline(always)]
-fn overlap_above(least: f64, bodies: &Bodies, pair: &VertexEdge) -> Option<(f64, Vec2)> {
+fn separation(bodies: &Bodies, pair: &VertexEdge) -> (Vec2, f64) {
     let at = |i: u32| bodies.outline[i as usize];
-    let (a, b) = (at(pair.edge[0]), at(pair.edge[1]));
-    let (d, distance_sq) = vertex_edge(at(pair.vertex), a, b);
-    let far = pair.reach - least;
-    if distance_sq >= far * far {
-        return None;
-    }
-    let distance = distance_sq.sqrt();
-    let normal = if distance > 0.0 {
-        d / distance
-    } else {
-        normal_on(a, b)
-    };
-    Some((pair.reach - distance, normal))
+    let inverse = bodies.inverse_length_sq[pair.edge[0] as usize];
+    vertex_edge(at(pair.vertex), at(pair.edge[0]), at(pair.edge[1]), inverse)
 }
 
-/// One pair: geometry, law, contact point.
+/// What a chunk of pairs is worked on in.
+#[derive(Debug, Default)]
+struct Scratch {
+    near: Vec<Near>,
+    outcomes: Vec<Outcome>,
+}
+
+/// A pair in reach: its index in the chunk, the vector from edge to vertex, and its squared length.
+type Near = (u32, Vec2, f64);
+
+/// The part of the work that is done for every pair of a list, to find the few that are in reach: without a branch,
+/// because which pairs of a list touch is not predictable.
 #[inline(always)]
-fn evaluate<L: Law>(
-    law: &L,
-    constants: &L::Pair,
-    before: &L::History,
-    pair: &VertexEdge,
+fn find_near<'a>(
     bodies: &Bodies,
-    dt_before: f64,
+    pairs: &[VertexEdge],
     closing: f64,
-) -> (Outcome, L::History) {
-    let Some((overlap, normal)) = overlap_above(-closing, bodies, pair) else {
-        return (Outcome::default(), L::History::default());
-    };
-    let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
-    let tangent = Vec2::new(-normal.y, normal.x);
-    let p = contact_point(
-        bodies.outline[pair.vertex as usize],
-        v.radius,
-        overlap,
-        normal,
-    );
-    let r = [p - v.center, p - e.center];
-    let arms = r.map(|r| [cross(r, normal), cross(r, tangent)]);
-    let mut touch = Touch {
-        overlap,
-        ..Touch::default()
-    };
-    if L::MOTION {
-        if dt_before > 0.0 {
-            let moved = v.turn.displacement(r[0]) - e.turn.displacement(r[1]);
-            touch.moved = [moved.dot(&normal), moved.dot(&tangent)];
+    near: &'a mut Vec<Near>,
+) -> &'a [Near] {
+    near.resize(CHUNK, (0, Vec2::zeros(), 0.0));
+    let mut count = 0;
+    for (k, pair) in pairs.iter().enumerate() {
+        let (d, distance_sq) = separation(bodies, pair);
+        let far = pair.reach + closing;
+        near[count] = (k as u32, d, distance_sq);
+        count += usize::from(distance_sq < far * far);
+    }
+    &near[..count]
+}
+
+impl<L: Law> BodyContacts<L> {
+    /// Evaluates pair `k` of the list, which is in reach: law and contact point.
+    #[inline(always)]
+    fn pair(
+        &self,
+        bodies: &Bodies,
+        past: Past,
+        k: usize,
+        d: Vec2,
+        distance_sq: f64,
+    ) -> (Outcome, L::History) {
+        let (pair, constants, before) = (&self.list.pairs[k], &self.constants[k], &self.history[k]);
+        let distance = distance_sq.sqrt();
+        let normal = if distance > 0.0 {
+            d / distance
+        } else {
+            let [a, b] = pair.edge.map(|i| bodies.outline[i as usize]);
+            normal_on(a, b)
+        };
+        let overlap = pair.reach - distance;
+        let [v, e] = pair.bodies.map(|b| &bodies.frames[b as usize]);
+        let tangent = Vec2::new(-normal.y, normal.x);
+        let vertex = bodies.outline[pair.vertex as usize];
+        let p = contact_point(vertex, pair.radius, overlap, normal);
+        let r = [p - v.center, p - e.center];
+        let arms = r.map(|r| [cross(r, normal), cross(r, tangent)]);
+        let mut touch = Touch {
+            overlap,
+            ..Touch::default()
+        };
+        if L::MOTION {
+            if past.dt > 0.0 {
+                let moved = v.displacement(r[0]) - e.displacement(r[1]);
+                touch.moved = [moved.dot(&normal), moved.dot(&tangent)];
+                touch.velocity = touch.moved.map(|u| u * past.per_dt);
+            } else {
+                let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
+                let velocity = v.velocity_at(r[0]) - e.velocity_at(r[1]);
+                touch.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
+            }
         }
-        let velocity = v.velocity_at(r[0]) - e.velocity_at(r[1]);
-        touch.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
+        let [k_n, k_t] = self.law.stiffness(constants, overlap);
+        let rate =
+            |m: f64, i: f64, [n, t]: [f64; 2]| (k_n + k_t) * m + i * (k_n * n * n + k_t * t * t);
+        let mut outcome = Outcome {
+            bodies: pair.bodies,
+            force: Vec2::zeros(),
+            torque: [0.0; 2],
+            rate: [
+                rate(v.inverse_mass, v.inverse_inertia, arms[0]),
+                rate(e.inverse_mass, e.inverse_inertia, arms[1]),
+            ],
+            loss: Loss::default(),
+            presses: overlap > 0.0,
+        };
+        if overlap <= 0.0 {
+            outcome.loss = self.law.part(&touch, before);
+            return (outcome, L::History::default());
+        }
+        let press = self.law.press(constants, &touch, before);
+        outcome.force = normal * press.normal + tangent * press.tangential;
+        let moment = |[n, t]: [f64; 2]| n * press.normal + t * press.tangential;
+        outcome.torque = [moment(arms[0]), -moment(arms[1])];
+        outcome.loss = press.loss;
+        (outcome, press.history)
     }
-    let [k_n, k_t] = law.stiffness(constants, overlap);
-    let rate = |m: f64, i: f64, [n, t]: [f64; 2]| (k_n + k_t) * m + i * (k_n * n * n + k_t * t * t);
-    let mut outcome = Outcome {
-        rate: [
-            rate(v.inverse_mass, v.inverse_inertia, arms[0]),
-            rate(e.inverse_mass, e.inverse_inertia, arms[1]),
-        ],
-        ..Outcome::default()
-    };
-    if overlap <= 0.0 {
-        outcome.loss = law.part(&touch, before);
-        return (outcome, L::History::default());
-    }
-    let press = law.press(constants, &touch, before);
-    outcome.force = normal * press.normal + tangent * press.tangential;
-    let moment = |[n, t]: [f64; 2]| n * press.normal + t * press.tangential;
-    outcome.torque = [moment(arms[0]), -moment(arms[1])];
-    outcome.loss = press.loss;
-    outcome.presses = true;
-    (outcome, press.history)
 }
 
 impl<L: Law> BodySide for BodyContacts<L> {
@@ -216,47 +247,46 @@ impl<L: Law> BodySide for BodyContacts<L> {
     fn evaluate(
         &mut self,
         bodies: &Bodies,
-        dt_before: f64,
+        past: Past,
         closing: f64,
         threads: &Threads,
         loads: &mut [Load],
     ) {
-        self.in_reach.clear();
-        self.presses = 0;
-        self.loss = Loss::default();
-        let (law, pairs) = (&self.law, &self.list.pairs[..]);
-        let (constants, history) = (&self.constants[..pairs.len()], &self.history[..pairs.len()]);
-        let f = |k: usize| {
-            evaluate(
-                law,
-                &constants[k],
-                &history[k],
-                &pairs[k],
-                bodies,
-                dt_before,
-                closing,
-            )
+        let mut next = std::mem::take(&mut self.next);
+        let mut scratches = std::mem::take(&mut self.scratches);
+        let mut in_reach = std::mem::take(&mut self.in_reach);
+        let (mut loss, mut presses) = (Loss::default(), 0);
+        in_reach.clear();
+        let chunk = |from: usize, next: &mut [L::History], scratch: &mut Scratch| {
+            let pairs = &self.list.pairs[from..from + next.len()];
+            next.fill(L::History::default());
+            scratch.outcomes.clear();
+            for &(k, d, distance_sq) in find_near(bodies, pairs, closing, &mut scratch.near) {
+                let k = k as usize;
+                let (outcome, history) = self.pair(bodies, past, from + k, d, distance_sq);
+                scratch.outcomes.push(outcome);
+                next[k] = history;
+            }
         };
-        threads.each(
-            &mut self.next,
-            &mut self.buffer,
-            f,
-            |k, outcome: Outcome| {
-                if outcome.rate[0] + outcome.rate[1] == 0.0 {
-                    return;
-                }
-                self.in_reach.push(pairs[k].bodies);
-                let [v, e] = pairs[k].bodies.map(|b| b as usize);
+        threads.chunks(&mut next, &mut scratches, chunk, |scratch: &Scratch| {
+            for outcome in &scratch.outcomes {
+                in_reach.push(outcome.bodies);
+                let [v, e] = outcome.bodies.map(|b| b as usize);
                 loads[v].force += outcome.force;
                 loads[v].torque += outcome.torque[0];
                 loads[v].rate += outcome.rate[0];
                 loads[e].force -= outcome.force;
                 loads[e].torque += outcome.torque[1];
                 loads[e].rate += outcome.rate[1];
-                self.loss += outcome.loss;
-                self.presses += usize::from(outcome.presses);
-            },
-        );
+                loss += outcome.loss;
+                presses += usize::from(outcome.presses);
+            }
+        });
+        self.next = next;
+        self.scratches = scratches;
+        self.in_reach = in_reach;
+        self.loss = loss;
+        self.presses = presses;
     }
 
     /// `max over contacts (Lambda_A + Lambda_B)`, with `Lambda` the trace of each body's own `M^-1 K`.
@@ -278,11 +308,13 @@ impl<L: Law> BodySide for BodyContacts<L> {
 
     fn energy(&self, bodies: &Bodies) -> f64 {
         let pairs = self.list.pairs.iter().zip(&self.constants).zip(&self.next);
-        let energy = |((pair, constants), history)| {
-            let touching = overlap_above(0.0, bodies, pair);
-            touching.map_or(0.0, |(overlap, _)| {
+        let energy = |((pair, constants), history): ((&VertexEdge, _), _)| {
+            let overlap = pair.reach - separation(bodies, pair).1.sqrt();
+            if overlap > 0.0 {
                 self.law.energy(constants, overlap, history)
-            })
+            } else {
+                0.0
+            }
         };
         pairs.map(energy).sum()
     }
@@ -312,7 +344,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
     fn bytes(&self) -> usize {
         self.list.pairs.capacity() * size_of::<VertexEdge>()
             + self.constants.capacity() * size_of::<L::Pair>()
-            + self.buffer.capacity() * size_of::<Outcome>()
+            + self.scratches.len() * CHUNK * (size_of::<Outcome>() + size_of::<Near>())
             + 2 * self.history.capacity() * size_of::<L::History>()
     }
 }

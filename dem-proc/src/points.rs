@@ -8,7 +8,7 @@ use interface::wire::{ImpForce, ImpInfo, ImpState};
 
 use crate::body::{Bodies, Odometer};
 use crate::contact::{contact_point, see};
-use crate::law::{Law, Loss, Mates, Touch};
+use crate::law::{Law, Loss, Mates, Past, Touch};
 use crate::load::Load;
 use crate::mass::cross;
 use crate::neighbours::{PointList, PointPair, REACH};
@@ -28,7 +28,7 @@ pub trait PointSide: Debug + Send {
         &mut self,
         bodies: &Bodies,
         states: &[ImpState],
-        dt_before: f64,
+        past: Past,
         threads: &Threads,
         forces: &mut [ImpForce],
         loads: &mut [Load],
@@ -47,14 +47,16 @@ pub trait PointSide: Debug + Send {
     fn bytes(&self) -> usize;
 }
 
-/// One evaluated pair.
-#[derive(Debug, Clone, Copy, Default)]
+/// One evaluated pair in reach.
+#[derive(Debug, Clone, Copy)]
 struct Outcome {
+    slot: u32,
+    body: u32,
     /// On the point, in N/m.
     force: Vec2,
     /// On the body, in N.
     torque: f64,
-    /// `k_n` in N/m where the point is in reach, else 0.
+    /// `k_n` in N/m.
     stiffness: f64,
     /// Share in the body's `Load::rate`.
     rate: f64,
@@ -78,7 +80,7 @@ pub struct PointContacts<L: Law> {
     constants: Vec<L::Pair>,
     history: Vec<L::History>,
     next: Vec<L::History>,
-    buffer: Vec<Outcome>,
+    buffers: Vec<Vec<Outcome>>,
     /// Positions of the points one step before; empty if the law does not look at motion or there was no step.
     previous: Vec<Vec2>,
     any_in_reach: bool,
@@ -99,7 +101,7 @@ impl<L: Law> PointContacts<L> {
             constants: Vec::new(),
             history: Vec::new(),
             next: Vec::new(),
-            buffer: Vec::new(),
+            buffers: Vec::new(),
             previous: Vec::new(),
             any_in_reach: false,
             loss: Loss::default(),
@@ -184,22 +186,22 @@ impl<L: Law> PointContacts<L> {
         (contact_distance - seen.distance, seen.normal)
     }
 
-    /// One pair: geometry, law, contact point.
+    /// One pair: geometry, law, contact point. `None` out of reach.
     #[inline]
     fn pair(
         &self,
         bodies: &Bodies,
         states: &[ImpState],
-        dt_before: f64,
+        past: Past,
         k: usize,
-    ) -> (Outcome, L::History) {
+    ) -> Option<(Outcome, L::History)> {
         let PointPair { slot, body, .. } = self.list.pairs[k];
         let (state, info) = (&states[slot as usize], &self.set[slot as usize]);
-        let rigid = &bodies.state[body as usize];
+        let rigid = &bodies.frames[body as usize];
         let x = Vec2::from(state.position);
         let (overlap, normal) = self.overlap(bodies, x, k);
         if overlap <= -REACH * info.radius {
-            return (Outcome::default(), L::History::default());
+            return None;
         }
         let tangent = Vec2::new(-normal.y, normal.x);
         let p = contact_point(x, info.radius, overlap, normal);
@@ -210,35 +212,43 @@ impl<L: Law> PointContacts<L> {
             ..Touch::default()
         };
         if L::MOTION {
-            if dt_before > 0.0
-                && let Some(was) = self.previous.get(slot as usize)
-            {
-                let moved = x - was - rigid.turn.displacement(r);
+            // The velocity over the last step from positions, where there was one: that of the grid at the point,
+            // which is what the surfaces really did (a FLIP point's own velocity is noisier).
+            let was = self.previous.get(slot as usize).filter(|_| past.dt > 0.0);
+            if let Some(was) = was {
+                let moved = x - was - rigid.displacement(r);
                 touch.moved = [moved.dot(&normal), moved.dot(&tangent)];
+                touch.velocity = touch.moved.map(|u| u * past.per_dt);
+            } else {
+                let body = bodies.state[body as usize].velocity_at(r);
+                let velocity = Vec2::from(state.velocity) - body;
+                touch.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
             }
-            let velocity = Vec2::from(state.velocity) - rigid.velocity_at(r);
-            touch.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
         }
         let (constants, before) = (&self.constants[k], &self.history[k]);
         let [k_n, k_t] = self.law.stiffness(constants, overlap);
         let (m, i) = (rigid.inverse_mass, rigid.inverse_inertia);
         let mobility = m + i * r_n * r_n;
         let mut outcome = Outcome {
+            slot,
+            body,
+            force: Vec2::zeros(),
+            torque: 0.0,
             stiffness: k_n,
             mobility,
             rate: k_n * mobility + k_t * (m + i * r_t * r_t),
-            ..Outcome::default()
+            loss: Loss::default(),
+            presses: overlap > 0.0,
         };
         if overlap <= 0.0 {
             outcome.loss = self.law.part(&touch, before);
-            return (outcome, L::History::default());
+            return Some((outcome, L::History::default()));
         }
         let press = self.law.press(constants, &touch, before);
         outcome.force = normal * press.normal + tangent * press.tangential;
         outcome.torque = -(r_n * press.normal + r_t * press.tangential);
         outcome.loss = press.loss;
-        outcome.presses = true;
-        (outcome, press.history)
+        Some((outcome, press.history))
     }
 }
 
@@ -271,7 +281,7 @@ impl<L: Law> PointSide for PointContacts<L> {
         &mut self,
         bodies: &Bodies,
         states: &[ImpState],
-        dt_before: f64,
+        past: Past,
         threads: &Threads,
         forces: &mut [ImpForce],
         loads: &mut [Load],
@@ -279,28 +289,35 @@ impl<L: Law> PointSide for PointContacts<L> {
         forces.fill(ImpForce::default());
         let (mut loss, mut any_in_reach) = (Loss::default(), false);
         let mut next = std::mem::take(&mut self.next);
-        let mut buffer = std::mem::take(&mut self.buffer);
-        let f = |k: usize| self.pair(bodies, states, dt_before, k);
-        threads.each(&mut next, &mut buffer, f, |k, outcome: Outcome| {
-            if outcome.stiffness == 0.0 {
-                return;
+        let mut buffers = std::mem::take(&mut self.buffers);
+        let chunk = |from: usize, next: &mut [L::History], outcomes: &mut Vec<Outcome>| {
+            outcomes.clear();
+            for (k, next) in next.iter_mut().enumerate() {
+                *next = L::History::default();
+                if let Some((outcome, history)) = self.pair(bodies, states, past, from + k) {
+                    outcomes.push(outcome);
+                    *next = history;
+                }
             }
-            let pair = self.list.pairs[k];
-            let force = &mut forces[pair.slot as usize];
-            force.force[0] += outcome.force.x;
-            force.force[1] += outcome.force.y;
-            force.stiffness += outcome.stiffness;
-            let load = &mut loads[pair.body as usize];
-            load.force -= outcome.force;
-            load.torque += outcome.torque;
-            load.rate += outcome.rate;
-            load.mobility += outcome.mobility;
-            load.contacts += u32::from(outcome.presses);
-            loss += outcome.loss;
-            any_in_reach = true;
+        };
+        threads.chunks(&mut next, &mut buffers, chunk, |outcomes: &Vec<Outcome>| {
+            for outcome in outcomes {
+                let force = &mut forces[outcome.slot as usize];
+                force.force[0] += outcome.force.x;
+                force.force[1] += outcome.force.y;
+                force.stiffness += outcome.stiffness;
+                let load = &mut loads[outcome.body as usize];
+                load.force -= outcome.force;
+                load.torque += outcome.torque;
+                load.rate += outcome.rate;
+                load.mobility += outcome.mobility;
+                load.contacts += u32::from(outcome.presses);
+                loss += outcome.loss;
+                any_in_reach = true;
+            }
         });
         self.next = next;
-        self.buffer = buffer;
+        self.buffers = buffers;
         self.loss = loss;
         self.any_in_reach = any_in_reach;
     }
@@ -347,7 +364,7 @@ impl<L: Law> PointSide for PointContacts<L> {
         self.list.pairs.capacity() * size_of::<PointPair>()
             + self.list.edges.capacity() * size_of::<u32>()
             + self.constants.capacity() * size_of::<L::Pair>()
-            + self.buffer.capacity() * size_of::<Outcome>()
+            + self.buffers.iter().map(Vec::capacity).sum::<usize>() * size_of::<Outcome>()
             + 2 * self.history.capacity() * size_of::<L::History>()
             + self.set.capacity() * size_of::<ImpInfo>()
     }

@@ -8,6 +8,7 @@ use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, Recor
 
 use crate::Sdem;
 use crate::configure::{System, configure};
+use crate::law::Past;
 use crate::ledger::{Kick, Totals, measure};
 use crate::load::Load;
 
@@ -118,7 +119,7 @@ impl System {
             let closing = 3.0 * self.speed * step.dt.max(step.dt_before);
             pairs.evaluate(
                 &self.bodies,
-                step.dt_before,
+                Past::new(step.dt_before),
                 closing,
                 &self.threads,
                 &mut self.body_loads,
@@ -132,7 +133,7 @@ impl System {
         self.points.evaluate(
             &self.bodies,
             imps,
-            step.dt_before,
+            Past::new(step.dt_before),
             &self.threads,
             forces,
             loads,
