@@ -7,7 +7,7 @@ use std::fmt::Debug;
 
 use interface::Vec2;
 
-use crate::body::{Bodies, Odometer};
+use crate::body::{Bodies, Frame, Odometer};
 use crate::contact::{contact_point, normal_on, vertex_edge};
 use crate::law::{Law, Loss, Mates, Past, Touch};
 use crate::load::Load;
@@ -144,8 +144,16 @@ struct Scratch {
     outcomes: Vec<Outcome>,
 }
 
-/// A pair in reach: its index in the chunk, the vector from edge to vertex, and its squared length.
-type Near = (u32, Vec2, f64);
+/// A pair in reach.
+#[derive(Debug, Clone, Copy, Default)]
+struct Near {
+    /// Vector from the edge to the vertex in m.
+    away: Vec2,
+    /// Its squared length.
+    distance_sq: f64,
+    /// Index in the chunk.
+    index: usize,
+}
 
 /// The part of the work that is done for every pair of a list, to find the few that are in reach: without a branch,
 /// because which pairs of a list touch is not predictable.
@@ -156,69 +164,69 @@ fn find_near<'a>(
     closing: f64,
     near: &'a mut Vec<Near>,
 ) -> &'a [Near] {
-    near.resize(CHUNK, (0, Vec2::zeros(), 0.0));
+    near.resize(CHUNK, Near::default());
     let mut count = 0;
-    for (k, pair) in pairs.iter().enumerate() {
-        let (d, distance_sq) = separation(bodies, pair);
+    for (index, pair) in pairs.iter().enumerate() {
+        let (away, distance_sq) = separation(bodies, pair);
         let far = pair.reach + closing;
-        near[count] = (k as u32, d, distance_sq);
+        near[count] = Near {
+            away,
+            distance_sq,
+            index,
+        };
         count += usize::from(distance_sq < far * far);
     }
     &near[..count]
 }
 
 impl<L: Law> BodyContacts<L> {
-    /// Evaluates pair `k` of the list, which is in reach: law and contact point.
+    /// Evaluates a pair in reach: contact point (eq. 41), law, force and torques.
     #[inline(always)]
-    fn pair(
-        &self,
-        bodies: &Bodies,
-        past: Past,
-        k: usize,
-        d: Vec2,
-        distance_sq: f64,
-    ) -> (Outcome, L::History) {
+    fn pair(&self, bodies: &Bodies, past: Past, near: &Near, k: usize) -> (Outcome, L::History) {
         let (pair, constants, before) = (&self.list.pairs[k], &self.constants[k], &self.history[k]);
-        let distance = distance_sq.sqrt();
+        let distance = near.distance_sq.sqrt();
         let normal = if distance > 0.0 {
-            d / distance
+            near.away / distance
         } else {
             let [a, b] = pair.edge.map(|i| bodies.outline[i as usize]);
             normal_on(a, b)
         };
         let overlap = pair.reach - distance;
         let [v, e] = pair.bodies.map(|b| &bodies.frames[b as usize]);
-        let tangent = Vec2::new(-normal.y, normal.x);
         let vertex = bodies.outline[pair.vertex as usize];
         let p = contact_point(vertex, pair.radius, overlap, normal);
-        let r = [p - v.center, p - e.center];
-        let arms = r.map(|r| [cross(r, normal), cross(r, tangent)]);
+        let arms = [
+            Arms::new(p - v.center, normal),
+            Arms::new(p - e.center, normal),
+        ];
         let mut touch = Touch {
             overlap,
             ..Touch::default()
         };
         if L::MOTION {
             if past.dt > 0.0 {
-                let moved = v.displacement(r[0]) - e.displacement(r[1]);
-                touch.moved = [moved.dot(&normal), moved.dot(&tangent)];
+                let shift = v.shift - e.shift;
+                let turned = [arms[0].displacement(v), arms[1].displacement(e)];
+                touch.moved = [
+                    shift.dot(&normal) + (turned[0][0] - turned[1][0]),
+                    cross(normal, shift) + (turned[0][1] - turned[1][1]),
+                ];
                 touch.velocity = touch.moved.map(|u| u * past.per_dt);
             } else {
                 let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
-                let velocity = v.velocity_at(r[0]) - e.velocity_at(r[1]);
-                touch.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
+                let velocity = v.velocity - e.velocity;
+                touch.velocity = [
+                    velocity.dot(&normal) + (v.spin * arms[0].n - e.spin * arms[1].n),
+                    cross(normal, velocity) + (v.spin * arms[0].t - e.spin * arms[1].t),
+                ];
             }
         }
-        let [k_n, k_t] = self.law.stiffness(constants, overlap);
-        let rate =
-            |m: f64, i: f64, [n, t]: [f64; 2]| (k_n + k_t) * m + i * (k_n * n * n + k_t * t * t);
+        let k = self.law.stiffness(constants, overlap);
         let mut outcome = Outcome {
             bodies: pair.bodies,
             force: Vec2::zeros(),
             torque: [0.0; 2],
-            rate: [
-                rate(v.inverse_mass, v.inverse_inertia, arms[0]),
-                rate(e.inverse_mass, e.inverse_inertia, arms[1]),
-            ],
+            rate: [arms[0].rate(v, k), arms[1].rate(e, k)],
             loss: Loss::default(),
             presses: overlap > 0.0,
         };
@@ -227,11 +235,54 @@ impl<L: Law> BodyContacts<L> {
             return (outcome, L::History::default());
         }
         let press = self.law.press(constants, &touch, before);
-        outcome.force = normal * press.normal + tangent * press.tangential;
-        let moment = |[n, t]: [f64; 2]| n * press.normal + t * press.tangential;
-        outcome.torque = [moment(arms[0]), -moment(arms[1])];
+        let (f_n, f_t) = (press.normal, press.tangential);
+        outcome.force = Vec2::new(
+            normal.x.mul_add(f_n, -(normal.y * f_t)),
+            normal.y.mul_add(f_n, normal.x * f_t),
+        );
+        outcome.torque = [arms[0].moment(f_n, f_t), -arms[1].moment(f_n, f_t)];
         outcome.loss = press.loss;
         (outcome, press.history)
+    }
+}
+
+/// Lever arms of a contact: `r x N` and `r x T`, from which everything about a body's rotation follows.
+#[derive(Debug, Clone, Copy)]
+struct Arms {
+    n: f64,
+    t: f64,
+}
+
+impl Arms {
+    #[inline(always)]
+    fn new(r: Vec2, normal: Vec2) -> Self {
+        Self {
+            n: cross(r, normal),
+            t: r.dot(&normal), // T is N turned by +90 degrees, so r x T = r . N
+        }
+    }
+
+    /// Displacement of the material at `r` by the last step's rotation, along `N` and `T`: exact at any angle.
+    #[inline(always)]
+    fn displacement(self, frame: &Frame) -> [f64; 2] {
+        [
+            frame.sin.mul_add(self.n, frame.versine * self.t),
+            frame.sin.mul_add(self.t, -(frame.versine * self.n)),
+        ]
+    }
+
+    /// `sum k (1/m + (r x n)^2 / I)` over both directions.
+    #[inline(always)]
+    fn rate(self, frame: &Frame, [k_n, k_t]: [f64; 2]) -> f64 {
+        let turning = (k_n * self.n).mul_add(self.n, k_t * self.t * self.t);
+        frame
+            .inverse_inertia
+            .mul_add(turning, (k_n + k_t) * frame.inverse_mass)
+    }
+
+    #[inline(always)]
+    fn moment(self, f_n: f64, f_t: f64) -> f64 {
+        self.n.mul_add(f_n, self.t * f_t)
     }
 }
 
@@ -261,11 +312,10 @@ impl<L: Law> BodySide for BodyContacts<L> {
             let pairs = &self.list.pairs[from..from + next.len()];
             next.fill(L::History::default());
             scratch.outcomes.clear();
-            for &(k, d, distance_sq) in find_near(bodies, pairs, closing, &mut scratch.near) {
-                let k = k as usize;
-                let (outcome, history) = self.pair(bodies, past, from + k, d, distance_sq);
+            for near in find_near(bodies, pairs, closing, &mut scratch.near) {
+                let (outcome, history) = self.pair(bodies, past, near, from + near.index);
                 scratch.outcomes.push(outcome);
-                next[k] = history;
+                next[near.index] = history;
             }
         };
         threads.chunks(&mut next, &mut scratches, chunk, |scratch: &Scratch| {
