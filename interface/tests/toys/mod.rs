@@ -12,8 +12,7 @@ use interface::wire::{
     BodyState, EnvelopeVertex, GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState,
 };
 
-/// Two points of mass 1 kg/m that fly freely along x, and their misbehaviour.
-#[derive(Default)]
+/// Points of mass 1 kg/m that fly freely along x, and their misbehaviour.
 pub struct Points {
     pub x: Vec<f64>,
     pub v: Vec<f64>,
@@ -21,6 +20,8 @@ pub struct Points {
     pub set: Vec<ImpInfo>,
     pub states: Vec<ImpState>,
     pub measurement: MpmMeasurement,
+    /// How many there are.
+    pub count: usize,
     /// Fails in this step.
     pub fail_at: Option<u64>,
     /// Reports this squared frequency from this step on.
@@ -29,6 +30,31 @@ pub struct Points {
     pub pause: Option<(u64, std::time::Duration)>,
     /// Refuses its configuration.
     pub refuse: bool,
+}
+
+impl Points {
+    /// This many, well behaved.
+    pub fn new(count: usize) -> Self {
+        Self {
+            x: Vec::new(),
+            v: Vec::new(),
+            travel: 0.0,
+            set: Vec::new(),
+            states: Vec::new(),
+            measurement: MpmMeasurement::default(),
+            count,
+            fail_at: None,
+            limit_at: None,
+            pause: None,
+            refuse: false,
+        }
+    }
+}
+
+impl Default for Points {
+    fn default() -> Self {
+        Self::new(2)
+    }
 }
 
 impl MpmSolver for Points {
@@ -43,10 +69,10 @@ impl MpmSolver for Points {
                 format!("{} is not to the toy's taste", config.cell),
             ));
         }
-        self.x = vec![0.1, 0.15];
-        self.v = vec![-1.0, -1.0];
+        self.x = (0..self.count).map(|i| 0.1 + 0.05 * i as f64).collect();
+        self.v = vec![-1.0; self.count];
         Ok(Readiness {
-            items: 2,
+            items: self.count as u64,
             mass_min: 1.0,
             ..Readiness::default()
         })
