@@ -8,9 +8,9 @@
 
 use serde::Serialize;
 
-use crate::expression::Expression;
 use crate::quantity::Sample;
 use crate::scene::Scene;
+use interface::expression::Expression;
 
 /// A column of the history.
 #[derive(Debug, Clone)]
@@ -429,7 +429,7 @@ fn beyond(excess: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::expression::Meaning;
+    use interface::expression::Meaning;
 
     /// Slots: time, value, then both at `t_0`.
     fn expression(source: &str) -> Expression {

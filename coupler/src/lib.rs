@@ -3,7 +3,7 @@
 //!
 //! | room | what is in it |
 //! | --- | --- |
-//! | [`scene`], [`diagnostic`], [`expression`] | scene files, and everything that can be wrong with one |
+//! | [`scene`], [`diagnostic`] | scene files, and everything that can be wrong with one |
 //! | [`stability`], [`pace`] | the composed step limit, and the layout of steps between outputs |
 //! | [`launch`], [`run`] | solvers as processes or threads, and the run from open to closed |
 //! | [`ledger`], [`quantity`], [`check`] | energies and momenta, what can be asked of a run, what it must show |
@@ -12,7 +12,6 @@
 
 pub mod check;
 pub mod diagnostic;
-pub mod expression;
 pub mod launch;
 pub mod ledger;
 pub mod pace;

@@ -14,7 +14,7 @@
 
 use interface::wire::{BodyState, GroupState, Ledger};
 
-use crate::expression::Meaning;
+use interface::expression::Meaning;
 
 /// Quantities that every scene has, in the order of their values in a [`Sample`].
 const COMMON: [&str; 19] = [

@@ -31,10 +31,87 @@ pub struct MpmConfig {
     pub materials: Vec<MaterialConfig>,
     /// Groups of points.
     pub groups: Vec<GroupConfig>,
+    /// How a contact force reaches the grid.
+    #[serde(default)]
+    pub contact_force: ContactForceScheme,
+    /// What acts on the continuum besides gravity, walls and bodies.
+    #[serde(default)]
+    pub forcing: Forcing,
+    /// Names that expressions may use besides their variables.
+    #[serde(default)]
+    pub constants: std::collections::BTreeMap<String, f64>,
+    /// What happens to a point that leaves the domain.
+    #[serde(default)]
+    pub leaving: Leaving,
     /// Verlet skin `V_d` in m: a point within `reach + r_p + V_d` of a body is an IMP.
     pub skin: f64,
     /// Threads of the solver.
     pub threads: usize,
+}
+
+/// How a contact force reaches the grid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ContactForceScheme {
+    /// Through the shape function at the point: `f_I = sum_p S_Ip f_p` (Jiang 2020 eq. 47).
+    #[default]
+    Point,
+    /// On the nodes of the cell that the point is in, by linear weights (the MPM-GRID scheme of Jiang 2020
+    /// section 5.4).
+    NearestNodes,
+    /// As a traction spread over the point's own box (Chen 2023).
+    Traction,
+}
+
+/// What acts on the continuum besides gravity, walls and bodies. Expressions are those of [`crate::expression`].
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Forcing {
+    /// Acceleration in m/s^2 as expressions in a point's initial position `x`, `y` (m) and the time `t` (s).
+    pub body_force: Option<[String; 2]>,
+    /// Loads on surfaces.
+    #[serde(default)]
+    pub tractions: Vec<Traction>,
+    /// Damping and transfer that change with time, in order of their beginning.
+    #[serde(default)]
+    pub stages: Vec<Stage>,
+}
+
+/// A dead load on the points that are in a region at the start.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Traction {
+    /// Index into [`MpmConfig::groups`].
+    pub group: usize,
+    /// Lower left and upper right corner of the region in m.
+    pub within: [[f64; 2]; 2],
+    /// Total force in N/m, spread evenly over the points in the region.
+    pub force: [f64; 2],
+}
+
+/// A stage of loading, until the next one begins.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Stage {
+    /// When it begins, in s.
+    pub from: f64,
+    /// Mass-proportional damping of the nodal velocities in 1/s.
+    #[serde(default)]
+    pub damping: f64,
+    /// Share of PIC in the transfer; needs `transfer = flip` or `blend`.
+    #[serde(default)]
+    pub pic_fraction: Option<f64>,
+}
+
+/// What happens to a point that leaves the domain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Leaving {
+    /// The run stops with the point's name.
+    #[default]
+    Stop,
+    /// The point is removed and counted; its momentum leaves as an applied impulse, its energy as driven work.
+    Remove,
 }
 
 /// Shape function of the grid (Jiang 2020 appendix; PHYSICS.md section 1).
@@ -227,8 +304,21 @@ pub struct GroupConfig {
     pub spacing: Spacing,
     /// Initial velocity in m/s.
     pub velocity: [f64; 2],
+    /// Initial fields that are not uniform.
+    #[serde(default)]
+    pub fields: InitialFields,
     /// Contact radius `r_p` in m; half the point spacing where the scene does not say.
     pub contact_radius: Option<f64>,
+}
+
+/// Initial fields as expressions ([`crate::expression`]) in the position `x`, `y` (m).
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InitialFields {
+    /// Velocity in m/s, added to the uniform one.
+    pub velocity: Option<[String; 2]>,
+    /// Stress `xx`, `yy`, `zz`, `xy` in Pa.
+    pub stress: Option<[String; 4]>,
 }
 
 /// Region filled with points.
@@ -376,6 +466,31 @@ pub enum Motion {
     Fixed,
     /// With its initial velocity and spin, whatever acts on it.
     Driven,
+    /// By the forces on it, except in the directions that are held.
+    Guided {
+        /// Held along x.
+        #[serde(default)]
+        hold_x: bool,
+        /// Held along y.
+        #[serde(default)]
+        hold_y: bool,
+        /// Held against turning.
+        #[serde(default)]
+        hold_angle: bool,
+    },
+    /// By the forces on it and one from outside, which acts at the centre of mass.
+    Pushed {
+        /// In N/m.
+        force: [f64; 2],
+        /// In N.
+        #[serde(default)]
+        torque: f64,
+        /// Time in s over which it grows evenly from zero to its full size; 0: full from the start.
+        #[serde(default)]
+        ramp: f64,
+        /// Time in s after which it is gone; it stays for good where there is none.
+        until: Option<f64>,
+    },
 }
 
 /// Contact law. Stiffness in N/m per metre of thickness.
@@ -397,4 +512,57 @@ pub enum ContactLaw {
         #[serde(default)]
         damping_ratio: f64,
     },
+    /// Linear spring with adhesion and rolling resistance, both optional.
+    Granular {
+        /// k_n in N/m.
+        normal_stiffness: f64,
+        /// k_t in N/m; needed where there is friction.
+        #[serde(default)]
+        tangential_stiffness: f64,
+        /// mu.
+        #[serde(default)]
+        friction: f64,
+        /// zeta of the contact, as for `linear`.
+        #[serde(default)]
+        damping_ratio: f64,
+        /// Pulling stress in Pa over the width `2 sqrt(2 R* xi)` of the contact.
+        #[serde(default)]
+        adhesion: f64,
+        /// mu_r: the moment that resists rolling is at most `mu_r R* F_n`. Between bodies only.
+        #[serde(default)]
+        rolling_friction: f64,
+    },
+    /// Hertz-Mindlin with dashpot (Singer 2022): `F_n = K xi^1.5`, `k_t = k_n 2 (1 - nu) / (2 - nu)`.
+    HertzMindlin {
+        /// K in N/m^1.5 (per m); for spheres `4/3 E* sqrt(R*)`.
+        hertz_constant: f64,
+        /// nu, for the tangential stiffness.
+        #[serde(default)]
+        poisson_ratio: f64,
+        /// mu.
+        #[serde(default)]
+        friction: f64,
+        /// Coefficient of restitution e; 1: elastic.
+        #[serde(default = "one")]
+        restitution: f64,
+        /// Pulling stress in Pa over the width `2 sqrt(2 R* xi)` of the contact.
+        #[serde(default)]
+        adhesion: f64,
+    },
+    /// Force in proportion to the area of the overlap (Chen 2023 eq. 18): `F_n = k_A A`, A the circular segment of
+    /// height xi of a disc of the reduced radius.
+    Area {
+        /// k_A in N/m^2 (per m).
+        area_stiffness: f64,
+        /// k_t in N/m; needed where there is friction.
+        #[serde(default)]
+        tangential_stiffness: f64,
+        /// mu.
+        #[serde(default)]
+        friction: f64,
+    },
+}
+
+fn one() -> f64 {
+    1.0
 }

@@ -9,6 +9,7 @@ mod codec;
 pub mod config;
 pub mod control;
 pub mod domain;
+pub mod expression;
 pub mod impulse;
 pub mod outline;
 pub mod process;

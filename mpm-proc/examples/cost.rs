@@ -70,8 +70,13 @@ fn column(points: usize, threads: usize, model: MaterialModel) -> MpmConfig {
             },
             spacing: Spacing::PerCell(4),
             velocity: [0.0, 0.0],
+            fields: interface::config::InitialFields::default(),
             contact_radius: None,
         }],
+        contact_force: interface::config::ContactForceScheme::default(),
+        forcing: interface::config::Forcing::default(),
+        constants: std::collections::BTreeMap::new(),
+        leaving: interface::config::Leaving::default(),
         skin: 0.0,
         threads,
     }

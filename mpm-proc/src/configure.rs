@@ -60,6 +60,25 @@ pub fn build(config: &MpmConfig) -> Result<(Box<dyn Scheme>, Readiness), Refusal
     }
 }
 
+/// Refuses what this solver does not do yet: ignoring it would give a wrong answer without a word.
+fn check_forcing(config: &MpmConfig) -> Result<(), Refusal> {
+    use interface::config::{ContactForceScheme, Forcing, InitialFields, Leaving};
+    let refuse = |key: &str| Err(Refusal::new(key, "is not available in this solver yet"));
+    if config.contact_force != ContactForceScheme::Point {
+        return refuse("mpm.contact_force");
+    }
+    if config.leaving != Leaving::Stop {
+        return refuse("mpm.leaving");
+    }
+    if config.forcing != Forcing::default() {
+        return refuse("mpm.body_force, mpm.traction, mpm.stage");
+    }
+    if config.groups.iter().any(|group| group.fields != InitialFields::default()) {
+        return refuse("mpm.points: initial fields");
+    }
+    Ok(())
+}
+
 /// What does not depend on shape function and transfer.
 struct Parts<'a> {
     config: &'a MpmConfig,
@@ -74,6 +93,7 @@ impl<'a> Parts<'a> {
         let geometry = geometry(config)?;
         check_scalars(config)?;
         check_choices(config)?;
+        check_forcing(config)?;
         let mut notes = Vec::new();
         let mut points = Vec::new();
         for (g, group) in config.groups.iter().enumerate() {

@@ -1,9 +1,13 @@
 //! The continuum's part of a scene: grid, walls, materials, groups of points.
 
+use std::collections::BTreeMap;
+
 use interface::config::{
-    Fill, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Spacing, Transfer, Wall,
+    Fill, GroupConfig, InitialFields, MaterialConfig, MaterialModel, MpmConfig, Spacing, Transfer,
+    Wall,
 };
 
+use super::forcing;
 use super::geometry;
 use super::outline::simple_polygon;
 use super::problems::Problems;
@@ -20,6 +24,7 @@ pub(super) fn continuum(
     problems: &mut Problems,
     written: &MpmWritten,
     gravity: [f64; 2],
+    constants: &BTreeMap<String, f64>,
 ) -> Option<MpmConfig> {
     grid(problems, written);
     transfer(problems, &written.transfer);
@@ -47,8 +52,17 @@ pub(super) fn continuum(
         .points
         .iter()
         .enumerate()
-        .map(|(i, points)| group(problems, &format!("mpm.points.{i}"), points, written))
+        .map(|(i, points)| {
+            let path = format!("mpm.points.{i}");
+            let (velocity, fields) = forcing::initial(problems, &path, points, constants);
+            GroupConfig {
+                velocity,
+                fields,
+                ..group(problems, &path, points, written)
+            }
+        })
         .collect();
+    let forcing = forcing::forcing(problems, written, constants);
     if problems.any() {
         return None;
     }
@@ -63,6 +77,10 @@ pub(super) fn continuum(
         walls: written.walls,
         materials: written.material.clone(),
         groups,
+        contact_force: written.contact_force,
+        forcing,
+        constants: constants.clone(),
+        leaving: written.leaving,
         skin: 0.0,
         threads: 1,
     })
@@ -311,7 +329,8 @@ fn group(
         material: material.unwrap_or(0),
         fill: written.fill.clone(),
         spacing: written.spacing,
-        velocity: written.velocity,
+        velocity: [0.0; 2],
+        fields: InitialFields::default(),
         contact_radius,
     }
 }

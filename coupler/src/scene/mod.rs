@@ -13,6 +13,7 @@
 mod bodies;
 mod continuum;
 mod document;
+mod forcing;
 mod geometry;
 mod outline;
 mod output;

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use crate::check::{Check, Column, Expected, Measure, Reference, When};
 use crate::diagnostic::suggestion;
-use crate::expression::{Expression, ExpressionError, Meaning, reserved_names};
 use crate::quantity::Quantities;
+use interface::expression::{Expression, ExpressionError, Meaning, reserved_names};
 
 use super::problems::Problems;
 use super::written::{
@@ -89,7 +89,7 @@ fn compile_constant(source: &str, known: &BTreeMap<String, f64>) -> Result<f64, 
     Ok(compiled.evaluate(&[]))
 }
 
-fn suggestion_for<'n>(
+pub(super) fn suggestion_for<'n>(
     error: &ExpressionError,
     names: impl Iterator<Item = &'n str> + Clone,
 ) -> String {

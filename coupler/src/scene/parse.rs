@@ -118,7 +118,7 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
     let mut mpm = written
         .mpm
         .as_ref()
-        .and_then(|mpm| continuum::continuum(problems, mpm, written.gravity));
+        .and_then(|mpm| continuum::continuum(problems, mpm, written.gravity, &constants));
     let mut dem = written
         .dem
         .as_ref()

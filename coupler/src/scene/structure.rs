@@ -197,7 +197,11 @@ impl<'a> Walk<'a> {
 
     /// What a schema asks for, in words.
     fn describe(&self, schema: &'a Schema) -> String {
-        let schema = self.resolve(schema);
+        let alternatives = self.alternatives(schema);
+        let [schema] = alternatives[..] else {
+            let each: Vec<String> = alternatives.iter().map(|a| self.describe(a)).collect();
+            return each.join(" or ");
+        };
         if let Some(tag) = tag(schema) {
             return format!("a table with `{tag}`");
         }

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use interface::config::{
-    BodyShape, ContactLaw, Fill, MaterialConfig, Motion, Plane, ShapeFunction, Spacing,
-    StressUpdate, Transfer, Walls,
+    BodyShape, ContactForceScheme, ContactLaw, Fill, Leaving, MaterialConfig, Motion, Plane,
+    ShapeFunction, Spacing, Stage, StressUpdate, Transfer, Walls,
 };
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -116,6 +116,21 @@ pub(crate) struct MpmWritten {
     /// Conditions on the four walls of the domain; open by default.
     #[serde(default)]
     pub walls: Walls,
+    /// How a contact force reaches the grid; through the shape function at the point by default.
+    #[serde(default)]
+    pub contact_force: ContactForceScheme,
+    /// What happens to a point that leaves the domain; the run stops by default.
+    #[serde(default)]
+    pub leaving: Leaving,
+    /// Acceleration in m/s^2 besides gravity: two expressions in a point's initial position x, y (m), time t (s) and
+    /// the constants.
+    pub body_force: Option<[NumberOrExpression; 2]>,
+    /// Dead loads on points that are in a region at the start.
+    #[serde(default)]
+    pub traction: Vec<TractionWritten>,
+    /// Damping and transfer that change with time.
+    #[serde(default)]
+    pub stage: Vec<Stage>,
     /// Materials.
     pub material: Vec<MaterialConfig>,
     /// Groups of material points.
@@ -134,11 +149,25 @@ pub(crate) struct PointsWritten {
     pub fill: Fill,
     /// How densely.
     pub spacing: Spacing,
-    /// Initial velocity in m/s; at rest by default.
-    #[serde(default)]
-    pub velocity: [f64; 2],
+    /// Initial velocity in m/s, each component a number or an expression in x, y (m) and the constants; at rest by
+    /// default.
+    pub velocity: Option<[NumberOrExpression; 2]>,
+    /// Initial stress xx, yy, zz, xy in Pa, likewise; none by default.
+    pub stress: Option<[NumberOrExpression; 4]>,
     /// Contact radius r_p in m; half the point spacing by default.
     pub contact_radius: Option<f64>,
+}
+
+/// A dead load on the points of a group that are in a region at the start.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct TractionWritten {
+    /// Name of the group of points.
+    pub points: String,
+    /// Lower left and upper right corner of the region in m.
+    pub within: [[f64; 2]; 2],
+    /// Total force in N/m, spread evenly over the points in the region.
+    pub force: [f64; 2],
 }
 
 /// The bodies.

@@ -255,6 +255,10 @@ pub fn mpm_config() -> MpmConfig {
         walls: Walls::default(),
         materials: Vec::new(),
         groups: Vec::new(),
+        contact_force: interface::config::ContactForceScheme::default(),
+        forcing: interface::config::Forcing::default(),
+        constants: std::collections::BTreeMap::new(),
+        leaving: interface::config::Leaving::default(),
         skin: 0.02,
         threads: 1,
     }

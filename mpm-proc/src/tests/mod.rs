@@ -68,8 +68,13 @@ pub fn block() -> MpmConfig {
             },
             spacing: Spacing::PerCell(4),
             velocity: [0.0, 0.0],
+            fields: interface::config::InitialFields::default(),
             contact_radius: None,
         }],
+        contact_force: interface::config::ContactForceScheme::default(),
+        forcing: interface::config::Forcing::default(),
+        constants: std::collections::BTreeMap::new(),
+        leaving: interface::config::Leaving::default(),
         skin: 0.01,
         threads: 1,
     }
