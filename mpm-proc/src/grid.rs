@@ -30,6 +30,8 @@ pub struct NodeTile {
     pub walled: bool,
     /// `m_I` in kg/m.
     pub mass: [f64; NODES],
+    /// `1 / m_I` in m/kg, 0 for an empty node.
+    pub per_mass: [f64; NODES],
     /// `v_I^{n-1/2}` in m/s, walls obeyed.
     pub before: [[f64; 2]; NODES],
     /// `v_I^{n+1/2}` in m/s.
@@ -133,6 +135,7 @@ impl Grid {
                 count: group.len() as u32,
                 walled: self.walls.touch(first_node(at)),
                 mass: [0.0; NODES],
+                per_mass: [0.0; NODES],
                 before: [[0.0; 2]; NODES],
                 after: [[0.0; 2]; NODES],
                 wall_impulse: [0.0; 2],
@@ -172,13 +175,13 @@ impl Grid {
             tile.wall_impulse = [0.0; 2];
             tile.friction_work = 0.0;
             for (i, sum) in sum.iter().enumerate() {
-                let [mass, px, py, _] = *sum;
-                tile.mass[i] = mass;
-                tile.before[i] = if mass > EMPTY {
-                    [px / mass, py / mass]
-                } else {
-                    [0.0; 2]
-                };
+                tile.mass[i] = sum[0];
+            }
+            for (per_mass, mass) in tile.per_mass.iter_mut().zip(&tile.mass) {
+                *per_mass = if *mass > EMPTY { 1.0 / mass } else { 0.0 };
+            }
+            for ((v, per_mass), sum) in tile.before.iter_mut().zip(&tile.per_mass).zip(&sum) {
+                *v = [sum[1] * per_mass, sum[2] * per_mass];
             }
             if tile.walled {
                 let origin = first_node(tile.at);
@@ -217,13 +220,14 @@ impl Grid {
                     f[1] += c[1];
                 }
             }
-            for i in 0..NODES {
-                let mass = tile.mass[i];
-                tile.after[i] = if mass > EMPTY {
-                    [0, 1].map(|a| tile.before[i][a] + (force[i][a] / mass + gravity[a]) * kick)
-                } else {
-                    [0.0; 2]
-                };
+            // An empty node falls like any other; no point will ever ask it.
+            let fall = [gravity[0] * kick, gravity[1] * kick];
+            let nodes = tile.after.iter_mut().zip(&tile.before);
+            for (((after, before), per_mass), f) in nodes.zip(&tile.per_mass).zip(&force) {
+                let gain = per_mass * kick;
+                for a in 0..2 {
+                    after[a] = f[a].mul_add(gain, before[a] + fall[a]);
+                }
             }
             if tile.walled {
                 let origin = first_node(tile.at);
@@ -300,7 +304,7 @@ pub fn fill_window<const W: usize>(
         let [left, own, right] =
             [0, 1, 2].map(|x| field(&nodes[tile.around[3 * run + x] as usize]).as_flattened());
         for row in 0..y.length {
-            let to = &mut window[2 * (y.window + row) * pitch(W)..][..2 * pitch(W)];
+            let to = &mut window.0[2 * (y.window + row) * pitch(W)..][..2 * pitch(W)];
             let from = 2 * (y.own + row) * TILE;
             // Lengths known to the compiler: a few vector moves each, no calls.
             copy::<{ 2 * MARGIN }>(to, left, from + 2 * (TILE - MARGIN));

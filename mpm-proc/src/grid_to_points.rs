@@ -7,7 +7,7 @@ use crate::shape::Shape;
 use crate::threads::{PerBlock, PerTile, over_tiles};
 use crate::tiles::{Place, pitch};
 use crate::transfer::{AffineState, Transfer};
-use crate::window::{ZERO_WINDOW, gather_row};
+use crate::window::{NO_VECTORS, VectorWindow, gather_row};
 
 /// Takes the points of a cloud over an interval of `dt` (s), with the velocities of the nodes.
 pub fn grid_to_points<const W: usize, S: Shape<W>, T: Transfer>(
@@ -31,54 +31,60 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, T: Transfer>(
             stride: 1,
         },
     );
-    over_tiles(grain, &cloud.tiles, share, &|tile, (x, motion, report)| {
-        let mut velocity = ZERO_WINDOW;
-        fill_window::<W>(&mut velocity, nodes, tile, |t| &t.after);
-        let mut increment = ZERO_WINDOW;
-        if T::INCREMENT {
-            fill_window::<W>(&mut increment, nodes, tile, |t| &t.before);
-            for (b, a) in increment.iter_mut().zip(&velocity) {
-                *b = a - *b;
-            }
-        }
-        let mut speed_sq = ZERO;
-        let mut total = ZERO;
-        let mut lower = x.0[0];
-        let mut upper = x.0[0];
-        for (x, motion) in x.0.iter_mut().zip(motion.0.iter_mut()) {
-            let place = tile.frame.locate(x, pitch(W));
-            let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
-            let (v, affine) = interpolate::<W, S, T::Affine>(&velocity, &place, &s);
+    over_tiles(
+        grain,
+        &cloud.tiles,
+        share,
+        || [NO_VECTORS; 2],
+        &|tile, part, windows: &mut [VectorWindow; 2]| {
+            let (x, motion, report) = part;
+            let [velocity, increment] = windows;
+            fill_window::<W>(velocity, nodes, tile, |t| &t.after);
             if T::INCREMENT {
-                let (dv, ()) = interpolate::<W, S, ()>(&increment, &place, &s);
-                for a in 0..2 {
-                    motion.v[a] = pic * v[a] + flip * (motion.v[a] + dv[a]);
+                fill_window::<W>(increment, nodes, tile, |t| &t.before);
+                for (b, a) in increment.0.iter_mut().zip(&velocity.0) {
+                    *b = a - *b;
                 }
-            } else {
-                motion.v = v;
             }
-            motion.affine = affine;
-            for a in 0..2 {
-                x[a] = v[a].mul_add(dt, x[a]);
-                lower[a] = lower[a].fast_min(x[a]);
-                upper[a] = upper[a].fast_max(x[a]);
-                total = motion.v[a].mul_add(motion.v[a], total);
+            let mut speed_sq = ZERO;
+            let mut total = ZERO;
+            let mut lower = x.0[0];
+            let mut upper = x.0[0];
+            for (x, motion) in x.0.iter_mut().zip(motion.0.iter_mut()) {
+                let place = tile.frame.locate(x, pitch(W));
+                let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
+                let (v, affine) = interpolate::<W, S, T::Affine>(velocity, &place, &s);
+                if T::INCREMENT {
+                    let (dv, ()) = interpolate::<W, S, ()>(increment, &place, &s);
+                    for a in 0..2 {
+                        motion.v[a] = pic * v[a] + flip * (motion.v[a] + dv[a]);
+                    }
+                } else {
+                    motion.v = v;
+                }
+                motion.affine = affine;
+                for a in 0..2 {
+                    x[a] = v[a].mul_add(dt, x[a]);
+                    lower[a] = lower[a].fast_min(x[a]);
+                    upper[a] = upper[a].fast_max(x[a]);
+                    total = motion.v[a].mul_add(motion.v[a], total);
+                }
+                speed_sq = speed_sq.fast_max(v[0] * v[0] + v[1] * v[1]);
             }
-            speed_sq = speed_sq.fast_max(v[0] * v[0] + v[1] * v[1]);
-        }
-        report.items[0] = TileReport {
-            speed_sq: largest(speed_sq),
-            sum: sum(total),
-            lower: lower.map(smallest),
-            upper: upper.map(largest),
-        };
-    });
+            report.items[0] = TileReport {
+                speed_sq: largest(speed_sq),
+                sum: sum(total),
+                lower: lower.map(smallest),
+                upper: upper.map(largest),
+            };
+        },
+    );
 }
 
 /// `sum_I S_Ip v_I` of four points and, if wanted, `B_p D_p^-1 L = L D_p^-1 sum_I S_Ip v_I (x_I - x_p)`.
 #[inline(always)]
 fn interpolate<const W: usize, S: Shape<W>, A: AffineState>(
-    velocity: &[f64],
+    velocity: &VectorWindow,
     place: &Place,
     s: &[[Lanes; W]; 2],
 ) -> ([Lanes; 2], A) {

@@ -318,17 +318,19 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
     }
 }
 
+/// Bits of the number of a base node in its tile, and of a tile along either axis: 64 together.
 const CELL_BITS: u32 = 6;
+const TILE_BITS: u32 = 29;
 /// Tiles are numbered from minus this: cells along an axis stay below 2^31.
 const TILE_ORIGIN: i64 = 1 << 28;
 
 fn key(tile: [i32; 2], cell: usize) -> u64 {
     let [x, y] = tile.map(|t| (i64::from(t) + TILE_ORIGIN) as u64);
-    (y << (29 + CELL_BITS)) | (x << CELL_BITS) | cell as u64
+    (y << (TILE_BITS + CELL_BITS)) | (x << CELL_BITS) | cell as u64
 }
 
 fn tile_of_key(key: u64) -> [i32; 2] {
-    let x = (key >> CELL_BITS) & ((1 << 29) - 1);
-    let y = key >> (29 + CELL_BITS);
+    let x = (key >> CELL_BITS) & ((1 << TILE_BITS) - 1);
+    let y = key >> (TILE_BITS + CELL_BITS);
     [x, y].map(|t| (t as i64 - TILE_ORIGIN) as i32)
 }

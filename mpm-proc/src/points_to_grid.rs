@@ -6,7 +6,7 @@ use crate::shape::Shape;
 use crate::threads::{PerTile, over_tiles};
 use crate::tiles::{Place, pitch};
 use crate::transfer::AffineState;
-use crate::window::{add, nodal_stride};
+use crate::window::{NO_MOMENTUM, NodalWindow, add_product, nodal_stride};
 
 /// Sums mass and momentum of a cloud's points into the windows of their tiles.
 pub fn points_to_grid<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
@@ -18,55 +18,76 @@ pub fn points_to_grid<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
         items: &mut cloud.mass_momentum[..],
         stride: nodal_stride(W),
     };
-    over_tiles(grain, &cloud.tiles, share, &|tile, window| {
-        window.items.fill(0.0);
-        for b in 0..tile.blocks {
-            let block = tile.first + b;
-            let place = tile.frame.locate(&x[block], pitch(W));
-            let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
-            add_momentum(
-                window.items,
-                &place,
-                &s,
-                &motion[block],
-                splat(mass) * tile.live(b),
-            );
-        }
-    });
+    over_tiles(
+        grain,
+        &cloud.tiles,
+        share,
+        || NO_MOMENTUM,
+        &|tile, window, nodes: &mut NodalWindow| {
+            let kept = window.items.len();
+            nodes.0[..kept].fill(0.0);
+            for b in 0..tile.blocks {
+                let block = tile.first + b;
+                let place = tile.frame.locate(&x[block], pitch(W));
+                let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
+                add_momentum(
+                    nodes,
+                    &place,
+                    &s,
+                    &motion[block],
+                    splat(mass) * tile.live(b),
+                );
+            }
+            window.items.copy_from_slice(&nodes.0[..kept]);
+        },
+    );
 }
 
 /// `m_I += m_p S_Ip`, `p_I += m_p S_Ip (v_p + B_p D_p^-1 (x_I - x_p))` for four points.
 #[inline(always)]
 fn add_momentum<const W: usize, A: AffineState>(
-    nodes: &mut [f64],
+    nodes: &mut NodalWindow,
     place: &Place,
     s: &[[Lanes; W]; 2],
     motion: &Motion<A>,
     mass: Lanes,
 ) {
-    // Velocity of each point's affine field at the first node of a row, and its change by one node along x and y.
+    // (m, p_x, p_y, 0) of each point at its base node, and the change by one node along x and along y.
     let [along, across] = motion.affine.slopes();
-    let mut first = motion.v;
+    let mut v = motion.v;
+    let mut change = [[ZERO; LANES]; 2];
     if A::PRESENT {
         for a in 0..2 {
-            first[a] -= along[a] * place.d[0] + across[a] * place.d[1];
+            v[a] -= along[a] * place.d[0] + across[a] * place.d[1];
         }
+        change = [
+            Lanes::transpose([ZERO, mass * along[0], mass * along[1], ZERO]),
+            Lanes::transpose([ZERO, mass * across[0], mass * across[1], ZERO]),
+        ];
     }
-    for j in 0..W {
-        let row_mass = s[1][j] * mass;
-        let mut v = first;
-        for i in 0..W {
-            let m = s[0][i] * row_mass;
-            let by_point = Lanes::transpose([m, m * v[0], m * v[1], ZERO]);
-            for k in 0..LANES {
-                add(nodes, 4 * (place.base[k] + j * pitch(W) + i), by_point[k]);
+    let at_base = Lanes::transpose([mass, mass * v[0], mass * v[1], ZERO]);
+    // Point by point from here, a node's four numbers in one register.
+    let [mut sx, mut sy] = [[[0.0; LANES]; W]; 2];
+    for i in 0..W {
+        sx[i] = s[0][i].to_array();
+        sy[i] = s[1][i].to_array();
+    }
+    for k in 0..LANES {
+        let mut row = at_base[k];
+        for j in 0..W {
+            let weight = splat(sy[j][k]);
+            let mut value = weight * row;
+            let step = weight * change[0][k];
+            for i in 0..W {
+                let at = 4 * (place.base[k] + j * pitch(W) + i);
+                add_product(nodes, at, splat(sx[i][k]), value);
+                if A::PRESENT {
+                    value += step;
+                }
             }
             if A::PRESENT {
-                v = [v[0] + along[0], v[1] + along[1]];
+                row += change[1][k];
             }
-        }
-        if A::PRESENT {
-            first = [first[0] + across[0], first[1] + across[1]];
         }
     }
 }

@@ -2,12 +2,12 @@
 
 use crate::grid::{NodeTile, fill_window};
 use crate::lanes::{Lanes, ZERO, largest, splat, sum};
-use crate::material::{Deformation, Material, Point};
+use crate::material::{Deformation, Dissipated, Material, Point};
 use crate::points::Tile;
 use crate::shape::Shape;
 use crate::threads::{PerBlock, PerTile, over_tiles};
 use crate::tiles::{Place, pitch};
-use crate::window::{ZERO_WINDOW, gather_row, scatter_row, vector_stride};
+use crate::window::{NO_VECTORS, VectorWindow, gather_row, scatter_row, vector_stride};
 
 /// What updating the stress of a tile tells.
 #[derive(Debug, Clone, Copy, Default)]
@@ -65,47 +65,110 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
             stride: 1,
         },
     );
-    over_tiles(pass.grain, pass.tiles, share, &|tile, part| {
-        let (points, force, report) = part;
-        let mut velocity = ZERO_WINDOW;
-        fill_window::<W>(&mut velocity, nodes, tile, |t| &t.before);
-        force.items.fill(0.0);
-        let mut stiffest = ZERO;
-        let mut lost = [ZERO; 2];
-        for (b, point) in points.0.iter_mut().enumerate() {
-            let place = tile.frame.locate(&x[tile.first + b], pitch);
-            let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
-            let g = [
-                shape.gradients(0, place.d[0]),
-                shape.gradients(1, place.d[1]),
-            ];
-            let by = deformation(&velocity, &place, &s, &g, scale);
-            let dissipated = model.update(point, &by);
-            if M::DISSIPATES {
-                let live = tile.live(b);
-                lost[0] = live.mul_add(dissipated.plastic, lost[0]);
-                lost[1] = live.mul_add(dissipated.viscous, lost[1]);
+    over_tiles(
+        pass.grain,
+        pass.tiles,
+        share,
+        Memory::new,
+        &|tile, (points, force, report), memory| {
+            fill_window::<W>(&mut memory.velocity, nodes, tile, |t| &t.before);
+            let kept = force.items.len();
+            memory.force.0[..kept].fill(0.0);
+            let mut lost = Losses::default();
+            let batches = points
+                .0
+                .chunks_mut(BATCH)
+                .zip(x[tile.first..].chunks(BATCH));
+            for (batch, (points, x)) in batches.enumerate() {
+                let live = |b: usize| tile.live(batch * BATCH + b);
+                for (x, by) in x.iter().zip(&mut memory.by).take(points.len()) {
+                    let place = tile.frame.locate(x, pitch);
+                    *by = deformation(&memory.velocity, &place, &shape, scale);
+                }
+                for (b, (point, by)) in points.iter_mut().zip(&memory.by).enumerate() {
+                    let dissipated = model.update(point, by);
+                    lost.count::<M>(&dissipated, live(b));
+                    lost.stiffest = lost.stiffest.fast_max(model.stiffness_over_density(point));
+                }
+                for (b, (point, x)) in points.iter().zip(x).enumerate() {
+                    let place = tile.frame.locate(x, pitch);
+                    let volume = point.volume * splat(load) * live(b);
+                    add_internal_force(&mut memory.force, &place, &shape, point, volume);
+                }
             }
-            stiffest = stiffest.fast_max(model.stiffness_over_density(point));
-            let volume = point.volume * splat(load) * tile.live(b);
-            add_internal_force(force.items, &place, &s, &g, point, volume);
+            force.items.copy_from_slice(&memory.force.0[..kept]);
+            report.items[0] = lost.report();
+        },
+    );
+}
+
+/// Blocks that go through the pass together, one stage after the other: the processor then has several independent
+/// blocks to work on while one waits for a division or a root.
+const BATCH: usize = 8;
+
+/// What a thread works in.
+struct Memory {
+    velocity: VectorWindow,
+    force: VectorWindow,
+    by: [Deformation; BATCH],
+}
+
+impl Memory {
+    fn new() -> Self {
+        Self {
+            velocity: NO_VECTORS,
+            force: NO_VECTORS,
+            by: [Deformation::NOTHING; BATCH],
         }
-        report.items[0] = StressReport {
-            stiffness: largest(stiffest),
-            lost: lost.map(sum),
-        };
-    });
+    }
+}
+
+/// Sums over the points of a tile.
+#[derive(Default)]
+struct Losses {
+    stiffest: Lanes,
+    plastic: Lanes,
+    viscous: Lanes,
+}
+
+impl Losses {
+    #[inline(always)]
+    fn count<M: Material>(&mut self, dissipated: &Dissipated, live: Lanes) {
+        if M::DISSIPATES {
+            self.plastic = live.mul_add(dissipated.plastic, self.plastic);
+            self.viscous = live.mul_add(dissipated.viscous, self.viscous);
+        }
+    }
+
+    fn report(&self) -> StressReport {
+        StressReport {
+            stiffness: largest(self.stiffest),
+            lost: [sum(self.plastic), sum(self.viscous)],
+        }
+    }
+}
+
+/// `S` and `L dS/dx` of four points along both axes.
+#[inline(always)]
+fn functions<const W: usize, S: Shape<W>>(shape: &S, place: &Place) -> [[[Lanes; W]; 2]; 2] {
+    [
+        [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])],
+        [
+            shape.gradients(0, place.d[0]),
+            shape.gradients(1, place.d[1]),
+        ],
+    ]
 }
 
 /// `L_ij dt = sum_I v_iI S_I,j dt` (eqs. 21, 22) of four points.
 #[inline(always)]
-fn deformation<const W: usize>(
-    velocity: &[f64],
+fn deformation<const W: usize, S: Shape<W>>(
+    velocity: &VectorWindow,
     place: &Place,
-    s: &[[Lanes; W]; 2],
-    g: &[[Lanes; W]; 2],
+    shape: &S,
     scale: Lanes,
 ) -> Deformation {
+    let [s, g] = functions(shape, place);
     let (mut xx, mut xy, mut yx, mut yy) = (ZERO, ZERO, ZERO, ZERO);
     for j in 0..W {
         let row = gather_row::<W>(velocity, place, j);
@@ -132,14 +195,14 @@ fn deformation<const W: usize>(
 
 /// `f_I^int -= V_p sigma_p grad S_Ip` (eq. 13); `volume` is `-V_p / L`, zero in lanes without a point.
 #[inline(always)]
-fn add_internal_force<const W: usize, P>(
-    force: &mut [f64],
+fn add_internal_force<const W: usize, S: Shape<W>, P>(
+    force: &mut VectorWindow,
     place: &Place,
-    s: &[[Lanes; W]; 2],
-    g: &[[Lanes; W]; 2],
+    shape: &S,
     point: &Point<P>,
     volume: Lanes,
 ) {
+    let [s, g] = functions(shape, place);
     let xx = point.stress.xx * volume;
     let yy = point.stress.yy * volume;
     let xy = point.stress.xy * volume;

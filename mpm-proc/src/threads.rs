@@ -96,29 +96,30 @@ impl<A: Share, B: Share, C: Share> Share for (A, B, C) {
     }
 }
 
-/// Calls `work` with every tile and its part of `share`; lists longer than `grain` are halved between threads.
-pub fn over_tiles<D: Share, F: Fn(&Tile, D) + Sync>(
+/// Calls `work` with every tile, its part of `share`, and working memory that each thread makes for itself; lists longer
+/// than `grain` are halved between threads.
+pub fn over_tiles<D: Share, M, F: Fn(&Tile, D, &mut M) + Sync>(
     grain: usize,
     tiles: &[Tile],
     share: D,
+    memory: fn() -> M,
     work: &F,
 ) {
-    match tiles {
-        [] => {}
-        [tile] => work(tile, share),
-        _ => {
-            let middle = tiles.len() / 2;
-            let (left, right) = tiles.split_at(middle);
-            let (a, b) = share.divide(middle, right[0].first - left[0].first);
-            if tiles.len() > grain {
-                rayon::join(
-                    || over_tiles(grain, left, a, work),
-                    || over_tiles(grain, right, b, work),
-                );
-            } else {
-                over_tiles(grain, left, a, work);
-                over_tiles(grain, right, b, work);
-            }
+    if tiles.len() > grain {
+        let middle = tiles.len() / 2;
+        let (left, right) = tiles.split_at(middle);
+        let (a, b) = share.divide(middle, right[0].first - left[0].first);
+        rayon::join(
+            || over_tiles(grain, left, a, memory, work),
+            || over_tiles(grain, right, b, memory, work),
+        );
+    } else {
+        let mut memory = memory();
+        let mut rest = share;
+        for tile in tiles {
+            let part;
+            (part, rest) = rest.divide(1, tile.blocks);
+            work(tile, part, &mut memory);
         }
     }
 }

@@ -17,9 +17,6 @@ pub const fn pitch(w: usize) -> usize {
     TILE + 2 * MARGIN + w - 1
 }
 
-/// Largest window of any shape function.
-pub const WINDOW_MAX: usize = pitch(4) * pitch(4);
-
 /// A run of nodes along one axis: where it begins in the window, in the tile that owns it, and how long it is.
 #[derive(Debug, Clone, Copy)]
 pub struct Run {

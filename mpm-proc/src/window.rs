@@ -2,46 +2,67 @@
 //!
 //! A vector field over the window is stored node by node, `x y x y ...`; a load of four numbers takes two nodes of one
 //! point, and a transpose of four such loads gives the four points' numbers side by side. A row of three nodes is read
-//! and written as one of four: what lies beyond gets a zero added, and the window is padded for the last row.
+//! and written as one of four: what lies beyond is not used, or gets a zero added.
+//!
+//! While a tile is worked on its window stands in an array that is longer than the window: any index of 8 bits
+//! ([`crate::lanes::indices`]) plus the reach of a shape function stays inside, which the compiler can see, so that no
+//! access needs a check.
 
-use crate::lanes::{LANES, Lanes, ZERO};
-use crate::tiles::{Place, WINDOW_MAX, pitch};
+use wide::f64x2;
 
-/// Numbers that follow a window, so that its last row can be taken as if it had an even number of nodes.
-const PADDING: usize = 4;
+use crate::lanes::{INDEX_LIMIT, LANES, Lanes, ZERO};
+use crate::tiles::{Place, pitch};
 
-/// Numbers in the window of a vector field, with its padding.
+/// Nodes beyond its base node that a point may touch, counted along the rows of the window.
+const REACH: usize = 3 * pitch(4) + 4;
+
+/// Numbers aligned to cache lines, so that no node lies across two of them.
+#[repr(align(64))]
+pub struct Aligned<const N: usize>(pub [f64; N]);
+
+/// A vector field over the window of a tile, two numbers a node.
+pub type VectorWindow = Aligned<{ 2 * (INDEX_LIMIT + REACH) }>;
+
+/// Mass and momentum over the window of a tile, four numbers a node: `m, p_x, p_y` and nothing.
+pub type NodalWindow = Aligned<{ 4 * (INDEX_LIMIT + REACH) }>;
+
+/// Zero everywhere.
+pub const NO_VECTORS: VectorWindow = Aligned([0.0; 2 * (INDEX_LIMIT + REACH)]);
+
+/// Zero everywhere.
+pub const NO_MOMENTUM: NodalWindow = Aligned([0.0; 4 * (INDEX_LIMIT + REACH)]);
+
+/// Numbers of a vector field that are kept of a window.
 pub const fn vector_stride(w: usize) -> usize {
-    2 * pitch(w) * pitch(w) + PADDING
+    2 * pitch(w) * pitch(w)
 }
 
-/// Numbers in the window of mass and momentum, four a node: `m, p_x, p_y` and nothing.
+/// Numbers of mass and momentum that are kept of a window.
 pub const fn nodal_stride(w: usize) -> usize {
     4 * pitch(w) * pitch(w)
 }
 
-/// A vector field over the window of a tile.
-pub type VectorWindow = [f64; 2 * WINDOW_MAX + PADDING];
-
-/// Zero everywhere.
-pub const ZERO_WINDOW: VectorWindow = [0.0; 2 * WINDOW_MAX + PADDING];
-
 #[inline(always)]
-fn load(window: &[f64], at: usize) -> Lanes {
-    let four: [f64; LANES] = window[at..at + LANES].try_into().expect("four numbers");
+fn load(window: &VectorWindow, at: usize) -> Lanes {
+    let four: [f64; LANES] = window.0[at..at + LANES].try_into().expect("four numbers");
     Lanes::new(four)
 }
 
-/// Adds four numbers from `at` on.
+/// Adds `a b` to the four numbers from `at` on.
 #[inline(always)]
-pub fn add(window: &mut [f64], at: usize, value: Lanes) {
-    let sum = load(window, at) + value;
-    window[at..at + LANES].copy_from_slice(sum.as_array());
+pub fn add_product(window: &mut NodalWindow, at: usize, a: Lanes, b: Lanes) {
+    let to = &mut window.0[at..at + LANES];
+    let old: [f64; LANES] = (&*to).try_into().expect("four numbers");
+    to.copy_from_slice(a.mul_add(b, Lanes::new(old)).as_array());
 }
 
 /// The vectors at the nodes of row `j` that each of four points touches.
 #[inline(always)]
-pub fn gather_row<const W: usize>(window: &[f64], place: &Place, j: usize) -> [[Lanes; 2]; W] {
+pub fn gather_row<const W: usize>(
+    window: &VectorWindow,
+    place: &Place,
+    j: usize,
+) -> [[Lanes; 2]; W] {
     let mut row = [[ZERO; 2]; W];
     let mut i = 0;
     while i < W {
@@ -62,22 +83,23 @@ pub fn gather_row<const W: usize>(window: &[f64], place: &Place, j: usize) -> [[
 }
 
 /// Adds vectors to the nodes of row `j` that each of four points touches, point by point.
+///
+/// One node at a time, although two would fit into a register: the sum of one point is what the next one adds to, and
+/// the processor hands a stored value on to a load only if that load lies within a single store.
 #[inline(always)]
 pub fn scatter_row<const W: usize>(
-    window: &mut [f64],
+    window: &mut VectorWindow,
     place: &Place,
     j: usize,
     row: &[[Lanes; 2]; W],
 ) {
-    let mut i = 0;
-    while i < W {
-        let at = 2 * (j * pitch(W) + i);
-        let [x, y] = row[i];
-        let [next_x, next_y] = if i + 1 < W { row[i + 1] } else { [ZERO; 2] };
-        let by_point = Lanes::transpose([x, y, next_x, next_y]);
+    for (i, [x, y]) in row.iter().enumerate() {
+        let (x, y) = (x.to_array(), y.to_array());
         for k in 0..LANES {
-            add(window, 2 * place.base[k] + at, by_point[k]);
+            let at = 2 * (place.base[k] + j * pitch(W) + i);
+            let to = &mut window.0[at..at + 2];
+            let old: [f64; 2] = (&*to).try_into().expect("two numbers");
+            to.copy_from_slice((f64x2::new(old) + f64x2::new([x[k], y[k]])).as_array());
         }
-        i += 2;
     }
 }

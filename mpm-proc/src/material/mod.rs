@@ -65,6 +65,16 @@ pub struct Deformation {
     pub yy: Lanes,
 }
 
+impl Deformation {
+    /// None.
+    pub const NOTHING: Self = Self {
+        xx: ZERO,
+        xy: ZERO,
+        yx: ZERO,
+        yy: ZERO,
+    };
+}
+
 /// Work per initial volume that was lost in an interval, in Pa.
 #[derive(Debug, Clone, Copy)]
 pub struct Dissipated {
