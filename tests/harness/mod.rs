@@ -1,0 +1,509 @@
+//! Runs the real binary in a place of its own and watches what it leaves behind.
+//!
+//! Every run gets its own `TMPDIR`, so that the directories and segments that a test sees are of its own runs only, and
+//! every wait has a limit, so that nothing hangs. The limits are no claims about speed: they tell "late" from "never".
+#![allow(dead_code, reason = "each test file uses its own part")]
+
+use std::collections::BTreeSet;
+use std::fs::{self, File};
+use std::os::unix::process::ExitStatusExt;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// Longest wait for anything that is sure to come.
+pub const PATIENCE: Duration = Duration::from_secs(120);
+/// Time between two looks.
+const LOOK: Duration = Duration::from_millis(2);
+
+/// The root of the workspace.
+pub fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// A scene of the catalogue.
+pub fn scene(name: &str) -> String {
+    let path = root().join("scenes").join(name).with_extension("toml");
+    path.to_str()
+        .expect("the workspace has a UTF-8 path")
+        .into()
+}
+
+/// Every scene file of the catalogue, sorted.
+pub fn catalogue() -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    let mut folders = vec![root().join("scenes")];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|e| e == "toml") {
+                files.push(path);
+            }
+        }
+    }
+    files.sort();
+    files
+}
+
+/// A corner of the machine for the runs of one test.
+pub struct Place {
+    dir: TempDir,
+}
+
+impl Place {
+    /// An empty one.
+    pub fn new() -> Self {
+        // The system's directory: socket paths below it are limited to 108 bytes.
+        let dir = tempfile::Builder::new()
+            .prefix("tt")
+            .tempdir()
+            .expect("a temporary directory");
+        fs::create_dir(dir.path().join("t")).unwrap();
+        Self { dir }
+    }
+
+    /// A path in it.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    /// Writes a file in it.
+    pub fn write(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.path(name);
+        fs::write(&path, text).unwrap();
+        path
+    }
+
+    /// What lies in it, but for the harness's own files.
+    pub fn content(&self) -> BTreeSet<String> {
+        let ours = |name: &String| name != "t" && !name.starts_with("stream-");
+        names(self.dir.path()).into_iter().filter(ours).collect()
+    }
+
+    /// What the runs of this place have in their temporary directory.
+    pub fn temporary(&self) -> BTreeSet<String> {
+        names(&self.path("t"))
+    }
+
+    /// Processes that were started by a run of this place, whoever their parent is now.
+    pub fn processes(&self) -> Vec<u32> {
+        let mark = format!("TMPDIR={}", self.path("t").display());
+        let ours = |pid: &u32| {
+            fs::read(format!("/proc/{pid}/environ")).is_ok_and(|text| {
+                text.split(|&b| b == 0)
+                    .any(|entry| entry == mark.as_bytes())
+            })
+        };
+        let pids = names(Path::new("/proc")).into_iter();
+        pids.filter_map(|name| name.parse().ok())
+            .filter(ours)
+            .collect()
+    }
+
+    /// Starts the program with its streams in files of this place.
+    pub fn start(&self, arguments: &[&str]) -> Running<'_> {
+        self.start_as(env!("CARGO_BIN_EXE_tandem"), arguments)
+    }
+
+    /// `tandem run` of a scene with `--out` to the run directory `out`, and JSON logs.
+    pub fn start_run(&self, out: &str, scene: &str, more: &[&str]) -> Running<'_> {
+        let path = self.path(out);
+        let mut arguments = vec![
+            "run",
+            scene,
+            "--log",
+            "json",
+            "--out",
+            path.to_str().unwrap(),
+        ];
+        arguments.extend(more);
+        self.start(&arguments)
+    }
+
+    /// As [`Self::start_run`], to its end.
+    pub fn run(&self, out: &str, scene: &str, more: &[&str]) -> Ended {
+        self.start_run(out, scene, more).end()
+    }
+
+    fn start_as(&self, program: &str, arguments: &[&str]) -> Running<'_> {
+        let stream = |kind: &str| {
+            let file = tempfile::Builder::new()
+                .prefix(&format!("stream-{kind}-"))
+                .tempfile_in(self.dir.path())
+                .unwrap();
+            file.keep().unwrap()
+        };
+        let ((stdout, stdout_path), (stderr, stderr_path)) = (stream("out"), stream("err"));
+        let child = Command::new(program)
+            .args(arguments)
+            .env("TMPDIR", self.path("t"))
+            .current_dir(self.dir.path())
+            .stdin(Stdio::null())
+            .stdout(stdout)
+            .stderr(stderr)
+            .spawn()
+            .expect("the program starts");
+        Running {
+            place: self,
+            child,
+            started: Instant::now(),
+            runs: BTreeSet::new(),
+            stdout: stdout_path,
+            stderr: stderr_path,
+        }
+    }
+
+    /// Asserts that no process and no temporary directory of any run of this place is there any more, and no segment
+    /// of the runs of these ids.
+    pub fn assert_clean(&self, runs: &BTreeSet<String>) {
+        // A killed process is not gone before its parent has collected it; an orphan's parent is not ours.
+        let processes = until(Duration::from_secs(5), || {
+            self.processes().is_empty().then_some(())
+        });
+        assert!(processes.is_some(), "still running: {:?}", self.processes());
+        assert!(
+            self.temporary().is_empty(),
+            "left in the temporary directory: {:?}",
+            self.temporary()
+        );
+        let left = segments(runs);
+        assert!(left.is_empty(), "left in shared memory: {left:?}");
+    }
+}
+
+impl Drop for Place {
+    fn drop(&mut self) {
+        // After a failed test: what it started is ended, and the program sweeps what that left.
+        for pid in self.processes() {
+            signal(pid, "KILL");
+        }
+        if !self.temporary().is_empty() {
+            let _ = self.start(&["clean"]).end();
+        }
+    }
+}
+
+/// The program at work.
+pub struct Running<'a> {
+    place: &'a Place,
+    child: Child,
+    started: Instant,
+    runs: BTreeSet<String>,
+    stdout: PathBuf,
+    stderr: PathBuf,
+}
+
+/// How the program ended and what it said.
+#[derive(Debug)]
+pub struct Ended {
+    /// How.
+    pub status: ExitStatus,
+    /// Its standard output.
+    pub stdout: String,
+    /// Its standard error.
+    pub stderr: String,
+    /// From start to end.
+    pub took: Duration,
+    /// Ids of the runs that were seen to begin.
+    pub runs: BTreeSet<String>,
+}
+
+impl Running<'_> {
+    /// Its process id.
+    pub fn pid(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Process id of a solver, as the run's log in `out` tells it.
+    pub fn solver(&mut self, out: &str, party: &str) -> u32 {
+        let joined = |line: &Value| {
+            let fields = &line["fields"];
+            (fields["message"] == "joined" && fields["party"] == party)
+                .then(|| fields["pid"].as_u64().expect("`joined` has a pid"))
+        };
+        self.logged(out, joined) as u32
+    }
+
+    /// Waits until all sides have begun to step.
+    pub fn stepping(&mut self, out: &str) {
+        for party in ["mpm", "dem"] {
+            self.logged(out, |line| {
+                let fields = &line["fields"];
+                (fields["message"] == "ready" && fields["party"] == party).then_some(())
+            });
+        }
+    }
+
+    /// Waits for a line of the log in `out`.
+    fn logged<T>(&mut self, out: &str, find: impl Fn(&Value) -> Option<T>) -> T {
+        let log = self.place.path(out).join("log.jsonl");
+        let found = until(PATIENCE, || {
+            self.watch();
+            if let Ok(Some(status)) = self.child.try_wait() {
+                panic!("the run ended ({status}): {}", read(&self.stderr));
+            }
+            // The last line may be half written.
+            let lines = fs::read_to_string(&log).unwrap_or_default();
+            let mut lines = lines
+                .lines()
+                .filter_map(|line| serde_json::from_str(line).ok());
+            lines.find_map(|line| find(&line))
+        });
+        found.expect("the line comes")
+    }
+
+    /// Notes the ids of runs under way.
+    fn watch(&mut self) {
+        let names = self.place.temporary().into_iter();
+        self.runs
+            .extend(names.filter_map(|name| name.strip_prefix("tandem-").map(String::from)));
+    }
+
+    /// Ids of the runs that were seen so far.
+    pub fn runs(&mut self) -> BTreeSet<String> {
+        self.watch();
+        self.runs.clone()
+    }
+
+    /// Waits for the end.
+    pub fn end(self) -> Ended {
+        self.end_within(PATIENCE)
+    }
+
+    /// Waits for the end, which comes within `limit`.
+    pub fn end_within(mut self, limit: Duration) -> Ended {
+        let ended = until(limit, || {
+            self.watch();
+            self.child.try_wait().unwrap()
+        });
+        let Some(status) = ended else {
+            let _ = self.child.kill();
+            panic!("not over after {limit:?}: {}", read(&self.stderr));
+        };
+        Ended {
+            status,
+            stdout: read(&self.stdout),
+            stderr: read(&self.stderr),
+            took: self.started.elapsed(),
+            runs: std::mem::take(&mut self.runs),
+        }
+    }
+}
+
+impl Drop for Running<'_> {
+    fn drop(&mut self) {
+        if matches!(self.child.try_wait(), Ok(None)) {
+            let _ = self.child.kill();
+        }
+        let _ = self.child.wait();
+    }
+}
+
+impl Ended {
+    /// Asserts the exit code.
+    #[track_caller]
+    pub fn expect(self, code: i32) -> Self {
+        assert_eq!(self.status.code(), Some(code), "{self:#?}");
+        self
+    }
+
+    /// Asserts that standard error has all these phrases.
+    #[track_caller]
+    pub fn says(self, phrases: &[&str]) -> Self {
+        for phrase in phrases {
+            assert!(
+                self.stderr.contains(phrase),
+                "no `{phrase}` in: {}",
+                self.stderr
+            );
+        }
+        self
+    }
+
+    /// The signal that ended it.
+    pub fn signal(&self) -> Option<i32> {
+        self.status.signal()
+    }
+}
+
+/// What a run directory has.
+pub struct RunFiles {
+    /// Where.
+    pub dir: PathBuf,
+    /// `summary.json`.
+    pub summary: Value,
+}
+
+impl RunFiles {
+    /// Of a run directory with a summary.
+    #[track_caller]
+    pub fn read(dir: &Path) -> Self {
+        let text = fs::read_to_string(dir.join("summary.json"))
+            .unwrap_or_else(|e| panic!("no summary in {}: {e}", dir.display()));
+        Self {
+            dir: dir.into(),
+            summary: serde_json::from_str(&text).expect("the summary is JSON"),
+        }
+    }
+
+    /// A number of the summary.
+    #[track_caller]
+    pub fn number(&self, key: &str) -> f64 {
+        self.summary[key]
+            .as_f64()
+            .unwrap_or_else(|| panic!("`{key}` is {}", self.summary[key]))
+    }
+
+    /// A text of the summary.
+    #[track_caller]
+    pub fn text(&self, key: &str) -> &str {
+        self.summary[key]
+            .as_str()
+            .unwrap_or_else(|| panic!("`{key}` is {}", self.summary[key]))
+    }
+
+    /// A check's verdict.
+    #[track_caller]
+    pub fn check(&self, name: &str) -> &Value {
+        let checks = self.summary["checks"].as_array().expect("checks");
+        checks
+            .iter()
+            .find(|check| check["name"] == name)
+            .unwrap_or_else(|| panic!("no check `{name}`"))
+    }
+
+    /// `history.csv`.
+    #[track_caller]
+    pub fn history(&self) -> History {
+        History::read(&self.dir.join("history.csv"))
+    }
+}
+
+/// `history.csv`, read back.
+#[derive(Debug, PartialEq)]
+pub struct History {
+    /// Columns as `name [unit]`.
+    pub header: Vec<String>,
+    /// Rows.
+    pub rows: Vec<Vec<f64>>,
+}
+
+impl History {
+    /// Reads a file; every row is whole and ends with a line feed.
+    #[track_caller]
+    pub fn read(path: &Path) -> Self {
+        let text = read(path);
+        assert!(text.ends_with('\n'), "the last row is cut off: {text:?}");
+        let mut lines = text.lines();
+        let header = lines.next().expect("a header");
+        let header: Vec<String> = header.split(',').map(String::from).collect();
+        let rows: Vec<Vec<f64>> = lines
+            .map(|line| {
+                let row = line.split(',').map(|n| n.parse().expect("a number"));
+                row.collect()
+            })
+            .collect();
+        assert!(
+            rows.iter().all(|row| row.len() == header.len()),
+            "a row of another length"
+        );
+        Self { header, rows }
+    }
+
+    /// A column by its name and unit.
+    #[track_caller]
+    pub fn column(&self, name: &str) -> Vec<f64> {
+        let k = self.header.iter().position(|column| column == name);
+        let k = k.unwrap_or_else(|| panic!("no column `{name}` in {:?}", self.header));
+        self.rows.iter().map(|row| row[k]).collect()
+    }
+
+    /// Asserts what holds of every history: finite numbers, increasing times from 0 on.
+    #[track_caller]
+    pub fn assert_sound(&self) {
+        assert!(
+            self.rows.iter().flatten().all(|n| n.is_finite()),
+            "a number is not finite"
+        );
+        let times = self.column("time [s]");
+        assert_eq!(
+            times.first(),
+            Some(&0.0),
+            "the first row is that of the start"
+        );
+        assert!(
+            times.windows(2).all(|pair| pair[0] < pair[1]),
+            "times do not increase"
+        );
+    }
+}
+
+/// Looks until something is found, for `limit` at most.
+pub fn until<T>(limit: Duration, mut look: impl FnMut() -> Option<T>) -> Option<T> {
+    let start = Instant::now();
+    loop {
+        if let Some(found) = look() {
+            return Some(found);
+        }
+        if start.elapsed() > limit {
+            return None;
+        }
+        std::thread::sleep(LOOK);
+    }
+}
+
+/// Sends a signal by its name.
+pub fn signal(pid: u32, name: &str) {
+    let command = format!("kill -{name} {pid}");
+    let status = Command::new("sh")
+        .args(["-c", &command])
+        .stderr(Stdio::null())
+        .status();
+    assert!(status.is_ok(), "no shell to send signals with");
+}
+
+/// Whether a process is there; one that has ended and is not collected yet is not.
+pub fn lives(pid: u32) -> bool {
+    fs::read_to_string(format!("/proc/{pid}/stat")).is_ok_and(|stat| {
+        // The state follows the program's name, which is in parentheses.
+        stat.rsplit_once(')')
+            .is_some_and(|(_, rest)| !rest.trim_start().starts_with(['Z', 'X']))
+    })
+}
+
+/// Segments in shared memory of the runs of these ids.
+pub fn segments(runs: &BTreeSet<String>) -> Vec<String> {
+    let of_a_run = |name: &String| {
+        runs.iter()
+            .any(|id| name.starts_with(&format!("tandem_{id}_")))
+    };
+    names(Path::new("/dev/shm"))
+        .into_iter()
+        .filter(of_a_run)
+        .collect()
+}
+
+/// A number in `0..below` that differs from call to call.
+pub fn dice(below: u64) -> u64 {
+    use std::hash::{BuildHasher, Hasher, RandomState};
+    RandomState::new().build_hasher().finish() % below
+}
+
+fn names(dir: &Path) -> BTreeSet<String> {
+    let entries = fs::read_dir(dir).into_iter().flatten().flatten();
+    entries
+        .map(|e| e.file_name().to_string_lossy().into_owned())
+        .collect()
+}
+
+#[track_caller]
+fn read(path: &Path) -> String {
+    // Opened as a file first: its error names what is wrong better than a missing text.
+    File::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}

@@ -1,0 +1,302 @@
+//! Every scene of the catalogue runs and shows what it must; what it leaves is complete and reads back.
+
+mod harness;
+
+use std::path::Path;
+
+use harness::{Place, RunFiles, catalogue, scene};
+use serde_json::Value;
+
+/// What a value of the summary is.
+#[derive(Debug, Clone, Copy)]
+enum Kind {
+    Text,
+    Whole,
+    Number,
+    /// Numbers by name; all of them not negative.
+    Times,
+}
+
+/// Keys of DESIGN.md section 6 but for those that have a structure, which [`assert_complete`] looks into.
+const KEYS: [(&str, Kind); 14] = [
+    ("scene", Kind::Text),
+    ("status", Kind::Text),
+    ("state_hash", Kind::Text),
+    ("steps", Kind::Whole),
+    ("points", Kind::Whole),
+    ("imps_max", Kind::Whole),
+    ("bodies", Kind::Whole),
+    ("time", Kind::Number),
+    ("dt_min", Kind::Number),
+    ("dt_max", Kind::Number),
+    ("wall_s", Kind::Number),
+    ("momentum_error", Kind::Number),
+    ("cpu_s", Kind::Times),
+    ("dt_bound_by", Kind::Times),
+];
+const ENERGIES: [&str; 10] = [
+    "kinetic", "rotation", "elastic", "gravity", "contact", "friction", "viscous", "plastic",
+    "driven", "total",
+];
+
+fn is(value: &Value, kind: Kind) -> bool {
+    let time = |v: &Value| v.as_f64().is_some_and(|t| t >= 0.0);
+    match kind {
+        Kind::Text => value.as_str().is_some_and(|text| !text.is_empty()),
+        Kind::Whole => value.is_u64(),
+        Kind::Number => value.as_f64().is_some_and(f64::is_finite),
+        Kind::Times => value
+            .as_object()
+            .is_some_and(|map| !map.is_empty() && map.values().all(time)),
+    }
+}
+
+/// All keys of DESIGN.md section 6, with the types that scripts rely on.
+#[track_caller]
+fn assert_complete(files: &RunFiles) {
+    let summary = &files.summary;
+    for (key, kind) in KEYS {
+        assert!(
+            is(&summary[key], kind),
+            "`{key}` is not {kind:?}: {}",
+            summary[key]
+        );
+    }
+    for party in ["mpm", "dem", "coupler"] {
+        assert!(is(&summary["cpu_s"][party], Kind::Number), "cpu_s.{party}");
+        for part in ["compute", "exchange", "wait"] {
+            let time = summary["wall_by_part"][party][part].as_f64();
+            assert!(
+                time.is_some_and(|t| t >= 0.0),
+                "wall_by_part.{party}.{part} is {time:?}"
+            );
+        }
+    }
+    for end in ["start", "end"] {
+        for energy in ENERGIES {
+            assert!(
+                is(&summary["energy"][end][energy], Kind::Number),
+                "energy.{end}.{energy}"
+            );
+        }
+    }
+    assert!(
+        is(&summary["energy"]["residual_max"], Kind::Number),
+        "energy.residual_max"
+    );
+    for check in summary["checks"].as_array().expect("checks are a list") {
+        for key in ["name", "source"] {
+            assert!(is(&check[key], Kind::Text), "{key} of {check}");
+        }
+        for key in ["value", "reference", "error", "tolerance"] {
+            assert!(is(&check[key], Kind::Number), "{key} of {check}");
+        }
+        assert!(check["pass"].is_boolean(), "pass of {check}");
+    }
+    let booked: u64 = summary["dt_bound_by"]
+        .as_object()
+        .unwrap()
+        .values()
+        .filter_map(Value::as_u64)
+        .sum();
+    assert_eq!(summary["steps"], booked, "every step is bound by something");
+    assert!(files.number("dt_min") > 0.0 && files.number("dt_min") <= files.number("dt_max"));
+}
+
+/// Columns as the scene declares them.
+fn declared(scene: &Path) -> Vec<String> {
+    let text = std::fs::read_to_string(scene).unwrap();
+    let table: toml::Table = text.parse().expect("a scene is TOML");
+    let columns = table["output"]["column"].as_array().expect("columns");
+    let mut header = vec!["time [s]".to_string()];
+    for column in columns {
+        let text = |key: &str| column[key].as_str().expect("a text").to_string();
+        header.push(format!("{} [{}]", text("name"), text("unit")));
+    }
+    header
+}
+
+/// A scene's quick variant passes; what it leaves is whole; and the scene file that it leaves gives the same bits.
+fn runs_and_reads_back(path: &Path) {
+    let place = Place::new();
+    let ended = place
+        .run("out", path.to_str().unwrap(), &["--variant", "quick"])
+        .expect(0);
+    place.assert_clean(&ended.runs);
+    let files = RunFiles::read(&place.path("out"));
+    assert_complete(&files);
+    assert_eq!(files.text("status"), "done");
+    assert_eq!(files.summary["reason"], Value::Null);
+    assert!(files.number("momentum_error") <= 1e-12);
+    assert!(files.summary["energy"]["residual_max"].as_f64().unwrap() <= 1e-3);
+    let checks = files.summary["checks"].as_array().unwrap();
+    assert!(!checks.is_empty(), "a scene checks something");
+    for check in checks {
+        assert_eq!(check["pass"], true, "{check}");
+    }
+    let history = files.history();
+    assert_eq!(history.header, declared(path));
+    history.assert_sound();
+    assert_eq!(
+        history.column("time [s]").last(),
+        Some(&files.number("time"))
+    );
+
+    let resolved = place.path("out/scene.toml");
+    place
+        .run("again", resolved.to_str().unwrap(), &["--in-process"])
+        .expect(0);
+    let again = RunFiles::read(&place.path("again"));
+    assert_eq!(again.text("state_hash"), files.text("state_hash"));
+    assert_eq!(again.text("scene_hash"), files.text("scene_hash"));
+    assert_eq!(again.history(), history);
+    assert_eq!(
+        std::fs::read_to_string(place.path("again/scene.toml")).unwrap(),
+        std::fs::read_to_string(resolved).unwrap(),
+        "what is resolved stays as it is"
+    );
+}
+
+/// A test a scene, so that they run side by side and a failure names the scene.
+macro_rules! scenes {
+    ($($test:ident: $name:literal,)*) => {
+        $(#[test]
+        fn $test() {
+            runs_and_reads_back(Path::new(&scene($name)));
+        })*
+
+        /// Scenes that have a test here.
+        const TESTED: &[&str] = &[$($name),*];
+    };
+}
+
+scenes! {
+    collision_soft: "jiang2020/collision_soft",
+    collision_hard: "jiang2020/collision_hard",
+    drop_soft: "jiang2020/drop_soft",
+    drop_hard: "jiang2020/drop_hard",
+    normal_force: "jiang2020/normal_force",
+    friction_force: "jiang2020/friction_force",
+    bar_on_grain: "verification/bar_on_grain",
+    point_bounce: "verification/point_bounce",
+}
+
+#[test]
+fn no_scene_is_left_out() {
+    for path in catalogue() {
+        let name = path
+            .strip_prefix(harness::root().join("scenes"))
+            .unwrap()
+            .with_extension("");
+        assert!(
+            TESTED.contains(&name.to_str().unwrap()),
+            "{} has no test",
+            path.display()
+        );
+    }
+}
+
+/// The default run directory, the streams, and the text that people see.
+#[test]
+fn without_options_results_go_to_runs_and_checks_to_standard_output() {
+    let place = Place::new();
+    let ended = place
+        .start(&[
+            "run",
+            &scene("verification/point_bounce"),
+            "--variant",
+            "quick",
+        ])
+        .end()
+        .expect(0);
+    let files = RunFiles::read(&place.path("runs/point_bounce-quick"));
+    for check in files.summary["checks"].as_array().unwrap() {
+        assert!(
+            ended.stdout.contains(check["name"].as_str().unwrap()),
+            "{}",
+            ended.stdout
+        );
+    }
+    assert!(
+        ended.stdout.contains("results in runs/point_bounce-quick"),
+        "{}",
+        ended.stdout
+    );
+    // No bar where standard error is not a terminal.
+    assert!(
+        !ended.stderr.contains('\u{1b}') && !ended.stderr.contains('\r'),
+        "{}",
+        ended.stderr
+    );
+}
+
+#[test]
+fn a_check_that_fails_is_exit_1_and_says_so() {
+    let place = Place::new();
+    let set = ["--variant", "quick", "--set", "check.0.at_least=2.0"];
+    place
+        .run("out", &scene("jiang2020/collision_hard"), &set)
+        .expect(1);
+    let files = RunFiles::read(&place.path("out"));
+    assert_eq!(files.text("status"), "check_failed");
+    assert_eq!(files.check("kinetic energy handed over")["pass"], false);
+    assert_eq!(files.check("the collision is over")["pass"], true);
+    assert_complete(&files);
+}
+
+/// The IMPs sit half a point distance inside the end of the bar, and the mass of that end is lumped on the first nodes:
+/// the contact acts on the bar off its end by a share of the cell, which is an error of first order. Measured:
+/// 0.99 to 1.04 for the largest and the rms error.
+#[test]
+fn the_error_of_bar_on_grain_falls_in_proportion_to_the_cell() {
+    let place = Place::new();
+    let errors = |variant: &[&str]| -> [f64; 2] {
+        let out = variant.last().unwrap_or(&"plain");
+        place
+            .run(out, &scene("verification/bar_on_grain"), variant)
+            .expect(0);
+        let files = RunFiles::read(&place.path(out));
+        let error = |name: &str| files.check(name)["error"].as_f64().unwrap();
+        [
+            error("contact force, largest error"),
+            error("contact force, rms error"),
+        ]
+    };
+    let coarse = errors(&["--variant", "cell_5mm"]);
+    let middle = errors(&[]);
+    let fine = errors(&["--variant", "cell_1_25mm"]);
+    for (k, kind) in ["largest", "rms"].iter().enumerate() {
+        for (a, b) in [(coarse[k], middle[k]), (middle[k], fine[k])] {
+            let order = (a / b).log2();
+            println!("{kind} error {a:.3e} -> {b:.3e}: order {order:.2}");
+            assert!(
+                (0.9..=1.2).contains(&order),
+                "{kind} error {a:.3e} -> {b:.3e}: order {order:.2}"
+            );
+        }
+    }
+}
+
+/// A force that is one step late gives a restitution of 1.08 here and leaves no other trace (PHYSICS.md section 4).
+#[test]
+fn a_bounce_gives_back_what_it_took() {
+    let place = Place::new();
+    place
+        .run(
+            "out",
+            &scene("verification/point_bounce"),
+            &["--variant", "quick"],
+        )
+        .expect(0);
+    let files = RunFiles::read(&place.path("out"));
+    let restitution = files.check("restitution");
+    assert!(
+        (restitution["value"].as_f64().unwrap() - 1.0).abs() <= 1e-3,
+        "{restitution}"
+    );
+    assert_eq!(restitution["tolerance"], 1e-3);
+    // The history says the same: what arrives with -v0 leaves with v0.
+    let velocity = files.history().column("v_mean [m/s]");
+    let kept = -velocity.last().unwrap() / velocity[0];
+    assert!((kept - 1.0).abs() <= 1e-3, "{kept}");
+}
