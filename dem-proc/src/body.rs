@@ -19,8 +19,37 @@ pub struct Body {
     pub inertia: f64,
     /// How it moves.
     pub motion: Motion,
+    /// 1 along x, along y and for the angle where forces move the body, 0 where they do not.
+    pub yielding: [f64; 3],
     /// Where its vertices begin in [`Bodies::outline`].
     pub first_vertex: usize,
+}
+
+impl Body {
+    /// Whether forces move the body in any direction.
+    pub fn yields(&self) -> bool {
+        self.yielding != [0.0; 3]
+    }
+
+    /// Force (N/m) and torque (N) from outside at a time (s).
+    pub fn push(&self, time: f64) -> (Vec2, f64) {
+        match self.motion {
+            Motion::Pushed {
+                force,
+                torque,
+                ramp,
+                until,
+            } if until.is_none_or(|end| time < end) => {
+                let share = if time < ramp {
+                    (time / ramp).max(0.0)
+                } else {
+                    1.0
+                };
+                (Vec2::from(force) * share, torque * share)
+            }
+            _ => (Vec2::zeros(), 0.0),
+        }
+    }
 }
 
 /// State of a body: position at `t_n`, velocity at `t_{n-1/2}`; with the constants that every contact needs beside it.
@@ -125,7 +154,9 @@ pub struct Bodies {
     pub outline: Vec<Vec2>,
     /// Fixed and driven bodies, in ascending order.
     pub held: Vec<u32>,
-    /// Mass of all free bodies in kg/m.
+    /// Guided and pushed bodies, likewise.
+    pub special: Vec<u32>,
+    /// Mass of all free bodies in kg/m, those in `special` left out.
     pub free_mass: f64,
     /// One over the squared length of the edge that begins at each vertex, in 1/m^2; 0 for a disc.
     pub inverse_length_sq: Vec<f64>,
@@ -157,10 +188,10 @@ impl Bodies {
                     }),
             );
             bodies.fixed.push(what);
-            if body.motion == Motion::Free {
-                bodies.free_mass += bodies.fixed[i].mass;
-            } else {
-                bodies.held.push(i as u32);
+            match body.motion {
+                Motion::Free => bodies.free_mass += bodies.fixed[i].mass,
+                Motion::Fixed | Motion::Driven => bodies.held.push(i as u32),
+                Motion::Guided { .. } | Motion::Pushed { .. } => bodies.special.push(i as u32),
             }
             bodies.frames.push(Frame {
                 center: state.center,
@@ -263,7 +294,34 @@ fn place(body: &BodyConfig, first_vertex: usize) -> Result<(Body, Rigid), (&'sta
         let text = "fixed, but velocity or spin is not zero; write motion = \"driven\"".to_owned();
         return Err(("motion", text));
     }
-    let free = body.motion == Motion::Free;
+    let yielding = match body.motion {
+        Motion::Free | Motion::Pushed { .. } => [1.0; 3],
+        Motion::Fixed | Motion::Driven => [0.0; 3],
+        Motion::Guided {
+            hold_x,
+            hold_y,
+            hold_angle,
+        } => [hold_x, hold_y, hold_angle].map(|held| if held { 0.0 } else { 1.0 }),
+    };
+    let free = yielding != [0.0; 3];
+    if let Motion::Pushed {
+        force,
+        torque,
+        ramp,
+        until,
+    } = body.motion
+    {
+        finite(
+            "motion.pushed",
+            &[force[0], force[1], torque, ramp, until.unwrap_or(0.0)],
+        )?;
+        if ramp < 0.0 {
+            return Err((
+                "motion.pushed.ramp",
+                format!("{ramp} s: expected 0 or a positive time"),
+            ));
+        }
+    }
     let shape = Shape::new(&body.shape, body.sphero_radius, free)?;
     let positive = |key, value: f64, unit| {
         if value.is_finite() && value > 0.0 {
@@ -293,8 +351,12 @@ fn place(body: &BodyConfig, first_vertex: usize) -> Result<(Body, Rigid), (&'sta
         velocity: body.velocity.into(),
         angle: body.angle,
         spin: body.spin,
-        inverse_mass: if free { 1.0 / mass } else { 0.0 },
-        inverse_inertia: if free { 1.0 / inertia } else { 0.0 },
+        inverse_mass: if yielding[0] + yielding[1] > 0.0 {
+            1.0 / mass
+        } else {
+            0.0
+        },
+        inverse_inertia: yielding[2] / inertia,
         radius: shape.radius,
     };
     let what = Body {
@@ -303,6 +365,7 @@ fn place(body: &BodyConfig, first_vertex: usize) -> Result<(Body, Rigid), (&'sta
         mass,
         inertia,
         motion: body.motion,
+        yielding,
         first_vertex,
     };
     Ok((what, state))

@@ -1,12 +1,16 @@
 //! From the configuration to a solver: every check, and the one `match` that chooses the contact laws.
 
 use interface::Vec2;
-use interface::config::{ContactLaw, DemConfig, Motion};
+use interface::config::DemConfig;
 use interface::solver::{DemMeasurement, Readiness, Refusal};
 use interface::wire::EnvelopeVertex;
 
 use crate::body::{Bodies, Odometer};
-use crate::law::{Coulomb, Elastic, Law, Linear, Smooth, Viscous};
+use crate::law::choice::{Between, ForLaw, check_law, with_law};
+use crate::law::dashpot::Elastic;
+use crate::law::normal::Linear;
+use crate::law::tangent::Smooth;
+use crate::law::{Contact, Law};
 use crate::ledger::Totals;
 use crate::load::Load;
 use crate::pairs::{BodyContacts, BodySide};
@@ -51,8 +55,8 @@ pub struct System {
 impl Default for System {
     /// No bodies.
     fn default() -> Self {
-        let law = Linear {
-            stiffness: 0.0,
+        let law = Contact {
+            normal: Linear { stiffness: 0.0 },
             tangent: Smooth,
             dashpot: Elastic,
         };
@@ -74,12 +78,6 @@ impl Default for System {
             measurement: DemMeasurement::default(),
         }
     }
-}
-
-/// What is built from a law, whichever it is.
-trait ForLaw {
-    type Output;
-    fn build<L: Law>(self, law: L) -> Self::Output;
 }
 
 struct PointsWith {
@@ -104,42 +102,6 @@ impl ForLaw for BodiesWith {
     }
 }
 
-/// The one place where a law's parameters become a type.
-fn with_law<F: ForLaw>(law: &ContactLaw, build: F) -> F::Output {
-    match *law {
-        ContactLaw::Linear {
-            normal_stiffness: stiffness,
-            tangential_stiffness,
-            friction,
-            damping_ratio: ratio,
-        } => {
-            let coulomb = Coulomb::new(tangential_stiffness, friction);
-            match (friction > 0.0, ratio > 0.0) {
-                (false, false) => build.build(Linear {
-                    stiffness,
-                    tangent: Smooth,
-                    dashpot: Elastic,
-                }),
-                (false, true) => build.build(Linear {
-                    stiffness,
-                    tangent: Smooth,
-                    dashpot: Viscous { ratio },
-                }),
-                (true, false) => build.build(Linear {
-                    stiffness,
-                    tangent: coulomb,
-                    dashpot: Elastic,
-                }),
-                (true, true) => build.build(Linear {
-                    stiffness,
-                    tangent: coulomb,
-                    dashpot: Viscous { ratio },
-                }),
-            }
-        }
-    }
-}
-
 /// Checks a configuration and builds the solver.
 ///
 /// # Errors
@@ -159,15 +121,19 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
     if config.threads == 0 {
         return Err(Refusal::new("dem.threads", "0: expected 1 or more"));
     }
-    let point_stiffness = check_law("dem.point_contact", &config.point_contact)?;
-    if let Some(law) = &config.body_contact {
-        check_law("dem.body_contact", law)?;
-    }
     let bodies = Bodies::new(config)?;
+    // Where the stiffness depends on the overlap: at a hundredth of the smallest sphero-radius.
+    let radii = bodies.state.iter().map(|s| s.radius);
+    let overlap = 0.01 * radii.reduce(f64::min).unwrap_or(0.0);
+    let between = Between::PointsAndBodies;
+    let point_stiffness = check_law("dem.point_contact", &config.point_contact, between, overlap)?;
+    if let Some(law) = &config.body_contact {
+        check_law("dem.body_contact", law, Between::Bodies, overlap)?;
+    }
     let threads = Threads::new(config.threads)
         .map_err(|e| Refusal::new("dem.threads", format!("{}: {e}", config.threads)))?;
 
-    let free = || bodies.fixed.iter().filter(|b| b.motion == Motion::Free);
+    let free = || bodies.fixed.iter().filter(|b| b.yields());
     let mut notes = Vec::new();
     let law = config.body_contact.as_ref();
     let pairs = law.filter(|_| free().next().is_some() && bodies.len() > 1);
@@ -192,13 +158,7 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         bodies,
         ..System::default()
     };
-    let free = || {
-        system
-            .bodies
-            .fixed
-            .iter()
-            .filter(|b| b.motion == Motion::Free)
-    };
+    let free = || system.bodies.fixed.iter().filter(|b| b.yields());
     let lightest = free().map(|b| b.mass).fold(f64::INFINITY, f64::min);
     let readiness = Readiness {
         items: n as u64,
@@ -209,52 +169,6 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         notes,
     };
     Ok((system, readiness))
-}
-
-/// Checks a law and returns its normal stiffness in N/m.
-fn check_law(key: &str, law: &ContactLaw) -> Result<f64, Refusal> {
-    let ContactLaw::Linear {
-        normal_stiffness,
-        tangential_stiffness,
-        friction,
-        damping_ratio,
-    } = *law;
-    let refuse = |name: &str, value: f64, expected: &str| {
-        Err(Refusal::new(
-            format!("{key}.linear.{name}"),
-            format!("{value}: expected {expected}"),
-        ))
-    };
-    if !(normal_stiffness.is_finite() && normal_stiffness > 0.0) {
-        return refuse(
-            "normal_stiffness",
-            normal_stiffness,
-            "a positive number in N/m",
-        );
-    }
-    if !(friction.is_finite() && friction >= 0.0) {
-        return refuse("friction", friction, "0 or a positive number");
-    }
-    if !(tangential_stiffness.is_finite() && tangential_stiffness >= 0.0) {
-        return refuse(
-            "tangential_stiffness",
-            tangential_stiffness,
-            "0 or a positive number in N/m",
-        );
-    }
-    if friction > 0.0 && tangential_stiffness == 0.0 {
-        let expected =
-            "a positive number in N/m, since friction is not zero (k_n/20 ... k_n is usual)";
-        return refuse("tangential_stiffness", 0.0, expected);
-    }
-    if !(damping_ratio.is_finite() && damping_ratio >= 0.0) {
-        return refuse(
-            "damping_ratio",
-            damping_ratio,
-            "0 or a positive fraction of critical damping",
-        );
-    }
-    Ok(normal_stiffness)
 }
 
 impl System {

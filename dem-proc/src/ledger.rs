@@ -5,7 +5,6 @@
 //! half a kick of which belongs to the time before `t_n`: all second order in the step.
 
 use interface::Vec2;
-use interface::config::Motion;
 use interface::impulse::Impulse;
 use interface::solver::DemMeasurement;
 use interface::step::Step;
@@ -34,6 +33,10 @@ pub struct Totals {
 pub struct Kick<'a> {
     /// Length of the kick in s.
     pub length: f64,
+    /// `t_n` in s.
+    pub time: f64,
+    /// Velocities and spins after it.
+    pub kicked: &'a [(Vec2, f64)],
     /// The bodies at `t_n`.
     pub bodies: &'a Bodies,
     /// In m/s^2.
@@ -64,8 +67,32 @@ impl Totals {
         self.contact_impulse += by_points * kick.length;
         self.applied_impulse += (weight - reactions) * kick.length;
         self.driven_work += driven_power(kick) * kick.length;
+        for &b in &kick.bodies.special {
+            let (force, power) = from_outside(kick, b as usize);
+            self.applied_impulse += force * kick.length;
+            self.driven_work += power * kick.length;
+        }
         self
     }
+}
+
+/// Force (N/m) on a guided or pushed body by what is outside, its weight included, and the power (W/m) of all of it
+/// but the weight, over the kick.
+fn from_outside(kick: &Kick, b: usize) -> (Vec2, f64) {
+    let (body, state) = (&kick.bodies.fixed[b], &kick.bodies.state[b]);
+    let (points, others) = (&kick.point_loads[b], &kick.body_loads[b]);
+    let (push, torque) = body.push(kick.time);
+    let weight = kick.gravity * body.mass;
+    let inner = points.force + others.force + weight + push;
+    let held = |i: usize| 1.0 - body.yielding[i];
+    let guide = -Vec2::new(inner.x * held(0), inner.y * held(1));
+    let guide_torque = -(points.torque + others.torque + torque) * held(2);
+    let (after, spin_after) = kick.kicked[b];
+    // The work of a force over a leapfrog kick is force times the mean of the velocities before and after.
+    let velocity = (state.velocity + after) * 0.5;
+    let spin = 0.5 * (state.spin + spin_after);
+    let power = (push + guide).dot(&velocity) + (torque + guide_torque) * spin;
+    (weight + push + guide, power)
 }
 
 /// Power that the holders of driven bodies put into the system, in W/m.
@@ -110,7 +137,7 @@ pub fn measure(system: &System, step: &Step, imps: &[ImpState]) -> DemMeasuremen
         let (points, others) = (&system.point_loads[b], &system.body_loads[b]);
         let (v, spin) = system.kicked[b];
         let centred = |before: f64, after: f64| (1.0 - w) * before + w * after;
-        if body.motion == Motion::Free {
+        if body.yields() {
             ledger.kinetic +=
                 0.5 * body.mass * centred(state.velocity.norm_squared(), v.norm_squared());
             ledger.kinetic_rotation +=

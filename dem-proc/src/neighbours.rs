@@ -5,7 +5,6 @@
 //! and the points' own motion included) does not add up to more than the skin, no unlisted pair can touch.
 
 use interface::Vec2;
-use interface::config::Motion;
 use interface::outline::{crosses_ray, nearest_on_edge};
 use interface::wire::{ImpInfo, ImpState};
 
@@ -185,7 +184,7 @@ impl BodyList {
             })
             .collect();
         let tree = BoxTree::new(boxes.iter().copied());
-        let free = |b: usize| bodies.fixed[b].motion == Motion::Free;
+        let free = |b: usize| bodies.fixed[b].yields();
         for (i, around) in boxes.iter().enumerate() {
             let mut found = std::mem::take(&mut self.found);
             found.clear();

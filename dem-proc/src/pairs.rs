@@ -9,7 +9,7 @@ use interface::Vec2;
 
 use crate::body::{Bodies, Frame, Odometer};
 use crate::contact::{contact_point, normal_on, vertex_edge};
-use crate::law::{Law, Loss, Mates, Past, Touch};
+use crate::law::{Law, Loss, Mates, Past, Stiffness, Touch, reduced};
 use crate::load::Load;
 use crate::mass::cross;
 use crate::neighbours::{BodyList, VertexEdge};
@@ -122,7 +122,7 @@ impl<L: Law> BodyContacts<L> {
             let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
             self.law.pair(&Mates {
                 mass: 1.0 / (v.inverse_mass + e.inverse_mass),
-                radius: v.radius * e.radius / (v.radius + e.radius),
+                radius: reduced(v.radius, e.radius),
             })
         }));
         self.odometer.get_or_insert_default().reset(bodies);
@@ -182,7 +182,14 @@ fn find_near<'a>(
 impl<L: Law> BodyContacts<L> {
     /// Evaluates a pair in reach: contact point (eq. 41), law, force and torques.
     #[inline(always)]
-    fn pair(&self, bodies: &Bodies, past: Past, near: &Near, k: usize) -> (Outcome, L::History) {
+    fn pair(
+        &self,
+        bodies: &Bodies,
+        past: Past,
+        closing: f64,
+        near: &Near,
+        k: usize,
+    ) -> (Outcome, L::History) {
         let (pair, constants, before) = (&self.list.pairs[k], &self.constants[k], &self.history[k]);
         let distance = near.distance_sq.sqrt();
         let normal = if distance > 0.0 {
@@ -212,6 +219,8 @@ impl<L: Law> BodyContacts<L> {
                     cross(normal, shift) + (turned[0][1] - turned[1][1]),
                 ];
                 touch.velocity = touch.moved.map(|u| u * past.per_dt);
+                // The sine is the angle but for a third-order term; exact rotation matters to lengths only.
+                touch.rolled = v.sin - e.sin;
             } else {
                 let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
                 let velocity = v.velocity - e.velocity;
@@ -221,7 +230,7 @@ impl<L: Law> BodyContacts<L> {
                 ];
             }
         }
-        let k = self.law.stiffness(constants, overlap);
+        let k = self.law.stiffness(constants, overlap + closing);
         let mut outcome = Outcome {
             bodies: pair.bodies,
             force: Vec2::zeros(),
@@ -240,7 +249,10 @@ impl<L: Law> BodyContacts<L> {
             normal.x.mul_add(f_n, -(normal.y * f_t)),
             normal.y.mul_add(f_n, normal.x * f_t),
         );
-        outcome.torque = [arms[0].moment(f_n, f_t), -arms[1].moment(f_n, f_t)];
+        outcome.torque = [
+            arms[0].moment(f_n, f_t) + press.moment,
+            -arms[1].moment(f_n, f_t) - press.moment,
+        ];
         outcome.loss = press.loss;
         (outcome, press.history)
     }
@@ -271,13 +283,14 @@ impl Arms {
         ]
     }
 
-    /// `sum k (1/m + (r x n)^2 / I)` over both directions.
+    /// `sum k (1/m + (r x n)^2 / I)` over both directions, and `k_r / I`.
     #[inline(always)]
-    fn rate(self, frame: &Frame, [k_n, k_t]: [f64; 2]) -> f64 {
-        let turning = (k_n * self.n).mul_add(self.n, k_t * self.t * self.t);
+    fn rate(self, frame: &Frame, k: Stiffness) -> f64 {
+        let along = (k.normal * self.n).mul_add(self.n, k.rolling);
+        let turning = (k.tangential * self.t).mul_add(self.t, along);
         frame
             .inverse_inertia
-            .mul_add(turning, (k_n + k_t) * frame.inverse_mass)
+            .mul_add(turning, (k.normal + k.tangential) * frame.inverse_mass)
     }
 
     #[inline(always)]
@@ -313,7 +326,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
             next.fill(L::History::default());
             scratch.outcomes.clear();
             for near in find_near(bodies, pairs, closing, &mut scratch.near) {
-                let (outcome, history) = self.pair(bodies, past, near, from + near.index);
+                let (outcome, history) = self.pair(bodies, past, closing, near, from + near.index);
                 scratch.outcomes.push(outcome);
                 next[near.index] = history;
             }

@@ -23,12 +23,15 @@ pub trait PointSide: Debug + Send {
     /// Builds the list anew if a pair that is not in it could touch.
     fn update_list(&mut self, bodies: &Bodies, states: &[ImpState]);
     /// Evaluates every pair of the list (eqs. 44, 43, 41) and sums the forces on the points slot by slot (eq. 46) and
-    /// the same numbers negated on the bodies (eqs. 49, 50).
+    /// the same numbers negated on the bodies (eqs. 49, 50). `closing` is how far a point and a surface can come
+    /// together before the next evaluation, in m: a law whose stiffness grows with the overlap declares what it may
+    /// be by then.
     fn evaluate(
         &mut self,
         bodies: &Bodies,
         states: &[ImpState],
         past: Past,
+        closing: f64,
         threads: &Threads,
         forces: &mut [ImpForce],
         loads: &mut [Load],
@@ -129,7 +132,7 @@ impl<L: Law> PointContacts<L> {
             );
             self.law.pair(&Mates {
                 mass: 1.0 / (1.0 / info.mass + body.inverse_mass),
-                radius: info.radius * body.radius / (info.radius + body.radius),
+                radius: crate::law::reduced(info.radius, body.radius),
             })
         }));
         self.built_at.clear();
@@ -193,6 +196,7 @@ impl<L: Law> PointContacts<L> {
         bodies: &Bodies,
         states: &[ImpState],
         past: Past,
+        closing: f64,
         k: usize,
     ) -> Option<(Outcome, L::History)> {
         let PointPair { slot, body, .. } = self.list.pairs[k];
@@ -226,7 +230,7 @@ impl<L: Law> PointContacts<L> {
             }
         }
         let (constants, before) = (&self.constants[k], &self.history[k]);
-        let [k_n, k_t] = self.law.stiffness(constants, overlap);
+        let k = self.law.stiffness(constants, overlap + closing);
         let (m, i) = (rigid.inverse_mass, rigid.inverse_inertia);
         let mobility = m + i * r_n * r_n;
         let mut outcome = Outcome {
@@ -234,9 +238,9 @@ impl<L: Law> PointContacts<L> {
             body,
             force: Vec2::zeros(),
             torque: 0.0,
-            stiffness: k_n,
+            stiffness: k.normal,
             mobility,
-            rate: k_n * mobility + k_t * (m + i * r_t * r_t),
+            rate: k.normal * mobility + k.tangential * (m + i * r_t * r_t),
             loss: Loss::default(),
             presses: overlap > 0.0,
         };
@@ -282,6 +286,7 @@ impl<L: Law> PointSide for PointContacts<L> {
         bodies: &Bodies,
         states: &[ImpState],
         past: Past,
+        closing: f64,
         threads: &Threads,
         forces: &mut [ImpForce],
         loads: &mut [Load],
@@ -294,7 +299,8 @@ impl<L: Law> PointSide for PointContacts<L> {
             outcomes.clear();
             for (k, next) in next.iter_mut().enumerate() {
                 *next = L::History::default();
-                if let Some((outcome, history)) = self.pair(bodies, states, past, from + k) {
+                if let Some((outcome, history)) = self.pair(bodies, states, past, closing, from + k)
+                {
                     outcomes.push(outcome);
                     *next = history;
                 }

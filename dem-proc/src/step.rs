@@ -130,10 +130,13 @@ impl System {
     fn point_contact(&mut self, step: &Step, imps: &[ImpState], forces: &mut [ImpForce]) {
         self.point_loads.fill(Load::default());
         let loads = &mut self.point_loads;
+        let fastest = imps.iter().map(|s| Vec2::from(s.velocity).norm_squared());
+        let fastest = self.speed + fastest.fold(0.0, f64::max).sqrt();
         self.points.evaluate(
             &self.bodies,
             imps,
             Past::new(step.dt_before),
+            1.5 * fastest * step.dt.max(step.dt_before),
             &self.threads,
             forces,
             loads,
@@ -149,12 +152,11 @@ impl System {
             let (from_points, from_bodies) = (&self.point_loads[b], &self.body_loads[b]);
             let force = from_points.force + from_bodies.force;
             let torque = from_points.torque + from_bodies.torque;
-            let gravity = if state.inverse_mass > 0.0 {
-                self.gravity
-            } else {
-                Vec2::zeros()
-            };
-            let velocity = state.velocity + (force * state.inverse_mass + gravity) * kick;
+            let body = &self.bodies.fixed[b];
+            let mut acceleration = force * state.inverse_mass + self.gravity;
+            acceleration.x *= body.yielding[0];
+            acceleration.y *= body.yielding[1];
+            let velocity = state.velocity + acceleration * kick;
             let spin = state.spin + torque * state.inverse_inertia * kick;
             let surface = self.bodies.surface_speed(b, velocity, spin);
             if !surface.is_finite() {
@@ -165,6 +167,15 @@ impl System {
             }
             speed = speed.max(surface);
             self.kicked.push((velocity, spin));
+        }
+        for &b in &self.bodies.special {
+            let b = b as usize;
+            let (state, body) = (&self.bodies.state[b], &self.bodies.fixed[b]);
+            let (force, torque) = body.push(step.time);
+            let (velocity, spin) = &mut self.kicked[b];
+            *velocity += force * (state.inverse_mass * kick);
+            *spin += torque * state.inverse_inertia * kick;
+            speed = speed.max(self.bodies.surface_speed(b, *velocity, *spin));
         }
         self.kicked_speed = speed;
         Ok(())
@@ -228,6 +239,8 @@ impl System {
     pub(crate) fn totals_after(&self, step: &Step) -> Totals {
         self.totals.after(&Kick {
             length: step.kick(),
+            time: step.time,
+            kicked: &self.kicked,
             bodies: &self.bodies,
             gravity: self.gravity,
             point_loads: &self.point_loads,

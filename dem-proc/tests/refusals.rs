@@ -153,7 +153,7 @@ fn every_bad_setting_is_named() {
         refusal(&config).0
     };
     assert_eq!(
-        with(&|c| c.point_contact = law(0.0, 0.0, 0.0, 0.0)),
+        with(&|c| c.point_contact = law(-1.0, 0.0, 0.0, 0.0)),
         "dem.point_contact.linear.normal_stiffness"
     );
     assert_eq!(
@@ -171,6 +171,37 @@ fn every_bad_setting_is_named() {
     assert_eq!(
         with(&|c| c.point_contact = law(1.0, 0.0, 0.0, -1.0)),
         "dem.point_contact.linear.damping_ratio"
+    );
+    let hertz = |k, nu, e| ContactLaw::HertzMindlin {
+        hertz_constant: k,
+        poisson_ratio: nu,
+        friction: 0.0,
+        restitution: e,
+        adhesion: 0.0,
+    };
+    assert_eq!(
+        with(&|c| c.body_contact = Some(hertz(0.0, 0.3, 1.0))),
+        "dem.body_contact.hertz_mindlin.hertz_constant"
+    );
+    assert_eq!(
+        with(&|c| c.point_contact = hertz(1.0, 0.3, 0.0)),
+        "dem.point_contact.hertz_mindlin.restitution"
+    );
+    assert_eq!(
+        with(&|c| c.point_contact = hertz(1.0, 0.7, 1.0)),
+        "dem.point_contact.hertz_mindlin.poisson_ratio"
+    );
+    let rolling = ContactLaw::Granular {
+        normal_stiffness: 1.0,
+        tangential_stiffness: 0.0,
+        friction: 0.0,
+        damping_ratio: 0.0,
+        adhesion: 0.0,
+        rolling_friction: 0.1,
+    };
+    assert_eq!(
+        with(&|c| c.point_contact = rolling),
+        "dem.point_contact.granular.rolling_friction"
     );
     assert_eq!(with(&|c| c.skin = -1.0), "dem.skin");
     assert_eq!(with(&|c| c.threads = 0), "dem.threads");

@@ -563,6 +563,49 @@ pub enum ContactLaw {
     },
 }
 
+impl ContactLaw {
+    /// mu.
+    pub fn friction(&self) -> f64 {
+        match *self {
+            Self::Linear { friction, .. }
+            | Self::Granular { friction, .. }
+            | Self::HertzMindlin { friction, .. }
+            | Self::Area { friction, .. } => friction,
+        }
+    }
+
+    /// Damping as a fraction of critical.
+    pub fn damping_ratio(&self) -> f64 {
+        match *self {
+            Self::Linear { damping_ratio, .. } | Self::Granular { damping_ratio, .. } => {
+                damping_ratio
+            }
+            Self::HertzMindlin { restitution, .. } => {
+                let log = restitution.ln();
+                -log / (core::f64::consts::PI.powi(2) + log * log).sqrt()
+            }
+            Self::Area { .. } => 0.0,
+        }
+    }
+
+    /// The larger of normal and tangential stiffness in N/m, where the law has a constant one.
+    pub fn constant_stiffness(&self) -> Option<f64> {
+        match *self {
+            Self::Linear {
+                normal_stiffness,
+                tangential_stiffness,
+                ..
+            }
+            | Self::Granular {
+                normal_stiffness,
+                tangential_stiffness,
+                ..
+            } => Some(normal_stiffness.max(tangential_stiffness)),
+            Self::HertzMindlin { .. } | Self::Area { .. } => None,
+        }
+    }
+}
+
 fn one() -> f64 {
     1.0
 }

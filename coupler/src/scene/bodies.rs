@@ -174,7 +174,10 @@ fn contact_law(problems: &mut Problems, path: &str, law: ContactLaw) {
         tangential_stiffness,
         friction,
         damping_ratio,
-    } = law;
+    } = law
+    else {
+        return; // the bodies' side checks the others, and refuses with the key
+    };
     let below = |key: &str| format!("{path}.linear.{key}");
     problems.above_zero(&below("normal_stiffness"), normal_stiffness, "a stiffness");
     problems.not_negative(

@@ -162,7 +162,10 @@ fn law_in_words(law: ContactLaw) -> String {
         tangential_stiffness,
         friction,
         damping_ratio,
-    } = law;
+    } = law
+    else {
+        return spelling(&law);
+    };
     let mut words = format!("linear spring, k_n {normal_stiffness:e} N/m");
     if friction > 0.0 {
         let _ = write!(
@@ -230,11 +233,8 @@ fn left_out(scene: &Scene) -> Vec<LeftOut> {
             &format!("motion of {fixed} of {} bodies", dem.bodies.len()),
             "fixed bodies are not integrated",
         );
-        let ContactLaw::Linear {
-            friction,
-            damping_ratio,
-            ..
-        } = dem.point_contact;
+        let friction = dem.point_contact.friction();
+        let damping_ratio = dem.point_contact.damping_ratio();
         if scene.mpm.is_some() {
             out(
                 friction == 0.0,
@@ -368,17 +368,12 @@ fn limits(scene: &Scene) -> Vec<StepLimit> {
 }
 
 fn stiffness(law: ContactLaw) -> f64 {
-    let ContactLaw::Linear {
-        normal_stiffness,
-        tangential_stiffness,
-        ..
-    } = law;
-    normal_stiffness.max(tangential_stiffness)
+    // A stiffness that grows with the overlap is not known beforehand.
+    law.constant_stiffness().unwrap_or(0.0)
 }
 
 fn damping(law: ContactLaw) -> f64 {
-    let ContactLaw::Linear { damping_ratio, .. } = law;
-    damping_ratio
+    law.damping_ratio()
 }
 
 /// `L/c` of the fastest material in s.

@@ -1,0 +1,314 @@
+//! From a law as written to a law as a type: the checks, and the one `match` that chooses.
+
+use interface::config::ContactLaw;
+use interface::solver::Refusal;
+
+use super::dashpot::{Dashpot, Elastic, Tsuji, Viscous, ratio_of_restitution};
+use super::normal::{Adhesive, Area, Hertz, Linear, Normal};
+use super::rolling::Rolling;
+use super::tangent::{Coulomb, Mindlin, Smooth};
+use super::{Contact, Law};
+
+/// What is built from a law, whichever it is.
+pub trait ForLaw: Sized {
+    /// What comes out.
+    type Output;
+    /// Builds it.
+    fn build<L: Law>(self, law: L) -> Self::Output;
+}
+
+/// Builds from `law`, which has been checked.
+pub fn with_law<F: ForLaw>(law: &ContactLaw, build: F) -> F::Output {
+    match *law {
+        ContactLaw::Linear {
+            normal_stiffness,
+            tangential_stiffness,
+            friction,
+            damping_ratio,
+        } => {
+            let normal = Linear {
+                stiffness: normal_stiffness,
+            };
+            with_damping(normal, tangential_stiffness, friction, damping_ratio, build)
+        }
+        ContactLaw::Granular {
+            normal_stiffness,
+            tangential_stiffness,
+            friction,
+            damping_ratio,
+            adhesion,
+            rolling_friction,
+        } => {
+            let spring = Linear {
+                stiffness: normal_stiffness,
+            };
+            let sticky = Adhesive {
+                spring,
+                stress: adhesion,
+            };
+            let (k_t, mu, zeta) = (tangential_stiffness, friction, damping_ratio);
+            if rolling_friction > 0.0 {
+                let friction = rolling_friction;
+                with_damping(sticky, k_t, mu, zeta, WithRolling { friction, build })
+            } else if adhesion > 0.0 {
+                with_damping(sticky, k_t, mu, zeta, build)
+            } else {
+                with_damping(spring, k_t, mu, zeta, build)
+            }
+        }
+        ContactLaw::HertzMindlin {
+            hertz_constant,
+            poisson_ratio,
+            friction,
+            restitution,
+            adhesion,
+        } => {
+            let spring = Hertz {
+                constant: hertz_constant,
+            };
+            let tangent = Mindlin {
+                ratio: 2.0 * (1.0 - poisson_ratio) / (2.0 - poisson_ratio),
+                friction,
+            };
+            let ratio = ratio_of_restitution(restitution);
+            if adhesion > 0.0 {
+                let stress = adhesion;
+                with_mindlin(Adhesive { spring, stress }, tangent, ratio, build)
+            } else {
+                with_mindlin(spring, tangent, ratio, build)
+            }
+        }
+        ContactLaw::Area {
+            area_stiffness,
+            tangential_stiffness,
+            friction,
+        } => {
+            let normal = Area {
+                stiffness: area_stiffness,
+            };
+            with_coulomb(normal, tangential_stiffness, friction, Elastic, build)
+        }
+    }
+}
+
+fn with_damping<N: Normal, F: ForLaw>(
+    normal: N,
+    k_t: f64,
+    friction: f64,
+    ratio: f64,
+    build: F,
+) -> F::Output {
+    if ratio > 0.0 {
+        with_coulomb(normal, k_t, friction, Viscous { ratio }, build)
+    } else {
+        with_coulomb(normal, k_t, friction, Elastic, build)
+    }
+}
+
+fn with_coulomb<N: Normal, D: Dashpot, F: ForLaw>(
+    normal: N,
+    k_t: f64,
+    friction: f64,
+    dashpot: D,
+    build: F,
+) -> F::Output {
+    if friction > 0.0 {
+        let tangent = Coulomb::new(k_t, friction);
+        build.build(Contact {
+            normal,
+            tangent,
+            dashpot,
+        })
+    } else {
+        let tangent = Smooth;
+        build.build(Contact {
+            normal,
+            tangent,
+            dashpot,
+        })
+    }
+}
+
+fn with_mindlin<N: Normal, F: ForLaw>(
+    normal: N,
+    tangent: Mindlin,
+    ratio: f64,
+    build: F,
+) -> F::Output {
+    let smooth = Smooth;
+    match (tangent.friction > 0.0, ratio > 0.0) {
+        (true, true) => build.build(Contact {
+            normal,
+            tangent,
+            dashpot: Tsuji { ratio },
+        }),
+        (true, false) => build.build(Contact {
+            normal,
+            tangent,
+            dashpot: Elastic,
+        }),
+        (false, true) => build.build(Contact {
+            normal,
+            tangent: smooth,
+            dashpot: Tsuji { ratio },
+        }),
+        (false, false) => build.build(Contact {
+            normal,
+            tangent: smooth,
+            dashpot: Elastic,
+        }),
+    }
+}
+
+/// Adds rolling resistance to whatever law is chosen.
+struct WithRolling<F> {
+    friction: f64,
+    build: F,
+}
+
+impl<F: ForLaw> ForLaw for WithRolling<F> {
+    type Output = F::Output;
+    fn build<L: Law>(self, law: L) -> F::Output {
+        let friction = self.friction;
+        self.build.build(Rolling { law, friction })
+    }
+}
+
+/// Whom a law is between: some laws are for bodies only.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Between {
+    /// Points and bodies; a stiffness of zero means that they do not touch.
+    PointsAndBodies,
+    /// Bodies.
+    Bodies,
+}
+
+/// Checks a law. Returns its normal stiffness in N/m at an overlap of `overlap` (m).
+///
+/// # Errors
+/// A refusal that names the key below `key`.
+pub fn check_law(
+    key: &str,
+    law: &ContactLaw,
+    between: Between,
+    overlap: f64,
+) -> Result<f64, Refusal> {
+    let name = match law {
+        ContactLaw::Linear { .. } => "linear",
+        ContactLaw::Granular { .. } => "granular",
+        ContactLaw::HertzMindlin { .. } => "hertz_mindlin",
+        ContactLaw::Area { .. } => "area",
+    };
+    let check = Check {
+        key: format!("{key}.{name}"),
+        zero: between == Between::PointsAndBodies,
+    };
+    match *law {
+        ContactLaw::Linear {
+            normal_stiffness,
+            tangential_stiffness,
+            friction,
+            damping_ratio,
+        } => {
+            check.stiffness("normal_stiffness", normal_stiffness, "N/m")?;
+            check.friction(friction, tangential_stiffness)?;
+            check.not_negative("damping_ratio", damping_ratio)?;
+            Ok(normal_stiffness)
+        }
+        ContactLaw::Granular {
+            normal_stiffness,
+            tangential_stiffness,
+            friction,
+            damping_ratio,
+            adhesion,
+            rolling_friction,
+        } => {
+            check.stiffness("normal_stiffness", normal_stiffness, "N/m")?;
+            check.friction(friction, tangential_stiffness)?;
+            check.not_negative("damping_ratio", damping_ratio)?;
+            check.not_negative("adhesion", adhesion)?;
+            check.not_negative("rolling_friction", rolling_friction)?;
+            if rolling_friction > 0.0 && between == Between::PointsAndBodies {
+                let text = "a material point has no rotation to resist; expected 0";
+                return check.refuse("rolling_friction", rolling_friction, text);
+            }
+            Ok(normal_stiffness)
+        }
+        ContactLaw::HertzMindlin {
+            hertz_constant,
+            poisson_ratio,
+            friction,
+            restitution,
+            adhesion,
+        } => {
+            check.stiffness("hertz_constant", hertz_constant, "N/m^1.5")?;
+            check.not_negative("friction", friction)?;
+            check.not_negative("adhesion", adhesion)?;
+            if !(0.0..=0.5).contains(&poisson_ratio) {
+                return check.refuse("poisson_ratio", poisson_ratio, "expected 0 to 0.5");
+            }
+            if !(restitution > 0.0 && restitution <= 1.0) {
+                return check.refuse(
+                    "restitution",
+                    restitution,
+                    "expected above 0, at most 1 (elastic)",
+                );
+            }
+            Ok(1.5 * hertz_constant * overlap.sqrt())
+        }
+        ContactLaw::Area {
+            area_stiffness,
+            tangential_stiffness,
+            friction,
+        } => {
+            check.stiffness("area_stiffness", area_stiffness, "N/m^2")?;
+            check.friction(friction, tangential_stiffness)?;
+            Ok(area_stiffness * 2.0 * (2.0 * overlap * overlap).sqrt())
+        }
+    }
+}
+
+struct Check {
+    key: String,
+    /// Whether a stiffness may be zero.
+    zero: bool,
+}
+
+impl Check {
+    fn refuse<T>(&self, name: &str, value: f64, text: &str) -> Result<T, Refusal> {
+        Err(Refusal::new(
+            format!("{}.{name}", self.key),
+            format!("{value}: {text}"),
+        ))
+    }
+
+    fn stiffness(&self, name: &str, value: f64, unit: &str) -> Result<(), Refusal> {
+        if value.is_finite() && (value > 0.0 || self.zero && value == 0.0) {
+            Ok(())
+        } else {
+            self.refuse(
+                name,
+                value,
+                &format!("expected a positive number in {unit}"),
+            )
+        }
+    }
+
+    fn not_negative(&self, name: &str, value: f64) -> Result<(), Refusal> {
+        if value.is_finite() && value >= 0.0 {
+            Ok(())
+        } else {
+            self.refuse(name, value, "expected 0 or a positive number")
+        }
+    }
+
+    fn friction(&self, friction: f64, stiffness: f64) -> Result<(), Refusal> {
+        self.not_negative("friction", friction)?;
+        self.not_negative("tangential_stiffness", stiffness)?;
+        if friction > 0.0 && stiffness == 0.0 {
+            let text = "expected a positive number in N/m, since friction is not zero (k_n/20 ... k_n is usual)";
+            return self.refuse("tangential_stiffness", stiffness, text);
+        }
+        Ok(())
+    }
+}

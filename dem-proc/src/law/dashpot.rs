@@ -1,0 +1,124 @@
+//! Dashpots: the viscous part of a law.
+
+use std::f64::consts::PI;
+
+use super::Plain;
+
+/// Viscous part of a law.
+pub trait Dashpot: Plain {
+    /// Memory: the forces along `N` and `T` at the last step, where there are any.
+    type State: Plain + Default;
+    /// What of a pair never changes.
+    type Pair: Plain;
+    /// Whether there is any.
+    const ACTIVE: bool;
+    /// Fraction of critical damping, for the step limit.
+    fn ratio(&self) -> f64;
+    /// The constants of a pair of reduced mass `mass` (kg/m) whose stiffness in either direction is `stiffness` (N/m),
+    /// if that is constant.
+    fn pair(&self, stiffness: [f64; 2], mass: f64) -> Self::Pair;
+    /// Force in N/m of a relative velocity in m/s at the present stiffness.
+    fn drag(&self, pair: &Self::Pair, stiffness: [f64; 2], velocity: [f64; 2]) -> [f64; 2];
+    /// Dissipated over the last step in J/m, in which the surfaces `moved`, and what to remember of the forces
+    /// `exerted` at its end.
+    fn remember(exerted: [f64; 2], moved: [f64; 2], before: &Self::State) -> (f64, Self::State);
+}
+
+/// Fraction of critical damping of a linear contact with restitution `e`: `-ln e / sqrt(pi^2 + ln^2 e)` (Schwager and
+/// Poeschel 2007).
+pub fn ratio_of_restitution(e: f64) -> f64 {
+    let log = e.ln();
+    -log / (PI * PI + log * log).sqrt()
+}
+
+/// No dashpot.
+#[derive(Debug, Clone, Copy)]
+pub struct Elastic;
+
+impl Dashpot for Elastic {
+    type State = ();
+    type Pair = ();
+    const ACTIVE: bool = false;
+    fn ratio(&self) -> f64 {
+        0.0
+    }
+    fn pair(&self, _: [f64; 2], _: f64) {}
+    #[inline]
+    fn drag(&self, (): &(), _: [f64; 2], _: [f64; 2]) -> [f64; 2] {
+        [0.0; 2]
+    }
+    #[inline]
+    fn remember(_: [f64; 2], _: [f64; 2], (): &()) -> (f64, ()) {
+        (0.0, ())
+    }
+}
+
+/// Dashpots in both directions, each a fraction of the critical damping `2 sqrt(k m)` of the pair with that
+/// direction's spring.
+#[derive(Debug, Clone, Copy)]
+pub struct Viscous {
+    /// `zeta`.
+    pub ratio: f64,
+}
+
+impl Dashpot for Viscous {
+    type State = [f64; 2];
+    type Pair = [f64; 2];
+    const ACTIVE: bool = true;
+    fn ratio(&self) -> f64 {
+        self.ratio
+    }
+    fn pair(&self, stiffness: [f64; 2], mass: f64) -> [f64; 2] {
+        stiffness.map(|k| 2.0 * self.ratio * (k * mass).sqrt())
+    }
+    #[inline]
+    fn drag(&self, c: &[f64; 2], _: [f64; 2], velocity: [f64; 2]) -> [f64; 2] {
+        [-c[0] * velocity[0], -c[1] * velocity[1]]
+    }
+    #[inline]
+    fn remember(exerted: [f64; 2], moved: [f64; 2], before: &[f64; 2]) -> (f64, [f64; 2]) {
+        trapezoid(exerted, moved, before)
+    }
+}
+
+/// Dashpots that follow the stiffness of a Hertz contact, `c = 2 sqrt(5/6) beta sqrt(k m)` with `beta` the ratio of
+/// [`ratio_of_restitution`], so that the restitution does not depend on the speed (Tsuji 1992; Singer 2022).
+#[derive(Debug, Clone, Copy)]
+pub struct Tsuji {
+    /// `beta`.
+    pub ratio: f64,
+}
+
+impl Dashpot for Tsuji {
+    type State = [f64; 2];
+    /// Reduced mass in kg/m.
+    type Pair = f64;
+    const ACTIVE: bool = true;
+    fn ratio(&self) -> f64 {
+        self.ratio
+    }
+    fn pair(&self, _: [f64; 2], mass: f64) -> f64 {
+        mass
+    }
+    #[inline]
+    fn drag(&self, mass: &f64, stiffness: [f64; 2], velocity: [f64; 2]) -> [f64; 2] {
+        let factor = -2.0 * (5.0_f64 / 6.0).sqrt() * self.ratio;
+        let drag = |k: f64, v: f64| factor * (k * mass).sqrt() * v;
+        [
+            drag(stiffness[0], velocity[0]),
+            drag(stiffness[1], velocity[1]),
+        ]
+    }
+    #[inline]
+    fn remember(exerted: [f64; 2], moved: [f64; 2], before: &[f64; 2]) -> (f64, [f64; 2]) {
+        trapezoid(exerted, moved, before)
+    }
+}
+
+/// Trapezoid rule over the step: second order, and by summation by parts the very work that the leapfrog's kicks take
+/// out of the kinetic energy.
+#[inline(always)]
+fn trapezoid(exerted: [f64; 2], moved: [f64; 2], before: &[f64; 2]) -> (f64, [f64; 2]) {
+    let work = (exerted[0] + before[0]) * moved[0] + (exerted[1] + before[1]) * moved[1];
+    (-0.5 * work, exerted)
+}

@@ -1,0 +1,239 @@
+//! Contact laws as types: one `match` at configuration chooses, no loop branches on a law, and what a law does not
+//! use takes no memory (STYLE.md habit 3).
+//!
+//! A law is a normal spring ([`normal`]), a tangential part ([`tangent`]) and a dashpot ([`dashpot`]), put together by
+//! [`Contact`]; [`rolling`] adds a moment to any law.
+//!
+//! Signs: normal quantities are positive along `N` (apart), tangential ones along `T`, `N` turned by +90 degrees;
+//! forces are those on the side that `N` points to (the material point, or the owner of the vertex).
+
+pub mod choice;
+pub mod dashpot;
+pub mod normal;
+pub mod rolling;
+pub mod tangent;
+
+use dashpot::Dashpot;
+use normal::Normal;
+use tangent::Tangent;
+
+/// The state of one contact, as a law sees it.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Touch {
+    /// Overlap `xi` in m; positive in contact.
+    pub overlap: f64,
+    /// Relative displacement of the two surfaces over the last step along `N` and `T` in m.
+    pub moved: [f64; 2],
+    /// Relative velocity of the two surfaces at `t_{n-1/2}` along `N` and `T` in m/s.
+    pub velocity: [f64; 2],
+    /// Relative rotation over the last step in rad.
+    pub rolled: f64,
+}
+
+/// The interval behind, over which things have moved.
+#[derive(Debug, Clone, Copy)]
+pub struct Past {
+    /// `t_n - t_{n-1}` in s; 0 where there is none.
+    pub dt: f64,
+    /// One over it, or 0.
+    pub per_dt: f64,
+}
+
+impl Past {
+    /// An interval of `dt` (s).
+    pub fn new(dt: f64) -> Self {
+        let per_dt = if dt > 0.0 { 1.0 / dt } else { 0.0 };
+        Self { dt, per_dt }
+    }
+}
+
+/// Two things that may touch, as a law sees them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mates {
+    /// Reduced mass `1 / (1/m_1 + 1/m_2)` in kg/m.
+    pub mass: f64,
+    /// Reduced radius of curvature `R* = 1 / (1/a_1 + 1/a_2)` in m.
+    pub radius: f64,
+}
+
+/// `1 / (1/a + 1/b)`; 0 if either is 0.
+pub fn reduced(a: f64, b: f64) -> f64 {
+    if a > 0.0 && b > 0.0 {
+        a * b / (a + b)
+    } else {
+        0.0
+    }
+}
+
+/// The answer of a law.
+#[derive(Debug, Clone, Copy)]
+pub struct Press<H> {
+    /// Normal force in N/m; never negative without adhesion.
+    pub normal: f64,
+    /// Tangential force in N/m.
+    pub tangential: f64,
+    /// Moment that resists rolling, in N.
+    pub moment: f64,
+    /// What to remember until the next step.
+    pub history: H,
+    /// Dissipated over the last step.
+    pub loss: Loss,
+}
+
+/// Stiffness of a contact, for the step limit.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Stiffness {
+    /// `k_n` in N/m per m.
+    pub normal: f64,
+    /// `k_t` in N/m per m.
+    pub tangential: f64,
+    /// `k_r` in N per rad.
+    pub rolling: f64,
+}
+
+/// Energy that a contact dissipated over the last step, in J/m.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Loss {
+    /// By sliding and rolling.
+    pub friction: f64,
+    /// By dashpots.
+    pub viscous: f64,
+}
+
+impl std::ops::AddAssign for Loss {
+    fn add_assign(&mut self, other: Self) {
+        self.friction += other.friction;
+        self.viscous += other.viscous;
+    }
+}
+
+/// Plain values that may be stored in arrays and shared between threads.
+pub trait Plain: Copy + Send + Sync + std::fmt::Debug + 'static {}
+impl<T: Copy + Send + Sync + std::fmt::Debug + 'static> Plain for T {}
+
+/// A contact law.
+pub trait Law: Plain {
+    /// Memory of one contact; `()` where there is none.
+    type History: Plain + Default;
+    /// What of a pair never changes, worked out when the pair enters a list.
+    type Pair: Plain;
+    /// Whether the law looks at motion: [`Touch::moved`], [`Touch::velocity`], [`Touch::rolled`].
+    const MOTION: bool;
+
+    /// The constants of a pair.
+    fn pair(&self, mates: &Mates) -> Self::Pair;
+    /// Stiffness of a contact up to this overlap (m): where it is negative, of one that cannot close in this step.
+    fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> Stiffness;
+    /// Fraction of critical damping.
+    fn damping_ratio(&self) -> f64;
+    /// Force of a contact with positive overlap.
+    fn press(
+        &self,
+        pair: &Self::Pair,
+        touch: &Touch,
+        before: &Self::History,
+    ) -> Press<Self::History>;
+    /// Loss of the last step of a contact that has opened; nothing else is left of it.
+    fn part(&self, touch: &Touch, before: &Self::History) -> Loss;
+    /// Energy in the springs in J/m.
+    fn energy(&self, pair: &Self::Pair, overlap: f64, history: &Self::History) -> f64;
+}
+
+/// Memory of a [`Contact`].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Memory<S, D> {
+    /// Tangential part.
+    pub tangent: S,
+    /// Viscous part.
+    pub dashpot: D,
+}
+
+/// A normal spring `N` with a tangential part `T` and a dashpot `D`.
+///
+/// The dashpot never pulls: where it would make the normal force negative, that force is zero. Coulomb's cap is taken
+/// of the pressing part of the normal force, so adhesion does not make a contact slip.
+#[derive(Debug, Clone, Copy)]
+pub struct Contact<N, T, D> {
+    /// Normal spring.
+    pub normal: N,
+    /// Friction.
+    pub tangent: T,
+    /// Damping.
+    pub dashpot: D,
+}
+
+impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
+    type History = Memory<T::State, D::State>;
+    type Pair = (N::Pair, D::Pair);
+    const MOTION: bool = T::ACTIVE || D::ACTIVE;
+
+    fn pair(&self, mates: &Mates) -> Self::Pair {
+        let normal = self.normal.pair(mates);
+        // A dashpot that keeps its coefficients belongs to a spring whose stiffness does not depend on the overlap.
+        let k_n = self.normal.stiffness(&normal, 0.0);
+        let dashpot = self
+            .dashpot
+            .pair([k_n, self.tangent.stiffness(k_n)], mates.mass);
+        (normal, dashpot)
+    }
+
+    #[inline]
+    fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> Stiffness {
+        let normal = self.normal.stiffness(&pair.0, overlap);
+        Stiffness {
+            normal,
+            tangential: self.tangent.stiffness(normal),
+            rolling: 0.0,
+        }
+    }
+
+    fn damping_ratio(&self) -> f64 {
+        self.dashpot.ratio()
+    }
+
+    #[inline]
+    fn press(
+        &self,
+        pair: &Self::Pair,
+        touch: &Touch,
+        before: &Self::History,
+    ) -> Press<Self::History> {
+        let spring = self.normal.force(&pair.0, touch.overlap);
+        let k_n = self.normal.stiffness(&pair.0, touch.overlap);
+        let k_t = self.tangent.stiffness(k_n);
+        let [drag, wish] = self.dashpot.drag(&pair.1, [k_n, k_t], touch.velocity);
+        let pushed = spring + drag;
+        let pressing = if pushed > 0.0 { pushed } else { 0.0 };
+        let slide = self
+            .tangent
+            .slide(k_t, pressing, wish, touch.moved[1], &before.tangent);
+        let exerted = [pressing - spring, slide.dashpot];
+        let (viscous, dashpot) = D::remember(exerted, touch.moved, &before.dashpot);
+        Press {
+            normal: pressing - self.normal.pull(&pair.0, touch.overlap),
+            tangential: slide.spring + slide.dashpot,
+            moment: 0.0,
+            history: Memory {
+                tangent: slide.state,
+                dashpot,
+            },
+            loss: Loss {
+                friction: slide.loss,
+                viscous,
+            },
+        }
+    }
+
+    #[inline]
+    fn part(&self, touch: &Touch, before: &Self::History) -> Loss {
+        let (viscous, _) = D::remember([0.0; 2], touch.moved, &before.dashpot);
+        Loss {
+            friction: self.tangent.part(touch.moved[1], &before.tangent),
+            viscous,
+        }
+    }
+
+    fn energy(&self, pair: &Self::Pair, overlap: f64, history: &Self::History) -> f64 {
+        self.normal.energy(&pair.0, overlap) + self.tangent.energy(&history.tangent)
+    }
+}

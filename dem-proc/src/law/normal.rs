@@ -1,0 +1,211 @@
+//! Normal springs: a force that depends on the overlap alone, so that it has a potential.
+
+use super::{Mates, Plain};
+
+/// A normal spring.
+pub trait Normal: Plain {
+    /// What of a pair never changes.
+    type Pair: Plain;
+    /// The constants of a pair.
+    fn pair(&self, mates: &Mates) -> Self::Pair;
+    /// Pressing force in N/m at a positive overlap (m).
+    fn force(&self, pair: &Self::Pair, overlap: f64) -> f64;
+    /// Pulling force in N/m at a positive overlap: adhesion.
+    #[inline]
+    fn pull(&self, _: &Self::Pair, _: f64) -> f64 {
+        0.0
+    }
+    /// Bound of the stiffness in N/m up to this overlap (m), which may be negative.
+    fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> f64;
+    /// Potential in J/m at a positive overlap.
+    fn energy(&self, pair: &Self::Pair, overlap: f64) -> f64;
+}
+
+/// `F = k xi` (Jiang 2020 eq. 43).
+#[derive(Debug, Clone, Copy)]
+pub struct Linear {
+    /// `k_n` in N/m.
+    pub stiffness: f64,
+}
+
+impl Normal for Linear {
+    type Pair = ();
+    fn pair(&self, _: &Mates) {}
+    #[inline]
+    fn force(&self, (): &(), overlap: f64) -> f64 {
+        self.stiffness * overlap
+    }
+    #[inline]
+    fn stiffness(&self, (): &(), _: f64) -> f64 {
+        self.stiffness
+    }
+    fn energy(&self, (): &(), overlap: f64) -> f64 {
+        0.5 * self.stiffness * overlap * overlap
+    }
+}
+
+/// `F = K xi^1.5` (Hertz; Singer 2022). For spheres `K = 4/3 E* sqrt(R*)`.
+#[derive(Debug, Clone, Copy)]
+pub struct Hertz {
+    /// `K` in N/m^1.5.
+    pub constant: f64,
+}
+
+impl Normal for Hertz {
+    type Pair = ();
+    fn pair(&self, _: &Mates) {}
+    #[inline]
+    fn force(&self, (): &(), overlap: f64) -> f64 {
+        self.constant * overlap * overlap.sqrt()
+    }
+    /// `dF/dxi = 1.5 K sqrt(xi)`: grows with the overlap, so the step limit follows it.
+    #[inline]
+    fn stiffness(&self, (): &(), overlap: f64) -> f64 {
+        1.5 * self.constant * overlap.max(0.0).sqrt()
+    }
+    fn energy(&self, (): &(), overlap: f64) -> f64 {
+        0.4 * self.constant * overlap * overlap * overlap.sqrt()
+    }
+}
+
+/// `F = k_A A`, with `A` the area that the overlap cuts off a disc of the reduced radius (Chen 2023 eq. 18, area
+/// measure): a circular segment of height `xi`.
+///
+/// The area in closed form instead of from two polygons' intersection: as a function of one distance it has a
+/// potential, and costs one arc cosine.
+#[derive(Debug, Clone, Copy)]
+pub struct Area {
+    /// `k_A` in N/m^2 per m.
+    pub stiffness: f64,
+}
+
+impl Normal for Area {
+    /// `R*` in m.
+    type Pair = f64;
+    fn pair(&self, mates: &Mates) -> f64 {
+        mates.radius
+    }
+    #[inline]
+    fn force(&self, radius: &f64, overlap: f64) -> f64 {
+        let r = *radius;
+        let xi = overlap.min(2.0 * r);
+        let chord = (xi * (2.0 * r - xi)).sqrt();
+        // acos(1 - xi/r) as an arc tangent, which keeps its digits at small overlaps.
+        self.stiffness * (r * r * chord.atan2(r - xi) - (r - xi) * chord)
+    }
+    /// `dA/dxi` is the chord, at most the diameter.
+    #[inline]
+    fn stiffness(&self, radius: &f64, overlap: f64) -> f64 {
+        let r = *radius;
+        let xi = overlap.max(0.0).min(r);
+        2.0 * self.stiffness * (xi * (2.0 * r - xi)).sqrt()
+    }
+    /// The integral of the area over the overlap: `2/3 c^3 + (xi - r) A`, with half the chord `c`.
+    fn energy(&self, radius: &f64, overlap: f64) -> f64 {
+        let r = *radius;
+        let xi = overlap.min(2.0 * r);
+        let chord = (xi * (2.0 * r - xi)).sqrt();
+        let area = self.force(radius, xi);
+        let beyond = area * (overlap - xi); // a whole disc is inside: the area grows no more
+        self.stiffness * 2.0 / 3.0 * chord.powi(3) + (xi - r) * area + beyond
+    }
+}
+
+/// Any spring, with a constant pulling stress over the contact's width `2 sqrt(2 R* xi)` (Singer 2022: blocks of wood
+/// with an adhesion of 30 and 60 Pa).
+///
+/// A function of the overlap alone, so it has a potential, and is zero where a contact opens or closes.
+#[derive(Debug, Clone, Copy)]
+pub struct Adhesive<N> {
+    /// The pressing part.
+    pub spring: N,
+    /// Adhesion in Pa.
+    pub stress: f64,
+}
+
+impl<N: Normal> Normal for Adhesive<N> {
+    /// Constants of the pressing part, and `2 sqrt(2 R*)` times the stress.
+    type Pair = (N::Pair, f64);
+    fn pair(&self, mates: &Mates) -> Self::Pair {
+        (
+            self.spring.pair(mates),
+            2.0 * self.stress * (2.0 * mates.radius).sqrt(),
+        )
+    }
+    #[inline]
+    fn force(&self, pair: &Self::Pair, overlap: f64) -> f64 {
+        self.spring.force(&pair.0, overlap)
+    }
+    #[inline]
+    fn pull(&self, pair: &Self::Pair, overlap: f64) -> f64 {
+        pair.1 * overlap.sqrt()
+    }
+    /// Adhesion only softens.
+    #[inline]
+    fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> f64 {
+        self.spring.stiffness(&pair.0, overlap)
+    }
+    fn energy(&self, pair: &Self::Pair, overlap: f64) -> f64 {
+        self.spring.energy(&pair.0, overlap) - pair.1 * 2.0 / 3.0 * overlap * overlap.sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Simpson's rule over the overlap.
+    fn integral<N: Normal>(law: &N, pair: &N::Pair, to: f64) -> f64 {
+        let n = 2000;
+        let h = to / f64::from(n);
+        let net = |i: i32| {
+            let xi = h * f64::from(i);
+            law.force(pair, xi) - law.pull(pair, xi)
+        };
+        let weight = |i: i32| {
+            if i == 0 || i == n {
+                1.0
+            } else {
+                f64::from(2 + 2 * (i % 2))
+            }
+        };
+        (0..=n).map(|i| weight(i) * net(i)).sum::<f64>() * h / 3.0
+    }
+
+    #[test]
+    fn every_spring_is_the_derivative_of_its_energy() {
+        let mates = Mates {
+            mass: 1.0,
+            radius: 0.02,
+        };
+        fn check<N: Normal>(law: N, mates: &Mates) {
+            let pair = law.pair(mates);
+            for xi in [1e-6, 1e-3, 0.01, 0.03] {
+                let (energy, sum) = (law.energy(&pair, xi), integral(&law, &pair, xi));
+                // Simpson's rule on a square root at its branch point errs by about n^-1.5: 1e-5.
+                assert!(
+                    (energy - sum).abs() <= 3e-5 * sum.abs(),
+                    "{law:?} {xi}: {energy} {sum}"
+                );
+            }
+        }
+        check(Linear { stiffness: 3e4 }, &mates);
+        check(Hertz { constant: 1e6 }, &mates);
+        check(Area { stiffness: 1e7 }, &mates);
+        check(
+            Adhesive {
+                spring: Linear { stiffness: 3e4 },
+                stress: 50.0,
+            },
+            &mates,
+        );
+    }
+
+    #[test]
+    fn the_area_of_a_half_sunk_disc_is_half_a_disc() {
+        let law = Area { stiffness: 1.0 };
+        let half = law.force(&0.5, 0.5);
+        assert!((half - 0.5 * std::f64::consts::PI * 0.25).abs() < 1e-15);
+        assert!((law.force(&0.5, 1.0) - std::f64::consts::PI * 0.25).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,102 @@
+//! Rolling resistance: a moment on top of any law.
+
+use super::tangent::within;
+use super::{Law, Loss, Mates, Press, Stiffness, Touch};
+
+/// Elastic-plastic rolling spring (Ai, Chen, Rotter, Ooi 2011, model C without its dashpot): moment `-k_r` times the
+/// relative rotation, at most `mu_r R* F_n`, with `k_r = 2.25 k_n (mu_r R*)^2` (Iwashita and Oda 1998).
+#[derive(Debug, Clone, Copy)]
+pub struct Rolling<L> {
+    /// The law of the forces.
+    pub law: L,
+    /// `mu_r`.
+    pub friction: f64,
+}
+
+/// Memory of [`Rolling`].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Rolled<H> {
+    /// Of the forces.
+    pub law: H,
+    /// Moment at the last step in N.
+    pub moment: f64,
+    /// `k_r` at the last step in N.
+    pub stiffness: f64,
+}
+
+impl<H> Rolled<H> {
+    fn energy(&self) -> f64 {
+        if self.stiffness > 0.0 {
+            0.5 * self.moment * self.moment / self.stiffness
+        } else {
+            0.0
+        }
+    }
+}
+
+impl<L: Law> Law for Rolling<L> {
+    type History = Rolled<L::History>;
+    /// Constants of the forces, and `mu_r R*`.
+    type Pair = (L::Pair, f64);
+    const MOTION: bool = true;
+
+    fn pair(&self, mates: &Mates) -> Self::Pair {
+        (self.law.pair(mates), self.friction * mates.radius)
+    }
+    #[inline]
+    fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> Stiffness {
+        let stiffness = self.law.stiffness(&pair.0, overlap);
+        Stiffness {
+            rolling: 2.25 * stiffness.normal * pair.1 * pair.1,
+            ..stiffness
+        }
+    }
+    fn damping_ratio(&self) -> f64 {
+        self.law.damping_ratio()
+    }
+    #[inline]
+    fn press(
+        &self,
+        pair: &Self::Pair,
+        touch: &Touch,
+        before: &Self::History,
+    ) -> Press<Self::History> {
+        let press = self.law.press(&pair.0, touch, &before.law);
+        let stiffness = self.stiffness(pair, touch.overlap).rolling;
+        let kept = if stiffness < before.stiffness {
+            stiffness / before.stiffness
+        } else {
+            1.0
+        };
+        let cap = pair.1 * press.normal.max(0.0);
+        let moment = within(before.moment * kept - stiffness * touch.rolled, cap);
+        let history = Rolled {
+            law: press.history,
+            moment,
+            stiffness,
+        };
+        let work = -0.5 * (before.moment + moment) * touch.rolled;
+        let loss = Loss {
+            friction: press.loss.friction + work - (history.energy() - before.energy()),
+            ..press.loss
+        };
+        Press {
+            normal: press.normal,
+            tangential: press.tangential,
+            moment,
+            history,
+            loss,
+        }
+    }
+    #[inline]
+    fn part(&self, touch: &Touch, before: &Self::History) -> Loss {
+        let loss = self.law.part(touch, &before.law);
+        Loss {
+            friction: loss.friction + before.energy() - 0.5 * before.moment * touch.rolled,
+            ..loss
+        }
+    }
+    fn energy(&self, pair: &Self::Pair, overlap: f64, history: &Self::History) -> f64 {
+        self.law.energy(&pair.0, overlap, &history.law) + history.energy()
+    }
+}

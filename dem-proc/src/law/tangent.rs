@@ -1,0 +1,216 @@
+//! Friction: the tangential part of a law.
+
+use super::Plain;
+
+/// Tangential part of a law.
+pub trait Tangent: Plain {
+    /// Memory.
+    type State: Plain + Default;
+    /// Whether there is any.
+    const ACTIVE: bool;
+    /// `k_t` in N/m of a contact whose normal stiffness is `k_n`.
+    fn stiffness(&self, k_n: f64) -> f64;
+    /// The tangential force of this step, at most friction times `pressing`. `dashpot` is the force that a dashpot
+    /// would like to exert.
+    fn slide(
+        &self,
+        k_t: f64,
+        pressing: f64,
+        dashpot: f64,
+        moved: f64,
+        before: &Self::State,
+    ) -> Slide<Self::State>;
+    /// Loss in J/m of a contact that has opened: its spring's energy, less the work done over the last step.
+    fn part(&self, moved: f64, before: &Self::State) -> f64;
+    /// Energy in the spring in J/m.
+    fn energy(&self, state: &Self::State) -> f64;
+}
+
+/// The answer of a [`Tangent`].
+#[derive(Debug, Clone, Copy)]
+pub struct Slide<S> {
+    /// Force of the spring in N/m.
+    pub spring: f64,
+    /// Force of the dashpot in N/m, as far as friction carries it.
+    pub dashpot: f64,
+    /// What to remember.
+    pub state: S,
+    /// Dissipated by sliding over the last step in J/m.
+    pub loss: f64,
+}
+
+/// `x` cut off at plus and minus `limit`. One instruction each, where `f64::clamp` has a panic and `f64::max` a case
+/// for NaN; numbers that are not finite never come here.
+#[inline(always)]
+pub(super) fn within(x: f64, limit: f64) -> f64 {
+    let x = if x < limit { x } else { limit };
+    if x > -limit { x } else { -limit }
+}
+
+/// No friction: no tangential force, no memory.
+#[derive(Debug, Clone, Copy)]
+pub struct Smooth;
+
+impl Tangent for Smooth {
+    type State = ();
+    const ACTIVE: bool = false;
+    #[inline]
+    fn stiffness(&self, _: f64) -> f64 {
+        0.0
+    }
+    #[inline]
+    fn slide(&self, _: f64, _: f64, _: f64, _: f64, (): &()) -> Slide<()> {
+        Slide {
+            spring: 0.0,
+            dashpot: 0.0,
+            state: (),
+            loss: 0.0,
+        }
+    }
+    #[inline]
+    fn part(&self, _: f64, (): &()) -> f64 {
+        0.0
+    }
+    fn energy(&self, (): &()) -> f64 {
+        0.0
+    }
+}
+
+/// Coulomb friction with an incremental tangential spring (Jiang 2020 eq. 43 and the text below it).
+#[derive(Debug, Clone, Copy)]
+pub struct Coulomb {
+    /// `k_t` in N/m.
+    stiffness: f64,
+    /// `1 / k_t`: a multiplication in the loop instead of a division.
+    compliance: f64,
+    /// `mu`.
+    friction: f64,
+}
+
+impl Coulomb {
+    /// Friction `mu` with a spring of `stiffness` (N/m), which is positive.
+    pub fn new(stiffness: f64, friction: f64) -> Self {
+        Self {
+            stiffness,
+            compliance: 1.0 / stiffness,
+            friction,
+        }
+    }
+}
+
+/// Elongation `xi_t` of the tangential spring along `T` in m. A number and not a vector, so it turns with the contact
+/// frame by itself.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Elongation(pub f64);
+
+impl Tangent for Coulomb {
+    type State = Elongation;
+    const ACTIVE: bool = true;
+    #[inline]
+    fn stiffness(&self, _: f64) -> f64 {
+        self.stiffness
+    }
+    /// On slip the spring is shortened to what friction carries. The loss is the mean spring force times the slip,
+    /// which closes the energy balance exactly: for `xi -> xi'` under a displacement `u`, the work
+    /// `k (xi + xi') u / 2` less the stored `k (xi'^2 - xi^2) / 2` is `k (xi + xi') (u - (xi' - xi)) / 2`.
+    #[inline]
+    fn slide(
+        &self,
+        _: f64,
+        pressing: f64,
+        dashpot: f64,
+        moved: f64,
+        before: &Elongation,
+    ) -> Slide<Elongation> {
+        let cap = self.friction * pressing;
+        let longest = cap * self.compliance;
+        let before = before.0;
+        let now = within(before + moved, longest);
+        let spring = -self.stiffness * now;
+        let total = within(spring + dashpot, cap);
+        Slide {
+            spring,
+            dashpot: total - spring,
+            state: Elongation(now),
+            loss: 0.5 * self.stiffness * (now + before) * (moved - (now - before)),
+        }
+    }
+    #[inline]
+    fn part(&self, moved: f64, before: &Elongation) -> f64 {
+        0.5 * self.stiffness * before.0 * (moved + before.0)
+    }
+    fn energy(&self, state: &Elongation) -> f64 {
+        0.5 * self.stiffness * state.0 * state.0
+    }
+}
+
+/// Coulomb friction whose spring is a fixed fraction of the normal stiffness (Mindlin without partial slip; Singer
+/// 2022): `k_t / k_n = 2 (1 - nu) / (2 - nu)`.
+#[derive(Debug, Clone, Copy)]
+pub struct Mindlin {
+    /// `k_t / k_n`.
+    pub ratio: f64,
+    /// `mu`.
+    pub friction: f64,
+}
+
+/// Memory of [`Mindlin`].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Sheared {
+    /// Force of the spring in N/m.
+    pub force: f64,
+    /// `k_t` at the last step in N/m.
+    pub stiffness: f64,
+}
+
+impl Tangent for Mindlin {
+    type State = Sheared;
+    const ACTIVE: bool = true;
+    #[inline]
+    fn stiffness(&self, k_n: f64) -> f64 {
+        self.ratio * k_n
+    }
+    /// Incremental in force; when the contact unloads, the force shrinks with the stiffness, since otherwise a cycle
+    /// of loading, shearing, unloading and shearing back would create energy (Thornton 2013).
+    #[inline]
+    fn slide(
+        &self,
+        k_t: f64,
+        pressing: f64,
+        dashpot: f64,
+        moved: f64,
+        before: &Sheared,
+    ) -> Slide<Sheared> {
+        let cap = self.friction * pressing;
+        let kept = if k_t < before.stiffness {
+            k_t / before.stiffness
+        } else {
+            1.0
+        };
+        let spring = within(before.force * kept - k_t * moved, cap);
+        let total = within(spring + dashpot, cap);
+        let state = Sheared {
+            force: spring,
+            stiffness: k_t,
+        };
+        let work = -0.5 * (before.force + spring) * moved;
+        Slide {
+            spring,
+            dashpot: total - spring,
+            state,
+            loss: work - (self.energy(&state) - self.energy(before)),
+        }
+    }
+    #[inline]
+    fn part(&self, moved: f64, before: &Sheared) -> f64 {
+        self.energy(before) - 0.5 * before.force * moved
+    }
+    #[inline]
+    fn energy(&self, state: &Sheared) -> f64 {
+        if state.stiffness > 0.0 {
+            0.5 * state.force * state.force / state.stiffness
+        } else {
+            0.0
+        }
+    }
+}
