@@ -73,7 +73,11 @@ fn check_forcing(config: &MpmConfig) -> Result<(), Refusal> {
     if config.forcing != Forcing::default() {
         return refuse("mpm.body_force, mpm.traction, mpm.stage");
     }
-    if config.groups.iter().any(|group| group.fields != InitialFields::default()) {
+    if config
+        .groups
+        .iter()
+        .any(|group| group.fields != InitialFields::default())
+    {
         return refuse("mpm.points: initial fields");
     }
     Ok(())

@@ -6,7 +6,7 @@ use crate::threads::over_items;
 use crate::tiles::{Geometry, MARGIN, TILE, pitch, runs};
 use crate::transfer::AffineState;
 use crate::walls::WallNodes;
-use crate::window::{VectorWindow, nodal_stride, vector_stride};
+use crate::window::VectorWindow;
 
 /// Nodes of a tile.
 pub const NODES: usize = TILE * TILE;
@@ -167,10 +167,8 @@ impl Grid {
         over_items(grain, &mut self.tiles, &|tile: &mut NodeTile| {
             let mut sum = [[0.0; 4]; NODES];
             for o in tile.overlapping(overlaps) {
-                let windows = &clouds[o.cloud as usize].mass_momentum;
-                let stride = nodal_stride(W);
-                let window = &windows[o.tile as usize * stride..][..stride];
-                add_window::<W, 4>(&mut sum, window, o);
+                let window = &clouds[o.cloud as usize].mass_momentum[o.tile as usize];
+                add_window::<W, 4>(&mut sum, &window.0, o);
             }
             tile.wall_impulse = [0.0; 2];
             tile.friction_work = 0.0;
@@ -209,10 +207,8 @@ impl Grid {
         over_items(grain, &mut self.tiles, &|tile: &mut NodeTile| {
             let mut force = [[0.0; 2]; NODES];
             for o in tile.overlapping(overlaps) {
-                let windows = &clouds[o.cloud as usize].force;
-                let stride = vector_stride(W);
-                let window = &windows[o.tile as usize * stride..][..stride];
-                add_window::<W, 2>(&mut force, window, o);
+                let window = &clouds[o.cloud as usize].force[o.tile as usize];
+                add_window::<W, 2>(&mut force, &window.0, o);
             }
             if let Some(contact) = contact.get(tile.index) {
                 for (f, c) in force.iter_mut().zip(&contact.force) {
@@ -281,13 +277,29 @@ fn add_window<const W: usize, const N: usize>(
     window: &[f64],
     overlap: &Overlap,
 ) {
-    let [x, y] = [overlap.run[0], overlap.run[1]].map(|r| runs(W)[usize::from(r)]);
+    let (window, _) = window.as_chunks::<N>();
+    let y = runs(W)[usize::from(overlap.run[1])];
     for row in 0..y.length {
-        let first = N * ((y.window + row) * pitch(W) + x.window);
-        let from = &window[first..first + N * x.length];
-        let to = &mut sum[(y.own + row) * TILE + x.own..][..x.length];
-        for (to, from) in to.as_flattened_mut().iter_mut().zip(from) {
-            *to += from;
+        let from = &window[(y.window + row) * pitch(W)..][..pitch(W)];
+        let to = &mut sum[(y.own + row) * TILE..][..TILE];
+        // Lengths known to the compiler: a few vector additions each, no loops.
+        match overlap.run[0] {
+            0 => add::<MARGIN, N>(&mut to[TILE - MARGIN..], from),
+            1 => add::<TILE, N>(to, &from[MARGIN..]),
+            _ => {
+                for i in 0..W {
+                    add::<1, N>(&mut to[i..], &from[MARGIN + TILE + i..]);
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn add<const LENGTH: usize, const N: usize>(to: &mut [[f64; N]], from: &[[f64; N]]) {
+    for (to, from) in to[..LENGTH].iter_mut().zip(&from[..LENGTH]) {
+        for n in 0..N {
+            to[n] += from[n];
         }
     }
 }
@@ -300,13 +312,13 @@ pub fn fill_window<const W: usize>(
     tile: &Tile,
     field: impl Fn(&NodeTile) -> &[[f64; 2]; NODES],
 ) {
-    for (run, y) in runs(W).into_iter().enumerate() {
-        let [left, own, right] =
-            [0, 1, 2].map(|x| field(&nodes[tile.around[3 * run + x] as usize]).as_flattened());
+    for run in 0..3 {
+        let y = runs(W)[run];
+        let nodes_of = |x: usize| field(&nodes[tile.around[3 * run + x] as usize]).as_flattened();
+        let (left, own, right) = (nodes_of(0), nodes_of(1), nodes_of(2));
         for row in 0..y.length {
             let to = &mut window.0[2 * (y.window + row) * pitch(W)..][..2 * pitch(W)];
             let from = 2 * (y.own + row) * TILE;
-            // Lengths known to the compiler: a few vector moves each, no calls.
             copy::<{ 2 * MARGIN }>(to, left, from + 2 * (TILE - MARGIN));
             copy::<{ 2 * TILE }>(&mut to[2 * MARGIN..], own, from);
             for i in 0..W {

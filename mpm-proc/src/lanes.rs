@@ -16,9 +16,9 @@ pub fn splat(value: f64) -> Lanes {
 pub const ZERO: Lanes = Lanes::ZERO;
 
 /// What [`indices`] stay below.
-pub const INDEX_LIMIT: usize = 256;
+pub const INDEX_LIMIT: usize = 128;
 
-/// Whole numbers from 0 to 255 held as floats, as indices.
+/// Whole numbers from 0 to 127 held as floats, as indices.
 ///
 /// Adding 2^52 puts the integer into the low bits of the significand: one vector addition instead of four scalar
 /// conversions with their range checks. The mask tells the compiler the range.
@@ -63,8 +63,8 @@ mod tests {
     #[test]
     fn indices_are_the_whole_numbers() {
         assert_eq!(
-            indices(Lanes::new([0.0, 1.0, 143.0, 255.0])),
-            [0, 1, 143, 255]
+            indices(Lanes::new([0.0, 1.0, 43.0, 127.0])),
+            [0, 1, 43, 127]
         );
     }
 

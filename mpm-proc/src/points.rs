@@ -9,7 +9,7 @@ use crate::shape::Shape;
 use crate::stress::StressReport;
 use crate::tiles::{Frame, Geometry};
 use crate::transfer::AffineState;
-use crate::window::{nodal_stride, vector_stride};
+use crate::window::{NO_MOMENTUM, NO_VECTORS, NodalWindow, VectorWindow};
 
 /// In [`Cloud::ids`]: a lane without a point. Such lanes fill up the last block of a tile. They have no mass and drift
 /// along with the first point of their tile, so that their numbers stay harmless.
@@ -143,10 +143,10 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> {
     pub lane_of: Vec<u32>,
     /// Tiles with points, ordered by row and column.
     pub tiles: Vec<Tile>,
-    /// `(m_I, p_I, 0)` of each tile's window, of this cloud's points alone.
-    pub mass_momentum: Vec<f64>,
+    /// `(m_I, p_I, 0)` in each tile's window, of this cloud's points alone.
+    pub mass_momentum: Vec<NodalWindow>,
     /// `f_I^int` likewise, in N/m ([`crate::window`]).
-    pub force: Vec<f64>,
+    pub force: Vec<VectorWindow>,
     /// Report of each tile.
     pub reports: Vec<TileReport>,
     /// What updating the stress of each tile told.
@@ -296,9 +296,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
                 }
             }
         }
-        self.mass_momentum
-            .resize(self.tiles.len() * nodal_stride(W), 0.0);
-        self.force.resize(self.tiles.len() * vector_stride(W), 0.0);
+        self.mass_momentum.resize(self.tiles.len(), NO_MOMENTUM);
+        self.force.resize(self.tiles.len(), NO_VECTORS);
         self.reports.resize(self.tiles.len(), TileReport::default());
         self.stress_reports
             .resize(self.tiles.len(), StressReport::default());
@@ -311,8 +310,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
             + self.ids.capacity() * size_of::<[u32; LANES]>()
             + self.lane_of.capacity() * 8
             + self.scratch.keys.capacity() * 16
-            + self.mass_momentum.capacity() * 8
-            + self.force.capacity() * 8
+            + self.mass_momentum.capacity() * size_of::<NodalWindow>()
+            + self.force.capacity() * size_of::<VectorWindow>()
             + self.tiles.capacity() * size_of::<Tile>()
             + self.material.bytes()
     }

@@ -6,7 +6,7 @@ use crate::shape::Shape;
 use crate::threads::{PerTile, over_tiles};
 use crate::tiles::{Place, pitch};
 use crate::transfer::AffineState;
-use crate::window::{NO_MOMENTUM, NodalWindow, add_product, nodal_stride};
+use crate::window::{NodalWindow, add_product};
 
 /// Sums mass and momentum of a cloud's points into the windows of their tiles.
 pub fn points_to_grid<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
@@ -16,31 +16,19 @@ pub fn points_to_grid<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
     let (shape, x, motion, mass) = (cloud.shape, &cloud.x, &cloud.motion, cloud.mass);
     let share = PerTile {
         items: &mut cloud.mass_momentum[..],
-        stride: nodal_stride(W),
+        stride: 1,
     };
-    over_tiles(
-        grain,
-        &cloud.tiles,
-        share,
-        || NO_MOMENTUM,
-        &|tile, window, nodes: &mut NodalWindow| {
-            let kept = window.items.len();
-            nodes.0[..kept].fill(0.0);
-            for b in 0..tile.blocks {
-                let block = tile.first + b;
-                let place = tile.frame.locate(&x[block], pitch(W));
-                let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
-                add_momentum(
-                    nodes,
-                    &place,
-                    &s,
-                    &motion[block],
-                    splat(mass) * tile.live(b),
-                );
-            }
-            window.items.copy_from_slice(&nodes.0[..kept]);
-        },
-    );
+    over_tiles(grain, &cloud.tiles, share, || (), &|tile, window, ()| {
+        let nodes = &mut window.items[0];
+        nodes.0.fill(0.0);
+        for b in 0..tile.blocks {
+            let block = tile.first + b;
+            let place = tile.frame.locate(&x[block], pitch(W));
+            let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
+            let mass = splat(mass) * tile.live(b);
+            add_momentum(nodes, &place, &s, &motion[block], mass);
+        }
+    });
 }
 
 /// `m_I += m_p S_Ip`, `p_I += m_p S_Ip (v_p + B_p D_p^-1 (x_I - x_p))` for four points.

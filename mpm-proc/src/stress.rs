@@ -7,7 +7,7 @@ use crate::points::Tile;
 use crate::shape::Shape;
 use crate::threads::{PerBlock, PerTile, over_tiles};
 use crate::tiles::{Place, pitch};
-use crate::window::{NO_VECTORS, VectorWindow, gather_row, scatter_row, vector_stride};
+use crate::window::{NO_VECTORS, VectorWindow, gather_row, scatter_row};
 
 /// What updating the stress of a tile tells.
 #[derive(Debug, Clone, Copy, Default)]
@@ -37,7 +37,7 @@ pub struct StressPass<'a, const W: usize, S: Shape<W>> {
     /// Node tiles with `v_I` at their field `before` or `after`.
     pub nodes: &'a [NodeTile],
     /// `f_I^int` of each tile's window in N/m.
-    pub force: &'a mut [f64],
+    pub force: &'a mut [VectorWindow],
     /// Report of each tile.
     pub reports: &'a mut [StressReport],
 }
@@ -58,7 +58,7 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
         PerBlock(points),
         PerTile {
             items: pass.force,
-            stride: vector_stride(W),
+            stride: 1,
         },
         PerTile {
             items: pass.reports,
@@ -72,8 +72,8 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
         Memory::new,
         &|tile, (points, force, report), memory| {
             fill_window::<W>(&mut memory.velocity, nodes, tile, |t| &t.before);
-            let kept = force.items.len();
-            memory.force.0[..kept].fill(0.0);
+            let force = &mut force.items[0];
+            force.0.fill(0.0);
             let mut lost = Losses::default();
             let batches = points
                 .0
@@ -93,10 +93,9 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
                 for (b, (point, x)) in points.iter().zip(x).enumerate() {
                     let place = tile.frame.locate(x, pitch);
                     let volume = point.volume * splat(load) * live(b);
-                    add_internal_force(&mut memory.force, &place, &shape, point, volume);
+                    add_internal_force(force, &place, &shape, point, volume);
                 }
             }
-            force.items.copy_from_slice(&memory.force.0[..kept]);
             report.items[0] = lost.report();
         },
     );
@@ -109,7 +108,6 @@ const BATCH: usize = 8;
 /// What a thread works in.
 struct Memory {
     velocity: VectorWindow,
-    force: VectorWindow,
     by: [Deformation; BATCH],
 }
 
@@ -117,7 +115,6 @@ impl Memory {
     fn new() -> Self {
         Self {
             velocity: NO_VECTORS,
-            force: NO_VECTORS,
             by: [Deformation::NOTHING; BATCH],
         }
     }

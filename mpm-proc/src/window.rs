@@ -4,19 +4,19 @@
 //! point, and a transpose of four such loads gives the four points' numbers side by side. A row of three nodes is read
 //! and written as one of four: what lies beyond is not used, or gets a zero added.
 //!
-//! While a tile is worked on its window stands in an array that is longer than the window: any index of 8 bits
-//! ([`crate::lanes::indices`]) plus the reach of a shape function stays inside, which the compiler can see, so that no
-//! access needs a check.
+//! A window stands in an array that is a little longer than it: any index of 7 bits ([`crate::lanes::indices`]) plus the
+//! reach of a shape function stays inside, which the compiler can see, so that no access needs a check.
 
 use wide::f64x2;
 
 use crate::lanes::{INDEX_LIMIT, LANES, Lanes, ZERO};
-use crate::tiles::{Place, pitch};
+use crate::tiles::{MARGIN, Place, TILE, pitch};
 
 /// Nodes beyond its base node that a point may touch, counted along the rows of the window.
 const REACH: usize = 3 * pitch(4) + 4;
 
 /// Numbers aligned to cache lines, so that no node lies across two of them.
+#[derive(Debug, Clone)]
 #[repr(align(64))]
 pub struct Aligned<const N: usize>(pub [f64; N]);
 
@@ -32,15 +32,8 @@ pub const NO_VECTORS: VectorWindow = Aligned([0.0; 2 * (INDEX_LIMIT + REACH)]);
 /// Zero everywhere.
 pub const NO_MOMENTUM: NodalWindow = Aligned([0.0; 4 * (INDEX_LIMIT + REACH)]);
 
-/// Numbers of a vector field that are kept of a window.
-pub const fn vector_stride(w: usize) -> usize {
-    2 * pitch(w) * pitch(w)
-}
-
-/// Numbers of mass and momentum that are kept of a window.
-pub const fn nodal_stride(w: usize) -> usize {
-    4 * pitch(w) * pitch(w)
-}
+// The last base node of a window, of the widest shape function.
+const _: () = assert!((TILE + 2 * MARGIN - 1) * (pitch(4) + 1) < INDEX_LIMIT);
 
 #[inline(always)]
 fn load(window: &VectorWindow, at: usize) -> Lanes {
