@@ -47,7 +47,7 @@ fn serve<S: Service + 'static, M: MpmSolver>(
     let groups = desk.post.outlet(&GROUPS)?;
     let points = desk.post.outlet(&POINTS)?;
     let mut bodies = if configure.coupled {
-        Some(BodiesLine::open(desk, config.skin)?)
+        Some(BodiesLine::open(desk, &config)?)
     } else {
         None
     };
@@ -151,7 +151,9 @@ struct BodiesLine<S: Service> {
     envelopes_in: Inlet<S, EnvelopeVertex>,
     rope: Rope<S>,
     bell: Bell<S>,
-    skin: f64,
+    /// Travel of points and surfaces together after which the set is built anew: the skin less half the largest
+    /// radius, so that whatever may begin to touch within a step is in the set, and in the step limit, before it does.
+    allowed_travel: f64,
     /// Generation of the IMP set; 0 before the first.
     set: u64,
     imps: usize,
@@ -163,7 +165,11 @@ struct BodiesLine<S: Service> {
 }
 
 impl<S: Service + 'static> BodiesLine<S> {
-    fn open(desk: &Desk<S>, skin: f64) -> Result<Self, SessionError> {
+    fn open(desk: &Desk<S>, config: &MpmConfig) -> Result<Self, SessionError> {
+        let radii = config
+            .groups
+            .iter()
+            .filter_map(|group| group.contact_radius);
         Ok(Self {
             set_out: desk.post.outlet(&IMP_SET)?,
             states_out: desk.post.outlet(&IMP_STATES)?,
@@ -171,7 +177,7 @@ impl<S: Service + 'static> BodiesLine<S> {
             envelopes_in: desk.post.inlet(&ENVELOPES)?,
             rope: desk.post.rope(Party::Mpm, Party::Dem)?,
             bell: desk.post.bell(Party::Dem, Party::Mpm)?,
-            skin,
+            allowed_travel: config.skin - 0.5 * radii.fold(0.0, f64::max),
             set: 0,
             imps: 0,
             bodies_travel: 0.0,
@@ -207,8 +213,8 @@ impl<S: Service + 'static> BodiesLine<S> {
         grant: &Grant,
         step: &Step,
     ) -> Result<Limits, SessionError> {
-        // Clause I-6: the list holds as long as points and surfaces together have not crossed the skin.
-        let new_set = self.set == 0 || solver.travel() + self.bodies_travel > self.skin;
+        // Clause I-6.
+        let new_set = self.set == 0 || solver.travel() + self.bodies_travel > self.allowed_travel;
         if new_set {
             self.rebuild(desk, solver, grant)?;
         }
