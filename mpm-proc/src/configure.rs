@@ -14,7 +14,8 @@ use crate::imps::Imps;
 use crate::lanes::LANES;
 use crate::limits::stiffest_place;
 use crate::material::{
-    Constitutive, DruckerPrager, LinearElastic, Material, MaterialPoints, Moduli,
+    Constitutive, DruckerPrager, Fluid, LinearElastic, Material, MaterialPoints, Moduli,
+    MohrCoulomb, NeoHookean, PlaneStressElastic, VonMises,
 };
 use crate::measure::Books;
 use crate::points::{Cloud, LaneCopy};
@@ -163,7 +164,7 @@ impl<'a> Parts<'a> {
             let volume = points.box_area();
             clouds.push(Cloud::new(
                 shape(points),
-                constitutive::<W, S>(&material.model, material.density, blocks),
+                constitutive::<W, S>(&material.model, material.density, self.config.plane, blocks),
                 [
                     material.density * volume,
                     volume,
@@ -233,6 +234,7 @@ impl<'a> Parts<'a> {
 fn constitutive<const W: usize, S: Shape<W>>(
     model: &MaterialModel,
     density: f64,
+    plane: Plane,
     blocks: usize,
 ) -> Box<dyn Constitutive<W, S>> {
     let moduli = |bulk, shear| Moduli {
@@ -244,7 +246,13 @@ fn constitutive<const W: usize, S: Shape<W>>(
         MaterialModel::LinearElastic {
             bulk_modulus,
             shear_modulus,
-        } => points(LinearElastic(moduli(bulk_modulus, shear_modulus)), blocks),
+        } => {
+            let moduli = moduli(bulk_modulus, shear_modulus);
+            match plane {
+                Plane::Strain => points(LinearElastic(moduli), blocks),
+                Plane::Stress => points(PlaneStressElastic(moduli), blocks),
+            }
+        }
         MaterialModel::DruckerPrager {
             bulk_modulus,
             shear_modulus,
@@ -262,7 +270,53 @@ fn constitutive<const W: usize, S: Shape<W>>(
             ),
             blocks,
         ),
-        _ => unreachable!("refused by check_model"),
+        MaterialModel::MohrCoulomb {
+            bulk_modulus,
+            shear_modulus,
+            friction_angle,
+            dilation_angle,
+            cohesion,
+            tensile_strength,
+        } => points(
+            MohrCoulomb::new(
+                moduli(bulk_modulus, shear_modulus),
+                friction_angle.to_radians(),
+                dilation_angle.to_radians(),
+                cohesion,
+                tensile_strength,
+            ),
+            blocks,
+        ),
+        MaterialModel::NeoHookean {
+            bulk_modulus,
+            shear_modulus,
+        } => points(NeoHookean(moduli(bulk_modulus, shear_modulus)), blocks),
+        MaterialModel::Fluid {
+            bulk_modulus,
+            exponent,
+            viscosity,
+        } => points(
+            Fluid {
+                bulk: bulk_modulus,
+                exponent,
+                viscosity,
+                density,
+            },
+            blocks,
+        ),
+        MaterialModel::VonMises {
+            bulk_modulus,
+            shear_modulus,
+            yield_stress,
+            hardening_modulus,
+        } => points(
+            VonMises {
+                moduli: moduli(bulk_modulus, shear_modulus),
+                yield_stress,
+                hardening: hardening_modulus,
+            },
+            blocks,
+        ),
     }
 }
 
@@ -398,6 +452,14 @@ fn check_model(model: &MaterialModel, key: &str) -> Result<(), Refusal> {
             dilation_angle,
             cohesion,
             tensile_strength,
+        }
+        | MaterialModel::MohrCoulomb {
+            bulk_modulus,
+            shear_modulus,
+            friction_angle,
+            dilation_angle,
+            cohesion,
+            tensile_strength,
         } => {
             positive("bulk_modulus", bulk_modulus)?;
             positive("shear_modulus", shear_modulus)?;
@@ -419,10 +481,35 @@ fn check_model(model: &MaterialModel, key: &str) -> Result<(), Refusal> {
             not_negative("cohesion", cohesion)?;
             not_negative("tensile_strength", tensile_strength)
         }
-        _ => Err(Refusal::new(
-            key,
-            "only linear_elastic and drucker_prager are available",
-        )),
+        MaterialModel::NeoHookean {
+            bulk_modulus,
+            shear_modulus,
+        } => {
+            positive("bulk_modulus", bulk_modulus)?;
+            positive("shear_modulus", shear_modulus)
+        }
+        MaterialModel::Fluid {
+            bulk_modulus,
+            exponent,
+            viscosity,
+        } => {
+            positive("bulk_modulus", bulk_modulus)?;
+            if !(exponent.is_finite() && exponent >= 1.0) {
+                return refuse("exponent", exponent, "1 or more");
+            }
+            not_negative("viscosity", viscosity)
+        }
+        MaterialModel::VonMises {
+            bulk_modulus,
+            shear_modulus,
+            yield_stress,
+            hardening_modulus,
+        } => {
+            positive("bulk_modulus", bulk_modulus)?;
+            positive("shear_modulus", shear_modulus)?;
+            positive("yield_stress", yield_stress)?;
+            not_negative("hardening_modulus", hardening_modulus)
+        }
     }
 }
 
@@ -430,8 +517,18 @@ fn check_choices(config: &MpmConfig) -> Result<(), Refusal> {
     if config.stress_update != StressUpdate::Usf {
         return Err(Refusal::new("mpm.stress_update", "only usf is available"));
     }
-    if config.plane != Plane::Strain {
-        return Err(Refusal::new("mpm.plane", "only strain is available"));
+    if config.plane == Plane::Stress {
+        for (i, material) in config.materials.iter().enumerate() {
+            if !matches!(material.model, MaterialModel::LinearElastic { .. }) {
+                return Err(Refusal::new(
+                    "mpm.plane",
+                    format!(
+                        "stress goes with linear_elastic only: material {i}, '{}', needs the stress out of plane; use strain",
+                        material.name
+                    ),
+                ));
+            }
+        }
     }
     let walls = &config.walls;
     for (name, wall) in [

@@ -112,6 +112,12 @@ impl<const W: usize, S: Shape<W>, A: crate::transfer::AffineState + LaneCopy> Cl
             return Ok(());
         }
         let id = self.first_id + u64::from(local);
+        if self.material.collapsed(lane) {
+            return Err(Fault::Material {
+                id,
+                message: "its volume has vanished; a smaller step or a finer grid may help".into(),
+            });
+        }
         let [x, v] = [self.position(lane), self.velocity(lane)];
         let quantity = [(v, "velocity"), (x, "position")]
             .into_iter()

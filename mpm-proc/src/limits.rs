@@ -73,7 +73,11 @@ where
                     .iter()
                     .map(|r| r.stiffness)
                     .fold(0.0, f64::max);
-                stiffest * stiffest_place(&cloud.shape) / (cell * cell)
+                let place = stiffest_place(&cloud.shape) / (cell * cell);
+                with_viscosity(
+                    stiffest * place,
+                    cloud.material.viscosity_over_density() * place,
+                )
             })
             .fold(0.0, f64::max)
     }
@@ -84,4 +88,10 @@ pub fn stiffest_place<const W: usize, S: Shape<W>>(shape: &S) -> f64 {
     (0..2)
         .filter_map(|axis| shape.stiffest(axis))
         .fold(0.0, f64::max)
+}
+
+/// The squared frequency whose limit `2/omega` is that of an oscillator of `omega_sq` damped at the rate `damping` (1/s)
+/// by forces of the velocity before the kick: `dt <= (2/omega) (sqrt(1 + z^2) - z)`, `z = damping / (2 omega)`.
+fn with_viscosity(omega_sq: f64, damping: f64) -> f64 {
+    ((omega_sq + 0.25 * damping * damping).sqrt() + 0.5 * damping).powi(2)
 }

@@ -53,6 +53,7 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
         shape, x, nodes, ..
     } = pass;
     let scale = splat(pass.dt * pass.per_cell);
+    let per_dt = if pass.dt > 0.0 { 1.0 / pass.dt } else { 0.0 };
     let load = -pass.volume * pass.per_cell;
     let share = (
         PerBlock(points),
@@ -86,7 +87,7 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
                     *by = deformation(&memory.velocity, &place, &shape, scale);
                 }
                 for (b, (point, by)) in points.iter_mut().zip(&memory.by).enumerate() {
-                    let dissipated = model.update(point, by);
+                    let dissipated = model.update(point, by, per_dt);
                     lost.count::<M>(&dissipated, live(b));
                     lost.stiffest = lost.stiffest.fast_max(model.stiffness_over_density(point));
                 }

@@ -84,7 +84,7 @@ impl Material for DruckerPrager {
     }
 
     #[inline(always)]
-    fn update(&self, point: &mut Point<()>, by: &Deformation) -> Dissipated {
+    fn update(&self, point: &mut Point<()>, by: &Deformation, _per_dt: f64) -> Dissipated {
         let trial = self.moduli.trial(&point.stress, by);
         let (stress, work) = self.return_stress(&trial);
         point.stress = stress;

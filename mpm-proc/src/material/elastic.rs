@@ -102,7 +102,7 @@ impl Material for LinearElastic {
     }
 
     #[inline(always)]
-    fn update(&self, point: &mut Point<Lanes>, by: &Deformation) -> Dissipated {
+    fn update(&self, point: &mut Point<Lanes>, by: &Deformation, _per_dt: f64) -> Dissipated {
         let before = point.volume * power(&point.stress, by);
         point.stress = self.0.trial(&point.stress, by);
         point.volume *= volume_ratio(by);
@@ -123,6 +123,61 @@ impl Material for LinearElastic {
 
     fn sound_speed(&self) -> f64 {
         self.0.sound_speed()
+    }
+}
+
+/// Linear elasticity in plane stress: no stress out of plane, and the thickness follows.
+#[derive(Debug, Clone, Copy)]
+pub struct PlaneStressElastic(pub Moduli);
+
+impl PlaneStressElastic {
+    /// Strain out of plane over the sum of those in it, negated: `lambda / (lambda + 2G)`.
+    fn thinning(&self) -> f64 {
+        let lame = self.0.bulk - 2.0 / 3.0 * self.0.shear;
+        lame / (lame + 2.0 * self.0.shear)
+    }
+}
+
+impl Material for PlaneStressElastic {
+    /// Work of the stress per initial volume in Pa, as for [`LinearElastic`].
+    type State = Lanes;
+    const DISSIPATES: bool = false;
+
+    fn initial(&self) -> Point<Lanes> {
+        Point::unstressed(ZERO)
+    }
+
+    #[inline(always)]
+    fn update(&self, point: &mut Point<Lanes>, by: &Deformation, _per_dt: f64) -> Dissipated {
+        let before = point.volume * power(&point.stress, by);
+        let turned = rotate(&point.stress, by);
+        let two_g = splat(2.0 * self.0.shear);
+        let mean = two_g * splat(self.thinning()) * (by.xx + by.yy);
+        point.stress = Stress {
+            xx: two_g.mul_add(by.xx, turned.xx + mean),
+            yy: two_g.mul_add(by.yy, turned.yy + mean),
+            zz: ZERO,
+            xy: splat(self.0.shear).mul_add(by.xy + by.yx, turned.xy),
+        };
+        let trace = (by.xx + by.yy) * splat(1.0 - self.thinning());
+        point.volume *= trace.mul_add(trace.mul_add(splat(0.5), splat(1.0)), splat(1.0));
+        point.state += splat(0.5) * (before + point.volume * power(&point.stress, by));
+        Dissipated::NOTHING
+    }
+
+    #[inline(always)]
+    fn stiffness_over_density(&self, point: &Point<Lanes>) -> Lanes {
+        // Equal stretch: 2 G (1 + 2 thinning); shear: 2 G.
+        let factor = (1.0 + 2.0 * self.thinning()).max(1.0);
+        point.volume * splat(2.0 * self.0.shear * factor / self.0.density)
+    }
+
+    fn elastic_energy(&self, point: &Point<Lanes>) -> Lanes {
+        point.state
+    }
+
+    fn sound_speed(&self) -> f64 {
+        (2.0 * self.0.shear * (1.0 + self.thinning()) / self.0.density).sqrt()
     }
 }
 
@@ -184,6 +239,21 @@ mod tests {
         assert!((txx + tyy - xx - yy).abs() < 1e-9 * half && tzz == zz);
         assert!((MODULI.energy(&path.point.stress).to_array()[0] / energy - 1.0).abs() < 1e-10);
         assert!((path.point.volume.to_array()[0] - (0.01_f64).exp()).abs() < 1e-6);
+    }
+
+    /// `sigma_xx = E eps_xx` where y is free: eps_yy = -nu eps_xx by definition of E and nu.
+    #[test]
+    fn plane_stress_is_youngs_modulus() {
+        let (k, g) = (MODULI.bulk, MODULI.shear);
+        let young = 9.0 * k * g / (3.0 * k + g);
+        let nu = (3.0 * k - 2.0 * g) / (2.0 * (3.0 * k + g));
+        let mut path = Path::new(PlaneStressElastic(MODULI));
+        path.stretch([1e-3, -nu * 1e-3], 10);
+        let [xx, yy, zz, _] = stress(&path.point);
+        assert!((xx / (young * 1e-3) - 1.0).abs() < 1e-12, "{xx}");
+        assert!(yy.abs() < 1e-9 * xx && zz == 0.0);
+        let volume = path.point.volume.to_array()[0];
+        assert!((volume - ((1.0 - 2.0 * nu) * 1e-3).exp()).abs() < 1e-11);
     }
 
     #[test]

@@ -5,13 +5,21 @@
 
 mod drucker_prager;
 mod elastic;
+mod fluid;
+mod mohr_coulomb;
+mod neo_hookean;
 #[cfg(test)]
 mod single_point;
+mod von_mises;
 
 pub use drucker_prager::DruckerPrager;
-pub use elastic::{LinearElastic, Moduli};
+pub use elastic::{LinearElastic, Moduli, PlaneStressElastic};
+pub use fluid::Fluid;
+pub use mohr_coulomb::MohrCoulomb;
+pub use neo_hookean::NeoHookean;
+pub use von_mises::VonMises;
 
-use crate::lanes::{Lanes, ZERO, splat};
+use crate::lanes::{LANES, Lanes, ZERO, splat};
 use crate::points::{LaneCopy, Sources, Tile, reorder};
 use crate::shape::Shape;
 use crate::stress::{StressPass, update_tiles};
@@ -120,11 +128,23 @@ pub trait Material: Copy + Send + Sync + 'static {
     fn initial(&self) -> Point<Self::State>;
 
     /// Brings stress, volume and state from `t_{n-1}` to `t_n`.
-    fn update(&self, point: &mut Point<Self::State>, deformation: &Deformation) -> Dissipated;
+    ///
+    /// `per_dt` is one over the length of the interval in 1/s, zero for an interval of no length.
+    fn update(
+        &self,
+        point: &mut Point<Self::State>,
+        deformation: &Deformation,
+        per_dt: f64,
+    ) -> Dissipated;
 
     /// Upper bound of the squared wave speeds that count for the step: the largest eigenvalue of stiffness times
     /// `diag(1, 1, 2)` in the plane over the density, in m^2/s^2 ([`crate::limits`]).
     fn stiffness_over_density(&self, point: &Point<Self::State>) -> Lanes;
+
+    /// Largest eigenvalue of the viscous stiffness over the initial density in m^2/s.
+    fn viscosity_over_density(&self) -> f64 {
+        0.0
+    }
 
     /// Elastic energy per initial volume in Pa.
     fn elastic_energy(&self, point: &Point<Self::State>) -> Lanes;
@@ -146,6 +166,12 @@ pub trait Constitutive<const W: usize, S: Shape<W>>: Send + Sync {
 
     /// Largest wave speed of the undeformed material in m/s.
     fn sound_speed(&self) -> f64;
+
+    /// Whether a point's volume has vanished or turned inside out.
+    fn collapsed(&self, lane: usize) -> bool;
+
+    /// `viscosity_over_density` of the model in m^2/s.
+    fn viscosity_over_density(&self) -> f64;
 
     /// `stiffness_over_density` of the undeformed material in m^2/s^2.
     fn initial_stiffness(&self) -> f64;
@@ -193,6 +219,15 @@ impl<const W: usize, S: Shape<W>, M: Material> Constitutive<W, S> for MaterialPo
 
     fn sound_speed(&self) -> f64 {
         self.model.sound_speed()
+    }
+
+    fn collapsed(&self, lane: usize) -> bool {
+        let volume = self.points[lane / LANES].volume.to_array()[lane % LANES];
+        volume.is_nan() || volume <= 0.0
+    }
+
+    fn viscosity_over_density(&self) -> f64 {
+        self.model.viscosity_over_density()
     }
 
     fn initial_stiffness(&self) -> f64 {

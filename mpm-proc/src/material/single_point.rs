@@ -3,6 +3,9 @@
 use super::{Deformation, Material, Point};
 use crate::lanes::{ZERO, splat};
 
+/// Length of a step of a path in s.
+pub const DT: f64 = 1e-3;
+
 /// A model and a point of it.
 pub struct Path<M: Material> {
     pub model: M,
@@ -31,7 +34,7 @@ impl<M: Material> Path<M> {
             yy: by[1][1],
         };
         for _ in 0..steps {
-            let lost = self.model.update(&mut self.point, &by);
+            let lost = self.model.update(&mut self.point, &by, 1.0 / DT);
             self.plastic += lost.plastic.to_array()[0];
             self.viscous += lost.viscous.to_array()[0];
         }

@@ -1,0 +1,138 @@
+//! Weakly compressible Newtonian fluid (Chen 2023): `p = K/gamma (J^-gamma - 1)`, `J = rho_0/rho`.
+
+use super::elastic::volume_ratio;
+use super::{Deformation, Dissipated, Material, Point, Stress};
+use crate::lanes::{Lanes, ZERO, splat};
+
+/// A fluid.
+#[derive(Debug, Clone, Copy)]
+pub struct Fluid {
+    /// K in Pa.
+    pub bulk: f64,
+    /// gamma, at least 1.
+    pub exponent: f64,
+    /// mu in Pa s.
+    pub viscosity: f64,
+    /// Initial density in kg/m^3.
+    pub density: f64,
+}
+
+impl Fluid {
+    /// `J^-gamma`.
+    #[inline(always)]
+    fn power(&self, volume: Lanes) -> Lanes {
+        (splat(-self.exponent) * volume.ln()).exp()
+    }
+}
+
+impl Material for Fluid {
+    type State = ();
+    const DISSIPATES: bool = true;
+
+    fn initial(&self) -> Point<()> {
+        Point::unstressed(())
+    }
+
+    #[inline(always)]
+    fn update(&self, point: &mut Point<()>, by: &Deformation, per_dt: f64) -> Dissipated {
+        point.volume *= volume_ratio(by);
+        let pressure = splat(self.bulk / self.exponent) * (self.power(point.volume) - splat(1.0));
+        // 2 mu dev(D)
+        let mean = (by.xx + by.yy) * splat(1.0 / 3.0);
+        let twice_mu = splat(2.0 * self.viscosity * per_dt);
+        let [x, y, z] = [by.xx - mean, by.yy - mean, -mean];
+        let shear = splat(0.5) * (by.xy + by.yx);
+        point.stress = Stress {
+            xx: twice_mu.mul_sub(x, pressure),
+            yy: twice_mu.mul_sub(y, pressure),
+            zz: twice_mu.mul_sub(z, pressure),
+            xy: twice_mu * shear,
+        };
+        let square = x * x + y * y + z * z + splat(2.0) * shear * shear;
+        Dissipated {
+            plastic: ZERO,
+            viscous: twice_mu * square * point.volume,
+        }
+    }
+
+    /// `2 rho c^2 = 2 K J^-gamma`.
+    #[inline(always)]
+    fn stiffness_over_density(&self, point: &Point<()>) -> Lanes {
+        let pressure = splat(-1.0 / 3.0) * (point.stress.xx + point.stress.yy + point.stress.zz);
+        let tangent = splat(self.exponent).mul_add(pressure, splat(self.bulk));
+        tangent * point.volume * splat(2.0 / self.density)
+    }
+
+    fn viscosity_over_density(&self) -> f64 {
+        2.0 * self.viscosity / self.density
+    }
+
+    /// `-int p dJ`.
+    fn elastic_energy(&self, point: &Point<()>) -> Lanes {
+        let j = point.volume;
+        let grows = if self.exponent > 1.0 {
+            (self.power(j) * j - splat(1.0)) * splat(1.0 / (self.exponent - 1.0))
+        } else {
+            -j.ln()
+        };
+        splat(self.bulk / self.exponent) * (grows + j - splat(1.0))
+    }
+
+    fn sound_speed(&self) -> f64 {
+        (self.bulk / self.density).sqrt()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::single_point::{Path, stress};
+
+    const WATER: Fluid = Fluid {
+        bulk: 3.0e4,
+        exponent: 7.0,
+        viscosity: 8.9e-4,
+        density: 997.0,
+    };
+
+    #[test]
+    fn pressure_follows_the_equation_of_state() {
+        for (strain, exponent) in [(-0.05, 7.0), (0.03, 7.0), (-0.05, 1.0)] {
+            let fluid = Fluid {
+                exponent,
+                viscosity: 0.0,
+                ..WATER
+            };
+            let mut path = Path::new(fluid);
+            path.stretch([strain, strain], 10_000);
+            let j = path.point.volume.to_array()[0];
+            assert!((j / (2.0 * strain).exp() - 1.0).abs() < 1e-8);
+            let p = 3.0e4 / exponent * (j.powf(-exponent) - 1.0);
+            let [xx, yy, zz, xy] = stress(&path.point);
+            assert!((xx / -p - 1.0).abs() < 1e-11 && xx == yy && yy == zz && xy == 0.0);
+            // The work of the pressure, by Simpson's rule.
+            let n = 1000;
+            let pressure = |j: f64| 3.0e4 / exponent * (j.powf(-exponent) - 1.0);
+            let h = (j - 1.0) / f64::from(n);
+            let work: f64 = (0..n)
+                .map(|i| {
+                    let a = 1.0 + h * f64::from(i);
+                    -h / 6.0 * (pressure(a) + 4.0 * pressure(a + 0.5 * h) + pressure(a + h))
+                })
+                .sum();
+            let energy = fluid.elastic_energy(&path.point).to_array()[0];
+            assert!((energy / work - 1.0).abs() < 1e-9, "{energy} {work}");
+        }
+    }
+
+    /// `tau = mu gamma'`, lost at `tau gamma'`.
+    #[test]
+    fn simple_shear_is_newtonian() {
+        let mut path = Path::new(WATER);
+        path.shear(2.0, 100); // 0.02 a step of Path::DT
+        let rate = 0.02 / crate::material::single_point::DT;
+        let [xx, _, _, xy] = stress(&path.point);
+        assert!((xy / (8.9e-4 * rate) - 1.0).abs() < 1e-12 && xx.abs() < 1e-12);
+        assert!((path.viscous / (8.9e-4 * rate * 2.0) - 1.0).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,149 @@
+//! Compressible Neo-Hookean elasticity (Chen 2023): `W = G/2 (tr b - 3 - 2 ln J) + lambda/2 ln^2 J`.
+
+use super::elastic::Moduli;
+use super::{Deformation, Dissipated, Material, Point, Stress};
+use crate::lanes::{Lanes, ZERO, splat};
+
+/// Neo-Hookean material in plane strain, with `lambda = K - 2G/3`.
+#[derive(Debug, Clone, Copy)]
+pub struct NeoHookean(pub Moduli);
+
+impl NeoHookean {
+    fn lame(&self) -> f64 {
+        self.0.bulk - 2.0 / 3.0 * self.0.shear
+    }
+}
+
+impl Material for NeoHookean {
+    /// Deformation gradient `F` by rows.
+    type State = [[Lanes; 2]; 2];
+    const DISSIPATES: bool = false;
+
+    fn initial(&self) -> Point<Self::State> {
+        let one = splat(1.0);
+        Point::unstressed([[one, ZERO], [ZERO, one]])
+    }
+
+    /// `F <- (1 + L dt) F`, `sigma = (G (b - 1) + lambda ln J) / J`. Where the determinant is not above zero the
+    /// logarithm is not a number, which the step reports.
+    #[inline(always)]
+    fn update(&self, point: &mut Point<Self::State>, by: &Deformation, _per_dt: f64) -> Dissipated {
+        let [[xx, xy], [yx, yy]] = point.state;
+        let f = [
+            [
+                by.xy.mul_add(yx, by.xx.mul_add(xx, xx)),
+                by.xy.mul_add(yy, by.xx.mul_add(xy, xy)),
+            ],
+            [
+                by.yx.mul_add(xx, by.yy.mul_add(yx, yx)),
+                by.yx.mul_add(xy, by.yy.mul_add(yy, yy)),
+            ],
+        ];
+        let [[xx, xy], [yx, yy]] = f;
+        let j = xx * yy - xy * yx;
+        let per_j = splat(1.0) / j;
+        let pressure = splat(self.lame()) * j.ln() * per_j;
+        let g = splat(self.0.shear) * per_j;
+        let one = splat(1.0);
+        point.stress = Stress {
+            xx: g * (xx * xx + xy * xy - one) + pressure,
+            yy: g * (yx * yx + yy * yy - one) + pressure,
+            zz: pressure,
+            xy: g * (xx * yx + xy * yy),
+        };
+        point.state = f;
+        point.volume = j;
+        Dissipated::NOTHING
+    }
+
+    /// Tangent `lambda/J 1 x 1 + 2 (G - lambda ln J)/J` plus the largest stress, which stiffens transverse motion.
+    #[inline(always)]
+    fn stiffness_over_density(&self, point: &Point<Self::State>) -> Lanes {
+        let s = &point.stress;
+        let half = splat(0.5) * (s.xx - s.yy);
+        let largest = splat(0.5) * (s.xx + s.yy) + (half * half + s.xy * s.xy).sqrt();
+        let twice_shear =
+            splat(2.0) * (splat(self.0.shear) - splat(self.lame()) * point.volume.ln());
+        // J of the tangent and of the density cancel.
+        let tangent = (twice_shear + splat(2.0 * self.lame())).fast_max(twice_shear);
+        let stress = point.volume * largest.fast_max(ZERO);
+        (tangent + stress) * splat(1.0 / self.0.density)
+    }
+
+    fn elastic_energy(&self, point: &Point<Self::State>) -> Lanes {
+        let ln = point.volume.ln();
+        let trace = point
+            .state
+            .as_flattened()
+            .iter()
+            .fold(splat(1.0), |sum, f| sum + *f * *f);
+        splat(0.5 * self.0.shear) * (trace - splat(3.0) - splat(2.0) * ln)
+            + splat(0.5 * self.lame()) * ln * ln
+    }
+
+    fn sound_speed(&self) -> f64 {
+        self.0.sound_speed()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::single_point::{Path, stress};
+
+    const MODEL: NeoHookean = NeoHookean(Moduli {
+        bulk: 5.0e5,
+        shear: 3.0e5,
+        density: 1000.0,
+    });
+
+    /// `sigma_yy = (G (l^2 - 1) + lambda ln l)/l`, `sigma_xx = lambda ln l / l` at stretch l.
+    #[test]
+    fn uniaxial_strain() {
+        for strain in [-0.7_f64, 0.5] {
+            let mut path = Path::new(MODEL);
+            path.stretch([0.0, strain], 100);
+            // Steps of equal L dt stretch by (1 + strain/100)^100.
+            let l = (1.0 + strain / 100.0).powi(100);
+            let [xx, yy, zz, xy] = stress(&path.point);
+            let lame = 3.0e5;
+            assert!((yy / ((3.0e5 * (l * l - 1.0) + lame * l.ln()) / l) - 1.0).abs() < 1e-12);
+            assert!((xx / (lame * l.ln() / l) - 1.0).abs() < 1e-12);
+            assert!(zz == xx && xy == 0.0);
+            let energy = 0.5 * 3.0e5 * (l * l - 1.0 - 2.0 * l.ln()) + 0.5 * lame * l.ln().powi(2);
+            assert!((MODEL.elastic_energy(&path.point).to_array()[0] / energy - 1.0).abs() < 1e-12);
+        }
+    }
+
+    /// `sigma_xy = G gamma`, `sigma_xx = G gamma^2`: exact for any number of steps.
+    #[test]
+    fn simple_shear() {
+        let mut path = Path::new(MODEL);
+        path.shear(1.5, 7);
+        let [xx, yy, zz, xy] = stress(&path.point);
+        assert!((xy / (3.0e5 * 1.5) - 1.0).abs() < 1e-13);
+        assert!((xx / (3.0e5 * 2.25) - 1.0).abs() < 1e-13);
+        assert!(yy.abs() < 1e-7 && zz.abs() < 1e-7);
+    }
+
+    #[test]
+    fn rotation_makes_no_stress_and_turns_what_is_there() {
+        let mut path = Path::new(MODEL);
+        path.stretch([0.2, -0.1], 10);
+        let [xx, yy, ..] = stress(&path.point);
+        path.turn(1.0, 200_000);
+        let [txx, tyy, _, txy] = stress(&path.point);
+        let (centre, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+        // 1 + W dt stretches by half the squared angle of a step.
+        assert!((txx - centre - half * 2.0_f64.cos()).abs() < 1e-4 * half);
+        assert!((txy - half * 2.0_f64.sin()).abs() < 1e-4 * half);
+        assert!((txx + tyy - xx - yy).abs() < 1e-4 * half);
+    }
+
+    #[test]
+    fn turned_inside_out_is_not_a_number() {
+        let mut path = Path::new(MODEL);
+        path.stretch([-1.5, 0.0], 1);
+        assert!(path.point.stress.xx.to_array()[0].is_nan());
+    }
+}
