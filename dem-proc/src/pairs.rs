@@ -130,7 +130,7 @@ impl<L: Law> BodyContacts<L> {
 }
 
 /// Vector from the edge to the vertex of a pair, and its squared length.
-#[inline(always)]
+#[inline]
 fn separation(bodies: &Bodies, pair: &VertexEdge) -> (Vec2, f64) {
     let at = |i: u32| bodies.outline[i as usize];
     let inverse = bodies.inverse_length_sq[pair.edge[0] as usize];
@@ -157,7 +157,7 @@ struct Near {
 
 /// The part of the work that is done for every pair of a list, to find the few that are in reach: without a branch,
 /// because which pairs of a list touch is not predictable.
-#[inline(always)]
+#[inline]
 fn find_near<'a>(
     bodies: &Bodies,
     pairs: &[VertexEdge],
@@ -181,7 +181,7 @@ fn find_near<'a>(
 
 impl<L: Law> BodyContacts<L> {
     /// Evaluates a pair in reach: contact point (eq. 41), law, force and torques.
-    #[inline(always)]
+    #[inline]
     fn pair(
         &self,
         bodies: &Bodies,
@@ -266,7 +266,7 @@ struct Arms {
 }
 
 impl Arms {
-    #[inline(always)]
+    #[inline]
     fn new(r: Vec2, normal: Vec2) -> Self {
         Self {
             n: cross(r, normal),
@@ -275,7 +275,7 @@ impl Arms {
     }
 
     /// Displacement of the material at `r` by the last step's rotation, along `N` and `T`: exact at any angle.
-    #[inline(always)]
+    #[inline]
     fn displacement(self, frame: &Frame) -> [f64; 2] {
         [
             frame.sin.mul_add(self.n, frame.versine * self.t),
@@ -284,7 +284,7 @@ impl Arms {
     }
 
     /// `sum k (1/m + (r x n)^2 / I)` over both directions, and `k_r / I`.
-    #[inline(always)]
+    #[inline]
     fn rate(self, frame: &Frame, k: Stiffness) -> f64 {
         let along = (k.normal * self.n).mul_add(self.n, k.rolling);
         let turning = (k.tangential * self.t).mul_add(self.t, along);
@@ -293,7 +293,7 @@ impl Arms {
             .mul_add(turning, (k.normal + k.tangential) * frame.inverse_mass)
     }
 
-    #[inline(always)]
+    #[inline]
     fn moment(self, f_n: f64, f_t: f64) -> f64 {
         self.n.mul_add(f_n, self.t * f_t)
     }

@@ -117,7 +117,7 @@ impl Dashpot for Tsuji {
 
 /// Trapezoid rule over the step: second order, and by summation by parts the very work that the leapfrog's kicks take
 /// out of the kinetic energy.
-#[inline(always)]
+#[inline]
 fn trapezoid(exerted: [f64; 2], moved: [f64; 2], before: &[f64; 2]) -> (f64, [f64; 2]) {
     let work = (exerted[0] + before[0]) * moved[0] + (exerted[1] + before[1]) * moved[1];
     (-0.5 * work, exerted)

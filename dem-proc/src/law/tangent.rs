@@ -41,7 +41,7 @@ pub struct Slide<S> {
 
 /// `x` cut off at plus and minus `limit`. One instruction each, where `f64::clamp` has a panic and `f64::max` a case
 /// for NaN; numbers that are not finite never come here.
-#[inline(always)]
+#[inline]
 pub(super) fn within(x: f64, limit: f64) -> f64 {
     let x = if x < limit { x } else { limit };
     if x > -limit { x } else { -limit }

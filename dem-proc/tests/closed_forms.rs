@@ -1,0 +1,401 @@
+//! Bodies on bodies against closed forms.
+
+mod common;
+
+use common::*;
+use dem_proc::Sdem;
+use dem_proc::generate::{open_box, stack, wall};
+use interface::Vec2;
+use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
+use interface::solver::DemSolver;
+
+/// Does `n` steps of `dt`, the first of them as the first of the run.
+fn run(dem: &mut Sdem, n: usize, dt: f64) {
+    for i in 0..n {
+        let mut step = step(if i == 0 { 0.0 } else { dt }, dt);
+        step.measure = i + 1 == n;
+        step.time = i as f64 * dt;
+        dem.contact(&step, &[], &mut []).unwrap();
+        dem.advance(&step).unwrap();
+    }
+}
+
+fn viscous(k: f64, friction: f64, ratio: f64) -> ContactLaw {
+    ContactLaw::Linear {
+        normal_stiffness: k,
+        tangential_stiffness: 0.5 * k,
+        friction,
+        damping_ratio: ratio,
+    }
+}
+
+/// A disc of radius 0.1 and 1 kg/m that flies at a floor whose surface is y = 0.
+fn disc_at_floor(velocity: [f64; 2], law: ContactLaw) -> DemConfig {
+    let disc = BodyConfig {
+        position: [0.0, 0.1 + 1e-4],
+        velocity,
+        ..body(BodyShape::Disc, 0.1)
+    };
+    let floor = wall("floor", [-5.0, -0.1], [5.0, -0.1], 0.1);
+    DemConfig {
+        body_contact: Some(law),
+        ..scene(vec![floor, disc], spring(1.0))
+    }
+}
+
+/// Velocity and spin after the bounce.
+fn after_bounce(config: &DemConfig, dt: f64) -> (Vec2, f64) {
+    let mut dem = configured(config);
+    for i in 0..10_000_000 {
+        let step = step(if i == 0 { 0.0 } else { dt }, dt);
+        dem.contact(&step, &[], &mut []).unwrap();
+        dem.advance(&step).unwrap();
+        let state = &dem.bodies().state[1];
+        if state.center.y > 0.1 && state.velocity.y > 0.0 {
+            return (state.velocity, state.spin);
+        }
+    }
+    panic!("it never came back");
+}
+
+/// A dashpot that never pulls lets go before the overlap is gone; Schwager and Poeschel 2007 eq. 15 has the
+/// restitution of that: `exp(-b/w (pi - atan(2 b w / (w^2 - b^2))))` with `b = zeta w_0`, `w^2 = w_0^2 - b^2`.
+#[test]
+fn restitution_of_the_linear_dashpot() {
+    let (k, m): (f64, f64) = (1e6, 1.0);
+    for zeta in [0.02, 0.1, 0.3] {
+        let omega = (k / m).sqrt();
+        let b = zeta * omega;
+        let w = (omega * omega - b * b).sqrt();
+        let e = (-b / w * (std::f64::consts::PI - (2.0 * b * w / (w * w - b * b)).atan())).exp();
+        let (v, _) = after_bounce(
+            &disc_at_floor([0.0, -1.0], viscous(k, 0.0, zeta)),
+            1e-3 / omega,
+        );
+        // The dashpot uses the velocity of half a step ago: first order in omega dt = 1e-3.
+        assert!((v.y - e).abs() < 2e-3, "{zeta}: {} {e}", v.y);
+    }
+}
+
+#[test]
+fn hertz_contact_time_and_depth_and_restitution_at_any_speed() {
+    let constant = 1e8;
+    let hertz = |restitution| ContactLaw::HertzMindlin {
+        hertz_constant: constant,
+        poisson_ratio: 0.3,
+        friction: 0.0,
+        restitution,
+        adhesion: 0.0,
+    };
+    for v in [0.1_f64, 1.0] {
+        // Depth (5 m v^2 / 4 K)^(2/5), time 2.94327 depth / v (Hertz; Johnson 1985 section 11.4).
+        let depth = (1.25 * v * v / constant).powf(0.4);
+        let time = 2.943_275 * depth / v;
+        let dt = time / 5000.0;
+        let mut config = disc_at_floor([0.0, -v], hertz(1.0));
+        config.bodies[1].position[1] = 0.1;
+        let mut dem = configured(&config);
+        let (mut deepest, mut steps) = (0.0_f64, 0);
+        while steps < 20_000 {
+            let step = step(if steps == 0 { 0.0 } else { dt }, dt);
+            dem.contact(&step, &[], &mut []).unwrap();
+            dem.advance(&step).unwrap();
+            steps += 1;
+            let y = dem.bodies().state[1].center.y;
+            deepest = deepest.max(0.1 - y);
+            if y > 0.1 {
+                break;
+            }
+        }
+        assert!((deepest / depth - 1.0).abs() < 1e-4, "{deepest} {depth}");
+        assert!((f64::from(steps) * dt / time - 1.0).abs() < 1e-3);
+        assert!((dem.bodies().state[1].velocity.y / v - 1.0).abs() < 1e-4);
+        let (after, _) = after_bounce(&disc_at_floor([0.0, -v], hertz(0.6)), dt);
+        // The formula is exact for a dashpot that may pull; without pulling e is a little larger (by 0.03 at 0.6).
+        assert!((after.y / v - 0.6).abs() < 0.05, "{}", after.y / v);
+    }
+}
+
+/// SCENES.md `oblique_impact`: `v_t' = v_t - mu (1 + e) v_n`, `r w' = 2 mu (1 + e) v_n`.
+#[test]
+fn oblique_impact_in_gross_sliding() {
+    let (mu, v_n, v_t) = (0.2, 1.0, 3.0);
+    let (v, spin) = after_bounce(&disc_at_floor([v_t, -v_n], frictional(1e8, 5e7, mu)), 1e-7);
+    assert!((v.y - v_n).abs() < 1e-4);
+    assert!((v.x - (v_t - 2.0 * mu * v_n)).abs() < 1e-3, "{}", v.x);
+    // The force acts half an overlap inside the surface: 5e-5 of 0.1.
+    assert!((spin * 0.1 + 2.0 * mu * 2.0 * v_n).abs() < 1e-3, "{spin}");
+}
+
+/// Sticking with `k_t = k_n / 3`: tangential and normal spring have the same period, since the disc's surface has the
+/// effective mass m/3. The surface's sliding velocity is reversed: impulse `2 v_s m / 3`.
+#[test]
+fn oblique_impact_that_sticks() {
+    let (v_n, v_t, k) = (1.0, 0.5, 3e8);
+    let (v, spin) = after_bounce(
+        &disc_at_floor([v_t, -v_n], frictional(k, k / 3.0, 1.0)),
+        1e-7,
+    );
+    let surface = v.x + spin * 0.1;
+    assert!((surface + v_t).abs() < 2e-3, "{surface}");
+    assert!((v.x - (v_t - 2.0 * v_t / 3.0)).abs() < 2e-3, "{}", v.x);
+}
+
+/// Displacement down a slope of `tan` after `time`, of a body that was let come to rest on the level.
+fn down_slope(mut config: DemConfig, tan: f64, time: f64, dt: f64) -> (f64, f64) {
+    let g = 9.81;
+    let cos = 1.0 / (1.0 + tan * tan).sqrt();
+    config.gravity = [0.0, -g * cos];
+    let mut dem = configured(&config);
+    run(&mut dem, (0.5 / dt) as usize, dt);
+    // Same bodies, tilted gravity: begin again where they are.
+    let state = dem.bodies().state[1];
+    config.bodies[1].position = state.center.into();
+    config.bodies[1].angle = state.angle;
+    config.gravity = [g * cos * tan, -g * cos];
+    let mut dem = configured(&config);
+    run(&mut dem, (time / dt) as usize, dt);
+    let end = dem.bodies().state[1];
+    (end.center.x - state.center.x, end.angle - state.angle)
+}
+
+#[test]
+fn a_disc_rolls_on_a_slope_up_to_three_mu_and_slides_beyond() {
+    let (g, t, mu) = (9.81, 0.3, 0.1);
+    let config = disc_at_floor([0.0, 0.0], viscous(1e6, mu, 0.3));
+    for (tan, rolls) in [(0.25, true), (0.35, false)] {
+        let cos = 1.0 / (1.0_f64 + tan * tan).sqrt();
+        let (sin, dt) = (tan * cos, 2e-5);
+        let (x, angle) = down_slope(config.clone(), tan, t, dt);
+        let a = if rolls {
+            2.0 / 3.0 * g * sin
+        } else {
+            g * (sin - mu * cos)
+        };
+        assert!(
+            (x / (0.5 * a * t * t) - 1.0).abs() < 3e-3,
+            "{tan}: {x} {}",
+            0.5 * a * t * t
+        );
+        if rolls {
+            assert!((-angle * 0.1 / x - 1.0).abs() < 2e-3, "{angle}");
+        } else {
+            let spin = 2.0 * mu * g * cos / 0.1;
+            assert!((-angle / (0.5 * spin * t * t) - 1.0).abs() < 3e-3);
+        }
+    }
+}
+
+fn block(law: ContactLaw, width: f64, height: f64) -> DemConfig {
+    let a = 0.01;
+    let shape = BodyShape::Rectangle {
+        width: width - 2.0 * a,
+        height: height - 2.0 * a,
+    };
+    let block = BodyConfig {
+        position: [0.0, 0.5 * height],
+        ..body(shape, a)
+    };
+    scene(
+        vec![wall("floor", [-5.0, -0.1], [5.0, -0.1], 0.1), block],
+        law,
+    )
+}
+
+#[test]
+fn a_block_sticks_up_to_mu_and_slides_beyond() {
+    let (g, t, mu) = (9.81, 0.3, 0.3);
+    // Stiff, since it slips only once its springs are stretched, with the velocity that it has gained until then.
+    let config = block(viscous(1e8, mu, 0.3), 0.4, 0.1);
+    let (x, _) = down_slope(config.clone(), 0.29, t, 1e-5);
+    assert!(x.abs() < 2e-7, "{x}");
+    let (x, _) = down_slope(config, 0.35, t, 1e-5);
+    let cos = 1.0 / (1.0_f64 + 0.35 * 0.35).sqrt();
+    let a = g * (0.35 * cos - mu * cos);
+    assert!((x / (0.5 * a * t * t) - 1.0).abs() < 5e-3, "{x}");
+}
+
+/// A block tips over its lower core corner when the centre of mass passes above it: `tan = core width / height`.
+#[test]
+fn a_tall_block_tips_at_the_right_angle() {
+    let config = block(viscous(1e7, 2.0, 0.3), 0.1, 0.4);
+    let critical: f64 = 0.08 / 0.4;
+    let at = |degrees: f64| (critical.atan() + degrees.to_radians()).tan();
+    let (_, stands) = down_slope(config.clone(), at(-0.3), 1.0, 2e-5);
+    assert!(stands.abs() < 0.01, "{stands}");
+    let (_, falls) = down_slope(config, at(0.3), 1.0, 2e-5);
+    assert!(falls < -0.3, "{falls}");
+}
+
+fn stack_rests(steps: usize) {
+    let mut bodies = vec![wall("floor", [-1.0, -0.1], [1.0, -0.1], 0.1)];
+    bodies.extend(stack(5, 0.1, 0.01, 2000.0));
+    let mut config = scene(bodies, viscous(2e6, 0.5, 0.2));
+    config.gravity = [0.0, -9.81];
+    let mut dem = configured(&config);
+    let dt = 4e-5;
+    run(&mut dem, 50_000, dt);
+    let rest: Vec<_> = dem.bodies().state.clone();
+    for _ in 0..steps {
+        let mut step = step(dt, dt);
+        step.measure = false;
+        dem.contact(&step, &[], &mut []).unwrap();
+        dem.advance(&step).unwrap();
+    }
+    for (a, b) in rest.iter().zip(&dem.bodies().state) {
+        assert!(
+            (a.center - b.center).norm() < 1e-10,
+            "{} {}",
+            a.center,
+            b.center
+        );
+        assert!((a.angle - b.angle).abs() < 1e-9);
+    }
+    // The weight of a block is 19.6 N, and the floor carries five.
+    let floor = &dem.measurement().bodies[0];
+    let weight: f64 = dem.bodies().fixed[1..].iter().map(|b| b.mass * 9.81).sum();
+    assert!((floor.body_force[1] / -weight - 1.0).abs() < 1e-6);
+}
+
+#[test]
+fn a_stack_of_blocks_stays_where_it_is_for_a_million_steps() {
+    stack_rests(1_000_000);
+}
+
+fn gas(steps: usize) {
+    let mut random = Random(77);
+    let mut bodies = open_box(2.0, 2.0, 0.05);
+    bodies.push(wall("lid", [-0.05, 2.05], [2.05, 2.05], 0.05));
+    for i in 0..100 {
+        let vertices = random.star(3 + i % 4, 0.04, 0.06);
+        bodies.push(BodyConfig {
+            position: [0.1 + 0.2 * (i % 10) as f64, 0.1 + 0.2 * (i / 10) as f64],
+            velocity: [random.between(-1.0, 1.0), random.between(-1.0, 1.0)],
+            spin: random.between(-5.0, 5.0),
+            ..body(BodyShape::Polygon { vertices }, 0.02)
+        });
+    }
+    let mut config = scene(bodies, spring(1e6));
+    config.skin = 0.02;
+    let mut dem = configured(&config);
+    let dt = 1e-5;
+    let energy = |dem: &Sdem| {
+        let l = dem.measurement().ledger;
+        l.kinetic + l.kinetic_rotation + l.contact
+    };
+    let (mut first, mut worst, mut collided) = (0.0, 0.0_f64, 0);
+    for i in 0..steps {
+        let mut step = step(if i == 0 { 0.0 } else { dt }, dt);
+        step.measure = i % 50 == 0;
+        dem.contact(&step, &[], &mut []).unwrap();
+        dem.advance(&step).unwrap();
+        if step.measure {
+            if i == 0 {
+                first = energy(&dem);
+            }
+            worst = worst.max((energy(&dem) / first - 1.0).abs());
+            collided += dem.contacts();
+        }
+    }
+    assert!(collided > 100, "{collided}");
+    assert!(worst < 1e-4, "{worst}");
+}
+
+/// Issue 4: energy of a frictionless, undamped gas of 100 spheropolygons constant to 1e-4.
+#[test]
+fn a_gas_keeps_its_energy_over_1e5_steps() {
+    gas(100_000);
+}
+
+#[test]
+fn rolling_resistance_holds_a_disc_on_a_slope_and_adhesion_hangs_it_on_a_ceiling() {
+    let law = |adhesion, rolling_friction| ContactLaw::Granular {
+        normal_stiffness: 1e6,
+        tangential_stiffness: 5e5,
+        friction: 0.8,
+        damping_ratio: 0.3,
+        adhesion,
+        rolling_friction,
+    };
+    // Holds iff m g sin r <= mu_r R* m g cos, with R* = r/2 on a floor of the same sphero-radius.
+    let config = disc_at_floor([0.0, 0.0], law(0.0, 0.2));
+    let (x, _) = down_slope(config.clone(), 0.09, 0.3, 2e-5);
+    assert!(x.abs() < 1e-3, "{x}");
+    let (x, _) = down_slope(config, 0.12, 0.3, 2e-5);
+    assert!(x > 5e-3, "{x}");
+    // Pull-off: pull c sqrt(xi) less k xi is largest at xi = (c / 2k)^2, c^2 / 4k, c = 2 s sqrt(2 R*).
+    let hangs = |stress: f64| {
+        let mut config = disc_at_floor([0.0, 0.0], law(stress, 0.0));
+        config.bodies[1].position[1] = 0.1 - 2e-5; // deeper than the largest pull
+        config.gravity = [0.0, 9.81];
+        let mut dem = configured(&config);
+        run(&mut dem, 20_000, 2e-5);
+        dem.bodies().state[1].center.y < 0.11
+    };
+    let needed = (4.0 * 1e6 * 9.81_f64).sqrt() / (2.0 * (2.0 * 0.05_f64).sqrt());
+    assert!(hangs(1.2 * needed) && !hangs(0.9 * needed));
+}
+
+#[test]
+fn guided_and_pushed_bodies_move_as_told_and_their_holders_work_is_counted() {
+    let pushed = BodyConfig {
+        motion: Motion::Pushed {
+            force: [3.0, 0.0],
+            torque: 0.2,
+            ramp: 0.0,
+            until: Some(0.5),
+        },
+        inertia: BodyInertia::Mass(2.0),
+        ..body(BodyShape::Disc, 0.1)
+    };
+    let mut dem = configured(&scene(vec![pushed], spring(1e5)));
+    let dt = 1e-4;
+    run(&mut dem, 10_001, dt); // up to t = 1
+    let l = dem.measurement().ledger;
+    let state = dem.bodies().state[0];
+    assert!((state.velocity.x - 0.75).abs() < 1e-3 && (state.spin - 0.1 / 0.01).abs() < 1e-2);
+    assert!((l.driven_work / (l.kinetic + l.kinetic_rotation) - 1.0).abs() < 1e-9);
+    assert!((Vec2::from(l.applied_impulse) - Vec2::from(l.momentum)).norm() < 1e-12);
+
+    let guided = BodyConfig {
+        motion: Motion::Guided {
+            hold_x: true,
+            hold_y: false,
+            hold_angle: true,
+        },
+        velocity: [0.5, 0.0],
+        ..body(BodyShape::Disc, 0.1)
+    };
+    let mut config = scene(vec![guided], spring(1e5));
+    config.gravity = [4.0, -9.81];
+    let mut dem = configured(&config);
+    run(&mut dem, 1001, 1e-3);
+    let state = dem.bodies().state[0];
+    assert_eq!((state.velocity.x, state.spin), (0.5, 0.0));
+    let l = dem.measurement().ledger;
+    // The guide takes back what gravity does along x: -4 N over 0.5 m.
+    assert!((l.driven_work + 2.0).abs() < 1e-9, "{}", l.driven_work);
+    let start = 0.5 * 0.25;
+    // The mean of the squares at two half steps is above the square at t_n by (g dt / 2)^2: 1.2e-5 J/m here.
+    assert!((l.kinetic + l.gravity - l.driven_work - start).abs() < 2e-5);
+    // Of momentum only the start is not an applied impulse.
+    assert!((l.momentum[0] - l.applied_impulse[0] - 0.5).abs() < 1e-12);
+}
+
+/// A guided body feels contact: a piston of 1 kg on a spring of k swings with `sqrt(k)`, whatever pushes sideways.
+#[test]
+fn a_ramped_push_follows_its_ramp() {
+    let pushed = BodyConfig {
+        motion: Motion::Pushed {
+            force: [0.0, 6.0],
+            torque: 0.0,
+            ramp: 1.0,
+            until: None,
+        },
+        ..body(BodyShape::Disc, 0.1)
+    };
+    let mut dem = configured(&scene(vec![pushed], spring(1e5)));
+    run(&mut dem, 1000, 1e-3);
+    // v = 6 t^2 / 2 at half a step before t = 1.
+    assert!((dem.bodies().state[0].velocity.y - 3.0).abs() < 5e-3);
+}

@@ -1,0 +1,176 @@
+//! Nothing jumps: as the nearest feature changes, at a list rebuild, round a corner.
+
+mod common;
+
+use common::*;
+use interface::Vec2;
+use interface::config::{BodyConfig, BodyShape, ContactLaw};
+use interface::solver::DemSolver;
+use interface::wire::ImpForce;
+
+/// A point goes round a convex outline at a constant distance, and across a star's notches: the force changes by no
+/// more than stiffness times path, plus, in a reflex corner, the turn of the normal where two edges are equally near
+/// (there a signed distance has a crease: PHYSICS.md section 5 promises smoothness along convex outlines).
+#[test]
+fn the_force_on_a_point_does_not_jump_round_a_convex_outline() {
+    let k = 1e5;
+    let vertices = vec![[0.0, 0.0], [1.0, 0.0], [1.3, 0.8], [0.4, 1.2], [-0.2, 0.7]];
+    let config = scene(vec![fixed(BodyShape::Polygon { vertices }, 0.1)], spring(k));
+    let mut dem = configured(&config);
+    dem.imp_set(&[info(0, 0.05, 1.0)]);
+    let mut f = [ImpForce::default()];
+    let mut last: Option<(Vec2, Vec2)> = None;
+    let n = 40_000;
+    let mut touched = 0;
+    for i in 0..n {
+        let t = f64::from(i) / f64::from(n) * std::f64::consts::TAU;
+        let p = Vec2::new(0.5 + 0.95 * t.cos(), 0.55 + 0.85 * t.sin());
+        dem.contact(&OPENING, &[at(p.x, p.y)], &mut f).unwrap();
+        let force = Vec2::from(f[0].force);
+        if let Some((q, before)) = last {
+            // |dF| <= k |dx| (1 + xi / d): the normal turns faster than the point moves near a corner, d >= 0.05.
+            assert!(
+                (force - before).norm() <= k * (p - q).norm() * 4.0,
+                "at {p}"
+            );
+        }
+        touched += usize::from(force != Vec2::zeros());
+        last = Some((p, force));
+    }
+    assert!(touched > 1000, "{touched}");
+}
+
+#[test]
+fn the_force_between_bodies_does_not_jump_as_one_slides_past_the_other() {
+    let k = 1e5;
+    let square = BodyShape::Rectangle {
+        width: 0.6,
+        height: 0.6,
+    };
+    let n = 20_000;
+    let mut last: Option<Vec2> = None;
+    let mut config = scene(
+        vec![
+            fixed(square, 0.1),
+            BodyConfig {
+                angle: 0.2,
+                ..body(
+                    BodyShape::Polygon {
+                        vertices: vec![[-0.2, -0.2], [0.2, -0.2], [0.0, 0.25]],
+                    },
+                    0.1,
+                )
+            },
+        ],
+        spring(k),
+    );
+    for i in 0..n {
+        let x = -0.8 + 1.6 * f64::from(i) / f64::from(n);
+        config.bodies[1].position = [x, 0.72];
+        let mut dem = configured(&config);
+        dem.contact(&OPENING, &[], &mut []).unwrap();
+        let force = Vec2::from(dem.measurement().bodies[1].body_force);
+        if let Some(before) = last {
+            let path = 1.6 / f64::from(n);
+            assert!(
+                (force - before).norm() <= 8.0 * k * path,
+                "at x = {x}: {before} {force}"
+            );
+        }
+        last = Some(force);
+    }
+}
+
+/// The same bits whatever the skin, hence whenever lists are rebuilt: with friction, damping, points and bodies.
+#[test]
+fn lists_leave_no_trace() {
+    let run = |skin: f64| {
+        let mut random = Random(4);
+        let mut bodies = dem_proc::generate::open_box(0.8, 1.0, 0.05);
+        for i in 0..16 {
+            let vertices = random.star(5, 0.06, 0.08);
+            bodies.push(BodyConfig {
+                position: [0.1 + 0.2 * f64::from(i % 4), 0.1 + 0.2 * f64::from(i / 4)],
+                velocity: [random.between(-1.0, 1.0), -1.0],
+                spin: random.between(-9.0, 9.0),
+                ..body(BodyShape::Polygon { vertices }, 0.02)
+            });
+        }
+        let law = ContactLaw::Linear {
+            normal_stiffness: 1e6,
+            tangential_stiffness: 3e5,
+            friction: 0.4,
+            damping_ratio: 0.1,
+        };
+        let mut config = scene(bodies, law);
+        config.gravity = [0.0, -9.81];
+        config.skin = skin;
+        let points: Vec<_> = (0..100_u64)
+            .map(|i| {
+                (
+                    info(i, 0.01, 0.01),
+                    at(random.between(0.0, 0.8), random.between(0.0, 0.8)),
+                )
+            })
+            .collect();
+        let mut points = Points::new(&points);
+        let mut dem = configured(&config);
+        dem.imp_set(&points.set);
+        let dt = 1e-5;
+        for i in 0..8000 {
+            points.step(&mut dem, &step(if i == 0 { 0.0 } else { dt }, dt));
+        }
+        assert!(dem.measurement().ledger.friction_work > 0.0);
+        (points.states.clone(), dem.measurement().clone())
+    };
+    let (few, often) = (run(0.1), run(0.004));
+    assert_eq!(few.0, often.0);
+    assert_eq!(few.1, often.1);
+}
+
+/// A point that is dragged along one edge, round the corner and down the next keeps its friction spring: the force
+/// along the path stays at the Coulomb cap, where a restart from zero would drop it.
+#[test]
+fn friction_goes_with_a_point_round_a_corner() {
+    let (k, mu, a, r) = (1e5, 0.3, 0.1, 0.05);
+    let square = BodyShape::Rectangle {
+        width: 1.0,
+        height: 1.0,
+    };
+    let config = scene(vec![fixed(square, a)], frictional(k, 0.5 * k, mu));
+    let mut dem = configured(&config);
+    dem.imp_set(&[info(0, r, 1.0)]);
+    let mut f = [ImpForce::default()];
+    let overlap = 0.01;
+    let reach = a + r - overlap;
+    let (dt, ds) = (1e-4, 1e-4);
+    let quarter = reach * std::f64::consts::FRAC_PI_2;
+    for i in 0..((0.2 + quarter + 0.2) / ds) as usize {
+        let s = i as f64 * ds;
+        // Along the top to the right, round the corner, down the side.
+        let (p, along) = if s < 0.2 {
+            (Vec2::new(0.3 + s, 0.5 + reach), Vec2::x())
+        } else if s < 0.2 + quarter {
+            let t = (s - 0.2) / reach;
+            (
+                Vec2::new(0.5 + reach * t.sin(), 0.5 + reach * t.cos()),
+                Vec2::new(t.cos(), -t.sin()),
+            )
+        } else {
+            (
+                Vec2::new(0.5 + reach, 0.5 - (s - 0.2 - quarter)),
+                -Vec2::y(),
+            )
+        };
+        let step = step(if i == 0 { 0.0 } else { dt }, dt);
+        dem.contact(&step, &[at(p.x, p.y)], &mut f).unwrap();
+        dem.advance(&step).unwrap();
+        if s > 0.05 {
+            let drag = -Vec2::from(f[0].force).dot(&along);
+            assert!(
+                (drag / (mu * k * overlap) - 1.0).abs() < 1e-6,
+                "at s = {s}: {drag}"
+            );
+        }
+    }
+}
