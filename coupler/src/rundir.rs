@@ -1,8 +1,9 @@
 //! The run directory: what a run leaves behind (DESIGN.md section 6).
 
 use std::fs::{self, File};
-use std::io::{self, BufWriter, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use thiserror::Error;
 
@@ -16,6 +17,11 @@ pub struct RunDirError {
     path: PathBuf,
     source: io::Error,
 }
+
+/// Room for rows that have not reached the file.
+const ROWS: usize = 64 << 10;
+/// Longest time that a row waits in memory while others follow.
+const UNWRITTEN: Duration = Duration::from_secs(1);
 
 /// A run directory in use.
 #[derive(Debug)]
@@ -89,13 +95,18 @@ impl RunDir {
         let path = self.path.join("history.csv");
         let file = File::create(&path).map_err(fail("create", &path))?;
         let mut history = History {
-            writer: csv::Writer::from_writer(BufWriter::new(file)),
+            writer: csv::WriterBuilder::new()
+                .buffer_capacity(2 * ROWS)
+                .from_writer(file),
             path,
+            unwritten: 0,
+            written: Instant::now(),
         };
         history
             .writer
             .write_record(header)
             .map_err(|e| fail("write", &history.path)(e.into()))?;
+        history.flush()?;
         Ok(history)
     }
 
@@ -112,11 +123,15 @@ impl RunDir {
     }
 }
 
-/// `history.csv` being written.
+/// `history.csv` being written. Rows reach the file as a whole and within [`UNWRITTEN`], so that it reads back whatever
+/// ends this process.
 #[derive(Debug)]
 pub struct History {
-    writer: csv::Writer<BufWriter<File>>,
+    writer: csv::Writer<File>,
     path: PathBuf,
+    /// Most bytes that the rows in memory may have.
+    unwritten: usize,
+    written: Instant,
 }
 
 impl History {
@@ -125,10 +140,20 @@ impl History {
     /// # Errors
     /// [`RunDirError`].
     pub fn row(&mut self, row: &[f64]) -> Result<(), RunDirError> {
-        let row = row.iter().map(f64::to_string);
+        let row: Vec<String> = row.iter().map(f64::to_string).collect();
+        let length: usize = row.iter().map(|number| number.len() + 1).sum();
+        // The writer would pass half a row on when it is full, so it never gets full.
+        if self.unwritten + length > ROWS {
+            self.flush()?;
+        }
         self.writer
             .write_record(row)
-            .map_err(|e| fail("write", &self.path)(e.into()))
+            .map_err(|e| fail("write", &self.path)(e.into()))?;
+        self.unwritten += length;
+        if self.written.elapsed() > UNWRITTEN {
+            self.flush()?;
+        }
+        Ok(())
     }
 
     /// Everything written so far reaches the file.
@@ -136,6 +161,8 @@ impl History {
     /// # Errors
     /// [`RunDirError`].
     pub fn flush(&mut self) -> Result<(), RunDirError> {
+        self.unwritten = 0;
+        self.written = Instant::now();
         self.writer.flush().map_err(fail("write", &self.path))
     }
 }
@@ -165,6 +192,23 @@ mod tests {
             "{error}"
         );
         assert_eq!(fs::read_dir(dir.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn rows_reach_the_file_as_a_whole() {
+        let dir = tempfile::tempdir().unwrap();
+        let run = RunDir::create(dir.path()).unwrap();
+        let mut history = run.history(&["time [s]".into(), "x [m]".into()]).unwrap();
+        let mut sizes = std::collections::BTreeSet::new();
+        for k in 0..20_000 {
+            history.row(&[f64::from(k) / 3.0, 1e-300 / 7.0]).unwrap();
+            let size = fs::metadata(dir.path().join("history.csv")).unwrap().len();
+            if sizes.insert(size) {
+                let text = fs::read_to_string(dir.path().join("history.csv")).unwrap();
+                assert!(text.ends_with('\n'));
+            }
+        }
+        assert!(sizes.len() > 2, "the file grows while the run goes on");
     }
 
     #[test]
