@@ -97,7 +97,7 @@ impl Domain {
 #[derive(Debug)]
 pub struct OwnedDomain {
     domain: Domain,
-    _lock: File,
+    lock: File,
 }
 
 impl OwnedDomain {
@@ -130,7 +130,7 @@ impl OwnedDomain {
                 Ok(()) => {
                     return Ok(Self {
                         domain: Domain { id, root },
-                        _lock: lock,
+                        lock,
                     });
                 }
                 // A sweep of another run took the lock between the two calls and removes the directory: try again.
@@ -143,6 +143,13 @@ impl OwnedDomain {
     /// The names.
     pub fn domain(&self) -> &Domain {
         &self.domain
+    }
+
+    /// To everybody else the coupler is gone from now on: ends the waits of those who can no longer be told.
+    pub fn release(&self) {
+        if let Err(e) = self.lock.unlock() {
+            tracing::debug!("the lock of run {} stays: {e}", self.domain.id);
+        }
     }
 }
 
@@ -228,6 +235,8 @@ mod tests {
         assert!(joined.coupler_lives());
         assert!(!sweep().contains(&id));
         assert!(root_of(&id).is_dir());
+        owned.release();
+        assert!(!joined.coupler_lives());
         drop(owned);
         assert!(!root_of(&id).exists());
         assert!(!joined.coupler_lives());

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use iceoryx2::prelude::Service;
 
-use super::SessionError;
 use super::desk::{broken, check};
+use super::{PATIENCE_WITH_WAITERS, SessionError};
 use crate::channel::{
     BODIES, Bell, Channel, DEM_SEAT, ENVELOPES, GROUPS, IMP_FORCES, IMP_SET, IMP_STATES, Inlet,
     Keep, MPM_SEAT, Outlet, POINTS, Post, Rope, Seat,
@@ -148,7 +148,8 @@ impl<S: Service + 'static> Session<S> {
     /// [`SessionError::Channel`].
     pub fn configure(&mut self, party: Party, configure: &Configure) -> Result<(), SessionError> {
         let line = self.line(party);
-        line.deadline = Duration::from_secs_f64(configure.deadline);
+        // A solver waits for the other one.
+        line.deadline = Duration::from_secs_f64(configure.deadline) + PATIENCE_WITH_WAITERS;
         line.order(&Order::Configure(configure.clone()))
     }
 
@@ -321,6 +322,8 @@ impl<S: Service + 'static> Session<S> {
                 tracing::debug!("the {} could not be told: {e}", line.party);
             }
         }
+        // One that had not yet opened its channels has missed the order (S-7); it looks whether the coupler lives.
+        self.domain.release();
     }
 
     /// First step that `party` has not reported.

@@ -5,8 +5,8 @@ use std::time::Duration;
 use iceoryx2::prelude::Service;
 use serde::de::DeserializeOwned;
 
-use super::SessionError;
 use super::stopwatch::{Activity, Stopwatch, cpu_ns};
+use super::{PATIENCE_WITH_WAITERS, SessionError};
 use crate::channel::{Bell, Inlet, Outlet, Post, Rope, Seat};
 use crate::codec::{decode, encode};
 use crate::control::{Configure, Failure, Hello, Notice, Order, PROTOCOL, Party, Ready};
@@ -124,7 +124,8 @@ impl<S: Service + 'static> Desk<S> {
         let patience = if step == 0 {
             Patience::until(SETUP)
         } else {
-            self.patience
+            // The coupler waits for a solver that waits for the other one.
+            Patience::until(self.patience.deadline + 2 * PATIENCE_WITH_WAITERS)
         };
         let next = wait(
             patience,

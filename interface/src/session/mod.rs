@@ -17,6 +17,10 @@ use crate::channel::ChannelError;
 use crate::control::{Failure, Party};
 use crate::solver::{Fault, Refusal};
 
+/// Clause S-11: who waits for a party that itself waits for another is this much more patient with it, so that the one
+/// who waits for the silent party is the first to lose patience and names the right one.
+const PATIENCE_WITH_WAITERS: Duration = Duration::from_secs(1);
+
 /// Why a session ended before it was closed.
 #[derive(Debug, Error)]
 pub enum SessionError {
