@@ -51,6 +51,9 @@ pub fn run(args: &RunArgs) -> ExitCode {
     tracing::info!(pid = std::process::id(), scene = scene.name, out = %out.display(), "coupler");
     match run_scene(&scene, &options, &dir) {
         Ok(summary) => {
+            if let Some(reason) = &summary.reason {
+                complain(args.log, reason);
+            }
             if args.log == LogFormat::Text {
                 show(&summary);
             }
@@ -58,8 +61,20 @@ pub fn run(args: &RunArgs) -> ExitCode {
             ExitCode::from(summary.status.exit_code())
         }
         Err(error) => {
-            eprintln!("error: {error}");
+            complain(args.log, &error.to_string());
             ExitCode::from(Status::Failed.exit_code())
+        }
+    }
+}
+
+/// Why the run has not reached its end: in its log, and on standard error as the rest of what is there.
+fn complain(log: LogFormat, reason: &str) {
+    match log {
+        LogFormat::Json => tracing::error!("{reason}"),
+        LogFormat::Text => {
+            // For the log only: standard error shows what is more important than this.
+            tracing::debug!("{reason}");
+            eprintln!("error: {reason}");
         }
     }
 }
@@ -127,9 +142,6 @@ fn process(command: Option<&str>, subcommand: &str) -> Result<Start, String> {
 
 /// The result for people.
 fn show(summary: &Summary) {
-    if let Some(reason) = &summary.reason {
-        eprintln!("error: {reason}");
-    }
     for check in &summary.checks {
         let verdict = if check.pass { "pass" } else { "FAIL" };
         println!(

@@ -88,6 +88,9 @@ pub enum RunError {
         /// What bound it.
         bound: &'static str,
     },
+    /// Asked to end before the solvers were ready.
+    #[error("interrupted before the first step")]
+    Interrupted,
     /// The run directory cannot be written any more.
     #[error(transparent)]
     Output(#[from] RunDirError),
@@ -103,6 +106,7 @@ impl RunError {
             {
                 Status::Unstable
             }
+            Self::Interrupted => Status::Interrupted,
             Self::Session(_) | Self::Start(_) | Self::Output(_) => Status::Failed,
         }
     }
@@ -311,7 +315,9 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
             crew.start(party, start, session.domain())?;
         }
         for &party in &parties {
-            let hello = watched(session, crew, |session, alarm| session.hello(party, alarm))?;
+            let hello = arriving(session, crew, options, |session, alarm| {
+                session.hello(party, alarm)
+            })?;
             tracing::info!(%party, identity = hello.identity, pid = hello.pid, "joined");
         }
         let coupled = parties.len() == 2;
@@ -340,7 +346,7 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
         }
         let mut readiness: BTreeMap<Party, Readiness> = BTreeMap::new();
         for &party in &parties {
-            let ready = watched(session, crew, |session, alarm| {
+            let ready = arriving(session, crew, options, |session, alarm| {
                 session.ready(party, &scene.hash, alarm)
             })?;
             tracing::info!(%party, items = ready.items, bytes = ready.bytes, "ready");
@@ -599,6 +605,32 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
             dt: collapsed.dt,
             min_step: self.scene.time.min_step,
         }
+    }
+}
+
+/// As [`watched`], before the first step: there is nothing to drain yet, so an interrupt ends the wait.
+fn arriving<S: Transport + 'static, T>(
+    session: &mut Session<S>,
+    crew: &mut Crew,
+    options: &RunOptions,
+    wait: impl FnOnce(
+        &mut Session<S>,
+        &mut dyn FnMut() -> Result<(), SessionError>,
+    ) -> Result<T, SessionError>,
+) -> Result<T, RunError> {
+    let interrupted = || options.interrupt.load(Ordering::Relaxed);
+    let waited = watched(session, crew, |session, alarm| {
+        let mut alarm = || {
+            if interrupted() {
+                return Err(SessionError::Aborted("interrupted".into()));
+            }
+            alarm()
+        };
+        wait(session, &mut alarm)
+    });
+    match waited {
+        Err(RunError::Session(SessionError::Aborted(_))) => Err(RunError::Interrupted),
+        waited => waited,
     }
 }
 
