@@ -1,0 +1,322 @@
+//! Whoever dies or falls silent, the others end soon, say who it was, and leave no trace but the run directory.
+
+mod harness;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use harness::{Ended, Place, RunFiles, Running, dice, lives, scene, segments, signal, until};
+
+/// From a death to the end of the run. It takes some ms; the limit is for a machine that is busy with other things.
+const SOON: Duration = Duration::from_secs(5);
+
+/// A block that rests on the floor: an exchange of forces in every step, for minutes if it is let.
+fn start_long<'a>(place: &'a Place, out: &str, more: &[&str]) -> Running<'a> {
+    let long = [
+        "--variant",
+        "quick",
+        "--set",
+        "time.end=20",
+        "--set",
+        "output.every=1e-4",
+        "--set",
+        "check=[]",
+    ];
+    place.start_run(
+        out,
+        &scene("jiang2020/normal_force"),
+        &[&long, more].concat(),
+    )
+}
+
+/// Lets a run go on for a while that differs from call to call; told in case the test fails.
+fn a_random_while() {
+    let while_ms = 50 + dice(500);
+    println!("after {while_ms} ms");
+    std::thread::sleep(Duration::from_millis(while_ms));
+}
+
+/// What holds of every run directory of a run that was ended: what was recorded up to then is there.
+#[track_caller]
+fn assert_kept(dir: &Path) -> RunFiles {
+    let files = RunFiles::read(dir);
+    let history = files.history();
+    history.assert_sound();
+    let last = *history.column("time [s]").last().unwrap();
+    let (time, every) = (files.number("time"), 1e-4);
+    assert!(
+        time > 0.0 && (last - time).abs() <= 2.0 * every,
+        "recorded up to {last}, stopped at {time}"
+    );
+    assert!(dir.join("scene.toml").is_file());
+    let reason = files.text("reason");
+    assert!(!reason.is_empty());
+    files
+}
+
+/// Kills a solver in mid run.
+fn a_solver_is_killed(party: &str) {
+    let place = Place::new();
+    let mut run = start_long(&place, "out", &[]);
+    let (mpm, dem) = (run.solver("out", "mpm"), run.solver("out", "dem"));
+    run.stepping("out");
+    a_random_while();
+    let runs = run.runs();
+    assert_eq!(runs.len(), 1);
+    assert!(
+        !segments(&runs).is_empty(),
+        "a run that goes on has segments: the test below can fail"
+    );
+    let death = Instant::now();
+    signal(if party == "mpm" { mpm } else { dem }, "KILL");
+    let ended = run.end_within(Duration::from_secs(30)).expect(3);
+    let took = death.elapsed();
+    println!("the run ended {took:.0?} after the death of {party}");
+    assert!(took < SOON, "{took:?}");
+    assert!(!lives(mpm) && !lives(dem));
+    place.assert_clean(&ended.runs);
+
+    let files = assert_kept(&place.path("out"));
+    assert_eq!(files.text("status"), "failed");
+    assert!(files.number("steps") > 0.0);
+    // Who, how, and at which step, in the summary and on standard error alike.
+    let reason = files.text("reason");
+    let begin = format!("the {party} solver was killed by signal 9 at step ");
+    let step: u64 = reason
+        .strip_prefix(&begin)
+        .and_then(|rest| rest.split(|c: char| !c.is_ascii_digit()).next())
+        .and_then(|step| step.parse().ok())
+        .unwrap_or_else(|| panic!("not `{begin}N`: {reason}"));
+    // It had reported all steps but those of the last grant, and the opening step.
+    let steps = files.summary["steps"].as_u64().unwrap();
+    assert!(
+        step >= steps && step <= steps + 64 + 1,
+        "killed at step {step} after {steps} steps"
+    );
+    ended.says(&[&begin]);
+}
+
+#[test]
+fn a_killed_mpm_ends_the_run() {
+    a_solver_is_killed("mpm");
+}
+
+#[test]
+fn a_killed_dem_ends_the_run() {
+    a_solver_is_killed("dem");
+}
+
+/// Kills the coupler in mid run; returns the ids of its run when both solvers have ended by themselves.
+fn a_coupler_is_killed(place: &Place, out: &str) -> BTreeSet<String> {
+    let mut run = start_long(place, out, &[]);
+    let (mpm, dem) = (run.solver(out, "mpm"), run.solver(out, "dem"));
+    run.stepping(out);
+    a_random_while();
+    let runs = run.runs();
+    signal(run.pid(), "KILL");
+    let ended = run.end();
+    assert_eq!(ended.signal(), Some(9));
+    let alone = until(SOON, || (!lives(mpm) && !lives(dem)).then_some(()));
+    assert!(
+        alone.is_some(),
+        "mpm lives: {}, dem lives: {}",
+        lives(mpm),
+        lives(dem)
+    );
+    assert!(
+        !place.temporary().is_empty(),
+        "nobody was there to remove it"
+    );
+    runs
+}
+
+#[test]
+fn a_killed_coupler_ends_the_solvers_and_clean_removes_what_is_left() {
+    let place = Place::new();
+    let runs = a_coupler_is_killed(&place, "out");
+    let clean = place.start(&["clean"]).end().expect(0);
+    assert!(clean.stdout.contains("1 dead run"), "{}", clean.stdout);
+    place.assert_clean(&runs);
+    // Only what is whole is there.
+    assert!(!place.path("out/summary.json").exists());
+    let clean = place.start(&["clean"]).end().expect(0);
+    assert!(clean.stdout.contains("0 dead run"), "{}", clean.stdout);
+}
+
+/// What a killed coupler has recorded reads back up to less than its last second.
+#[test]
+fn a_killed_coupler_leaves_a_history_of_whole_rows_and_the_next_run_removes_the_rest() {
+    let place = Place::new();
+    let runs = a_coupler_is_killed(&place, "out");
+    let history = place.path("out/history.csv");
+    if std::fs::metadata(&history).unwrap().len() > 0 {
+        harness::History::read(&history);
+    }
+    let next = place
+        .run(
+            "next",
+            &scene("jiang2020/collision_hard"),
+            &["--variant", "quick"],
+        )
+        .expect(0);
+    next.says(&["removed what the dead run"]);
+    place.assert_clean(&runs);
+}
+
+/// `clean` and the sweep of a new run touch nothing of a run that lives.
+#[test]
+fn two_runs_side_by_side_and_a_sweep_leave_each_other_alone() {
+    let place = Place::new();
+    let (soft, hard) = (
+        scene("jiang2020/collision_soft"),
+        scene("jiang2020/collision_hard"),
+    );
+    let mut first = place.start_run("first", &soft, &["--variant", "quick"]);
+    first.stepping("first");
+    let second = place.start_run("second", &hard, &["--variant", "quick"]);
+    let clean = place.start(&["clean"]).end().expect(0);
+    assert!(clean.stdout.contains("0 dead run"), "{}", clean.stdout);
+    let ended = [first.end().expect(0), second.end().expect(0)];
+    for ended in &ended {
+        place.assert_clean(&ended.runs);
+    }
+    for out in ["first", "second"] {
+        assert_eq!(RunFiles::read(&place.path(out)).text("status"), "done");
+    }
+}
+
+/// Stops a solver without killing it: nobody hears that, so the deadline of the scene ends the run.
+fn a_solver_is_stopped(party: &str, other: &str) {
+    let place = Place::new();
+    let mut run = start_long(&place, "out", &["--set", "coupling.deadline=0.5"]);
+    let (stopped, others) = (run.solver("out", party), run.solver("out", other));
+    run.stepping("out");
+    a_random_while();
+    signal(stopped, "STOP");
+    let ended = run.end_within(Duration::from_secs(30)).expect(3);
+    assert!(!lives(stopped) && !lives(others));
+    place.assert_clean(&ended.runs);
+    let files = assert_kept(&place.path("out"));
+    assert_eq!(files.text("status"), "failed");
+    let reason = files.text("reason");
+    // Either the coupler or the other solver is the first to lose patience.
+    assert!(
+        reason.contains(&format!("nothing from the {party} for ")),
+        "{reason}"
+    );
+    assert!(reason.contains("step "), "{reason}");
+    ended.says(&[&format!("nothing from the {party} for ")]);
+}
+
+#[test]
+fn a_stopped_mpm_is_named_at_the_deadline_and_removed() {
+    a_solver_is_stopped("mpm", "dem");
+}
+
+#[test]
+fn a_stopped_dem_is_named_at_the_deadline_and_removed() {
+    a_solver_is_stopped("dem", "mpm");
+}
+
+/// An interrupt ends a run in order.
+fn a_run_is_interrupted(name: &str, more: &[&str]) {
+    let place = Place::new();
+    let mut run = start_long(&place, "out", more);
+    run.stepping("out");
+    a_random_while();
+    signal(run.pid(), name);
+    let ended = run.end_within(Duration::from_secs(30)).expect(130);
+    place.assert_clean(&ended.runs);
+    let files = assert_kept(&place.path("out"));
+    assert_eq!(files.text("status"), "interrupted");
+    assert!(
+        files.text("reason").contains("interrupted at t = "),
+        "{}",
+        files.text("reason")
+    );
+    assert!(files.number("steps") > 0.0);
+}
+
+#[test]
+fn an_interrupt_ends_a_run_in_order() {
+    a_run_is_interrupted("INT", &[]);
+}
+
+#[test]
+fn a_termination_ends_a_run_in_one_process_in_order() {
+    a_run_is_interrupted("TERM", &["--in-process"]);
+}
+
+/// While a solver that never comes is waited for.
+#[test]
+fn an_interrupt_is_heard_before_the_solvers_have_come() {
+    let place = Place::new();
+    let mut run = start_long(&place, "out", &["--dem", "sh -c 'exec sleep 600'"]);
+    run.solver("out", "mpm");
+    signal(run.pid(), "INT");
+    let ended = run.end_within(Duration::from_secs(20)).expect(130);
+    place.assert_clean(&ended.runs);
+    let files = RunFiles::read(&place.path("out"));
+    assert_eq!(files.text("status"), "interrupted");
+}
+
+/// A run with another solver, which is none.
+fn with_dem(place: &Place, command: &str) -> Ended {
+    let more = ["--variant", "quick", "--dem", command];
+    let ended = place
+        .run("out", &scene("jiang2020/collision_hard"), &more)
+        .expect(3);
+    place.assert_clean(&ended.runs);
+    let files = RunFiles::read(&place.path("out"));
+    assert_eq!(files.text("status"), "failed");
+    assert!(
+        ended.stderr.contains(files.text("reason")),
+        "{}",
+        ended.stderr
+    );
+    ended
+}
+
+#[test]
+fn a_solver_command_that_exits_at_once_is_named_with_its_exit_status() {
+    let place = Place::new();
+    with_dem(&place, "sh -c 'exit 7'").says(&["the dem solver ended with exit status 7"]);
+    with_dem(&place, "true").says(&["the dem solver ended with exit status 0"]);
+}
+
+#[test]
+fn a_solver_command_that_does_not_exist_is_named() {
+    let place = Place::new();
+    let missing = with_dem(&place, "/no/such/solver --fast").says(&[
+        "cannot start the dem solver `/no/such/solver --fast`",
+        "No such file",
+    ]);
+    // The other solver, hardly begun, hears of it: it ends by itself and need not be killed.
+    assert!(!missing.stderr.contains("is killed"), "{}", missing.stderr);
+    with_dem(&place, "/etc/passwd").says(&[
+        "cannot start the dem solver `/etc/passwd`",
+        "ermission denied",
+    ]);
+}
+
+/// The limit on arrival is fixed at 30 s.
+#[test]
+fn a_solver_command_that_never_joins_is_named_at_the_limit() {
+    let place = Place::new();
+    with_dem(&place, "sh -c 'exec sleep 600'").says(&["nothing from the dem for 30", "its hello"]);
+}
+
+/// The two built-in solvers in each other's seats.
+#[test]
+fn a_solver_in_the_wrong_seat_is_an_error_and_not_a_hang() {
+    let place = Place::new();
+    let tandem = env!("CARGO_BIN_EXE_tandem");
+    // It finds the seat of the continuum taken, or takes it and leaves the continuum without.
+    let ended = with_dem(&place, &format!("'{tandem}' mpm"));
+    assert!(
+        ended.stderr.contains("the mpm") || ended.stderr.contains("the dem"),
+        "{}",
+        ended.stderr
+    );
+}

@@ -1,0 +1,248 @@
+//! Bad input ends with exit 2 before anything is started, with words that say what to do, and leaves nothing behind.
+
+mod harness;
+
+use std::fs;
+
+use harness::{Ended, Place, RunFiles, scene};
+
+const HARD: &str = "jiang2020/collision_hard";
+
+/// The scene's text with one thing replaced.
+fn with(original: &str, replacement: &str) -> String {
+    let text = fs::read_to_string(scene(HARD)).unwrap();
+    assert!(text.contains(original), "the scene has no `{original}`");
+    text.replacen(original, replacement, 1)
+}
+
+/// Number of the first line that has `text`.
+fn line_of(scene: &str, text: &str) -> usize {
+    1 + scene.lines().position(|line| line.contains(text)).unwrap()
+}
+
+/// Runs what is to be refused: exit 2, and everything is as before.
+#[track_caller]
+fn refused(place: &Place, arguments: &[&str]) -> Ended {
+    let before = place.content();
+    let ended = place.start(arguments).end().expect(2);
+    assert!(!ended.stderr.contains("panicked"), "{}", ended.stderr);
+    assert_eq!(ended.stdout, "", "what is wrong goes to standard error");
+    assert_eq!(place.content(), before, "something was left behind");
+    assert!(ended.runs.is_empty(), "a run was begun");
+    place.assert_clean(&ended.runs);
+    ended
+}
+
+/// A scene file that `run`, `check` and `plan` refuse alike.
+#[track_caller]
+fn refused_scene(text: &str, phrases: &[&str]) {
+    let place = Place::new();
+    let path = place.write("bad.toml", text);
+    let path = path.to_str().unwrap();
+    refused(&place, &["run", path, "--out", "out"]).says(phrases);
+    refused(&place, &["check", path]).says(phrases);
+    refused(&place, &["plan", path]).says(phrases);
+}
+
+#[test]
+fn a_misspelt_key_is_named_with_its_line_and_the_nearest_key() {
+    let bad = with("cell = 0.003", "cel = 0.003");
+    let place = format!("bad.toml:{}:", line_of(&bad, "cel = 0.003"));
+    refused_scene(&bad, &["unknown key `cel`", &place, "did you mean `cell`?"]);
+}
+
+#[test]
+fn a_misspelt_key_of_an_override_is_named_with_the_nearest_key() {
+    let place = Place::new();
+    refused(
+        &place,
+        &[
+            "run",
+            &scene(HARD),
+            "--set",
+            "mpm.cel=0.003",
+            "--out",
+            "out",
+        ],
+    )
+    .says(&[
+        "unknown key `cel`",
+        "--set mpm.cel=0.003",
+        "did you mean `cell`?",
+    ]);
+    refused(
+        &place,
+        &[
+            "run",
+            &scene(HARD),
+            "--set",
+            "mmp.cell=0.003",
+            "--out",
+            "out",
+        ],
+    )
+    .says(&["`mmp`", "did you mean `mpm`?"]);
+    refused(
+        &place,
+        &["run", &scene(HARD), "--set", "mpm.cell", "--out", "out"],
+    )
+    .says(&["mpm.cell"]);
+}
+
+#[test]
+fn a_nan_is_refused() {
+    let bad = with("velocity = [2.0, 0.0]", "velocity = [nan, 0.0]");
+    let place = format!("bad.toml:{}:", line_of(&bad, "nan"));
+    refused_scene(&bad, &["is NaN, expected a finite number", &place]);
+}
+
+#[test]
+fn a_negative_mass_is_refused() {
+    let bad = with("density = 2000.0\nposition", "mass = -1.0\nposition");
+    let place = format!("bad.toml:{}:", line_of(&bad, "mass = -1.0"));
+    refused_scene(&bad, &["`dem.body.0.mass` is -1", "above 0", &place]);
+}
+
+#[test]
+fn a_body_with_crossing_edges_is_refused() {
+    let bow_tie = "shape.polygon.vertices = [[0, 0], [0.01, 0.01], [0.01, 0], [0, 0.01]]";
+    let bad = with("shape = \"disc\"", bow_tie);
+    let place = format!("bad.toml:{}:", line_of(&bad, "polygon"));
+    refused_scene(
+        &bad,
+        &["edges of the polygon cross", "vertex 0", "vertex 2", &place],
+    );
+}
+
+#[test]
+fn a_grid_of_a_million_million_cells_is_refused() {
+    let bad = with("cell = 0.003", "cell = 1.039e-7");
+    refused_scene(
+        &bad,
+        &[
+            "1.000e12 cells",
+            "expected at most",
+            "make the cell larger or the domain smaller",
+        ],
+    );
+}
+
+#[test]
+fn a_file_that_is_not_there_or_not_a_scene_is_refused() {
+    let place = Place::new();
+    refused(&place, &["run", "nowhere.toml", "--out", "out"]).says(&[
+        "cannot read the scene file",
+        "nowhere.toml",
+        "check the path",
+    ]);
+    refused(&place, &["run", ".", "--out", "out"]).says(&["is a directory, not a scene file"]);
+    place.write("noise.toml", "\u{0}\u{1}=[[[");
+    refused(&place, &["run", "noise.toml", "--out", "out"]).says(&["not TOML", "noise.toml:1"]);
+    fs::write(place.path("bytes.toml"), [0xff, 0xfe, 0x00]).unwrap();
+    refused(&place, &["run", "bytes.toml", "--out", "out"]).says(&["bytes.toml"]);
+    place.write("empty.toml", "");
+    refused(&place, &["run", "empty.toml", "--out", "out"]).says(&["version"]);
+}
+
+#[test]
+fn an_output_directory_that_cannot_be_written_is_refused() {
+    let place = Place::new();
+    place.write("file", "not a directory");
+    for out in ["file", "file/run", "file/a/b/run"] {
+        refused(
+            &place,
+            &["run", &scene(HARD), "--variant", "quick", "--out", out],
+        )
+        .says(&["cannot create the run directory", out]);
+    }
+    assert_eq!(
+        fs::read_to_string(place.path("file")).unwrap(),
+        "not a directory"
+    );
+    // A directory where a file of the run belongs.
+    fs::create_dir_all(place.path("taken/summary.json")).unwrap();
+    refused(
+        &place,
+        &["run", &scene(HARD), "--variant", "quick", "--out", "taken"],
+    )
+    .says(&["taken/summary.json"]);
+}
+
+#[test]
+fn a_variant_that_is_not_there_is_refused_with_the_nearest() {
+    let place = Place::new();
+    refused(
+        &place,
+        &["run", &scene(HARD), "--variant", "quik", "--out", "out"],
+    )
+    .says(&["no variant `quik`", "did you mean `quick`?"]);
+}
+
+#[test]
+fn options_out_of_range_are_refused_by_name() {
+    let place = Place::new();
+    let run = |option: &[&'static str]| {
+        let scene = scene(HARD);
+        let mut arguments = vec!["run", &scene, "--out", "out"];
+        arguments.extend(option);
+        refused(&place, &arguments)
+    };
+    run(&["--window", "0"]).says(&["--window", "'0'"]);
+    run(&["--window", "-1"]).says(&["-1"]);
+    run(&["--threads", "0"]).says(&["--threads"]);
+    run(&["--wndow", "8"]).says(&["--wndow", "--window"]);
+    run(&["--dem", "'"]).says(&["--dem", "not a command"]);
+    run(&["--mpm", ""]).says(&["--mpm", "not a command"]);
+    run(&["--dem", "x", "--in-process"]).says(&["--dem", "--in-process", "cannot be used with"]);
+}
+
+#[test]
+fn what_lies_in_the_run_directory_survives_a_refusal() {
+    let place = Place::new();
+    place
+        .run("out", &scene(HARD), &["--variant", "quick"])
+        .expect(0);
+    let files = || {
+        ["summary.json", "history.csv", "scene.toml", "log.jsonl"]
+            .map(|f| fs::read(place.path("out").join(f)).unwrap())
+    };
+    let before = files();
+    refused(
+        &place,
+        &["run", &scene(HARD), "--set", "mpm.cel=1", "--out", "out"],
+    );
+    assert!(files() == before, "an earlier run's results were touched");
+}
+
+#[test]
+fn a_run_that_does_not_exist_is_not_joined() {
+    let place = Place::new();
+    for solver in ["mpm", "dem"] {
+        let ended = place.start(&[solver, "--join", "0123abcd"]).end().expect(3);
+        ended.says(&["there is no run `0123abcd` to join"]);
+        place
+            .start(&[solver, "--join", "../../etc"])
+            .end()
+            .expect(3);
+    }
+}
+
+/// What only a solver can know ends with exit 3, the solver's name, the key, and what would be accepted.
+#[test]
+fn a_refusal_by_a_solver_names_the_key() {
+    let place = Place::new();
+    let set = ["--variant", "quick", "--set", "mpm.transfer=\"apic\""];
+    let ended = place.run("out", &scene(HARD), &set).expect(3);
+    place.assert_clean(&ended.runs);
+    let files = RunFiles::read(&place.path("out"));
+    assert_eq!(files.text("status"), "failed");
+    let reason = files.text("reason");
+    for phrase in [
+        "the mpm refused its part of the scene",
+        "mpm.transfer",
+        "quadratic_bspline",
+    ] {
+        assert!(reason.contains(phrase), "no `{phrase}` in: {reason}");
+    }
+    ended.says(&["the mpm refused its part of the scene"]);
+}
