@@ -8,6 +8,7 @@ use interface::config::{
 use interface::solver::{Readiness, Refusal};
 
 use crate::continuum::{Continuum, Scheme};
+use crate::fields::Fields;
 use crate::fill::{Points, fill, refuse_overlap};
 use crate::grid::Grid;
 use crate::imps::Imps;
@@ -139,6 +140,10 @@ impl<'a> Parts<'a> {
     ) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
         match self.config.transfer {
             TransferConfig::Pic => self.build(shape, Pic),
+            // Stages may change the share of PIC.
+            TransferConfig::Flip if !self.config.forcing.stages.is_empty() => {
+                self.build(shape, Blend { pic_fraction: 0.0 })
+            }
             TransferConfig::Flip => self.build(shape, Flip),
             TransferConfig::Blend { pic_fraction } => self.build(shape, Blend { pic_fraction }),
             TransferConfig::Apic | TransferConfig::Xpic { .. } => Err(Refusal::new(
@@ -158,13 +163,17 @@ impl<'a> Parts<'a> {
     {
         let mut clouds = Vec::new();
         let mut first_id = 0;
-        for (group, points) in self.config.groups.iter().zip(&self.points) {
+        for (g, (group, points)) in self.config.groups.iter().zip(&self.points).enumerate() {
+            let fields = Fields::new(self.config, g)?;
             let material = &self.config.materials[group.material];
             let blocks = points.positions.len().div_ceil(LANES);
             let volume = points.box_area();
+            let mut state =
+                constitutive::<W, S>(&material.model, material.density, self.config.plane, blocks);
+            fields.prestress(&mut *state, &points.positions)?;
             clouds.push(Cloud::new(
                 shape(points),
-                constitutive::<W, S>(&material.model, material.density, self.config.plane, blocks),
+                state,
                 [
                     material.density * volume,
                     volume,
@@ -172,7 +181,8 @@ impl<'a> Parts<'a> {
                 ],
                 first_id,
                 &points.positions,
-                group.velocity,
+                &fields.velocities(&points.positions)?,
+                fields.loads(&points.positions)?,
             ));
             first_id += points.positions.len() as u64;
         }
@@ -187,6 +197,7 @@ impl<'a> Parts<'a> {
             touches: Vec::new(),
             loaded: Vec::new(),
             books: Books::default(),
+            stages: self.config.forcing.stages.clone(),
             threads: self.threads,
             drift: 0.0,
             clouds,
@@ -530,6 +541,7 @@ fn check_choices(config: &MpmConfig) -> Result<(), Refusal> {
             }
         }
     }
+    check_stages(config)?;
     let walls = &config.walls;
     for (name, wall) in [
         ("left", walls.left),
@@ -541,6 +553,42 @@ fn check_choices(config: &MpmConfig) -> Result<(), Refusal> {
             return Err(Refusal::new(
                 format!("mpm.walls.{name}"),
                 "only open, fixed and slip are available",
+            ));
+        }
+    }
+    Ok(())
+}
+
+fn check_stages(config: &MpmConfig) -> Result<(), Refusal> {
+    let blends = matches!(
+        config.transfer,
+        TransferConfig::Flip | TransferConfig::Blend { .. }
+    );
+    let mut last = f64::NEG_INFINITY;
+    for (i, stage) in config.forcing.stages.iter().enumerate() {
+        let key = format!("mpm.forcing.stages[{i}]");
+        if !(stage.from.is_finite() && stage.from >= last) {
+            return Err(Refusal::new(
+                format!("{key}.from"),
+                format!(
+                    "{} s must be finite and not before the stage before it",
+                    stage.from
+                ),
+            ));
+        }
+        last = stage.from;
+        if !(stage.damping.is_finite() && stage.damping >= 0.0) {
+            return Err(Refusal::new(
+                format!("{key}.damping"),
+                format!("{} 1/s must be 0 or more", stage.damping),
+            ));
+        }
+        if let Some(fraction) = stage.pic_fraction
+            && !(blends && (0.0..=1.0).contains(&fraction))
+        {
+            return Err(Refusal::new(
+                format!("{key}.pic_fraction"),
+                format!("{fraction} must lie between 0 and 1, and needs transfer flip or blend"),
             ));
         }
     }

@@ -37,6 +37,8 @@ where
     pub loaded: Vec<f64>,
     /// Sums that go on through the run, and the last measurement.
     pub books: Books,
+    /// Stages of loading, in order of their beginning.
+    pub stages: Vec<interface::config::Stage>,
     /// Threads.
     pub threads: Threads,
     /// Upper bound of the displacement of any point since points were last sorted, in m.

@@ -36,7 +36,9 @@ pub struct NodeTile {
     pub before: [[f64; 2]; NODES],
     /// `v_I^{n+1/2}` in m/s.
     pub after: [[f64; 2]; NODES],
-    /// Impulse of the walls in the present step, as the points feel it, in N s/m.
+    /// Work of damping in the present step in J/m.
+    pub damping_work: f64,
+    /// Impulse of walls and damping in the present step, as the points feel it, in N s/m.
     pub wall_impulse: [f64; 2],
     /// Work of wall friction in the present step in J/m.
     pub friction_work: f64,
@@ -138,6 +140,7 @@ impl Grid {
                 per_mass: [0.0; NODES],
                 before: [[0.0; 2]; NODES],
                 after: [[0.0; 2]; NODES],
+                damping_work: 0.0,
                 wall_impulse: [0.0; 2],
                 friction_work: 0.0,
             });
@@ -172,6 +175,7 @@ impl Grid {
             }
             tile.wall_impulse = [0.0; 2];
             tile.friction_work = 0.0;
+            tile.damping_work = 0.0;
             for (i, sum) in sum.iter().enumerate() {
                 tile.mass[i] = sum[0];
             }
@@ -196,11 +200,15 @@ impl Grid {
     }
 
     /// `v_I^{n+1/2} = v_I^{n-1/2} + (f_I^int + f_I^cont + m_I g) / m_I kick`, walls obeyed (eqs. 17, 48).
+    ///
+    /// With damping `c`, `- c v` with the mean of the velocities before and after is part of the acceleration, so that no
+    /// `c` is unstable.
     pub fn update<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
         &mut self,
         grain: usize,
         clouds: &[Cloud<W, S, A>],
         kick: f64,
+        damping: f64,
     ) {
         let (walls, overlaps, gravity) = (&self.walls, &self.overlaps, self.gravity);
         let contact = &self.contact;
@@ -225,6 +233,9 @@ impl Grid {
                     after[a] = f[a].mul_add(gain, before[a] + fall[a]);
                 }
             }
+            if damping > 0.0 {
+                tile.damp(damping * kick);
+            }
             if tile.walled {
                 let origin = first_node(tile.at);
                 for i in 0..NODES {
@@ -241,6 +252,19 @@ impl Grid {
 }
 
 impl NodeTile {
+    /// Damps the velocities over a kick; `by` is damping times kick.
+    fn damp(&mut self, by: f64) {
+        for i in 0..NODES {
+            for a in 0..2 {
+                let (before, free) = (self.before[i][a], self.after[i][a]);
+                let after = (free - 0.5 * by * before) / (1.0 + 0.5 * by);
+                self.wall_impulse[a] += self.mass[i] * (after - free);
+                self.damping_work += self.mass[i] * (free - after) * 0.5 * (after + before);
+                self.after[i][a] = after;
+            }
+        }
+    }
+
     fn overlapping<'a>(&self, overlaps: &'a [Overlap]) -> &'a [Overlap] {
         &overlaps[self.first as usize..(self.first + self.count) as usize]
     }

@@ -46,12 +46,14 @@
 mod configure;
 mod contact;
 mod continuum;
+mod fields;
 mod fill;
 mod grid;
 mod grid_to_points;
 mod imps;
 mod lanes;
 mod limits;
+mod loads;
 mod material;
 mod measure;
 mod points;

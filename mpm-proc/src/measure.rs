@@ -21,6 +21,8 @@ pub struct Books {
     pub contact_impulse: Impulse,
     /// Dissipated by walls with friction so far in J/m.
     pub friction_work: f64,
+    /// Work of loads so far in J/m.
+    pub driven_work: f64,
     /// Dissipated by plastic flow so far in J/m.
     pub plastic_work: f64,
     /// Dissipated by viscous stress so far in J/m.
@@ -46,9 +48,10 @@ where
         if step.dt_before + step.dt > 0.0 {
             let mass: f64 = self.clouds.iter().map(Cloud::total_mass).sum();
             self.books.applied_impulse += self.grid.gravity.map(|g| kick * mass * g);
-            for tile in self.grid.tiles.iter().filter(|t| t.walled) {
+            for tile in &self.grid.tiles {
                 self.books.applied_impulse += tile.wall_impulse;
                 self.books.friction_work += tile.friction_work;
+                self.books.viscous_work += tile.damping_work;
             }
         }
         for cloud in &self.clouds {
@@ -57,6 +60,10 @@ where
                 self.books.viscous_work += cloud.volume * report.lost[1];
             }
         }
+        let loads = self.load_sum();
+        self.books.applied_impulse += loads.force.map(|f| kick * f);
+        // The other half with the velocities after the kick, in close_books.
+        self.books.driven_work += 0.5 * kick * loads.power;
         let mut contact_force = [0.0; 2];
         for f in &self.imps.forces {
             for a in 0..2 {
@@ -71,6 +78,7 @@ where
 
     /// If the step is measured, takes what belongs to `t_{n+1/2}`.
     pub fn close_books(&mut self, step: &Step) {
+        self.books.driven_work += 0.5 * step.kick() * self.load_sum().power;
         if !step.measure {
             return;
         }
@@ -93,6 +101,7 @@ where
         let MpmMeasurement { ledger, groups } = &mut self.books.measurement;
         *ledger = interface::wire::Ledger {
             friction_work: self.books.friction_work,
+            driven_work: self.books.driven_work,
             plastic_work: self.books.plastic_work,
             viscous_work: self.books.viscous_work,
             applied_impulse: self.books.applied_impulse.value(),

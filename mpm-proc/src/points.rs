@@ -4,6 +4,7 @@
 //! They stay sorted as long as none has moved by a cell since they were (as in a Verlet list), see [`crate::tiles`].
 
 use crate::lanes::{LANES, Lanes, ZERO, first, splat};
+use crate::loads::Loads;
 use crate::material::Constitutive;
 use crate::shape::Shape;
 use crate::stress::StressReport;
@@ -125,6 +126,8 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> {
     pub shape: S,
     /// Constitutive model and its state.
     pub material: Box<dyn Constitutive<W, S>>,
+    /// Loads besides gravity and bodies.
+    pub loads: Option<Loads>,
     /// Mass of a point in kg/m.
     pub mass: f64,
     /// Initial volume of a point in m^2.
@@ -162,7 +165,7 @@ struct Scratch<A> {
 }
 
 impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
-    /// Points at `positions` (m), all at `velocity` (m/s), each of mass (kg/m), initial volume (m^2) and contact radius
+    /// Points at `positions` (m) with `velocities` (m/s), each of mass (kg/m), initial volume (m^2) and contact radius
     /// (m) as given; not sorted yet.
     pub fn new(
         shape: S,
@@ -170,15 +173,19 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
         [mass, volume, radius]: [f64; 3],
         first_id: u64,
         positions: &[[f64; 2]],
-        velocity: [f64; 2],
+        velocities: &[[f64; 2]],
+        loads: Option<Loads>,
     ) -> Self {
         let blocks = positions.len().div_ceil(LANES);
-        let mut x = vec![[ZERO; 2]; blocks];
-        for (i, p) in positions.iter().enumerate() {
-            for a in 0..2 {
-                x[i / LANES][a].as_mut_array()[i % LANES] = p[a];
+        let [x, v] = [positions, velocities].map(|values| {
+            let mut lanes = vec![[ZERO; 2]; blocks];
+            for (i, value) in values.iter().enumerate() {
+                for a in 0..2 {
+                    lanes[i / LANES][a].as_mut_array()[i % LANES] = value[a];
+                }
             }
-        }
+            lanes
+        });
         let count = positions.len() as u32;
         Self {
             shape,
@@ -188,13 +195,14 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
             radius,
             first_id,
             x,
-            motion: vec![
-                Motion {
-                    v: velocity.map(crate::lanes::splat),
+            motion: v
+                .into_iter()
+                .map(|v| Motion {
+                    v,
                     affine: A::default(),
-                };
-                blocks
-            ],
+                })
+                .collect(),
+            loads,
             ids: (0..blocks as u32)
                 .map(|b| {
                     [0, 1, 2, 3].map(|k| {

@@ -22,11 +22,13 @@ where
     /// A [`Fault`] that names the point, or that of the exchange.
     pub fn step(&mut self, step: &Step, contact: &mut dyn ContactForces) -> Result<Limits, Fault> {
         self.keep_sorted();
+        let damping = self.begin_stage(step.time);
         self.points_to_grid(); //                          m_I, p_I^{n-1/2}, v_I^{n-1/2}        (18) (19) (20) (30)
         self.update_stress(step.dt_before); //             D, W, sigma^n, f_I^int               (21) ... (25), (13)
+        self.apply_loads(step.time); //                    f_I^ext                              (14)
         let forces = contact.receive()?; //                f_p^n of the bodies                  (46)
         let load = self.apply_contact(forces)?; //         f_I^cont                             (47)
-        self.update_grid(step.kick()); //                  v_I^{n+1/2}                          (17) (48)
+        self.update_grid(step.kick(), damping); //         v_I^{n+1/2}                          (17) (48)
         self.keep_books(step); //                          impulses; energies if asked for
         self.grid_to_points(step)?; //                     v_p^{n+1/2}, B_p, x_p^{n+1}          (26) ... (28), (31)
         self.close_books(step);
@@ -65,10 +67,11 @@ where
         });
     }
 
-    fn update_grid(&mut self, kick: f64) {
+    fn update_grid(&mut self, kick: f64, damping: f64) {
         let grain = self.grain();
         let (clouds, grid) = (&self.clouds, &mut self.grid);
-        self.threads.run(|| grid.update(grain, clouds, kick));
+        self.threads
+            .run(|| grid.update(grain, clouds, kick, damping));
     }
 
     fn grid_to_points(&mut self, step: &Step) -> Result<(), Fault> {

@@ -12,6 +12,11 @@ pub trait Transfer: Copy + Send + Sync + 'static {
 
     /// alpha of eq. 28: the share of the grid's velocity (PIC); the rest is the point's own plus the increment.
     fn pic_fraction(&self) -> f64;
+
+    /// The same with another share of PIC, where it has one to choose.
+    fn with_pic_fraction(self, _fraction: f64) -> Self {
+        self
+    }
 }
 
 /// Affine part of the velocity of four points: nothing, or a matrix.
@@ -94,6 +99,10 @@ impl Transfer for Blend {
     #[inline(always)]
     fn pic_fraction(&self) -> f64 {
         self.pic_fraction
+    }
+
+    fn with_pic_fraction(self, pic_fraction: f64) -> Self {
+        Self { pic_fraction }
     }
 }
 

@@ -101,6 +101,12 @@ impl Material for LinearElastic {
         Point::unstressed(ZERO)
     }
 
+    fn prestressed(&self, stress: Stress) -> Result<Point<Lanes>, String> {
+        let mut point = Point::unstressed(self.0.energy(&stress));
+        point.stress = stress;
+        Ok(point)
+    }
+
     #[inline(always)]
     fn update(&self, point: &mut Point<Lanes>, by: &Deformation, _per_dt: f64) -> Dissipated {
         let before = point.volume * power(&point.stress, by);
@@ -145,6 +151,12 @@ impl Material for PlaneStressElastic {
 
     fn initial(&self) -> Point<Lanes> {
         Point::unstressed(ZERO)
+    }
+
+    fn prestressed(&self, stress: Stress) -> Result<Point<Lanes>, String> {
+        let mut point = Point::unstressed(self.0.energy(&stress));
+        point.stress = stress;
+        Ok(point)
     }
 
     #[inline(always)]

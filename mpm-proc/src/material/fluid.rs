@@ -33,6 +33,22 @@ impl Material for Fluid {
         Point::unstressed(())
     }
 
+    /// The volume that has the pressure.
+    fn prestressed(&self, stress: Stress) -> Result<Point<()>, String> {
+        let [xx, yy, zz, xy] =
+            [stress.xx, stress.yy, stress.zz, stress.xy].map(|s| s.to_array()[0]);
+        let base = 1.0 - self.exponent * xx / self.bulk;
+        if xx != yy || yy != zz || xy != 0.0 || base <= 0.0 {
+            return Err(
+                "a fluid at rest has the same stress in all directions and no shear".into(),
+            );
+        }
+        let mut point = self.initial();
+        point.stress = stress;
+        point.volume = splat(base.powf(-1.0 / self.exponent));
+        Ok(point)
+    }
+
     #[inline(always)]
     fn update(&self, point: &mut Point<()>, by: &Deformation, per_dt: f64) -> Dissipated {
         point.volume *= volume_ratio(by);

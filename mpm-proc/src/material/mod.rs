@@ -127,6 +127,16 @@ pub trait Material: Copy + Send + Sync + 'static {
     /// The state of unstressed points.
     fn initial(&self) -> Point<Self::State>;
 
+    /// The state of points that have this stress (Pa) at the start.
+    ///
+    /// # Errors
+    /// Why the model cannot have it.
+    fn prestressed(&self, stress: Stress) -> Result<Point<Self::State>, String> {
+        let mut point = self.initial();
+        point.stress = stress;
+        Ok(point)
+    }
+
     /// Brings stress, volume and state from `t_{n-1}` to `t_n`.
     ///
     /// `per_dt` is one over the length of the interval in 1/s, zero for an interval of no length.
@@ -166,6 +176,12 @@ pub trait Constitutive<const W: usize, S: Shape<W>>: Send + Sync {
 
     /// Largest wave speed of the undeformed material in m/s.
     fn sound_speed(&self) -> f64;
+
+    /// Gives one lane an initial stress `xx, yy, zz, xy` in Pa.
+    ///
+    /// # Errors
+    /// Why the model cannot have it.
+    fn prestress(&mut self, lane: usize, stress: [f64; 4]) -> Result<(), String>;
 
     /// Whether a point's volume has vanished or turned inside out.
     fn collapsed(&self, lane: usize) -> bool;
@@ -219,6 +235,13 @@ impl<const W: usize, S: Shape<W>, M: Material> Constitutive<W, S> for MaterialPo
 
     fn sound_speed(&self) -> f64 {
         self.model.sound_speed()
+    }
+
+    fn prestress(&mut self, lane: usize, stress: [f64; 4]) -> Result<(), String> {
+        let [xx, yy, zz, xy] = stress.map(splat);
+        let point = self.model.prestressed(Stress { xx, yy, zz, xy })?;
+        self.points[lane / LANES].copy_lane(lane % LANES, &point, 0);
+        Ok(())
     }
 
     fn collapsed(&self, lane: usize) -> bool {

@@ -24,6 +24,10 @@ impl Material for NeoHookean {
         Point::unstressed([[one, ZERO], [ZERO, one]])
     }
 
+    fn prestressed(&self, _stress: Stress) -> Result<Point<Self::State>, String> {
+        Err("neo_hookean takes its stress from its deformation; give it none, or use linear_elastic".into())
+    }
+
     /// `F <- (1 + L dt) F`, `sigma = (G (b - 1) + lambda ln J) / J`. Where the determinant is not above zero the
     /// logarithm is not a number, which the step reports.
     #[inline(always)]
