@@ -109,8 +109,7 @@ impl Pace {
             (dt, bound) = (GROWTH * last, Bound::Growth);
             steps = EPOCH_WHILE_GROWING;
         }
-        // `!(>=)` so that a NaN is caught too.
-        if !(dt >= self.plan.min_step) {
+        if dt.is_nan() || dt < self.plan.min_step {
             return Err(Collapsed { dt, bound });
         }
         let left = self.next_output() - time;

@@ -4,7 +4,7 @@
 //! | --- | --- | --- |
 //! | `time`, `t` | simulated time | s |
 //! | `energy.X` | X: `kinetic` (points and translation of bodies), `rotation`, `elastic`, `gravity`, `contact`, `friction`, `viscous`, `plastic`, `driven`, `total`, `residual` | J/m |
-//! | `energy.residual_relative` | residual over the largest total so far | 1 |
+//! | `energy.residual_relative` | residual over the largest energy in play so far | 1 |
 //! | `momentum.x`, `.y` | linear momentum of points and bodies at `t_{n+1/2}` | N s/m |
 //! | `momentum_error` | relative to the largest momentum so far, applied impulses subtracted | 1 |
 //! | `contact.force.x`, `.y` | force of bodies on points | N/m |

@@ -148,7 +148,7 @@ fn run_over<S: Transport + 'static>(
         }
         Err(error) => Err(error.into()),
     };
-    let summary = account.summarise(ended, started.elapsed());
+    let summary = account.summarise(&ended, started.elapsed());
     dir.write_summary(&summary)?;
     Ok(summary)
 }
@@ -198,7 +198,7 @@ impl Account {
         }
     }
 
-    fn summarise(self, ended: Result<(), RunError>, wall: Duration) -> Summary {
+    fn summarise(self, ended: &Result<(), RunError>, wall: Duration) -> Summary {
         let whole = ended.is_ok() && !self.interrupted;
         let checks = if whole {
             self.recorder.finish()
@@ -206,13 +206,13 @@ impl Account {
             Vec::new()
         };
         let failed = checks.iter().any(|check| !check.pass);
-        let status = match &ended {
+        let status = match ended {
             Err(error) => error.status(),
             Ok(()) if self.interrupted => Status::Interrupted,
             Ok(()) if failed => Status::CheckFailed,
             Ok(()) => Status::Done,
         };
-        let reason = match &ended {
+        let reason = match ended {
             Err(error) => Some(error.to_string()),
             Ok(()) if self.interrupted => {
                 Some(format!("interrupted at t = {:.6e} s", self.clock.time()))
@@ -292,6 +292,8 @@ struct Run<'a, S: Transport> {
     groups: Vec<GroupState>,
     bodies: Vec<BodyState>,
     sample: Sample,
+    /// Wall time of a step in the last window.
+    step_time: Option<Duration>,
 }
 
 impl<'a, S: Transport + 'static> Run<'a, S> {
@@ -372,6 +374,7 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
             groups: Vec::new(),
             bodies: Vec::new(),
             sample: Sample::default(),
+            step_time: None,
         })
     }
 
@@ -384,6 +387,17 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
         let points = watched(self.session, self.crew, |session, alarm| {
             session.drain(alarm)
         })?;
+        let known = self
+            .account
+            .reports
+            .get(&Party::Mpm)
+            .map_or(0, |report| report.items);
+        let ordered = points.windows(2).all(|pair| pair[0].id < pair[1].id);
+        if points.len() as u64 > known || !ordered {
+            let step = self.session.step_of(Party::Mpm);
+            let message = format!("{} points of {known}, ids rising: {ordered}", points.len());
+            return Err(broken(Party::Mpm, "D-1", step, message));
+        }
         if !self.account.interrupted {
             self.account.state_hash = Some(state_hash(&points, &self.bodies));
         }
@@ -432,9 +446,8 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
         self.account.epochs += 1;
         let budgets = self.stability.budgets(&self.sides, epoch.dt);
         let mut done = 0;
-        let mut step_time: Option<Duration> = None;
         while done < epoch.steps {
-            let window = self.window(step_time).min(epoch.steps - done);
+            let window = self.window().min(epoch.steps - done);
             let start = Instant::now();
             let (epoch_start, steps_in_epoch, dt_before_epoch) = self.account.clock.epoch();
             let grant = Grant {
@@ -477,7 +490,7 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
                 self.record(at.time, epoch)?;
                 measure = false;
             }
-            step_time = Some(start.elapsed() / advanced.max(1) as u32);
+            self.step_time = Some(start.elapsed() / advanced.max(1) as u32);
             self.show(epoch);
             if !within || self.interrupted() {
                 break;
@@ -493,17 +506,12 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
     }
 
     /// Steps that fit the time of a window; before anything is known of their cost, one.
-    fn window(&self, step_time: Option<Duration>) -> u64 {
-        let most = self
-            .options
-            .window
-            .unwrap_or(self.scene.coupling.window)
-            .into();
-        match step_time {
-            Some(t) if !t.is_zero() => {
-                (WINDOW_TIME.as_nanos() / t.as_nanos()).clamp(1, most) as u64
-            }
-            _ => most as u64,
+    fn window(&self) -> u64 {
+        let most = self.options.window.unwrap_or(self.scene.coupling.window);
+        let time = WINDOW_TIME.min(self.scene.coupling.deadline / 4);
+        match self.step_time {
+            Some(t) => (time.as_nanos() / t.as_nanos().max(1)).clamp(1, most.into()) as u64,
+            None => 1,
         }
     }
 
@@ -519,10 +527,29 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
                 Party::Mpm => self.sides.mpm = report.limits,
                 _ => self.sides.dem = report.limits,
             }
-            if report.measured == 1 {
-                match party {
-                    Party::Mpm => self.session.groups(grant.first, &mut self.groups)?,
-                    _ => self.session.bodies(grant.first, &mut self.bodies)?,
+            let wanted = grant.flags & flags::MEASURE != 0;
+            if wanted != (report.measured == 1) {
+                let message = format!("measured is {}, asked for: {wanted}", report.measured);
+                return Err(broken(*party, "R-3", grant.first, message));
+            }
+            if wanted {
+                let step = grant.first;
+                let (got, expected) = if *party == Party::Mpm {
+                    self.session.groups(step, &mut self.groups)?;
+                    (
+                        self.groups.len(),
+                        self.scene.mpm.as_ref().map_or(0, |mpm| mpm.groups.len()),
+                    )
+                } else {
+                    self.session.bodies(step, &mut self.bodies)?;
+                    (
+                        self.bodies.len(),
+                        self.scene.dem.as_ref().map_or(0, |dem| dem.bodies.len()),
+                    )
+                };
+                if got != expected {
+                    let message = format!("{got} records of a measurement, expected {expected}");
+                    return Err(broken(*party, "R-3", step, message));
                 }
             }
             within &= report.halted == 0 && grant.allows(&report.limits);
@@ -539,13 +566,7 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
         let end = ends.next().unwrap_or(grant.first + grant.steps);
         if let Some(other) = ends.find(|&other| other != end) {
             let message = format!("the sides stopped at steps {end} and {other}");
-            return Err(SessionError::Contract {
-                who: Party::Mpm,
-                clause: "R-4",
-                step: grant.first,
-                message,
-            }
-            .into());
+            return Err(broken(Party::Mpm, "R-4", grant.first, message));
         }
         Ok(end - grant.first)
     }
@@ -656,6 +677,16 @@ fn watched<S: Transport + 'static, T>(
         }),
     };
     Ok(wait(session, &mut alarm)?)
+}
+
+fn broken(who: Party, clause: &'static str, step: u64, message: String) -> RunError {
+    let error = SessionError::Contract {
+        who,
+        clause,
+        step,
+        message,
+    };
+    error.into()
 }
 
 fn to_json<T: serde::Serialize>(config: &T) -> String {

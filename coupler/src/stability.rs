@@ -189,9 +189,6 @@ impl Stability {
             let spare = 0.5 * (allowed - sides.mpm.speed - sides.dem.speed).max(0.0);
             mpm.speed = sides.mpm.speed + spare;
             dem.speed = sides.dem.speed + spare;
-        } else {
-            // No IMP yet: the first one is a reason to look again, however fast it is.
-            mpm.speed = 0.0;
         }
         Budgets { mpm, dem }
     }

@@ -139,19 +139,17 @@ const BUFFER: usize = 4;
 const NOTICE_BYTES: usize = 64 << 10;
 const LAYOUT_KEY: &str = "layout";
 
+/// Longest that a send waits for room. In lockstep there always is room, unless the receiver takes nothing any more.
+const ROOM: Duration = Duration::from_secs(10);
+
 /// A party's place in a run's corner.
 pub(crate) struct Post<S: Service> {
     node: Node<S>,
-    deadline: Duration,
 }
 
 impl<S: Service + 'static> Post<S> {
-    /// Opens the corner for `party`; sends that find their channel full for `deadline` fail.
-    pub(crate) fn open(
-        domain: &Domain,
-        party: Party,
-        deadline: Duration,
-    ) -> Result<Self, ChannelError> {
+    /// Opens the corner for `party`.
+    pub(crate) fn open(domain: &Domain, party: Party) -> Result<Self, ChannelError> {
         let name = party
             .name()
             .try_into()
@@ -162,7 +160,7 @@ impl<S: Service + 'static> Post<S> {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<S>()
             .map_err(transport("node", "create it"))?;
-        Ok(Self { node, deadline })
+        Ok(Self { node })
     }
 
     /// Creates a channel (the coupler's privilege), to be kept for as long as the run lasts.
@@ -247,7 +245,6 @@ impl<S: Service + 'static> Post<S> {
         &self,
         channel: &Channel<T>,
     ) -> Result<Outlet<S, T>, ChannelError> {
-        let deadline = self.deadline;
         let publisher = self
             .service(channel)?
             .publisher_builder()
@@ -256,7 +253,7 @@ impl<S: Service + 'static> Post<S> {
             .max_loaned_samples(1)
             .backpressure_strategy(BackpressureStrategy::RetryUntilDelivered)
             .set_backpressure_handler(move |info: &BackpressureInfo| {
-                if info.elapsed_time > deadline {
+                if info.elapsed_time > ROOM {
                     BackpressureAction::DiscardDataAndFail
                 } else {
                     BackpressureAction::Retry

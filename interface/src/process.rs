@@ -47,15 +47,14 @@ fn with_run(
     mut arguments: impl Iterator<Item = String>,
     serve: impl FnOnce(&Domain) -> Result<(), SessionError>,
 ) -> ExitCode {
-    match (
+    if let (Some("--join"), Some(id), None) = (
         arguments.next().as_deref(),
         arguments.next(),
         arguments.next(),
     ) {
-        (Some("--join"), Some(id), None) => join(&id, serve),
-        _ => {
-            eprintln!("error: a solver is started by `tandem run`, or by hand with `--join RUN`");
-            ExitCode::from(2)
-        }
+        join(&id, serve)
+    } else {
+        eprintln!("error: a solver is started by `tandem run`, or by hand with `--join RUN`");
+        ExitCode::from(2)
     }
 }

@@ -15,10 +15,10 @@ pub trait Record:
     /// Name, size, and `field:type@offset` of every field.
     const LAYOUT: &'static str;
 
-    /// The name of the first field whose value is not allowed on the wire, if any.
+    /// Whether every value is allowed on the wire.
     ///
     /// # Errors
-    /// The field's name: a number in it is NaN or infinite, or out of its range.
+    /// The name of the first field that has a NaN or infinite number, or a negative one where none may be.
     fn check(&self) -> Result<(), &'static str>;
 }
 
@@ -48,10 +48,13 @@ impl<const N: usize> Numbers for [f64; N] {
 }
 
 macro_rules! record {
-    ($(#[$meta:meta])* $name:ident, $size:literal { $($(#[$field_meta:meta])* $field:ident : $type:ty = $offset:literal),* $(,)? }) => {
+    ($(#[$meta:meta])* $name:ident, $wire_name:literal, $size:literal { $($(#[$field_meta:meta])* $field:ident : $type:ty = $offset:literal),* $(,)? }
+        $(at least zero: $($bounded:ident),*)?) => {
         $(#[$meta])*
         #[repr(C)]
         #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+        // A name of its own: the default is the path in this crate, which no other language has.
+        #[type_name($wire_name)]
         pub struct $name { $($(#[$field_meta])* pub $field: $type),* }
         const _: () = {
             assert!(size_of::<$name>() == $size);
@@ -64,6 +67,7 @@ macro_rules! record {
             );
             fn check(&self) -> Result<(), &'static str> {
                 $(if !Numbers::finite(&self.$field) { return Err(stringify!($field)); })*
+                $($(if self.$bounded < 0.0 { return Err(stringify!($bounded)); })*)?
                 Ok(())
             }
         }
@@ -72,7 +76,7 @@ macro_rules! record {
 
 record! {
     /// Header of every message between the solvers (user header of the sample).
-    StepHeader, 48 {
+    StepHeader, "tandem/StepHeader", 48 {
         /// Epoch of the grant that this message belongs to.
         epoch: u64 = 0,
         /// Number of the step.
@@ -87,6 +91,7 @@ record! {
         /// Generation of the IMP set that the records are ordered by.
         set: u64 = 40,
     }
+    at least zero: travel
 }
 
 /// Meaning of the bits of [`StepHeader::flags`] and [`Grant::flags`].
@@ -105,7 +110,7 @@ pub mod flags {
 
 record! {
     /// State of one IMP: position at `t_n`, velocity at `t_{n-1/2}`. Slots are ordered as the last IMP set.
-    ImpState, 32 {
+    ImpState, "tandem/ImpState", 32 {
         /// Position in m.
         position: [f64; 2] = 0,
         /// Velocity in m/s.
@@ -115,7 +120,7 @@ record! {
 
 record! {
     /// Who an IMP is. Sent when the set is rebuilt; the order of the records defines the slots.
-    ImpInfo, 32 {
+    ImpInfo, "tandem/ImpInfo", 32 {
         /// Identity of the material point, stable for the whole run.
         id: u64 = 0,
         /// Contact radius `r_p` in m.
@@ -131,19 +136,20 @@ record! {
 
 record! {
     /// Contact force on one IMP at `t_n`, summed over bodies.
-    ImpForce, 24 {
+    ImpForce, "tandem/ImpForce", 24 {
         /// Force on the point in N/m.
         force: [f64; 2] = 0,
         /// Stiffness in N/m per m with which bodies press, or may begin to press before the next exchange, on this
         /// point: sum over the bodies within reach; 0 where none is. The continuum's share of the step limit.
         stiffness: f64 = 16,
     }
+    at least zero: stiffness
 }
 
 record! {
     /// One vertex of a body's envelope. Consecutive records of one body form its closed outline
     /// (one vertex: a disc; two: a rounded segment).
-    EnvelopeVertex, 32 {
+    EnvelopeVertex, "tandem/EnvelopeVertex", 32 {
         /// Index of the body.
         body: u64 = 0,
         /// Position of the vertex in m.
@@ -151,12 +157,13 @@ record! {
         /// Contact begins where the distance to the outline is below this plus the point's radius (m).
         reach: f64 = 24,
     }
+    at least zero: reach
 }
 
 record! {
     /// The coupler's permission to do steps.
-    Grant, 88 {
-        /// Epoch: an interval of constant step length. Grows by one with every new step length.
+    Grant, "tandem/Grant", 88 {
+        /// Epoch: an interval of equal steps, counted from 1.
         epoch: u64 = 0,
         /// Number of the first step granted.
         first: u64 = 8,
@@ -179,11 +186,12 @@ record! {
         /// The receiving side halts when a contact in reach has a larger damping ratio than this.
         budget_damping: f64 = 80,
     }
+    at least zero: dt, dt_before_epoch, budget_omega_sq, budget_speed, budget_damping
 }
 
 record! {
     /// A side's limits, as shares of the composed stability criterion (PHYSICS.md section 4).
-    Limits, 48 {
+    Limits, "tandem/Limits", 48 {
         /// Bound of the largest squared frequency without contact between points and bodies, in 1/s^2.
         omega_sq: f64 = 0,
         /// What contact between points and bodies adds on this side: `lambda_max(S k S^T M^-1)` on the continuum's
@@ -198,11 +206,12 @@ record! {
         /// Interface mobility `W` in 1/kg, for information.
         mobility: f64 = 40,
     }
+    at least zero: omega_sq, contact_omega_sq, damping, speed, radius_min, mobility
 }
 
 record! {
     /// Energies, momenta and impulses of one side at `t_n` of a measured step, per metre of thickness.
-    Ledger, 144 {
+    Ledger, "tandem/Ledger", 144 {
         /// Kinetic energy in J/m (points: with the affine part; bodies: translation).
         kinetic: f64 = 0,
         /// Kinetic energy of rotation in J/m (bodies).
@@ -237,7 +246,7 @@ record! {
 
 record! {
     /// What a side says when its window is done or it halted.
-    Report, 280 {
+    Report, "tandem/Report", 280 {
         /// Epoch of the grant.
         epoch: u64 = 0,
         /// Number of the next step: all before it are done.
@@ -280,7 +289,7 @@ impl Numbers for Ledger {
 
 record! {
     /// Sums over one point group at `t_n` of a measured step.
-    GroupState, 104 {
+    GroupState, "tandem/GroupState", 104 {
         /// Mass in kg/m.
         mass: f64 = 0,
         /// Centre of mass in m.
@@ -302,7 +311,7 @@ record! {
 
 record! {
     /// One body at `t_n` of a measured step.
-    BodyState, 120 {
+    BodyState, "tandem/BodyState", 120 {
         /// Centre of mass in m.
         position: [f64; 2] = 0,
         /// Velocity in m/s.
@@ -330,7 +339,7 @@ record! {
 
 record! {
     /// One material point, for the state hash and for frames.
-    PointState, 40 {
+    PointState, "tandem/PointState", 40 {
         /// Identity.
         id: u64 = 0,
         /// Position in m.
@@ -383,6 +392,11 @@ mod tests {
         assert_eq!(state.check(), Ok(()));
         state.velocity[1] = f64::NAN;
         assert_eq!(state.check(), Err("velocity"));
+        let backwards = Limits {
+            speed: -1.0,
+            ..Default::default()
+        };
+        assert_eq!(backwards.check(), Err("speed"));
         let report = Report {
             limits: Limits {
                 omega_sq: f64::INFINITY,

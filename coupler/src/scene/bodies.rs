@@ -189,6 +189,18 @@ fn contact_law(problems: &mut Problems, path: &str, law: ContactLaw) {
     let sound = (0.0..=1.0).contains(&damping_ratio);
     let expected = "0 (elastic) to 1 (critical)";
     problems.number(&below("damping_ratio"), damping_ratio, sound, expected);
+    // The force message carries one stiffness a point, and the step limit is made of it (PROTOCOL.md F-6).
+    if tangential_stiffness > normal_stiffness {
+        let key = below("tangential_stiffness");
+        let message = format!(
+            "`{key}` = {tangential_stiffness} N/m is above the normal stiffness, {normal_stiffness} N/m"
+        );
+        problems.refuse(
+            &key,
+            message,
+            "elastic bodies are softer along a contact than across it: take at most k_n",
+        );
+    }
     if friction > 0.0 && tangential_stiffness == 0.0 {
         problems.refuse(
             &below("friction"),

@@ -23,7 +23,7 @@ pub type Alarm<'a> = &'a mut dyn FnMut() -> Result<(), SessionError>;
 /// Longest wait for a solver to come and say hello.
 const ARRIVAL: Duration = Duration::from_secs(30);
 /// Longest wait for a solver to take its configuration: it may fill millions of points.
-const CONFIGURATION: Duration = Duration::from_secs(120);
+const CONFIGURATION: Duration = Duration::from_mins(2);
 
 /// A session with one or two solvers. Dropping it removes the run's corner of the machine.
 pub struct Session<S: Service> {
@@ -31,8 +31,9 @@ pub struct Session<S: Service> {
     groups: Option<Inlet<S, GroupState>>,
     points: Option<Inlet<S, PointState>>,
     bodies: Option<Inlet<S, BodyState>>,
-    _keep: Vec<Box<dyn Keep>>,
-    _post: Post<S>,
+    /// A channel exists for as long as somebody holds it.
+    keep: Vec<Box<dyn Keep>>,
+    post: Post<S>,
     // Last, so that the ports are gone before the directory is.
     domain: OwnedDomain,
 }
@@ -58,7 +59,7 @@ impl<S: Service + 'static> Session<S> {
     /// [`SessionError::Channel`].
     pub fn open(parties: &[Party]) -> Result<Self, SessionError> {
         let domain = OwnedDomain::create().map_err(crate::channel::ChannelError::from)?;
-        let post = Post::<S>::open(domain.domain(), Party::Coupler, CONFIGURATION)?;
+        let post = Post::<S>::open(domain.domain(), Party::Coupler)?;
         let mut keep = Vec::new();
         let mut lines = Vec::new();
         for &party in parties {
@@ -69,8 +70,8 @@ impl<S: Service + 'static> Session<S> {
             groups: None,
             points: None,
             bodies: None,
-            _keep: keep,
-            _post: post,
+            keep,
+            post,
             domain,
         };
         if parties.contains(&Party::Mpm) {
@@ -81,17 +82,13 @@ impl<S: Service + 'static> Session<S> {
             session.bodies = Some(session.create_inlet(&BODIES)?);
         }
         if parties.len() == 2 {
-            let post = &session._post;
-            session._keep.push(post.create(&IMP_SET)?);
-            session._keep.push(post.create(&IMP_STATES)?);
-            session._keep.push(post.create(&IMP_FORCES)?);
-            session._keep.push(post.create(&ENVELOPES)?);
-            session
-                ._keep
-                .push(post.create_bell(Party::Mpm, Party::Dem)?);
-            session
-                ._keep
-                .push(post.create_bell(Party::Dem, Party::Mpm)?);
+            let post = &session.post;
+            session.keep.push(post.create(&IMP_SET)?);
+            session.keep.push(post.create(&IMP_STATES)?);
+            session.keep.push(post.create(&IMP_FORCES)?);
+            session.keep.push(post.create(&ENVELOPES)?);
+            session.keep.push(post.create_bell(Party::Mpm, Party::Dem)?);
+            session.keep.push(post.create_bell(Party::Dem, Party::Mpm)?);
         }
         Ok(session)
     }
@@ -100,8 +97,8 @@ impl<S: Service + 'static> Session<S> {
         &mut self,
         channel: &Channel<T>,
     ) -> Result<Inlet<S, T>, SessionError> {
-        self._keep.push(self._post.create(channel)?);
-        Ok(self._post.inlet(channel)?)
+        self.keep.push(self.post.create(channel)?);
+        Ok(self.post.inlet(channel)?)
     }
 
     /// The run's id, by which solvers join.

@@ -3,7 +3,7 @@
 use iceoryx2::prelude::Service;
 
 use super::SessionError;
-use super::desk::{Desk, Next, broken, check};
+use super::desk::{Desk, Next, broken, check, check_set};
 use super::stopwatch::Activity;
 use crate::channel::{
     BODIES, Bell, DEM_SEAT, ENVELOPES, IMP_FORCES, IMP_SET, IMP_STATES, Inlet, Outlet, Rope,
@@ -280,17 +280,7 @@ impl<S: Service + 'static> PointsLine<S> {
                 states.set
             ));
         }
-        check(Party::Mpm, "I-2", step.index, &self.set)?;
-        if let Some(imp) = self
-            .set
-            .iter()
-            .find(|imp| !(imp.radius > 0.0 && imp.mass > 0.0))
-        {
-            return complain(format!("radius and mass must be positive: {imp:?}"));
-        }
-        if let Some(pair) = self.set.windows(2).find(|pair| pair[0].id >= pair[1].id) {
-            return complain(format!("ids must rise: {} then {}", pair[0].id, pair[1].id));
-        }
+        check_set(&self.set, step.index)?;
         self.generation = header.set;
         Ok(())
     }

@@ -13,10 +13,10 @@ use crate::control::{Configure, Failure, Hello, Notice, Order, PROTOCOL, Party, 
 use crate::domain::Domain;
 use crate::solver::{Readiness, Refusal};
 use crate::wait::{Patience, wait};
-use crate::wire::{Grant, Record, Report, StepHeader};
+use crate::wire::{Grant, ImpInfo, Record, Report, StepHeader};
 
 /// Longest wait for the coupler while the session is being set up: the other solver may be filling a large scene.
-const SETUP: Duration = Duration::from_secs(120);
+const SETUP: Duration = Duration::from_mins(2);
 
 /// What the coupler wants next.
 pub(crate) enum Next {
@@ -51,7 +51,7 @@ impl<S: Service + 'static> Desk<S> {
         identity: String,
         own_process: bool,
     ) -> Result<Self, SessionError> {
-        let post = Post::open(domain, seat.party, SETUP)?;
+        let post = Post::open(domain, seat.party)?;
         let desk = Self {
             party: seat.party,
             patience: Patience::until(SETUP),
@@ -119,7 +119,7 @@ impl<S: Service + 'static> Desk<S> {
     pub(crate) fn next(&mut self) -> Result<Next, SessionError> {
         let (grants, orders, domain) = (&self.grants, &self.orders, &self.domain);
         let (granted, bytes) = (&mut self.granted, &mut self.bytes);
-        let (party, step) = (self.party, self.step);
+        let step = self.step;
         // The first grant comes when the other solver is ready too.
         let patience = if step == 0 {
             Patience::until(SETUP)
@@ -133,7 +133,7 @@ impl<S: Service + 'static> Desk<S> {
                 if grants.receive(granted)?.is_some() {
                     let [grant] = granted[..] else {
                         return Err(broken(
-                            party,
+                            Party::Coupler,
                             "G-1",
                             step,
                             format!("{} grants in one message", granted.len()),
@@ -145,7 +145,7 @@ impl<S: Service + 'static> Desk<S> {
                 match receive_order(orders, bytes, step)? {
                     None => Ok(None),
                     Some(Order::Drain) => Ok(Some(Next::Drain)),
-                    Some(order) => Err(unexpected(order, step)),
+                    Some(order) => Err(unexpected(&order, step)),
                 }
             },
             |nap| self.bell.sleep(nap),
@@ -174,7 +174,7 @@ impl<S: Service + 'static> Desk<S> {
     /// To be asked during every long wait for another solver.
     pub(crate) fn alarm(&self) -> Result<(), SessionError> {
         if let Some(order) = receive_order(&self.orders, &mut Vec::new(), self.step)? {
-            return Err(unexpected(order, self.step));
+            return Err(unexpected(&order, self.step));
         }
         coupler_lives(&self.domain, self.step)
     }
@@ -203,7 +203,7 @@ impl<S: Service + 'static> Desk<S> {
         self.notify(&Notice::Bye)?;
         match self.await_order("leave to close")? {
             Order::Close => Ok(()),
-            order => Err(unexpected(order, self.step)),
+            order => Err(unexpected(&order, self.step)),
         }
     }
 
@@ -278,7 +278,7 @@ fn receive_order<S: Service>(
     }
 }
 
-fn unexpected(order: Order, step: u64) -> SessionError {
+fn unexpected(order: &Order, step: u64) -> SessionError {
     broken(
         Party::Coupler,
         "S-3",
@@ -304,7 +304,7 @@ pub(crate) fn broken(who: Party, clause: &'static str, step: u64, message: Strin
     }
 }
 
-/// The same check for what is sent and what is received: every number finite.
+/// The same check for what is sent and what is received: every number finite and in its range.
 pub(crate) fn check<T: Record>(
     who: Party,
     clause: &'static str,
@@ -313,9 +313,24 @@ pub(crate) fn check<T: Record>(
 ) -> Result<(), SessionError> {
     for (slot, record) in records.iter().enumerate() {
         if let Err(field) = record.check() {
-            let message = format!("{field} of record {slot} is not finite: {record:?}");
+            let message = format!(
+                "{field} of record {slot} is not finite, or negative where it may not be: {record:?}"
+            );
             return Err(broken(who, clause, step, message));
         }
+    }
+    Ok(())
+}
+
+/// The same check of an IMP set for what is sent and what is received (clause I-2).
+pub(crate) fn check_set(set: &[ImpInfo], step: u64) -> Result<(), SessionError> {
+    check(Party::Mpm, "I-2", step, set)?;
+    let complain = |message| Err(broken(Party::Mpm, "I-2", step, message));
+    if let Some(imp) = set.iter().find(|imp| imp.radius <= 0.0 || imp.mass <= 0.0) {
+        return complain(format!("radius and mass must be positive: {imp:?}"));
+    }
+    if let Some(pair) = set.windows(2).find(|pair| pair[0].id >= pair[1].id) {
+        return complain(format!("ids must rise: {} then {}", pair[0].id, pair[1].id));
     }
     Ok(())
 }

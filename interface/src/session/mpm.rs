@@ -3,7 +3,7 @@
 use iceoryx2::prelude::Service;
 
 use super::SessionError;
-use super::desk::{Desk, Next, broken, check};
+use super::desk::{Desk, Next, broken, check, check_set};
 use super::stopwatch::Activity;
 use crate::channel::{
     Bell, ENVELOPES, GROUPS, IMP_FORCES, IMP_SET, IMP_STATES, Inlet, MPM_SEAT, Outlet, POINTS, Rope,
@@ -47,7 +47,13 @@ fn serve<S: Service + 'static, M: MpmSolver>(
     let groups = desk.post.outlet(&GROUPS)?;
     let points = desk.post.outlet(&POINTS)?;
     let mut bodies = if configure.coupled {
-        Some(BodiesLine::open(desk, &config)?)
+        let mut line = BodiesLine::open(desk, &config)?;
+        let speeds = solver
+            .points()
+            .into_iter()
+            .map(|p| p.velocity[0].hypot(p.velocity[1]));
+        line.fastest = speeds.fold(0.0, f64::max);
+        Some(line)
     } else {
         None
     };
@@ -154,6 +160,10 @@ struct BodiesLine<S: Service> {
     /// Travel of points and surfaces together after which the set is built anew: the skin less half the largest
     /// radius, so that whatever may begin to touch within a step is in the set, and in the step limit, before it does.
     allowed_travel: f64,
+    /// Smallest contact radius of any group, in m; 0 where the configuration leaves radii to the solver.
+    radius_min: f64,
+    /// Speed of the fastest point of all in m/s.
+    fastest: f64,
     /// Generation of the IMP set; 0 before the first.
     set: u64,
     imps: usize,
@@ -166,10 +176,13 @@ struct BodiesLine<S: Service> {
 
 impl<S: Service + 'static> BodiesLine<S> {
     fn open(desk: &Desk<S>, config: &MpmConfig) -> Result<Self, SessionError> {
-        let radii = config
-            .groups
-            .iter()
-            .filter_map(|group| group.contact_radius);
+        let radii = || {
+            config
+                .groups
+                .iter()
+                .filter_map(|group| group.contact_radius)
+        };
+        let radius_min = radii().fold(f64::INFINITY, f64::min);
         Ok(Self {
             set_out: desk.post.outlet(&IMP_SET)?,
             states_out: desk.post.outlet(&IMP_STATES)?,
@@ -177,7 +190,13 @@ impl<S: Service + 'static> BodiesLine<S> {
             envelopes_in: desk.post.inlet(&ENVELOPES)?,
             rope: desk.post.rope(Party::Mpm, Party::Dem)?,
             bell: desk.post.bell(Party::Dem, Party::Mpm)?,
-            allowed_travel: config.skin - 0.5 * radii.fold(0.0, f64::max),
+            allowed_travel: config.skin - 0.5 * radii().fold(0.0, f64::max),
+            radius_min: if radius_min.is_finite() {
+                radius_min
+            } else {
+                0.0
+            },
+            fastest: 0.0,
             set: 0,
             imps: 0,
             bodies_travel: 0.0,
@@ -218,6 +237,7 @@ impl<S: Service + 'static> BodiesLine<S> {
         if new_set {
             self.rebuild(desk, solver, grant)?;
         }
+        let travel = solver.travel();
         let states = solver.imp_states();
         desk.watch.lap(Activity::Compute);
         check(Party::Mpm, "I-3", step.index, states)?;
@@ -250,7 +270,20 @@ impl<S: Service + 'static> BodiesLine<S> {
                 step.index,
                 "the contact forces were not taken".into(),
             )),
-            (Ok(limits), None) => Ok(limits),
+            (Ok(limits), None) => Ok(self.with_approach(limits, solver.travel() - travel, step)),
+        }
+    }
+
+    /// The solver's limits with what the kinematic limit needs to know before there is an IMP: any point may become
+    /// one, so the fastest of all counts, as far as its travel tells, and the smallest radius of any.
+    fn with_approach(&mut self, limits: Limits, travelled: f64, step: &Step) -> Limits {
+        if step.dt > 0.0 {
+            self.fastest = travelled / step.dt;
+        }
+        Limits {
+            speed: limits.speed.max(self.fastest),
+            radius_min: self.radius_min,
+            ..limits
         }
     }
 
@@ -277,7 +310,10 @@ impl<S: Service + 'static> BodiesLine<S> {
             },
         )?;
         desk.watch.lap(Activity::Wait);
-        if header.step != step || header.count != self.envelopes.len() as u64 {
+        if header.step != step
+            || header.epoch != grant.epoch
+            || header.count != self.envelopes.len() as u64
+        {
             let message = format!(
                 "envelopes of step {} with {} vertices announced",
                 header.step, header.count
@@ -290,7 +326,7 @@ impl<S: Service + 'static> BodiesLine<S> {
         self.set += 1;
         self.bodies_travel = 0.0;
         desk.watch.lap(Activity::Compute);
-        check(Party::Mpm, "I-2", step, set)?;
+        check_set(set, step)?;
         let header = self.header(desk, grant, flags::NEW_SET);
         self.set_out.send(header, set)?;
         desk.watch.lap(Activity::Exchange);
