@@ -118,7 +118,11 @@ pub fn contact_point(x: Vec2, radius: f64, overlap: f64, normal: Vec2) -> Vec2 {
 ///
 /// `inverse_length_sq` is `1/|b - a|^2`, which a rigid body never changes, and 0 for an edge without length, which is
 /// a disc. No branch and no division, so that the loop over a list can be done several pairs at a time.
-#[inline]
+#[expect(
+    clippy::inline_always,
+    reason = "as in `pairs`, whose first pass is this function"
+)]
+#[inline(always)]
 pub fn vertex_edge(vertex: Vec2, a: Vec2, b: Vec2, inverse_length_sq: f64) -> (Vec2, f64) {
     let (edge, from_a) = (b - a, vertex - a);
     let along = from_a.dot(&edge) * inverse_length_sq;

@@ -3,6 +3,11 @@
 //! Every term is a function `k xi^2 / 2` of one distance, so the sum is conservative; at a corner a pair counts up to
 //! four times, at flush aligned edges eight times, which the step limit sees because it sums the same terms.
 
+#![expect(
+    clippy::inline_always,
+    reason = "left to itself the compiler calls a function per pair, which costs a quarter of the step"
+)]
+
 use std::fmt::Debug;
 
 use interface::Vec2;
@@ -120,8 +125,9 @@ impl<L: Law> BodyContacts<L> {
         self.constants.clear();
         self.constants.extend(pairs.map(|pair| {
             let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
+            let inverse = v.inverse_mass + e.inverse_mass;
             self.law.pair(&Mates {
-                mass: 1.0 / (v.inverse_mass + e.inverse_mass),
+                mass: if inverse > 0.0 { 1.0 / inverse } else { 0.0 }, // bodies that can only turn: no dashpot
                 radius: reduced(v.radius, e.radius),
             })
         }));
@@ -130,120 +136,140 @@ impl<L: Law> BodyContacts<L> {
 }
 
 /// Vector from the edge to the vertex of a pair, and its squared length.
-#[inline]
+#[inline(always)]
 fn separation(bodies: &Bodies, pair: &VertexEdge) -> (Vec2, f64) {
     let at = |i: u32| bodies.outline[i as usize];
     let inverse = bodies.inverse_length_sq[pair.edge[0] as usize];
     vertex_edge(at(pair.vertex), at(pair.edge[0]), at(pair.edge[1]), inverse)
 }
 
-/// What a chunk of pairs is worked on in.
+/// What a chunk of pairs is worked on in. The work is done in passes over the chunk: a contact is one long chain of
+/// dependent operations, and short passes let the processor work on several contacts at once.
 #[derive(Debug, Default)]
 struct Scratch {
     near: Vec<Near>,
+    met: Vec<Met>,
     outcomes: Vec<Outcome>,
 }
 
 /// A pair in reach.
 #[derive(Debug, Clone, Copy, Default)]
 struct Near {
-    /// Vector from the edge to the vertex in m.
-    away: Vec2,
-    /// Its squared length.
-    distance_sq: f64,
-    /// Index in the chunk.
+    /// Vector from the edge to the vertex in m; then the unit normal `N`.
+    normal: Vec2,
+    /// Squared distance in m^2; then the overlap `xi` in m.
+    overlap: f64,
+    /// Index in the list.
     index: usize,
 }
 
-/// The part of the work that is done for every pair of a list, to find the few that are in reach: without a branch,
-/// because which pairs of a list touch is not predictable.
-#[inline]
+/// How the two surfaces of a pair in reach met.
+#[derive(Debug, Clone, Copy)]
+struct Met {
+    arms: [Arms; 2],
+    touch: Touch,
+}
+
+/// Finds the pairs in reach among those from `from` on. Without a branch, because which pairs of a list touch is not
+/// predictable.
+#[inline(always)]
 fn find_near<'a>(
     bodies: &Bodies,
     pairs: &[VertexEdge],
+    from: usize,
     closing: f64,
     near: &'a mut Vec<Near>,
 ) -> &'a [Near] {
     near.resize(CHUNK, Near::default());
     let mut count = 0;
-    for (index, pair) in pairs.iter().enumerate() {
+    for (k, pair) in pairs.iter().enumerate() {
         let (away, distance_sq) = separation(bodies, pair);
         let far = pair.reach + closing;
         near[count] = Near {
-            away,
-            distance_sq,
-            index,
+            normal: away,
+            overlap: distance_sq,
+            index: from + k,
         };
         count += usize::from(distance_sq < far * far);
+    }
+    for near in &mut near[..count] {
+        let pair = &pairs[near.index - from];
+        let distance = near.overlap.sqrt();
+        near.overlap = pair.reach - distance;
+        if distance > 0.0 {
+            near.normal /= distance;
+        } else {
+            let [a, b] = pair.edge.map(|i| bodies.outline[i as usize]);
+            near.normal = normal_on(a, b);
+        }
     }
     &near[..count]
 }
 
+/// Contact point (eq. 41), lever arms, and how the surfaces have moved there.
+#[inline(always)]
+fn meet<const MOTION: bool>(bodies: &Bodies, past: Past, pair: &VertexEdge, near: &Near) -> Met {
+    let (normal, overlap) = (near.normal, near.overlap);
+    let [v, e] = pair.bodies.map(|b| &bodies.frames[b as usize]);
+    let vertex = bodies.outline[pair.vertex as usize];
+    let p = contact_point(vertex, pair.radius, overlap, normal);
+    let arms = [
+        Arms::new(p - v.center, normal),
+        Arms::new(p - e.center, normal),
+    ];
+    let mut touch = Touch {
+        overlap,
+        ..Touch::default()
+    };
+    if MOTION && past.dt > 0.0 {
+        let shift = v.shift - e.shift;
+        let turned = [arms[0].displacement(v), arms[1].displacement(e)];
+        touch.moved = [
+            shift.dot(&normal) + (turned[0][0] - turned[1][0]),
+            cross(normal, shift) + (turned[0][1] - turned[1][1]),
+        ];
+        touch.velocity = touch.moved.map(|u| u * past.per_dt);
+        // The sine is the angle but for a third-order term; exact rotation matters to lengths only.
+        touch.rolled = v.sin - e.sin;
+    } else if MOTION {
+        let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
+        let velocity = v.velocity - e.velocity;
+        touch.velocity = [
+            velocity.dot(&normal) + (v.spin * arms[0].n - e.spin * arms[1].n),
+            cross(normal, velocity) + (v.spin * arms[0].t - e.spin * arms[1].t),
+        ];
+    }
+    Met { arms, touch }
+}
+
 impl<L: Law> BodyContacts<L> {
-    /// Evaluates a pair in reach: contact point (eq. 41), law, force and torques.
-    #[inline]
-    fn pair(
+    /// Law, force and torques of a pair in reach.
+    #[inline(always)]
+    fn press(
         &self,
         bodies: &Bodies,
-        past: Past,
         closing: f64,
         near: &Near,
-        k: usize,
+        met: &Met,
     ) -> (Outcome, L::History) {
+        let k = near.index;
         let (pair, constants, before) = (&self.list.pairs[k], &self.constants[k], &self.history[k]);
-        let distance = near.distance_sq.sqrt();
-        let normal = if distance > 0.0 {
-            near.away / distance
-        } else {
-            let [a, b] = pair.edge.map(|i| bodies.outline[i as usize]);
-            normal_on(a, b)
-        };
-        let overlap = pair.reach - distance;
+        let (normal, arms, touch) = (near.normal, &met.arms, &met.touch);
         let [v, e] = pair.bodies.map(|b| &bodies.frames[b as usize]);
-        let vertex = bodies.outline[pair.vertex as usize];
-        let p = contact_point(vertex, pair.radius, overlap, normal);
-        let arms = [
-            Arms::new(p - v.center, normal),
-            Arms::new(p - e.center, normal),
-        ];
-        let mut touch = Touch {
-            overlap,
-            ..Touch::default()
-        };
-        if L::MOTION {
-            if past.dt > 0.0 {
-                let shift = v.shift - e.shift;
-                let turned = [arms[0].displacement(v), arms[1].displacement(e)];
-                touch.moved = [
-                    shift.dot(&normal) + (turned[0][0] - turned[1][0]),
-                    cross(normal, shift) + (turned[0][1] - turned[1][1]),
-                ];
-                touch.velocity = touch.moved.map(|u| u * past.per_dt);
-                // The sine is the angle but for a third-order term; exact rotation matters to lengths only.
-                touch.rolled = v.sin - e.sin;
-            } else {
-                let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
-                let velocity = v.velocity - e.velocity;
-                touch.velocity = [
-                    velocity.dot(&normal) + (v.spin * arms[0].n - e.spin * arms[1].n),
-                    cross(normal, velocity) + (v.spin * arms[0].t - e.spin * arms[1].t),
-                ];
-            }
-        }
-        let k = self.law.stiffness(constants, overlap + closing);
+        let stiffness = self.law.stiffness(constants, touch.overlap + closing);
         let mut outcome = Outcome {
             bodies: pair.bodies,
             force: Vec2::zeros(),
             torque: [0.0; 2],
-            rate: [arms[0].rate(v, k), arms[1].rate(e, k)],
+            rate: [arms[0].rate(v, stiffness), arms[1].rate(e, stiffness)],
             loss: Loss::default(),
-            presses: overlap > 0.0,
+            presses: touch.overlap > 0.0,
         };
-        if overlap <= 0.0 {
-            outcome.loss = self.law.part(&touch, before);
+        if touch.overlap <= 0.0 {
+            outcome.loss = self.law.part(touch, before);
             return (outcome, L::History::default());
         }
-        let press = self.law.press(constants, &touch, before);
+        let press = self.law.press(constants, touch, before);
         let (f_n, f_t) = (press.normal, press.tangential);
         outcome.force = Vec2::new(
             normal.x.mul_add(f_n, -(normal.y * f_t)),
@@ -266,7 +292,7 @@ struct Arms {
 }
 
 impl Arms {
-    #[inline]
+    #[inline(always)]
     fn new(r: Vec2, normal: Vec2) -> Self {
         Self {
             n: cross(r, normal),
@@ -275,7 +301,7 @@ impl Arms {
     }
 
     /// Displacement of the material at `r` by the last step's rotation, along `N` and `T`: exact at any angle.
-    #[inline]
+    #[inline(always)]
     fn displacement(self, frame: &Frame) -> [f64; 2] {
         [
             frame.sin.mul_add(self.n, frame.versine * self.t),
@@ -284,7 +310,7 @@ impl Arms {
     }
 
     /// `sum k (1/m + (r x n)^2 / I)` over both directions, and `k_r / I`.
-    #[inline]
+    #[inline(always)]
     fn rate(self, frame: &Frame, k: Stiffness) -> f64 {
         let along = (k.normal * self.n).mul_add(self.n, k.rolling);
         let turning = (k.tangential * self.t).mul_add(self.t, along);
@@ -293,7 +319,7 @@ impl Arms {
             .mul_add(turning, (k.normal + k.tangential) * frame.inverse_mass)
     }
 
-    #[inline]
+    #[inline(always)]
     fn moment(self, f_n: f64, f_t: f64) -> f64 {
         self.n.mul_add(f_n, self.t * f_t)
     }
@@ -324,12 +350,23 @@ impl<L: Law> BodySide for BodyContacts<L> {
         let chunk = |from: usize, next: &mut [L::History], scratch: &mut Scratch| {
             let pairs = &self.list.pairs[from..from + next.len()];
             next.fill(L::History::default());
+            let near = find_near(bodies, pairs, from, closing, &mut scratch.near);
+            scratch.met.clear();
+            scratch.met.extend(near.iter().map(|near| {
+                let pair = &pairs[near.index - from];
+                if L::MOTION {
+                    meet::<true>(bodies, past, pair, near)
+                } else {
+                    meet::<false>(bodies, past, pair, near)
+                }
+            }));
             scratch.outcomes.clear();
-            for near in find_near(bodies, pairs, closing, &mut scratch.near) {
-                let (outcome, history) = self.pair(bodies, past, closing, near, from + near.index);
-                scratch.outcomes.push(outcome);
-                next[near.index] = history;
-            }
+            let met = near.iter().zip(&scratch.met);
+            scratch.outcomes.extend(met.map(|(near, met)| {
+                let (outcome, history) = self.press(bodies, closing, near, met);
+                next[near.index - from] = history;
+                outcome
+            }));
         };
         threads.chunks(&mut next, &mut scratches, chunk, |scratch: &Scratch| {
             for outcome in &scratch.outcomes {
@@ -407,7 +444,9 @@ impl<L: Law> BodySide for BodyContacts<L> {
     fn bytes(&self) -> usize {
         self.list.pairs.capacity() * size_of::<VertexEdge>()
             + self.constants.capacity() * size_of::<L::Pair>()
-            + self.scratches.len() * CHUNK * (size_of::<Outcome>() + size_of::<Near>())
+            + self.scratches.len()
+                * CHUNK
+                * (size_of::<Outcome>() + size_of::<Near>() + size_of::<Met>())
             + 2 * self.history.capacity() * size_of::<L::History>()
     }
 }
