@@ -169,16 +169,32 @@ fn body_config(body: &BodyWritten) -> BodyConfig {
 }
 
 fn contact_law(problems: &mut Problems, path: &str, law: ContactLaw) {
-    let ContactLaw::Linear {
-        normal_stiffness,
-        tangential_stiffness,
-        friction,
-        damping_ratio,
-    } = law
-    else {
-        return; // the bodies' side checks the others, and refuses with the key
+    let (
+        name,
+        [
+            normal_stiffness,
+            tangential_stiffness,
+            friction,
+            damping_ratio,
+        ],
+    ) = match law {
+        ContactLaw::Linear {
+            normal_stiffness: k_n,
+            tangential_stiffness: k_t,
+            friction,
+            damping_ratio,
+        } => ("linear", [k_n, k_t, friction, damping_ratio]),
+        ContactLaw::Granular {
+            normal_stiffness: k_n,
+            tangential_stiffness: k_t,
+            friction,
+            damping_ratio,
+            ..
+        } => ("granular", [k_n, k_t, friction, damping_ratio]),
+        // The bodies' side checks the others, and refuses with the key.
+        ContactLaw::HertzMindlin { .. } | ContactLaw::Area { .. } => return,
     };
-    let below = |key: &str| format!("{path}.linear.{key}");
+    let below = |key: &str| format!("{path}.{name}.{key}");
     problems.above_zero(&below("normal_stiffness"), normal_stiffness, "a stiffness");
     problems.not_negative(
         &below("tangential_stiffness"),
@@ -204,7 +220,7 @@ fn contact_law(problems: &mut Problems, path: &str, law: ContactLaw) {
     if friction > 0.0 && tangential_stiffness == 0.0 {
         problems.refuse(
             &below("friction"),
-            format!("`{path}.linear` has friction and no tangential stiffness"),
+            format!("`{path}.{name}` has friction and no tangential stiffness"),
             "friction acts through a tangential spring: set `tangential_stiffness`, often \
              `normal_stiffness` / 20 to / 2",
         );
