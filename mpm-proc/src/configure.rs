@@ -2,8 +2,8 @@
 //! materials.
 
 use interface::config::{
-    MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, StressUpdate,
-    Transfer as TransferConfig, Wall,
+    Leaving, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, Transfer as TransferConfig,
+    Wall,
 };
 use interface::solver::{Readiness, Refusal};
 
@@ -20,7 +20,7 @@ use crate::material::{
 };
 use crate::measure::Books;
 use crate::points::{Cloud, LaneCopy};
-use crate::shape::{CubicBspline, QuadraticBspline, Shape, Ugimp};
+use crate::shape::{CubicBspline, Linear, QuadraticBspline, Shape, Ugimp};
 use crate::threads::Threads;
 use crate::tiles::Geometry;
 use crate::transfer::{Apic, Blend, Flip, Pic, Transfer};
@@ -55,34 +55,24 @@ pub fn build(config: &MpmConfig) -> Result<(Box<dyn Scheme>, Readiness), Refusal
                 Ugimp::new(p.sides.map(|s| (0.5 * s / cell).min(0.5)))
             })
         }
-        (ShapeFunction::Linear, _) => Err(Refusal::new(
-            "mpm.shape",
-            "linear is not available: its step limit has no bound; use ugimp",
+        (ShapeFunction::Linear, TransferConfig::Apic) => Err(Refusal::new(
+            "mpm.transfer",
+            "apic needs shape = \"quadratic_bspline\" or \"cubic_bspline\": with linear hats the inertia D_p of eq. 29 \
+             has no inverse at a node; use flip, pic or blend",
         )),
+        (ShapeFunction::Linear, _) => parts.with_plain_transfer(|_| Linear),
     }
 }
 
 /// Refuses what this solver does not do yet: ignoring it would give a wrong answer without a word.
-fn check_forcing(config: &MpmConfig) -> Result<(), Refusal> {
-    use interface::config::{ContactForceScheme, Forcing, InitialFields, Leaving};
-    let refuse = |key: &str| Err(Refusal::new(key, "is not available in this solver yet"));
-    if config.contact_force != ContactForceScheme::Point {
-        return refuse("mpm.contact_force");
+fn check_leaving(config: &MpmConfig) -> Result<(), Refusal> {
+    match config.leaving {
+        Leaving::Stop => Ok(()),
+        Leaving::Remove => Err(Refusal::new(
+            "mpm.leaving",
+            "remove is not available; use stop",
+        )),
     }
-    if config.leaving != Leaving::Stop {
-        return refuse("mpm.leaving");
-    }
-    if config.forcing != Forcing::default() {
-        return refuse("mpm.body_force, mpm.traction, mpm.stage");
-    }
-    if config
-        .groups
-        .iter()
-        .any(|group| group.fields != InitialFields::default())
-    {
-        return refuse("mpm.points: initial fields");
-    }
-    Ok(())
 }
 
 /// What does not depend on shape function and transfer.
@@ -99,7 +89,7 @@ impl<'a> Parts<'a> {
         let geometry = geometry(config)?;
         check_scalars(config)?;
         check_choices(config)?;
-        check_forcing(config)?;
+        check_leaving(config)?;
         let mut notes = Vec::new();
         let mut points = Vec::new();
         for (g, group) in config.groups.iter().enumerate() {
@@ -167,7 +157,6 @@ impl<'a> Parts<'a> {
             let fields = Fields::new(self.config, g)?;
             let material = &self.config.materials[group.material];
             let blocks = points.positions.len().div_ceil(LANES);
-            let volume = points.box_area();
             let mut state =
                 constitutive::<W, S>(&material.model, material.density, self.config.plane, blocks);
             fields.prestress(&mut *state, &points.positions)?;
@@ -175,10 +164,10 @@ impl<'a> Parts<'a> {
                 shape(points),
                 state,
                 [
-                    material.density * volume,
-                    volume,
+                    material.density * points.box_area(),
                     group.contact_radius.unwrap_or_else(|| half_spacing(points)),
                 ],
+                points.sides,
                 first_id,
                 &points.positions,
                 &fields.velocities(&points.positions)?,
@@ -197,6 +186,10 @@ impl<'a> Parts<'a> {
             touches: Vec::new(),
             loaded: Vec::new(),
             books: Books::default(),
+            contact_scheme: self.config.contact_force,
+            asks: Vec::new(),
+            stress_update: self.config.stress_update,
+            loads_of_nodes: Vec::new(),
             stages: self.config.forcing.stages.clone(),
             threads: self.threads,
             drift: 0.0,
@@ -525,9 +518,6 @@ fn check_model(model: &MaterialModel, key: &str) -> Result<(), Refusal> {
 }
 
 fn check_choices(config: &MpmConfig) -> Result<(), Refusal> {
-    if config.stress_update != StressUpdate::Usf {
-        return Err(Refusal::new("mpm.stress_update", "only usf is available"));
-    }
     if config.plane == Plane::Stress {
         for (i, material) in config.materials.iter().enumerate() {
             if !matches!(material.model, MaterialModel::LinearElastic { .. }) {
@@ -549,10 +539,18 @@ fn check_choices(config: &MpmConfig) -> Result<(), Refusal> {
         ("bottom", walls.bottom),
         ("top", walls.top),
     ] {
-        if matches!(wall, Wall::Friction { .. } | Wall::Periodic) {
+        if let Wall::Friction { coefficient } = wall
+            && !(coefficient.is_finite() && coefficient >= 0.0)
+        {
+            return Err(Refusal::new(
+                format!("mpm.walls.{name}.friction.coefficient"),
+                format!("{coefficient} must be 0 or more"),
+            ));
+        }
+        if wall == Wall::Periodic {
             return Err(Refusal::new(
                 format!("mpm.walls.{name}"),
-                "only open, fixed and slip are available",
+                "periodic is not available; use open, fixed, slip or friction",
             ));
         }
     }

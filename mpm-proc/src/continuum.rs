@@ -1,11 +1,12 @@
 //! The continuum: clouds of points over one grid, for one shape function and one transfer.
 
+use interface::config::{ContactForceScheme, StressUpdate};
 use interface::solver::{Fault, MpmMeasurement};
 use interface::wire::{EnvelopeVertex, ImpInfo, ImpState, PointState};
 
 use crate::contact::Touch;
 
-use crate::grid::Grid;
+use crate::grid::{Grid, NODES};
 use crate::imps::Imps;
 use crate::lanes::LANES;
 use crate::measure::Books;
@@ -17,6 +18,9 @@ use crate::transfer::Transfer;
 /// Share of a cell that points may have moved before they are sorted again: just below the margin of a tile's window,
 /// so that rounding cannot carry one over it.
 const SORT_AFTER: f64 = 0.99;
+
+/// Likewise where contact forces are spread over the points' boxes, which reach 0.29 cells further.
+const SORT_AFTER_WITH_BOXES: f64 = 0.7;
 
 /// The whole state of the solver.
 pub struct Continuum<const W: usize, S: Shape<W>, T: Transfer>
@@ -33,10 +37,18 @@ where
     pub imps: Imps,
     /// Nodes that the loaded points of the present step touch, and the stiffness on each such point.
     pub touches: Vec<Touch>,
+    /// How a contact force reaches the grid.
+    pub contact_scheme: ContactForceScheme,
+    /// Nodes that those points take their velocity from, `W` x `W` each.
+    pub asks: Vec<Touch>,
     /// Stiffness on each of those points in N/m.
     pub loaded: Vec<f64>,
     /// Sums that go on through the run, and the last measurement.
     pub books: Books,
+    /// When stresses are updated.
+    pub stress_update: StressUpdate,
+    /// Sums over nodes for the step limit of linear hats; empty for other shapes.
+    pub loads_of_nodes: Vec<[f64; NODES]>,
     /// Stages of loading, in order of their beginning.
     pub stages: Vec<interface::config::Stage>,
     /// Threads.
@@ -51,7 +63,11 @@ where
 {
     /// Sorts the points and lays out the grid, if they could have left their tiles' windows.
     pub fn keep_sorted(&mut self) {
-        if self.drift > SORT_AFTER * self.grid.geometry.cell {
+        let after = match self.contact_scheme {
+            ContactForceScheme::Traction => SORT_AFTER_WITH_BOXES,
+            ContactForceScheme::Point | ContactForceScheme::NearestNodes => SORT_AFTER,
+        };
+        if self.drift > after * self.grid.geometry.cell {
             self.sort();
         }
     }

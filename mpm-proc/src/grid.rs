@@ -240,7 +240,8 @@ impl Grid {
                 let origin = first_node(tile.at);
                 for i in 0..NODES {
                     let free = tile.after[i];
-                    let held = walls.hold(node(origin, i), free);
+                    let held = walls.hold_after_kick(node(origin, i), free);
+                    tile.friction_work += tile.mass[i] * walls.slid(node(origin, i), free, held);
                     for a in 0..2 {
                         tile.wall_impulse[a] += tile.mass[i] * (held[a] - free[a]);
                     }

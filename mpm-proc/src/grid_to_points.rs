@@ -10,7 +10,15 @@ use crate::transfer::{AffineState, Transfer};
 use crate::window::{NO_VECTORS, VectorWindow, gather_row};
 
 /// Takes the points of a cloud over an interval of `dt` (s), with the velocities of the nodes.
-pub fn grid_to_points<const W: usize, S: Shape<W>, T: Transfer>(
+///
+/// `KICK`: velocities are updated; `DRIFT`: points move. Both at once but where something comes between.
+pub fn grid_to_points<
+    const W: usize,
+    const KICK: bool,
+    const DRIFT: bool,
+    S: Shape<W>,
+    T: Transfer,
+>(
     grain: usize,
     cloud: &mut Cloud<W, S, T::Affine>,
     nodes: &[NodeTile],
@@ -54,7 +62,8 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, T: Transfer>(
                 let place = tile.frame.locate(x, pitch(W));
                 let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
                 let (v, affine) = interpolate::<W, S, T::Affine>(velocity, &place, &s);
-                if T::INCREMENT {
+                if !KICK {
+                } else if T::INCREMENT {
                     let (dv, ()) = interpolate::<W, S, ()>(increment, &place, &s);
                     for a in 0..2 {
                         motion.v[a] = pic * v[a] + flip * (motion.v[a] + dv[a]);
@@ -62,9 +71,13 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, T: Transfer>(
                 } else {
                     motion.v = v;
                 }
-                motion.affine = affine;
+                if KICK {
+                    motion.affine = affine;
+                }
                 for a in 0..2 {
-                    x[a] = v[a].mul_add(dt, x[a]);
+                    if DRIFT {
+                        x[a] = v[a].mul_add(dt, x[a]);
+                    }
                     lower[a] = lower[a].fast_min(x[a]);
                     upper[a] = upper[a].fast_max(x[a]);
                     total = motion.v[a].mul_add(motion.v[a], total);

@@ -22,8 +22,11 @@ use interface::wire::Limits;
 
 use crate::contact::ContactLoad;
 use crate::continuum::Continuum;
+use crate::grid::{NODES, owner};
+use crate::lanes::{LANES, Lanes};
 use crate::points::LaneCopy;
 use crate::shape::Shape;
+use crate::tiles::pitch;
 use crate::transfer::Transfer;
 
 impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
@@ -31,7 +34,7 @@ where
     T::Affine: LaneCopy,
 {
     /// The limits for the next step, with what contact adds in this one.
-    pub fn limits(&self, load: ContactLoad) -> Limits {
+    pub fn limits(&mut self, load: ContactLoad) -> Limits {
         let speed_sq = self
             .imps
             .members
@@ -63,8 +66,11 @@ where
     }
 
     /// Bound of the largest squared frequency without contact, in 1/s^2.
-    fn elastic_omega_sq(&self) -> f64 {
+    fn elastic_omega_sq(&mut self) -> f64 {
         let cell = self.grid.geometry.cell;
+        if self.clouds.iter().any(|c| c.shape.stiffest(0).is_none()) {
+            return self.omega_sq_of_points();
+        }
         self.clouds
             .iter()
             .map(|cloud| {
@@ -80,6 +86,68 @@ where
                 )
             })
             .fold(0.0, f64::max)
+    }
+}
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
+where
+    T::Affine: LaneCopy,
+{
+    /// The bound for linear hats, from the masses that the nodes have in this step.
+    ///
+    /// What is stepped in time is the velocity of the points, so the operator is `Q^T K Q` with
+    /// `Q = M^-1 S^T M_p^1/2` (nodes by points), the projection of the points' velocities to the nodes and back. Its
+    /// largest eigenvalue is at most the largest row sum of absolute values, weighted by `m_p^1/2` (Perron):
+    ///
+    /// ```text
+    /// omega^2 <= max_q sum_I S_Iq a_I / m_I,   a_I = sum_p m_p c_p |grad S_Ip| sum_J |grad S_Jp|
+    /// ```
+    ///
+    /// with `c_p` the stiffness over density. `S_Iq / m_I <= 1 / m_q` keeps it finite where a node has hardly any mass.
+    fn omega_sq_of_points(&mut self) -> f64 {
+        self.loads_of_nodes.clear();
+        self.loads_of_nodes
+            .resize(self.grid.tiles.len(), [0.0; NODES]);
+        let cell = self.grid.geometry.cell;
+        let mut largest: f64 = 0.0;
+        for pass in 0..2 {
+            for cloud in &self.clouds {
+                for tile in &cloud.tiles {
+                    let stiffness = cloud.stress_reports[tile.index].stiffness;
+                    for point in 0..tile.points {
+                        let (block, k) = (tile.first + point / LANES, point % LANES);
+                        let place = tile.frame.locate(&cloud.x[block], pitch(W));
+                        let lane = |w: [Lanes; W]| w.map(|w| w.as_array()[k]);
+                        let s = [0, 1].map(|a| lane(cloud.shape.weights(a, place.d[a])));
+                        let g = [0, 1].map(|a| lane(cloud.shape.gradients(a, place.d[a])));
+                        let node = |n: usize| {
+                            let (i, j) = (n % W, n / W);
+                            let gradient = (g[0][i] * s[1][j]).hypot(s[0][i] * g[1][j]) / cell;
+                            let (tile, node) = owner::<W>(tile, place.base[k] + j * pitch(W) + i);
+                            (tile, node, s[0][i] * s[1][j], gradient)
+                        };
+                        if pass == 0 {
+                            let total: f64 = (0..W * W).map(|n| node(n).3).sum();
+                            for n in 0..W * W {
+                                let (tile, node, _, gradient) = node(n);
+                                self.loads_of_nodes[tile][node] +=
+                                    cloud.mass * stiffness * gradient * total;
+                            }
+                        } else {
+                            let sum: f64 = (0..W * W)
+                                .map(|n| {
+                                    let (tile, node, s, _) = node(n);
+                                    let per_mass = self.grid.tiles[tile].per_mass[node];
+                                    s * per_mass * self.loads_of_nodes[tile][node]
+                                })
+                                .sum();
+                            largest = largest.max(sum);
+                        }
+                    }
+                }
+            }
+        }
+        largest
     }
 }
 

@@ -134,6 +134,8 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> {
     pub volume: f64,
     /// Contact radius in m.
     pub radius: f64,
+    /// Sides of a point's box in m.
+    pub sides: [f64; 2],
     /// Identity of the first point; the others follow.
     pub first_id: u64,
     /// `x_p^n` in m.
@@ -165,12 +167,13 @@ struct Scratch<A> {
 }
 
 impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
-    /// Points at `positions` (m) with `velocities` (m/s), each of mass (kg/m), initial volume (m^2) and contact radius
-    /// (m) as given; not sorted yet.
+    /// Points at `positions` (m) with `velocities` (m/s), each of mass (kg/m), contact radius (m) and sides of its
+    /// box (m) as given; not sorted yet.
     pub fn new(
         shape: S,
         material: Box<dyn Constitutive<W, S>>,
-        [mass, volume, radius]: [f64; 3],
+        [mass, radius]: [f64; 2],
+        sides: [f64; 2],
         first_id: u64,
         positions: &[[f64; 2]],
         velocities: &[[f64; 2]],
@@ -191,8 +194,9 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
             shape,
             material,
             mass,
-            volume,
+            volume: sides[0] * sides[1],
             radius,
+            sides,
             first_id,
             x,
             motion: v

@@ -1,5 +1,6 @@
 //! The step, as the paper has it (Jiang 2020 section 2.2 and eqs. 46 to 48; PHYSICS.md section 3).
 
+use interface::config::StressUpdate;
 use interface::solver::{ContactForces, Fault};
 use interface::step::Step;
 use interface::wire::Limits;
@@ -9,14 +10,14 @@ use crate::grid_to_points::grid_to_points;
 use crate::points::LaneCopy;
 use crate::points_to_grid::points_to_grid;
 use crate::shape::Shape;
-use crate::stress::StressPass;
+use crate::stress::{StressPass, Velocity};
 use crate::transfer::Transfer;
 
 impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
 where
     T::Affine: LaneCopy,
 {
-    /// One step from `t_n` to `t_{n+1}`, update-stress-first.
+    /// One step from `t_n` to `t_{n+1}`.
     ///
     /// # Errors
     /// A [`Fault`] that names the point, or that of the exchange.
@@ -24,15 +25,47 @@ where
         self.keep_sorted();
         let damping = self.begin_stage(step.time);
         self.points_to_grid(); //                          m_I, p_I^{n-1/2}, v_I^{n-1/2}        (18) (19) (20) (30)
-        self.update_stress(step.dt_before); //             D, W, sigma^n, f_I^int               (21) ... (25), (13)
+        self.update_stress_first(step.dt_before); //       D, W, sigma^n, f_I^int               (21) ... (25), (13)
         self.apply_loads(step.time); //                    f_I^ext                              (14)
         let forces = contact.receive()?; //                f_p^n of the bodies                  (46)
         let load = self.apply_contact(forces)?; //         f_I^cont                             (47)
         self.update_grid(step.kick(), damping); //         v_I^{n+1/2}                          (17) (48)
         self.keep_books(step); //                          impulses; energies if asked for
-        self.grid_to_points(step)?; //                     v_p^{n+1/2}, B_p, x_p^{n+1}          (26) ... (28), (31)
+        if step.dt_before + step.dt > 0.0 {
+            self.update_stress_last(step.dt); //           where the scene wants it so
+            self.grid_to_points(step.dt)?; //              v_p^{n+1/2}, B_p, x_p^{n+1}          (26) ... (28), (31)
+        } // else the opening step: a transfer without a kick would still smooth the velocities
         self.close_books(step);
         Ok(self.limits(load))
+    }
+
+    /// The stress at `t_n` and its forces. Where it is updated last it is there already.
+    fn update_stress_first(&mut self, dt: f64) {
+        let first = self.stress_update == StressUpdate::Usf;
+        self.stress_pass(dt, Velocity::Before, first, true);
+    }
+
+    /// The stress at `t_{n+1}`, from the velocities after the kick: those of the nodes (USL), or those of the points,
+    /// mapped to the nodes once more (MUSL).
+    fn update_stress_last(&mut self, dt: f64) {
+        match self.stress_update {
+            StressUpdate::Usf => {}
+            StressUpdate::Usl => self.stress_pass(dt, Velocity::After, true, false),
+            StressUpdate::Musl => {
+                self.transfer_pass::<true, false>(0.0);
+                self.points_to_grid();
+                self.stress_pass(dt, Velocity::Before, true, false);
+            }
+        }
+    }
+
+    fn grid_to_points(&mut self, dt: f64) -> Result<(), Fault> {
+        match self.stress_update {
+            StressUpdate::Usf | StressUpdate::Usl => self.transfer_pass::<true, true>(dt),
+            // The velocities have been taken before.
+            StressUpdate::Musl => self.transfer_pass::<false, true>(dt),
+        }
+        self.check_points(dt)
     }
 
     fn points_to_grid(&mut self) {
@@ -46,7 +79,7 @@ where
         });
     }
 
-    fn update_stress(&mut self, dt: f64) {
+    fn stress_pass(&mut self, dt: f64, velocity: Velocity, strain: bool, load: bool) {
         let grain = self.grain();
         let (clouds, grid) = (&mut self.clouds, &self.grid);
         self.threads.run(|| {
@@ -60,6 +93,9 @@ where
                     tiles: &cloud.tiles,
                     x: &cloud.x,
                     nodes: &grid.tiles,
+                    velocity,
+                    strain,
+                    load,
                     force: &mut cloud.force,
                     reports: &mut cloud.stress_reports,
                 });
@@ -74,19 +110,13 @@ where
             .run(|| grid.update(grain, clouds, kick, damping));
     }
 
-    fn grid_to_points(&mut self, step: &Step) -> Result<(), Fault> {
+    fn transfer_pass<const KICK: bool, const DRIFT: bool>(&mut self, dt: f64) {
         let grain = self.grain();
         let (clouds, grid, transfer) = (&mut self.clouds, &self.grid, self.transfer);
-        if step.dt_before + step.dt > 0.0 {
-            self.threads.run(|| {
-                for cloud in clouds {
-                    grid_to_points(grain, cloud, &grid.tiles, transfer, step.dt);
-                }
-            });
-            self.check_points(step.dt)
-        } else {
-            // The opening step: a transfer without a kick would still smooth the velocities.
-            Ok(())
-        }
+        self.threads.run(|| {
+            for cloud in clouds {
+                grid_to_points::<W, KICK, DRIFT, S, T>(grain, cloud, &grid.tiles, transfer, dt);
+            }
+        });
     }
 }

@@ -9,6 +9,15 @@ use crate::threads::{PerBlock, PerTile, over_tiles};
 use crate::tiles::{Place, pitch};
 use crate::window::{NO_VECTORS, VectorWindow, gather_row, scatter_row};
 
+/// A velocity of the nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Velocity {
+    /// `v_I^{n-1/2}`.
+    Before,
+    /// `v_I^{n+1/2}`.
+    After,
+}
+
 /// What updating the stress of a tile tells.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct StressReport {
@@ -34,8 +43,14 @@ pub struct StressPass<'a, const W: usize, S: Shape<W>> {
     pub tiles: &'a [Tile],
     /// `x_p^n` in m.
     pub x: &'a [[Lanes; 2]],
-    /// Node tiles with `v_I` at their field `before` or `after`.
+    /// Node tiles.
     pub nodes: &'a [NodeTile],
+    /// Which velocities of the nodes strain the points.
+    pub velocity: Velocity,
+    /// Whether the stress is brought on by `dt`.
+    pub strain: bool,
+    /// Whether internal forces are summed.
+    pub load: bool,
     /// `f_I^int` of each tile's window in N/m.
     pub force: &'a mut [VectorWindow],
     /// Report of each tile.
@@ -50,7 +65,13 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
 ) {
     let pitch = pitch(W);
     let StressPass {
-        shape, x, nodes, ..
+        shape,
+        x,
+        nodes,
+        velocity,
+        strain,
+        load: loads,
+        ..
     } = pass;
     let scale = splat(pass.dt * pass.per_cell);
     let per_dt = if pass.dt > 0.0 { 1.0 / pass.dt } else { 0.0 };
@@ -72,9 +93,14 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
         share,
         Memory::new,
         &|tile, (points, force, report), memory| {
-            fill_window::<W>(&mut memory.velocity, nodes, tile, |t| &t.before);
+            fill_window::<W>(&mut memory.velocity, nodes, tile, |t| match velocity {
+                Velocity::Before => &t.before,
+                Velocity::After => &t.after,
+            });
             let force = &mut force.items[0];
-            force.0.fill(0.0);
+            if loads {
+                force.0.fill(0.0);
+            }
             let mut lost = Losses::default();
             let batches = points
                 .0
@@ -82,22 +108,32 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
                 .zip(x[tile.first..].chunks(BATCH));
             for (batch, (points, x)) in batches.enumerate() {
                 let live = |b: usize| tile.live(batch * BATCH + b);
-                for (x, by) in x.iter().zip(&mut memory.by).take(points.len()) {
-                    let place = tile.frame.locate(x, pitch);
-                    *by = deformation(&memory.velocity, &place, &shape, scale);
+                if strain {
+                    for (x, by) in x.iter().zip(&mut memory.by).take(points.len()) {
+                        let place = tile.frame.locate(x, pitch);
+                        *by = deformation(&memory.velocity, &place, &shape, scale);
+                    }
+                    for (b, (point, by)) in points.iter_mut().zip(&memory.by).enumerate() {
+                        let dissipated = model.update(point, by, per_dt);
+                        lost.count::<M>(&dissipated, live(b));
+                    }
                 }
-                for (b, (point, by)) in points.iter_mut().zip(&memory.by).enumerate() {
-                    let dissipated = model.update(point, by, per_dt);
-                    lost.count::<M>(&dissipated, live(b));
-                    lost.stiffest = lost.stiffest.fast_max(model.stiffness_over_density(point));
+                for point in points.iter() {
+                    let stiffness = model.stiffness_over_density(point);
+                    lost.stiffest = lost.stiffest.fast_max(stiffness);
                 }
-                for (b, (point, x)) in points.iter().zip(x).enumerate() {
-                    let place = tile.frame.locate(x, pitch);
-                    let volume = point.volume * splat(load) * live(b);
-                    add_internal_force(force, &place, &shape, point, volume);
+                if loads {
+                    for (b, (point, x)) in points.iter().zip(x).enumerate() {
+                        let place = tile.frame.locate(x, pitch);
+                        let volume = point.volume * splat(load) * live(b);
+                        add_internal_force(force, &place, &shape, point, volume);
+                    }
                 }
             }
-            report.items[0] = lost.report();
+            report.items[0].stiffness = largest(lost.stiffest);
+            if strain {
+                report.items[0].lost = [sum(lost.plastic), sum(lost.viscous)];
+            }
         },
     );
 }
@@ -135,13 +171,6 @@ impl Losses {
         if M::DISSIPATES {
             self.plastic = live.mul_add(dissipated.plastic, self.plastic);
             self.viscous = live.mul_add(dissipated.viscous, self.viscous);
-        }
-    }
-
-    fn report(&self) -> StressReport {
-        StressReport {
-            stiffness: largest(self.stiffest),
-            lost: [sum(self.plastic), sum(self.viscous)],
         }
     }
 }

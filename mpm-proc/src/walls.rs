@@ -9,6 +9,8 @@ enum Hold {
     Nothing,
     Normal,
     Everything,
+    /// Nothing moves into the wall; along it, Coulomb friction with this coefficient.
+    Into(f64),
 }
 
 /// The walls, as conditions on nodes.
@@ -25,7 +27,8 @@ impl WallNodes {
         let hold = |wall: Wall| match wall {
             Wall::Fixed => Hold::Everything,
             Wall::Slip => Hold::Normal,
-            Wall::Open | Wall::Friction { .. } | Wall::Periodic => Hold::Nothing,
+            Wall::Friction { coefficient } => Hold::Into(coefficient),
+            Wall::Open | Wall::Periodic => Hold::Nothing,
         };
         Self {
             cells,
@@ -45,23 +48,55 @@ impl WallNodes {
         })
     }
 
-    /// The velocity of `node` with the walls obeyed.
-    pub fn hold(&self, node: [i64; 2], mut v: [f64; 2]) -> [f64; 2] {
+    /// The condition that acts on `node` along `axis`, and the sign of the way out of the domain there.
+    fn at(&self, node: [i64; 2], axis: usize) -> (Hold, f64) {
+        if node[axis] <= 0 {
+            (self.hold[axis][0], -1.0)
+        } else if node[axis] >= self.cells[axis] {
+            (self.hold[axis][1], 1.0)
+        } else {
+            (Hold::Nothing, 0.0)
+        }
+    }
+
+    /// The velocity of `node` with the walls obeyed, but for friction.
+    pub fn hold(&self, node: [i64; 2], v: [f64; 2]) -> [f64; 2] {
+        self.act(node, v, 0.0)
+    }
+
+    /// The velocity of `node` after a kick, with the walls obeyed: what a wall takes of the velocity into it, times the
+    /// coefficient of friction, is what it can take of the velocity along it.
+    pub fn hold_after_kick(&self, node: [i64; 2], v: [f64; 2]) -> [f64; 2] {
+        self.act(node, v, 1.0)
+    }
+
+    fn act(&self, node: [i64; 2], mut v: [f64; 2], friction: f64) -> [f64; 2] {
         for a in 0..2 {
-            let hold = if node[a] <= 0 {
-                self.hold[a][0]
-            } else if node[a] >= self.cells[a] {
-                self.hold[a][1]
-            } else {
-                Hold::Nothing
-            };
-            match hold {
-                Hold::Nothing => {}
-                Hold::Normal => v[a] = 0.0,
-                Hold::Everything => v = [0.0; 2],
+            match self.at(node, a) {
+                (Hold::Nothing, _) => {}
+                (Hold::Normal, _) => v[a] = 0.0,
+                (Hold::Everything, _) => v = [0.0; 2],
+                (Hold::Into(coefficient), out) => {
+                    let into = (v[a] * out).max(0.0);
+                    v[a] -= into * out;
+                    let most = friction * coefficient * into;
+                    v[1 - a] -= v[1 - a].clamp(-most, most);
+                }
             }
         }
         v
+    }
+
+    /// Work per mass that friction took between two velocities of a node after a kick, in m^2/s^2.
+    pub fn slid(&self, node: [i64; 2], free: [f64; 2], held: [f64; 2]) -> f64 {
+        let mut work = 0.0;
+        for a in 0..2 {
+            if let (Hold::Into(_), _) = self.at(node, a) {
+                let along = 1 - a;
+                work += 0.5 * (free[along] - held[along]) * (free[along] + held[along]);
+            }
+        }
+        work
     }
 
     /// Whether points may lie a little beyond the wall, because it holds them: along x and y, low and high end.
@@ -73,6 +108,22 @@ impl WallNodes {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn friction_takes_at_most_its_share_and_lets_go() {
+        let friction = Wall::Friction { coefficient: 0.5 };
+        let walls = WallNodes::new(
+            &Walls {
+                bottom: friction,
+                ..Walls::default()
+            },
+            [10, 20],
+        );
+        assert_eq!(walls.hold_after_kick([5, 0], [3.0, -2.0]), [2.0, 0.0]);
+        assert_eq!(walls.hold_after_kick([5, 0], [-0.5, -2.0]), [0.0, 0.0]);
+        assert_eq!(walls.hold_after_kick([5, 0], [3.0, 2.0]), [3.0, 2.0]);
+        assert_eq!(walls.hold([5, 0], [3.0, -2.0]), [3.0, 0.0]);
+    }
 
     #[test]
     fn walls_act_at_and_beyond_the_edge_of_the_domain() {
