@@ -1,7 +1,7 @@
 //! The oracle: the paper transcribed plainly. Every point looks at every node of a small dense grid; nothing is shared
 //! with the fast path but the configuration. Slow on purpose.
 
-use interface::config::{Transfer, Wall, Walls};
+use interface::config::{StressUpdate, Transfer, Wall, Walls};
 
 /// A shape function of the distance from a node in cells, and its derivative, as the paper prints them.
 #[derive(Debug, Clone, Copy)]
@@ -71,6 +71,7 @@ pub struct Reference {
     pub cell: f64,
     pub gravity: [f64; 2],
     pub walls: Walls,
+    pub stress_update: StressUpdate,
     pub bulk: f64,
     pub shear: f64,
     /// Impulse of the walls on the points in the last step.
@@ -135,43 +136,12 @@ impl Reference {
                 _ => 0.25,
             };
         let nodes = self.nodes();
-        let mut mass = vec![0.0; nodes.len()];
-        let mut momentum = vec![[0.0; 2]; nodes.len()];
-        for (n, &node) in nodes.iter().enumerate() {
-            for p in &self.points {
-                let s = self.weight(p, node);
-                let d = self.distance(p, node).map(|d| -d * self.cell); // x_I - x_p
-                mass[n] += p.mass * s; // (18)
-                for a in 0..2 {
-                    let affine = (p.b[a][0] * d[0] + p.b[a][1] * d[1]) / inertia;
-                    momentum[n][a] += p.mass * s * (p.v[a] + affine); // (19), (30)
-                }
-            }
-        }
-        let raw: Vec<[f64; 2]> = (0..nodes.len())
-            .map(|n| {
-                if mass[n] > 0.0 {
-                    momentum[n].map(|p| p / mass[n])
-                } else {
-                    [0.0; 2]
-                }
-            })
-            .collect(); // (20)
+        let (mass, raw) = self.map(inertia);
         let before: Vec<[f64; 2]> = (0..nodes.len())
             .map(|n| self.hold(nodes[n], raw[n]))
             .collect();
-        for i in 0..self.points.len() {
-            let p = self.points[i];
-            let mut l = [[0.0; 2]; 2];
-            for (n, &node) in nodes.iter().enumerate() {
-                let g = self.gradient(&p, node);
-                for a in 0..2 {
-                    for b in 0..2 {
-                        l[a][b] += before[n][a] * g[b] * dt_before; // (21), (22)
-                    }
-                }
-            }
-            self.stress(i, l);
+        if self.stress_update == StressUpdate::Usf {
+            self.strain(&before, dt_before);
         }
         let mut after = vec![[0.0; 2]; nodes.len()];
         self.wall_impulse = [0.0; 2];
@@ -194,28 +164,91 @@ impl Reference {
                 }
             }
         }
+        if self.stress_update == StressUpdate::Usl {
+            self.strain(&after, dt);
+        }
+        let drift: Vec<[f64; 2]> = (0..self.points.len())
+            .map(|i| {
+                let p = self.points[i];
+                let (mut v, mut dv, mut b) = ([0.0; 2], [0.0; 2], [[0.0; 2]; 2]);
+                for (n, &node) in nodes.iter().enumerate() {
+                    let s = self.weight(&p, node);
+                    let d = self.distance(&p, node).map(|d| -d * self.cell);
+                    for a in 0..2 {
+                        v[a] += s * after[n][a];
+                        dv[a] += s * (after[n][a] - before[n][a]);
+                        for c in 0..2 {
+                            b[a][c] += s * after[n][a] * d[c]; // (31)
+                        }
+                    }
+                }
+                let p = &mut self.points[i];
+                for a in 0..2 {
+                    p.v[a] = alpha * v[a] + (1.0 - alpha) * (p.v[a] + dv[a]); // (26) ... (28)
+                }
+                if self.transfer == Transfer::Apic {
+                    p.b = b;
+                }
+                v
+            })
+            .collect();
+        if self.stress_update == StressUpdate::Musl {
+            let (_, raw) = self.map(inertia);
+            let again: Vec<[f64; 2]> = (0..nodes.len())
+                .map(|n| self.hold(nodes[n], raw[n]))
+                .collect();
+            self.strain(&again, dt);
+        }
+        for (p, v) in self.points.iter_mut().zip(drift) {
+            for a in 0..2 {
+                p.x[a] += dt * v[a];
+            }
+        }
+    }
+
+    /// Mass and velocity of the nodes (18) ... (20), (30).
+    fn map(&self, inertia: f64) -> (Vec<f64>, Vec<[f64; 2]>) {
+        let nodes = self.nodes();
+        let mut mass = vec![0.0; nodes.len()];
+        let mut momentum = vec![[0.0; 2]; nodes.len()];
+        for (n, &node) in nodes.iter().enumerate() {
+            for p in &self.points {
+                let s = self.weight(p, node);
+                let d = self.distance(p, node).map(|d| -d * self.cell); // x_I - x_p
+                mass[n] += p.mass * s;
+                for a in 0..2 {
+                    let affine = (p.b[a][0] * d[0] + p.b[a][1] * d[1]) / inertia;
+                    momentum[n][a] += p.mass * s * (p.v[a] + affine);
+                }
+            }
+        }
+        let velocity = (0..nodes.len())
+            .map(|n| {
+                if mass[n] > 0.0 {
+                    momentum[n].map(|p| p / mass[n])
+                } else {
+                    [0.0; 2]
+                }
+            })
+            .collect();
+        (mass, velocity)
+    }
+
+    /// Strains every point by the velocities of the nodes over `dt` (21) ... (24).
+    fn strain(&mut self, velocity: &[[f64; 2]], dt: f64) {
+        let nodes = self.nodes();
         for i in 0..self.points.len() {
             let p = self.points[i];
-            let (mut v, mut dv, mut b) = ([0.0; 2], [0.0; 2], [[0.0; 2]; 2]);
+            let mut l = [[0.0; 2]; 2];
             for (n, &node) in nodes.iter().enumerate() {
-                let s = self.weight(&p, node);
-                let d = self.distance(&p, node).map(|d| -d * self.cell);
+                let g = self.gradient(&p, node);
                 for a in 0..2 {
-                    v[a] += s * after[n][a];
-                    dv[a] += s * (after[n][a] - before[n][a]);
-                    for c in 0..2 {
-                        b[a][c] += s * after[n][a] * d[c]; // (31)
+                    for b in 0..2 {
+                        l[a][b] += velocity[n][a] * g[b] * dt;
                     }
                 }
             }
-            let p = &mut self.points[i];
-            for a in 0..2 {
-                p.v[a] = alpha * v[a] + (1.0 - alpha) * (p.v[a] + dv[a]); // (26) ... (28)
-                p.x[a] += dt * v[a];
-            }
-            if self.transfer == Transfer::Apic {
-                p.b = b;
-            }
+            self.stress(i, l);
         }
     }
 

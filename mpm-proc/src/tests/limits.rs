@@ -177,3 +177,98 @@ fn without_imps_there_is_no_contact_limit() {
     let expected = 6.0 / (CELL * CELL) * (2.0 * BULK + 2.0 / 3.0 * SHEAR) / 1000.0;
     assert!((limits.omega_sq / expected - 1.0).abs() < 1e-12);
 }
+
+/// What is stepped is the velocity of the points: `Q^T K Q`, `Q = M^-1 S^T M_p^1/2`, for both components.
+#[test]
+fn the_limit_of_linear_hats_bounds_the_operator_on_points() {
+    let mut tightest: f64 = 0.0;
+    for seed in 0..8 {
+        let mut random = Random::new(seed);
+        let mut config = block();
+        (config.shape, config.transfer) = (ShapeFunction::Linear, Transfer::Flip);
+        let count = [4, 20, 60][seed as usize % 3];
+        let positions: Vec<[f64; 2]> = (0..count)
+            .map(|_| [random.between(0.2, 0.4), random.between(0.3, 0.5)])
+            .collect();
+        config.groups[0].fill = Fill::Points {
+            positions: positions.clone(),
+        };
+        config.groups[0].spacing = Spacing::Distance(0.025);
+        let limits = opening(&config, vec![ImpForce::default(); count]);
+        let (volume, mass) = (0.025 * 0.025, 1000.0 * 0.025 * 0.025);
+        let [s, gx, gy] = matrices(&positions, Kernel::Linear, config.domain[0]);
+        let n = s.ncols();
+        let nodal: DVector<f64> = s.row_sum().transpose() * mass;
+        let q = DMatrix::from_fn(n, count, |i, p| s[(p, i)] * mass.sqrt() / nodal[i]);
+        let (gx, gy) = (&gx * &q, &gy * &q); // strain of a point by the points' velocities
+        let (m, l) = (BULK + 4.0 / 3.0 * SHEAR, BULK - 2.0 / 3.0 * SHEAR);
+        let mut operator = DMatrix::zeros(2 * count, 2 * count);
+        let block = |a: &DMatrix<f64>, b: &DMatrix<f64>| a.transpose() * b * volume;
+        let xx = block(&gx, &gx) * m + block(&gy, &gy) * SHEAR;
+        let yy = block(&gy, &gy) * m + block(&gx, &gx) * SHEAR;
+        let xy = block(&gx, &gy) * l + block(&gy, &gx) * SHEAR;
+        operator.view_mut((0, 0), (count, count)).copy_from(&xx);
+        operator
+            .view_mut((count, count), (count, count))
+            .copy_from(&yy);
+        operator.view_mut((0, count), (count, count)).copy_from(&xy);
+        operator
+            .view_mut((count, 0), (count, count))
+            .copy_from(&xy.transpose());
+        let exact = largest_eigenvalue(operator);
+        assert!(
+            exact <= limits.omega_sq * (1.0 + 1e-9),
+            "{exact} {}",
+            limits.omega_sq
+        );
+        tightest = tightest.max(exact / limits.omega_sq);
+    }
+    assert!(tightest > 0.1, "{tightest}");
+}
+
+/// The force on a point reaches the grid whole in every scheme, and what a point feels of its own force is bounded.
+#[test]
+fn contact_force_schemes_pass_on_the_whole_force() {
+    use interface::config::ContactForceScheme;
+    for scheme in [
+        ContactForceScheme::Point,
+        ContactForceScheme::NearestNodes,
+        ContactForceScheme::Traction,
+    ] {
+        let mut config = block();
+        config.contact_force = scheme;
+        let mut mpm = configured(&config);
+        let count = mpm.select_imps(&everywhere()).len();
+        let mut random = Random::new(9);
+        let mut total = [0.0; 2];
+        let forces: Vec<ImpForce> = (0..count)
+            .map(|_| {
+                let force = [random.between(-1.0, 1.0), random.between(-1.0, 1.0)];
+                total[0] += force[0];
+                total[1] += force[1];
+                ImpForce {
+                    force,
+                    stiffness: 1e4,
+                }
+            })
+            .collect();
+        let step = Step {
+            index: 0,
+            time: 0.0,
+            dt_before: 0.0,
+            dt: 2e-4,
+            measure: true,
+        };
+        let limits = mpm.step(&step, &mut Given(forces)).expect("a sound step");
+        let ledger = mpm.measurement().ledger;
+        for a in 0..2 {
+            assert!((ledger.momentum[a] - 1e-4 * total[a]).abs() < 1e-15 * count as f64);
+        }
+        // All points loaded alike: the bound is k/m, reached where the shape function spreads the force.
+        let most = 1e4 / (1000.0 * 0.025 * 0.025);
+        assert!(limits.contact_omega_sq > 0.9 * most, "{scheme:?}");
+        if scheme == ContactForceScheme::Point {
+            assert!(limits.contact_omega_sq <= most * (1.0 + 1e-12));
+        }
+    }
+}
