@@ -272,15 +272,12 @@ fn private_registries(source: &Source) -> Vec<String> {
     let name = Path::new(&source.path).file_name().and_then(|n| n.to_str());
     let config = source.path.contains(".cargo/") || name == Some("Cargo.toml");
     for (k, line) in source.text.lines().enumerate() {
-        let foreign = match name {
-            Some("Cargo.lock") => {
-                line.starts_with("source = ")
-                    && line != "source = \"registry+https://github.com/rust-lang/crates.io-index\""
-            }
-            _ => {
-                let words = ["[source", "[registr", "replace-with", "registry"];
-                config && words.iter().any(|word| line.trim_start().starts_with(word))
-            }
+        let foreign = if name == Some("Cargo.lock") {
+            line.starts_with("source = ")
+                && line != "source = \"registry+https://github.com/rust-lang/crates.io-index\""
+        } else {
+            let words = ["[source", "[registr", "replace-with", "registry"];
+            config && words.iter().any(|word| line.trim_start().starts_with(word))
         };
         if foreign {
             wrong.push(format!("{}:{}: {line}", source.path, k + 1));
