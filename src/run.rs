@@ -127,15 +127,14 @@ fn options(args: &RunArgs) -> Result<RunOptions, String> {
 
 /// The command of a solver: the user's own, or this program again.
 fn process(command: Option<&str>, subcommand: &str) -> Result<Start, String> {
-    let command = match command {
-        Some(command) => shlex::split(command)
+    let command = if let Some(command) = command {
+        shlex::split(command)
             .filter(|words| !words.is_empty())
-            .ok_or(format!("--{subcommand}: not a command"))?,
-        None => {
-            let this = std::env::current_exe()
-                .map_err(|e: io::Error| format!("cannot find this program: {e}"))?;
-            vec![this.to_string_lossy().into_owned(), subcommand.to_string()]
-        }
+            .ok_or(format!("--{subcommand}: not a command"))?
+    } else {
+        let this = std::env::current_exe()
+            .map_err(|e: io::Error| format!("cannot find this program: {e}"))?;
+        vec![this.to_string_lossy().into_owned(), subcommand.to_string()]
     };
     Ok(Start::Process(command))
 }
