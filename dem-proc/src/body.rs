@@ -176,17 +176,23 @@ impl Bodies {
             let (what, state) = place(body, bodies.outline.len()).map_err(refuse)?;
             let vertices = &what.shape.vertices;
             bodies.outline.extend_from_slice(vertices);
-            bodies.inverse_length_sq.extend(
-                (0..vertices.len())
-                    .map(|k| vertices[(k + 1) % vertices.len()] - vertices[k])
-                    .map(|edge| {
-                        if edge == Vec2::zeros() {
-                            0.0
-                        } else {
-                            1.0 / edge.norm_squared()
-                        }
-                    }),
-            );
+            let shape = &what.shape;
+            let edge = |k: usize| shape.vertices[shape.edge_end(k)] - shape.vertices[k];
+            let inverse = |edge: Vec2| {
+                if edge == Vec2::zeros() {
+                    0.0
+                } else {
+                    1.0 / edge.norm_squared()
+                }
+            };
+            let ends = (0..vertices.len()).map(|k| {
+                if k < shape.edge_count() {
+                    edge(k)
+                } else {
+                    Vec2::zeros()
+                }
+            });
+            bodies.inverse_length_sq.extend(ends.map(inverse));
             bodies.fixed.push(what);
             match body.motion {
                 Motion::Free => bodies.free_mass += bodies.fixed[i].mass,

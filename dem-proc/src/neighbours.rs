@@ -22,6 +22,8 @@ pub struct PointPair {
     pub slot: u32,
     /// Body.
     pub body: u32,
+    /// Disc of a cluster; 0 for any other body.
+    pub part: u32,
     /// The edges of the body that may be nearest: where they begin and end in [`PointList::edges`].
     pub edges: [u32; 2],
 }
@@ -29,7 +31,7 @@ pub struct PointPair {
 /// Points against bodies.
 #[derive(Debug, Clone, Default)]
 pub struct PointList {
-    /// Pairs in ascending order of slot, then body.
+    /// Pairs in ascending order of slot, then body, then part.
     pub pairs: Vec<PointPair>,
     /// Edges that may be nearest.
     pub edges: Vec<u32>,
@@ -69,6 +71,22 @@ impl PointList {
         let outline = bodies.outline_of(b);
         let shape = &bodies.fixed[b].shape;
         let n = outline.len();
+        if !shape.has_edges {
+            // Every disc for itself: the sum over discs is smooth where the nearest disc changes.
+            for (part, center) in outline.iter().enumerate() {
+                if (p - center).norm() <= reach {
+                    let from = self.edges.len() as u32;
+                    self.edges.push(0);
+                    self.pairs.push(PointPair {
+                        slot,
+                        body,
+                        part: part as u32,
+                        edges: [from, from + 1],
+                    });
+                }
+            }
+            return;
+        }
         let distance = |i: usize| {
             let j = if i + 1 == n { 0 } else { i + 1 };
             (p - nearest_on_edge(outline[i], outline[j], p, i, j).0).norm()
@@ -119,6 +137,7 @@ impl PointList {
         self.pairs.push(PointPair {
             slot,
             body,
+            part: 0,
             edges: [from, self.edges.len() as u32],
         });
         self.near = near;
@@ -192,9 +211,9 @@ impl BodyList {
             for &j in found.iter().filter(|&&j| j as usize > i) {
                 if free(i) || free(j as usize) {
                     self.add_bodies(bodies, [i as u32, j], skin);
-                    // A disc has no edges, so two discs touch once, vertex on vertex.
-                    let discs = |b: usize| bodies.fixed[b].shape.vertices.len() == 1;
-                    if !(discs(i) && discs(j as usize)) {
+                    // Discs have no edges, so two of them touch once, vertex on vertex.
+                    let edges = |b: usize| bodies.fixed[b].shape.has_edges;
+                    if edges(i) || edges(j as usize) {
                         self.add_bodies(bodies, [j, i as u32], skin);
                     }
                 }
@@ -207,9 +226,9 @@ impl BodyList {
     fn add_bodies(&mut self, bodies: &Bodies, pair: [u32; 2], skin: f64) {
         let [v, e] = pair.map(|b| b as usize);
         let outline = bodies.outline_of(e);
-        let n = outline.len();
-        if n == 1 && bodies.outline_of(v).len() > 1 {
-            return; // a disc has no edges; its centre is the vertex of the other sum
+        let [of_vertex, of_edge] = [v, e].map(|b| &bodies.fixed[b].shape);
+        if of_vertex.has_edges && !of_edge.has_edges {
+            return; // discs have no edges; their centres are the vertices of the other sum
         }
         let touching = bodies.state[v].radius + bodies.state[e].radius;
         let reach = touching + skin;
@@ -230,7 +249,7 @@ impl BodyList {
             }
             for &i in &self.near {
                 let i = i as usize;
-                let j = if i + 1 == n { 0 } else { i + 1 };
+                let j = of_edge.edge_end(i);
                 let y = nearest_on_edge(outline[i], outline[j], p, i, j).0;
                 if (p - y).norm_squared() <= reach * reach {
                     self.pairs.push(VertexEdge {

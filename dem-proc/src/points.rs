@@ -160,10 +160,10 @@ impl<L: Law> PointContacts<L> {
         let pairs = self.list.pairs.iter();
         self.history = pairs
             .map(|pair| {
-                let key = old_slot(pair.slot as usize).map(|slot| (slot, pair.body));
+                let key = old_slot(pair.slot as usize).map(|slot| (slot, pair.body, pair.part));
                 let index = key.and_then(|k| {
                     old_pairs
-                        .binary_search_by_key(&k, |p| (p.slot, p.body))
+                        .binary_search_by_key(&k, |p| (p.slot, p.body, p.part))
                         .ok()
                 });
                 index.map_or_else(L::History::default, |i| old_history[i])
@@ -181,9 +181,17 @@ impl<L: Law> PointContacts<L> {
     /// Overlap (eq. 44 with the signed distance) and normal of pair `k` for a point at `x`.
     #[inline]
     fn overlap(&self, bodies: &Bodies, x: Vec2, k: usize) -> (f64, Vec2) {
-        let PointPair { slot, body, edges } = self.list.pairs[k];
+        let PointPair {
+            slot,
+            body,
+            part,
+            edges,
+        } = self.list.pairs[k];
         let candidates = &self.list.edges[edges[0] as usize..edges[1] as usize];
-        let outline = bodies.outline_of(body as usize);
+        let mut outline = bodies.outline_of(body as usize);
+        if !bodies.fixed[body as usize].shape.has_edges {
+            outline = &outline[part as usize..=part as usize];
+        }
         let seen = see(outline, candidates.iter().map(|&i| i as usize), x);
         let contact_distance = bodies.state[body as usize].radius + self.set[slot as usize].radius;
         (contact_distance - seen.distance, seen.normal)

@@ -25,6 +25,8 @@ pub struct Shape {
     pub edges: Option<BoxTree>,
     /// Whether no corner is reflex.
     pub convex: bool,
+    /// Whether the outline has edges. A disc has none, nor has a cluster: its vertices are the centres of its discs.
+    pub has_edges: bool,
 }
 
 /// Why a shape is refused: the key below `body`, and the message.
@@ -52,6 +54,9 @@ impl Shape {
             let text =
                 format!("{n} vertices: a polygon has three or more; write `disc` or `segment`");
             return Err((key, text));
+        }
+        if let BodyShape::Cluster { centers } = shape {
+            return cluster(centers, a).map_err(|text| (key, text));
         }
         if n <= 2 && a == 0.0 {
             let text = "0: a disc or a rounded segment needs a positive sphero-radius".to_owned();
@@ -117,18 +122,73 @@ impl Shape {
             moments,
             edges,
             convex,
+            has_edges: n > 1,
         })
     }
 
-    /// Edges of the outline; a disc counts as one edge without length.
+    /// Edges of the outline; each disc of a cluster counts as one edge without length, and so does a lone disc.
     pub fn edge_count(&self) -> usize {
-        edge_count(self.vertices.len())
+        if self.has_edges {
+            edge_count(self.vertices.len())
+        } else {
+            self.vertices.len()
+        }
+    }
+
+    /// The vertex at the end of edge `i`.
+    #[inline]
+    pub fn edge_end(&self, i: usize) -> usize {
+        if !self.has_edges {
+            i
+        } else if i + 1 == self.vertices.len() {
+            0
+        } else {
+            i + 1
+        }
     }
 }
 
 /// Edges of an outline of `n` vertices; a lone vertex counts as an edge without length.
 pub fn edge_count(n: usize) -> usize {
     if n == 2 { 1 } else { n }
+}
+
+/// A rigid cluster of discs of radius `a` (m). Every disc brings its whole area, overlapping or not: the cluster stands
+/// for a body that it fills, and its mass is usually given (Singer 2022).
+fn cluster(centers: &[[f64; 2]], a: f64) -> Result<Shape, String> {
+    if a == 0.0 {
+        return Err("the sphero-radius is 0: it is the radius of the discs".into());
+    }
+    if centers.is_empty() {
+        return Err("a cluster has at least one disc".into());
+    }
+    let mut vertices: Vec<Vec2> = centers.iter().map(|&c| c.into()).collect();
+    let mut sorted = centers.to_vec();
+    sorted.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])));
+    if let Some(twice) = sorted.windows(2).find(|w| w[0] == w[1]) {
+        return Err(format!("two discs are at {:?}", twice[0]));
+    }
+    let disc = swept(&[Vec2::zeros()], a);
+    let count = vertices.len() as f64;
+    let first = vertices[0];
+    let centroid = first + vertices.iter().map(|v| v - first).sum::<Vec2>() / count;
+    for v in &mut vertices {
+        *v -= centroid;
+    }
+    let spread: f64 = vertices.iter().map(Vec2::norm_squared).sum();
+    Ok(Shape {
+        extent: a + vertices.iter().map(Vec2::norm).fold(0.0, f64::max),
+        radius: a,
+        moments: AreaMoments {
+            area: disc.area * count,
+            centroid,
+            polar: disc.polar * count + disc.area * spread,
+        },
+        edges: None,
+        convex: vertices.len() == 1,
+        has_edges: false,
+        vertices,
+    })
 }
 
 /// The key of what the shape is made from.
@@ -138,6 +198,7 @@ fn shape_key(shape: &BodyShape) -> &'static str {
         BodyShape::Segment { .. } => "shape.segment.ends",
         BodyShape::Polygon { .. } => "shape.polygon.vertices",
         BodyShape::Rectangle { .. } => "shape.rectangle",
+        BodyShape::Cluster { .. } => "shape.cluster.centers",
     }
 }
 

@@ -428,15 +428,22 @@ pub enum BodyShape {
         /// Height in m.
         height: f64,
     },
+    /// A rigid cluster of discs, each of the sphero-radius (Singer 2022).
+    Cluster {
+        /// Their centres in m, all different.
+        centers: Vec<[f64; 2]>,
+    },
 }
 
 impl BodyShape {
-    /// Vertices in body coordinates in m: one for a disc, two for a segment, else the polygon as written.
+    /// Vertices in body coordinates in m: one for a disc, two for a segment, the centres of a cluster, else the polygon
+    /// as written.
     pub fn vertices(&self) -> Vec<[f64; 2]> {
         match self {
             Self::Disc => vec![[0.0, 0.0]],
             Self::Segment { ends } => ends.to_vec(),
             Self::Polygon { vertices } => vertices.clone(),
+            Self::Cluster { centers } => centers.clone(),
             Self::Rectangle { width, height } => {
                 let (x, y) = (0.5 * width, 0.5 * height);
                 vec![[-x, -y], [x, -y], [x, y], [-x, y]]

@@ -123,6 +123,9 @@ fn outline(problems: &mut Problems, path: &str, body: &BodyWritten) {
     let radius = format!("{path}.sphero_radius");
     match &body.shape {
         BodyShape::Disc => problems.above_zero(&radius, body.sphero_radius, "a disc's radius"),
+        BodyShape::Cluster { .. } => {
+            problems.above_zero(&radius, body.sphero_radius, "a disc's radius");
+        }
         BodyShape::Segment { ends } => {
             problems.above_zero(&radius, body.sphero_radius, "a segment's radius");
             if ends[0] == ends[1] {

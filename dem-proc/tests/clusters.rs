@@ -1,0 +1,152 @@
+//! Rigid clusters of discs (Singer 2022).
+
+mod common;
+
+use common::*;
+use dem_proc::Sdem;
+use dem_proc::generate::wall;
+use interface::Vec2;
+use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw};
+use interface::solver::DemSolver;
+
+/// `n` x `n` discs of radius `a` that touch, about the origin.
+fn grid(n: usize, a: f64) -> BodyShape {
+    let at = |i: usize| 2.0 * a * (i as f64 - 0.5 * (n as f64 - 1.0));
+    BodyShape::Cluster {
+        centers: (0..n * n).map(|k| [at(k % n), at(k / n)]).collect(),
+    }
+}
+
+#[test]
+fn mass_and_inertia_add_up() {
+    use std::f64::consts::PI;
+    let a = 0.1;
+    let mut config = body(grid(2, a), a);
+    config.inertia = BodyInertia::Density(10.0);
+    config.position = [3.0, 4.0];
+    let dem = configured(&scene(vec![config], spring(1.0)));
+    let b = &dem.bodies().fixed[0];
+    let disc = 10.0 * PI * a * a;
+    assert!((b.mass / (4.0 * disc) - 1.0).abs() < 1e-14);
+    let inertia = 4.0 * (0.5 * disc * a * a + disc * 2.0 * a * a);
+    assert!((b.inertia / inertia - 1.0).abs() < 1e-14);
+    assert!((dem.bodies().state[0].center - Vec2::new(3.0, 4.0)).norm() < 1e-15);
+    assert!((b.shape.extent - a * (1.0 + 2.0_f64.sqrt())).abs() < 1e-15);
+}
+
+#[test]
+fn a_cluster_presses_like_its_discs() {
+    let a = 0.1;
+    let at_disc = |x: f64| BodyConfig {
+        position: [x, 0.0],
+        ..fixed(BodyShape::Disc, a)
+    };
+    let discs = scene(vec![at_disc(-0.1), at_disc(0.1)], spring(1e5));
+    let centers = vec![[-0.1, 0.0], [0.1, 0.0]];
+    let cluster = scene(vec![fixed(BodyShape::Cluster { centers }, a)], spring(1e5));
+    let points = [at(0.0, 0.08), at(0.02, -0.1), at(0.22, 0.03), at(-0.3, 0.0)];
+    let (f, one, _) = forces(&cluster, 0.05, &points);
+    let (g, two, _) = forces(&discs, 0.05, &points);
+    assert_eq!(f, g);
+    let parts = &two.measurement().bodies;
+    let c = &one.measurement().bodies[0];
+    for k in 0..2 {
+        let sum = parts[0].point_force[k] + parts[1].point_force[k];
+        assert!((c.point_force[k] - sum).abs() < 1e-9);
+    }
+    // Torque about the middle instead of each disc's own centre.
+    let lever = |b: usize, x: f64| parts[b].point_torque + x * parts[b].point_force[1];
+    assert!((c.point_torque - lever(0, -0.1) - lever(1, 0.1)).abs() < 1e-9);
+}
+
+/// Two blocks of 8 x 8 discs with Singer's kind of law, friction and adhesion, one on the other: they stay.
+#[test]
+fn two_cluster_blocks_rest_on_one_another() {
+    let a = 0.00125;
+    let block = |y: f64| BodyConfig {
+        position: [0.0, y],
+        inertia: BodyInertia::Mass(0.28),
+        ..body(grid(8, a), a)
+    };
+    let law = ContactLaw::HertzMindlin {
+        hertz_constant: 1e8,
+        poisson_ratio: 0.3,
+        friction: 0.6,
+        restitution: 0.3,
+        adhesion: 30.0,
+    };
+    let floor = wall("floor", [-0.1, -a], [0.1, -a], a);
+    let mut config = scene(vec![floor, block(0.01), block(0.03)], law);
+    config.gravity = [0.0, -9.81];
+    config.skin = 0.0005;
+    let mut dem = Sdem::default();
+    dem.configure(&config).unwrap();
+    let dt = 2e-6;
+    for i in 0..40_000 {
+        let mut step = step(if i == 0 { 0.0 } else { dt }, dt);
+        step.measure = i == 39_999;
+        dem.contact(&step, &[], &mut []).unwrap();
+        dem.advance(&step).unwrap();
+    }
+    let m = dem.measurement();
+    let weight = 2.0 * 0.28 * 9.81;
+    assert!(
+        (m.bodies[0].body_force[1] / -weight - 1.0).abs() < 1e-3,
+        "{:?}",
+        m.bodies[0]
+    );
+    for (b, y) in [(1, 0.01), (2, 0.03)] {
+        let state = &dem.bodies().state[b];
+        assert!(
+            (state.center - Vec2::new(0.0, y)).norm() < 2e-5,
+            "{}",
+            state.center
+        );
+        assert!(state.angle.abs() < 1e-6 && state.velocity.norm() < 1e-4);
+    }
+}
+
+/// Clusters, discs and polygons fly into one another: energy and momentum stay.
+#[test]
+fn a_cluster_collides_without_losing_energy() {
+    let a = 0.1;
+    let throw = |shape, x: f64, v: f64, spin| BodyConfig {
+        position: [x, 0.03 * x],
+        velocity: [v, 0.0],
+        spin,
+        ..body(shape, a)
+    };
+    let square = BodyShape::Rectangle {
+        width: 0.4,
+        height: 0.4,
+    };
+    let bodies = vec![
+        throw(grid(3, a), 0.0, 0.0, 0.4),
+        throw(square, -0.9, 1.0, 0.0),
+        throw(grid(2, a), 0.9, -1.0, -1.0),
+        throw(BodyShape::Disc, 1.5, -1.5, 0.0),
+    ];
+    let config = scene(bodies, spring(1e5));
+    let mut dem = configured(&config);
+    let dt = 1e-5;
+    let (mut first, mut worst, mut touched) = (None, 0.0_f64, 0);
+    for i in 0..100_000 {
+        let step = step(if i == 0 { 0.0 } else { dt }, dt);
+        dem.contact(&step, &[], &mut []).unwrap();
+        dem.advance(&step).unwrap();
+        let l = &dem.measurement().ledger;
+        let energy = l.kinetic + l.kinetic_rotation + l.contact;
+        worst = worst.max((energy / *first.get_or_insert(energy) - 1.0).abs());
+        touched += usize::from(l.contact > 0.0);
+        assert!((Vec2::from(l.momentum) - Vec2::new(-1.5, 0.0)).norm() < 1e-12);
+    }
+    assert!(touched > 1000 && worst < 1e-4, "{touched} {worst}");
+}
+
+#[test]
+fn a_cluster_with_a_disc_twice_is_refused() {
+    let centers = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]];
+    let config = scene(vec![body(BodyShape::Cluster { centers }, 0.1)], spring(1.0));
+    let refusal = Sdem::default().configure(&config).unwrap_err();
+    assert_eq!(refusal.key, "dem.body[0] (body).shape.cluster.centers");
+}
