@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use interface::control::Party;
 use interface::domain::Domain;
 use interface::session::SessionError;
+use rustix::process::{Pid, Signal, kill_process_group};
 use thiserror::Error;
 
 /// How a solver is started.
@@ -141,7 +142,7 @@ impl Crew {
                     }
                     if matches!(child.try_wait(), Ok(None)) {
                         tracing::warn!(party = %member.party, pid = child.id(), "did not end and is killed");
-                        let _ = child.kill();
+                        end_group(child);
                         let _ = child.wait();
                     }
                 }
@@ -187,6 +188,15 @@ fn spawn(command: &[String], domain: &Domain) -> io::Result<Child> {
         .spawn()
 }
 
+/// Ends a solver and whatever it has started: it leads a process group of its own.
+fn end_group(child: &mut Child) {
+    let group = i32::try_from(child.id()).ok().and_then(Pid::from_raw);
+    let ended = group.map(|group| kill_process_group(group, Signal::KILL));
+    if !matches!(ended, Some(Ok(()))) {
+        let _ = child.kill();
+    }
+}
+
 fn describe(status: ExitStatus) -> String {
     match (status.code(), status.signal()) {
         (Some(code), _) => format!("ended with exit status {code}"),
@@ -228,6 +238,28 @@ mod tests {
         let pid = crew.pid(Party::Mpm).unwrap();
         crew.dismiss();
         assert!(!std::path::Path::new(&format!("/proc/{pid}/status")).exists());
+    }
+
+    #[test]
+    fn what_a_solver_has_started_ends_with_it() {
+        let owned = OwnedDomain::create().unwrap();
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("pid");
+        let script = format!("sleep 61 & echo $! > {}; wait", file.display());
+        let mut crew = Crew::default();
+        let command = ["sh", "-c", &script].map(String::from).to_vec();
+        crew.start(Party::Dem, &Start::Process(command), owned.domain())
+            .unwrap();
+        let pid = loop {
+            match std::fs::read_to_string(&file) {
+                Ok(pid) if pid.ends_with('\n') => break pid.trim().to_string(),
+                _ => std::thread::sleep(Duration::from_millis(2)),
+            }
+        };
+        crew.dismiss();
+        // A killed process that nobody has reaped yet is a zombie, which is not running either.
+        let state = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+        assert!(state.is_empty() || state.contains(") Z "), "{state}");
     }
 
     #[test]

@@ -97,6 +97,37 @@ pub enum RunError {
 }
 
 impl RunError {
+    /// What the user can do about it.
+    pub fn advice(&self) -> &'static str {
+        match self {
+            Self::Start(_) => "check the command of --mpm or --dem",
+            Self::Collapsed { .. } => {
+                "look for what makes the limit so small: a tiny mass or cell, a very stiff contact, a state that diverges"
+            }
+            Self::BlowUp { .. } => {
+                "lower time.safety or time.max_step, and prefer criterion = \"composed\""
+            }
+            Self::Interrupted => "what was recorded until then is kept",
+            Self::Output(_) => "make room, or give another directory with --out",
+            Self::Session(error) => match error {
+                SessionError::Vanished { .. } => {
+                    "what was recorded until then is kept; see the solver's own words on standard error, and run again"
+                }
+                SessionError::Late { .. } => {
+                    "if the solver only needs longer, raise coupling.deadline; if it hangs, its process tells where"
+                }
+                SessionError::Contract { .. } => {
+                    "interface/PROTOCOL.md has the clause; the solver has to be mended"
+                }
+                SessionError::Refused { .. } => "change that key of the scene",
+                SessionError::Failed { .. } => {
+                    "history.csv shows the way there; a smaller time.max_step may help"
+                }
+                _ => "log.jsonl in the run directory has the details",
+            },
+        }
+    }
+
     /// How a run ends that ends with this error.
     pub fn status(&self) -> Status {
         match self {
@@ -213,7 +244,7 @@ impl Account {
             Ok(()) => Status::Done,
         };
         let reason = match ended {
-            Err(error) => Some(error.to_string()),
+            Err(error) => Some(format!("{error} ({})", error.advice())),
             Ok(()) if self.interrupted => {
                 Some(format!("interrupted at t = {:.6e} s", self.clock.time()))
             }
