@@ -257,9 +257,16 @@ mod tests {
             }
         };
         crew.dismiss();
-        // A killed process that nobody has reaped yet is a zombie, which is not running either.
-        let state = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-        assert!(state.is_empty() || state.contains(") Z "), "{state}");
+        // A signal takes effect a little later; one that nobody has reaped yet is a zombie, which does not run either.
+        let start = Instant::now();
+        loop {
+            let state = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+            if state.is_empty() || state.contains(") Z ") {
+                break;
+            }
+            assert!(start.elapsed() < Duration::from_secs(10), "{state}");
+            std::thread::sleep(Duration::from_millis(2));
+        }
     }
 
     #[test]
