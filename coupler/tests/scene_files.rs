@@ -309,9 +309,9 @@ fn the_plan_names_what_binds_and_what_is_left_out() {
     assert_eq!(plan.points, 16.0);
     assert_eq!(plan.rows, 11.0);
     assert!(plan.limits[0].name.starts_with("composed"), "{plan}");
-    // L/c = 0.5/sqrt((1e6 + 4/3 5e5)/1000), and k_n/m_p = 1e5/(1000 0.25^2).
-    let waves = 0.5 / (5e6f64 / 3.0 / 1000.0).sqrt();
-    let omega = ((2.0 / waves).powi(2) + 1e5 / 62.5).sqrt();
+    // uGIMP with l_p = L/4: (2/l + 1/(1 - l)) (2 K + 2/3 G)/rho / L^2, and k_n/m_p = 1e5/(1000 0.25^2).
+    let waves = (8.0 + 4.0 / 3.0) * (2e6 + 2.0 / 3.0 * 5e5) / 1000.0 / 0.25;
+    let omega = (waves + 1e5 / 62.5f64).sqrt();
     assert!((plan.limits[0].step / (0.8 * 2.0 / omega) - 1.0).abs() < 1e-12);
     let left_out: Vec<&str> = plan.left_out.iter().map(|l| l.what.as_str()).collect();
     for what in [

@@ -6,7 +6,8 @@
 use std::fmt::{self, Write as _};
 
 use interface::config::{
-    BodyConfig, BodyInertia, ContactLaw, DemConfig, MaterialModel, Motion, MpmConfig, Wall,
+    BodyConfig, BodyInertia, ContactLaw, DemConfig, MaterialModel, Motion, MpmConfig,
+    ShapeFunction, Wall,
 };
 use serde::Serialize;
 
@@ -325,14 +326,14 @@ fn limits(scene: &Scene) -> Vec<StepLimit> {
                 .as_ref()
                 .map_or(0.0, |dem| damping(dem.point_contact));
             let kappa_contact = kappa * (damping.hypot(1.0) - damping);
-            // omega = 2 c/L, so that 2/omega is L/c; contact adds k_n over the lightest point (PHYSICS.md section 4).
-            let elastic = (2.0 / waves).powi(2);
+            // Contact adds k_n over the lightest point to what waves ask for (PHYSICS.md section 4).
+            let elastic = scene.mpm.as_ref().map_or(0.0, elastic_omega_sq);
             let contact = if scene.mpm.is_some() {
                 stiffness / point
             } else {
                 0.0
             };
-            limit("elastic waves alone (L/c)", kappa * waves);
+            limit("elastic waves alone", kappa * 2.0 / elastic.sqrt());
             limit(
                 "contact of points and bodies alone (2/sqrt(k_n/m_p))",
                 kappa_contact * 2.0 / contact.sqrt(),
@@ -378,39 +379,61 @@ fn damping(law: ContactLaw) -> f64 {
 
 /// `L/c` of the fastest material in s.
 fn courant_time(mpm: &MpmConfig) -> f64 {
-    let speed_sq = |m: &interface::config::MaterialConfig| {
-        let modulus = match m.model {
+    mpm.cell / largest_over_density(mpm, |k, g| k + 4.0 / 3.0 * g).sqrt()
+}
+
+/// The continuum's bound of its largest squared frequency in 1/s^2, as the built-in solver declares it for the material
+/// at rest (the derivation is in its `limits`): the stiffest place of the shape function times the plane stiffness. For
+/// linear hats, which have no such bound, the value of a filled grid.
+fn elastic_omega_sq(mpm: &MpmConfig) -> f64 {
+    let boxes = mpm.groups.iter().map(|g| {
+        let [dx, dy] = geometry::distances(&g.spacing, &g.fill, mpm.cell);
+        (0.5 * dx.min(dy) / mpm.cell).min(0.5)
+    });
+    let place = match mpm.shape {
+        ShapeFunction::Linear => 4.0,
+        ShapeFunction::Ugimp => {
+            let l = boxes.fold(0.5, f64::min);
+            2.0 / l + 1.0 / (1.0 - l)
+        }
+        ShapeFunction::QuadraticBspline => 6.0,
+        ShapeFunction::CubicBspline => 3.13683,
+    };
+    place * largest_over_density(mpm, |k, g| 2.0 * k + 2.0 / 3.0 * g) / (mpm.cell * mpm.cell)
+}
+
+/// Largest `modulus(K, G) / rho` of any material in m^2/s^2.
+fn largest_over_density(mpm: &MpmConfig, modulus: fn(f64, f64) -> f64) -> f64 {
+    let over_density = |m: &interface::config::MaterialConfig| {
+        let (k, g) = match m.model {
             MaterialModel::LinearElastic {
-                bulk_modulus: k,
-                shear_modulus: g,
+                bulk_modulus,
+                shear_modulus,
             }
             | MaterialModel::NeoHookean {
-                bulk_modulus: k,
-                shear_modulus: g,
+                bulk_modulus,
+                shear_modulus,
             }
             | MaterialModel::DruckerPrager {
-                bulk_modulus: k,
-                shear_modulus: g,
+                bulk_modulus,
+                shear_modulus,
                 ..
             }
             | MaterialModel::MohrCoulomb {
-                bulk_modulus: k,
-                shear_modulus: g,
+                bulk_modulus,
+                shear_modulus,
                 ..
             }
             | MaterialModel::VonMises {
-                bulk_modulus: k,
-                shear_modulus: g,
+                bulk_modulus,
+                shear_modulus,
                 ..
-            } => k + 4.0 / 3.0 * g,
-            MaterialModel::Fluid {
-                bulk_modulus: k, ..
-            } => k,
+            } => (bulk_modulus, shear_modulus),
+            MaterialModel::Fluid { bulk_modulus, .. } => (bulk_modulus, 0.0),
         };
-        modulus / m.density
+        modulus(k, g) / m.density
     };
-    let fastest = mpm.materials.iter().map(speed_sq).fold(0.0, f64::max);
-    mpm.cell / fastest.sqrt()
+    mpm.materials.iter().map(over_density).fold(0.0, f64::max)
 }
 
 /// Mass of the lightest point in kg/m.
