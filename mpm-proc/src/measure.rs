@@ -27,8 +27,17 @@ pub struct Books {
     pub plastic_work: f64,
     /// Dissipated by viscous stress so far in J/m.
     pub viscous_work: f64,
+    kick: KickWork,
     /// The last measurement.
     pub measurement: MpmMeasurement,
+}
+
+/// Work in the kick of one step in J/m.
+#[derive(Debug, Clone, Copy, Default)]
+struct KickWork {
+    friction: f64,
+    damping: f64,
+    loads: f64,
 }
 
 /// Sums over the points of a cloud.
@@ -45,13 +54,14 @@ where
     /// Counts the impulses of the step; if it is measured, takes what belongs to `t_n` and to `t_{n-1/2}`.
     pub fn keep_books(&mut self, step: &Step) {
         let kick = step.kick();
+        self.books.kick = KickWork::default();
         if step.dt_before + step.dt > 0.0 {
             let mass: f64 = self.clouds.iter().map(Cloud::total_mass).sum();
             self.books.applied_impulse += self.grid.gravity.map(|g| kick * mass * g);
             for tile in &self.grid.tiles {
                 self.books.applied_impulse += tile.wall_impulse;
-                self.books.friction_work += tile.friction_work;
-                self.books.viscous_work += tile.damping_work;
+                self.books.kick.friction += tile.friction_work;
+                self.books.kick.damping += tile.damping_work;
             }
         }
         for cloud in &self.clouds {
@@ -63,7 +73,7 @@ where
         let loads = self.load_sum();
         self.books.applied_impulse += loads.force.map(|f| kick * f);
         // The other half with the velocities after the kick, in close_books.
-        self.books.driven_work += 0.5 * kick * loads.power;
+        self.books.kick.loads = 0.5 * kick * loads.power;
         let mut contact_force = [0.0; 2];
         for f in &self.imps.forces {
             for a in 0..2 {
@@ -78,19 +88,32 @@ where
 
     /// If the step is measured, takes what belongs to `t_{n+1/2}`.
     pub fn close_books(&mut self, step: &Step) {
-        self.books.driven_work += 0.5 * step.kick() * self.load_sum().power;
-        if !step.measure {
-            return;
+        self.books.kick.loads += 0.5 * step.kick() * self.load_sum().power;
+        let kick = self.books.kick;
+        if step.measure {
+            self.close_measurement(step.centring());
+            // At t_n the kick is done by the same share as the velocities are.
+            let ledger = &mut self.books.measurement.ledger;
+            ledger.friction_work += step.centring() * kick.friction;
+            ledger.viscous_work += step.centring() * kick.damping;
+            ledger.driven_work += step.centring() * kick.loads;
         }
+        self.books.friction_work += kick.friction;
+        self.books.viscous_work += kick.damping;
+        self.books.driven_work += kick.loads;
+    }
+
+    /// Takes what belongs to `t_{n+1/2}`; quantities of then count by `after`.
+    fn close_measurement(&mut self, after: f64) {
         let MpmMeasurement { ledger, groups } = &mut self.books.measurement;
         ledger.momentum = [0.0; 2];
         for (cloud, group) in self.clouds.iter().zip(groups) {
             let motions = cloud.motions();
-            let kinetic = step.centring() * motions.kinetic;
+            let kinetic = after * motions.kinetic;
             group.kinetic += kinetic;
             ledger.kinetic += kinetic;
             for a in 0..2 {
-                group.velocity[a] += step.centring() * motions.momentum[a] / group.mass;
+                group.velocity[a] += after * motions.momentum[a] / group.mass;
                 ledger.momentum[a] += motions.momentum[a];
             }
         }

@@ -1,6 +1,7 @@
 //! Tests of the whole solver; those of one file's subject stand in that file.
 
 mod against_reference;
+mod closed_forms;
 mod conservation;
 mod limits;
 mod physics;

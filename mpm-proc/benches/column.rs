@@ -1,0 +1,65 @@
+//! The case that speed is measured on: a column of sand or rubber that collapses.
+
+use interface::config::{
+    Fill, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing,
+    StressUpdate, Transfer, Wall, Walls,
+};
+
+/// Rubber.
+pub const ELASTIC: MaterialModel = MaterialModel::LinearElastic {
+    bulk_modulus: 5.0e5,
+    shear_modulus: 3.2e5,
+};
+
+/// Dry sand.
+pub const SAND: MaterialModel = MaterialModel::DruckerPrager {
+    bulk_modulus: 5.0e5,
+    shear_modulus: 3.2e5,
+    friction_angle: 35.0,
+    dilation_angle: 0.0,
+    cohesion: 0.0,
+    tensile_strength: 0.0,
+};
+
+/// A column as wide as high, on a fixed floor against a slip wall, collapsing to the right.
+pub fn column(points: usize, threads: usize, model: MaterialModel) -> MpmConfig {
+    let cells = ((points as f64 / 4.0).sqrt().round()) as u32;
+    let cell = 1.0 / f64::from(cells);
+    MpmConfig {
+        domain: [[0.0, 0.0], [4.0, 2.0]],
+        cell,
+        gravity: [0.0, -9.81],
+        shape: ShapeFunction::QuadraticBspline,
+        transfer: Transfer::Apic,
+        stress_update: StressUpdate::Usf,
+        plane: Plane::Strain,
+        walls: Walls {
+            left: Wall::Slip,
+            bottom: Wall::Fixed,
+            ..Walls::default()
+        },
+        materials: vec![MaterialConfig {
+            name: "sand".into(),
+            density: 1500.0,
+            model,
+        }],
+        groups: vec![GroupConfig {
+            name: "column".into(),
+            material: 0,
+            fill: Fill::Rectangle {
+                lower: [0.0, 0.0],
+                upper: [1.0, 1.0],
+            },
+            spacing: Spacing::PerCell(4),
+            velocity: [0.0, 0.0],
+            fields: interface::config::InitialFields::default(),
+            contact_radius: None,
+        }],
+        contact_force: interface::config::ContactForceScheme::default(),
+        forcing: interface::config::Forcing::default(),
+        constants: std::collections::BTreeMap::new(),
+        leaving: interface::config::Leaving::default(),
+        skin: 0.0,
+        threads,
+    }
+}

@@ -1,0 +1,297 @@
+//! Waves, vibration and rotation against closed forms, with the observed order of convergence.
+
+use std::f64::consts::PI;
+
+use interface::config::{
+    Fill, Forcing, MaterialModel, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
+    Walls,
+};
+use interface::solver::MpmSolver;
+
+use super::{Stepper, block, configured};
+use crate::Mpm;
+
+/// chen2023/wave_1d: a bar of 1 m, E 1e5, nu 0, rho 1000, both ends fixed, v0 = x (1 - x).
+fn bar(cells: usize, shape: ShapeFunction, transfer: Transfer) -> MpmConfig {
+    let mut config = block();
+    let cell = 1.0 / cells as f64;
+    config.domain = [[0.0, 0.0], [1.0, 2.0 * cell]];
+    config.cell = cell;
+    (config.shape, config.transfer) = (shape, transfer);
+    config.materials[0].model = MaterialModel::LinearElastic {
+        bulk_modulus: 1e5 / 3.0,
+        shear_modulus: 0.5e5,
+    };
+    config.walls = Walls {
+        left: Wall::Fixed,
+        right: Wall::Fixed,
+        bottom: Wall::Slip,
+        top: Wall::Slip,
+    };
+    config.groups[0].fill = Fill::Rectangle {
+        lower: config.domain[0],
+        upper: config.domain[1],
+    };
+    config.groups[0].spacing = Spacing::PerCell(4);
+    config.groups[0].fields.velocity = Some(["v0 * x * (1 - x)".into(), "0".into()]);
+    // So slow that nothing but linear elasticity shows: strains of 1e-5.
+    config.constants.insert("v0".into(), 1e-3);
+    config
+}
+
+/// Root mean square error of the velocity after a third of a period, over the largest velocity.
+fn wave_error(cells: usize, shape: ShapeFunction, transfer: Transfer, update: StressUpdate) -> f64 {
+    let mut config = bar(cells, shape, transfer);
+    config.stress_update = update;
+    let mut mpm = configured(&config);
+    let start = mpm.points();
+    let c = 10.0;
+    let end = 0.2 / 3.0; // a period is 2/c
+    let steps = 20 * cells / 3;
+    let dt = end / steps as f64;
+    let mut stepper = Stepper::new();
+    stepper.run(&mut mpm, dt, steps);
+    stepper
+        .step(&mut mpm, 0.0, false, &mut ())
+        .expect("a sound step");
+    let exact = |x: f64| -> f64 {
+        // The sum converges as n^-3; its tail is below 1e-9 of it.
+        (0..2000)
+            .map(|k| f64::from(2 * k + 1))
+            .map(|n| 8.0 / (n * PI).powi(3) * (n * PI * x).sin() * (n * PI * c * end).cos())
+            .sum::<f64>()
+            * 1e-3
+    };
+    let square: f64 = start
+        .iter()
+        .zip(mpm.points())
+        .map(|(a, b)| (b.velocity[0] - exact(a.position[0])).powi(2))
+        .sum();
+    (square / start.len() as f64).sqrt() / 0.25e-3
+}
+
+#[test]
+fn a_wave_in_a_bar_converges() {
+    for (shape, transfer, order, finest) in [
+        (ShapeFunction::Linear, Transfer::Flip, 0.9, 0.03),
+        (ShapeFunction::Ugimp, Transfer::Flip, 0.9, 0.03),
+        (ShapeFunction::QuadraticBspline, Transfer::Flip, 0.9, 0.03),
+        (ShapeFunction::QuadraticBspline, Transfer::Apic, 0.9, 0.03),
+        (ShapeFunction::CubicBspline, Transfer::Flip, 0.9, 0.03),
+        (ShapeFunction::CubicBspline, Transfer::Apic, 0.9, 0.03),
+    ] {
+        let errors = [16, 32, 64].map(|n| wave_error(n, shape, transfer, StressUpdate::Usf));
+        let orders = [
+            (errors[0] / errors[1]).log2(),
+            (errors[1] / errors[2]).log2(),
+        ];
+        println!("{shape:?} {transfer:?}: {errors:.6?} {orders:.2?}");
+        assert!(
+            orders[1] > order && errors[2] < finest,
+            "{shape:?} {transfer:?}: {errors:?} {orders:?}"
+        );
+    }
+}
+
+#[test]
+fn updating_stress_last_converges_to_the_same_wave() {
+    for update in [StressUpdate::Usl, StressUpdate::Musl] {
+        let errors = [16, 64].map(|n| wave_error(n, ShapeFunction::Ugimp, Transfer::Flip, update));
+        println!("{update:?}: {errors:?}");
+        assert!(
+            errors[1] < 0.5 * errors[0] && errors[1] < 0.03,
+            "{update:?} {errors:?}"
+        );
+    }
+}
+
+/// A disc that spins without straining keeps its spin and its shape (FLIP, APIC), and its radius grows by no more than
+/// the centripetal stress demands.
+#[test]
+fn a_rotating_disc_keeps_spinning() {
+    for (shape, transfer, keeps) in [
+        (ShapeFunction::QuadraticBspline, Transfer::Apic, 0.99),
+        (ShapeFunction::Ugimp, Transfer::Flip, 0.97),
+    ] {
+        let mut config = block();
+        config.domain = [[-0.5, -0.5], [0.5, 0.5]];
+        config.cell = 0.02;
+        (config.shape, config.transfer) = (shape, transfer);
+        config.groups[0].fill = Fill::Disc {
+            center: [0.0, 0.0],
+            radius: 0.2,
+        };
+        config.groups[0].fields.velocity = Some(["-w * y".into(), "w * x".into()]);
+        config.constants.insert("w".into(), 5.0);
+        let mut mpm = configured(&config);
+        let spin = |mpm: &Mpm| -> (f64, f64) {
+            let points = mpm.points();
+            let angular = |p: &interface::wire::PointState| {
+                p.position[0] * p.velocity[1] - p.position[1] * p.velocity[0]
+            };
+            let radius = |p: &interface::wire::PointState| p.position[0].hypot(p.position[1]);
+            (
+                points.iter().map(angular).sum(),
+                points.iter().map(radius).fold(0.0, f64::max),
+            )
+        };
+        let (before, radius_before) = spin(&mpm);
+        // One turn.
+        let steps = 8000;
+        let dt = 2.0 * PI / 5.0 / f64::from(steps);
+        Stepper::new().run(&mut mpm, dt, steps as usize);
+        let (after, radius) = spin(&mpm);
+        println!(
+            "{shape:?} {transfer:?}: spin {} radius {}",
+            after / before,
+            radius / radius_before
+        );
+        assert!(
+            after > keeps * before && after < 1.001 * before,
+            "{}",
+            after / before
+        );
+        // rho w^2 R^2 / 8 over the modulus of equal stretch is 1e-3; boundary points move by more.
+        assert!((radius / radius_before - 1.0).abs() < 0.02);
+    }
+}
+
+/// First bending mode of a clamped beam, plane stress: `f = 1.8751^2/(2 pi) sqrt(E I/(rho A L^4))`, Timoshenko's
+/// correction for a slenderness of 10 is minus 0.9 %.
+#[test]
+fn a_cantilever_vibrates_at_its_frequency() {
+    let mut config = block();
+    let (length, height) = (1.0, 0.1);
+    config.domain = [[0.0, 0.0], [1.25, 0.5]];
+    config.cell = 0.0125;
+    (config.shape, config.transfer) = (ShapeFunction::Ugimp, Transfer::Flip);
+    config.plane = interface::config::Plane::Stress;
+    let (young, nu) = (1e6, 0.3);
+    config.materials[0].model = MaterialModel::LinearElastic {
+        bulk_modulus: young / (3.0 * (1.0 - 2.0 * nu)),
+        shear_modulus: young / (2.0 * (1.0 + nu)),
+    };
+    config.walls.left = Wall::Fixed;
+    config.groups[0].fill = Fill::Rectangle {
+        lower: [0.0, 0.2],
+        upper: [length, 0.2 + height],
+    };
+    config.groups[0].fields.velocity = Some(["0".into(), "0.02 * x^2".into()]);
+    let mut mpm = configured(&config);
+    let tip = mpm.points().len() - 1;
+    let rest = mpm.points()[tip].position[1];
+    let mut stepper = Stepper::new();
+    let dt = 1e-4;
+    // The deflection returns to zero after half a period.
+    let mut crossings = Vec::new();
+    let mut before = 1.0;
+    for _ in 0..30_000 {
+        stepper.run(&mut mpm, dt, 1);
+        let now = mpm.points()[tip].position[1] - rest;
+        if before * now < 0.0 {
+            crossings.push(stepper.time - dt * now / (now - before));
+        }
+        before = now;
+        if crossings.len() == 3 {
+            break;
+        }
+    }
+    let period = crossings[2] - crossings[0];
+    let inertia = height.powi(3) / 12.0;
+    let frequency = 1.8751_f64.powi(2) / (2.0 * PI)
+        * (young * inertia / (1000.0 * height * f64::powi(length, 4))).sqrt()
+        * 0.991;
+    println!("cantilever: {} of {frequency} Hz", 1.0 / period);
+    assert!(
+        (1.0 / period / frequency - 1.0).abs() < 0.03,
+        "{} {frequency}",
+        1.0 / period
+    );
+}
+
+/// A body force that holds a bar in free fall still, and one that is a constant: the work and the impulse are its own.
+#[test]
+fn a_body_force_does_its_work() {
+    let mut config = block();
+    config.gravity = [0.0, -10.0];
+    config.forcing = Forcing {
+        body_force: Some(["3".into(), "10 + 0 * x * t".into()]),
+        ..Forcing::default()
+    };
+    let mut mpm = configured(&config);
+    let mut stepper = Stepper::new();
+    stepper.run(&mut mpm, 1e-3, 100);
+    stepper
+        .step(&mut mpm, 0.0, true, &mut ())
+        .expect("a sound step");
+    let (ledger, t, mass) = (mpm.measurement().ledger, stepper.time, 60.0);
+    let v = 3.0 * t;
+    assert!((ledger.momentum[0] - mass * v).abs() < 1e-11 * mass);
+    assert!(ledger.momentum[1].abs() < 1e-11 * mass);
+    assert!((ledger.applied_impulse[0] - mass * v).abs() < 1e-11 * mass);
+    assert!(
+        (ledger.driven_work - 0.5 * mass * v * v).abs() < 1e-11 * mass,
+        "{}",
+        ledger.driven_work
+    );
+    assert!((ledger.kinetic - 0.5 * mass * v * v).abs() < 1e-11 * mass);
+}
+
+/// A load on the top of a column, with its own geostatic stress and none else: stays where it is. With damping the load
+/// settles to `sigma = F/width`.
+#[test]
+fn a_loaded_column_settles_and_a_prestressed_one_rests() {
+    let mut config = block();
+    config.domain = [[0.0, 0.0], [0.2, 0.8]];
+    config.shape = ShapeFunction::Ugimp;
+    config.transfer = Transfer::Flip;
+    config.walls = Walls {
+        left: Wall::Slip,
+        right: Wall::Slip,
+        bottom: Wall::Fixed,
+        top: Wall::Open,
+    };
+    config.groups[0].fill = Fill::Rectangle {
+        lower: [0.0, 0.0],
+        upper: [0.2, 0.5],
+    };
+    config.forcing.tractions = vec![interface::config::Traction {
+        group: 0,
+        within: [[0.0, 0.475], [0.2, 0.5]],
+        force: [0.0, -40.0],
+    }];
+    config.forcing.stages = vec![interface::config::Stage {
+        from: 0.0,
+        damping: 60.0,
+        pic_fraction: None,
+    }];
+    let modulus = 5.0e5 + 4.0 / 3.0 * 3.0e5;
+    let settle = |config: &MpmConfig| {
+        let mut mpm = configured(config);
+        let start = mpm.points();
+        let mut stepper = Stepper::new();
+        stepper.run(&mut mpm, 4e-4, 5000);
+        stepper
+            .step(&mut mpm, 4e-4, true, &mut ())
+            .expect("a sound step");
+        let top = start.len() - 1;
+        let ledger = mpm.measurement().ledger;
+        (
+            mpm.points()[top].position[1] - start[top].position[1],
+            ledger,
+        )
+    };
+    let (sunk, ledger) = settle(&config);
+    // 200 Pa over the column: the load sits on the points of the uppermost row, in the middle of their boxes.
+    let expected = -200.0 / modulus * 0.4875;
+    assert!((sunk / expected - 1.0).abs() < 0.05, "{sunk} {expected}");
+    assert!(ledger.viscous_work > 0.0 && ledger.kinetic < 1e-9);
+    assert!((ledger.momentum[1] - ledger.applied_impulse[1]).abs() < 1e-10);
+    // The same stress from the start: lateral stress as in uniaxial strain.
+    let lateral = (5.0e5 - 2.0e5) / modulus;
+    config.groups[0].fields.stress = Some(
+        [-200.0 * lateral, -200.0, -200.0 * lateral, 0.0].map(|s: f64| format!("{s} + 0 * y")),
+    );
+    let (moved, _) = settle(&config);
+    assert!(moved.abs() < 0.06 * expected.abs(), "{moved}");
+}
