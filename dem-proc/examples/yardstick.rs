@@ -101,7 +101,7 @@ fn main() {
                 d.t = 0.0;
             }
         }
-        best = best.min((cpu_time() - start).as_secs_f64() / 400.0);
+        best = best.min(cpu_time().saturating_sub(start).as_secs_f64() / 400.0);
     }
     println!(
         "plain discs x {count}: {} pairs, {contacts} contacts, {:.1} us of CPU a step, {:.1} ns a contact",

@@ -14,6 +14,16 @@ use crate::mass::cross;
 use crate::neighbours::{PointList, PointPair, REACH};
 use crate::threads::Threads;
 
+/// The intervals around `t_n`, as contact sees them.
+#[derive(Debug, Clone, Copy)]
+pub struct Interval {
+    /// The one behind.
+    pub past: Past,
+    /// How far a point and a surface can come together in the one ahead, in m: a law whose stiffness grows with the
+    /// overlap declares what it may be by then.
+    pub closing: f64,
+}
+
 /// What the step needs from the contact between points and bodies, whatever the law.
 pub trait PointSide: Debug + Send {
     /// Slots are now ordered as `set`.
@@ -23,15 +33,12 @@ pub trait PointSide: Debug + Send {
     /// Builds the list anew if a pair that is not in it could touch.
     fn update_list(&mut self, bodies: &Bodies, states: &[ImpState]);
     /// Evaluates every pair of the list (eqs. 44, 43, 41) and sums the forces on the points slot by slot (eq. 46) and
-    /// the same numbers negated on the bodies (eqs. 49, 50). `closing` is how far a point and a surface can come
-    /// together before the next evaluation, in m: a law whose stiffness grows with the overlap declares what it may
-    /// be by then.
+    /// the same numbers negated on the bodies (eqs. 49, 50).
     fn evaluate(
         &mut self,
         bodies: &Bodies,
         states: &[ImpState],
-        past: Past,
-        closing: f64,
+        interval: Interval,
         threads: &Threads,
         forces: &mut [ImpForce],
         loads: &mut [Load],
@@ -293,12 +300,12 @@ impl<L: Law> PointSide for PointContacts<L> {
         &mut self,
         bodies: &Bodies,
         states: &[ImpState],
-        past: Past,
-        closing: f64,
+        interval: Interval,
         threads: &Threads,
         forces: &mut [ImpForce],
         loads: &mut [Load],
     ) {
+        let Interval { past, closing } = interval;
         forces.fill(ImpForce::default());
         let (mut loss, mut any_in_reach) = (Loss::default(), false);
         let mut next = std::mem::take(&mut self.next);

@@ -165,8 +165,8 @@ fn cluster(centers: &[[f64; 2]], a: f64) -> Result<Shape, String> {
     let mut vertices: Vec<Vec2> = centers.iter().map(|&c| c.into()).collect();
     let mut sorted = centers.to_vec();
     sorted.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])));
-    if let Some(twice) = sorted.windows(2).find(|w| w[0] == w[1]) {
-        return Err(format!("two discs are at {:?}", twice[0]));
+    if let Some(&[twice, _]) = sorted.array_windows().find(|[a, b]| a == b) {
+        return Err(format!("two discs are at {twice:?}"));
     }
     let disc = swept(&[Vec2::zeros()], a);
     let count = vertices.len() as f64;

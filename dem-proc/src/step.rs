@@ -11,6 +11,7 @@ use crate::configure::{System, configure};
 use crate::law::Past;
 use crate::ledger::{Kick, Totals, measure};
 use crate::load::Load;
+use crate::points::Interval;
 
 impl DemSolver for Sdem {
     fn identity(&self) -> String {
@@ -135,8 +136,10 @@ impl System {
         self.points.evaluate(
             &self.bodies,
             imps,
-            Past::new(step.dt_before),
-            1.5 * fastest * step.dt.max(step.dt_before),
+            Interval {
+                past: Past::new(step.dt_before),
+                closing: 1.5 * fastest * step.dt.max(step.dt_before),
+            },
             &self.threads,
             forces,
             loads,

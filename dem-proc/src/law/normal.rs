@@ -172,23 +172,24 @@ mod tests {
         (0..=n).map(|i| weight(i) * net(i)).sum::<f64>() * h / 3.0
     }
 
+    fn check<N: Normal>(law: N, mates: &Mates) {
+        let pair = law.pair(mates);
+        for xi in [1e-6, 1e-3, 0.01, 0.03] {
+            let (energy, sum) = (law.energy(&pair, xi), integral(&law, &pair, xi));
+            // Simpson's rule on a square root at its branch point errs by about n^-1.5: 1e-5.
+            assert!(
+                (energy - sum).abs() <= 3e-5 * sum.abs(),
+                "{law:?} {xi}: {energy} {sum}"
+            );
+        }
+    }
+
     #[test]
     fn every_spring_is_the_derivative_of_its_energy() {
         let mates = Mates {
             mass: 1.0,
             radius: 0.02,
         };
-        fn check<N: Normal>(law: N, mates: &Mates) {
-            let pair = law.pair(mates);
-            for xi in [1e-6, 1e-3, 0.01, 0.03] {
-                let (energy, sum) = (law.energy(&pair, xi), integral(&law, &pair, xi));
-                // Simpson's rule on a square root at its branch point errs by about n^-1.5: 1e-5.
-                assert!(
-                    (energy - sum).abs() <= 3e-5 * sum.abs(),
-                    "{law:?} {xi}: {energy} {sum}"
-                );
-            }
-        }
         check(Linear { stiffness: 3e4 }, &mates);
         check(Hertz { constant: 1e6 }, &mates);
         check(Area { stiffness: 1e7 }, &mates);
