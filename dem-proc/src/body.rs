@@ -69,9 +69,21 @@ pub struct Rigid {
     pub inverse_inertia: f64,
     /// Sphero-radius `a` in m.
     pub radius: f64,
+    /// Largest distance of the surface from the centre of mass in m.
+    pub extent: f64,
+    /// 1 for a body that falls, 0 for a fixed or driven one.
+    pub falls: f64,
+    /// Where its vertices begin in [`Bodies::outline`], and how many they are.
+    vertices: [u32; 2],
 }
 
 impl Rigid {
+    /// Upper bound of the speed of any point of the surface at a given velocity and spin, in m/s.
+    #[inline]
+    pub fn surface_speed(&self, velocity: Vec2, spin: f64) -> f64 {
+        velocity.norm() + spin.abs() * self.extent
+    }
+
     /// Velocity of the body's material at `r` from its centre of mass, in m/s.
     #[inline]
     pub fn velocity_at(&self, r: Vec2) -> Vec2 {
@@ -152,6 +164,8 @@ pub struct Bodies {
     pub frames: Vec<Frame>,
     /// Vertices of all bodies in world coordinates at `t_n`, body after body, in m.
     pub outline: Vec<Vec2>,
+    /// The same vertices relative to the centre of mass, in the body's frame.
+    local: Vec<Vec2>,
     /// Fixed and driven bodies, in ascending order.
     pub held: Vec<u32>,
     /// Guided and pushed bodies, likewise.
@@ -176,6 +190,7 @@ impl Bodies {
             let (what, state) = place(body, bodies.outline.len()).map_err(refuse)?;
             let vertices = &what.shape.vertices;
             bodies.outline.extend_from_slice(vertices);
+            bodies.local.extend_from_slice(vertices);
             let shape = &what.shape;
             let edge = |k: usize| shape.vertices[shape.edge_end(k)] - shape.vertices[k];
             let inverse = |edge: Vec2| {
@@ -226,8 +241,8 @@ impl Bodies {
     /// Outline of body `b` in world coordinates in m.
     #[inline]
     pub fn outline_of(&self, b: usize) -> &[Vec2] {
-        let body = &self.fixed[b];
-        &self.outline[body.first_vertex..body.first_vertex + body.shape.vertices.len()]
+        let [first, count] = self.state[b].vertices.map(|i| i as usize);
+        &self.outline[first..first + count]
     }
 
     /// `p` (m) in the frame of body `b`.
@@ -241,10 +256,10 @@ impl Bodies {
     /// Drift of the leapfrog: positions to `t_{n+1}` with the velocities of `t_{n+1/2}`, rotation exact.
     pub fn drift(&mut self, dt: f64) {
         for b in 0..self.len() {
-            if self.fixed[b].motion == Motion::Fixed {
+            let state = &mut self.state[b];
+            if state.falls == 0.0 && state.velocity == Vec2::zeros() && state.spin == 0.0 {
                 continue;
             }
-            let state = &mut self.state[b];
             let frame = &mut self.frames[b];
             frame.advance(state.velocity * dt, state.spin * dt);
             state.center = frame.center;
@@ -253,29 +268,26 @@ impl Bodies {
         }
     }
 
-    /// Upper bound of the speed of any point of body `b`'s surface at a given velocity and spin, in m/s.
-    #[inline]
-    pub fn surface_speed(&self, b: usize, velocity: Vec2, spin: f64) -> f64 {
-        velocity.norm() + spin.abs() * self.fixed[b].shape.extent
-    }
-
     /// The largest surface speed at present, in m/s.
     pub fn initial_speed(&self) -> f64 {
-        let speeds = self.state.iter().enumerate();
-        let speeds = speeds.map(|(b, s)| self.surface_speed(b, s.velocity, s.spin));
+        let speeds = self
+            .state
+            .iter()
+            .map(|s| s.surface_speed(s.velocity, s.spin));
         speeds.fold(0.0, f64::max)
     }
 
     /// Rebuilds the world outline of body `b` from its angle.
     #[inline]
     fn rebuild_outline(&mut self, b: usize) {
-        let (body, state) = (&self.fixed[b], &self.state[b]);
-        let local = &body.shape.vertices[..];
-        if local.len() == 1 {
-            self.outline[body.first_vertex] = state.center; // a disc looks the same at every angle
+        let state = &self.state[b];
+        let [first, count] = state.vertices.map(|i| i as usize);
+        if count == 1 {
+            self.outline[first] = state.center; // a disc looks the same at every angle
             return;
         }
-        let world = &mut self.outline[body.first_vertex..][..local.len()];
+        let world = &mut self.outline[first..first + count];
+        let local = &self.local[first..first + count];
         let (sin, cos) = state.angle.sin_cos();
         for (world, v) in world.iter_mut().zip(local) {
             *world = state.center + Vec2::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y);
@@ -364,6 +376,9 @@ fn place(body: &BodyConfig, first_vertex: usize) -> Result<(Body, Rigid), (&'sta
         },
         inverse_inertia: yielding[2] / inertia,
         radius: shape.radius,
+        extent: shape.extent,
+        falls: if free { 1.0 } else { 0.0 },
+        vertices: [first_vertex as u32, shape.vertices.len() as u32],
     };
     let what = Body {
         name: body.name.clone(),
@@ -391,10 +406,10 @@ impl Reference {
 
     /// Upper bound of the displacement of any body's surface since, in m: `|c - c_ref| + R |theta - theta_ref|`.
     pub fn travelled(&self, bodies: &Bodies) -> f64 {
-        let moved = bodies.state.iter().zip(&bodies.fixed).zip(&self.0);
+        let moved = bodies.state.iter().zip(&self.0);
         moved
-            .map(|((state, body), (center, angle))| {
-                (state.center - center).norm() + body.shape.extent * (state.angle - angle).abs()
+            .map(|(state, (center, angle))| {
+                (state.center - center).norm() + state.extent * (state.angle - angle).abs()
             })
             .fold(0.0, f64::max)
     }

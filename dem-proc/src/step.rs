@@ -151,22 +151,19 @@ impl System {
         let kick = step.kick();
         self.kicked.clear();
         let mut speed: f64 = 0.0;
-        for (b, state) in self.bodies.state.iter().enumerate() {
-            let (from_points, from_bodies) = (&self.point_loads[b], &self.body_loads[b]);
-            let force = from_points.force + from_bodies.force;
-            let torque = from_points.torque + from_bodies.torque;
-            let body = &self.bodies.fixed[b];
-            let mut acceleration = force * state.inverse_mass + self.gravity;
-            acceleration.x *= body.yielding[0];
-            acceleration.y *= body.yielding[1];
+        let coupled = !self.points.set().is_empty();
+        for (b, (state, others)) in self.bodies.state.iter().zip(&self.body_loads).enumerate() {
+            let (mut force, mut torque) = (others.force, others.torque);
+            if coupled {
+                force += self.point_loads[b].force;
+                torque += self.point_loads[b].torque;
+            }
+            let acceleration = force * state.inverse_mass + self.gravity * state.falls;
             let velocity = state.velocity + acceleration * kick;
             let spin = state.spin + torque * state.inverse_inertia * kick;
-            let surface = self.bodies.surface_speed(b, velocity, spin);
+            let surface = state.surface_speed(velocity, spin);
             if !surface.is_finite() {
-                return Err(Fault::NotFinite {
-                    what: "velocity".into(),
-                    item: format!("body {b} ({})", self.bodies.fixed[b].name),
-                });
+                return Err(self.not_finite(b));
             }
             speed = speed.max(surface);
             self.kicked.push((velocity, spin));
@@ -178,10 +175,25 @@ impl System {
             let (velocity, spin) = &mut self.kicked[b];
             *velocity += force * (state.inverse_mass * kick);
             *spin += torque * state.inverse_inertia * kick;
-            speed = speed.max(self.bodies.surface_speed(b, *velocity, *spin));
+            for i in 0..2 {
+                if body.yielding[i] == 0.0 {
+                    velocity[i] = state.velocity[i];
+                }
+            }
+            speed = speed.max(state.surface_speed(*velocity, *spin));
+        }
+        if !speed.is_finite() {
+            return Err(self.not_finite(self.bodies.special[0] as usize));
         }
         self.kicked_speed = speed;
         Ok(())
+    }
+
+    fn not_finite(&self, b: usize) -> Fault {
+        Fault::NotFinite {
+            what: "velocity".into(),
+            item: format!("body {b} ({})", self.bodies.fixed[b].name),
+        }
     }
 
     /// The limits for the next step, and how far the surfaces will have gone.
