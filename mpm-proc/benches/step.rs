@@ -55,7 +55,7 @@ fn steps(c: &mut Criterion) {
                         step.index += 1;
                     }
                     if threads == 1 {
-                        cpu() - begin_cpu
+                        cpu().saturating_sub(begin_cpu)
                     } else {
                         begin.elapsed()
                     }

@@ -19,11 +19,11 @@ use crate::material::{
     MohrCoulomb, NeoHookean, PlaneStressElastic, VonMises,
 };
 use crate::measure::Books;
-use crate::points::{Cloud, LaneCopy};
+use crate::points::{Cloud, Kind, LaneCopy};
 use crate::shape::{CubicBspline, Linear, QuadraticBspline, Shape, Ugimp};
 use crate::threads::Threads;
 use crate::tiles::Geometry;
-use crate::transfer::{Apic, Blend, Flip, Pic, Transfer};
+use crate::transfer::{Apic, Blend, Flip, Pic, Transfer, Xpic};
 use crate::walls::WallNodes;
 
 /// Cells along an axis beyond which tile numbers would no longer fit ([`crate::points`]).
@@ -136,10 +136,12 @@ impl<'a> Parts<'a> {
             }
             TransferConfig::Flip => self.build(shape, Flip),
             TransferConfig::Blend { pic_fraction } => self.build(shape, Blend { pic_fraction }),
-            TransferConfig::Apic | TransferConfig::Xpic { .. } => Err(Refusal::new(
-                "mpm.transfer",
-                "xpic is not available; use apic, flip, pic or blend",
+            TransferConfig::Xpic { order } if order > 0 => self.build(shape, Xpic { order }),
+            TransferConfig::Xpic { .. } => Err(Refusal::new(
+                "mpm.transfer.xpic.order",
+                "0 must be 1 (which is PIC) or more",
             )),
+            TransferConfig::Apic => unreachable!("built for the shapes that it goes with"),
         }
     }
 
@@ -163,11 +165,11 @@ impl<'a> Parts<'a> {
             clouds.push(Cloud::new(
                 shape(points),
                 state,
-                [
-                    material.density * points.box_area(),
-                    group.contact_radius.unwrap_or_else(|| half_spacing(points)),
-                ],
-                points.sides,
+                &Kind {
+                    mass: material.density * points.box_area(),
+                    radius: group.contact_radius.unwrap_or_else(|| half_spacing(points)),
+                    sides: points.sides,
+                },
                 first_id,
                 &points.positions,
                 &fields.velocities(&points.positions)?,
@@ -445,6 +447,10 @@ fn check_model(model: &MaterialModel, key: &str) -> Result<(), Refusal> {
         MaterialModel::LinearElastic {
             bulk_modulus,
             shear_modulus,
+        }
+        | MaterialModel::NeoHookean {
+            bulk_modulus,
+            shear_modulus,
         } => {
             positive("bulk_modulus", bulk_modulus)?;
             positive("shear_modulus", shear_modulus)
@@ -484,13 +490,6 @@ fn check_model(model: &MaterialModel, key: &str) -> Result<(), Refusal> {
             }
             not_negative("cohesion", cohesion)?;
             not_negative("tensile_strength", tensile_strength)
-        }
-        MaterialModel::NeoHookean {
-            bulk_modulus,
-            shear_modulus,
-        } => {
-            positive("bulk_modulus", bulk_modulus)?;
-            positive("shear_modulus", shear_modulus)
         }
         MaterialModel::Fluid {
             bulk_modulus,

@@ -70,12 +70,12 @@ pub fn fill(group: &GroupConfig, grid: &Geometry, key: &str) -> Result<Points, R
         .positions
         .iter()
         .find(|p| !(0..2).all(|a| p[a] >= grid.lower[a] && p[a] <= grid.upper[a]));
-    if let Some(p) = outside {
+    if let Some([x, y]) = outside {
         return Err(Refusal::new(
             format!("{key}.fill"),
             format!(
                 "group '{}' reaches out of the domain: a point lies at ({}, {}) m, the domain is [{}, {}] to [{}, {}] m; enlarge mpm.domain",
-                group.name, p[0], p[1], grid.lower[0], grid.lower[1], grid.upper[0], grid.upper[1]
+                group.name, x, y, grid.lower[0], grid.lower[1], grid.upper[0], grid.upper[1]
             ),
         ));
     }

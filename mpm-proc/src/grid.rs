@@ -199,6 +199,32 @@ impl Grid {
         });
     }
 
+    /// Velocities `p_I / m_I` of the nodes from the clouds' windows, walls obeyed, without touching the nodes' own.
+    /// Returns the impulse of the walls in N s/m.
+    pub fn project<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
+        &self,
+        clouds: &[Cloud<W, S, A>],
+        velocity: &mut [[[f64; 2]; NODES]],
+    ) -> [f64; 2] {
+        let mut impulse = [0.0; 2];
+        for (tile, velocity) in self.tiles.iter().zip(velocity) {
+            let mut sum = [[0.0; 4]; NODES];
+            for o in tile.overlapping(&self.overlaps) {
+                let window = &clouds[o.cloud as usize].mass_momentum[o.tile as usize];
+                add_window::<W, 4>(&mut sum, &window.0, o);
+            }
+            let origin = first_node(tile.at);
+            for i in 0..NODES {
+                let free = [1, 2].map(|a| sum[i][a] * tile.per_mass[i]);
+                velocity[i] = self.walls.hold(node(origin, i), free);
+                for a in 0..2 {
+                    impulse[a] += tile.mass[i] * (velocity[i][a] - free[a]);
+                }
+            }
+        }
+        impulse
+    }
+
     /// `v_I^{n+1/2} = v_I^{n-1/2} + (f_I^int + f_I^cont + m_I g) / m_I kick`, walls obeyed (eqs. 17, 48).
     ///
     /// With damping `c`, `- c v` with the mean of the velocities before and after is part of the acceleration, so that no
@@ -331,11 +357,11 @@ fn add<const LENGTH: usize, const N: usize>(to: &mut [[f64; N]], from: &[[f64; N
 
 /// Copies a nodal vector field into the window of a point tile.
 #[inline(always)]
-pub fn fill_window<const W: usize>(
+pub fn fill_window<'a, const W: usize>(
     window: &mut VectorWindow,
-    nodes: &[NodeTile],
+    nodes: &'a [NodeTile],
     tile: &Tile,
-    field: impl Fn(&NodeTile) -> &[[f64; 2]; NODES],
+    field: impl Fn(&'a NodeTile) -> &'a [[f64; 2]; NODES],
 ) {
     for run in 0..3 {
         let y = runs(W)[run];

@@ -67,6 +67,7 @@ mod tiles;
 mod transfer;
 mod walls;
 mod window;
+mod xpic;
 
 pub use solver::Mpm;
 

@@ -94,6 +94,7 @@ where
             self.close_measurement(step.centring());
             // At t_n the kick is done by the same share as the velocities are.
             let ledger = &mut self.books.measurement.ledger;
+            ledger.applied_impulse = self.books.applied_impulse.value();
             ledger.friction_work += step.centring() * kick.friction;
             ledger.viscous_work += step.centring() * kick.damping;
             ledger.driven_work += step.centring() * kick.loads;

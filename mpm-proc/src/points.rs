@@ -109,6 +109,11 @@ pub type Sources = [u32];
 /// Puts `blocks` into the order of `sources`, by way of `scratch`, which is exchanged with it.
 pub fn reorder<T: LaneCopy>(blocks: &mut Vec<T>, scratch: &mut Vec<T>, sources: &Sources) {
     scratch.clear();
+    let wanted = sources.len() / LANES;
+    if scratch.capacity() < wanted {
+        // A little more than wanted: the number of half empty blocks changes from one sorting to the next.
+        scratch.reserve_exact(wanted + wanted / 16);
+    }
     scratch.extend(sources.chunks_exact(LANES).map(|lanes| {
         let mut block = blocks[lanes[0] as usize / LANES];
         for (to, &source) in lanes.iter().enumerate() {
@@ -118,6 +123,17 @@ pub fn reorder<T: LaneCopy>(blocks: &mut Vec<T>, scratch: &mut Vec<T>, sources: 
         block
     }));
     core::mem::swap(blocks, scratch);
+}
+
+/// What all points of a group have in common.
+#[derive(Debug, Clone, Copy)]
+pub struct Kind {
+    /// Mass of a point in kg/m.
+    pub mass: f64,
+    /// Contact radius in m.
+    pub radius: f64,
+    /// Sides of a point's box in m.
+    pub sides: [f64; 2],
 }
 
 /// The points of one group.
@@ -167,13 +183,11 @@ struct Scratch<A> {
 }
 
 impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
-    /// Points at `positions` (m) with `velocities` (m/s), each of mass (kg/m), contact radius (m) and sides of its
-    /// box (m) as given; not sorted yet.
+    /// Points of one `kind` at `positions` (m) with `velocities` (m/s); not sorted yet.
     pub fn new(
         shape: S,
         material: Box<dyn Constitutive<W, S>>,
-        [mass, radius]: [f64; 2],
-        sides: [f64; 2],
+        kind: &Kind,
         first_id: u64,
         positions: &[[f64; 2]],
         velocities: &[[f64; 2]],
@@ -193,10 +207,10 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
         Self {
             shape,
             material,
-            mass,
-            volume: sides[0] * sides[1],
-            radius,
-            sides,
+            mass: kind.mass,
+            volume: kind.sides[0] * kind.sides[1],
+            radius: kind.radius,
+            sides: kind.sides,
             first_id,
             x,
             motion: v

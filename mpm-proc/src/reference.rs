@@ -126,7 +126,7 @@ impl Reference {
     pub fn step(&mut self, dt_before: f64, dt: f64, forces: &[[f64; 2]]) {
         let kick = 0.5 * (dt_before + dt);
         let alpha = match self.transfer {
-            Transfer::Flip => 0.0,
+            Transfer::Flip | Transfer::Xpic { .. } => 0.0,
             Transfer::Blend { pic_fraction } => pic_fraction,
             _ => 1.0,
         };
@@ -163,6 +163,9 @@ impl Reference {
                         mass[n] * (after[n][a] - free[a] + alpha * (before[n][a] - raw[n][a]));
                 }
             }
+        }
+        if let Transfer::Xpic { order } = self.transfer {
+            self.filter(order, inertia);
         }
         if self.stress_update == StressUpdate::Usl {
             self.strain(&after, dt);
@@ -203,6 +206,32 @@ impl Reference {
             for a in 0..2 {
                 p.x[a] += dt * v[a];
             }
+        }
+    }
+
+    /// `v_p -= (1 - S S+)^m v_p`.
+    fn filter(&mut self, order: u32, inertia: f64) {
+        let nodes = self.nodes();
+        let aside: Vec<[f64; 2]> = self.points.iter().map(|p| p.v).collect();
+        for round in 0..order {
+            let (mass, free) = self.map(inertia);
+            for (n, &node) in nodes.iter().enumerate() {
+                let held = self.hold(node, free[n]);
+                if round + 1 == order {
+                    for a in 0..2 {
+                        self.wall_impulse[a] += mass[n] * (held[a] - free[n][a]);
+                    }
+                }
+                for i in 0..self.points.len() {
+                    let s = self.weight(&self.points[i], node);
+                    for a in 0..2 {
+                        self.points[i].v[a] -= s * held[a];
+                    }
+                }
+            }
+        }
+        for (p, v) in self.points.iter_mut().zip(aside) {
+            p.v = [v[0] - p.v[0], v[1] - p.v[1]];
         }
     }
 

@@ -32,6 +32,7 @@ where
         self.update_grid(step.kick(), damping); //         v_I^{n+1/2}                          (17) (48)
         self.keep_books(step); //                          impulses; energies if asked for
         if step.dt_before + step.dt > 0.0 {
+            self.filter_velocities(); //                   XPIC alone
             self.update_stress_last(step.dt); //           where the scene wants it so
             self.grid_to_points(step.dt)?; //              v_p^{n+1/2}, B_p, x_p^{n+1}          (26) ... (28), (31)
         } // else the opening step: a transfer without a kick would still smooth the velocities

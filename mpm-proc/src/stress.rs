@@ -65,31 +65,37 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
 ) {
     let pitch = pitch(W);
     let StressPass {
+        grain,
         shape,
+        dt,
+        per_cell,
+        volume,
+        tiles,
         x,
         nodes,
         velocity,
         strain,
         load: loads,
-        ..
+        force,
+        reports,
     } = pass;
-    let scale = splat(pass.dt * pass.per_cell);
-    let per_dt = if pass.dt > 0.0 { 1.0 / pass.dt } else { 0.0 };
-    let load = -pass.volume * pass.per_cell;
+    let scale = splat(dt * per_cell);
+    let per_dt = if dt > 0.0 { 1.0 / dt } else { 0.0 };
+    let load = -volume * per_cell;
     let share = (
         PerBlock(points),
         PerTile {
-            items: pass.force,
+            items: force,
             stride: 1,
         },
         PerTile {
-            items: pass.reports,
+            items: reports,
             stride: 1,
         },
     );
     over_tiles(
-        pass.grain,
-        pass.tiles,
+        grain,
+        tiles,
         share,
         Memory::new,
         &|tile, (points, force, report), memory| {
@@ -177,7 +183,7 @@ impl Losses {
 
 /// `S` and `L dS/dx` of four points along both axes.
 #[inline(always)]
-fn functions<const W: usize, S: Shape<W>>(shape: &S, place: &Place) -> [[[Lanes; W]; 2]; 2] {
+pub fn functions<const W: usize, S: Shape<W>>(shape: &S, place: &Place) -> [[[Lanes; W]; 2]; 2] {
     [
         [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])],
         [

@@ -1,6 +1,7 @@
 //! Transfers: what a point tells the grid of its velocity, and what it takes back (Jiang 2020 eqs. 26 to 31).
 
 use crate::lanes::Lanes;
+use crate::points::LaneCopy;
 
 /// A transfer scheme. Its constants are known when the loops are compiled; what it does not use has no state.
 pub trait Transfer: Copy + Send + Sync + 'static {
@@ -12,6 +13,17 @@ pub trait Transfer: Copy + Send + Sync + 'static {
 
     /// alpha of eq. 28: the share of the grid's velocity (PIC); the rest is the point's own plus the increment.
     fn pic_fraction(&self) -> f64;
+
+    /// m of XPIC(m): how often the points' velocities are filtered before the kick ([`crate::xpic`]); 0 for others.
+    fn order(&self) -> u32 {
+        0
+    }
+
+    /// Sets a block's velocities aside.
+    fn set_aside(_v: &[Lanes; 2], _aside: &mut Self::Affine) {}
+
+    /// Replaces a block's velocities by those set aside less themselves.
+    fn take_from_aside(_v: &mut [Lanes; 2], _aside: &Self::Affine) {}
 
     /// The same with another share of PIC, where it has one to choose.
     fn with_pic_fraction(self, _fraction: f64) -> Self {
@@ -117,5 +129,58 @@ impl Transfer for Apic {
     #[inline(always)]
     fn pic_fraction(&self) -> f64 {
         1.0
+    }
+}
+
+/// Extended particle in cell of order m (Hammerquist and Nairn 2017).
+#[derive(Debug, Clone, Copy)]
+pub struct Xpic {
+    /// m, at least 1 (which is PIC).
+    pub order: u32,
+}
+
+/// Velocities set aside while the filter works on what is left of them.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Aside([Lanes; 2]);
+
+impl AffineState for Aside {
+    const PRESENT: bool = false;
+
+    #[inline(always)]
+    fn slopes(&self) -> [[Lanes; 2]; 2] {
+        [[crate::lanes::ZERO; 2]; 2]
+    }
+
+    #[inline(always)]
+    fn from_slopes(_slopes: [[Lanes; 2]; 2]) -> Self {
+        Self::default()
+    }
+}
+
+impl LaneCopy for Aside {
+    fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
+        self.0.copy_lane(to, &source.0, from);
+    }
+}
+
+impl Transfer for Xpic {
+    type Affine = Aside;
+    const INCREMENT: bool = true;
+
+    #[inline(always)]
+    fn pic_fraction(&self) -> f64 {
+        0.0
+    }
+
+    fn order(&self) -> u32 {
+        self.order
+    }
+
+    fn set_aside(v: &[Lanes; 2], aside: &mut Aside) {
+        aside.0 = *v;
+    }
+
+    fn take_from_aside(v: &mut [Lanes; 2], aside: &Aside) {
+        *v = [aside.0[0] - v[0], aside.0[1] - v[1]];
     }
 }

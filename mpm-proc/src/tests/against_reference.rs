@@ -134,6 +134,8 @@ fn every_shape_and_transfer_agrees_with_the_oracle() {
         Transfer::Flip,
         Transfer::Blend { pic_fraction: 0.3 },
         Transfer::Apic,
+        Transfer::Xpic { order: 1 },
+        Transfer::Xpic { order: 3 },
     ];
     for (i, shape) in shapes.into_iter().enumerate() {
         for (j, transfer) in transfers.into_iter().enumerate() {

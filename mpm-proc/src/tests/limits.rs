@@ -30,7 +30,7 @@ fn matrices(positions: &[[f64; 2]], kernel: Kernel, lower: [f64; 2]) -> [DMatrix
     [s, gx, gy].map(|m| m.select_columns(&used))
 }
 
-fn largest_eigenvalue(symmetric: DMatrix<f64>) -> f64 {
+fn largest_eigenvalue(symmetric: &DMatrix<f64>) -> f64 {
     symmetric.symmetric_eigenvalues().max()
 }
 
@@ -124,7 +124,7 @@ fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
                     k[(i, j)] *= root[i % n] * root[j % n];
                 }
             }
-            let exact = largest_eigenvalue(k);
+            let exact = largest_eigenvalue(&k);
             assert!(
                 exact <= limits.omega_sq * (1.0 + 1e-9),
                 "{shape:?} {seed}: {exact} {}",
@@ -134,7 +134,7 @@ fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
 
             let scaled =
                 DMatrix::from_fn(count, n, |p, i| stiffness[p].sqrt() * s[(p, i)] * root[i]);
-            let exact = largest_eigenvalue(&scaled * scaled.transpose());
+            let exact = largest_eigenvalue(&(&scaled * scaled.transpose()));
             assert!(
                 exact <= limits.contact_omega_sq * (1.0 + 1e-9),
                 "{exact} {}",
@@ -215,7 +215,7 @@ fn the_limit_of_linear_hats_bounds_the_operator_on_points() {
         operator
             .view_mut((count, 0), (count, count))
             .copy_from(&xy.transpose());
-        let exact = largest_eigenvalue(operator);
+        let exact = largest_eigenvalue(&operator);
         assert!(
             exact <= limits.omega_sq * (1.0 + 1e-9),
             "{exact} {}",

@@ -21,6 +21,7 @@ fn refused(change: impl Fn(&mut MpmConfig), key: &str, says: &str) {
 }
 
 #[test]
+#[allow(clippy::too_many_lines, reason = "a list of cases")]
 fn bad_configurations_are_refused_with_key_and_reason() {
     refused(|c| c.cell = 0.0, "mpm.cell", "above 0");
     refused(|c| c.cell = f64::NAN, "mpm.cell", "above 0");
