@@ -16,8 +16,6 @@ const LONGEST: usize = 700;
 const EMPTY_NAMES: [&str; 8] = [
     "utils", "util", "common", "helpers", "helper", "manager", "misc", "stuff",
 ];
-/// Cargo's customary name for what the integration tests of one crate share.
-const CUSTOMARY: &str = "tests/common/mod.rs";
 
 /// Crate → what it depends on, of any kind.
 type Arrows = BTreeMap<String, BTreeSet<String>>;
@@ -234,9 +232,7 @@ fn untidy(source: &Source) -> Vec<String> {
     let parts = path.iter().map(|part| Path::new(part).file_stem());
     let parts = parts.flatten().filter_map(|stem| stem.to_str());
     for part in parts.filter(|part| EMPTY_NAMES.contains(part)) {
-        if !source.path.ends_with(CUSTOMARY) {
-            wrong.push(format!("{}: `{part}` says nothing", source.path));
-        }
+        wrong.push(format!("{}: `{part}` says nothing", source.path));
     }
     if source.is_rust() {
         let lines = source.text.lines().count();

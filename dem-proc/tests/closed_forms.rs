@@ -1,8 +1,8 @@
 //! Bodies on bodies against closed forms.
 
-mod common;
+mod small_scenes;
 
-use common::*;
+use small_scenes::*;
 use dem_proc::Sdem;
 use dem_proc::generate::{open_box, stack, wall};
 use interface::Vec2;

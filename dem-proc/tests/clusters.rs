@@ -1,8 +1,8 @@
 //! Rigid clusters of discs (Singer 2022).
 
-mod common;
+mod small_scenes;
 
-use common::*;
+use small_scenes::*;
 use dem_proc::Sdem;
 use dem_proc::generate::wall;
 use interface::Vec2;

@@ -1,8 +1,8 @@
 //! Nothing jumps: as the nearest feature changes, at a list rebuild, round a corner.
 
-mod common;
+mod small_scenes;
 
-use common::*;
+use small_scenes::*;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, ContactLaw};
 use interface::solver::DemSolver;

@@ -1,8 +1,8 @@
 //! Bodies in motion: bounces, collisions, spin, ledger, determinism.
 
-mod common;
+mod small_scenes;
 
-use common::*;
+use small_scenes::*;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion};
 use interface::solver::DemSolver;

@@ -1,8 +1,8 @@
 //! The declared limits really are stable, and are not absurdly low (C07, C20).
 
-mod common;
+mod small_scenes;
 
-use common::*;
+use small_scenes::*;
 use interface::config::{BodyConfig, BodyInertia, BodyShape};
 use interface::solver::DemSolver;
 

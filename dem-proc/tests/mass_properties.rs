@@ -1,8 +1,8 @@
 //! Area, centroid and inertia of swept shapes against integration line by line.
 
-mod common;
+mod small_scenes;
 
-use common::{Random, body, configured, scene, spring};
+use small_scenes::{Random, body, configured, scene, spring};
 use interface::config::{BodyInertia, BodyShape};
 use interface::solver::DemSolver;
 
@@ -204,5 +204,5 @@ fn a_notch_narrower_than_the_disc_is_refused_for_a_free_body_only() {
     assert!(configure(body(shape.clone(), 0.09)).is_ok());
     let refusal = configure(body(shape.clone(), 0.11)).unwrap_err();
     assert_eq!(refusal.key, "dem.body[0] (body).sphero_radius");
-    assert!(configure(common::fixed(shape, 0.11)).is_ok());
+    assert!(configure(small_scenes::fixed(shape, 0.11)).is_ok());
 }

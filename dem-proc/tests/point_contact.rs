@@ -1,8 +1,8 @@
 //! One point against one body: table of overlaps, balance of force and torque, stiffness, friction, invariance.
 
-mod common;
+mod small_scenes;
 
-use common::*;
+use small_scenes::*;
 use dem_proc::Sdem;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, DemConfig, Motion};

@@ -1,8 +1,8 @@
 //! What is refused, with which key.
 
-mod common;
+mod small_scenes;
 
-use common::{body, fixed, scene, spring};
+use small_scenes::{body, fixed, scene, spring};
 use dem_proc::Sdem;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
 use interface::solver::DemSolver;
