@@ -2,12 +2,12 @@
 
 mod small_scenes;
 
-use small_scenes::*;
 use dem_proc::Sdem;
 use dem_proc::generate::{open_box, stack, wall};
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
 use interface::solver::DemSolver;
+use small_scenes::*;
 
 /// Does `n` steps of `dt`, the first of them as the first of the run.
 fn run(dem: &mut Sdem, n: usize, dt: f64) {

@@ -2,12 +2,12 @@
 
 mod small_scenes;
 
-use small_scenes::*;
 use dem_proc::Sdem;
 use dem_proc::generate::wall;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw};
 use interface::solver::DemSolver;
+use small_scenes::*;
 
 /// `n` x `n` discs of radius `a` that touch, about the origin.
 fn grid(n: usize, a: f64) -> BodyShape {

@@ -2,11 +2,11 @@
 
 mod small_scenes;
 
-use small_scenes::*;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, ContactLaw};
 use interface::solver::DemSolver;
 use interface::wire::ImpForce;
+use small_scenes::*;
 
 /// A point goes round a convex outline at a constant distance, and across a star's notches: the force changes by no
 /// more than stiffness times path, plus, in a reflex corner, the turn of the normal where two edges are equally near

@@ -2,10 +2,10 @@
 
 mod small_scenes;
 
-use small_scenes::*;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion};
 use interface::solver::DemSolver;
+use small_scenes::*;
 
 /// A point hits a free disc head-on; returns restitution and the largest energy seen over the initial one.
 fn bounce(omega_dt: f64, phase: f64) -> (f64, f64) {

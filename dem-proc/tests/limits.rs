@@ -2,9 +2,9 @@
 
 mod small_scenes;
 
-use small_scenes::*;
 use interface::config::{BodyConfig, BodyInertia, BodyShape};
 use interface::solver::DemSolver;
+use small_scenes::*;
 
 /// Largest separation speed of points of mass `m` resting against a free disc of mass `big`, after many steps of
 /// `factor` times the limit composed as PHYSICS.md section 4: a small push grows without bound where unstable.

@@ -2,9 +2,9 @@
 
 mod small_scenes;
 
-use small_scenes::{Random, body, configured, scene, spring};
 use interface::config::{BodyInertia, BodyShape};
 use interface::solver::DemSolver;
+use small_scenes::{Random, body, configured, scene, spring};
 
 /// Area, centroid and polar moment about the centroid of what is within `a` of a closed outline or inside it:
 /// horizontal lines are cut exactly, and added by the midpoint rule.

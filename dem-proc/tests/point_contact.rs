@@ -2,12 +2,12 @@
 
 mod small_scenes;
 
-use small_scenes::*;
 use dem_proc::Sdem;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, DemConfig, Motion};
 use interface::solver::DemSolver;
 use interface::wire::{ImpForce, ImpState};
+use small_scenes::*;
 
 const K: f64 = 1e5;
 const RADIUS: f64 = 0.05;

@@ -2,10 +2,10 @@
 
 mod small_scenes;
 
-use small_scenes::{body, fixed, scene, spring};
 use dem_proc::Sdem;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
 use interface::solver::DemSolver;
+use small_scenes::{body, fixed, scene, spring};
 
 fn refusal(config: &DemConfig) -> (String, String) {
     let refusal = Sdem::default().configure(config).unwrap_err();
