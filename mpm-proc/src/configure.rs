@@ -2,11 +2,11 @@
 //! materials.
 
 use interface::config::{
-    Leaving, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, Transfer as TransferConfig,
-    Wall,
+    MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, Transfer as TransferConfig,
 };
 use interface::solver::{Readiness, Refusal};
 
+use crate::checks::{check_box, check_choices, check_leaving, check_scalars, geometry};
 use crate::continuum::{Continuum, Scheme};
 use crate::fields::Fields;
 use crate::fill::{Points, fill, refuse_overlap};
@@ -25,9 +25,6 @@ use crate::threads::Threads;
 use crate::tiles::Geometry;
 use crate::transfer::{Apic, Blend, Flip, Pic, Transfer, Xpic};
 use crate::walls::WallNodes;
-
-/// Cells along an axis beyond which tile numbers would no longer fit ([`crate::points`]).
-const CELLS_MAX: f64 = 1.0e9;
 
 /// Builds the solver.
 ///
@@ -61,17 +58,6 @@ pub fn build(config: &MpmConfig) -> Result<(Box<dyn Scheme>, Readiness), Refusal
              has no inverse at a node; use flip, pic or blend",
         )),
         (ShapeFunction::Linear, _) => parts.with_plain_transfer(|_| Linear),
-    }
-}
-
-/// Refuses what this solver does not do yet: ignoring it would give a wrong answer without a word.
-fn check_leaving(config: &MpmConfig) -> Result<(), Refusal> {
-    match config.leaving {
-        Leaving::Stop => Ok(()),
-        Leaving::Remove => Err(Refusal::new(
-            "mpm.leaving",
-            "remove is not available; use stop",
-        )),
     }
 }
 
@@ -335,276 +321,6 @@ fn points<const W: usize, S: Shape<W>, M: Material>(
 
 fn half_spacing(points: &Points) -> f64 {
     0.5 * points.sides[0].min(points.sides[1])
-}
-
-fn geometry(config: &MpmConfig) -> Result<Geometry, Refusal> {
-    let [lower, upper] = config.domain;
-    let refuse = |key: &str, message: String| Err(Refusal::new(key, message));
-    if !(config.cell.is_finite() && config.cell > 0.0) {
-        return refuse("mpm.cell", format!("{} m must be above 0", config.cell));
-    }
-    let mut cells = [0_i64; 2];
-    for a in 0..2 {
-        let axis = ["x", "y"][a];
-        let size = upper[a] - lower[a];
-        if !(size.is_finite() && size > 0.0) {
-            return refuse(
-                "mpm.domain",
-                format!(
-                    "from {} to {} m along {axis} is not an interval",
-                    lower[a], upper[a]
-                ),
-            );
-        }
-        let exact = size / config.cell;
-        let count = exact.round();
-        if count > CELLS_MAX {
-            return refuse(
-                "mpm.domain",
-                format!("{exact:.3e} cells along {axis}; at most {CELLS_MAX:.0e} can be numbered"),
-            );
-        }
-        // The scene writes decimals, whose quotient is whole only up to rounding.
-        if count < 1.0 || (exact - count).abs() > 1e-6 {
-            let cell = size / count.max(1.0);
-            return refuse(
-                "mpm.domain",
-                format!(
-                    "{size} m along {axis} is not a whole number of cells of {} m ({exact:.6}); make it {} m, or the cell {cell} m",
-                    config.cell,
-                    count.max(1.0) * config.cell
-                ),
-            );
-        }
-        cells[a] = count as i64;
-    }
-    Ok(Geometry {
-        lower,
-        upper,
-        cells,
-        cell: config.cell,
-    })
-}
-
-fn check_scalars(config: &MpmConfig) -> Result<(), Refusal> {
-    if !config.gravity.iter().all(|g| g.is_finite()) {
-        return Err(Refusal::new(
-            "mpm.gravity",
-            format!("{:?} m/s^2 is not finite", config.gravity),
-        ));
-    }
-    if !(config.skin.is_finite() && config.skin >= 0.0) {
-        return Err(Refusal::new(
-            "mpm.skin",
-            format!("{} m must be 0 or more", config.skin),
-        ));
-    }
-    if let TransferConfig::Blend { pic_fraction } = config.transfer
-        && !(0.0..=1.0).contains(&pic_fraction)
-    {
-        return Err(Refusal::new(
-            "mpm.transfer.blend.pic_fraction",
-            format!("{pic_fraction} must lie between 0 (FLIP) and 1 (PIC)"),
-        ));
-    }
-    for (i, material) in config.materials.iter().enumerate() {
-        if !(material.density.is_finite() && material.density > 0.0) {
-            return Err(Refusal::new(
-                format!("mpm.materials[{i}].density"),
-                format!("{} kg/m^3 must be above 0", material.density),
-            ));
-        }
-        check_model(&material.model, &format!("mpm.materials[{i}].model"))?;
-    }
-    for (g, group) in config.groups.iter().enumerate() {
-        if let Some(radius) = group.contact_radius
-            && !(radius.is_finite() && radius > 0.0)
-        {
-            return Err(Refusal::new(
-                format!("mpm.groups[{g}].contact_radius"),
-                format!("{radius} m must be above 0"),
-            ));
-        }
-    }
-    Ok(())
-}
-
-/// Moduli above zero, angles below 90 degrees, strengths not negative.
-fn check_model(model: &MaterialModel, key: &str) -> Result<(), Refusal> {
-    let refuse = |name: &str, value: f64, expected: &str| {
-        let message = format!("{value} must be {expected}");
-        Err(Refusal::new(format!("{key}.{name}"), message))
-    };
-    let positive = |name: &str, value: f64| match value {
-        v if v.is_finite() && v > 0.0 => Ok(()),
-        v => refuse(name, v, "above 0"),
-    };
-    let not_negative = |name: &str, value: f64| match value {
-        v if v.is_finite() && v >= 0.0 => Ok(()),
-        v => refuse(name, v, "0 or more"),
-    };
-    match *model {
-        MaterialModel::LinearElastic {
-            bulk_modulus,
-            shear_modulus,
-        }
-        | MaterialModel::NeoHookean {
-            bulk_modulus,
-            shear_modulus,
-        } => {
-            positive("bulk_modulus", bulk_modulus)?;
-            positive("shear_modulus", shear_modulus)
-        }
-        MaterialModel::DruckerPrager {
-            bulk_modulus,
-            shear_modulus,
-            friction_angle,
-            dilation_angle,
-            cohesion,
-            tensile_strength,
-        }
-        | MaterialModel::MohrCoulomb {
-            bulk_modulus,
-            shear_modulus,
-            friction_angle,
-            dilation_angle,
-            cohesion,
-            tensile_strength,
-        } => {
-            positive("bulk_modulus", bulk_modulus)?;
-            positive("shear_modulus", shear_modulus)?;
-            if !(0.0..90.0).contains(&friction_angle) {
-                return refuse(
-                    "friction_angle",
-                    friction_angle,
-                    "0 or more and below 90 degrees",
-                );
-            }
-            if !(0.0..=friction_angle).contains(&dilation_angle) {
-                // More dilation than friction would create energy.
-                return refuse(
-                    "dilation_angle",
-                    dilation_angle,
-                    "between 0 and the friction angle",
-                );
-            }
-            not_negative("cohesion", cohesion)?;
-            not_negative("tensile_strength", tensile_strength)
-        }
-        MaterialModel::Fluid {
-            bulk_modulus,
-            exponent,
-            viscosity,
-        } => {
-            positive("bulk_modulus", bulk_modulus)?;
-            if !(exponent.is_finite() && exponent >= 1.0) {
-                return refuse("exponent", exponent, "1 or more");
-            }
-            not_negative("viscosity", viscosity)
-        }
-        MaterialModel::VonMises {
-            bulk_modulus,
-            shear_modulus,
-            yield_stress,
-            hardening_modulus,
-        } => {
-            positive("bulk_modulus", bulk_modulus)?;
-            positive("shear_modulus", shear_modulus)?;
-            positive("yield_stress", yield_stress)?;
-            not_negative("hardening_modulus", hardening_modulus)
-        }
-    }
-}
-
-fn check_choices(config: &MpmConfig) -> Result<(), Refusal> {
-    if config.plane == Plane::Stress {
-        for (i, material) in config.materials.iter().enumerate() {
-            if !matches!(material.model, MaterialModel::LinearElastic { .. }) {
-                return Err(Refusal::new(
-                    "mpm.plane",
-                    format!(
-                        "stress goes with linear_elastic only: material {i}, '{}', needs the stress out of plane; use strain",
-                        material.name
-                    ),
-                ));
-            }
-        }
-    }
-    check_stages(config)?;
-    let walls = &config.walls;
-    for (name, wall) in [
-        ("left", walls.left),
-        ("right", walls.right),
-        ("bottom", walls.bottom),
-        ("top", walls.top),
-    ] {
-        if let Wall::Friction { coefficient } = wall
-            && !(coefficient.is_finite() && coefficient >= 0.0)
-        {
-            return Err(Refusal::new(
-                format!("mpm.walls.{name}.friction.coefficient"),
-                format!("{coefficient} must be 0 or more"),
-            ));
-        }
-        if wall == Wall::Periodic {
-            return Err(Refusal::new(
-                format!("mpm.walls.{name}"),
-                "periodic is not available; use open, fixed, slip or friction",
-            ));
-        }
-    }
-    Ok(())
-}
-
-fn check_stages(config: &MpmConfig) -> Result<(), Refusal> {
-    let blends = matches!(
-        config.transfer,
-        TransferConfig::Flip | TransferConfig::Blend { .. }
-    );
-    let mut last = f64::NEG_INFINITY;
-    for (i, stage) in config.forcing.stages.iter().enumerate() {
-        let key = format!("mpm.forcing.stages[{i}]");
-        if !(stage.from.is_finite() && stage.from >= last) {
-            return Err(Refusal::new(
-                format!("{key}.from"),
-                format!(
-                    "{} s must be finite and not before the stage before it",
-                    stage.from
-                ),
-            ));
-        }
-        last = stage.from;
-        if !(stage.damping.is_finite() && stage.damping >= 0.0) {
-            return Err(Refusal::new(
-                format!("{key}.damping"),
-                format!("{} 1/s must be 0 or more", stage.damping),
-            ));
-        }
-        if let Some(fraction) = stage.pic_fraction
-            && !(blends && (0.0..=1.0).contains(&fraction))
-        {
-            return Err(Refusal::new(
-                format!("{key}.pic_fraction"),
-                format!("{fraction} must lie between 0 and 1, and needs transfer flip or blend"),
-            ));
-        }
-    }
-    Ok(())
-}
-
-/// Boxes of uGIMP wider than a cell would reach four nodes.
-fn check_box(config: &MpmConfig, points: &Points, key: &str) -> Result<(), Refusal> {
-    let widest = points.sides[0].max(points.sides[1]);
-    if config.shape == ShapeFunction::Ugimp && widest > config.cell * (1.0 + 1e-9) {
-        return Err(Refusal::new(
-            format!("{key}.spacing"),
-            format!(
-                "ugimp needs boxes no wider than a cell: a spacing of {widest} m exceeds the cell of {} m",
-                config.cell
-            ),
-        ));
-    }
-    Ok(())
 }
 
 fn note_area(notes: &mut Vec<String>, name: &str, points: &Points) {

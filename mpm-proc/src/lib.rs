@@ -43,6 +43,7 @@
     reason = "tile and cell numbers are range-checked where the grid is made"
 )]
 
+mod checks;
 mod configure;
 mod contact;
 mod continuum;
