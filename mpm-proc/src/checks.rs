@@ -1,7 +1,7 @@
 //! What a configuration is refused for: each check names the key, the value and what would do.
 
 use interface::config::{
-    Leaving, MaterialModel, MpmConfig, Plane, ShapeFunction, Transfer as TransferConfig, Wall,
+    MaterialModel, MpmConfig, Plane, ShapeFunction, Transfer as TransferConfig, Wall,
 };
 use interface::solver::Refusal;
 
@@ -10,20 +10,6 @@ use crate::tiles::Geometry;
 
 /// Cells along an axis beyond which tile numbers would no longer fit ([`crate::points`]).
 const CELLS_MAX: f64 = 1.0e9;
-
-/// Refuses what this solver does not do yet: ignoring it would give a wrong answer without a word.
-///
-/// # Errors
-/// A [`Refusal`] that names the key.
-pub fn check_leaving(config: &MpmConfig) -> Result<(), Refusal> {
-    match config.leaving {
-        Leaving::Stop => Ok(()),
-        Leaving::Remove => Err(Refusal::new(
-            "mpm.leaving",
-            "remove is not available; use stop",
-        )),
-    }
-}
 
 /// The grid of a configuration.
 ///
@@ -230,7 +216,6 @@ pub fn check_choices(config: &MpmConfig) -> Result<(), Refusal> {
             }
         }
     }
-    check_stages(config)?;
     let walls = &config.walls;
     for (name, wall) in [
         ("left", walls.left),
@@ -250,42 +235,6 @@ pub fn check_choices(config: &MpmConfig) -> Result<(), Refusal> {
             return Err(Refusal::new(
                 format!("mpm.walls.{name}"),
                 "periodic is not available; use open, fixed, slip or friction",
-            ));
-        }
-    }
-    Ok(())
-}
-
-fn check_stages(config: &MpmConfig) -> Result<(), Refusal> {
-    let blends = matches!(
-        config.transfer,
-        TransferConfig::Flip | TransferConfig::Blend { .. }
-    );
-    let mut last = f64::NEG_INFINITY;
-    for (i, stage) in config.forcing.stages.iter().enumerate() {
-        let key = format!("mpm.forcing.stages[{i}]");
-        if !(stage.from.is_finite() && stage.from >= last) {
-            return Err(Refusal::new(
-                format!("{key}.from"),
-                format!(
-                    "{} s must be finite and not before the stage before it",
-                    stage.from
-                ),
-            ));
-        }
-        last = stage.from;
-        if !(stage.damping.is_finite() && stage.damping >= 0.0) {
-            return Err(Refusal::new(
-                format!("{key}.damping"),
-                format!("{} 1/s must be 0 or more", stage.damping),
-            ));
-        }
-        if let Some(fraction) = stage.pic_fraction
-            && !(blends && (0.0..=1.0).contains(&fraction))
-        {
-            return Err(Refusal::new(
-                format!("{key}.pic_fraction"),
-                format!("{fraction} must lie between 0 and 1, and needs transfer flip or blend"),
             ));
         }
     }

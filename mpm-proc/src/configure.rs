@@ -6,13 +6,14 @@ use interface::config::{
 };
 use interface::solver::{Readiness, Refusal};
 
-use crate::checks::{check_box, check_choices, check_leaving, check_scalars, geometry};
+use crate::checks::{check_box, check_choices, check_scalars, geometry};
 use crate::continuum::{Continuum, Scheme};
 use crate::fields::Fields;
 use crate::fill::{Points, fill, refuse_overlap};
 use crate::grid::Grid;
 use crate::imps::Imps;
 use crate::lanes::LANES;
+use crate::leaving::Outside;
 use crate::limits::stiffest_place;
 use crate::material::{
     Constitutive, DruckerPrager, Fluid, LinearElastic, Material, MaterialPoints, Moduli,
@@ -21,6 +22,8 @@ use crate::material::{
 use crate::measure::Books;
 use crate::points::{Cloud, Kind, LaneCopy};
 use crate::shape::{CubicBspline, Linear, QuadraticBspline, Shape, Ugimp};
+use crate::spread::Spread;
+use crate::stages::Stages;
 use crate::threads::Threads;
 use crate::tiles::Geometry;
 use crate::transfer::{Apic, Blend, Flip, Pic, Transfer, Xpic};
@@ -32,7 +35,7 @@ use crate::walls::WallNodes;
 /// A [`Refusal`] that names the key.
 pub fn build(config: &MpmConfig) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
     let parts = Parts::new(config)?;
-    match (config.shape, config.transfer) {
+    match (config.shape, parts.transfer()) {
         (ShapeFunction::QuadraticBspline, t) => match t {
             TransferConfig::Apic => parts.build(|_| QuadraticBspline, Apic),
             _ => parts.with_plain_transfer(|_| QuadraticBspline),
@@ -66,6 +69,8 @@ struct Parts<'a> {
     config: &'a MpmConfig,
     geometry: Geometry,
     points: Vec<Points>,
+    spread: Spread,
+    stages: Stages,
     threads: Threads,
     notes: Vec<String>,
 }
@@ -75,7 +80,7 @@ impl<'a> Parts<'a> {
         let geometry = geometry(config)?;
         check_scalars(config)?;
         check_choices(config)?;
-        check_leaving(config)?;
+        let stages = Stages::new(config)?;
         let mut notes = Vec::new();
         let mut points = Vec::new();
         for (g, group) in config.groups.iter().enumerate() {
@@ -99,27 +104,31 @@ impl<'a> Parts<'a> {
             points.push(filled);
         }
         refuse_overlap(&config.groups, &points)?;
+        let spread = Spread::new(config, &points)?;
         let threads = Threads::new(config.threads)
             .map_err(|e| Refusal::new("mpm.threads", format!("{} threads: {e}", config.threads)))?;
         Ok(Self {
             config,
             geometry,
             points,
+            spread,
+            stages,
             threads,
             notes,
         })
+    }
+
+    /// The transfer that the loops are compiled for.
+    fn transfer(&self) -> TransferConfig {
+        self.stages.transfer(self.config.transfer)
     }
 
     fn with_plain_transfer<const W: usize, S: Shape<W>>(
         self,
         shape: impl Fn(&Points) -> S,
     ) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
-        match self.config.transfer {
+        match self.transfer() {
             TransferConfig::Pic => self.build(shape, Pic),
-            // Stages may change the share of PIC.
-            TransferConfig::Flip if !self.config.forcing.stages.is_empty() => {
-                self.build(shape, Blend { pic_fraction: 0.0 })
-            }
             TransferConfig::Flip => self.build(shape, Flip),
             TransferConfig::Blend { pic_fraction } => self.build(shape, Blend { pic_fraction }),
             TransferConfig::Xpic { order } if order > 0 => self.build(shape, Xpic { order }),
@@ -148,7 +157,7 @@ impl<'a> Parts<'a> {
             let mut state =
                 constitutive::<W, S>(&material.model, material.density, self.config.plane, blocks);
             fields.prestress(&mut *state, &points.positions)?;
-            clouds.push(Cloud::new(
+            let mut cloud = Cloud::new(
                 shape(points),
                 state,
                 &Kind {
@@ -160,7 +169,9 @@ impl<'a> Parts<'a> {
                 &points.positions,
                 &fields.velocities(&points.positions)?,
                 fields.loads(&points.positions)?,
-            ));
+            );
+            fields.set_slopes(&mut cloud, &points.positions);
+            clouds.push(cloud);
             first_id += points.positions.len() as u64;
         }
         let walls = WallNodes::new(&self.config.walls, self.geometry.cells);
@@ -174,11 +185,11 @@ impl<'a> Parts<'a> {
             touches: Vec::new(),
             loaded: Vec::new(),
             books: Books::default(),
-            contact_scheme: self.config.contact_force,
-            asks: Vec::new(),
+            spread: self.spread,
+            outside: Outside::new(self.config.leaving),
             stress_update: self.config.stress_update,
             loads_of_nodes: Vec::new(),
-            stages: self.config.forcing.stages.clone(),
+            stages: self.stages,
             threads: self.threads,
             drift: 0.0,
             clouds,

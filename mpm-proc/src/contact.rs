@@ -1,13 +1,12 @@
 //! Contact forces of bodies on the nodes (Jiang 2020 eq. 47), and what they cost of the step.
 
-use interface::config::ContactForceScheme;
 use interface::solver::Fault;
 use interface::wire::ImpForce;
 
 use crate::continuum::Continuum;
 use crate::grid::owner;
-use crate::lanes::splat;
-use crate::points::{LaneCopy, Tile};
+use crate::lanes::LANES;
+use crate::points::LaneCopy;
 use crate::shape::Shape;
 use crate::tiles::pitch;
 use crate::transfer::Transfer;
@@ -17,8 +16,10 @@ use crate::transfer::Transfer;
 pub struct Touch {
     tile: u32,
     node: u32,
-    /// `S_Ip`.
-    weight: f64,
+    /// `S_Ip`, through which the point takes velocities.
+    gather: f64,
+    /// `T_Ip`, through which it gives forces ([`crate::spread`]).
+    scatter: f64,
 }
 
 /// What contact adds to the largest squared frequency.
@@ -34,11 +35,23 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
 where
     T::Affine: LaneCopy,
 {
-    /// Adds `f_I^cont = sum_p f_p S_Ip` to the nodes.
+    /// Adds `f_I^cont = sum_p f_p T_Ip` to the nodes.
     ///
-    /// The scheme of the scene decides which nodes take the force of a point, `T_Ip` in place of `S_Ip`. The frequency is
-    /// Gershgorin's bound, `max_p sum_I S_Ip s_I / m_I` with `s_I = sum_q k_q T_Iq` over the points
-    /// with stiffness (PHYSICS.md section 4).
+    /// The frequency where `T = S` is Gershgorin's bound, `G(S) = max_p sum_I S_Ip s_I / m_I` with
+    /// `s_I = sum_q k_q S_Iq` over the points with stiffness (PHYSICS.md section 4).
+    ///
+    /// Otherwise contact adds `M^-1 T K S^T` to the operator of the grid's motion, which is not symmetric, so that
+    /// bounding its own eigenvalues would not bound those of its sum with elasticity. Its norm in the inner product of
+    /// the masses does, since norms add:
+    ///
+    /// ```text
+    /// |M^-1/2 T K S^T M^-1/2| <= |M^-1/2 T K^1/2| |K^1/2 S^T M^-1/2| = sqrt(lambda_max(T) lambda_max(S))
+    /// lambda_max(X) = lambda_max(K^1/2 X^T M^-1 X K^1/2) = lambda_max(X^T M^-1 X K) <= G(X)
+    /// ```
+    ///
+    /// (the last step: all entries of `X^T M^-1 X K` are 0 or more, so its largest row sum bounds its spectral radius;
+    /// rows of points without stiffness have columns of zeros and drop out). So the bound is `sqrt(G(T) G(S))`. It
+    /// bounds the frequency; a scheme that is not symmetric may still feed or drain energy slowly below it.
     pub fn apply_contact(&mut self, forces: &[ImpForce]) -> Result<ContactLoad, Fault> {
         self.clear_contact();
         self.imps.forces.clear();
@@ -57,26 +70,30 @@ where
             self.touch(slot)?;
         }
         let mut load = ContactLoad::default();
-        for (slot, asks) in self.asks.chunks_exact(W * W).enumerate() {
+        let (mut gather, mut scatter): (f64, f64) = (0.0, 0.0);
+        for (slot, touches) in self.touches.chunks_exact(W * W).enumerate() {
             let stiffness = self.loaded[slot];
             if stiffness > 0.0 {
-                let sum: f64 = asks
-                    .iter()
-                    .map(|t| {
-                        let mass = self.grid.tiles[t.tile as usize].mass[t.node as usize];
-                        let shared = self.grid.contact[t.tile as usize].stiffness[t.node as usize];
-                        // A weight so small that the mass underflowed carries nothing.
-                        if mass > 0.0 {
-                            t.weight * shared / mass
-                        } else {
-                            0.0
-                        }
-                    })
-                    .sum();
-                load.omega_sq = load.omega_sq.max(sum);
+                let mut sums = [0.0; 2];
+                for t in touches {
+                    let mass = self.grid.tiles[t.tile as usize].mass[t.node as usize];
+                    let nodes = &self.grid.contact[t.tile as usize];
+                    // A weight so small that the mass underflowed carries nothing.
+                    if mass > 0.0 {
+                        sums[0] += t.gather * nodes.stiffness[t.node as usize] / mass;
+                        sums[1] += t.scatter * nodes.scattered[t.node as usize] / mass;
+                    }
+                }
+                gather = gather.max(sums[0]);
+                scatter = scatter.max(sums[1]);
                 load.stiffness = load.stiffness.max(stiffness);
             }
         }
+        load.omega_sq = if self.spread.is_shape() {
+            gather
+        } else {
+            (gather * scatter).sqrt()
+        };
         Ok(load)
     }
 
@@ -96,33 +113,32 @@ where
         }
         let lane = cloud.lane_of[member.local as usize] as usize;
         let tile = cloud.tile_of_lane(lane);
-        let at = |x: [f64; 2]| Spot::<W>::new(&cloud.shape, tile, x);
-        let x = cloud.position(lane);
-        let here = at(x);
-        here.nodes(&mut self.asks);
-        let first = self.touches.len();
-        match self.contact_scheme {
-            ContactForceScheme::Point => here.nodes(&mut self.touches),
-            ContactForceScheme::NearestNodes => here.corners(&mut self.touches),
-            ContactForceScheme::Traction => {
-                // The mean of S over the box by Gauss points, two along each axis.
-                let reach = cloud.sides.map(|s| 0.5 * s / 3.0_f64.sqrt());
-                for (sx, sy) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
-                    let from = self.touches.len();
-                    at([x[0] + sx * reach[0], x[1] + sy * reach[1]]).nodes(&mut self.touches);
-                    for touch in &mut self.touches[from..] {
-                        touch.weight *= 0.25;
-                    }
+        let place = tile.frame.locate(&cloud.x[lane / LANES], pitch(W));
+        let k = lane % LANES;
+        let s = [0, 1].map(|a| cloud.shape.weights(a, place.d[a]).map(|w| w.as_array()[k]));
+        let number = member.cloud as usize;
+        let t = [0, 1].map(|a| {
+            let d = place.d[a].as_array()[k];
+            self.spread.weights(number, a, d, s[a])
+        });
+        for j in 0..W {
+            for i in 0..W {
+                let gather = s[0][i] * s[1][j];
+                let scatter = t[0][i] * t[1][j];
+                let (tile, node) = owner::<W>(tile, place.base[k] + j * pitch(W) + i);
+                let nodes = &mut self.grid.contact[tile];
+                for a in 0..2 {
+                    nodes.force[node][a] += scatter * force[a];
                 }
+                nodes.stiffness[node] += gather * stiffness;
+                nodes.scattered[node] += scatter * stiffness;
+                self.touches.push(Touch {
+                    tile: tile as u32,
+                    node: node as u32,
+                    gather,
+                    scatter,
+                });
             }
-        }
-        for touch in &self.touches[first..] {
-            let nodes = &mut self.grid.contact[touch.tile as usize];
-            let node = touch.node as usize;
-            for a in 0..2 {
-                nodes.force[node][a] += touch.weight * force[a];
-            }
-            nodes.stiffness[node] += touch.weight * stiffness;
         }
         self.loaded.push(stiffness);
         Ok(())
@@ -134,58 +150,9 @@ where
             if let Some(nodes) = self.grid.contact.get_mut(t.tile as usize) {
                 nodes.force[t.node as usize] = [0.0; 2];
                 nodes.stiffness[t.node as usize] = 0.0;
+                nodes.scattered[t.node as usize] = 0.0;
             }
         }
         self.loaded.clear();
-        self.asks.clear();
-    }
-}
-
-/// A place in the window of a tile.
-struct Spot<'a, const W: usize> {
-    tile: &'a Tile,
-    base: usize,
-    d: [f64; 2],
-    s: [[f64; W]; 2],
-}
-
-impl<'a, const W: usize> Spot<'a, W> {
-    fn new<S: Shape<W>>(shape: &S, tile: &'a Tile, x: [f64; 2]) -> Self {
-        let place = tile.frame.locate(&x.map(splat), pitch(W));
-        Self {
-            tile,
-            base: place.base[0],
-            d: place.d.map(|d| d.as_array()[0]),
-            s: [0, 1].map(|a| shape.weights(a, place.d[a]).map(|w| w.as_array()[0])),
-        }
-    }
-
-    fn touch(&self, i: usize, j: usize, weight: f64) -> Touch {
-        let (tile, node) = owner::<W>(self.tile, self.base + j * pitch(W) + i);
-        Touch {
-            tile: tile as u32,
-            node: node as u32,
-            weight,
-        }
-    }
-
-    /// The nodes that the shape function touches.
-    fn nodes(&self, touches: &mut Vec<Touch>) {
-        for j in 0..W {
-            for i in 0..W {
-                touches.push(self.touch(i, j, self.s[0][i] * self.s[1][j]));
-            }
-        }
-    }
-
-    /// The nodes of the cell that the place is in, by linear weights.
-    fn corners(&self, touches: &mut Vec<Touch>) {
-        let first = self.d.map(|d| d.floor().clamp(0.0, (W - 2) as f64));
-        let along = [self.d[0] - first[0], self.d[1] - first[1]];
-        for (j, wy) in [1.0 - along[1], along[1]].into_iter().enumerate() {
-            for (i, wx) in [1.0 - along[0], along[0]].into_iter().enumerate() {
-                touches.push(self.touch(first[0] as usize + i, first[1] as usize + j, wx * wy));
-            }
-        }
     }
 }

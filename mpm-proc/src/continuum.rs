@@ -1,6 +1,6 @@
 //! The continuum: clouds of points over one grid, for one shape function and one transfer.
 
-use interface::config::{ContactForceScheme, StressUpdate};
+use interface::config::StressUpdate;
 use interface::solver::{Fault, MpmMeasurement};
 use interface::wire::{EnvelopeVertex, ImpInfo, ImpState, PointState};
 
@@ -9,18 +9,18 @@ use crate::contact::Touch;
 use crate::grid::{Grid, NODES};
 use crate::imps::Imps;
 use crate::lanes::LANES;
+use crate::leaving::Outside;
 use crate::measure::Books;
 use crate::points::{Cloud, LaneCopy, NO_POINT};
 use crate::shape::Shape;
+use crate::spread::Spread;
+use crate::stages::Stages;
 use crate::threads::Threads;
 use crate::transfer::Transfer;
 
 /// Share of a cell that points may have moved before they are sorted again: just below the margin of a tile's window,
 /// so that rounding cannot carry one over it.
 const SORT_AFTER: f64 = 0.99;
-
-/// Likewise where contact forces are spread over the points' boxes, which reach 0.29 cells further.
-const SORT_AFTER_WITH_BOXES: f64 = 0.7;
 
 /// The whole state of the solver.
 pub struct Continuum<const W: usize, S: Shape<W>, T: Transfer>
@@ -38,19 +38,19 @@ where
     /// Nodes that the loaded points of the present step touch, and the stiffness on each such point.
     pub touches: Vec<Touch>,
     /// How a contact force reaches the grid.
-    pub contact_scheme: ContactForceScheme,
-    /// Nodes that those points take their velocity from, `W` x `W` each.
-    pub asks: Vec<Touch>,
+    pub spread: Spread,
     /// Stiffness on each of those points in N/m.
     pub loaded: Vec<f64>,
+    /// Points that leave the domain.
+    pub outside: Outside,
     /// Sums that go on through the run, and the last measurement.
     pub books: Books,
     /// When stresses are updated.
     pub stress_update: StressUpdate,
     /// Sums over nodes for the step limit of linear hats; empty for other shapes.
     pub loads_of_nodes: Vec<[f64; NODES]>,
-    /// Stages of loading, in order of their beginning.
-    pub stages: Vec<interface::config::Stage>,
+    /// Stages of loading.
+    pub stages: Stages,
     /// Threads.
     pub threads: Threads,
     /// Upper bound of the displacement of any point since points were last sorted, in m.
@@ -63,11 +63,7 @@ where
 {
     /// Sorts the points and lays out the grid, if they could have left their tiles' windows.
     pub fn keep_sorted(&mut self) {
-        let after = match self.contact_scheme {
-            ContactForceScheme::Traction => SORT_AFTER_WITH_BOXES,
-            ContactForceScheme::Point | ContactForceScheme::NearestNodes => SORT_AFTER,
-        };
-        if self.drift > after * self.grid.geometry.cell {
+        if self.drift > SORT_AFTER * self.grid.geometry.cell {
             self.sort();
         }
     }
@@ -102,14 +98,20 @@ where
         let lower = [lower[0] - slack(0, 0), lower[1] - slack(1, 0)];
         let upper = [upper[0] + slack(0, 1), upper[1] + slack(1, 1)];
         let mut speed_sq: f64 = 0.0;
-        for cloud in &self.clouds {
+        for (number, cloud) in self.clouds.iter().enumerate() {
             for (tile, report) in cloud.tiles.iter().zip(&cloud.reports) {
                 let inside =
                     (0..2).all(|a| report.lower[a] >= lower[a] && report.upper[a] <= upper[a]);
                 if !report.sum.is_finite() || !inside {
                     for block in tile.first..tile.first + tile.blocks {
                         for k in 0..LANES {
-                            cloud.check_point(block * LANES + k, lower, upper)?;
+                            let lane = block * LANES + k;
+                            match cloud.check_point(lane, lower, upper) {
+                                Err(fault @ Fault::LeftDomain { .. }) => {
+                                    self.outside.take(number, lane, fault)?;
+                                }
+                                other => other?,
+                            }
                         }
                     }
                 }
@@ -227,7 +229,11 @@ where
         };
         self.clouds
             .iter()
-            .flat_map(|c| c.lane_of.iter().enumerate().map(move |l| point(c, l)))
+            .flat_map(|c| {
+                let stays = |l: &(usize, &u32)| *l.1 != NO_POINT;
+                let lanes = c.lane_of.iter().enumerate().filter(stays);
+                lanes.map(move |l| point(c, l))
+            })
             .collect()
     }
 

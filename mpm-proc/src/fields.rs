@@ -4,9 +4,12 @@ use interface::config::MpmConfig;
 use interface::expression::{Expression, Meaning};
 use interface::solver::Refusal;
 
+use crate::lanes::{LANES, ZERO};
 use crate::loads::Loads;
 use crate::material::Constitutive;
+use crate::points::{Cloud, LaneCopy};
 use crate::shape::Shape;
+use crate::transfer::AffineState;
 
 /// The compiled expressions of a group.
 pub struct Fields<'a> {
@@ -81,7 +84,40 @@ impl<'a> Fields<'a> {
             .collect()
     }
 
-    /// Gives each point its initial stress.
+    /// Gives the points of an affine transfer the change of the field over one cell, by central difference: a body that
+    /// is set spinning has its whole angular momentum from the first step on, and a field that jumps gives a slope no
+    /// larger than the jump. Points are not sorted yet.
+    pub fn set_slopes<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
+        &self,
+        cloud: &mut Cloud<W, S, A>,
+        positions: &[[f64; 2]],
+    ) {
+        let Some(field) = self.velocity.as_ref().filter(|_| A::PRESENT) else {
+            return;
+        };
+        let half = 0.5 * self.config.cell;
+        for (motion, positions) in cloud.motion.iter_mut().zip(positions.chunks(LANES)) {
+            let mut slopes = [[ZERO; 2]; 2];
+            for (k, at) in positions.iter().enumerate() {
+                for axis in 0..2 {
+                    let [mut low, mut high] = [*at; 2];
+                    low[axis] -= half;
+                    high[axis] += half;
+                    for a in 0..2 {
+                        let change = field[a].evaluate(&high) - field[a].evaluate(&low);
+                        // A field need not exist beyond the body.
+                        let slope = if change.is_finite() { change } else { 0.0 };
+                        slopes[axis][a].as_mut_array()[k] = slope;
+                    }
+                }
+            }
+            motion.affine = A::from_slopes(slopes);
+        }
+    }
+
+    /// Gives each point its initial stress. Elastic energy of a rate form then begins with that of small strain,
+    /// `p^2 / 2K + s:s / 4G`: the ledger's zero is the unstressed state. A stress beyond the yield surface is returned
+    /// to it in the first step.
     ///
     /// # Errors
     /// A [`Refusal`] where it is not finite, or the model cannot have it.
@@ -107,7 +143,7 @@ impl<'a> Fields<'a> {
     ///
     /// # Errors
     /// A [`Refusal`] for a traction on no point, or one that is not finite.
-    pub fn loads(&self, positions: &[[f64; 2]]) -> Result<Option<Loads>, Refusal> {
+    pub fn loads(&self, positions: &[[f64; 2]]) -> Result<Option<Box<Loads>>, Refusal> {
         let mut dead = Vec::new();
         for (i, traction) in self.config.forcing.tractions.iter().enumerate() {
             let key = format!("mpm.forcing.tractions[{i}]");
@@ -141,7 +177,7 @@ impl<'a> Fields<'a> {
                 }
             }
         }
-        Ok(Loads::new(self.body_force.clone(), positions, dead))
+        Ok(Loads::new(self.body_force.clone(), positions, &dead))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::points::{Cloud, LaneCopy, Tile};
 use crate::shape::Shape;
+use crate::stages::Damping;
 use crate::threads::over_items;
 use crate::tiles::{Geometry, MARGIN, TILE, pitch, runs};
 use crate::transfer::AffineState;
@@ -60,6 +61,8 @@ pub struct ContactNodes {
     pub force: [[f64; 2]; NODES],
     /// `sum_p k_p S_Ip` in N/m per m.
     pub stiffness: [f64; NODES],
+    /// `sum_p k_p T_Ip` in N/m per m ([`crate::spread`]).
+    pub scattered: [f64; NODES],
 }
 
 impl ContactNodes {
@@ -67,6 +70,7 @@ impl ContactNodes {
     pub const NONE: Self = Self {
         force: [[0.0; 2]; NODES],
         stiffness: [0.0; NODES],
+        scattered: [0.0; NODES],
     };
 }
 
@@ -227,8 +231,7 @@ impl Grid {
 
     /// `v_I^{n+1/2} = v_I^{n-1/2} + (f_I^int + f_I^cont + m_I g) / m_I kick`, walls obeyed (eqs. 17, 48).
     ///
-    /// With damping `c`, `- c v` with the mean of the velocities before and after is part of the acceleration, so that no
-    /// `c` is unstable.
+    /// `damping` is that of the present stage in 1/s ([`crate::stages`]).
     pub fn update<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
         &mut self,
         grain: usize,
@@ -238,6 +241,7 @@ impl Grid {
     ) {
         let (walls, overlaps, gravity) = (&self.walls, &self.overlaps, self.gravity);
         let contact = &self.contact;
+        let damping = Damping::over(damping, kick);
         over_items(grain, &mut self.tiles, &|tile: &mut NodeTile| {
             let mut force = [[0.0; 2]; NODES];
             for o in tile.overlapping(overlaps) {
@@ -259,9 +263,7 @@ impl Grid {
                     after[a] = f[a].mul_add(gain, before[a] + fall[a]);
                 }
             }
-            if damping > 0.0 {
-                tile.damp(damping * kick);
-            }
+            let damped = damping.map(|d| d.act(tile));
             if tile.walled {
                 let origin = first_node(tile.at);
                 for i in 0..NODES {
@@ -274,24 +276,14 @@ impl Grid {
                     tile.after[i] = held;
                 }
             }
+            if let Some(impulse) = &damped {
+                Damping::count(impulse, tile);
+            }
         });
     }
 }
 
 impl NodeTile {
-    /// Damps the velocities over a kick; `by` is damping times kick.
-    fn damp(&mut self, by: f64) {
-        for i in 0..NODES {
-            for a in 0..2 {
-                let (before, free) = (self.before[i][a], self.after[i][a]);
-                let after = (free - 0.5 * by * before) / (1.0 + 0.5 * by);
-                self.wall_impulse[a] += self.mass[i] * (after - free);
-                self.damping_work += self.mass[i] * (free - after) * 0.5 * (after + before);
-                self.after[i][a] = after;
-            }
-        }
-    }
-
     fn overlapping<'a>(&self, overlaps: &'a [Overlap]) -> &'a [Overlap] {
         &overlaps[self.first as usize..(self.first + self.count) as usize]
     }

@@ -24,7 +24,9 @@
 //! | `D dt`, `W dt` | `Deformation` | strain and spin over the interval | 2 x 2 a point | 1 | (21), (22) |
 //! | `sigma_p^n` | `stress` | Cauchy stress | 4 a point | Pa | (24), (25) |
 //! | `f_I^int` | `force` | internal force | 2 a node | N/m | (13) |
+//! | `f_p` | `Load` | force of a load on a point | 2 a point | N/m | |
 //! | `f_p` | `ImpForce` | contact force on a point | 2 an IMP | N/m | (46) |
+//! | `T_Ip` | `scatter` | how a contact force reaches the nodes | W x W an IMP | 1 | (47), 5.4 |
 //! | `f_I^cont` | `ContactNodes` | contact force on a node | 2 a node | N/m | (47) |
 //! | `r_p` | `radius` | contact radius of a point | 1 a group | m | (45) |
 //! | `V_d` | `skin` | Verlet skin | 1 | m | section 4 |
@@ -53,6 +55,7 @@ mod grid;
 mod grid_to_points;
 mod imps;
 mod lanes;
+mod leaving;
 mod limits;
 mod loads;
 mod material;
@@ -61,6 +64,8 @@ mod points;
 mod points_to_grid;
 mod shape;
 mod solver;
+mod spread;
+mod stages;
 mod step;
 mod stress;
 mod threads;

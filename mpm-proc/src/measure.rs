@@ -15,13 +15,13 @@ use crate::transfer::{AffineState, Transfer};
 /// Sums that go on through the run, and the last measurement.
 #[derive(Debug, Default)]
 pub struct Books {
-    /// Impulse of gravity and walls so far in N s/m.
+    /// Impulse of gravity, walls, loads and damping so far, less the momentum of points removed, in N s/m.
     pub applied_impulse: Impulse,
     /// Impulse of the bodies so far in N s/m.
     pub contact_impulse: Impulse,
     /// Dissipated by walls with friction so far in J/m.
     pub friction_work: f64,
-    /// Work of loads so far in J/m.
+    /// Work of loads so far, less the energy of points removed, in J/m.
     pub driven_work: f64,
     /// Dissipated by plastic flow so far in J/m.
     pub plastic_work: f64,
@@ -37,7 +37,6 @@ pub struct Books {
 struct KickWork {
     friction: f64,
     damping: f64,
-    loads: f64,
 }
 
 /// Sums over the points of a cloud.
@@ -70,10 +69,6 @@ where
                 self.books.viscous_work += cloud.volume * report.lost[1];
             }
         }
-        let loads = self.load_sum();
-        self.books.applied_impulse += loads.force.map(|f| kick * f);
-        // The other half with the velocities after the kick, in close_books.
-        self.books.kick.loads = 0.5 * kick * loads.power;
         let mut contact_force = [0.0; 2];
         for f in &self.imps.forces {
             for a in 0..2 {
@@ -88,7 +83,6 @@ where
 
     /// If the step is measured, takes what belongs to `t_{n+1/2}`.
     pub fn close_books(&mut self, step: &Step) {
-        self.books.kick.loads += 0.5 * step.kick() * self.load_sum().power;
         let kick = self.books.kick;
         if step.measure {
             self.close_measurement(step.centring());
@@ -97,11 +91,9 @@ where
             ledger.applied_impulse = self.books.applied_impulse.value();
             ledger.friction_work += step.centring() * kick.friction;
             ledger.viscous_work += step.centring() * kick.damping;
-            ledger.driven_work += step.centring() * kick.loads;
         }
         self.books.friction_work += kick.friction;
         self.books.viscous_work += kick.damping;
-        self.books.driven_work += kick.loads;
     }
 
     /// Takes what belongs to `t_{n+1/2}`; quantities of then count by `after`.
@@ -114,7 +106,8 @@ where
             group.kinetic += kinetic;
             ledger.kinetic += kinetic;
             for a in 0..2 {
-                group.velocity[a] += after * motions.momentum[a] / group.mass;
+                let mass = group.mass.max(f64::MIN_POSITIVE);
+                group.velocity[a] += after * motions.momentum[a] / mass;
                 ledger.momentum[a] += motions.momentum[a];
             }
         }
@@ -138,7 +131,9 @@ where
             let motions = cloud.motions();
             let mut group = cloud.extent();
             group.kinetic = before * motions.kinetic;
-            group.velocity = motions.momentum.map(|p| before * p / group.mass);
+            // A group whose points have all been removed has no velocity.
+            let mass = group.mass.max(f64::MIN_POSITIVE);
+            group.velocity = motions.momentum.map(|p| before * p / mass);
             ledger.kinetic += group.kinetic;
             ledger.elastic += cloud
                 .tiles
@@ -200,8 +195,11 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
         }
     }
 
-    /// Mass, centre and extent.
+    /// Mass, centre and extent; zeros if all points have been removed.
     fn extent(&self) -> GroupState {
+        if self.tiles.is_empty() {
+            return GroupState::default();
+        }
         let (mut total, mut lower, mut upper) = ([ZERO; 2], self.x[0], self.x[0]);
         for tile in &self.tiles {
             for b in 0..tile.blocks {

@@ -143,15 +143,13 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> {
     /// Constitutive model and its state.
     pub material: Box<dyn Constitutive<W, S>>,
     /// Loads besides gravity and bodies.
-    pub loads: Option<Loads>,
+    pub loads: Option<Box<Loads>>,
     /// Mass of a point in kg/m.
     pub mass: f64,
     /// Initial volume of a point in m^2.
     pub volume: f64,
     /// Contact radius in m.
     pub radius: f64,
-    /// Sides of a point's box in m.
-    pub sides: [f64; 2],
     /// Identity of the first point; the others follow.
     pub first_id: u64,
     /// `x_p^n` in m.
@@ -160,8 +158,10 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> {
     pub motion: Vec<Motion<A>>,
     /// Identity of each lane's point less `first_id`, or [`NO_POINT`].
     pub ids: Vec<[u32; LANES]>,
-    /// Lane of each point, by identity less `first_id`.
+    /// Lane of each point, by identity less `first_id`; [`NO_POINT`] once it has been removed.
     pub lane_of: Vec<u32>,
+    /// How many points have been removed.
+    pub removed: usize,
     /// Tiles with points, ordered by row and column.
     pub tiles: Vec<Tile>,
     /// `(m_I, p_I, 0)` in each tile's window, of this cloud's points alone.
@@ -191,7 +191,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
         first_id: u64,
         positions: &[[f64; 2]],
         velocities: &[[f64; 2]],
-        loads: Option<Loads>,
+        loads: Option<Box<Loads>>,
     ) -> Self {
         let blocks = positions.len().div_ceil(LANES);
         let [x, v] = [positions, velocities].map(|values| {
@@ -210,7 +210,6 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
             mass: kind.mass,
             volume: kind.sides[0] * kind.sides[1],
             radius: kind.radius,
-            sides: kind.sides,
             first_id,
             x,
             motion: v
@@ -230,6 +229,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
                 })
                 .collect(),
             lane_of: (0..count).collect(),
+            removed: 0,
             tiles: Vec::new(),
             mass_momentum: Vec::new(),
             force: Vec::new(),
@@ -246,7 +246,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
 
     /// Number of points.
     pub fn len(&self) -> usize {
-        self.lane_of.len()
+        self.lane_of.len() - self.removed
     }
 
     /// Position of a lane's point in m.
@@ -314,6 +314,9 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
         reorder(&mut self.x, &mut self.scratch.x, sources);
         reorder(&mut self.motion, &mut self.scratch.motion, sources);
         self.material.reorder(sources);
+        if let Some(loads) = &mut self.loads {
+            loads.reorder(sources, self.tiles.len());
+        }
         self.ids = ids;
         for (block, ids) in self.ids.iter().enumerate() {
             for (k, &id) in ids.iter().enumerate() {
@@ -340,6 +343,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
             + self.force.capacity() * size_of::<VectorWindow>()
             + self.tiles.capacity() * size_of::<Tile>()
             + self.material.bytes()
+            + self.loads.as_ref().map_or(0, |l| l.bytes())
     }
 }
 

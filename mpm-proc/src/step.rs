@@ -26,7 +26,7 @@ where
         let damping = self.begin_stage(step.time);
         self.points_to_grid(); //                          m_I, p_I^{n-1/2}, v_I^{n-1/2}        (18) (19) (20) (30)
         self.update_stress_first(step.dt_before); //       D, W, sigma^n, f_I^int               (21) ... (25), (13)
-        self.apply_loads(step.time); //                    f_I^ext                              (14)
+        self.apply_loads(step)?; //                        f_I^ext                              (14)
         let forces = contact.receive()?; //                f_p^n of the bodies                  (46)
         let load = self.apply_contact(forces)?; //         f_I^cont                             (47)
         self.update_grid(step.kick(), damping); //         v_I^{n+1/2}                          (17) (48)
@@ -37,7 +37,9 @@ where
             self.grid_to_points(step.dt)?; //              v_p^{n+1/2}, B_p, x_p^{n+1}          (26) ... (28), (31)
         } // else the opening step: a transfer without a kick would still smooth the velocities
         self.close_books(step);
-        Ok(self.limits(load))
+        let limits = self.limits(load);
+        self.remove_left();
+        Ok(limits)
     }
 
     /// The stress at `t_n` and its forces. Where it is updated last it is there already.

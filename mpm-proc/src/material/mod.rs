@@ -168,6 +168,9 @@ pub trait Constitutive<const W: usize, S: Shape<W>>: Send + Sync {
     /// Stress at `t_n` and internal forces of all tiles (eqs. 13, 21 to 25).
     fn update(&mut self, pass: StressPass<'_, W, S>);
 
+    /// Elastic energy per initial volume of a lane's point in Pa.
+    fn energy_of(&self, lane: usize) -> f64;
+
     /// Elastic energy in J/m of the points of `tile`, each of initial volume `volume` (m^2).
     fn elastic_energy(&self, tile: &Tile, volume: f64) -> f64;
 
@@ -227,6 +230,11 @@ impl<const W: usize, S: Shape<W>, M: Material> Constitutive<W, S> for MaterialPo
             })
             .sum::<f64>()
             * volume
+    }
+
+    fn energy_of(&self, lane: usize) -> f64 {
+        let energy = self.model.elastic_energy(&self.points[lane / LANES]);
+        energy.as_array()[lane % LANES]
     }
 
     fn reorder(&mut self, sources: &Sources) {

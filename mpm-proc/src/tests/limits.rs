@@ -10,10 +10,10 @@ use super::against_reference::everywhere;
 use super::{BULK, Given, Random, SHEAR, block, configured};
 use crate::reference::Kernel;
 
-const CELL: f64 = 0.05;
+pub const CELL: f64 = 0.05;
 
 /// `S` (points x nodes) and `dS/dx`, `dS/dy` of a cloud, over all nodes that it touches.
-fn matrices(positions: &[[f64; 2]], kernel: Kernel, lower: [f64; 2]) -> [DMatrix<f64>; 3] {
+pub fn matrices(positions: &[[f64; 2]], kernel: Kernel, lower: [f64; 2]) -> [DMatrix<f64>; 3] {
     let nodes: Vec<[f64; 2]> = (-3..24)
         .flat_map(|j| (-3..24).map(move |i| [f64::from(i), f64::from(j)]))
         .collect();
@@ -30,11 +30,11 @@ fn matrices(positions: &[[f64; 2]], kernel: Kernel, lower: [f64; 2]) -> [DMatrix
     [s, gx, gy].map(|m| m.select_columns(&used))
 }
 
-fn largest_eigenvalue(symmetric: &DMatrix<f64>) -> f64 {
+pub fn largest_eigenvalue(symmetric: &DMatrix<f64>) -> f64 {
     symmetric.symmetric_eigenvalues().max()
 }
 
-fn opening(config: &interface::config::MpmConfig, forces: Vec<ImpForce>) -> Limits {
+pub fn opening(config: &interface::config::MpmConfig, forces: Vec<ImpForce>) -> Limits {
     let mut mpm = configured(config);
     mpm.select_imps(&everywhere());
     let step = Step {

@@ -3,6 +3,10 @@
 mod against_reference;
 mod closed_forms;
 mod conservation;
+mod contact_schemes;
+mod convergence;
+mod forcing;
+mod leaving;
 mod limits;
 mod physics;
 mod refusals;
