@@ -283,6 +283,9 @@ fn a_formula_without_a_number_names_its_point() {
 
 /// A bar held at one end and pulled at the other by a dead load comes to rest, damped, `F L/(M H)` longer (slip walls
 /// above and below: no lateral strain, so that M = K + 4G/3 counts), and the load has done twice the elastic work.
+///
+/// The free end lies within a cell. Where the boxes of its points cross a node as the bar stretches, uGIMP's sum over points
+/// jumps a little with each crossing, and FLIP keeps swinging against the damping: 1 % of the work, seen with a bar of 1 m.
 #[test]
 fn a_dead_load_stretches_a_damped_bar() {
     let mut config = block();
@@ -296,12 +299,12 @@ fn a_dead_load_stretches_a_damped_bar() {
     };
     config.groups[0].fill = Fill::Rectangle {
         lower: [0.0, 0.0],
-        upper: [1.0, 0.1],
+        upper: [0.975, 0.1],
     };
     let force = 90.0;
     config.forcing.tractions = vec![Traction {
         group: 0,
-        within: [[0.975, 0.0], [1.0, 0.1]],
+        within: [[0.95, 0.0], [0.975, 0.1]],
         force: [force, 0.0],
     }];
     config.forcing.stages = vec![stage(0.0, 40.0, None)];
@@ -317,31 +320,20 @@ fn a_dead_load_stretches_a_damped_bar() {
         .map(|(b, a)| b.position[0] - a.position[0])
         .collect();
     let modulus = BULK + 4.0 / 3.0 * SHEAR;
-    let stretch = force / (modulus * 0.1);
+    let stretch = 0.975 * force / (modulus * 0.1);
     // The load acts on the last column of points: they are half a spacing inside, and half a cell is loaded otherwise.
     let end = moved.iter().copied().fold(0.0, f64::max);
     assert!((end / stretch - 1.0).abs() < 0.05, "{end} {stretch}");
     let loaded: Vec<f64> = start
         .iter()
         .zip(&moved)
-        .filter(|(p, _)| p.position[0] > 0.975)
+        .filter(|(p, _)| p.position[0] > 0.95)
         .map(|(_, u)| *u)
         .collect();
     let mean = loaded.iter().sum::<f64>() / loaded.len() as f64;
     // exp(-20 t) of the swing is left.
     let work = ledger.driven_work / (force * mean);
-    for _ in 0..5 {
-        let l = measured(&mut stepper, &mut mpm, 4e-4);
-        let v = mpm.points().last().expect("points").velocity;
-        println!(
-            "DBG {work:e} {:e} {:e} {:e} {v:?}",
-            l.driven_work / (force * mean) - 1.0,
-            l.kinetic,
-            l.elastic
-        );
-        stepper.run(&mut mpm, 4e-4, 500);
-    }
-    assert!((work - 1.0).abs() < 1e-3, "{work}");
+    assert!((work - 1.0).abs() < 1e-7, "{work}");
     assert!((ledger.driven_work / (2.0 * ledger.elastic) - 1.0).abs() < 0.02);
     assert!((balance(&mpm) / ledger.driven_work).abs() < 0.01);
     assert!(ledger.kinetic < 1e-8 * ledger.elastic);
