@@ -179,6 +179,13 @@ scenes! {
     friction_force: "jiang2020/friction_force",
     bar_on_grain: "verification/bar_on_grain",
     point_bounce: "verification/point_bounce",
+    silo: "jiang2020/silo",
+    blocks: "jiang2020/blocks",
+    granular_matrix: "jiang2020/granular_matrix",
+    wave_1d: "chen2023/wave_1d",
+    bar_vibration: "verification/bar_vibration",
+    axis_aligned_mms: "verification/axis_aligned_mms",
+    column_collapse: "verification/column_collapse",
 }
 
 #[test]
