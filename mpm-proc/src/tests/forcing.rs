@@ -284,8 +284,8 @@ fn a_formula_without_a_number_names_its_point() {
 /// A bar held at one end and pulled at the other by a dead load comes to rest, damped, `F L/(M H)` longer (slip walls
 /// above and below: no lateral strain, so that M = K + 4G/3 counts), and the load has done twice the elastic work.
 ///
-/// The stretch is small: the boxes of uGIMP begin with their edges on nodes, and where they cross them by more (1e-3 m of
-/// stretch) the sum over points jumps a little, which FLIP takes for a force that swings against the damping for ever.
+/// The stretch is small and the time long: at 1e-3 m of stretch FLIP still swung after 2 s with 1 % of the work (the boxes of
+/// uGIMP begin with their edges on nodes, and cross them), and damping of the nodes takes longer for what they hardly see.
 #[test]
 fn a_dead_load_stretches_a_damped_bar() {
     let mut config = block();
@@ -311,7 +311,7 @@ fn a_dead_load_stretches_a_damped_bar() {
     let mut mpm = configured(&config);
     let start = mpm.points();
     let mut stepper = Stepper::new();
-    stepper.run(&mut mpm, 4e-4, 2500);
+    stepper.run(&mut mpm, 4e-4, 8000);
     let ledger = measured(&mut stepper, &mut mpm, 4e-4);
     let moved: Vec<f64> = mpm
         .points()
@@ -331,9 +331,12 @@ fn a_dead_load_stretches_a_damped_bar() {
         .map(|(_, u)| *u)
         .collect();
     let mean = loaded.iter().sum::<f64>() / loaded.len() as f64;
-    // exp(-20 t) of the swing is left.
     let work = ledger.driven_work / (force * mean);
-    assert!((work - 1.0).abs() < 1e-6, "{work}");
+    assert!(
+        (work - 1.0).abs() < 1e-6,
+        "{work} {}",
+        ledger.kinetic / ledger.elastic
+    );
     assert!((ledger.driven_work / (2.0 * ledger.elastic) - 1.0).abs() < 0.02);
     assert!((balance(&mpm) / ledger.driven_work).abs() < 0.01);
     assert!(ledger.kinetic < 1e-6 * ledger.elastic);
@@ -350,7 +353,7 @@ fn damping_of_a_free_body_is_exponential() {
         config.forcing.stages = vec![stage(0.01995, 30.0, None), stage(0.04995, 0.0, None)];
         let mut mpm = configured(&config);
         let mut stepper = Stepper::new();
-        let steps = (0.08 / dt as f64).round() as usize;
+        let steps = (0.08_f64 / dt).round() as usize;
         for n in 0..=steps {
             let last = n == steps;
             let ledger = measured(&mut stepper, &mut mpm, if last { 0.0 } else { dt });
