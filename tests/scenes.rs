@@ -185,6 +185,7 @@ scenes! {
     wave_1d: "chen2023/wave_1d",
     bar_vibration: "verification/bar_vibration",
     axis_aligned_mms: "verification/axis_aligned_mms",
+    column_collapse: "verification/column_collapse",
 }
 
 #[test]
