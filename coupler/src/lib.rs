@@ -5,13 +5,14 @@
 //! | --- | --- |
 //! | [`scene`], [`diagnostic`] | scene files, and everything that can be wrong with one |
 //! | [`stability`], [`pace`] | the composed step limit, and the layout of steps between outputs |
-//! | [`launch`], [`run`] | solvers as processes or threads, and the run from open to closed |
+//! | [`launch`], [`run`], [`failure`] | solvers as processes or threads, the run from open to closed, and why it ended early |
 //! | [`ledger`], [`quantity`], [`check`] | energies and momenta, what can be asked of a run, what it must show |
 //! | [`summary`], [`rundir`], [`progress`] | what a run leaves behind, and what it shows meanwhile |
 #![forbid(unsafe_code)]
 
 pub mod check;
 pub mod diagnostic;
+pub mod failure;
 pub mod launch;
 pub mod ledger;
 pub mod pace;

@@ -7,14 +7,14 @@ use std::time::{Duration, Instant};
 
 use interface::control::{Configure, Party};
 use interface::session::{SessionError, coupler::Session};
-use interface::solver::{Fault, Readiness};
+use interface::solver::Readiness;
 use interface::step::Clock;
 use interface::wire::{BodyState, Grant, GroupState, Ledger, Report, flags};
 use interface::{OneProcess, SharedMemory, Transport};
-use thiserror::Error;
 
 use crate::check::Recorder;
-use crate::launch::{Crew, Start, StartError};
+use crate::failure::RunError;
+use crate::launch::{Crew, Start};
 use crate::ledger::Balance;
 use crate::pace::{Collapsed, Epoch, Pace};
 use crate::progress::{Progress, Standing};
@@ -44,103 +44,6 @@ pub struct RunOptions {
     pub progress: bool,
     /// Set from outside to end the run in order.
     pub interrupt: Arc<AtomicBool>,
-}
-
-/// Why a run did not reach its end.
-#[derive(Debug, Error)]
-pub enum RunError {
-    /// A solver could not be started.
-    #[error(transparent)]
-    Start(#[from] StartError),
-    /// A party failed, vanished, was late, refused, or broke the protocol.
-    #[error("{0}")]
-    Session(#[from] SessionError),
-    /// The limits ask for a step below the scene's shortest.
-    #[error(
-        "at t = {time:.6e} s (step {step}) the {bound} limit asks for a step of {dt:.3e} s, below time.min_step = {min_step:.3e} s",
-        bound = bound.name()
-    )]
-    Collapsed {
-        /// Simulated time in s.
-        time: f64,
-        /// Step.
-        step: u64,
-        /// What binds.
-        bound: Bound,
-        /// Step asked for in s.
-        dt: f64,
-        /// The scene's shortest in s.
-        min_step: f64,
-    },
-    /// Energy has appeared from nowhere.
-    #[error(
-        "at t = {time:.6e} s (step {step}) {percent:.0} % of the energy in play has appeared from nowhere: the computation is unstable with dt = {dt:.3e} s ({bound})"
-    )]
-    BlowUp {
-        /// Simulated time in s.
-        time: f64,
-        /// Step.
-        step: u64,
-        /// Residual in percent of the energy in play.
-        percent: f64,
-        /// Step in s.
-        dt: f64,
-        /// What bound it.
-        bound: &'static str,
-    },
-    /// Asked to end before the solvers were ready.
-    #[error("interrupted before the first step")]
-    Interrupted,
-    /// The run directory cannot be written any more.
-    #[error(transparent)]
-    Output(#[from] RunDirError),
-}
-
-impl RunError {
-    /// What the user can do about it.
-    pub fn advice(&self) -> &'static str {
-        match self {
-            Self::Start(_) => "check the command of --mpm or --dem",
-            Self::Collapsed { .. } => {
-                "look for what makes the limit so small: a tiny mass or cell, a very stiff contact, a state that diverges"
-            }
-            Self::BlowUp { .. } => {
-                "lower time.safety or time.max_step, and prefer criterion = \"composed\""
-            }
-            Self::Interrupted => "what was recorded until then is kept",
-            Self::Output(_) => "make room, or give another directory with --out",
-            Self::Session(error) => match error {
-                SessionError::Vanished { .. } => {
-                    "what was recorded until then is kept; see the solver's own words on standard error, and run again"
-                }
-                SessionError::Late { .. } => {
-                    "if the solver only needs longer, raise coupling.deadline; if it hangs, its process tells where"
-                }
-                SessionError::Contract { .. } => {
-                    "interface/PROTOCOL.md has the clause; the solver has to be mended"
-                }
-                SessionError::Refused { .. } => "change that key of the scene",
-                SessionError::Failed { .. } => {
-                    "history.csv shows the way there; a smaller time.max_step may help"
-                }
-                _ => "log.jsonl in the run directory has the details",
-            },
-        }
-    }
-
-    /// How a run ends that ends with this error.
-    pub fn status(&self) -> Status {
-        match self {
-            Self::Collapsed { .. } | Self::BlowUp { .. } => Status::Unstable,
-            Self::Session(SessionError::Failed { failure, .. })
-                if matches!(failure.fault, Some(Fault::NotFinite { .. })) =>
-            {
-                Status::Unstable
-            }
-            Self::Interrupted => Status::Interrupted,
-            Self::Session(_) | Self::Start(_) | Self::Output(_) => Status::Failed,
-        }
-    }
 }
 
 /// Runs `scene` and writes what it shows to `dir`. A run that fails has a summary too: its status and reason.
