@@ -185,20 +185,21 @@ impl<S: Service + 'static> Post<S> {
     ) -> Result<Box<dyn Keep>, ChannelError> {
         let name = bell_name(from, to);
         let service = self
-            .node
-            .service_builder(
-                &name
-                    .as_str()
-                    .try_into()
-                    .map_err(transport(&name, "name it"))?,
-            )
-            .event()
+            .event(&name)?
             .max_notifiers(1)
             .max_listeners(1)
             .max_nodes(3)
             .create()
             .map_err(transport(&name, "create it"))?;
         Ok(Box::new(service))
+    }
+
+    fn event(
+        &self,
+        name: &str,
+    ) -> Result<iceoryx2::service::builder::event::Builder<S>, ChannelError> {
+        let service = name.try_into().map_err(transport(name, "name it"))?;
+        Ok(self.node.service_builder(&service).event())
     }
 
     fn builder<T: Record>(
@@ -287,14 +288,7 @@ impl<S: Service + 'static> Post<S> {
     pub(crate) fn rope(&self, from: Party, to: Party) -> Result<Rope<S>, ChannelError> {
         let name = bell_name(from, to);
         let service = self
-            .node
-            .service_builder(
-                &name
-                    .as_str()
-                    .try_into()
-                    .map_err(transport(&name, "name it"))?,
-            )
-            .event()
+            .event(&name)?
             .open()
             .map_err(transport(&name, "open it"))?;
         Ok(Rope(
@@ -309,14 +303,7 @@ impl<S: Service + 'static> Post<S> {
     pub(crate) fn bell(&self, from: Party, to: Party) -> Result<Bell<S>, ChannelError> {
         let name = bell_name(from, to);
         let service = self
-            .node
-            .service_builder(
-                &name
-                    .as_str()
-                    .try_into()
-                    .map_err(transport(&name, "name it"))?,
-            )
-            .event()
+            .event(&name)?
             .open()
             .map_err(transport(&name, "open it"))?;
         Ok(Bell(
