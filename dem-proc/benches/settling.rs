@@ -37,6 +37,7 @@ fn config(grain: Grain, count: usize, threads: usize) -> DemConfig {
         body_contact: Some(law),
         skin: 0.001,
         threads,
+        ..DemConfig::default()
     }
 }
 

@@ -49,6 +49,7 @@ fn main() {
         body_contact: Some(law),
         skin: args.get(6).map_or(0.001, |a| a.parse().expect("a number")),
         threads,
+        ..DemConfig::default()
     };
     let mut dem = Sdem::default();
     dem.configure(&config).expect("a valid configuration");

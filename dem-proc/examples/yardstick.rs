@@ -51,6 +51,7 @@ fn main() {
         body_contact: Some(law),
         skin: 0.001,
         threads: 1,
+        ..DemConfig::default()
     };
     let mut dem = Sdem::default();
     dem.configure(&config).expect("valid");

@@ -4,6 +4,7 @@ use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, DemConfig, Motion};
 use interface::solver::Refusal;
 
+use crate::law::table::Surfaces;
 use crate::shape::Shape;
 
 /// What of a body never changes.
@@ -23,6 +24,8 @@ pub struct Body {
     pub yielding: [f64; 3],
     /// Where its vertices begin in [`Bodies::outline`].
     pub first_vertex: usize,
+    /// Number of its surface ([`Surfaces`]).
+    pub surface: u32,
 }
 
 impl Body {
@@ -183,11 +186,13 @@ impl Bodies {
     /// A refusal with a key such as `dem.body[2] (target).shape.polygon.vertices`.
     pub fn new(config: &DemConfig) -> Result<Self, Refusal> {
         let mut bodies = Self::default();
+        let surfaces = Surfaces::new(config);
         for (i, body) in config.bodies.iter().enumerate() {
             let refuse = |(key, message): (&str, String)| {
                 Refusal::new(format!("dem.body[{i}] ({}).{key}", body.name), message)
             };
-            let (what, state) = place(body, bodies.outline.len()).map_err(refuse)?;
+            let surface = surfaces.number(&body.surface);
+            let (what, state) = place(body, bodies.outline.len(), surface).map_err(refuse)?;
             let vertices = &what.shape.vertices;
             bodies.outline.extend_from_slice(vertices);
             bodies.local.extend_from_slice(vertices);
@@ -296,7 +301,11 @@ impl Bodies {
 }
 
 /// Checks one body and places it.
-fn place(body: &BodyConfig, first_vertex: usize) -> Result<(Body, Rigid), (&'static str, String)> {
+fn place(
+    body: &BodyConfig,
+    first_vertex: usize,
+    surface: u32,
+) -> Result<(Body, Rigid), (&'static str, String)> {
     let finite = |key, values: &[f64]| {
         if values.iter().all(|x| x.is_finite()) {
             Ok(())
@@ -388,6 +397,7 @@ fn place(body: &BodyConfig, first_vertex: usize) -> Result<(Body, Rigid), (&'sta
         motion: body.motion,
         yielding,
         first_vertex,
+        surface,
     };
     Ok((what, state))
 }

@@ -3,12 +3,14 @@
 use interface::Vec2;
 use interface::config::DemConfig;
 use interface::solver::{DemMeasurement, Readiness, Refusal};
+use interface::surfaces::ContactPair;
 use interface::wire::EnvelopeVertex;
 
 use crate::body::{Bodies, Odometer};
-use crate::law::choice::{Between, ForLaw, check_law, with_law};
+use crate::law::choice::{Between, ForLaw, check_law, with_law, with_table};
 use crate::law::dashpot::Elastic;
 use crate::law::normal::Linear;
+use crate::law::table::Surfaces;
 use crate::law::tangent::Smooth;
 use crate::law::{Contact, Law};
 use crate::ledger::Totals;
@@ -63,7 +65,7 @@ impl Default for System {
         Self {
             gravity: Vec2::zeros(),
             bodies: Bodies::default(),
-            points: Box::new(PointContacts::new(law, 0.0)),
+            points: Box::new(PointContacts::new(law, Vec::new(), 0.0)),
             pairs: None,
             threads: Threads::default(),
             point_loads: Vec::new(),
@@ -81,13 +83,15 @@ impl Default for System {
 }
 
 struct PointsWith {
+    /// Surface of each point group.
+    surfaces: Vec<u32>,
     skin: f64,
 }
 
 impl ForLaw for PointsWith {
     type Output = Box<dyn PointSide>;
     fn build<L: Law>(self, law: L) -> Self::Output {
-        Box::new(PointContacts::new(law, self.skin))
+        Box::new(PointContacts::new(law, self.surfaces, self.skin))
     }
 }
 
@@ -126,9 +130,25 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
     let radii = bodies.state.iter().map(|s| s.radius);
     let overlap = 0.01 * radii.reduce(f64::min).unwrap_or(0.0);
     let between = Between::PointsAndBodies;
-    let point_stiffness = check_law("dem.point_contact", &config.point_contact, between, overlap)?;
+    let mut point_stiffness =
+        check_law("dem.point_contact", &config.point_contact, between, overlap)?;
     if let Some(law) = &config.body_contact {
         check_law("dem.body_contact", law, Between::Bodies, overlap)?;
+    }
+    if let Some(fault) = config.table_faults().first() {
+        let key = format!("dem.contact_pairs[{}].{}", fault.pair, fault.key);
+        return Err(Refusal::new(
+            key,
+            format!("{}; {}", fault.message, fault.help),
+        ));
+    }
+    let key = |i: usize| format!("dem.contact_pairs[{i}].law");
+    for (i, pair) in config.point_pairs() {
+        let stiffness = check_law(&key(i), &pair.law, between, overlap)?;
+        point_stiffness = point_stiffness.max(stiffness);
+    }
+    for (i, pair) in config.body_pairs() {
+        check_law(&key(i), &pair.law, Between::Bodies, overlap)?;
     }
     let threads = Threads::new(config.threads)
         .map_err(|e| Refusal::new("dem.threads", format!("{}: {e}", config.threads)))?;
@@ -142,8 +162,29 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
             "left out: contact between bodies (no two bodies of which forces move one)".to_owned(),
         );
     }
-    let pairs = pairs.map(|law| with_law(law, BodiesWith { skin: config.skin }));
-    let points = with_law(&config.point_contact, PointsWith { skin: config.skin });
+    let surfaces = Surfaces::new(config);
+    let pairs = pairs.map(|law| {
+        let build = BodiesWith { skin: config.skin };
+        let table: Vec<&ContactPair> = config.body_pairs().map(|(_, pair)| pair).collect();
+        // Without a pair of its own, contact of either kind pays nothing for the table.
+        if table.is_empty() {
+            with_law(law, build)
+        } else {
+            with_table(&surfaces, law, &table, build)
+        }
+    });
+    let groups = config.point_surfaces.iter();
+    let build = PointsWith {
+        surfaces: groups.map(|name| surfaces.number(name)).collect(),
+        skin: config.skin,
+    };
+    let (law, table) = (&config.point_contact, config.point_pairs());
+    let table: Vec<&ContactPair> = table.map(|(_, pair)| pair).collect();
+    let points = if table.is_empty() {
+        with_law(law, build)
+    } else {
+        with_table(&surfaces, law, &table, build)
+    };
     let n = bodies.len();
     let system = System {
         gravity: config.gravity.into(),

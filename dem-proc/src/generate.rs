@@ -134,6 +134,7 @@ impl Grain {
             velocity: [0.0, 0.0],
             spin: 0.0,
             motion: Motion::Free,
+            surface: String::new(),
         }
     }
 }
@@ -150,6 +151,7 @@ pub fn wall(name: &str, from: [f64; 2], to: [f64; 2], sphero_radius: f64) -> Bod
         velocity: [0.0, 0.0],
         spin: 0.0,
         motion: Motion::Fixed,
+        surface: String::new(),
     }
 }
 
@@ -228,6 +230,7 @@ pub fn stack(count: usize, side: f64, sphero_radius: f64, density: f64) -> Vec<B
             velocity: [0.0, 0.0],
             spin: 0.0,
             motion: Motion::Free,
+            surface: String::new(),
         })
         .collect()
 }

@@ -129,6 +129,7 @@ impl<L: Law> BodyContacts<L> {
             self.law.pair(&Mates {
                 mass: if inverse > 0.0 { 1.0 / inverse } else { 0.0 }, // bodies that can only turn: no dashpot
                 radius: reduced(v.radius, e.radius),
+                surfaces: pair.bodies.map(|b| bodies.fixed[b as usize].surface),
             })
         }));
         self.odometer.get_or_insert_default().reset(bodies);
@@ -266,7 +267,7 @@ impl<L: Law> BodyContacts<L> {
             presses: touch.overlap > 0.0,
         };
         if touch.overlap <= 0.0 {
-            outcome.loss = self.law.part(touch, before);
+            outcome.loss = self.law.part(constants, touch, before);
             return (outcome, L::History::default());
         }
         let press = self.law.press(constants, touch, before);

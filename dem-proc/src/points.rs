@@ -82,6 +82,8 @@ struct Outcome {
 #[derive(Debug)]
 pub struct PointContacts<L: Law> {
     law: L,
+    /// Surface of each point group; empty where the scene has no table of laws.
+    surfaces: Vec<u32>,
     skin: f64,
     set: Vec<ImpInfo>,
     /// The set that list and history are still ordered by, where it was replaced since.
@@ -101,9 +103,10 @@ pub struct PointContacts<L: Law> {
 
 impl<L: Law> PointContacts<L> {
     /// No points yet.
-    pub fn new(law: L, skin: f64) -> Self {
+    pub fn new(law: L, surfaces: Vec<u32>, skin: f64) -> Self {
         Self {
             law,
+            surfaces,
             skin,
             set: Vec::new(),
             replaced: None,
@@ -137,9 +140,11 @@ impl<L: Law> PointContacts<L> {
                 &self.set[pair.slot as usize],
                 &bodies.state[pair.body as usize],
             );
+            let of_point = self.surfaces.get(info.group as usize).copied().unwrap_or(0);
             self.law.pair(&Mates {
                 mass: 1.0 / (1.0 / info.mass + body.inverse_mass),
                 radius: crate::law::reduced(info.radius, body.radius),
+                surfaces: [of_point, bodies.fixed[pair.body as usize].surface],
             })
         }));
         self.built_at.clear();
@@ -260,7 +265,7 @@ impl<L: Law> PointContacts<L> {
             presses: overlap > 0.0,
         };
         if overlap <= 0.0 {
-            outcome.loss = self.law.part(&touch, before);
+            outcome.loss = self.law.part(constants, &touch, before);
             return Some((outcome, L::History::default()));
         }
         let press = self.law.press(constants, &touch, before);

@@ -106,6 +106,7 @@ fn crowd(random: &mut Random, skin: f64) -> (DemConfig, Vec<ImpInfo>, Vec<ImpSta
         velocity: [0.0; 2],
         spin: 0.0,
         motion,
+        surface: String::new(),
     };
     let mut bodies = vec![make(
         random.star(400, 1.5, 1.6),
@@ -146,6 +147,7 @@ fn crowd(random: &mut Random, skin: f64) -> (DemConfig, Vec<ImpInfo>, Vec<ImpSta
         body_contact: Some(law),
         skin,
         threads: 1,
+        ..DemConfig::default()
     };
     let set: Vec<ImpInfo> = (0..200)
         .map(|id| ImpInfo {

@@ -7,6 +7,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::surfaces::ContactPair;
+
 /// The continuum solver's part of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -364,7 +366,7 @@ pub enum Spacing {
 }
 
 /// The rigid-body solver's part of a scene.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DemConfig {
     /// Acceleration of gravity in m/s^2.
@@ -375,6 +377,12 @@ pub struct DemConfig {
     pub point_contact: ContactLaw,
     /// Law between bodies; `None`: bodies do not touch one another.
     pub body_contact: Option<ContactLaw>,
+    /// Laws between surfaces, instead of these two.
+    #[serde(default)]
+    pub contact_pairs: Vec<ContactPair>,
+    /// Surface of each point group, in the order of the groups: the name of its material.
+    #[serde(default)]
+    pub point_surfaces: Vec<String>,
     /// Verlet skin `V_d` in m beyond contact distance.
     pub skin: f64,
     /// Threads of the solver.
@@ -403,6 +411,9 @@ pub struct BodyConfig {
     pub spin: f64,
     /// How it moves.
     pub motion: Motion,
+    /// Name of its surface, by which the table of laws refers to it; empty: none.
+    #[serde(default)]
+    pub surface: String,
 }
 
 /// The polygon of a spheropolygon, in the body's own coordinates (m).
@@ -568,6 +579,18 @@ pub enum ContactLaw {
         #[serde(default)]
         friction: f64,
     },
+}
+
+impl Default for ContactLaw {
+    /// No stiffness: things pass through one another.
+    fn default() -> Self {
+        Self::Linear {
+            normal_stiffness: 0.0,
+            tangential_stiffness: 0.0,
+            friction: 0.0,
+            damping_ratio: 0.0,
+        }
+    }
 }
 
 impl ContactLaw {

@@ -16,6 +16,7 @@ pub mod process;
 pub mod session;
 pub mod solver;
 pub mod step;
+pub mod surfaces;
 mod wait;
 pub mod wire;
 

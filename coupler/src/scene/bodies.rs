@@ -41,6 +41,9 @@ pub(super) fn bodies(
             contact_law(problems, path, law);
         }
     }
+    for (i, pair) in scene.contact_pair.iter().enumerate() {
+        contact_law(problems, &format!("contact_pair.{i}.law"), pair.law);
+    }
     if scene.mpm.is_some() && scene.contact.is_none() {
         problems.refuse_key(
             "contact",
@@ -64,20 +67,23 @@ pub(super) fn bodies(
     if problems.any() {
         return None;
     }
-    let nothing = ContactLaw::Linear {
-        normal_stiffness: 0.0,
-        tangential_stiffness: 0.0,
-        friction: 0.0,
-        damping_ratio: 0.0,
-    };
-    Some(DemConfig {
+    let points = scene.mpm.iter().flat_map(|mpm| &mpm.points);
+    let law_for_points = scene.contact.or(scene.body_contact);
+    let config = DemConfig {
         gravity: scene.gravity,
         bodies: written.body.iter().map(body_config).collect(),
-        point_contact: scene.contact.or(scene.body_contact).unwrap_or(nothing),
+        point_contact: law_for_points.unwrap_or_default(),
         body_contact: scene.body_contact,
+        contact_pairs: scene.contact_pair.clone(),
+        point_surfaces: points.map(|group| group.material.clone()).collect(),
         skin: 0.0,
         threads: 1,
-    })
+    };
+    for fault in config.table_faults() {
+        let path = format!("contact_pair.{}.{}", fault.pair, fault.key);
+        problems.refuse(&path, fault.message, fault.help);
+    }
+    (!problems.any()).then_some(config)
 }
 
 fn body(problems: &mut Problems, path: &str, body: &BodyWritten) {
@@ -168,6 +174,7 @@ fn body_config(body: &BodyWritten) -> BodyConfig {
         velocity: body.velocity,
         spin: body.spin,
         motion: body.motion,
+        surface: body.surface.clone(),
     }
 }
 

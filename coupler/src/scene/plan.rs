@@ -132,6 +132,11 @@ fn runs(scene: &Scene) -> Vec<String> {
         if let Some(law) = dem.body_contact {
             runs.push(format!("contact among bodies: {}", law_in_words(law)));
         }
+        for pair in &dem.contact_pairs {
+            let [a, b] = &pair.between;
+            let law = law_in_words(pair.law);
+            runs.push(format!("contact of {a} and {b}: {law}"));
+        }
     }
     runs.push(match scene.time.criterion {
         Criterion::Composed => format!(
@@ -234,16 +239,14 @@ fn left_out(scene: &Scene) -> Vec<LeftOut> {
             &format!("motion of {fixed} of {} bodies", dem.bodies.len()),
             "fixed bodies are not integrated",
         );
-        let friction = dem.point_contact.friction();
-        let damping_ratio = dem.point_contact.damping_ratio();
         if scene.mpm.is_some() {
             out(
-                friction == 0.0,
+                dem.point_laws().all(|law| law.friction() == 0.0),
                 "tangential history of points on bodies",
                 "their contact has no friction",
             );
             out(
-                damping_ratio == 0.0,
+                dem.point_laws().all(|law| law.damping_ratio() == 0.0),
                 "viscous force of points on bodies",
                 "their contact has no damping",
             );
@@ -315,7 +318,7 @@ fn limits(scene: &Scene) -> Vec<StepLimit> {
     let stiffness = scene
         .dem
         .as_ref()
-        .map_or(0.0, |dem| stiffness(dem.point_contact));
+        .map_or(0.0, |dem| stiffest(dem.point_laws()));
     let point = scene.mpm.as_ref().map_or(f64::INFINITY, lightest_point);
     match scene.time.criterion {
         Criterion::Composed => {
@@ -324,7 +327,7 @@ fn limits(scene: &Scene) -> Vec<StepLimit> {
             let damping = scene
                 .dem
                 .as_ref()
-                .map_or(0.0, |dem| damping(dem.point_contact));
+                .map_or(0.0, |dem| most_damped(dem.point_laws()));
             let kappa_contact = kappa * (damping.hypot(1.0) - damping);
             // Contact adds k_n over the lightest point to what waves ask for (PHYSICS.md section 4).
             let elastic = scene.mpm.as_ref().map_or(0.0, elastic_omega_sq);
@@ -343,9 +346,10 @@ fn limits(scene: &Scene) -> Vec<StepLimit> {
                 kappa_contact * 2.0 / (elastic + contact).sqrt(),
             );
             if let Some(dem) = &scene.dem
-                && let Some(law) = dem.body_contact
+                && dem.body_contact.is_some()
             {
-                let omega = (CORNER_STIFFNESS * self::stiffness(law) / lightest_body(dem)).sqrt();
+                let stiffness = stiffest(dem.body_laws());
+                let omega = (CORNER_STIFFNESS * stiffness / lightest_body(dem)).sqrt();
                 limit(
                     "contact among bodies, corner on corner",
                     kappa * 2.0 / omega,
@@ -368,13 +372,14 @@ fn limits(scene: &Scene) -> Vec<StepLimit> {
     limits
 }
 
-fn stiffness(law: ContactLaw) -> f64 {
+fn stiffest(laws: impl Iterator<Item = ContactLaw>) -> f64 {
     // A stiffness that grows with the overlap is not known beforehand.
-    law.constant_stiffness().unwrap_or(0.0)
+    let stiffness = laws.filter_map(|law| law.constant_stiffness());
+    stiffness.fold(0.0, f64::max)
 }
 
-fn damping(law: ContactLaw) -> f64 {
-    law.damping_ratio()
+fn most_damped(laws: impl Iterator<Item = ContactLaw>) -> f64 {
+    laws.map(|law| law.damping_ratio()).fold(0.0, f64::max)
 }
 
 /// `L/c` of the fastest material in s.

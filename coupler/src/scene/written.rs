@@ -6,6 +6,7 @@ use interface::config::{
     BodyShape, ContactForceScheme, ContactLaw, Fill, Leaving, MaterialConfig, Motion, Plane,
     ShapeFunction, Spacing, Stage, StressUpdate, Transfer, Walls,
 };
+use interface::surfaces::ContactPair;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -36,6 +37,9 @@ pub(crate) struct SceneWritten {
     pub contact: Option<ContactLaw>,
     /// Law between bodies; absent: bodies do not touch one another.
     pub body_contact: Option<ContactLaw>,
+    /// Laws between surfaces, instead of these two.
+    #[serde(default)]
+    pub contact_pair: Vec<ContactPair>,
     /// The exchange between the processes.
     #[serde(default)]
     pub coupling: CouplingWritten,
@@ -207,6 +211,9 @@ pub(crate) struct BodyWritten {
     /// How it moves; free by default.
     #[serde(default)]
     pub motion: Motion,
+    /// Name of its surface, by which `[[contact_pair]]` refers to it; none by default.
+    #[serde(default)]
+    pub surface: String,
 }
 
 /// The exchange between the processes.

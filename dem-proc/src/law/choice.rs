@@ -2,10 +2,12 @@
 
 use interface::config::ContactLaw;
 use interface::solver::Refusal;
+use interface::surfaces::ContactPair;
 
 use super::dashpot::{Dashpot, Elastic, Tsuji, Viscous, ratio_of_restitution};
 use super::normal::{Adhesive, Area, Hertz, Linear, Normal};
 use super::rolling::Rolling;
+use super::table::{Surfaces, Table};
 use super::tangent::{Coulomb, Mindlin, Smooth};
 use super::{Contact, Law};
 
@@ -66,10 +68,7 @@ pub fn with_law<F: ForLaw>(law: &ContactLaw, build: F) -> F::Output {
             let spring = Hertz {
                 constant: hertz_constant,
             };
-            let tangent = Mindlin {
-                ratio: 2.0 * (1.0 - poisson_ratio) / (2.0 - poisson_ratio),
-                friction,
-            };
+            let tangent = mindlin(poisson_ratio, friction);
             let ratio = ratio_of_restitution(restitution);
             if adhesion > 0.0 {
                 let stress = adhesion;
@@ -88,6 +87,163 @@ pub fn with_law<F: ForLaw>(law: &ContactLaw, build: F) -> F::Output {
             };
             with_coulomb(normal, tangential_stiffness, friction, Elastic, build)
         }
+    }
+}
+
+/// Builds from a table of laws of one kind, which have been checked: `for_all`, and others for `pairs`.
+///
+/// Every part that a kind of law can have is there, whether a pair uses it or not: its number is zero if not.
+pub fn with_table<F: ForLaw>(
+    surfaces: &Surfaces,
+    for_all: &ContactLaw,
+    pairs: &[&ContactPair],
+    build: F,
+) -> F::Output {
+    match for_all {
+        ContactLaw::Linear { .. } | ContactLaw::Granular { .. } => {
+            let rolls = |law: &ContactLaw| Granular::of(law).rolling > 0.0;
+            if rolls(for_all) || pairs.iter().any(|pair| rolls(&pair.law)) {
+                let law = |law: &ContactLaw| Rolling {
+                    law: Granular::of(law).contact(),
+                    friction: Granular::of(law).rolling,
+                };
+                build.build(Table::new(surfaces, for_all, pairs, law))
+            } else {
+                let law = |law: &ContactLaw| Granular::of(law).contact();
+                build.build(Table::new(surfaces, for_all, pairs, law))
+            }
+        }
+        ContactLaw::HertzMindlin { .. } => {
+            build.build(Table::new(surfaces, for_all, pairs, hertz_mindlin))
+        }
+        ContactLaw::Area { .. } => build.build(Table::new(surfaces, for_all, pairs, area)),
+    }
+}
+
+/// The numbers of a law `linear` or `granular`.
+struct Granular {
+    normal: f64,
+    tangential: f64,
+    friction: f64,
+    damping: f64,
+    adhesion: f64,
+    rolling: f64,
+}
+
+/// Of another kind than its table: refused before.
+const KIND: &str = "a table's laws are of one kind";
+
+impl Granular {
+    fn of(law: &ContactLaw) -> Self {
+        let (normal, tangential, friction, damping, adhesion, rolling) = match *law {
+            ContactLaw::Linear {
+                normal_stiffness: k_n,
+                tangential_stiffness: k_t,
+                friction,
+                damping_ratio,
+            } => (k_n, k_t, friction, damping_ratio, 0.0, 0.0),
+            ContactLaw::Granular {
+                normal_stiffness: k_n,
+                tangential_stiffness: k_t,
+                friction,
+                damping_ratio,
+                adhesion,
+                rolling_friction,
+            } => (
+                k_n,
+                k_t,
+                friction,
+                damping_ratio,
+                adhesion,
+                rolling_friction,
+            ),
+            _ => unreachable!("{KIND}"),
+        };
+        Self {
+            normal,
+            tangential,
+            friction,
+            damping,
+            adhesion,
+            rolling,
+        }
+    }
+
+    fn contact(&self) -> Contact<Adhesive<Linear>, Coulomb, Viscous> {
+        let stiffness = self.normal;
+        Contact {
+            normal: Adhesive {
+                spring: Linear { stiffness },
+                stress: self.adhesion,
+            },
+            tangent: coulomb(self.tangential, self.friction),
+            dashpot: Viscous {
+                ratio: self.damping,
+            },
+        }
+    }
+}
+
+/// Without friction there is no spring, as where there is no table.
+fn coulomb(stiffness: f64, friction: f64) -> Coulomb {
+    if friction > 0.0 {
+        Coulomb::new(stiffness, friction)
+    } else {
+        Coulomb::SMOOTH
+    }
+}
+
+fn hertz_mindlin(law: &ContactLaw) -> Contact<Adhesive<Hertz>, Mindlin, Tsuji> {
+    let ContactLaw::HertzMindlin {
+        hertz_constant,
+        poisson_ratio,
+        friction,
+        restitution,
+        adhesion,
+    } = *law
+    else {
+        unreachable!("{KIND}")
+    };
+    Contact {
+        normal: Adhesive {
+            spring: Hertz {
+                constant: hertz_constant,
+            },
+            stress: adhesion,
+        },
+        tangent: if friction > 0.0 {
+            mindlin(poisson_ratio, friction)
+        } else {
+            Mindlin::SMOOTH
+        },
+        dashpot: Tsuji {
+            ratio: ratio_of_restitution(restitution),
+        },
+    }
+}
+
+fn mindlin(poisson_ratio: f64, friction: f64) -> Mindlin {
+    Mindlin {
+        ratio: 2.0 * (1.0 - poisson_ratio) / (2.0 - poisson_ratio),
+        friction,
+    }
+}
+
+fn area(law: &ContactLaw) -> Contact<Area, Coulomb, Elastic> {
+    let ContactLaw::Area {
+        area_stiffness,
+        tangential_stiffness,
+        friction,
+    } = *law
+    else {
+        unreachable!("{KIND}")
+    };
+    Contact {
+        normal: Area {
+            stiffness: area_stiffness,
+        },
+        tangent: coulomb(tangential_stiffness, friction),
+        dashpot: Elastic,
     }
 }
 
@@ -193,14 +349,8 @@ pub fn check_law(
     between: Between,
     overlap: f64,
 ) -> Result<f64, Refusal> {
-    let name = match law {
-        ContactLaw::Linear { .. } => "linear",
-        ContactLaw::Granular { .. } => "granular",
-        ContactLaw::HertzMindlin { .. } => "hertz_mindlin",
-        ContactLaw::Area { .. } => "area",
-    };
     let check = Check {
-        key: format!("{key}.{name}"),
+        key: format!("{key}.{}", law.name()),
         zero: between == Between::PointsAndBodies,
     };
     match *law {

@@ -2,7 +2,7 @@
 //! use takes no memory (STYLE.md habit 3).
 //!
 //! A law is a normal spring ([`normal`]), a tangential part ([`tangent`]) and a dashpot ([`dashpot`]), put together by
-//! [`Contact`]; [`rolling`] adds a moment to any law.
+//! [`Contact`]; [`rolling`] adds a moment to any law; [`table`] has numbers of its own for every pair of surfaces.
 //!
 //! Signs: normal quantities are positive along `N` (apart), tangential ones along `T`, `N` turned by +90 degrees;
 //! forces are those on the side that `N` points to (the material point, or the owner of the vertex).
@@ -11,6 +11,7 @@ pub mod choice;
 pub mod dashpot;
 pub mod normal;
 pub mod rolling;
+pub mod table;
 pub mod tangent;
 
 use dashpot::Dashpot;
@@ -54,6 +55,8 @@ pub struct Mates {
     pub mass: f64,
     /// Reduced radius of curvature `R* = 1 / (1/a_1 + 1/a_2)` in m.
     pub radius: f64,
+    /// Their surfaces, by number ([`table::Surfaces`]).
+    pub surfaces: [u32; 2],
 }
 
 /// `1 / (1/a + 1/b)`; 0 if either is 0.
@@ -112,7 +115,7 @@ pub trait Plain: Copy + Send + Sync + std::fmt::Debug + 'static {}
 impl<T: Copy + Send + Sync + std::fmt::Debug + 'static> Plain for T {}
 
 /// A contact law.
-pub trait Law: Plain {
+pub trait Law: Clone + Send + Sync + std::fmt::Debug + 'static {
     /// Memory of one contact; `()` where there is none.
     type History: Plain + Default;
     /// What of a pair never changes, worked out when the pair enters a list.
@@ -134,7 +137,7 @@ pub trait Law: Plain {
         before: &Self::History,
     ) -> Press<Self::History>;
     /// Loss of the last step of a contact that has opened; nothing else is left of it.
-    fn part(&self, touch: &Touch, before: &Self::History) -> Loss;
+    fn part(&self, pair: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss;
     /// Energy in the springs in J/m.
     fn energy(&self, pair: &Self::Pair, overlap: f64, history: &Self::History) -> f64;
 }
@@ -225,7 +228,7 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
     }
 
     #[inline]
-    fn part(&self, touch: &Touch, before: &Self::History) -> Loss {
+    fn part(&self, _: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
         let (viscous, _) = D::remember([0.0; 2], touch.moved, &before.dashpot);
         Loss {
             friction: self.tangent.part(touch.moved[1], &before.tangent),

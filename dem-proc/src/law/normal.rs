@@ -189,6 +189,7 @@ mod tests {
         let mates = Mates {
             mass: 1.0,
             radius: 0.02,
+            surfaces: [0, 0],
         };
         check(Linear { stiffness: 3e4 }, &mates);
         check(Hertz { constant: 1e6 }, &mates);

@@ -88,6 +88,13 @@ pub struct Coulomb {
 }
 
 impl Coulomb {
+    /// No friction, for a table of laws of which others have some.
+    pub const SMOOTH: Self = Self {
+        stiffness: 0.0,
+        compliance: 0.0,
+        friction: 0.0,
+    };
+
     /// Friction `mu` with a spring of `stiffness` (N/m), which is positive.
     pub fn new(stiffness: f64, friction: f64) -> Self {
         Self {
@@ -152,6 +159,14 @@ pub struct Mindlin {
     pub ratio: f64,
     /// `mu`.
     pub friction: f64,
+}
+
+impl Mindlin {
+    /// No friction, for a table of laws of which others have some.
+    pub const SMOOTH: Self = Self {
+        ratio: 0.0,
+        friction: 0.0,
+    };
 }
 
 /// Memory of [`Mindlin`].

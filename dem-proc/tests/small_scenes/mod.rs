@@ -20,6 +20,7 @@ pub fn body(shape: BodyShape, sphero_radius: f64) -> BodyConfig {
         velocity: [0.0, 0.0],
         spin: 0.0,
         motion: Motion::Free,
+        surface: String::new(),
     }
 }
 
@@ -56,6 +57,7 @@ pub fn scene(bodies: Vec<BodyConfig>, law: ContactLaw) -> DemConfig {
         body_contact: Some(law),
         skin: 0.05,
         threads: 1,
+        ..DemConfig::default()
     }
 }
 

@@ -279,5 +279,6 @@ pub fn dem_config() -> DemConfig {
         body_contact: None,
         skin: 0.02,
         threads: 1,
+        ..DemConfig::default()
     }
 }

@@ -1,0 +1,94 @@
+//! Laws by pairs of surfaces: one kind of law, with numbers of its own for every pair.
+
+use interface::config::{ContactLaw, DemConfig};
+use interface::surfaces::ContactPair;
+
+use super::{Law, Mates, Press, Stiffness, Touch};
+use crate::law::Loss;
+
+/// The names that a scene's table of laws uses, as numbers: 0 is every surface that the table does not name.
+#[derive(Debug, Clone, Default)]
+pub struct Surfaces(Vec<String>);
+
+impl Surfaces {
+    /// The names of a configuration.
+    pub fn new(config: &DemConfig) -> Self {
+        let pairs = config.contact_pairs.iter();
+        let mut names: Vec<String> = pairs.flat_map(|pair| pair.between.clone()).collect();
+        names.sort_unstable();
+        names.dedup();
+        Self(names)
+    }
+
+    /// The number of a name.
+    pub fn number(&self, name: &str) -> u32 {
+        let found = self.0.binary_search_by(|known| known.as_str().cmp(name));
+        found.map_or(0, |i| i as u32 + 1)
+    }
+}
+
+/// A law `L` for every pair of surfaces. Each contact keeps its law with the other constants of its pair, so that the
+/// loops look nothing up.
+#[derive(Debug, Clone)]
+pub struct Table<L> {
+    /// Row by row, one row for each surface.
+    laws: Vec<L>,
+    surfaces: usize,
+}
+
+impl<L: Law + Copy> Table<L> {
+    /// The law `for_all` but for `pairs`; `law` makes it of one as written.
+    pub fn new(
+        surfaces: &Surfaces,
+        for_all: &ContactLaw,
+        pairs: &[&ContactPair],
+        law: impl Fn(&ContactLaw) -> L,
+    ) -> Self {
+        let n = surfaces.0.len() + 1;
+        let mut laws = vec![law(for_all); n * n];
+        for pair in pairs {
+            let [a, b] = [0, 1].map(|k| surfaces.number(&pair.between[k]) as usize);
+            let law = law(&pair.law);
+            laws[a * n + b] = law;
+            laws[b * n + a] = law;
+        }
+        Self { laws, surfaces: n }
+    }
+}
+
+impl<L: Law + Copy> Law for Table<L> {
+    type History = L::History;
+    type Pair = (L, L::Pair);
+    const MOTION: bool = L::MOTION;
+
+    fn pair(&self, mates: &Mates) -> Self::Pair {
+        let [a, b] = mates.surfaces.map(|s| s as usize);
+        let law = self.laws[a * self.surfaces + b];
+        (law, law.pair(mates))
+    }
+    #[inline]
+    fn stiffness(&self, (law, pair): &Self::Pair, overlap: f64) -> Stiffness {
+        law.stiffness(pair, overlap)
+    }
+    /// The largest of the table: the step limit takes one for all contacts.
+    fn damping_ratio(&self) -> f64 {
+        let ratios = self.laws.iter().map(L::damping_ratio);
+        ratios.fold(0.0, f64::max)
+    }
+    #[inline]
+    fn press(
+        &self,
+        (law, pair): &Self::Pair,
+        touch: &Touch,
+        before: &Self::History,
+    ) -> Press<Self::History> {
+        law.press(pair, touch, before)
+    }
+    #[inline]
+    fn part(&self, (law, pair): &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
+        law.part(pair, touch, before)
+    }
+    fn energy(&self, (law, pair): &Self::Pair, overlap: f64, history: &Self::History) -> f64 {
+        law.energy(pair, overlap, history)
+    }
+}

@@ -1,0 +1,251 @@
+//! Laws by pairs of surfaces: each pair has its own numbers, everything else the law for all.
+
+mod small_scenes;
+
+use dem_proc::Sdem;
+use dem_proc::generate::wall;
+use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig};
+use interface::solver::DemSolver;
+use interface::surfaces::ContactPair;
+use interface::wire::{ImpForce, ImpInfo};
+use small_scenes::*;
+
+fn pair(a: &str, b: &str, law: ContactLaw) -> ContactPair {
+    ContactPair {
+        between: [a.to_owned(), b.to_owned()],
+        law,
+    }
+}
+
+/// A rounded square of side 0.1 m that slides on the floor at 1 m/s around `x`.
+fn block(x: f64, surface: &str) -> BodyConfig {
+    BodyConfig {
+        surface: surface.to_owned(),
+        position: [x, 0.05],
+        velocity: [1.0, 0.0],
+        inertia: BodyInertia::Mass(2.0),
+        ..body(
+            BodyShape::Rectangle {
+                width: 0.08,
+                height: 0.08,
+            },
+            0.01,
+        )
+    }
+}
+
+fn law(friction: f64) -> ContactLaw {
+    ContactLaw::Granular {
+        normal_stiffness: 1e5,
+        tangential_stiffness: 5e4,
+        friction,
+        damping_ratio: 0.3,
+        adhesion: 0.0,
+        rolling_friction: 0.0,
+    }
+}
+
+fn two_blocks_on_a_floor(contact_pairs: Vec<ContactPair>) -> DemConfig {
+    let floor = BodyConfig {
+        surface: "floor".into(),
+        ..wall("floor", [-1.0, -0.01], [5.0, -0.01], 0.01)
+    };
+    DemConfig {
+        gravity: [0.0, -9.81],
+        contact_pairs,
+        skin: 0.002,
+        ..scene(
+            vec![floor, block(0.0, "wood"), block(2.0, "steel")],
+            law(0.6),
+        )
+    }
+}
+
+/// Positions and velocities of all bodies after `steps` of 1e-4 s.
+fn run(config: &DemConfig, steps: usize) -> Vec<[f64; 6]> {
+    let mut dem = configured(config);
+    let dt = 1e-4;
+    for i in 0..steps {
+        let mut step = step(if i == 0 { 0.0 } else { dt }, dt);
+        step.measure = false;
+        dem.contact(&step, &[], &mut []).unwrap();
+        dem.advance(&step).unwrap();
+    }
+    let states = dem.bodies().state.iter();
+    let numbers = states.map(|s| {
+        let (c, v) = (s.center, s.velocity);
+        [c.x, c.y, s.angle, v.x, v.y, s.spin]
+    });
+    numbers.collect()
+}
+
+/// Wood slides on the floor with 0.3, the rest with 0.6: each slows down by its own `mu g`.
+#[test]
+fn two_blocks_slide_with_their_own_friction() {
+    let table = vec![pair("floor", "wood", law(0.3))];
+    let config = two_blocks_on_a_floor(table);
+    let steps = 1200;
+    let after = run(&config, steps);
+    let t = steps as f64 * 1e-4;
+    for (b, mu) in [(1, 0.3), (2, 0.6)] {
+        let expected = 1.0 - mu * 9.81 * t;
+        assert!(
+            (after[b][3] - expected).abs() < 0.01,
+            "body {b}: {:?}, expected vx {expected}",
+            after[b]
+        );
+    }
+}
+
+/// The table's type of law carries parts that the plain one does not have; with the same numbers it is the same law.
+#[test]
+fn a_table_of_one_law_is_that_law_to_the_bit() {
+    let hertz = |restitution, friction| ContactLaw::HertzMindlin {
+        hertz_constant: 1e6,
+        poisson_ratio: 0.3,
+        friction,
+        restitution,
+        adhesion: 0.0,
+    };
+    let area = ContactLaw::Area {
+        area_stiffness: 1e8,
+        tangential_stiffness: 0.0,
+        friction: 0.0,
+    };
+    let laws = [
+        law(0.6),
+        spring(1e5),
+        frictional(1e5, 5e4, 0.2),
+        hertz(0.5, 0.4),
+        hertz(1.0, 0.0),
+        area,
+    ];
+    for law in laws {
+        let plain = DemConfig {
+            body_contact: Some(law),
+            point_contact: law,
+            ..two_blocks_on_a_floor(Vec::new())
+        };
+        let tabled = DemConfig {
+            contact_pairs: vec![pair("wood", "floor", law), pair("steel", "steel", law)],
+            ..plain.clone()
+        };
+        assert_eq!(run(&plain, 300), run(&tabled, 300), "{law:?}");
+    }
+}
+
+/// Points of two materials press on two bodies: four pairs, one of them named.
+#[test]
+fn points_have_the_surface_of_their_group() {
+    let disc = |x: f64, surface: &str| BodyConfig {
+        surface: surface.into(),
+        position: [x, 0.0],
+        ..fixed(BodyShape::Disc, 0.1)
+    };
+    let config = DemConfig {
+        point_surfaces: vec!["sand".into(), "clay".into()],
+        contact_pairs: vec![pair("clay", "wood", spring(5e4))],
+        ..scene(vec![disc(0.0, "wood"), disc(1.0, "")], spring(1e4))
+    };
+    let mut dem = configured(&config);
+    let of_group = |id: u64, group: u32| ImpInfo {
+        group,
+        ..info(id, 0.01, 1.0)
+    };
+    dem.imp_set(&[
+        of_group(0, 0),
+        of_group(1, 1),
+        of_group(2, 0),
+        of_group(3, 1),
+    ]);
+    let states = [at(0.0, 0.1), at(0.0, -0.1), at(1.0, 0.1), at(1.0, -0.1)];
+    let mut forces = vec![ImpForce::default(); 4];
+    dem.contact(&OPENING, &states, &mut forces).unwrap();
+    for (slot, k) in [(0, 1e4), (1, 5e4), (2, 1e4), (3, 1e4)] {
+        let force = &forces[slot];
+        assert!(
+            (force.force[1].abs() - k * 0.01).abs() < 1e-9 * k,
+            "slot {slot}"
+        );
+        assert_eq!(force.stiffness, k, "slot {slot}");
+    }
+}
+
+/// Adhesion of its own pair holds a block that hangs from a ceiling; with the law for all it falls.
+#[test]
+fn adhesion_belongs_to_a_pair() {
+    let sticky = |adhesion| ContactLaw::Granular {
+        normal_stiffness: 1e5,
+        tangential_stiffness: 0.0,
+        friction: 0.0,
+        damping_ratio: 0.0,
+        adhesion,
+        rolling_friction: 0.0,
+    };
+    let ceiling = BodyConfig {
+        surface: "ceiling".into(),
+        ..wall("ceiling", [-1.0, 0.11], [5.0, 0.11], 0.01)
+    };
+    let hanging = |x: f64, surface: &str| BodyConfig {
+        velocity: [0.0, 0.0],
+        // Where the pull of 600 sqrt(xi) N at either corner and the spring balance: xi = (600/1e5)^2 m.
+        position: [x, 0.05 + 3.6e-5],
+        inertia: BodyInertia::Mass(0.01),
+        ..block(x, surface)
+    };
+    let config = DemConfig {
+        contact_pairs: vec![pair("ceiling", "wood", sticky(3e3))],
+        gravity: [0.0, -9.81],
+        skin: 0.002,
+        ..scene(
+            vec![ceiling, hanging(0.0, "wood"), hanging(2.0, "steel")],
+            sticky(0.0),
+        )
+    };
+    let after = run(&config, 2000);
+    assert!(after[1][1] > 0.05, "{:?}", after[1]);
+    assert!(after[2][1] < 0.0, "{:?}", after[2]);
+}
+
+#[test]
+fn a_bad_table_is_refused_with_its_key() {
+    let hertz = ContactLaw::HertzMindlin {
+        hertz_constant: 1e6,
+        poisson_ratio: 0.3,
+        friction: 0.0,
+        restitution: 1.0,
+        adhesion: 0.0,
+    };
+    let rows = [
+        (
+            vec![pair("wood", "flor", law(0.3))],
+            "dem.contact_pairs[0].between",
+            "\"flor\"",
+        ),
+        (
+            vec![
+                pair("wood", "floor", law(0.3)),
+                pair("floor", "wood", law(0.2)),
+            ],
+            "dem.contact_pairs[1].between",
+            "twice",
+        ),
+        (
+            vec![pair("wood", "floor", hertz)],
+            "dem.contact_pairs[0].law",
+            "another kind",
+        ),
+        (
+            vec![pair("wood", "floor", law(-0.3))],
+            "dem.contact_pairs[0].law.granular.friction",
+            "-0.3",
+        ),
+    ];
+    for (table, key, text) in rows {
+        let refusal = Sdem::default()
+            .configure(&two_blocks_on_a_floor(table))
+            .unwrap_err();
+        assert_eq!(refusal.key, key);
+        assert!(refusal.message.contains(text), "{}", refusal.message);
+    }
+}
