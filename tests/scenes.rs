@@ -192,6 +192,7 @@ scenes! {
     bar_vibration: "verification/bar_vibration",
     axis_aligned_mms: "verification/axis_aligned_mms",
     column_collapse: "verification/column_collapse",
+    periodic_shear: "verification/periodic_shear",
 }
 
 #[test]

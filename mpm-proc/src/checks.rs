@@ -61,6 +61,7 @@ pub fn geometry(config: &MpmConfig) -> Result<Geometry, Refusal> {
         upper,
         cells,
         cell: config.cell,
+        periodic: [config.walls.left, config.walls.bottom].map(|w| w == Wall::Periodic),
     })
 }
 
@@ -92,18 +93,18 @@ pub fn check_scalars(config: &MpmConfig) -> Result<(), Refusal> {
     for (i, material) in config.materials.iter().enumerate() {
         if !(material.density.is_finite() && material.density > 0.0) {
             return Err(Refusal::new(
-                format!("mpm.materials[{i}].density"),
+                format!("mpm.material.{i}.density"),
                 format!("{} kg/m^3 must be above 0", material.density),
             ));
         }
-        check_model(&material.model, &format!("mpm.materials[{i}].model"))?;
+        check_model(&material.model, &format!("mpm.material.{i}.model"))?;
     }
     for (g, group) in config.groups.iter().enumerate() {
         if let Some(radius) = group.contact_radius
             && !(radius.is_finite() && radius > 0.0)
         {
             return Err(Refusal::new(
-                format!("mpm.groups[{g}].contact_radius"),
+                format!("mpm.points.{g}.contact_radius"),
                 format!("{radius} m must be above 0"),
             ));
         }
@@ -231,10 +232,19 @@ pub fn check_choices(config: &MpmConfig) -> Result<(), Refusal> {
                 format!("{coefficient} must be 0 or more"),
             ));
         }
-        if wall == Wall::Periodic {
+    }
+    for (names, a, b) in [
+        (["left", "right"], walls.left, walls.right),
+        (["bottom", "top"], walls.bottom, walls.top),
+    ] {
+        if (a == Wall::Periodic) != (b == Wall::Periodic) {
+            let other = names[usize::from(a == Wall::Periodic)];
             return Err(Refusal::new(
-                format!("mpm.walls.{name}"),
-                "periodic is not available; use open, fixed, slip or friction",
+                format!("mpm.walls.{other}"),
+                format!(
+                    "only one of {} and {} is periodic; make both so or neither",
+                    names[0], names[1]
+                ),
             ));
         }
     }

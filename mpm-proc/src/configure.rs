@@ -84,7 +84,7 @@ impl<'a> Parts<'a> {
         let mut notes = Vec::new();
         let mut points = Vec::new();
         for (g, group) in config.groups.iter().enumerate() {
-            let key = format!("mpm.groups[{g}]");
+            let key = format!("mpm.points.{g}");
             if group.material >= config.materials.len() {
                 return Err(Refusal::new(
                     format!("{key}.material"),
@@ -174,7 +174,7 @@ impl<'a> Parts<'a> {
             clouds.push(cloud);
             first_id += points.positions.len() as u64;
         }
-        let walls = WallNodes::new(&self.config.walls, self.geometry.cells);
+        let walls = WallNodes::new(&self.config.walls, self.geometry.cells, S::MIRRORED);
         let mut continuum = Continuum {
             grid: Grid::new(self.geometry, self.config.gravity, walls),
             transfer,

@@ -5,6 +5,7 @@ use interface::wire::ImpForce;
 
 use crate::continuum::Continuum;
 use crate::grid::owner;
+use crate::images::NodeAt;
 use crate::lanes::LANES;
 use crate::points::LaneCopy;
 use crate::shape::Shape;
@@ -14,8 +15,10 @@ use crate::transfer::Transfer;
 /// A node that a loaded point touches.
 #[derive(Debug, Clone, Copy)]
 pub struct Touch {
-    tile: u32,
-    node: u32,
+    /// Where the force is.
+    at: NodeAt,
+    /// The node that moves by it: the same, or what it is an image of.
+    of: NodeAt,
     /// `S_Ip`, through which the point takes velocities.
     gather: f64,
     /// `T_Ip`, through which it gives forces ([`crate::spread`]).
@@ -76,12 +79,13 @@ where
             if stiffness > 0.0 {
                 let mut sums = [0.0; 2];
                 for t in touches {
-                    let mass = self.grid.tiles[t.tile as usize].mass[t.node as usize];
-                    let nodes = &self.grid.contact[t.tile as usize];
+                    let (tile, node) = t.of.split();
+                    let mass = self.grid.tiles[tile].mass[node];
+                    let nodes = &self.grid.contact[tile];
                     // A weight so small that the mass underflowed carries nothing.
                     if mass > 0.0 {
-                        sums[0] += t.gather * nodes.stiffness[t.node as usize] / mass;
-                        sums[1] += t.scatter * nodes.scattered[t.node as usize] / mass;
+                        sums[0] += t.gather * nodes.stiffness[node] / mass;
+                        sums[1] += t.scatter * nodes.scattered[node] / mass;
                     }
                 }
                 gather = gather.max(sums[0]);
@@ -97,7 +101,11 @@ where
         Ok(load)
     }
 
-    /// Spreads the force on one slot, if there is any, or a body near enough to press.
+    /// Spreads the force on one slot, if there is any, or a body near enough to press. The stiffness is counted where the
+    /// node is free: with `v_image = sigma v` ([`crate::images`]) the weights of the original are at most the sum of both.
+    ///
+    /// # Errors
+    /// [`Fault::NotFinite`]; and [`Fault::Other`] at a periodic wall, across which bodies do not see.
     fn touch(&mut self, slot: usize) -> Result<(), Fault> {
         let ImpForce { force, stiffness } = self.imps.forces[slot];
         if force == [0.0; 2] && stiffness == 0.0 {
@@ -126,15 +134,28 @@ where
                 let gather = s[0][i] * s[1][j];
                 let scatter = t[0][i] * t[1][j];
                 let (tile, node) = owner::<W>(tile, place.base[k] + j * pitch(W) + i);
-                let nodes = &mut self.grid.contact[tile];
-                for a in 0..2 {
-                    nodes.force[node][a] += scatter * force[a];
-                }
-                nodes.stiffness[node] += gather * stiffness;
-                nodes.scattered[node] += scatter * stiffness;
-                self.touches.push(Touch {
+                let at = NodeAt {
                     tile: tile as u32,
                     node: node as u32,
+                };
+                let image = self.grid.images.at(at);
+                if image.is_some_and(|i| i.periodic) {
+                    let [x, y] = cloud.position(lane);
+                    return Err(Fault::Other(format!(
+                        "a body presses on point {} at ({x}, {y}) m, at a periodic wall: bodies do not see points across                          it; keep them further from it, or make it open",
+                        cloud.first_id + u64::from(member.local)
+                    )));
+                }
+                let of = image.map_or(at, |i| i.of);
+                for a in 0..2 {
+                    self.grid.contact[tile].force[node][a] += scatter * force[a];
+                }
+                let (tile, node) = of.split();
+                self.grid.contact[tile].stiffness[node] += gather * stiffness;
+                self.grid.contact[tile].scattered[node] += scatter * stiffness;
+                self.touches.push(Touch {
+                    at,
+                    of,
                     gather,
                     scatter,
                 });
@@ -147,10 +168,12 @@ where
     /// Forgets the forces of the step before. Sorting has already forgotten those of nodes that are no more.
     fn clear_contact(&mut self) {
         for t in self.touches.drain(..) {
-            if let Some(nodes) = self.grid.contact.get_mut(t.tile as usize) {
-                nodes.force[t.node as usize] = [0.0; 2];
-                nodes.stiffness[t.node as usize] = 0.0;
-                nodes.scattered[t.node as usize] = 0.0;
+            for (tile, node) in [t.at.split(), t.of.split()] {
+                if let Some(nodes) = self.grid.contact.get_mut(tile) {
+                    nodes.force[node] = [0.0; 2];
+                    nodes.stiffness[node] = 0.0;
+                    nodes.scattered[node] = 0.0;
+                }
             }
         }
         self.loaded.clear();

@@ -68,8 +68,9 @@ where
         }
     }
 
-    /// Sorts the points and lays out the grid.
+    /// Sorts the points and lays out the grid; points that have crossed a periodic wall enter at the other end.
     pub fn sort(&mut self) {
+        self.enter_again();
         for cloud in &mut self.clouds {
             cloud.sort(&self.grid.geometry);
         }
@@ -87,9 +88,12 @@ where
     pub fn check_points(&mut self, dt: f64) -> Result<(), Fault> {
         let closed = self.grid.walls.closed();
         let (lower, upper) = (self.grid.geometry.lower, self.grid.geometry.upper);
+        let periodic = self.grid.geometry.periodic;
         // A wall that holds its nodes lets a point come closer than its nodes do, by less than a cell.
         let slack = |axis: usize, end: usize| {
-            if closed[axis][end] {
+            if periodic[axis] {
+                f64::INFINITY
+            } else if closed[axis][end] {
                 self.grid.geometry.cell
             } else {
                 0.0
@@ -224,7 +228,7 @@ where
     fn points(&self) -> Vec<PointState> {
         let point = |cloud: &Cloud<W, S, T::Affine>, (i, &lane): (usize, &u32)| PointState {
             id: cloud.first_id + i as u64,
-            position: cloud.position(lane as usize),
+            position: self.grid.geometry.entered(cloud.position(lane as usize)),
             velocity: cloud.velocity(lane as usize),
         };
         self.clouds

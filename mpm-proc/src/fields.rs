@@ -26,12 +26,12 @@ impl<'a> Fields<'a> {
     /// # Errors
     /// A [`Refusal`] for what is not an expression.
     pub fn new(config: &'a MpmConfig, group: usize) -> Result<Self, Refusal> {
-        let key = format!("mpm.groups[{group}].fields");
+        let key = format!("mpm.points.{group}");
         let fields = &config.groups[group].fields;
         let compile = |sources: &[String], key: &str, names: &[&str]| {
             let parts = sources.iter().enumerate();
             parts
-                .map(|(i, source)| compile(config, source, &format!("{key}[{i}]"), names))
+                .map(|(i, source)| compile(config, source, &format!("{key}.{i}"), names))
                 .collect::<Result<Vec<_>, _>>()
         };
         let space = ["x", "y"];
@@ -48,7 +48,7 @@ impl<'a> Fields<'a> {
             None => None,
         };
         let body_force = match &config.forcing.body_force {
-            Some(b) => compile(b, "mpm.forcing.body_force", &["x", "y", "t"])?
+            Some(b) => compile(b, "mpm.body_force", &["x", "y", "t"])?
                 .try_into()
                 .ok(),
             None => None,
@@ -63,7 +63,7 @@ impl<'a> Fields<'a> {
     }
 
     fn key(&self, field: &str) -> String {
-        format!("mpm.groups[{}].fields.{field}", self.group)
+        format!("mpm.points.{}.{field}", self.group)
     }
 
     /// Velocity of each point in m/s.
@@ -146,10 +146,10 @@ impl<'a> Fields<'a> {
     pub fn loads(&self, positions: &[[f64; 2]]) -> Result<Option<Box<Loads>>, Refusal> {
         let mut dead = Vec::new();
         for (i, traction) in self.config.forcing.tractions.iter().enumerate() {
-            let key = format!("mpm.forcing.tractions[{i}]");
+            let key = format!("mpm.traction.{i}");
             if traction.group >= self.config.groups.len() {
                 return Err(Refusal::new(
-                    format!("{key}.group"),
+                    format!("{key}.points"),
                     format!("there is no group number {}", traction.group),
                 ));
             }

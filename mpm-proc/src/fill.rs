@@ -300,7 +300,7 @@ pub fn refuse_overlap(groups: &[GroupConfig], points: &[Points]) -> Result<(), R
                 };
                 if other > g && near(0) && near(1) {
                     return Err(Refusal::new(
-                        format!("mpm.groups[{other}].fill"),
+                        format!("mpm.points.{other}.fill"),
                         format!(
                             "group '{}' lies on top of group '{}' at ({}, {}) m; move one of them",
                             groups[*other].name, groups[*g].name, y[0], y[1]

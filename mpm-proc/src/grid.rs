@@ -1,5 +1,6 @@
 //! The occupied part of the grid: the node tiles that some point's window reaches.
 
+use crate::images::{Images, Momenta};
 use crate::points::{Cloud, LaneCopy, Tile};
 use crate::shape::Shape;
 use crate::stages::Damping;
@@ -29,6 +30,8 @@ pub struct NodeTile {
     count: u32,
     /// Whether a condition of a wall acts on one of its nodes.
     pub walled: bool,
+    /// Whether one of its nodes is an image, or has one ([`crate::images`]).
+    pub imaged: bool,
     /// `m_I` in kg/m.
     pub mass: [f64; NODES],
     /// `1 / m_I` in m/kg, 0 for an empty node.
@@ -52,6 +55,17 @@ struct Overlap {
     tile: u32,
     /// Which run of the window lies in the node tile, along x and y.
     run: [u8; 2],
+}
+
+/// What the grid sees of velocities that a filter works on ([`crate::xpic`]).
+#[derive(Debug, Clone)]
+pub struct SeenTile {
+    /// Number of the node tile.
+    tile: u32,
+    /// Velocities of its nodes in m/s.
+    pub velocity: [[f64; 2]; NODES],
+    /// Impulse of the walls in N s/m.
+    pub impulse: [f64; 2],
 }
 
 /// What bodies do to the nodes.
@@ -87,6 +101,10 @@ pub struct Grid {
     pub tiles: Vec<NodeTile>,
     /// Contact of each node tile, or nothing where there are no IMPs.
     pub contact: Vec<ContactNodes>,
+    /// What a filter of velocities sees of each node tile; empty where there is none.
+    pub seen: Vec<SeenTile>,
+    /// Nodes that are images of others.
+    pub images: Images,
     overlaps: Vec<Overlap>,
 }
 
@@ -99,6 +117,8 @@ impl Grid {
             walls,
             tiles: Vec::new(),
             contact: Vec::new(),
+            seen: Vec::new(),
+            images: Images::default(),
             overlaps: Vec::new(),
         }
     }
@@ -126,9 +146,17 @@ impl Grid {
         }
         wanted.sort_unstable_by_key(|(at, o)| (*at, o.cloud, o.tile));
         self.tiles.clear();
+        self.seen.clear();
         self.overlaps.clear();
-        for group in wanted.chunk_by(|a, b| a.0 == b.0) {
-            let at = [group[0].0[1], group[0].0[0]];
+        let mut places: Vec<[i32; 2]> = wanted.iter().map(|(at, _)| *at).collect();
+        places.dedup();
+        Images::complete(&self.walls, W, &mut places);
+        let mut rest = &wanted[..];
+        for place in places {
+            // None where a tile only holds originals of images.
+            let (group, others) = rest.split_at(rest.partition_point(|(at, _)| *at == place));
+            rest = others;
+            let at = [place[1], place[0]];
             let number = self.tiles.len() as u32;
             for (_, overlap) in group {
                 let around = usize::from(overlap.run[1]) * 3 + usize::from(overlap.run[0]);
@@ -140,6 +168,7 @@ impl Grid {
                 first: self.overlaps.len() as u32,
                 count: group.len() as u32,
                 walled: self.walls.touch(first_node(at)),
+                imaged: false,
                 mass: [0.0; NODES],
                 per_mass: [0.0; NODES],
                 before: [[0.0; 2]; NODES],
@@ -150,6 +179,7 @@ impl Grid {
             });
             self.overlaps.extend(group.iter().map(|(_, o)| *o));
         }
+        self.images.find(&self.walls, W, &mut self.tiles);
         if !self.contact.is_empty() {
             self.contact.clear();
             self.hold_contact();
@@ -182,51 +212,67 @@ impl Grid {
             tile.damping_work = 0.0;
             for (i, sum) in sum.iter().enumerate() {
                 tile.mass[i] = sum[0];
+                tile.before[i] = [sum[1], sum[2]];
             }
-            for (per_mass, mass) in tile.per_mass.iter_mut().zip(&tile.mass) {
-                *per_mass = if *mass > EMPTY { 1.0 / mass } else { 0.0 };
-            }
-            for ((v, per_mass), sum) in tile.before.iter_mut().zip(&tile.per_mass).zip(&sum) {
-                *v = [sum[1] * per_mass, sum[2] * per_mass];
-            }
-            if tile.walled {
-                let origin = first_node(tile.at);
-                for i in 0..NODES {
-                    let held = walls.hold(node(origin, i), tile.before[i]);
-                    for a in 0..2 {
-                        tile.wall_impulse[a] +=
-                            pic_fraction * tile.mass[i] * (held[a] - tile.before[i][a]);
-                    }
-                    tile.before[i] = held;
-                }
+            if !tile.imaged {
+                tile.divide_momentum(walls, pic_fraction);
             }
         });
+        if !self.images.is_empty() {
+            self.images.gather_momentum(&mut self.tiles);
+            over_items(grain, &mut self.tiles, &|tile: &mut NodeTile| {
+                if tile.imaged {
+                    tile.divide_momentum(walls, pic_fraction);
+                }
+            });
+            self.images.spread_before(&mut self.tiles, pic_fraction);
+        }
     }
 
-    /// Velocities `p_I / m_I` of the nodes from the clouds' windows, walls obeyed, without touching the nodes' own.
-    /// Returns the impulse of the walls in N s/m.
+    /// Velocities `p_I / m_I` of the nodes from the clouds' windows, walls obeyed, into [`Self::seen`], without touching
+    /// the nodes' own.
     pub fn project<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
-        &self,
+        &mut self,
+        grain: usize,
         clouds: &[Cloud<W, S, A>],
-        velocity: &mut [[[f64; 2]; NODES]],
-    ) -> [f64; 2] {
-        let mut impulse = [0.0; 2];
-        for (tile, velocity) in self.tiles.iter().zip(velocity) {
+    ) {
+        let (walls, overlaps, tiles) = (&self.walls, &self.overlaps, &self.tiles);
+        over_items(grain, &mut self.seen, &|seen: &mut SeenTile| {
+            let tile = &tiles[seen.tile as usize];
             let mut sum = [[0.0; 4]; NODES];
-            for o in tile.overlapping(&self.overlaps) {
+            for o in tile.overlapping(overlaps) {
                 let window = &clouds[o.cloud as usize].mass_momentum[o.tile as usize];
                 add_window::<W, 4>(&mut sum, &window.0, o);
             }
-            let origin = first_node(tile.at);
-            for i in 0..NODES {
-                let free = [1, 2].map(|a| sum[i][a] * tile.per_mass[i]);
-                velocity[i] = self.walls.hold(node(origin, i), free);
-                for a in 0..2 {
-                    impulse[a] += tile.mass[i] * (velocity[i][a] - free[a]);
-                }
+            for (v, sum) in seen.velocity.iter_mut().zip(&sum) {
+                *v = [sum[1], sum[2]];
             }
+            seen.impulse = [0.0; 2];
+            if !tile.imaged {
+                seen.divide_momentum(tile, walls);
+            }
+        });
+        if !self.images.is_empty() {
+            self.images.gather_vectors(&mut self.seen);
+            over_items(grain, &mut self.seen, &|seen: &mut SeenTile| {
+                let tile = &tiles[seen.tile as usize];
+                if tile.imaged {
+                    seen.divide_momentum(tile, walls);
+                }
+            });
+            self.images.spread_vectors(&mut self.seen, 1.0);
         }
-        impulse
+    }
+
+    /// Makes room for [`Self::project`].
+    pub fn hold_seen(&mut self) {
+        let tile = |tile| SeenTile {
+            tile,
+            velocity: [[0.0; 2]; NODES],
+            impulse: [0.0; 2],
+        };
+        let held = self.seen.len() as u32;
+        self.seen.extend((held..self.tiles.len() as u32).map(tile));
     }
 
     /// `v_I^{n+1/2} = v_I^{n-1/2} + (f_I^int + f_I^cont + m_I g) / m_I kick`, walls obeyed (eqs. 17, 48).
@@ -239,9 +285,13 @@ impl Grid {
         kick: f64,
         damping: f64,
     ) {
-        let (walls, overlaps, gravity) = (&self.walls, &self.overlaps, self.gravity);
-        let contact = &self.contact;
-        let damping = Damping::over(damping, kick);
+        let (overlaps, contact, gravity) = (&self.overlaps, &self.contact, self.gravity);
+        let act = Kick {
+            length: kick,
+            gravity,
+            damping: Damping::over(damping, kick),
+            walls: &self.walls,
+        };
         over_items(grain, &mut self.tiles, &|tile: &mut NodeTile| {
             let mut force = [[0.0; 2]; NODES];
             for o in tile.overlapping(overlaps) {
@@ -254,36 +304,111 @@ impl Grid {
                     f[1] += c[1];
                 }
             }
-            // An empty node falls like any other; no point will ever ask it.
-            let fall = [gravity[0] * kick, gravity[1] * kick];
-            let nodes = tile.after.iter_mut().zip(&tile.before);
-            for (((after, before), per_mass), f) in nodes.zip(&tile.per_mass).zip(&force) {
-                let gain = per_mass * kick;
-                for a in 0..2 {
-                    after[a] = f[a].mul_add(gain, before[a] + fall[a]);
-                }
-            }
-            let damped = damping.map(|d| d.act(tile));
-            if tile.walled {
-                let origin = first_node(tile.at);
-                for i in 0..NODES {
-                    let free = tile.after[i];
-                    let held = walls.hold_after_kick(node(origin, i), free);
-                    tile.friction_work += tile.mass[i] * walls.slid(node(origin, i), free, held);
-                    for a in 0..2 {
-                        tile.wall_impulse[a] += tile.mass[i] * (held[a] - free[a]);
-                    }
-                    tile.after[i] = held;
-                }
-            }
-            if let Some(impulse) = &damped {
-                Damping::count(impulse, tile);
+            if tile.imaged {
+                tile.after = force;
+            } else {
+                tile.kick(&force, &act);
             }
         });
+        if !self.images.is_empty() {
+            self.images.gather_force(&mut self.tiles, gravity);
+            over_items(grain, &mut self.tiles, &|tile: &mut NodeTile| {
+                if tile.imaged {
+                    let force = tile.after;
+                    tile.kick(&force, &act);
+                }
+            });
+            self.images.spread_after(&mut self.tiles, kick);
+        }
+    }
+}
+
+/// What acts on the nodes in a kick besides forces.
+struct Kick<'a> {
+    /// Its length in s.
+    length: f64,
+    gravity: [f64; 2],
+    damping: Option<Damping>,
+    walls: &'a WallNodes,
+}
+
+impl Momenta for NodeTile {
+    fn vectors(&mut self) -> (&mut [[f64; 2]; NODES], &mut [f64; 2]) {
+        (&mut self.before, &mut self.wall_impulse)
+    }
+}
+
+impl Momenta for SeenTile {
+    fn vectors(&mut self) -> (&mut [[f64; 2]; NODES], &mut [f64; 2]) {
+        (&mut self.velocity, &mut self.impulse)
+    }
+}
+
+impl SeenTile {
+    /// From momenta to velocities, walls obeyed.
+    fn divide_momentum(&mut self, tile: &NodeTile, walls: &WallNodes) {
+        let origin = first_node(tile.at);
+        for i in 0..NODES {
+            let free = self.velocity[i].map(|p| p * tile.per_mass[i]);
+            let held = walls.hold(node(origin, i), free);
+            for a in 0..2 {
+                self.impulse[a] += tile.mass[i] * (held[a] - free[a]);
+            }
+            self.velocity[i] = held;
+        }
     }
 }
 
 impl NodeTile {
+    /// From momenta, in [`Self::before`], to velocities, walls obeyed.
+    fn divide_momentum(&mut self, walls: &WallNodes, pic_fraction: f64) {
+        for (per_mass, mass) in self.per_mass.iter_mut().zip(&self.mass) {
+            *per_mass = if *mass > EMPTY { 1.0 / mass } else { 0.0 };
+        }
+        for (v, per_mass) in self.before.iter_mut().zip(&self.per_mass) {
+            *v = [v[0] * per_mass, v[1] * per_mass];
+        }
+        if self.walled {
+            let origin = first_node(self.at);
+            for i in 0..NODES {
+                let held = walls.hold(node(origin, i), self.before[i]);
+                for a in 0..2 {
+                    self.wall_impulse[a] +=
+                        pic_fraction * self.mass[i] * (held[a] - self.before[i][a]);
+                }
+                self.before[i] = held;
+            }
+        }
+    }
+
+    fn kick(&mut self, force: &[[f64; 2]; NODES], act: &Kick) {
+        // An empty node falls like any other; no point will ever ask it.
+        let fall = act.gravity.map(|g| g * act.length);
+        let nodes = self.after.iter_mut().zip(&self.before);
+        for (((after, before), per_mass), f) in nodes.zip(&self.per_mass).zip(force) {
+            let gain = per_mass * act.length;
+            for a in 0..2 {
+                after[a] = f[a].mul_add(gain, before[a] + fall[a]);
+            }
+        }
+        let damped = act.damping.map(|d| d.act(self));
+        if self.walled {
+            let (origin, walls) = (first_node(self.at), act.walls);
+            for i in 0..NODES {
+                let free = self.after[i];
+                let held = walls.hold_after_kick(node(origin, i), free);
+                self.friction_work += self.mass[i] * walls.slid(node(origin, i), free, held);
+                for a in 0..2 {
+                    self.wall_impulse[a] += self.mass[i] * (held[a] - free[a]);
+                }
+                self.after[i] = held;
+            }
+        }
+        if let Some(impulse) = &damped {
+            Damping::count(impulse, self);
+        }
+    }
+
     fn overlapping<'a>(&self, overlaps: &'a [Overlap]) -> &'a [Overlap] {
         &overlaps[self.first as usize..(self.first + self.count) as usize]
     }

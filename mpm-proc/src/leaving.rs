@@ -1,4 +1,9 @@
-//! Points that leave the domain and are removed, where a scene says so.
+//! Points that leave the domain: by a periodic wall, to enter at the other end; or by an open one, to be removed, where a
+//! scene says so.
+//!
+//! Points are put to the other end when they are next sorted, at most a cell beyond the wall: until then nodes beyond it
+//! are images ([`crate::images`]) and carry them. What gravity would gain or lose by the jump is work that it does in every
+//! round, and counts as work of driven boundaries.
 //!
 //! A point is removed at the end of the step that took it out, after the step has been measured: with it go its momentum,
 //! which counts as an impulse applied from outside, and its energy, which counts as work taken out by a boundary. The
@@ -50,6 +55,36 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
 where
     T::Affine: LaneCopy,
 {
+    /// Puts points that have crossed a periodic wall to the other end; the caller sorts.
+    pub fn enter_again(&mut self) {
+        let geometry = self.grid.geometry;
+        if geometry.periodic == [false; 2] {
+            return;
+        }
+        let gravity = self.grid.gravity;
+        let mut crossed = false;
+        for cloud in &mut self.clouds {
+            for lane in 0..cloud.ids.len() * LANES {
+                let x = cloud.position(lane);
+                let entered = geometry.entered(x);
+                if entered == x {
+                    continue;
+                }
+                cloud.place(lane, entered);
+                if cloud.ids[lane / LANES][lane % LANES] != NO_POINT {
+                    crossed = true;
+                    for a in 0..2 {
+                        self.books.driven_work -= cloud.mass * gravity[a] * (entered[a] - x[a]);
+                    }
+                }
+            }
+        }
+        if crossed {
+            // Near other bodies now: the identified material points are chosen anew before they are used again.
+            self.imps.travel = f64::INFINITY;
+        }
+    }
+
     /// Removes the points that the step has taken out of the domain.
     pub fn remove_left(&mut self) {
         if self.outside.gone.is_empty() {
@@ -77,6 +112,13 @@ where
 }
 
 impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
+    /// Moves a lane's point to `x` (m).
+    fn place(&mut self, lane: usize, x: [f64; 2]) {
+        for a in 0..2 {
+            self.x[lane / LANES][a].as_mut_array()[lane % LANES] = x[a];
+        }
+    }
+
     /// Takes a lane's point away; the caller sorts. Returns its identity less the cloud's first.
     fn remove(&mut self, lane: usize) -> u32 {
         let id = &mut self.ids[lane / LANES][lane % LANES];

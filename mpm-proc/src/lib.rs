@@ -53,6 +53,7 @@ mod fields;
 mod fill;
 mod grid;
 mod grid_to_points;
+mod images;
 mod imps;
 mod lanes;
 mod leaving;

@@ -80,24 +80,85 @@ pub struct Reference {
 
 const RIM: i64 = 3;
 
+/// A node that is free or held, and all places where it stands, with the sign of its velocity there: its own, and those
+/// beyond walls where it is an image.
+#[derive(Debug, Clone)]
+struct Node {
+    at: [i64; 2],
+    places: Vec<([i64; 2], [f64; 2])>,
+}
+
+/// A number along an axis, and all numbers at which it stands, with signs.
+type Along = (i64, Vec<(i64, [f64; 2])>);
+
 impl Reference {
-    fn nodes(&self) -> Vec<[i64; 2]> {
-        (-RIM..=self.cells[1] + RIM)
-            .flat_map(|j| (-RIM..=self.cells[0] + RIM).map(move |i| [i, j]))
+    /// Along `axis`: numbers of nodes with their places and signs.
+    fn along(&self, axis: usize) -> Vec<Along> {
+        let n = self.cells[axis];
+        let [low, high] = match axis {
+            0 => [self.walls.left, self.walls.right],
+            _ => [self.walls.bottom, self.walls.top],
+        };
+        if low == Wall::Periodic {
+            return (0..n)
+                .map(|i| (i, [i - n, i, i + n].map(|i| (i, [1.0; 2])).to_vec()))
+                .collect();
+        }
+        let bspline = matches!(self.kernels[axis], Kernel::Quadratic | Kernel::Cubic);
+        let sign = |wall| match wall {
+            Wall::Fixed if bspline => Some([-1.0; 2]),
+            Wall::Slip if bspline => Some([0, 1].map(|a| if a == axis { -1.0 } else { 1.0 })),
+            _ => None,
+        };
+        let (first, last) = (
+            if sign(low).is_some() { 0 } else { -RIM },
+            if sign(high).is_some() { n } else { n + RIM },
+        );
+        (first..=last)
+            .map(|i| {
+                let mut places = vec![(i, [1.0; 2])];
+                if let Some(sign) = sign(low).filter(|_| i > 0) {
+                    places.push((-i, sign));
+                }
+                if let Some(sign) = sign(high).filter(|_| i < n) {
+                    places.push((2 * n - i, sign));
+                }
+                (i, places)
+            })
             .collect()
     }
 
-    fn distance(&self, p: &RefPoint, node: [i64; 2]) -> [f64; 2] {
-        [0, 1].map(|a| (p.x[a] - self.lower[a]) / self.cell - node[a] as f64)
+    fn nodes(&self) -> Vec<Node> {
+        let (columns, rows) = (self.along(0), self.along(1));
+        let mut nodes = Vec::new();
+        for (j, in_column) in &rows {
+            for (i, in_row) in &columns {
+                let mut places = Vec::new();
+                for (y, sy) in in_column {
+                    for (x, sx) in in_row {
+                        places.push(([*x, *y], [sx[0] * sy[0], sx[1] * sy[1]]));
+                    }
+                }
+                nodes.push(Node {
+                    at: [*i, *j],
+                    places,
+                });
+            }
+        }
+        nodes
     }
 
-    fn weight(&self, p: &RefPoint, node: [i64; 2]) -> f64 {
-        let d = self.distance(p, node);
+    fn distance(&self, p: &RefPoint, place: [i64; 2]) -> [f64; 2] {
+        [0, 1].map(|a| (p.x[a] - self.lower[a]) / self.cell - place[a] as f64)
+    }
+
+    fn weight(&self, p: &RefPoint, place: [i64; 2]) -> f64 {
+        let d = self.distance(p, place);
         self.kernels[0].value(d[0]) * self.kernels[1].value(d[1])
     }
 
-    fn gradient(&self, p: &RefPoint, node: [i64; 2]) -> [f64; 2] {
-        let d = self.distance(p, node);
+    fn gradient(&self, p: &RefPoint, place: [i64; 2]) -> [f64; 2] {
+        let d = self.distance(p, place);
         let [kx, ky] = self.kernels;
         [
             kx.slope(d[0]) * ky.value(d[1]) / self.cell,
@@ -122,9 +183,14 @@ impl Reference {
         v
     }
 
+    fn momentum(&self) -> [f64; 2] {
+        [0, 1].map(|a| self.points.iter().map(|p| p.mass * p.v[a]).sum())
+    }
+
     /// One step; `forces` holds a contact force for each point.
     pub fn step(&mut self, dt_before: f64, dt: f64, forces: &[[f64; 2]]) {
         let kick = 0.5 * (dt_before + dt);
+        let start = self.momentum();
         let alpha = match self.transfer {
             Transfer::Flip | Transfer::Xpic { .. } => 0.0,
             Transfer::Blend { pic_fraction } => pic_fraction,
@@ -136,52 +202,51 @@ impl Reference {
                 _ => 0.25,
             };
         let nodes = self.nodes();
-        let (mass, raw) = self.map(inertia);
-        let before: Vec<[f64; 2]> = (0..nodes.len())
-            .map(|n| self.hold(nodes[n], raw[n]))
-            .collect();
+        let (mass, before) = self.map(&nodes, inertia);
         if self.stress_update == StressUpdate::Usf {
-            self.strain(&before, dt_before);
+            self.strain(&nodes, &before, dt_before);
         }
         let mut after = vec![[0.0; 2]; nodes.len()];
-        self.wall_impulse = [0.0; 2];
-        for (n, &node) in nodes.iter().enumerate() {
+        for (n, node) in nodes.iter().enumerate() {
             let mut f = [0.0; 2];
             for (p, contact) in self.points.iter().zip(forces) {
-                let g = self.gradient(p, node);
-                let s = self.weight(p, node);
                 let [xx, yy, _, xy] = p.stress;
                 let v = p.volume * p.ratio;
-                f[0] += contact[0] * s - v * (xx * g[0] + xy * g[1]); // (13), (47)
-                f[1] += contact[1] * s - v * (xy * g[0] + yy * g[1]);
+                for (place, sign) in &node.places {
+                    let g = self.gradient(p, *place);
+                    let s = self.weight(p, *place);
+                    let internal = [xx * g[0] + xy * g[1], xy * g[0] + yy * g[1]];
+                    for a in 0..2 {
+                        let outer = contact[a] + p.mass * self.gravity[a];
+                        f[a] += sign[a] * (outer * s - v * internal[a]); // (13), (47)
+                    }
+                }
             }
             if mass[n] > 0.0 {
-                let free = [0, 1].map(|a| before[n][a] + kick * (f[a] / mass[n] + self.gravity[a])); // (17), (48)
-                after[n] = self.hold(node, free);
-                for a in 0..2 {
-                    self.wall_impulse[a] +=
-                        mass[n] * (after[n][a] - free[a] + alpha * (before[n][a] - raw[n][a]));
-                }
+                let free = [0, 1].map(|a| before[n][a] + kick * f[a] / mass[n]); // (17), (48)
+                after[n] = self.hold(node.at, free);
             }
         }
         if let Transfer::Xpic { order } = self.transfer {
-            self.filter(order, inertia);
+            self.filter(&nodes, order, inertia);
         }
         if self.stress_update == StressUpdate::Usl {
-            self.strain(&after, dt);
+            self.strain(&nodes, &after, dt);
         }
         let drift: Vec<[f64; 2]> = (0..self.points.len())
             .map(|i| {
                 let p = self.points[i];
                 let (mut v, mut dv, mut b) = ([0.0; 2], [0.0; 2], [[0.0; 2]; 2]);
-                for (n, &node) in nodes.iter().enumerate() {
-                    let s = self.weight(&p, node);
-                    let d = self.distance(&p, node).map(|d| -d * self.cell);
-                    for a in 0..2 {
-                        v[a] += s * after[n][a];
-                        dv[a] += s * (after[n][a] - before[n][a]);
-                        for c in 0..2 {
-                            b[a][c] += s * after[n][a] * d[c]; // (31)
+                for (n, node) in nodes.iter().enumerate() {
+                    for (place, sign) in &node.places {
+                        let s = self.weight(&p, *place);
+                        let d = self.distance(&p, *place).map(|d| -d * self.cell);
+                        for a in 0..2 {
+                            v[a] += s * sign[a] * after[n][a];
+                            dv[a] += s * sign[a] * (after[n][a] - before[n][a]);
+                            for c in 0..2 {
+                                b[a][c] += s * sign[a] * after[n][a] * d[c]; // (31)
+                            }
                         }
                     }
                 }
@@ -196,11 +261,15 @@ impl Reference {
             })
             .collect();
         if self.stress_update == StressUpdate::Musl {
-            let (_, raw) = self.map(inertia);
-            let again: Vec<[f64; 2]> = (0..nodes.len())
-                .map(|n| self.hold(nodes[n], raw[n]))
-                .collect();
-            self.strain(&again, dt);
+            let (_, again) = self.map(&nodes, inertia);
+            self.strain(&nodes, &again, dt);
+        }
+        // Whatever changed the momentum that was not gravity and contact is the walls.
+        let end = self.momentum();
+        for a in 0..2 {
+            let outer = self.points.iter().zip(forces);
+            let outer: f64 = outer.map(|(p, f)| f[a] + p.mass * self.gravity[a]).sum();
+            self.wall_impulse[a] = end[a] - start[a] - kick * outer;
         }
         for (p, v) in self.points.iter_mut().zip(drift) {
             for a in 0..2 {
@@ -210,22 +279,17 @@ impl Reference {
     }
 
     /// `v_p -= (1 - S S+)^m v_p`.
-    fn filter(&mut self, order: u32, inertia: f64) {
-        let nodes = self.nodes();
+    fn filter(&mut self, nodes: &[Node], order: u32, inertia: f64) {
         let aside: Vec<[f64; 2]> = self.points.iter().map(|p| p.v).collect();
-        for round in 0..order {
-            let (mass, free) = self.map(inertia);
-            for (n, &node) in nodes.iter().enumerate() {
-                let held = self.hold(node, free[n]);
-                if round + 1 == order {
-                    for a in 0..2 {
-                        self.wall_impulse[a] += mass[n] * (held[a] - free[n][a]);
-                    }
-                }
-                for i in 0..self.points.len() {
-                    let s = self.weight(&self.points[i], node);
-                    for a in 0..2 {
-                        self.points[i].v[a] -= s * held[a];
+        for _ in 0..order {
+            let (_, held) = self.map(nodes, inertia);
+            for (n, node) in nodes.iter().enumerate() {
+                for (place, sign) in &node.places {
+                    for i in 0..self.points.len() {
+                        let s = self.weight(&self.points[i], *place);
+                        for a in 0..2 {
+                            self.points[i].v[a] -= s * sign[a] * held[n][a];
+                        }
                     }
                 }
             }
@@ -235,26 +299,27 @@ impl Reference {
         }
     }
 
-    /// Mass and velocity of the nodes (18) ... (20), (30).
-    fn map(&self, inertia: f64) -> (Vec<f64>, Vec<[f64; 2]>) {
-        let nodes = self.nodes();
+    /// Mass and velocity of the nodes (18) ... (20), (30), walls obeyed.
+    fn map(&self, nodes: &[Node], inertia: f64) -> (Vec<f64>, Vec<[f64; 2]>) {
         let mut mass = vec![0.0; nodes.len()];
         let mut momentum = vec![[0.0; 2]; nodes.len()];
-        for (n, &node) in nodes.iter().enumerate() {
+        for (n, node) in nodes.iter().enumerate() {
             for p in &self.points {
-                let s = self.weight(p, node);
-                let d = self.distance(p, node).map(|d| -d * self.cell); // x_I - x_p
-                mass[n] += p.mass * s;
-                for a in 0..2 {
-                    let affine = (p.b[a][0] * d[0] + p.b[a][1] * d[1]) / inertia;
-                    momentum[n][a] += p.mass * s * (p.v[a] + affine);
+                for (place, sign) in &node.places {
+                    let s = self.weight(p, *place);
+                    let d = self.distance(p, *place).map(|d| -d * self.cell); // x_I - x_p
+                    mass[n] += p.mass * s;
+                    for a in 0..2 {
+                        let affine = (p.b[a][0] * d[0] + p.b[a][1] * d[1]) / inertia;
+                        momentum[n][a] += p.mass * s * sign[a] * (p.v[a] + affine);
+                    }
                 }
             }
         }
         let velocity = (0..nodes.len())
             .map(|n| {
                 if mass[n] > 0.0 {
-                    momentum[n].map(|p| p / mass[n])
+                    self.hold(nodes[n].at, momentum[n].map(|p| p / mass[n]))
                 } else {
                     [0.0; 2]
                 }
@@ -264,16 +329,17 @@ impl Reference {
     }
 
     /// Strains every point by the velocities of the nodes over `dt` (21) ... (24).
-    fn strain(&mut self, velocity: &[[f64; 2]], dt: f64) {
-        let nodes = self.nodes();
+    fn strain(&mut self, nodes: &[Node], velocity: &[[f64; 2]], dt: f64) {
         for i in 0..self.points.len() {
             let p = self.points[i];
             let mut l = [[0.0; 2]; 2];
-            for (n, &node) in nodes.iter().enumerate() {
-                let g = self.gradient(&p, node);
-                for a in 0..2 {
-                    for b in 0..2 {
-                        l[a][b] += velocity[n][a] * g[b] * dt;
+            for (n, node) in nodes.iter().enumerate() {
+                for (place, sign) in &node.places {
+                    let g = self.gradient(&p, *place);
+                    for a in 0..2 {
+                        for b in 0..2 {
+                            l[a][b] += sign[a] * velocity[n][a] * g[b] * dt;
+                        }
                     }
                 }
             }

@@ -22,6 +22,9 @@ pub trait Shape<const W: usize>: Copy + Send + Sync + 'static {
     /// hats: a point that has just entered a cell loads a node to which it gives no mass).
     fn stiffest(&self, axis: usize) -> Option<f64>;
 
+    /// Whether fixed and slip walls are mirrors to it ([`crate::walls`]): where points within the domain reach nodes beyond.
+    const MIRRORED: bool;
+
     /// `L^2 D_p^-1` of affine transfers (eq. 29), where `D_p` is the same at every position.
     const INVERSE_INERTIA: Option<f64>;
 }
@@ -31,6 +34,7 @@ pub trait Shape<const W: usize>: Copy + Send + Sync + 'static {
 pub struct QuadraticBspline;
 
 impl Shape<3> for QuadraticBspline {
+    const MIRRORED: bool = true;
     const INVERSE_INERTIA: Option<f64> = Some(4.0);
 
     fn offset(&self) -> [f64; 2] {
@@ -68,6 +72,7 @@ impl Shape<3> for QuadraticBspline {
 pub struct CubicBspline;
 
 impl Shape<4> for CubicBspline {
+    const MIRRORED: bool = true;
     const INVERSE_INERTIA: Option<f64> = Some(3.0);
 
     fn offset(&self) -> [f64; 2] {
@@ -107,6 +112,7 @@ impl Shape<4> for CubicBspline {
 pub struct Linear;
 
 impl Shape<2> for Linear {
+    const MIRRORED: bool = false;
     const INVERSE_INERTIA: Option<f64> = None;
 
     fn offset(&self) -> [f64; 2] {
@@ -147,6 +153,7 @@ impl Ugimp {
 }
 
 impl Shape<3> for Ugimp {
+    const MIRRORED: bool = false;
     const INVERSE_INERTIA: Option<f64> = None;
 
     fn offset(&self) -> [f64; 2] {

@@ -40,10 +40,7 @@ impl Stages {
     pub fn new(config: &MpmConfig) -> Result<Self, Refusal> {
         let stages = config.forcing.stages.clone();
         let refuse = |i: usize, name: &str, message: String| {
-            Err(Refusal::new(
-                format!("mpm.forcing.stages[{i}].{name}"),
-                message,
-            ))
+            Err(Refusal::new(format!("mpm.stage.{i}.{name}"), message))
         };
         for (i, stage) in stages.iter().enumerate() {
             if !(stage.from.is_finite() && (i == 0 || stage.from > stages[i - 1].from)) {

@@ -22,7 +22,6 @@ where
     /// # Errors
     /// A [`Fault`] that names the point, or that of the exchange.
     pub fn step(&mut self, step: &Step, contact: &mut dyn ContactForces) -> Result<Limits, Fault> {
-        self.keep_sorted();
         let damping = self.begin_stage(step.time);
         self.points_to_grid(); //                          m_I, p_I^{n-1/2}, v_I^{n-1/2}        (18) (19) (20) (30)
         self.update_stress_first(step.dt_before); //       D, W, sigma^n, f_I^int               (21) ... (25), (13)
@@ -39,6 +38,7 @@ where
         self.close_books(step);
         let limits = self.limits(load);
         self.remove_left();
+        self.keep_sorted();
         Ok(limits)
     }
 

@@ -183,7 +183,7 @@ impl Losses {
 
 /// `S` and `L dS/dx` of four points along both axes.
 #[inline(always)]
-pub fn functions<const W: usize, S: Shape<W>>(shape: &S, place: &Place) -> [[[Lanes; W]; 2]; 2] {
+fn functions<const W: usize, S: Shape<W>>(shape: &S, place: &Place) -> [[[Lanes; W]; 2]; 2] {
     [
         [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])],
         [

@@ -60,9 +60,24 @@ pub struct Geometry {
     pub cells: [i64; 2],
     /// Grid spacing `L` in m.
     pub cell: f64,
+    /// Whether what leaves along x and y enters at the other end.
+    pub periodic: [bool; 2],
 }
 
 impl Geometry {
+    /// Where a point at `x` (m) is, if it has crossed periodic walls.
+    pub fn entered(&self, x: [f64; 2]) -> [f64; 2] {
+        [0, 1].map(|a| {
+            let (lower, upper) = (self.lower[a], self.upper[a]);
+            if self.periodic[a] && !(lower..=upper).contains(&x[a]) {
+                let size = upper - lower;
+                x[a] - size * ((x[a] - lower) / size).floor()
+            } else {
+                x[a]
+            }
+        })
+    }
+
     /// The tile of the base node of a point at `x` (m), for a shape function with this offset, and the base node's
     /// number in the tile.
     pub fn tile_of(&self, x: [f64; 2], offset: [f64; 2]) -> ([i32; 2], usize) {
@@ -150,6 +165,7 @@ mod tests {
             upper: [9.0, 12.0],
             cells: [100, 100],
             cell: 0.1,
+            periodic: [false; 2],
         };
         let offset = [0.5, 0.5];
         let x = [0.93, 3.77]; // xi = 19.3, 17.7: base 18, 17

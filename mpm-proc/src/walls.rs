@@ -1,5 +1,11 @@
 //! Conditions on the walls of the domain. They act on the nodes at a wall and on those beyond it, which shape functions
 //! wider than a hat also reach.
+//!
+//! A fixed or slip wall that B-splines reach over is a mirror: the velocity through the wall is odd about it, that along a
+//! fixed wall too, that along a slip wall even. Nodes beyond the wall are then images of those within ([`crate::images`]),
+//! and a field that is linear up to the wall stays so. Holding them instead, as for the other shape functions, which
+//! hardly reach them, would hold a part of the first cell and shorten the body by it. A wall with friction lets go, so it
+//! is no mirror; its nodes beyond are held as those on it.
 
 use interface::config::{Wall, Walls};
 
@@ -19,24 +25,87 @@ pub struct WallNodes {
     cells: [i64; 2],
     /// Along x and y: at the low end, at the high end.
     hold: [[Hold; 2]; 2],
+    /// Likewise, what stands beyond.
+    beyond: [[Beyond; 2]; 2],
+}
+
+/// What stands beyond a wall.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Beyond {
+    /// Nodes of their own.
+    Nodes,
+    /// The other end of the domain.
+    OtherEnd,
+    /// Mirror images whose velocity is this multiple of that of their originals.
+    Mirror([f64; 2]),
 }
 
 impl WallNodes {
-    /// The walls of a domain of `cells` cells.
-    pub fn new(walls: &Walls, cells: [i64; 2]) -> Self {
+    /// The walls of a domain of `cells` cells; `mirrors` if those that hold are to be so.
+    pub fn new(walls: &Walls, cells: [i64; 2], mirrors: bool) -> Self {
         let hold = |wall: Wall| match wall {
             Wall::Fixed => Hold::Everything,
             Wall::Slip => Hold::Normal,
             Wall::Friction { coefficient } => Hold::Into(coefficient),
             Wall::Open | Wall::Periodic => Hold::Nothing,
         };
+        let beyond = |wall: Wall, axis: usize| match wall {
+            Wall::Periodic => Beyond::OtherEnd,
+            Wall::Fixed if mirrors => Beyond::Mirror([-1.0; 2]),
+            Wall::Slip if mirrors => {
+                Beyond::Mirror([0, 1].map(|a| if a == axis { -1.0 } else { 1.0 }))
+            }
+            _ => Beyond::Nodes,
+        };
+        let ends = [[walls.left, walls.right], [walls.bottom, walls.top]];
         Self {
             cells,
-            hold: [
-                [hold(walls.left), hold(walls.right)],
-                [hold(walls.bottom), hold(walls.top)],
-            ],
+            hold: ends.map(|e| e.map(hold)),
+            beyond: [0, 1].map(|a| ends[a].map(|wall| beyond(wall, a))),
         }
+    }
+
+    /// Cells of the domain along x and y.
+    pub fn cells(&self) -> [i64; 2] {
+        self.cells
+    }
+
+    /// Whether the tile that begins at `first` can have nodes that are images.
+    pub fn have_images(&self, first: [i64; 2]) -> bool {
+        let last = first.map(|i| i + crate::tiles::TILE as i64 - 1);
+        (0..2).any(|a| {
+            (first[a] < 0 && self.beyond[a][0] != Beyond::Nodes)
+                || (last[a] >= self.cells[a] && self.beyond[a][1] != Beyond::Nodes)
+        })
+    }
+
+    /// What `node` is an image of, the sign of its velocity along x and y, and whether it stands beyond a periodic wall.
+    pub fn original(&self, node: [i64; 2]) -> Option<([i64; 2], [f64; 2], bool)> {
+        let (mut of, mut sign, mut periodic) = (node, [1.0; 2], false);
+        for a in 0..2 {
+            let [low, high] = self.beyond[a];
+            if low == Beyond::OtherEnd {
+                of[a] = of[a].rem_euclid(self.cells[a]);
+                periodic |= of[a] != node[a];
+                continue;
+            }
+            // More than once only where a function is wider than the domain.
+            loop {
+                let turned = match (low, high) {
+                    (Beyond::Mirror(turned), _) if of[a] < 0 => {
+                        of[a] = -of[a];
+                        turned
+                    }
+                    (_, Beyond::Mirror(turned)) if of[a] > self.cells[a] => {
+                        of[a] = 2 * self.cells[a] - of[a];
+                        turned
+                    }
+                    _ => break,
+                };
+                sign = [sign[0] * turned[0], sign[1] * turned[1]];
+            }
+        }
+        (of != node).then_some((of, sign, periodic))
     }
 
     /// Whether a wall acts on one of the nodes of the tile that begins at `origin`.
@@ -118,6 +187,7 @@ mod tests {
                 ..Walls::default()
             },
             [10, 20],
+            true,
         );
         assert_eq!(walls.hold_after_kick([5, 0], [3.0, -2.0]), [2.0, 0.0]);
         assert_eq!(walls.hold_after_kick([5, 0], [-0.5, -2.0]), [0.0, 0.0]);
@@ -134,6 +204,7 @@ mod tests {
                 ..Walls::default()
             },
             [10, 20],
+            false,
         );
         let v = [1.0, 2.0];
         assert_eq!(walls.hold([1, 1], v), v);
@@ -142,5 +213,45 @@ mod tests {
         assert_eq!(walls.hold([5, 0], v), [0.0, 0.0]);
         assert_eq!(walls.hold([10, 20], v), v);
         assert!(walls.touch([0, 8]) && walls.touch([-8, 8]) && !walls.touch([8, 16]));
+    }
+
+    #[test]
+    fn nodes_beyond_a_mirror_or_a_periodic_wall_are_images() {
+        let walls = |mirrors| {
+            let walls = Walls {
+                left: Wall::Slip,
+                right: Wall::Fixed,
+                bottom: Wall::Periodic,
+                top: Wall::Periodic,
+            };
+            WallNodes::new(&walls, [10, 20], mirrors)
+        };
+        let mirrors = walls(true);
+        assert_eq!(mirrors.original([0, 0]), None);
+        assert_eq!(mirrors.original([10, 19]), None);
+        assert_eq!(
+            mirrors.original([-1, 3]),
+            Some(([1, 3], [-1.0, 1.0], false))
+        );
+        assert_eq!(mirrors.original([12, 3]), Some(([8, 3], [-1.0; 2], false)));
+        assert_eq!(mirrors.original([4, 20]), Some(([4, 0], [1.0; 2], true)));
+        assert_eq!(
+            mirrors.original([-2, -1]),
+            Some(([2, 19], [-1.0, 1.0], true))
+        );
+        assert_eq!(walls(false).original([-1, 3]), None);
+        assert!(mirrors.have_images([8, 0]) && mirrors.have_images([0, 16]));
+        assert!(!mirrors.have_images([0, 0]));
+        // A domain narrower than the function: from one mirror into the other.
+        let narrow = WallNodes::new(
+            &Walls {
+                left: Wall::Slip,
+                right: Wall::Fixed,
+                ..Walls::default()
+            },
+            [1, 20],
+            true,
+        );
+        assert_eq!(narrow.original([-2, 5]), Some(([0, 5], [1.0, -1.0], false)));
     }
 }

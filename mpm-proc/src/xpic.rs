@@ -7,11 +7,11 @@
 //! then the increment of the grid, as in FLIP. With m = 1 this is PIC; the larger m, the less is filtered out.
 
 use crate::continuum::Continuum;
-use crate::grid::{NODES, fill_window};
-use crate::points::LaneCopy;
+use crate::grid::fill_window;
+use crate::points::{LaneCopy, Motion};
 use crate::points_to_grid::points_to_grid;
 use crate::shape::Shape;
-use crate::stress::functions;
+use crate::threads::{PerBlock, over_tiles};
 use crate::tiles::pitch;
 use crate::transfer::Transfer;
 use crate::window::{NO_VECTORS, gather_row};
@@ -26,49 +26,72 @@ where
         if self.transfer.order() == 0 {
             return;
         }
-        for motion in self.clouds.iter_mut().flat_map(|c| &mut c.motion) {
-            T::set_aside(&motion.v, &mut motion.affine);
-        }
+        self.grid.hold_seen();
+        self.over_motion(|motion| T::set_aside(&motion.v, &mut motion.affine));
         let grain = self.grain();
-        let mut seen = vec![[[0.0; 2]; NODES]; self.grid.tiles.len()];
-        let mut impulse = [0.0; 2];
         for _ in 0..self.transfer.order() {
-            let clouds = &mut self.clouds;
+            let (clouds, grid) = (&mut self.clouds, &mut self.grid);
             self.threads.run(|| {
-                for cloud in clouds {
+                for cloud in &mut *clouds {
                     points_to_grid(grain, cloud);
                 }
+                grid.project(grain, clouds);
             });
-            impulse = self.grid.project(&self.clouds, &mut seen);
-            self.subtract(&seen);
+            self.subtract();
         }
-        for motion in self.clouds.iter_mut().flat_map(|c| &mut c.motion) {
-            T::take_from_aside(&mut motion.v, &motion.affine);
+        self.over_motion(|motion| T::take_from_aside(&mut motion.v, &motion.affine));
+        for seen in &self.grid.seen {
+            self.books.applied_impulse += seen.impulse;
         }
-        self.books.applied_impulse += impulse;
     }
 
-    /// `v_p -= sum_I S_Ip v_I`.
-    fn subtract(&mut self, velocity: &[[[f64; 2]; NODES]]) {
-        let mut window = NO_VECTORS;
-        for cloud in &mut self.clouds {
-            for tile in &cloud.tiles {
-                fill_window::<W>(&mut window, &self.grid.tiles, tile, |t| &velocity[t.index]);
-                for block in tile.first..tile.first + tile.blocks {
-                    let place = tile.frame.locate(&cloud.x[block], pitch(W));
-                    let [s, _] = functions(&cloud.shape, &place);
-                    let v = &mut cloud.motion[block].v;
-                    for j in 0..W {
-                        let row = gather_row::<W>(&window, &place, j);
-                        for i in 0..W {
-                            let weight = s[0][i] * s[1][j];
-                            for a in 0..2 {
-                                v[a] -= weight * row[i][a];
+    /// Calls `act` with the velocities of every block.
+    fn over_motion(&mut self, act: impl Fn(&mut Motion<T::Affine>) + Sync) {
+        let grain = self.grain();
+        let clouds = &mut self.clouds;
+        self.threads.run(|| {
+            for cloud in clouds {
+                let share = PerBlock(&mut cloud.motion[..]);
+                over_tiles(grain, &cloud.tiles, share, || (), &|_, motion, ()| {
+                    motion.0.iter_mut().for_each(&act);
+                });
+            }
+        });
+    }
+
+    /// `v_p -= sum_I S_Ip v_I`, of what the grid has seen.
+    fn subtract(&mut self) {
+        let grain = self.grain();
+        let (clouds, grid) = (&mut self.clouds, &self.grid);
+        self.threads.run(|| {
+            for cloud in clouds {
+                let (shape, x) = (cloud.shape, &cloud.x);
+                let share = PerBlock(&mut cloud.motion[..]);
+                over_tiles(
+                    grain,
+                    &cloud.tiles,
+                    share,
+                    || NO_VECTORS,
+                    &|tile, motion, window| {
+                        fill_window::<W>(window, &grid.tiles, tile, |t| {
+                            &grid.seen[t.index].velocity
+                        });
+                        for (x, motion) in x[tile.first..].iter().zip(motion.0.iter_mut()) {
+                            let place = tile.frame.locate(x, pitch(W));
+                            let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
+                            for j in 0..W {
+                                let row = gather_row::<W>(window, &place, j);
+                                for i in 0..W {
+                                    let weight = s[0][i] * s[1][j];
+                                    for a in 0..2 {
+                                        motion.v[a] -= weight * row[i][a];
+                                    }
+                                }
                             }
                         }
-                    }
-                }
+                    },
+                );
             }
-        }
+        });
     }
 }

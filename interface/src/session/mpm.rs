@@ -275,9 +275,10 @@ impl<S: Service + 'static> BodiesLine<S> {
     }
 
     /// The solver's limits with what the kinematic limit needs to know before there is an IMP: any point may become
-    /// one, so the fastest of all counts, as far as its travel tells, and the smallest radius of any.
+    /// one, so the fastest of all counts, as far as its travel tells, and the smallest radius of any. A travel that has
+    /// become infinite asks for a new set and tells no speed.
     fn with_approach(&mut self, limits: Limits, travelled: f64, step: &Step) -> Limits {
-        if step.dt > 0.0 {
+        if step.dt > 0.0 && travelled.is_finite() {
             self.fastest = travelled / step.dt;
         }
         Limits {

@@ -1,6 +1,8 @@
 //! The whole step against the oracle, on random clouds under random contact forces.
 
-use interface::config::{Fill, ShapeFunction, Spacing, StressUpdate, Transfer, Wall, Walls};
+use interface::config::{
+    Fill, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall, Walls,
+};
 use interface::solver::MpmSolver;
 use interface::wire::{EnvelopeVertex, ImpForce};
 
@@ -19,37 +21,37 @@ pub fn everywhere() -> Vec<EnvelopeVertex> {
 }
 
 fn compare(shape: ShapeFunction, transfer: Transfer, stress_update: StressUpdate, seed: u64) {
-    let mut random = Random::new(seed);
-    let mut config = block();
-    config.shape = shape;
-    config.transfer = transfer;
-    config.stress_update = stress_update;
-    config.gravity = [1.0, -9.81];
-    config.walls = Walls {
+    let walls = Walls {
         left: Wall::Slip,
         bottom: Wall::Fixed,
         ..Walls::default()
     };
     // Against the left and lower wall, over several tiles.
-    let positions: Vec<[f64; 2]> = (0..150)
-        .map(|_| [random.between(-0.19, 0.45), random.between(0.11, 0.7)])
-        .collect();
-    let side = 0.04;
-    config.groups[0].fill = Fill::Points {
-        positions: positions.clone(),
-    };
-    config.groups[0].spacing = Spacing::Distance(side);
-    config.groups[0].velocity = [0.3, -0.2];
-    let mut mpm = configured(&config);
-    assert_eq!(mpm.select_imps(&everywhere()).len(), positions.len());
+    let within = [[-0.19, 0.11], [0.45, 0.7]];
+    compare_at(
+        (shape, transfer, stress_update),
+        walls,
+        within,
+        [0.3, -0.2],
+        seed,
+    );
+}
 
+/// The oracle for points of `block()` at `positions`, with boxes of this `side` in m.
+fn oracle(config: &MpmConfig, positions: &[[f64; 2]], side: f64) -> Reference {
     let volume = side * side;
-    let mut reference = Reference {
+    let kernel = match config.shape {
+        ShapeFunction::Linear => Kernel::Linear,
+        ShapeFunction::Ugimp => Kernel::Ugimp(0.5 * side / config.cell),
+        ShapeFunction::QuadraticBspline => Kernel::Quadratic,
+        ShapeFunction::CubicBspline => Kernel::Cubic,
+    };
+    Reference {
         points: positions
             .iter()
             .map(|&x| RefPoint {
                 x,
-                v: [0.3, -0.2],
+                v: config.groups[0].velocity,
                 b: [[0.0; 2]; 2],
                 stress: [0.0; 4],
                 ratio: 1.0,
@@ -57,24 +59,50 @@ fn compare(shape: ShapeFunction, transfer: Transfer, stress_update: StressUpdate
                 volume,
             })
             .collect(),
-        kernels: [match shape {
-            ShapeFunction::Linear => Kernel::Linear,
-            ShapeFunction::Ugimp => Kernel::Ugimp(0.5 * side / 0.05),
-            ShapeFunction::QuadraticBspline => Kernel::Quadratic,
-            ShapeFunction::CubicBspline => Kernel::Cubic,
-        }; 2],
-        transfer,
+        kernels: [kernel; 2],
+        transfer: config.transfer,
         lower: config.domain[0],
         cells: [20, 16],
-        cell: 0.05,
+        cell: config.cell,
         gravity: config.gravity,
         walls: config.walls,
-        stress_update,
+        stress_update: config.stress_update,
         bulk: BULK,
         shear: SHEAR,
         wall_impulse: [0.0; 2],
-    };
+    }
+}
 
+/// Compares a random cloud that fills `within`, at `velocity`. Points near the side walls have no contact forces.
+fn compare_at(
+    scheme: (ShapeFunction, Transfer, StressUpdate),
+    walls: Walls,
+    within: [[f64; 2]; 2],
+    velocity: [f64; 2],
+    seed: u64,
+) {
+    let (shape, transfer, stress_update) = scheme;
+    let mut random = Random::new(seed);
+    let mut config = block();
+    config.shape = shape;
+    config.transfer = transfer;
+    config.stress_update = stress_update;
+    config.gravity = [1.0, -9.81];
+    config.walls = walls;
+    let [low, high] = within;
+    let positions: Vec<[f64; 2]> = (0..150)
+        .map(|_| [0, 1].map(|a| random.between(low[a], high[a])))
+        .collect();
+    let side = 0.04;
+    config.groups[0].fill = Fill::Points {
+        positions: positions.clone(),
+    };
+    config.groups[0].spacing = Spacing::Distance(side);
+    config.groups[0].velocity = velocity;
+    let mut mpm = configured(&config);
+    assert_eq!(mpm.select_imps(&everywhere()).len(), positions.len());
+
+    let mut reference = oracle(&config, &positions, side);
     let mut stepper = Stepper::new();
     let mut impulse = [0.0; 2];
     let mass: f64 = reference.points.iter().map(|p| p.mass).sum();
@@ -82,7 +110,12 @@ fn compare(shape: ShapeFunction, transfer: Transfer, stress_update: StressUpdate
         let dt = random.between(2e-4, 5e-4);
         let forces: Vec<[f64; 2]> = positions
             .iter()
-            .map(|_| [random.between(-900.0, 900.0), random.between(-900.0, 900.0)])
+            .map(|x| {
+                let force = [random.between(-900.0, 900.0), random.between(-900.0, 900.0)];
+                let free = (walls.left != Wall::Periodic || (0.0..0.45).contains(&x[0]))
+                    && (walls.bottom != Wall::Periodic || x[1] > 0.3);
+                force.map(|f| if free { f } else { 0.0 })
+            })
             .collect();
         let before = stepper.before;
         let given = forces.iter().map(|&force| ImpForce {
@@ -99,7 +132,11 @@ fn compare(shape: ShapeFunction, transfer: Transfer, stress_update: StressUpdate
         }
         for (p, r) in mpm.points().iter().zip(&reference.points) {
             for a in 0..2 {
-                let (dx, dv) = (p.position[a] - r.x[a], p.velocity[a] - r.v[a]);
+                let (mut dx, dv) = (p.position[a] - r.x[a], p.velocity[a] - r.v[a]);
+                if [walls.left, walls.bottom][a] == Wall::Periodic {
+                    let size = config.domain[1][a] - config.domain[0][a];
+                    dx -= size * (dx / size).round();
+                }
                 assert!(
                     dx.abs() < 1e-13 && dv.abs() < 1e-11,
                     "{shape:?} {transfer:?}: point {} in step {n}: {dx:e} m, {dv:e} m/s",
@@ -161,5 +198,71 @@ fn stresses_updated_last_agree_with_the_oracle() {
             update,
             52,
         );
+    }
+}
+
+#[test]
+fn periodic_walls_agree_with_the_oracle() {
+    use ShapeFunction::{CubicBspline, Linear, QuadraticBspline, Ugimp};
+    let update = StressUpdate::Usf;
+    let sides = Walls {
+        left: Wall::Periodic,
+        right: Wall::Periodic,
+        bottom: Wall::Slip,
+        top: Wall::Open,
+    };
+    let all = Walls {
+        bottom: Wall::Periodic,
+        top: Wall::Periodic,
+        ..sides
+    };
+    // Two to three cells: points are sorted again twice, and cross.
+    for (seed, scheme) in [
+        (Linear, Transfer::Flip, update),
+        (Ugimp, Transfer::Blend { pic_fraction: 0.3 }, update),
+        (QuadraticBspline, Transfer::Apic, update),
+        (QuadraticBspline, Transfer::Apic, StressUpdate::Musl),
+        (QuadraticBspline, Transfer::Xpic { order: 2 }, update),
+        (CubicBspline, Transfer::Apic, update),
+        (CubicBspline, Transfer::Flip, StressUpdate::Usl),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let within = [[-0.2, 0.11], [0.8, 0.5]];
+        compare_at(scheme, sides, within, [30.0, 0.0], seed as u64);
+        compare_at(scheme, all, within, [-30.0, -20.0], seed as u64);
+    }
+}
+
+/// In the upper right corner; the lower left one is in all other comparisons.
+#[test]
+fn mirrors_at_the_high_ends_agree_with_the_oracle() {
+    use ShapeFunction::{CubicBspline, QuadraticBspline};
+    for (right, top) in [(Wall::Fixed, Wall::Slip), (Wall::Slip, Wall::Fixed)] {
+        let walls = Walls {
+            right,
+            top,
+            ..Walls::default()
+        };
+        let within = [[0.4, 0.4], [0.79, 0.89]];
+        for (seed, scheme) in [
+            (QuadraticBspline, Transfer::Apic, StressUpdate::Usf),
+            (
+                CubicBspline,
+                Transfer::Blend { pic_fraction: 0.3 },
+                StressUpdate::Usf,
+            ),
+            (
+                CubicBspline,
+                Transfer::Xpic { order: 2 },
+                StressUpdate::Musl,
+            ),
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            compare_at(scheme, walls, within, [0.2, 0.3], seed as u64);
+        }
     }
 }

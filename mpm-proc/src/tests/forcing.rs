@@ -147,18 +147,14 @@ fn a_geostatic_state_is_at_rest() {
 fn bad_fields_loads_and_stages_are_refused() {
     let mut config = block();
     velocity(&mut config, ["x", "z"]);
-    refused(
-        &config,
-        "mpm.groups[0].fields.velocity[1]",
-        "`z` is not known",
-    );
+    refused(&config, "mpm.points.0.velocity.1", "`z` is not known");
     velocity(&mut config, ["1/(x-x)", "0"]);
-    refused(&config, "mpm.groups[0].fields.velocity", "inf");
+    refused(&config, "mpm.points.0.velocity", "inf");
     velocity(&mut config, ["t", "0"]);
-    refused(&config, "mpm.groups[0].fields.velocity[0]", "`t`");
+    refused(&config, "mpm.points.0.velocity.0", "`t`");
     let mut config = block();
     config.forcing.body_force = Some(texts(["sin(t", "0"]));
-    refused(&config, "mpm.forcing.body_force[0]", "`)`");
+    refused(&config, "mpm.body_force.0", "`)`");
     let mut config = block();
     let within = [[0.0, 0.0], [0.1, 0.3]];
     config.forcing.tractions = vec![Traction {
@@ -168,16 +164,16 @@ fn bad_fields_loads_and_stages_are_refused() {
     }];
     refused(
         &config,
-        "mpm.forcing.tractions[0].within",
+        "mpm.traction.0.within",
         "must hold points of group 'block'",
     );
     let mut config = block();
     config.forcing.stages = vec![stage(0.0, 1.0, Some(0.5))];
-    refused(&config, "mpm.forcing.stages[0].pic_fraction", "flip");
+    refused(&config, "mpm.stage.0.pic_fraction", "flip");
     config.forcing.stages = vec![stage(0.0, 1.0, None), stage(0.0, 2.0, None)];
-    refused(&config, "mpm.forcing.stages[1].from", "after");
+    refused(&config, "mpm.stage.1.from", "after");
     config.forcing.stages = vec![stage(0.0, -1.0, None)];
-    refused(&config, "mpm.forcing.stages[0].damping", "0 or more");
+    refused(&config, "mpm.stage.0.damping", "0 or more");
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod convergence;
 mod forcing;
 mod leaving;
 mod limits;
+mod periodic;
 mod physics;
 mod refusals;
 mod selection;

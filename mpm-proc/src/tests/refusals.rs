@@ -1,6 +1,6 @@
 //! What is refused, and that it is told where and why; and what stops a run.
 
-use interface::config::{Fill, MaterialModel, MpmConfig, ShapeFunction, Spacing, Transfer};
+use interface::config::{Fill, MaterialModel, MpmConfig, ShapeFunction, Spacing, Transfer, Wall};
 use interface::solver::{Fault, MpmSolver};
 use interface::wire::ImpForce;
 
@@ -30,10 +30,20 @@ fn bad_configurations_are_refused_with_key_and_reason() {
     refused(|c| c.domain[1][0] = f64::INFINITY, "mpm.domain", "interval");
     refused(|c| c.domain[1][1] = 0.0, "mpm.domain", "interval");
     refused(|c| c.gravity[1] = f64::NAN, "mpm.gravity", "finite");
+    refused(
+        |c| c.walls.left = Wall::Periodic,
+        "mpm.walls.right",
+        "only one of left and right",
+    );
+    refused(
+        |c| c.walls.top = Wall::Periodic,
+        "mpm.walls.bottom",
+        "make both so or neither",
+    );
     refused(|c| c.skin = -1.0, "mpm.skin", "0 or more");
     refused(
         |c| c.materials[0].density = -1.0,
-        "mpm.materials[0].density",
+        "mpm.material.0.density",
         "above 0",
     );
     refused(
@@ -43,32 +53,32 @@ fn bad_configurations_are_refused_with_key_and_reason() {
                 shear_modulus: 1.0,
             };
         },
-        "mpm.materials[0].model.bulk_modulus",
+        "mpm.material.0.model.bulk_modulus",
         "above 0",
     );
     refused(
         |c| c.groups[0].material = 3,
-        "mpm.groups[0].material",
+        "mpm.points.0.material",
         "no material",
     );
     refused(
         |c| c.groups[0].velocity[0] = f64::NAN,
-        "mpm.groups[0].velocity",
+        "mpm.points.0.velocity",
         "finite",
     );
     refused(
         |c| c.groups[0].contact_radius = Some(0.0),
-        "mpm.groups[0].contact_radius",
+        "mpm.points.0.contact_radius",
         "above 0",
     );
     refused(
         |c| c.groups[0].spacing = Spacing::PerCell(5),
-        "mpm.groups[0].spacing",
+        "mpm.points.0.spacing",
         "use 4 or 9",
     );
     refused(
         |c| c.groups[0].spacing = Spacing::Distance(1e-9),
-        "mpm.groups[0].spacing",
+        "mpm.points.0.spacing",
         "points",
     );
     refused(
@@ -79,7 +89,7 @@ fn bad_configurations_are_refused_with_key_and_reason() {
                 radius: 0.1,
             };
         },
-        "mpm.groups[0].spacing",
+        "mpm.points.0.spacing",
         "rectangle only",
     );
     refused(
@@ -89,7 +99,7 @@ fn bad_configurations_are_refused_with_key_and_reason() {
                 radius: 0.2,
             }
         },
-        "mpm.groups[0].fill",
+        "mpm.points.0.fill",
         "out of the domain",
     );
     refused(
@@ -99,7 +109,7 @@ fn bad_configurations_are_refused_with_key_and_reason() {
                 radius: 0.01,
             }
         },
-        "mpm.groups[0].fill",
+        "mpm.points.0.fill",
         "no points",
     );
     refused(
@@ -108,7 +118,7 @@ fn bad_configurations_are_refused_with_key_and_reason() {
                 vertices: vec![[0.1, 0.3], [0.4, 0.5], [0.4, 0.3], [0.1, 0.5]],
             };
         },
-        "mpm.groups[0].fill",
+        "mpm.points.0.fill",
         "edges 0 and 2",
     );
     refused(
@@ -121,7 +131,7 @@ fn bad_configurations_are_refused_with_key_and_reason() {
             };
             c.groups.push(other);
         },
-        "mpm.groups[1].fill",
+        "mpm.points.1.fill",
         "on top of group 'block'",
     );
     refused(

@@ -1,0 +1,205 @@
+//! Periodic walls, and walls that are mirrors to B-splines.
+
+use interface::config::{Fill, MpmConfig, ShapeFunction, Spacing, Transfer, Wall, Walls};
+use interface::solver::{Fault, MpmSolver};
+use interface::wire::ImpForce;
+
+use super::against_reference::everywhere;
+use super::{Given, Stepper, bits, block, configured};
+
+const AROUND: Walls = Walls {
+    left: Wall::Periodic,
+    right: Wall::Periodic,
+    bottom: Wall::Periodic,
+    top: Wall::Periodic,
+};
+
+/// A disc about (`x`, 0.4) that spins, swells and flies, in a domain that closes on itself after 20 by 16 cells.
+fn disc(shape: ShapeFunction, transfer: Transfer, x: f64, threads: usize) -> MpmConfig {
+    let mut config = block();
+    (config.shape, config.transfer) = (shape, transfer);
+    config.threads = threads;
+    config.walls = AROUND;
+    config.groups[0].fill = Fill::Disc {
+        center: [x, 0.4],
+        radius: 0.15,
+    };
+    config.groups[0].spacing = Spacing::PerCell(9);
+    config.groups[0].velocity = [5.0, -4.0];
+    config.constants.insert("a".into(), x);
+    config.groups[0].fields.velocity =
+        Some(["2*(x-a) - 5*(y-0.4)".into(), "2*(y-0.4) + 5*(x-a)".into()]);
+    config
+}
+
+#[test]
+fn a_disc_that_crosses_moves_as_one_that_does_not() {
+    for (shape, transfer) in [
+        (ShapeFunction::QuadraticBspline, Transfer::Apic),
+        (ShapeFunction::CubicBspline, Transfer::Apic),
+        (ShapeFunction::QuadraticBspline, Transfer::Xpic { order: 2 }),
+        (ShapeFunction::Ugimp, Transfer::Flip),
+    ] {
+        // 300 steps of 0.2 ms: by 0.3 m to the right, out of the right wall for the second, and down through the lower.
+        let after = |x, threads| {
+            let mut mpm = configured(&disc(shape, transfer, x, threads));
+            let mut stepper = Stepper::new();
+            stepper.run(&mut mpm, 2e-4, 299);
+            stepper
+                .step(&mut mpm, 2e-4, true, &mut ())
+                .expect("a sound step");
+            mpm
+        };
+        let (within, crossing) = (after(0.1, 1), after(0.55, 1));
+        let (a, b) = (within.points(), crossing.points());
+        assert!(b.iter().any(|p| p.position[0] < 0.2) && b.iter().any(|p| p.position[0] > 0.6));
+        for (a, b) in a.iter().zip(&b) {
+            for axis in 0..2 {
+                let size = [1.0, 0.8][axis];
+                assert!((-0.2..=0.9).contains(&b.position[axis]));
+                let shift = b.position[axis] - a.position[axis] - [0.45, 0.0][axis];
+                let dx = shift - size * (shift / size).round();
+                let dv = b.velocity[axis] - a.velocity[axis];
+                assert!(
+                    dx.abs() < 1e-12 && dv.abs() < 1e-9,
+                    "{shape:?} {transfer:?}, point {}: {dx:e} m, {dv:e} m/s",
+                    a.id
+                );
+            }
+        }
+        let ledger = crossing.measurement().ledger;
+        let mass = crossing.measurement().groups[0].mass;
+        for axis in 0..2 {
+            let error = ledger.momentum[axis] - mass * [5.0, -4.0][axis];
+            assert!(error.abs() < 1e-12 * 5.0 * mass, "{error:e}");
+        }
+        assert_eq!(ledger.applied_impulse, [0.0; 2]);
+        assert_eq!(bits(&crossing), bits(&after(0.55, 3)), "threads");
+    }
+}
+
+/// A fall that never ends: each round gravity does the same work again, and the books say so.
+#[test]
+fn energy_of_a_fall_through_periodic_walls_is_booked() {
+    let mut config = disc(ShapeFunction::QuadraticBspline, Transfer::Apic, 0.3, 1);
+    config.gravity = [3.0, -9.81];
+    config.groups[0].fields.velocity = None;
+    let mut mpm = configured(&config);
+    let mut stepper = Stepper::new();
+    let mut energies = Vec::new();
+    for _ in 0..40 {
+        stepper.run(&mut mpm, 1e-3, 9);
+        stepper
+            .step(&mut mpm, 1e-3, true, &mut ())
+            .expect("a sound step");
+        let l = mpm.measurement().ledger;
+        energies.push(l.kinetic + l.elastic + l.gravity - l.driven_work);
+    }
+    let l = mpm.measurement().ledger;
+    // 4 m/s 0.4 s + g t^2/2 = 2.4 m: three times round.
+    assert!(l.driven_work > 0.0 && l.kinetic > 60.0 * 20.0);
+    for e in &energies {
+        assert!((e - energies[0]).abs() < 1e-9 * l.kinetic, "{energies:?}");
+    }
+}
+
+#[test]
+fn a_body_at_a_periodic_wall_stops_the_run() {
+    let mut mpm = configured(&disc(
+        ShapeFunction::QuadraticBspline,
+        Transfer::Apic,
+        0.64,
+        1,
+    ));
+    let count = mpm.select_imps(&everywhere()).len();
+    let mut forces = vec![ImpForce::default(); count];
+    let near_wall = |p: &interface::wire::PointState| p.position[0] > 0.77;
+    let (id, far) = (
+        mpm.points().iter().position(near_wall).expect("one"),
+        mpm.points()
+            .iter()
+            .position(|p| p.position[0] < 0.7)
+            .expect("one"),
+    );
+    forces[far].force = [1.0, 0.0];
+    let mut stepper = Stepper::new();
+    stepper
+        .step(&mut mpm, 1e-4, false, &mut Given(forces.clone()))
+        .expect("far from the wall");
+    forces[id].stiffness = 1.0;
+    match stepper.step(&mut mpm, 1e-4, false, &mut Given(forces)) {
+        Err(Fault::Other(message)) => assert!(message.contains("periodic wall"), "{message}"),
+        other => panic!("{other:?}"),
+    }
+}
+
+/// Points that have crossed are elsewhere, so the identified points must be chosen anew.
+#[test]
+fn crossing_makes_the_set_of_identified_points_stale() {
+    let mut mpm = configured(&disc(
+        ShapeFunction::QuadraticBspline,
+        Transfer::Apic,
+        0.6,
+        1,
+    ));
+    mpm.select_imps(&[]);
+    let mut stepper = Stepper::new();
+    stepper.run(&mut mpm, 2e-4, 20);
+    assert!(mpm.travel() < 0.05);
+    stepper.run(&mut mpm, 2e-4, 60);
+    assert_eq!(mpm.travel(), f64::INFINITY);
+    mpm.select_imps(&[]);
+    assert_eq!(mpm.travel(), 0.0);
+}
+
+/// What holds a whole cell beside the wall would pull at a field that is linear up to it.
+#[test]
+fn a_field_that_is_linear_up_to_a_wall_stays_so() {
+    for (shape, wall, field) in [
+        (
+            ShapeFunction::QuadraticBspline,
+            Wall::Slip,
+            ["x+0.2", "0.3"],
+        ),
+        (ShapeFunction::CubicBspline, Wall::Slip, ["x+0.2", "0.3"]),
+        (
+            ShapeFunction::QuadraticBspline,
+            Wall::Fixed,
+            ["x+0.2", "2*(x+0.2)"],
+        ),
+        (
+            ShapeFunction::CubicBspline,
+            Wall::Fixed,
+            ["x+0.2", "2*(x+0.2)"],
+        ),
+    ] {
+        let mut config = block();
+        config.shape = shape;
+        config.walls.left = wall;
+        config.groups[0].fill = Fill::Rectangle {
+            lower: [-0.2, 0.1],
+            upper: [0.3, 0.9],
+        };
+        config.groups[0].fields.velocity = Some(field.map(Into::into));
+        let mut mpm = configured(&config);
+        let start = mpm.points();
+        let mut stepper = Stepper::new();
+        stepper.run(&mut mpm, 1e-9, 2);
+        let mut compared = 0;
+        for (a, b) in start.iter().zip(mpm.points()) {
+            // Away from the free end, and from the edges that slide along the wall.
+            if a.position[0] < 0.15 && (0.25..0.75).contains(&a.position[1]) {
+                compared += 1;
+                for axis in 0..2 {
+                    let dv = b.velocity[axis] - a.velocity[axis];
+                    assert!(
+                        dv.abs() < 1e-5,
+                        "{shape:?} {wall:?}: {dv:e} at {:?}",
+                        a.position
+                    );
+                }
+            }
+        }
+        assert!(compared > 100);
+    }
+}
