@@ -1,6 +1,6 @@
 //! The step limits against eigenvalues of dense matrices.
 
-use interface::config::{Fill, ShapeFunction, Spacing, Transfer};
+use interface::config::{Fill, MpmConfig, ShapeFunction, Spacing, Transfer};
 use interface::solver::MpmSolver;
 use interface::step::Step;
 use interface::wire::{ImpForce, Limits};
@@ -34,7 +34,42 @@ pub fn largest_eigenvalue(symmetric: &DMatrix<f64>) -> f64 {
     symmetric.symmetric_eigenvalues().max()
 }
 
-pub fn opening(config: &interface::config::MpmConfig, forces: Vec<ImpForce>) -> Limits {
+/// A cloud of `count` points at random, with boxes of half a cell.
+fn scattered(config: &mut MpmConfig, random: &mut Random, count: usize) -> Vec<[f64; 2]> {
+    let positions: Vec<[f64; 2]> = (0..count)
+        .map(|_| [random.between(0.2, 0.4), random.between(0.3, 0.5)])
+        .collect();
+    config.groups[0].fill = Fill::Points {
+        positions: positions.clone(),
+    };
+    config.groups[0].spacing = Spacing::Distance(0.025);
+    positions
+}
+
+/// Volume in m^2 and mass in kg/m of its points.
+const VOLUME: f64 = 0.025 * 0.025;
+const MASS: f64 = 1000.0 * VOLUME;
+
+/// `sum_p V_p B_p^T C B_p` of plane strain, with what maps the degrees of freedom (columns; the same for x and y) to the
+/// gradients of a component at the points (rows): x before y.
+fn elastic_operator(gx: &DMatrix<f64>, gy: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = gx.ncols();
+    let (m, l) = (BULK + 4.0 / 3.0 * SHEAR, BULK - 2.0 / 3.0 * SHEAR);
+    let block = |a: &DMatrix<f64>, b: &DMatrix<f64>| a.transpose() * b * VOLUME;
+    let xy = block(gx, gy) * l + block(gy, gx) * SHEAR;
+    let mut operator = DMatrix::zeros(2 * n, 2 * n);
+    operator
+        .view_mut((0, 0), (n, n))
+        .copy_from(&(block(gx, gx) * m + block(gy, gy) * SHEAR));
+    operator
+        .view_mut((n, n), (n, n))
+        .copy_from(&(block(gy, gy) * m + block(gx, gx) * SHEAR));
+    operator.view_mut((0, n), (n, n)).copy_from(&xy);
+    operator.view_mut((n, 0), (n, n)).copy_from(&xy.transpose());
+    operator
+}
+
+pub fn opening(config: &MpmConfig, forces: Vec<ImpForce>) -> Limits {
     let mut mpm = configured(config);
     mpm.select_imps(&everywhere());
     let step = Step {
@@ -64,13 +99,7 @@ fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
             let mut config = block();
             (config.shape, config.transfer) = (shape, transfer);
             let count = [3, 12, 40][seed as usize % 3];
-            let positions: Vec<[f64; 2]> = (0..count)
-                .map(|_| [random.between(0.2, 0.4), random.between(0.3, 0.5)])
-                .collect();
-            config.groups[0].fill = Fill::Points {
-                positions: positions.clone(),
-            };
-            config.groups[0].spacing = Spacing::Distance(0.025);
+            let positions = scattered(&mut config, &mut random, count);
             let stiffness: Vec<f64> = (0..count)
                 .map(|i| {
                     if i % 3 == 0 {
@@ -91,40 +120,12 @@ fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
                     .collect(),
             );
 
-            let (volume, mass) = (0.025 * 0.025, 1000.0 * 0.025 * 0.025);
             let [s, gx, gy] = matrices(&positions, kernel, config.domain[0]);
             let n = s.ncols();
-            let nodal: DVector<f64> = s.row_sum().transpose() * mass;
+            let nodal: DVector<f64> = s.row_sum().transpose() * MASS;
             let root = nodal.map(|m| 1.0 / m.sqrt());
-            // K = V B^T C B, node by node in x and then in y.
-            let mut k = DMatrix::zeros(2 * n, 2 * n);
-            let c = nalgebra::Matrix3::new(
-                BULK + 4.0 / 3.0 * SHEAR,
-                BULK - 2.0 / 3.0 * SHEAR,
-                0.0,
-                BULK - 2.0 / 3.0 * SHEAR,
-                BULK + 4.0 / 3.0 * SHEAR,
-                0.0,
-                0.0,
-                0.0,
-                SHEAR,
-            );
-            for p in 0..count {
-                let mut b = DMatrix::zeros(3, 2 * n);
-                for i in 0..n {
-                    b[(0, i)] = gx[(p, i)];
-                    b[(1, n + i)] = gy[(p, i)];
-                    b[(2, i)] = gy[(p, i)];
-                    b[(2, n + i)] = gx[(p, i)];
-                }
-                k += b.transpose() * c * &b * volume;
-            }
-            for i in 0..2 * n {
-                for j in 0..2 * n {
-                    k[(i, j)] *= root[i % n] * root[j % n];
-                }
-            }
-            let exact = largest_eigenvalue(&k);
+            let by_mass = DMatrix::from_diagonal(&root);
+            let exact = largest_eigenvalue(&elastic_operator(&(&gx * &by_mass), &(&gy * &by_mass)));
             assert!(
                 exact <= limits.omega_sq * (1.0 + 1e-9),
                 "{shape:?} {seed}: {exact} {}",
@@ -142,7 +143,7 @@ fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
             );
             assert!(exact > 0.05 * limits.contact_omega_sq);
             assert!(
-                limits.mobility <= (1.0 + 1e-9) / mass,
+                limits.mobility <= (1.0 + 1e-9) / MASS,
                 "never above 1/m: {}",
                 limits.mobility
             );
@@ -187,35 +188,14 @@ fn the_limit_of_linear_hats_bounds_the_operator_on_points() {
         let mut config = block();
         (config.shape, config.transfer) = (ShapeFunction::Linear, Transfer::Flip);
         let count = [4, 20, 60][seed as usize % 3];
-        let positions: Vec<[f64; 2]> = (0..count)
-            .map(|_| [random.between(0.2, 0.4), random.between(0.3, 0.5)])
-            .collect();
-        config.groups[0].fill = Fill::Points {
-            positions: positions.clone(),
-        };
-        config.groups[0].spacing = Spacing::Distance(0.025);
+        let positions = scattered(&mut config, &mut random, count);
         let limits = opening(&config, vec![ImpForce::default(); count]);
-        let (volume, mass) = (0.025 * 0.025, 1000.0 * 0.025 * 0.025);
         let [s, gx, gy] = matrices(&positions, Kernel::Linear, config.domain[0]);
         let n = s.ncols();
-        let nodal: DVector<f64> = s.row_sum().transpose() * mass;
-        let q = DMatrix::from_fn(n, count, |i, p| s[(p, i)] * mass.sqrt() / nodal[i]);
-        let (gx, gy) = (&gx * &q, &gy * &q); // strain of a point by the points' velocities
-        let (m, l) = (BULK + 4.0 / 3.0 * SHEAR, BULK - 2.0 / 3.0 * SHEAR);
-        let mut operator = DMatrix::zeros(2 * count, 2 * count);
-        let block = |a: &DMatrix<f64>, b: &DMatrix<f64>| a.transpose() * b * volume;
-        let xx = block(&gx, &gx) * m + block(&gy, &gy) * SHEAR;
-        let yy = block(&gy, &gy) * m + block(&gx, &gx) * SHEAR;
-        let xy = block(&gx, &gy) * l + block(&gy, &gx) * SHEAR;
-        operator.view_mut((0, 0), (count, count)).copy_from(&xx);
-        operator
-            .view_mut((count, count), (count, count))
-            .copy_from(&yy);
-        operator.view_mut((0, count), (count, count)).copy_from(&xy);
-        operator
-            .view_mut((count, 0), (count, count))
-            .copy_from(&xy.transpose());
-        let exact = largest_eigenvalue(&operator);
+        let nodal: DVector<f64> = s.row_sum().transpose() * MASS;
+        let q = DMatrix::from_fn(n, count, |i, p| s[(p, i)] * MASS.sqrt() / nodal[i]);
+        // Strain of a point by the points' velocities.
+        let exact = largest_eigenvalue(&elastic_operator(&(&gx * &q), &(&gy * &q)));
         assert!(
             exact <= limits.omega_sq * (1.0 + 1e-9),
             "{exact} {}",
