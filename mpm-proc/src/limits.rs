@@ -15,6 +15,8 @@
 //! `g diag(1, 1, 2)` in the order xx, yy, xy, with `g` the largest value of either axis
 //! ([`Shape::stiffest`]): the bound is `g` times [`crate::material::Material::stiffness_over_density`].
 //!
+//! Sharper bounds were tried, from the masses that nodes really have; they do not pay (`docs/decisions/0012`).
+//!
 //! A scheme that keeps velocities on points applies `S M^-1 S^T M_p` between steps, whose eigenvalues lie between 0 and
 //! 1, so it can only lower these frequencies.
 
