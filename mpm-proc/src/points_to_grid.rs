@@ -6,7 +6,7 @@ use crate::shape::Shape;
 use crate::threads::{PerTile, over_tiles};
 use crate::tiles::{Place, pitch};
 use crate::transfer::AffineState;
-use crate::window::{NodalWindow, add_product};
+use crate::window::{NodalWindow, add_numbers, add_product};
 
 /// Sums mass and momentum of a cloud's points into the windows of their tiles.
 pub fn points_to_grid<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
@@ -59,6 +59,34 @@ fn add_momentum<const W: usize, A: AffineState>(
     for i in 0..W {
         sx[i] = s[0][i].to_array();
         sy[i] = s[1][i].to_array();
+    }
+    if place.shared {
+        // What the four add to a node is summed before it goes there.
+        let mut rows = at_base;
+        for j in 0..W {
+            let (mut value, mut step) = ([ZERO; LANES], [ZERO; LANES]);
+            for k in 0..LANES {
+                let weight = splat(sy[j][k]);
+                value[k] = weight * rows[k];
+                if A::PRESENT {
+                    step[k] = weight * change[0][k];
+                    rows[k] += change[1][k];
+                }
+            }
+            for i in 0..W {
+                let mut sum = splat(sx[i][0]) * value[0];
+                for k in 1..LANES {
+                    sum = splat(sx[i][k]).mul_add(value[k], sum);
+                }
+                add_numbers(nodes, 4 * (place.base[0] + j * pitch(W) + i), sum);
+                if A::PRESENT {
+                    for k in 0..LANES {
+                        value[k] += step[k];
+                    }
+                }
+            }
+        }
+        return;
     }
     for k in 0..LANES {
         let mut row = at_base[k];

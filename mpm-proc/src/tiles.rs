@@ -119,6 +119,8 @@ pub struct Place {
     pub base: [usize; LANES],
     /// Distance from the base node in cells.
     pub d: [Lanes; 2],
+    /// Whether all four have the same base node, as sorting makes likely: what they add to a node is then summed first.
+    pub shared: bool,
 }
 
 impl Frame {
@@ -134,9 +136,11 @@ impl Frame {
             (base, s - base + self.offset[axis])
         };
         let ((base_x, dx), (base_y, dy)) = (along(0), along(1));
+        let base = indices(base_y.mul_add(splat(pitch as f64), base_x));
         Place {
-            base: indices(base_y.mul_add(splat(pitch as f64), base_x)),
+            base,
             d: [dx, dy],
+            shared: (base[0] ^ base[1]) | (base[0] ^ base[2]) | (base[0] ^ base[3]) == 0,
         }
     }
 }
