@@ -142,7 +142,8 @@ where
                 if image.is_some_and(|i| i.periodic) {
                     let [x, y] = cloud.position(lane);
                     return Err(Fault::Other(format!(
-                        "a body presses on point {} at ({x}, {y}) m, at a periodic wall: bodies do not see points across                          it; keep them further from it, or make it open",
+                        "a body presses on point {} at ({x}, {y}) m, at a periodic wall: bodies do not see points \
+                         across it; keep them further from it, or make it open",
                         cloud.first_id + u64::from(member.local)
                     )));
                 }
