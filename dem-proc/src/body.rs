@@ -6,6 +6,7 @@ use interface::solver::Refusal;
 
 use crate::law::table::Surfaces;
 use crate::shape::Shape;
+use crate::threads::Threads;
 
 /// What of a body never changes.
 #[derive(Debug, Clone)]
@@ -87,6 +88,19 @@ impl Rigid {
         velocity.norm() + spin.abs() * self.extent
     }
 
+    /// Vertices in world coordinates (m), from those in the body's frame and its angle.
+    #[inline]
+    fn place_outline(&self, world: &mut [Vec2], local: &[Vec2]) {
+        if let [only] = world {
+            *only = self.center; // a disc looks the same at every angle
+            return;
+        }
+        let (sin, cos) = self.angle.sin_cos();
+        for (world, v) in world.iter_mut().zip(local) {
+            *world = self.center + Vec2::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y);
+        }
+    }
+
     /// Velocity of the body's material at `r` from its centre of mass, in m/s.
     #[inline]
     pub fn velocity_at(&self, r: Vec2) -> Vec2 {
@@ -96,7 +110,7 @@ impl Rigid {
 
 /// What every contact of a body needs in every step: one cache line.
 #[derive(Debug, Clone, Copy)]
-#[repr(align(64))]
+#[repr(C, align(64))]
 pub struct Frame {
     /// Centre of mass `c` in m.
     pub center: Vec2,
@@ -115,6 +129,23 @@ pub struct Frame {
 const _: () = assert!(size_of::<Frame>() == 64);
 
 impl Frame {
+    /// Centre of mass and displacement in a row.
+    #[inline]
+    pub fn place(&self) -> [f64; 4] {
+        [self.center.x, self.center.y, self.shift.x, self.shift.y]
+    }
+
+    /// Sine, versine, `1/m` and `1/I` in a row.
+    #[inline]
+    pub fn turn(&self) -> [f64; 4] {
+        [
+            self.sin,
+            self.versine,
+            self.inverse_mass,
+            self.inverse_inertia,
+        ]
+    }
+
     /// Moves on by `shift` (m) and `angle` (rad).
     #[inline]
     fn advance(&mut self, shift: Vec2, angle: f64) {
@@ -227,8 +258,9 @@ impl Bodies {
                 inverse_mass: state.inverse_mass,
                 inverse_inertia: state.inverse_inertia,
             });
+            let first = bodies.fixed[i].first_vertex;
+            state.place_outline(&mut bodies.outline[first..], &bodies.local[first..]);
             bodies.state.push(state);
-            bodies.rebuild_outline(i);
         }
         Ok(bodies)
     }
@@ -258,19 +290,40 @@ impl Bodies {
         Vec2::new(cos * d.x + sin * d.y, cos * d.y - sin * d.x)
     }
 
-    /// Drift of the leapfrog: positions to `t_{n+1}` with the velocities of `t_{n+1/2}`, rotation exact.
-    pub fn drift(&mut self, dt: f64) {
-        for b in 0..self.len() {
-            let state = &mut self.state[b];
-            if state.falls == 0.0 && state.velocity == Vec2::zeros() && state.spin == 0.0 {
-                continue;
+    /// Drift of the leapfrog: velocities and spins become `kicked`, those of `t_{n+1/2}`, and positions go to `t_{n+1}`
+    /// with them, rotation exact.
+    pub fn drift(&mut self, dt: f64, kicked: &[(Vec2, f64)], threads: &Threads) {
+        let part = threads.part(self.len());
+        let (mut outline, mut local) = (&mut self.outline[..], &self.local[..]);
+        let fixed = &self.fixed;
+        let states = self.state.chunks_mut(part).enumerate();
+        let frames = self.frames.chunks_mut(part).zip(kicked.chunks(part));
+        let parts = states.zip(frames).map(|((i, state), (frames, kicked))| {
+            // The vertices of the part: up to where those of the next one begin.
+            let first = fixed[i * part].first_vertex;
+            let next = fixed.get((i + 1) * part);
+            let count = next.map_or(outline.len(), |next| next.first_vertex - first);
+            let (world, others) = std::mem::take(&mut outline).split_at_mut(count);
+            let (local_here, local_others) = local.split_at(count);
+            (outline, local) = (others, local_others);
+            (state, frames, kicked, world, local_here)
+        });
+        threads.each(parts, |(state, frames, kicked, mut world, mut local)| {
+            for ((state, frame), &(velocity, spin)) in state.iter_mut().zip(frames).zip(kicked) {
+                let own;
+                (own, world) = std::mem::take(&mut world).split_at_mut(state.vertices[1] as usize);
+                let shape;
+                (shape, local) = local.split_at(own.len());
+                if state.falls == 0.0 && velocity == Vec2::zeros() && spin == 0.0 {
+                    continue;
+                }
+                (state.velocity, state.spin) = (velocity, spin);
+                frame.advance(velocity * dt, spin * dt);
+                state.center = frame.center;
+                state.angle += spin * dt;
+                state.place_outline(own, shape);
             }
-            let frame = &mut self.frames[b];
-            frame.advance(state.velocity * dt, state.spin * dt);
-            state.center = frame.center;
-            state.angle += state.spin * dt;
-            self.rebuild_outline(b);
-        }
+        });
     }
 
     /// The largest surface speed at present, in m/s.
@@ -280,23 +333,6 @@ impl Bodies {
             .iter()
             .map(|s| s.surface_speed(s.velocity, s.spin));
         speeds.fold(0.0, f64::max)
-    }
-
-    /// Rebuilds the world outline of body `b` from its angle.
-    #[inline]
-    fn rebuild_outline(&mut self, b: usize) {
-        let state = &self.state[b];
-        let [first, count] = state.vertices.map(|i| i as usize);
-        if count == 1 {
-            self.outline[first] = state.center; // a disc looks the same at every angle
-            return;
-        }
-        let world = &mut self.outline[first..first + count];
-        let local = &self.local[first..first + count];
-        let (sin, cos) = state.angle.sin_cos();
-        for (world, v) in world.iter_mut().zip(local) {
-            *world = state.center + Vec2::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y);
-        }
     }
 }
 

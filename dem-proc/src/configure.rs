@@ -14,7 +14,7 @@ use crate::law::table::Surfaces;
 use crate::law::tangent::Smooth;
 use crate::law::{Contact, Law};
 use crate::ledger::Totals;
-use crate::load::Load;
+use crate::load::{Load, PairLoad};
 use crate::pairs::{BodyContacts, BodySide};
 use crate::points::{PointContacts, PointSide};
 use crate::threads::Threads;
@@ -35,9 +35,13 @@ pub struct System {
     /// Loads by points, by body.
     pub point_loads: Vec<Load>,
     /// Loads by bodies, by body.
-    pub body_loads: Vec<Load>,
-    /// Velocities and spins at `t_{n+1/2}`, not yet taken over.
+    pub body_loads: Vec<PairLoad>,
+    /// Whether any of `point_loads` may be other than zero.
+    pub pushed_by_points: bool,
+    /// Velocities and spins at `t_{n+1/2}`, taken over by the drift.
     pub kicked: Vec<(Vec2, f64)>,
+    /// Largest surface speed after the kick in each part of the bodies, in m/s.
+    pub fastest: Vec<f64>,
     /// Upper bound of the speed of any surface over the last step, in m/s.
     pub speed: f64,
     /// The same after the kick, not yet taken over.
@@ -70,7 +74,9 @@ impl Default for System {
             threads: Threads::default(),
             point_loads: Vec::new(),
             body_loads: Vec::new(),
+            pushed_by_points: false,
             kicked: Vec::new(),
+            fastest: Vec::new(),
             speed: 0.0,
             kicked_speed: 0.0,
             published: Odometer::default(),
@@ -192,8 +198,8 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         pairs,
         threads,
         point_loads: vec![Load::default(); n],
-        body_loads: vec![Load::default(); n],
-        kicked: Vec::with_capacity(n),
+        body_loads: vec![PairLoad::default(); n],
+        kicked: vec![(Vec2::zeros(), 0.0); n],
         speed: bodies.initial_speed(),
         skin: config.skin,
         bodies,

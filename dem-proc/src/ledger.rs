@@ -13,7 +13,7 @@ use interface::wire::{BodyState, ImpState, Ledger};
 use crate::body::Bodies;
 use crate::configure::System;
 use crate::law::Loss;
-use crate::load::Load;
+use crate::load::{Load, PairLoad};
 
 /// Sums over the whole run.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -41,10 +41,12 @@ pub struct Kick<'a> {
     pub bodies: &'a Bodies,
     /// In m/s^2.
     pub gravity: Vec2,
+    /// Whether there are points; without, their loads are zero.
+    pub coupled: bool,
     /// Loads by points.
     pub point_loads: &'a [Load],
     /// Loads by bodies.
-    pub body_loads: &'a [Load],
+    pub body_loads: &'a [PairLoad],
     /// Dissipated over the step before by either kind of contact.
     pub losses: [Loss; 2],
 }
@@ -62,9 +64,11 @@ impl Totals {
         let reactions: Vec2 = held
             .map(|b| kick.point_loads[b].force + kick.body_loads[b].force)
             .sum();
-        let by_points: Vec2 = kick.point_loads.iter().map(|load| load.force).sum();
+        if kick.coupled {
+            let by_points: Vec2 = kick.point_loads.iter().map(|load| load.force).sum();
+            self.contact_impulse += by_points * kick.length;
+        }
         let weight = kick.gravity * kick.bodies.free_mass;
-        self.contact_impulse += by_points * kick.length;
         self.applied_impulse += (weight - reactions) * kick.length;
         self.driven_work += driven_power(kick) * kick.length;
         for &b in &kick.bodies.special {

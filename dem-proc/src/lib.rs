@@ -39,6 +39,7 @@
 #![forbid(unsafe_code)]
 
 pub mod body;
+pub mod cells;
 pub mod configure;
 pub mod contact;
 pub mod generate;
@@ -46,6 +47,7 @@ pub mod law;
 pub mod ledger;
 pub mod load;
 pub mod mass;
+pub mod meeting;
 pub mod neighbours;
 pub mod pairs;
 pub mod points;

@@ -2,7 +2,7 @@
 
 use interface::Vec2;
 
-/// Sums over the contacts of one body, of one kind (with points, or with bodies).
+/// Sums over the contacts of one body with points.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Load {
     /// Force in N/m.
@@ -16,4 +16,37 @@ pub struct Load {
     pub mobility: f64,
     /// Contacts that press.
     pub contacts: u32,
+}
+
+/// Sums over the contacts of one body with other bodies.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C, align(32))]
+pub struct PairLoad {
+    /// Force in N/m.
+    pub force: Vec2,
+    /// Torque about the centre of mass in N.
+    pub torque: f64,
+    /// As [`Load::rate`].
+    pub rate: f64,
+}
+
+impl PairLoad {
+    /// Force, torque and rate in a row.
+    #[inline]
+    pub fn from_row([x, y, torque, rate]: [f64; 4]) -> Self {
+        Self {
+            force: Vec2::new(x, y),
+            torque,
+            rate,
+        }
+    }
+}
+
+impl std::ops::AddAssign for PairLoad {
+    #[inline]
+    fn add_assign(&mut self, other: Self) {
+        self.force += other.force;
+        self.torque += other.torque;
+        self.rate += other.rate;
+    }
 }

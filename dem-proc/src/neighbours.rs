@@ -9,6 +9,8 @@ use interface::outline::{crosses_ray, nearest_on_edge};
 use interface::wire::{ImpInfo, ImpState};
 
 use crate::body::Bodies;
+use crate::cells::Cells;
+use crate::contact::vertex_edge;
 use crate::seam::{Bounds, BoxTree};
 
 /// How far beyond contact a point is "in reach" of a body, as a fraction of its radius. A point moves at most half its
@@ -202,13 +204,13 @@ impl BodyList {
                 outline.grown(bodies.state[b].radius + 0.5 * skin)
             })
             .collect();
-        let tree = BoxTree::new(boxes.iter().copied());
+        let cells = Cells::new(&boxes);
         let free = |b: usize| bodies.fixed[b].yields();
-        for (i, around) in boxes.iter().enumerate() {
+        for i in 0..bodies.len() {
             let mut found = std::mem::take(&mut self.found);
             found.clear();
-            tree.meeting(around, &mut found);
-            for &j in found.iter().filter(|&&j| j as usize > i) {
+            cells.above(i as u32, &boxes, &mut found);
+            for &j in &found {
                 if free(i) || free(j as usize) {
                     self.add_bodies(bodies, [i as u32, j], skin);
                     // Discs have no edges, so two of them touch once, vertex on vertex.
@@ -233,6 +235,7 @@ impl BodyList {
         let touching = bodies.state[v].radius + bodies.state[e].radius;
         let reach = touching + skin;
         let first = [v, e].map(|b| bodies.fixed[b].first_vertex as u32);
+        let inverse_length_sq = &bodies.inverse_length_sq[first[1] as usize..];
         let mut vertices = std::mem::take(&mut self.vertices);
         vertices_near(bodies, v, e, reach, &mut vertices, &mut self.near);
         for &k in &vertices {
@@ -250,8 +253,9 @@ impl BodyList {
             for &i in &self.near {
                 let i = i as usize;
                 let j = of_edge.edge_end(i);
-                let y = nearest_on_edge(outline[i], outline[j], p, i, j).0;
-                if (p - y).norm_squared() <= reach * reach {
+                let inverse = inverse_length_sq[i];
+                let (_, distance_sq) = vertex_edge(p, outline[i], outline[j], inverse);
+                if distance_sq <= reach * reach {
                     self.pairs.push(VertexEdge {
                         bodies: pair,
                         vertex: first[0] + k,

@@ -12,11 +12,11 @@ use std::fmt::Debug;
 
 use interface::Vec2;
 
-use crate::body::{Bodies, Frame, Odometer};
-use crate::contact::{contact_point, normal_on, vertex_edge};
-use crate::law::{Law, Loss, Mates, Past, Stiffness, Touch, reduced};
-use crate::load::Load;
-use crate::mass::cross;
+use crate::body::{Bodies, Odometer};
+use crate::contact::vertex_edge;
+use crate::law::{Law, Loss, Mates, Past, reduced};
+use crate::load::PairLoad;
+use crate::meeting::{Answers, Apart, LANES, Lanes, first};
 use crate::neighbours::{BodyList, VertexEdge};
 use crate::threads::{CHUNK, Threads};
 
@@ -24,18 +24,18 @@ use crate::threads::{CHUNK, Threads};
 pub trait BodySide: Debug + Send {
     /// Builds the list anew if a pair that is not in it could touch.
     fn update_list(&mut self, bodies: &Bodies);
-    /// Evaluates every pair of the list and sums force and torque on the bodies (eqs. 39, 40). `closing` is how far
-    /// two surfaces can come together before the next evaluation, in m: pairs within it count in the step limit.
+    /// Evaluates every pair of the list and puts the sums of force and torque on each body (eqs. 39, 40) into `loads`.
+    /// `closing` is how far two surfaces can come together before the next evaluation, in m: pairs within it count in the step limit.
     fn evaluate(
         &mut self,
         bodies: &Bodies,
         past: Past,
         closing: f64,
         threads: &Threads,
-        loads: &mut [Load],
+        loads: &mut [PairLoad],
     );
     /// Bound of the squared frequency, from the summed loads, in 1/s^2.
-    fn omega_sq(&self, loads: &[Load]) -> f64;
+    fn omega_sq(&mut self, loads: &[PairLoad], threads: &Threads) -> f64;
     /// Energy dissipated over the last step.
     fn loss(&self) -> Loss;
     /// Energy in the contact springs in J/m.
@@ -52,23 +52,6 @@ pub trait BodySide: Debug + Send {
     fn bytes(&self) -> usize;
 }
 
-/// One evaluated vertex-edge pair in reach.
-#[derive(Debug, Clone, Copy)]
-struct Outcome {
-    /// Owner of the vertex, owner of the edge.
-    bodies: [u32; 2],
-    /// On the owner of the vertex, in N/m.
-    force: Vec2,
-    /// On either body, in N.
-    torque: [f64; 2],
-    /// Share in either body's `Load::rate`.
-    rate: [f64; 2],
-    /// Dissipated over the last step.
-    loss: Loss,
-    /// Whether the two press on one another.
-    presses: bool,
-}
-
 /// Contact between bodies by the law `L`.
 #[derive(Debug)]
 pub struct BodyContacts<L: Law> {
@@ -78,11 +61,11 @@ pub struct BodyContacts<L: Law> {
     constants: Vec<L::Pair>,
     history: Vec<L::History>,
     next: Vec<L::History>,
-    scratches: Vec<Scratch>,
-    /// Bodies of the pairs in reach.
-    in_reach: Vec<[u32; 2]>,
-    presses: usize,
-    loss: Loss,
+    /// Smallest and largest number of a body in each chunk of the list.
+    spans: Vec<[u32; 2]>,
+    aparts: Vec<Apart>,
+    /// What was found in each chunk.
+    outcomes: Vec<Outcomes>,
     odometer: Option<Odometer>,
 }
 
@@ -96,10 +79,9 @@ impl<L: Law> BodyContacts<L> {
             constants: Vec::new(),
             history: Vec::new(),
             next: Vec::new(),
-            scratches: Vec::new(),
-            in_reach: Vec::new(),
-            presses: 0,
-            loss: Loss::default(),
+            spans: Vec::new(),
+            aparts: Vec::new(),
+            outcomes: Vec::new(),
             odometer: None,
         }
     }
@@ -132,7 +114,30 @@ impl<L: Law> BodyContacts<L> {
                 surfaces: pair.bodies.map(|b| bodies.fixed[b as usize].surface),
             })
         }));
+        let span = |chunk: &[VertexEdge]| {
+            let all = || chunk.iter().flat_map(|pair| pair.bodies);
+            [all().min().unwrap_or(0), all().max().unwrap_or(0)]
+        };
+        self.spans.clear();
+        self.spans.extend(self.list.pairs.chunks(CHUNK).map(span));
         self.odometer.get_or_insert_default().reset(bodies);
+    }
+
+    /// The sums of `loads.len()` bodies from `first` on. The list is in the order of bodies, so most chunks are of no
+    /// concern to a part; each body's sum has the order of the list.
+    fn sum_part(&self, outcomes: &[Outcomes], first: usize, loads: &mut [PairLoad]) {
+        loads.fill(PairLoad::default());
+        for (found, &[lowest, highest]) in outcomes.iter().zip(&self.spans) {
+            if highest as usize >= first && (lowest as usize) < first + loads.len() {
+                for (bodies, given) in found.each() {
+                    for (b, given) in bodies.into_iter().zip(given) {
+                        if let Some(load) = loads.get_mut(b.wrapping_sub(first)) {
+                            *load += *given;
+                        }
+                    }
+                }
+            }
+        }
     }
 }
 
@@ -144,185 +149,137 @@ fn separation(bodies: &Bodies, pair: &VertexEdge) -> (Vec2, f64) {
     vertex_edge(at(pair.vertex), at(pair.edge[0]), at(pair.edge[1]), inverse)
 }
 
-/// What a chunk of pairs is worked on in. The work is done in passes over the chunk: a contact is one long chain of
-/// dependent operations, and short passes let the processor work on several contacts at once.
+/// The pairs of a chunk that are in reach.
 #[derive(Debug, Default)]
-struct Scratch {
-    near: Vec<Near>,
-    met: Vec<Met>,
-    outcomes: Vec<Outcome>,
+struct Outcomes {
+    count: usize,
+    /// Owner of the vertex, owner of the edge.
+    mates: Vec<[u32; 2]>,
+    /// What they get.
+    loads: [Vec<PairLoad>; 2],
+    /// Dissipated over the last step by friction and by dashpots in J/m, lane by lane.
+    loss: [Lanes; 2],
+    /// Pairs that press on one another.
+    presses: usize,
+    /// Largest sum of the rates of two mates in 1/s^2.
+    omega_sq: f64,
 }
 
-/// A pair in reach.
-#[derive(Debug, Clone, Copy, Default)]
-struct Near {
-    /// Vector from the edge to the vertex in m; then the unit normal `N`.
-    normal: Vec2,
-    /// Squared distance in m^2; then the overlap `xi` in m.
-    overlap: f64,
-    /// Index in the list.
-    index: usize,
+impl Outcomes {
+    /// Forgets all, and makes room for a chunk and a few lanes more.
+    fn clear(&mut self) {
+        self.count = 0;
+        self.mates.resize(CHUNK + LANES, [0; 2]);
+        for loads in &mut self.loads {
+            loads.resize(CHUNK + LANES, PairLoad::default());
+        }
+        self.loss = [Lanes::ZERO; 2];
+    }
+
+    /// What the pairs in reach give to their bodies.
+    fn each(&self) -> impl Iterator<Item = ([usize; 2], [&PairLoad; 2])> {
+        let mates = self.mates[..self.count]
+            .iter()
+            .map(|m| m.map(|b| b as usize));
+        let loads = self.loads[0]
+            .iter()
+            .zip(&self.loads[1])
+            .map(|(v, e)| [v, e]);
+        mates.zip(loads)
+    }
+
+    /// Adds the first `count` lanes.
+    #[inline(always)]
+    fn add(&mut self, count: usize, mates: [[u32; 2]; LANES], loads: [[PairLoad; LANES]; 2]) {
+        let lanes = self.count..self.count + LANES;
+        self.mates[lanes.clone()].copy_from_slice(&mates);
+        for (all, loads) in self.loads.iter_mut().zip(&loads) {
+            all[lanes.clone()].copy_from_slice(loads);
+        }
+        self.count += count;
+    }
 }
 
-/// How the two surfaces of a pair in reach met.
-#[derive(Debug, Clone, Copy)]
-struct Met {
-    arms: [Arms; 2],
-    touch: Touch,
-}
-
-/// Finds the pairs in reach among those from `from` on. Without a branch, because which pairs of a list touch is not
-/// predictable.
-#[inline(always)]
-fn find_near<'a>(
-    bodies: &Bodies,
-    pairs: &[VertexEdge],
-    from: usize,
+/// The pairs of a chunk, and what their evaluation needs.
+struct Chunk<'a, L: Law> {
+    law: &'a L,
+    pairs: &'a [VertexEdge],
+    constants: &'a [L::Pair],
+    history: &'a [L::History],
+    bodies: &'a Bodies,
+    past: Past,
     closing: f64,
-    near: &'a mut Vec<Near>,
-) -> &'a [Near] {
-    near.resize(CHUNK, Near::default());
-    let mut count = 0;
-    for (k, pair) in pairs.iter().enumerate() {
-        let (away, distance_sq) = separation(bodies, pair);
-        let far = pair.reach + closing;
-        near[count] = Near {
-            normal: away,
-            overlap: distance_sq,
-            index: from + k,
-        };
-        count += usize::from(distance_sq < far * far);
-    }
-    for near in &mut near[..count] {
-        let pair = &pairs[near.index - from];
-        let distance = near.overlap.sqrt();
-        near.overlap = pair.reach - distance;
-        if distance > 0.0 {
-            near.normal /= distance;
-        } else {
-            let [a, b] = pair.edge.map(|i| bodies.outline[i as usize]);
-            near.normal = normal_on(a, b);
+}
+
+impl<L: Law> Chunk<'_, L> {
+    /// Evaluates all pairs.
+    #[inline(always)]
+    fn evaluate(&self, next: &mut [L::History], apart: &mut Apart, outcomes: &mut Outcomes) {
+        next.fill(L::History::default());
+        apart.find(self.bodies, self.pairs, self.closing);
+        outcomes.clear();
+        for quad in apart.pressing().chunks(LANES) {
+            self.quad::<true>(apart, quad, next, outcomes);
+        }
+        outcomes.presses = outcomes.count;
+        for quad in apart.close().chunks(LANES) {
+            self.quad::<false>(apart, quad, next, outcomes);
         }
     }
-    &near[..count]
-}
 
-/// Contact point (eq. 41), lever arms, and how the surfaces have moved there.
-#[inline(always)]
-fn meet<const MOTION: bool>(bodies: &Bodies, past: Past, pair: &VertexEdge, near: &Near) -> Met {
-    let (normal, overlap) = (near.normal, near.overlap);
-    let [v, e] = pair.bodies.map(|b| &bodies.frames[b as usize]);
-    let vertex = bodies.outline[pair.vertex as usize];
-    let p = contact_point(vertex, pair.radius, overlap, normal);
-    let arms = [
-        Arms::new(p - v.center, normal),
-        Arms::new(p - e.center, normal),
-    ];
-    let mut touch = Touch {
-        overlap,
-        ..Touch::default()
-    };
-    if MOTION && past.dt > 0.0 {
-        let shift = v.shift - e.shift;
-        let turned = [arms[0].displacement(v), arms[1].displacement(e)];
-        touch.moved = [
-            shift.dot(&normal) + (turned[0][0] - turned[1][0]),
-            cross(normal, shift) + (turned[0][1] - turned[1][1]),
-        ];
-        touch.velocity = touch.moved.map(|u| u * past.per_dt);
-        // The sine is the angle but for a third-order term; exact rotation matters to lengths only.
-        touch.rolled = v.sin - e.sin;
-    } else if MOTION {
-        let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
-        let velocity = v.velocity - e.velocity;
-        touch.velocity = [
-            velocity.dot(&normal) + (v.spin * arms[0].n - e.spin * arms[1].n),
-            cross(normal, velocity) + (v.spin * arms[0].t - e.spin * arms[1].t),
-        ];
-    }
-    Met { arms, touch }
-}
-
-impl<L: Law> BodyContacts<L> {
-    /// Law, force and torques of a pair in reach.
+    /// Law, forces and torques of up to four pairs, which all press or all do not.
     #[inline(always)]
-    fn press(
+    fn quad<const PRESS: bool>(
         &self,
-        bodies: &Bodies,
-        closing: f64,
-        near: &Near,
-        met: &Met,
-    ) -> (Outcome, L::History) {
-        let k = near.index;
-        let (pair, constants, before) = (&self.list.pairs[k], &self.constants[k], &self.history[k]);
-        let (normal, arms, touch) = (near.normal, &met.arms, &met.touch);
-        let [v, e] = pair.bodies.map(|b| &bodies.frames[b as usize]);
-        let stiffness = self.law.stiffness(constants, touch.overlap + closing);
-        let mut outcome = Outcome {
-            bodies: pair.bodies,
-            force: Vec2::zeros(),
-            torque: [0.0; 2],
-            rate: [arms[0].rate(v, stiffness), arms[1].rate(e, stiffness)],
-            loss: Loss::default(),
-            presses: touch.overlap > 0.0,
+        apart: &Apart,
+        quad: &[u32],
+        next: &mut [L::History],
+        outcomes: &mut Outcomes,
+    ) {
+        let count = quad.len();
+        // Lanes beyond repeat the last pair; what they give is not added up.
+        let k: [usize; LANES] = std::array::from_fn(|l| quad[l.min(count - 1)] as usize);
+        let (bodies, past) = (self.bodies, self.past);
+        let meeting = if L::MOTION {
+            apart.meet::<true>(bodies, past, self.pairs, k)
+        } else {
+            apart.meet::<false>(bodies, past, self.pairs, k)
         };
-        if touch.overlap <= 0.0 {
-            outcome.loss = self.law.part(constants, touch, before);
-            return (outcome, L::History::default());
+        let touches = meeting.touches();
+        let (constants, before) = (k.map(|k| self.constants[k]), k.map(|k| self.history[k]));
+        let mut answers = Answers::default();
+        let mut after = before;
+        // Without a branch, so that the compiler can put the four side by side.
+        for l in 0..LANES {
+            let (constants, touch) = (&constants[l], &touches[l]);
+            let stiffness = self.law.stiffness(constants, touch.overlap + self.closing);
+            answers.stiffness[0][l] = stiffness.normal;
+            answers.stiffness[1][l] = stiffness.tangential;
+            answers.stiffness[2][l] = stiffness.rolling;
+            let loss = if PRESS {
+                let press = self.law.press(constants, touch, &before[l]);
+                answers.force[0][l] = press.normal;
+                answers.force[1][l] = press.tangential;
+                answers.moment[l] = press.moment;
+                after[l] = press.history;
+                press.loss
+            } else {
+                self.law.part(constants, touch, &before[l])
+            };
+            answers.loss[0][l] = loss.friction;
+            answers.loss[1][l] = loss.viscous;
         }
-        let press = self.law.press(constants, touch, before);
-        let (f_n, f_t) = (press.normal, press.tangential);
-        outcome.force = Vec2::new(
-            normal.x.mul_add(f_n, -(normal.y * f_t)),
-            normal.y.mul_add(f_n, normal.x * f_t),
-        );
-        outcome.torque = [
-            arms[0].moment(f_n, f_t) + press.moment,
-            -arms[1].moment(f_n, f_t) - press.moment,
-        ];
-        outcome.loss = press.loss;
-        (outcome, press.history)
-    }
-}
-
-/// Lever arms of a contact: `r x N` and `r x T`, from which everything about a body's rotation follows.
-#[derive(Debug, Clone, Copy)]
-struct Arms {
-    n: f64,
-    t: f64,
-}
-
-impl Arms {
-    #[inline(always)]
-    fn new(r: Vec2, normal: Vec2) -> Self {
-        Self {
-            n: cross(r, normal),
-            t: r.dot(&normal), // T is N turned by +90 degrees, so r x T = r . N
+        if PRESS {
+            for l in 0..LANES {
+                next[k[l]] = after[l];
+            }
         }
-    }
-
-    /// Displacement of the material at `r` by the last step's rotation, along `N` and `T`: exact at any angle.
-    #[inline(always)]
-    fn displacement(self, frame: &Frame) -> [f64; 2] {
-        [
-            frame.sin.mul_add(self.n, frame.versine * self.t),
-            frame.sin.mul_add(self.t, -(frame.versine * self.n)),
-        ]
-    }
-
-    /// `sum k (1/m + (r x n)^2 / I)` over both directions, and `k_r / I`.
-    #[inline(always)]
-    fn rate(self, frame: &Frame, k: Stiffness) -> f64 {
-        let along = (k.normal * self.n).mul_add(self.n, k.rolling);
-        let turning = (k.tangential * self.t).mul_add(self.t, along);
-        frame
-            .inverse_inertia
-            .mul_add(turning, (k.normal + k.tangential) * frame.inverse_mass)
-    }
-
-    #[inline(always)]
-    fn moment(self, f_n: f64, f_t: f64) -> f64 {
-        self.n.mul_add(f_n, self.t * f_t)
+        let valid = first(count);
+        for (sum, loss) in outcomes.loss.iter_mut().zip(answers.loss) {
+            *sum += Lanes::new(loss) * valid;
+        }
+        let mates = k.map(|k| self.pairs[k].bodies);
+        outcomes.add(count, mates, meeting.loads(&answers));
     }
 }
 
@@ -341,53 +298,51 @@ impl<L: Law> BodySide for BodyContacts<L> {
         past: Past,
         closing: f64,
         threads: &Threads,
-        loads: &mut [Load],
+        loads: &mut [PairLoad],
     ) {
         let mut next = std::mem::take(&mut self.next);
-        let mut scratches = std::mem::take(&mut self.scratches);
-        let mut in_reach = std::mem::take(&mut self.in_reach);
-        let (mut loss, mut presses) = (Loss::default(), 0);
-        in_reach.clear();
-        let chunk = |from: usize, next: &mut [L::History], scratch: &mut Scratch| {
-            let pairs = &self.list.pairs[from..from + next.len()];
-            next.fill(L::History::default());
-            let near = find_near(bodies, pairs, from, closing, &mut scratch.near);
-            scratch.met.clear();
-            scratch.met.extend(near.iter().map(|near| {
-                let pair = &pairs[near.index - from];
-                if L::MOTION {
-                    meet::<true>(bodies, past, pair, near)
-                } else {
-                    meet::<false>(bodies, past, pair, near)
-                }
-            }));
-            scratch.outcomes.clear();
-            let met = near.iter().zip(&scratch.met);
-            scratch.outcomes.extend(met.map(|(near, met)| {
-                let (outcome, history) = self.press(bodies, closing, near, met);
-                next[near.index - from] = history;
-                outcome
-            }));
+        let mut aparts = std::mem::take(&mut self.aparts);
+        let mut outcomes = std::mem::take(&mut self.outcomes);
+        let count = next.len().div_ceil(CHUNK);
+        let shared = threads.shares(next.len());
+        aparts.resize_with(if shared { count } else { 1 }, Apart::default);
+        outcomes.resize_with(count, Outcomes::default);
+        let chunks = next.chunks_mut(CHUNK).zip(&mut outcomes).enumerate();
+        let evaluate = |i: usize, next: &mut [L::History], apart: &mut Apart, outcomes: &mut _| {
+            let here = i * CHUNK..i * CHUNK + next.len();
+            let chunk = Chunk {
+                law: &self.law,
+                pairs: &self.list.pairs[here.clone()],
+                constants: &self.constants[here.clone()],
+                history: &self.history[here],
+                bodies,
+                past,
+                closing,
+            };
+            chunk.evaluate(next, apart, outcomes);
         };
-        threads.chunks(&mut next, &mut scratches, chunk, |scratch: &Scratch| {
-            for outcome in &scratch.outcomes {
-                in_reach.push(outcome.bodies);
-                let [v, e] = outcome.bodies.map(|b| b as usize);
-                loads[v].force += outcome.force;
-                loads[v].torque += outcome.torque[0];
-                loads[v].rate += outcome.rate[0];
-                loads[e].force -= outcome.force;
-                loads[e].torque += outcome.torque[1];
-                loads[e].rate += outcome.rate[1];
-                loss += outcome.loss;
-                presses += usize::from(outcome.presses);
+        if shared {
+            threads.each(chunks.zip(&mut aparts), |((i, (next, outcomes)), apart)| {
+                evaluate(i, next, apart, outcomes);
+            });
+            let part = threads.part(loads.len());
+            let parts = loads.chunks_mut(part).enumerate();
+            threads.each(parts, |(i, loads)| {
+                self.sum_part(&outcomes, i * part, loads);
+            });
+        } else {
+            loads.fill(PairLoad::default());
+            for (i, (next, outcomes)) in chunks {
+                evaluate(i, next, &mut aparts[0], outcomes);
+                for ([v, e], [of_vertex, of_edge]) in outcomes.each() {
+                    loads[v] += *of_vertex;
+                    loads[e] += *of_edge;
+                }
             }
-        });
+        }
         self.next = next;
-        self.scratches = scratches;
-        self.in_reach = in_reach;
-        self.loss = loss;
-        self.presses = presses;
+        self.aparts = aparts;
+        self.outcomes = outcomes;
     }
 
     /// `max over contacts (Lambda_A + Lambda_B)`, with `Lambda` the trace of each body's own `M^-1 K`.
@@ -395,16 +350,33 @@ impl<L: Law> BodySide for BodyContacts<L> {
     /// In contact space the operator is a sum over bodies of positive parts, each supported on that body's contacts
     /// and of norm at most `Lambda_b`; a vector's quotient is at most `sum_b Lambda_b |x on b's contacts|^2`, hence
     /// at most the largest `Lambda_A + Lambda_B` of one contact. Exact for two bodies and one contact.
-    fn omega_sq(&self, loads: &[Load]) -> f64 {
-        let sums = self
-            .in_reach
-            .iter()
-            .map(|&[a, b]| loads[a as usize].rate + loads[b as usize].rate);
-        sums.fold(0.0, f64::max)
+    fn omega_sq(&mut self, loads: &[PairLoad], threads: &Threads) -> f64 {
+        let stiffest = |found: &mut Outcomes| {
+            let mut largest = 0.0;
+            for &[a, b] in &found.mates[..found.count] {
+                let sum = loads[a as usize].rate + loads[b as usize].rate;
+                largest = if sum > largest { sum } else { largest };
+            }
+            found.omega_sq = largest;
+        };
+        if threads.shares(self.list.pairs.len()) {
+            threads.each(self.outcomes.iter_mut(), stiffest);
+        } else {
+            self.outcomes.iter_mut().for_each(stiffest);
+        }
+        let all = self.outcomes.iter().map(|found| found.omega_sq);
+        all.fold(0.0, f64::max)
     }
 
     fn loss(&self) -> Loss {
-        self.loss
+        let mut loss = Loss::default();
+        for found in &self.outcomes {
+            loss += Loss {
+                friction: found.loss[0].reduce_add(),
+                viscous: found.loss[1].reduce_add(),
+            };
+        }
+        loss
     }
 
     fn energy(&self, bodies: &Bodies) -> f64 {
@@ -425,7 +397,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
     }
 
     fn damping_ratio(&self) -> f64 {
-        if self.in_reach.is_empty() {
+        if self.outcomes.iter().all(|found| found.count == 0) {
             0.0
         } else {
             self.law.damping_ratio()
@@ -433,7 +405,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
     }
 
     fn contacts(&self) -> usize {
-        self.presses
+        self.outcomes.iter().map(|found| found.presses).sum()
     }
 
     fn advance(&mut self, speed: f64, dt: f64) {
@@ -445,9 +417,8 @@ impl<L: Law> BodySide for BodyContacts<L> {
     fn bytes(&self) -> usize {
         self.list.pairs.capacity() * size_of::<VertexEdge>()
             + self.constants.capacity() * size_of::<L::Pair>()
-            + self.scratches.len()
-                * CHUNK
-                * (size_of::<Outcome>() + size_of::<Near>() + size_of::<Met>())
+            + self.aparts.len() * Apart::BYTES
+            + self.outcomes.len() * CHUNK * size_of::<([u32; 2], [PairLoad; 2])>()
             + 2 * self.history.capacity() * size_of::<L::History>()
     }
 }

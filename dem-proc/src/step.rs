@@ -113,7 +113,6 @@ impl System {
     }
 
     fn body_contact(&mut self, step: &Step) {
-        self.body_loads.fill(Load::default());
         if let Some(pairs) = &mut self.pairs {
             // Two surfaces come together by at most twice the largest speed times the step; the step may grow by a
             // tenth, and the kick may add speed: three times is ample.
@@ -129,6 +128,10 @@ impl System {
     }
 
     fn point_contact(&mut self, step: &Step, imps: &[ImpState], forces: &mut [ImpForce]) {
+        if imps.is_empty() && !self.pushed_by_points {
+            return; // nothing to add up, and nothing left of the step before
+        }
+        self.pushed_by_points = !imps.is_empty();
         self.point_loads.fill(Load::default());
         let loads = &mut self.point_loads;
         let fastest = imps.iter().map(|s| Vec2::from(s.velocity).norm_squared());
@@ -149,24 +152,11 @@ impl System {
     /// Newton and Euler for every free body; the others keep their velocity. Nothing is taken over yet.
     fn kick(&mut self, step: &Step) -> Result<(), Fault> {
         let kick = step.kick();
-        self.kicked.clear();
-        let mut speed: f64 = 0.0;
-        let coupled = !self.points.set().is_empty();
-        for (b, (state, others)) in self.bodies.state.iter().zip(&self.body_loads).enumerate() {
-            let (mut force, mut torque) = (others.force, others.torque);
-            if coupled {
-                force += self.point_loads[b].force;
-                torque += self.point_loads[b].torque;
-            }
-            let acceleration = force * state.inverse_mass + self.gravity * state.falls;
-            let velocity = state.velocity + acceleration * kick;
-            let spin = state.spin + torque * state.inverse_inertia * kick;
-            let surface = state.surface_speed(velocity, spin);
-            if !surface.is_finite() {
-                return Err(self.not_finite(b));
-            }
-            speed = speed.max(surface);
-            self.kicked.push((velocity, spin));
+        let mut speed = self.kick_all(kick);
+        if !speed.is_finite() {
+            let wrong = |&(v, spin): &(Vec2, f64)| !(v.norm() + spin.abs()).is_finite();
+            let first = self.kicked.iter().position(wrong);
+            return Err(self.not_finite(first.unwrap_or_default()));
         }
         for &b in &self.bodies.special {
             let b = b as usize;
@@ -189,6 +179,50 @@ impl System {
         Ok(())
     }
 
+    /// Velocities and spins after a kick (s) by contact and gravity. Returns the largest surface speed in m/s, NaN if
+    /// one is not finite.
+    fn kick_all(&mut self, kick: f64) -> f64 {
+        let part = self.threads.part(self.bodies.len());
+        self.fastest.clear();
+        self.fastest.resize(self.bodies.len().div_ceil(part), 0.0);
+        let coupled = self.pushed_by_points;
+        let (state, gravity) = (&self.bodies.state, self.gravity);
+        let (body_loads, point_loads) = (&self.body_loads, &self.point_loads);
+        let parts = self.kicked.chunks_mut(part).zip(&mut self.fastest);
+        self.threads
+            .each(parts.enumerate(), |(i, (kicked, fastest))| {
+                let here = i * part..i * part + kicked.len();
+                let mut finite = true;
+                let bodies = state[here.clone()].iter().zip(&body_loads[here.clone()]);
+                for (((state, others), points), kicked) in
+                    bodies.zip(&point_loads[here.clone()]).zip(kicked)
+                {
+                    let (mut force, mut torque) = (others.force, others.torque);
+                    if coupled {
+                        force += points.force;
+                        torque += points.torque;
+                    }
+                    let acceleration = force * state.inverse_mass + gravity * state.falls;
+                    let velocity = state.velocity + acceleration * kick;
+                    let spin = state.spin + torque * state.inverse_inertia * kick;
+                    let surface = state.surface_speed(velocity, spin);
+                    finite &= surface < f64::INFINITY;
+                    *fastest = if surface > *fastest {
+                        surface
+                    } else {
+                        *fastest
+                    };
+                    *kicked = (velocity, spin);
+                }
+                if !finite {
+                    *fastest = f64::NAN;
+                }
+            });
+        // Not `f64::max`, which would lose a NaN.
+        let larger = |a: f64, &b: &f64| if a.is_nan() || a > b { a } else { b };
+        self.fastest.iter().fold(0.0, larger)
+    }
+
     fn not_finite(&self, b: usize) -> Fault {
         Fault::NotFinite {
             what: "velocity".into(),
@@ -206,15 +240,18 @@ impl System {
                 mobility = mobility.max(load.mobility);
             }
         }
-        let pairs = self.pairs.as_ref();
-        let damping = pairs.map_or(0.0, |pairs| pairs.damping_ratio());
+        let (mut damping, mut omega_sq) = (0.0, 0.0);
+        if let Some(pairs) = &mut self.pairs {
+            damping = pairs.damping_ratio();
+            omega_sq = pairs.omega_sq(&self.body_loads, &self.threads);
+        }
         // A quarter of the skin: below it nobody rebuilds anything, so a coarse bound does no harm.
         let gone = self.published.bound(0.25 * self.skin, &self.bodies);
         Answer {
             limits: Limits {
-                omega_sq: pairs.map_or(0.0, |pairs| pairs.omega_sq(&self.body_loads)),
+                omega_sq,
                 contact_omega_sq: rate,
-                damping: damping.max(self.points.damping_ratio()),
+                damping: f64::max(damping, self.points.damping_ratio()),
                 speed: self.kicked_speed,
                 radius_min: 0.0,
                 mobility,
@@ -223,16 +260,13 @@ impl System {
         }
     }
 
-    /// Takes over what was computed. Until here a fault leaves the state as it was.
+    /// Takes over what was computed, but for the velocities, which the drift takes over. Until here a fault leaves the
+    /// state as it was.
     fn commit(&mut self, step: &Step, imps: &[ImpState]) {
         if opening(step) {
             return;
         }
         self.totals = self.totals_after(step);
-        for (state, &(velocity, spin)) in self.bodies.state.iter_mut().zip(&self.kicked) {
-            state.velocity = velocity;
-            state.spin = spin;
-        }
         self.speed = self.kicked_speed;
         self.points.commit(imps);
         if let Some(pairs) = &mut self.pairs {
@@ -240,9 +274,9 @@ impl System {
         }
     }
 
-    /// Positions to `t_{n+1}`.
+    /// Velocities to `t_{n+1/2}`, positions to `t_{n+1}`.
     fn drift(&mut self, dt: f64) {
-        self.bodies.drift(dt);
+        self.bodies.drift(dt, &self.kicked, &self.threads);
         self.published.advance(self.speed, dt);
         self.points.advance(self.speed, dt);
         if let Some(pairs) = &mut self.pairs {
@@ -259,6 +293,7 @@ impl System {
             bodies: &self.bodies,
             gravity: self.gravity,
             point_loads: &self.point_loads,
+            coupled: self.pushed_by_points,
             body_loads: &self.body_loads,
             losses: [
                 self.points.loss(),

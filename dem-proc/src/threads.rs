@@ -1,8 +1,11 @@
-//! Threads inside the solver. An array is cut into chunks that depend on nothing but its length; each chunk is done by
-//! one thread into a buffer of its own; the buffers are then read in the order of the chunks. So any number of threads
-//! gives the same bits.
+//! Threads inside the solver. An array is cut into parts, each of which is done by one thread into a place of its own;
+//! what is summed over parts is summed in their order, over parts that depend on nothing but lengths. So any number of
+//! threads gives the same bits.
 
-use rayon::prelude::*;
+use std::hint::spin_loop;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// Elements of a chunk: what is found in one stays in the first-level cache.
@@ -12,12 +15,15 @@ pub const CHUNK: usize = 256;
 /// about 4 us).
 const WORTH_SHARING: usize = 8;
 
-/// How loops are run: plainly, or by a pool of this solver's own.
+/// Turns of waiting (some 50 us) for other threads to end before the operating system is asked to wait.
+const PATIENCE: usize = 2000;
+
+/// How loops are run: plainly, or together with a pool of this solver's own.
 #[derive(Debug, Default)]
 pub struct Threads(Option<ThreadPool>);
 
 impl Threads {
-    /// `count` threads; 1 is a plain loop.
+    /// `count` threads, the caller's among them; 1 is a plain loop.
     ///
     /// # Errors
     /// What the operating system says.
@@ -26,11 +32,34 @@ impl Threads {
             return Ok(Self(None));
         }
         let pool = ThreadPoolBuilder::new()
-            .num_threads(count)
-            .thread_name(|i| format!("dem-{i}"))
+            .num_threads(count - 1)
+            .thread_name(|i| format!("dem-{}", i + 1))
             .build()
             .map_err(|e| e.to_string())?;
         Ok(Self(Some(pool)))
+    }
+
+    /// Whether a loop over `len` elements is worth sharing.
+    pub fn shares(&self, len: usize) -> bool {
+        self.0.is_some() && len.div_ceil(CHUNK) >= WORTH_SHARING
+    }
+
+    /// Length of the parts in which to share a loop over `len` elements that takes no sum: a few for each thread, so
+    /// that one that comes late does less.
+    pub fn part(&self, len: usize) -> usize {
+        match &self.0 {
+            Some(pool) if self.shares(len) => len.div_ceil(4 * (pool.current_num_threads() + 1)),
+            _ => len.max(1),
+        }
+    }
+
+    /// Calls `f` for every task. The threads take the tasks one by one as they come free.
+    #[inline]
+    pub fn each<T>(&self, tasks: impl ExactSizeIterator<Item = T> + Send, f: impl Fn(T) + Sync) {
+        match &self.0 {
+            Some(pool) if tasks.len() > 1 => share(pool, tasks, &f),
+            _ => tasks.for_each(f),
+        }
     }
 
     /// Calls `f` for every chunk of `kept`, with the index of its first element, the chunk, and a scratch of its own;
@@ -45,25 +74,50 @@ impl Threads {
         mut take: impl FnMut(&S),
     ) {
         let count = kept.len().div_ceil(CHUNK);
-        match &self.0 {
-            Some(pool) if count >= WORTH_SHARING => {
-                scratches.resize_with(scratches.len().max(count), S::default);
-                let both = kept.par_chunks_mut(CHUNK).zip(&mut scratches[..count]);
-                pool.install(|| {
-                    both.enumerate()
-                        .for_each(|(i, (kept, scratch))| f(i * CHUNK, kept, scratch));
-                });
-                for scratch in &scratches[..count] {
-                    take(scratch);
-                }
+        if self.shares(kept.len()) {
+            scratches.resize_with(scratches.len().max(count), S::default);
+            let both = kept.chunks_mut(CHUNK).zip(&mut scratches[..count]);
+            self.each(both.enumerate(), |(i, (kept, scratch))| {
+                f(i * CHUNK, kept, scratch);
+            });
+            for scratch in &scratches[..count] {
+                take(scratch);
             }
-            _ => {
-                scratches.resize_with(scratches.len().max(1), S::default);
-                for (i, kept) in kept.chunks_mut(CHUNK).enumerate() {
-                    f(i * CHUNK, kept, &mut scratches[0]);
-                    take(&scratches[0]);
-                }
+        } else {
+            scratches.resize_with(scratches.len().max(1), S::default);
+            for (i, kept) in kept.chunks_mut(CHUNK).enumerate() {
+                f(i * CHUNK, kept, &mut scratches[0]);
+                take(&scratches[0]);
             }
         }
     }
+}
+
+/// The caller works too: it would only sleep, and to wake it costs as much as a small loop.
+fn share<T>(pool: &ThreadPool, tasks: impl Iterator<Item = T> + Send, f: &(impl Fn(T) + Sync)) {
+    let tasks = Mutex::new(tasks);
+    let work = || {
+        loop {
+            // The lock is given back before the task is done.
+            let task = tasks.lock().expect("no task is made in a panic").next();
+            let Some(task) = task else { return };
+            f(task);
+        }
+    };
+    let others = pool.current_num_threads();
+    let working = AtomicUsize::new(others);
+    pool.in_place_scope(|scope| {
+        for _ in 0..others {
+            scope.spawn(|_| {
+                work();
+                working.fetch_sub(1, Ordering::Release);
+            });
+        }
+        work();
+        let mut turns = 0;
+        while working.load(Ordering::Acquire) > 0 && turns < PATIENCE {
+            spin_loop();
+            turns += 1;
+        }
+    });
 }

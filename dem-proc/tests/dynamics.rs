@@ -2,6 +2,7 @@
 
 mod small_scenes;
 
+use dem_proc::generate::{Grain, Packing, Sizes, open_box};
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion};
 use interface::solver::DemSolver;
@@ -301,6 +302,62 @@ fn one_and_two_threads_give_the_same_bits() {
     let (one, two) = (crowd(1), crowd(2));
     for (i, (a, b)) in one.iter().zip(&two).enumerate() {
         assert_eq!(a.to_bits(), b.to_bits(), "first difference at number {i}");
+    }
+}
+
+/// Enough bodies, in a mixed order, that every loop over bodies or pairs is shared, and chunks of pairs of all parts.
+fn heap(threads: usize) -> Vec<f64> {
+    let packing = |grain| Packing {
+        grain,
+        sizes: Sizes::Uniform(0.008, 0.01),
+        density: 2000.0,
+        looseness: 0.0,
+        seed: 1,
+    };
+    let mut bodies = open_box(1.0, 3.0, 0.01);
+    let discs = packing(Grain::Disc).rows(2000, 1.0);
+    let mut pentagons = packing(Grain::PENTAGON).rows(2000, 1.0);
+    for pentagon in &mut pentagons {
+        pentagon.position[0] += 1e-3;
+        pentagon.position[1] += 0.01; // into the discs
+    }
+    bodies.extend(discs);
+    bodies.extend(pentagons);
+    let law = ContactLaw::Linear {
+        normal_stiffness: 1e5,
+        tangential_stiffness: 5e4,
+        friction: 0.5,
+        damping_ratio: 0.3,
+    };
+    let mut config = scene(bodies, law);
+    config.gravity = [0.0, -9.81];
+    config.threads = threads;
+    config.skin = 0.002;
+    let mut dem = configured(&config);
+    let dt = 2e-5;
+    let mut bits = Vec::new();
+    for i in 0..120 {
+        let step = step(if i == 0 { 0.0 } else { dt }, dt);
+        let limits = dem.contact(&step, &[], &mut []).unwrap().limits;
+        bits.extend([limits.omega_sq, limits.speed]);
+        dem.advance(&step).unwrap();
+    }
+    let ledger = dem.measurement().ledger;
+    assert!(dem.contacts() > 10_000, "{}", dem.contacts());
+    bits.extend([ledger.friction_work, ledger.viscous_work, ledger.contact]);
+    for s in &dem.bodies().state {
+        bits.extend([s.center.x, s.center.y, s.angle, s.velocity.x, s.spin]);
+    }
+    bits
+}
+
+#[test]
+fn a_heap_has_the_same_bits_on_any_number_of_threads() {
+    let one = heap(1);
+    for threads in [2, 3] {
+        for (i, (a, b)) in one.iter().zip(&heap(threads)).enumerate() {
+            assert_eq!(a.to_bits(), b.to_bits(), "{threads} threads, number {i}");
+        }
     }
 }
 

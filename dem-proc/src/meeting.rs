@@ -1,0 +1,368 @@
+//! Which pairs of a list are in reach, and how their surfaces meet: the geometry of [`crate::contact`] for four
+//! vertex-edge pairs at a time, one in each lane.
+//!
+//! A pair is one long chain of dependent operations with two square roots and a division in it; side by side four of
+//! them cost little more than one.
+
+#![expect(
+    clippy::inline_always,
+    reason = "left to itself the compiler calls functions per pair, which costs a quarter of the step"
+)]
+
+use interface::Vec2;
+use wide::f64x4;
+
+use crate::body::{Bodies, Frame};
+use crate::contact::normal_on;
+use crate::law::{Past, Touch};
+use crate::load::PairLoad;
+use crate::neighbours::VertexEdge;
+use crate::threads::CHUNK;
+
+/// One number of each of four pairs.
+pub type Lanes = f64x4;
+
+/// Pairs worked on side by side.
+pub const LANES: usize = 4;
+
+const _: () = assert!(CHUNK.is_multiple_of(LANES));
+
+/// One in the first `count` lanes, zero in the others.
+#[inline(always)]
+pub fn first(count: usize) -> Lanes {
+    Lanes::new(core::array::from_fn(|l| if l < count { 1.0 } else { 0.0 }))
+}
+
+/// `x` and `y` of four vectors.
+type LaneVec = [Lanes; 2];
+
+#[inline(always)]
+fn dot(a: LaneVec, b: LaneVec) -> Lanes {
+    a[0].mul_add(b[0], a[1] * b[1])
+}
+
+#[inline(always)]
+fn cross(a: LaneVec, b: LaneVec) -> Lanes {
+    a[0].mul_add(b[1], -(a[1] * b[0]))
+}
+
+#[inline(always)]
+fn sub(a: LaneVec, b: LaneVec) -> LaneVec {
+    [a[0] - b[0], a[1] - b[1]]
+}
+
+/// One number of each of four things.
+#[inline(always)]
+fn gather(f: impl Fn(usize) -> f64) -> Lanes {
+    Lanes::new(core::array::from_fn(f))
+}
+
+#[inline(always)]
+fn gather_vec(f: impl Fn(usize) -> Vec2) -> LaneVec {
+    let v: [Vec2; LANES] = core::array::from_fn(f);
+    [gather(|l| v[l].x), gather(|l| v[l].y)]
+}
+
+/// The pairs of a chunk: how far apart their surfaces are, and which are in reach.
+#[derive(Debug, Default)]
+pub struct Apart {
+    /// Vector from the edge to the vertex of every pair in m.
+    x: Vec<f64>,
+    y: Vec<f64>,
+    /// Its squared length in m^2.
+    distance_sq: Vec<f64>,
+    /// Numbers within the chunk of those that press on one another, ascending.
+    pressing: Vec<u32>,
+    /// Likewise of those that do not, but are in reach.
+    close: Vec<u32>,
+    /// How many of either.
+    counts: [usize; 2],
+}
+
+impl Apart {
+    /// Bytes on the heap.
+    pub const BYTES: usize = CHUNK * (3 * size_of::<f64>() + 2 * size_of::<u32>());
+
+    /// Finds the pairs that press, and those whose surfaces are within `closing` (m) of one another. Without a branch,
+    /// because which pairs of a list touch is not predictable.
+    #[inline(always)]
+    pub fn find(&mut self, bodies: &Bodies, pairs: &[VertexEdge], closing: f64) {
+        assert!(pairs.len() <= CHUNK);
+        for kept in [&mut self.x, &mut self.y, &mut self.distance_sq] {
+            kept.resize(CHUNK, 0.0);
+        }
+        for found in [&mut self.pressing, &mut self.close] {
+            found.resize(CHUNK + 1, 0);
+        }
+        let (x, y) = (&mut self.x[..CHUNK], &mut self.y[..CHUNK]);
+        let distance_sq = &mut self.distance_sq[..CHUNK];
+        let (pressing, close) = (&mut self.pressing[..=CHUNK], &mut self.close[..=CHUNK]);
+        let mut counts = [0; 2];
+        for (q, quad) in pairs.chunks(LANES).enumerate() {
+            let last = quad.len() - 1;
+            let of = |l: usize| &quad[l.min(last)];
+            let at = |i: u32| bodies.outline[i as usize];
+            let vertex = gather_vec(|l| at(of(l).vertex));
+            let a = gather_vec(|l| at(of(l).edge[0]));
+            let b = gather_vec(|l| at(of(l).edge[1]));
+            let inverse = gather(|l| bodies.inverse_length_sq[of(l).edge[0] as usize]);
+            let (edge, from_a) = (sub(b, a), sub(vertex, a));
+            let along = dot(from_a, edge) * inverse;
+            let along = along.fast_max(Lanes::ZERO).fast_min(Lanes::ONE);
+            let away = [
+                along.mul_neg_add(edge[0], from_a[0]),
+                along.mul_neg_add(edge[1], from_a[1]),
+            ];
+            let sq = dot(away, away);
+            let here = q * LANES..(q + 1) * LANES;
+            x[here.clone()].copy_from_slice(&away[0].to_array());
+            y[here.clone()].copy_from_slice(&away[1].to_array());
+            distance_sq[here].copy_from_slice(&sq.to_array());
+            let reach = gather(|l| of(l).reach);
+            let far = reach + Lanes::splat(closing);
+            let exist = (2 << last) - 1;
+            let presses = sq.simd_lt(reach * reach).to_bitmask() & exist;
+            let is_close = sq.simd_lt(far * far).to_bitmask() & exist & !presses;
+            for l in 0..LANES {
+                let number = (q * LANES + l) as u32;
+                pressing[counts[0]] = number;
+                counts[0] += (presses >> l & 1) as usize;
+            }
+            if is_close != 0 {
+                for l in 0..LANES {
+                    let number = (q * LANES + l) as u32;
+                    close[counts[1]] = number;
+                    counts[1] += (is_close >> l & 1) as usize;
+                }
+            }
+        }
+        self.counts = counts;
+    }
+
+    /// The numbers of the pairs that press.
+    #[inline(always)]
+    pub fn pressing(&self) -> &[u32] {
+        &self.pressing[..self.counts[0]]
+    }
+
+    /// The numbers of the pairs that are in reach and do not press.
+    #[inline(always)]
+    pub fn close(&self) -> &[u32] {
+        &self.close[..self.counts[1]]
+    }
+
+    /// How the surfaces of the pairs `k` meet and have moved.
+    #[inline(always)]
+    pub fn meet<const MOTION: bool>(
+        &self,
+        bodies: &Bodies,
+        past: Past,
+        pairs: &[VertexEdge],
+        k: [usize; LANES],
+    ) -> Meeting {
+        let pair = k.map(|k| &pairs[k]);
+        let distance = gather(|l| self.distance_sq[k[l]]).sqrt();
+        let overlap = gather(|l| pair[l].reach) - distance;
+        let per_distance = Lanes::ONE / distance;
+        let mut normal = [
+            gather(|l| self.x[k[l]]) * per_distance,
+            gather(|l| self.y[k[l]]) * per_distance,
+        ];
+        if distance.simd_eq(Lanes::ZERO).any() {
+            normal = mend(bodies, pair, distance, normal);
+        }
+        // Eq. 41: p = X - (a_V - xi/2) N, as a lever arm about either centre, along N and T.
+        let vertex = gather_vec(|l| bodies.outline[pair[l].vertex as usize]);
+        let back = Lanes::HALF.mul_neg_add(overlap, gather(|l| pair[l].radius));
+        let mates = pair.map(|p| p.bodies);
+        let arm = Arm {
+            vertex,
+            normal,
+            back,
+        };
+        let sides = [
+            Side::new(bodies, mates.map(|[v, _]| v), past, arm),
+            Side::new(bodies, mates.map(|[_, e]| e), past, arm),
+        ];
+        let mut meeting = Meeting {
+            normal,
+            overlap,
+            moved: [Lanes::ZERO; 2],
+            velocity: [Lanes::ZERO; 2],
+            rolled: Lanes::ZERO,
+            sides,
+        };
+        if MOTION {
+            let [v, e] = &meeting.sides;
+            let shift = sub(v.shift, e.shift);
+            let (turned_v, turned_e) = (v.turned(), e.turned());
+            let moved = [
+                dot(shift, normal) + (turned_v[0] - turned_e[0]),
+                cross(normal, shift) + (turned_v[1] - turned_e[1]),
+            ];
+            if past.dt > 0.0 {
+                meeting.moved = moved;
+                meeting.velocity = moved.map(|u| u * Lanes::splat(past.per_dt));
+                // The sine is the angle but for a third-order term; exact rotation matters to lengths only.
+                meeting.rolled = v.sin - e.sin;
+            } else {
+                meeting.velocity = moved;
+            }
+        }
+        meeting
+    }
+}
+
+/// The normals again, where a vertex is exactly on its edge.
+#[cold]
+fn mend(bodies: &Bodies, pair: [&VertexEdge; LANES], distance: Lanes, normal: LaneVec) -> LaneVec {
+    let (distance, [x, y]) = (distance.to_array(), normal.map(Lanes::to_array));
+    let mended: [Vec2; LANES] = core::array::from_fn(|l| {
+        if distance[l] > 0.0 {
+            return Vec2::new(x[l], y[l]);
+        }
+        let [a, b] = pair[l].edge.map(|i| bodies.outline[i as usize]);
+        normal_on(a, b)
+    });
+    gather_vec(|l| mended[l])
+}
+
+/// How the surfaces of four pairs meet.
+#[derive(Debug, Clone, Copy)]
+pub struct Meeting {
+    /// Unit normal `N`, from the edge to the vertex.
+    normal: LaneVec,
+    overlap: Lanes,
+    moved: LaneVec,
+    velocity: LaneVec,
+    rolled: Lanes,
+    /// Owners of the vertices, of the edges.
+    sides: [Side; 2],
+}
+
+impl Meeting {
+    /// What the law sees, pair by pair.
+    #[inline(always)]
+    pub fn touches(&self) -> [Touch; LANES] {
+        let overlap = self.overlap.to_array();
+        let (moved, velocity) = (
+            self.moved.map(Lanes::to_array),
+            self.velocity.map(Lanes::to_array),
+        );
+        let rolled = self.rolled.to_array();
+        core::array::from_fn(|l| Touch {
+            overlap: overlap[l],
+            moved: [moved[0][l], moved[1][l]],
+            velocity: [velocity[0][l], velocity[1][l]],
+            rolled: rolled[l],
+        })
+    }
+
+    /// What the two bodies of every pair get of the forces along `N` and `T` (N/m) and a moment (N) on the owner of
+    /// the vertex, and their rates.
+    #[inline(always)]
+    pub fn loads(&self, answers: &Answers) -> [[PairLoad; LANES]; 2] {
+        let [f_n, f_t] = answers.force.map(Lanes::new);
+        let [n_x, n_y] = self.normal;
+        let force = [n_x.mul_add(f_n, -(n_y * f_t)), n_y.mul_add(f_n, n_x * f_t)];
+        let moment = Lanes::new(answers.moment);
+        let k = answers.stiffness.map(Lanes::new);
+        let [v, e] = &self.sides;
+        let torque = [
+            v.n.mul_add(f_n, v.t * f_t) + moment,
+            e.n.mul_add(f_n, e.t * f_t) + moment,
+        ];
+        [
+            rows([force[0], force[1], torque[0], v.rate(k)]),
+            rows([-force[0], -force[1], -torque[1], e.rate(k)]),
+        ]
+    }
+}
+
+#[inline(always)]
+fn rows(columns: [Lanes; 4]) -> [PairLoad; LANES] {
+    Lanes::transpose(columns).map(|row| PairLoad::from_row(row.to_array()))
+}
+
+/// The answers of a law for four pairs.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Answers {
+    /// Along `N` and `T` in N/m.
+    pub force: [[f64; LANES]; 2],
+    /// In N.
+    pub moment: [f64; LANES],
+    /// Normal, tangential and rolling stiffness.
+    pub stiffness: [[f64; LANES]; 3],
+    /// Dissipated by friction and by dashpots in J/m.
+    pub loss: [[f64; LANES]; 2],
+}
+
+/// Where the contacts of four pairs act: by `back` (m) behind the vertices along the normals.
+#[derive(Debug, Clone, Copy)]
+struct Arm {
+    vertex: LaneVec,
+    normal: LaneVec,
+    back: Lanes,
+}
+
+/// One body of each of four pairs.
+#[derive(Debug, Clone, Copy)]
+struct Side {
+    /// Displacement of the centre over the last step; where there was none, its velocity.
+    shift: LaneVec,
+    /// Sine of the angle turned over the last step; where there was none, the spin.
+    sin: Lanes,
+    /// One minus its cosine; where there was none, 0.
+    versine: Lanes,
+    inverse_mass: Lanes,
+    inverse_inertia: Lanes,
+    /// Lever arm of the contact along `N` and `T`: `r x N` and `r x T`, from which everything about the body's
+    /// rotation follows.
+    n: Lanes,
+    t: Lanes,
+}
+
+impl Side {
+    #[inline(always)]
+    fn new(bodies: &Bodies, of: [u32; LANES], past: Past, arm: Arm) -> Self {
+        let frames: [&Frame; LANES] = of.map(|b| &bodies.frames[b as usize]);
+        let [x, y, mut shift_x, mut shift_y] =
+            Lanes::transpose(frames.map(|f| Lanes::new(f.place())));
+        let [mut sin, mut versine, inverse_mass, inverse_inertia] =
+            Lanes::transpose(frames.map(|f| Lanes::new(f.turn())));
+        if past.dt == 0.0 {
+            let state = of.map(|b| &bodies.state[b as usize]);
+            [shift_x, shift_y] = gather_vec(|l| state[l].velocity);
+            sin = gather(|l| state[l].spin);
+            versine = Lanes::ZERO;
+        }
+        let r = sub(arm.vertex, [x, y]);
+        Self {
+            shift: [shift_x, shift_y],
+            sin,
+            versine,
+            inverse_mass,
+            inverse_inertia,
+            n: cross(r, arm.normal),
+            t: dot(r, arm.normal) - arm.back, // T is N turned by +90 degrees, so r x T = r . N
+        }
+    }
+
+    /// Displacement of the material at the contact by the last step's rotation, along `N` and `T`: exact at any angle.
+    #[inline(always)]
+    fn turned(&self) -> LaneVec {
+        [
+            self.sin.mul_add(self.n, self.versine * self.t),
+            self.sin.mul_add(self.t, -(self.versine * self.n)),
+        ]
+    }
+
+    /// `sum k (1/m + (r x n)^2 / I)` over both directions, and `k_r / I`.
+    #[inline(always)]
+    fn rate(&self, [normal, tangential, rolling]: [Lanes; 3]) -> Lanes {
+        let along = (normal * self.n).mul_add(self.n, rolling);
+        let turning = (tangential * self.t).mul_add(self.t, along);
+        self.inverse_inertia
+            .mul_add(turning, (normal + tangential) * self.inverse_mass)
+    }
+}
