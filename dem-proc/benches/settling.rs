@@ -3,6 +3,7 @@
 //! `cargo bench -p dem-proc --bench settling`; figures and reading in docs/performance-dem.md.
 
 use std::hint::black_box;
+use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use dem_proc::Sdem;
@@ -53,36 +54,87 @@ fn step(dem: &mut Sdem, before: f64) {
     dem.advance(&step).unwrap();
 }
 
-/// A solver whose grains have come to rest.
-fn settled(grain: Grain, count: usize, threads: usize) -> Sdem {
+/// A solver that starts from `config`, after `steps` steps.
+fn run(config: &DemConfig, steps: usize) -> Sdem {
     let mut dem = Sdem::default();
-    dem.configure(&config(grain, count, threads)).unwrap();
+    dem.configure(config).unwrap();
     step(&mut dem, 0.0);
-    for _ in 0..12_000 {
+    for _ in 1..steps {
         step(&mut dem, DT);
     }
     dem
+}
+
+/// The same grains where they are in `dem`, standing still.
+fn at_rest(mut config: DemConfig, dem: &Sdem) -> DemConfig {
+    for (body, state) in config.bodies.iter_mut().zip(&dem.bodies().state) {
+        // The grains' shapes have their centroids in their origins, so the centre of mass is the position.
+        body.position = state.center.into();
+        body.angle = state.angle;
+        body.velocity = [0.0; 2];
+        body.spin = 0.0;
+    }
+    config
+}
+
+/// A settled pile. To wait until the dashpots have taken all motion would take minutes: the grains fall together, and are
+/// stopped again and again until they lie on one another.
+fn pile(grain: Grain, count: usize) -> DemConfig {
+    let mut config = config(grain, count, 1);
+    let fall = 8_000;
+    for steps in [fall].into_iter().chain([400; 10]) {
+        let dem = run(&config, steps);
+        config = at_rest(config, &dem);
+    }
+    config
 }
 
 fn settling(c: &mut Criterion) {
     for (name, grain) in [("discs", Grain::Disc), ("pentagons", Grain::PENTAGON)] {
         let mut group = c.benchmark_group(name);
         group.sample_size(20);
+        group.warm_up_time(Duration::from_millis(500));
+        group.measurement_time(Duration::from_secs(2));
         for count in [1_000, 10_000] {
+            let pile = pile(grain, count);
             for threads in [1, 2] {
-                let mut dem = settled(grain, count, threads);
+                let config = DemConfig {
+                    threads,
+                    ..pile.clone()
+                };
+                let mut dem = run(&config, 1_000); // friction takes hold again
                 let contacts = dem.contacts();
                 group.throughput(Throughput::Elements(contacts as u64));
                 group.bench_function(
                     format!("{count} bodies, {contacts} contacts, {threads} threads"),
-                    |b| {
-                        b.iter(|| step(&mut dem, DT));
-                    },
+                    |b| b.iter(|| step(&mut dem, DT)),
                 );
             }
         }
     }
 }
 
-criterion_group!(benches, settling);
+/// Discs that float side by side, none in touch: what a body costs by itself, and whether that grows.
+fn floating(c: &mut Criterion) {
+    let mut group = c.benchmark_group("floating discs");
+    group.sample_size(20);
+    group.warm_up_time(Duration::from_millis(500));
+    group.measurement_time(Duration::from_secs(2));
+    for count in [1_000, 10_000, 100_000] {
+        for threads in [1, 2] {
+            let config = DemConfig {
+                gravity: [0.0; 2],
+                ..config(Grain::Disc, count, threads)
+            };
+            let mut dem = run(&config, 10);
+            assert_eq!(dem.contacts(), 0);
+            group.throughput(Throughput::Elements(count as u64));
+            group.bench_function(format!("{count} bodies, {threads} threads"), |b| {
+                b.iter(|| step(&mut dem, DT));
+            });
+        }
+    }
+}
+
+criterion_group!(benches, settling, floating);
 criterion_main!(benches);

@@ -211,6 +211,12 @@ impl BodyList {
             found.clear();
             cells.above(i as u32, &boxes, &mut found);
             for &j in &found {
+                let [a, b] = [i, j as usize].map(|b| &bodies.state[b]);
+                // Boxes that meet at a corner, mostly: the circles around the two bodies do not.
+                let together = a.extent + b.extent + skin;
+                if (a.center - b.center).norm_squared() > together * together {
+                    continue;
+                }
                 if free(i) || free(j as usize) {
                     self.add_bodies(bodies, [i as u32, j], skin);
                     // Discs have no edges, so two of them touch once, vertex on vertex.

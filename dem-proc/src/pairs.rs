@@ -21,11 +21,12 @@ use crate::neighbours::{BodyList, VertexEdge};
 use crate::threads::{CHUNK, Threads};
 
 /// What the step needs from the contact between bodies, whatever the law.
-pub trait BodySide: Debug + Send {
+pub trait BodySide: Debug + Send + Sync {
     /// Builds the list anew if a pair that is not in it could touch.
     fn update_list(&mut self, bodies: &Bodies);
-    /// Evaluates every pair of the list and puts the sums of force and torque on each body (eqs. 39, 40) into `loads`.
-    /// `closing` is how far two surfaces can come together before the next evaluation, in m: pairs within it count in the step limit.
+    /// Evaluates every pair of the list. `closing` is how far two surfaces can come together before the next evaluation,
+    /// in m: pairs within it count in the step limit. On one thread it puts the sums of force and torque on each body
+    /// (eqs. 39, 40) into `loads` at once, while they are in the cache.
     fn evaluate(
         &mut self,
         bodies: &Bodies,
@@ -34,8 +35,10 @@ pub trait BodySide: Debug + Send {
         threads: &Threads,
         loads: &mut [PairLoad],
     );
+    /// Puts the sums on the bodies from `first` on into `loads`, if that is still to be done.
+    fn sum(&self, first: usize, loads: &mut [PairLoad]);
     /// Bound of the squared frequency, from the summed loads, in 1/s^2.
-    fn omega_sq(&mut self, loads: &[PairLoad], threads: &Threads) -> f64;
+    fn omega_sq(&self, loads: &[PairLoad]) -> f64;
     /// Energy dissipated over the last step.
     fn loss(&self) -> Loss;
     /// Energy in the contact springs in J/m.
@@ -66,6 +69,8 @@ pub struct BodyContacts<L: Law> {
     aparts: Vec<Apart>,
     /// What was found in each chunk.
     outcomes: Vec<Outcomes>,
+    /// Whether the loads of the bodies have still to be summed from `outcomes`.
+    to_be_summed: bool,
     odometer: Option<Odometer>,
 }
 
@@ -82,6 +87,7 @@ impl<L: Law> BodyContacts<L> {
             spans: Vec::new(),
             aparts: Vec::new(),
             outcomes: Vec::new(),
+            to_be_summed: false,
             odometer: None,
         }
     }
@@ -122,23 +128,6 @@ impl<L: Law> BodyContacts<L> {
         self.spans.extend(self.list.pairs.chunks(CHUNK).map(span));
         self.odometer.get_or_insert_default().reset(bodies);
     }
-
-    /// The sums of `loads.len()` bodies from `first` on. The list is in the order of bodies, so most chunks are of no
-    /// concern to a part; each body's sum has the order of the list.
-    fn sum_part(&self, outcomes: &[Outcomes], first: usize, loads: &mut [PairLoad]) {
-        loads.fill(PairLoad::default());
-        for (found, &[lowest, highest]) in outcomes.iter().zip(&self.spans) {
-            if highest as usize >= first && (lowest as usize) < first + loads.len() {
-                for (bodies, given) in found.each() {
-                    for (b, given) in bodies.into_iter().zip(given) {
-                        if let Some(load) = loads.get_mut(b.wrapping_sub(first)) {
-                            *load += *given;
-                        }
-                    }
-                }
-            }
-        }
-    }
 }
 
 /// Vector from the edge to the vertex of a pair, and its squared length.
@@ -161,8 +150,6 @@ struct Outcomes {
     loss: [Lanes; 2],
     /// Pairs that press on one another.
     presses: usize,
-    /// Largest sum of the rates of two mates in 1/s^2.
-    omega_sq: f64,
 }
 
 impl Outcomes {
@@ -325,11 +312,6 @@ impl<L: Law> BodySide for BodyContacts<L> {
             threads.each(chunks.zip(&mut aparts), |((i, (next, outcomes)), apart)| {
                 evaluate(i, next, apart, outcomes);
             });
-            let part = threads.part(loads.len());
-            let parts = loads.chunks_mut(part).enumerate();
-            threads.each(parts, |(i, loads)| {
-                self.sum_part(&outcomes, i * part, loads);
-            });
         } else {
             loads.fill(PairLoad::default());
             for (i, (next, outcomes)) in chunks {
@@ -343,6 +325,27 @@ impl<L: Law> BodySide for BodyContacts<L> {
         self.next = next;
         self.aparts = aparts;
         self.outcomes = outcomes;
+        self.to_be_summed = shared;
+    }
+
+    /// The list is in the order of bodies, so most chunks are of no concern to a few bodies; each body's sum has the
+    /// order of the list.
+    fn sum(&self, first: usize, loads: &mut [PairLoad]) {
+        if !self.to_be_summed {
+            return;
+        }
+        loads.fill(PairLoad::default());
+        for (found, &[lowest, highest]) in self.outcomes.iter().zip(&self.spans) {
+            if highest as usize >= first && (lowest as usize) < first + loads.len() {
+                for (bodies, given) in found.each() {
+                    for (b, given) in bodies.into_iter().zip(given) {
+                        if let Some(load) = loads.get_mut(b.wrapping_sub(first)) {
+                            *load += *given;
+                        }
+                    }
+                }
+            }
+        }
     }
 
     /// `max over contacts (Lambda_A + Lambda_B)`, with `Lambda` the trace of each body's own `M^-1 K`.
@@ -350,22 +353,15 @@ impl<L: Law> BodySide for BodyContacts<L> {
     /// In contact space the operator is a sum over bodies of positive parts, each supported on that body's contacts
     /// and of norm at most `Lambda_b`; a vector's quotient is at most `sum_b Lambda_b |x on b's contacts|^2`, hence
     /// at most the largest `Lambda_A + Lambda_B` of one contact. Exact for two bodies and one contact.
-    fn omega_sq(&mut self, loads: &[PairLoad], threads: &Threads) -> f64 {
-        let stiffest = |found: &mut Outcomes| {
-            let mut largest = 0.0;
+    fn omega_sq(&self, loads: &[PairLoad]) -> f64 {
+        let mut largest = 0.0;
+        for found in &self.outcomes {
             for &[a, b] in &found.mates[..found.count] {
                 let sum = loads[a as usize].rate + loads[b as usize].rate;
                 largest = if sum > largest { sum } else { largest };
             }
-            found.omega_sq = largest;
-        };
-        if threads.shares(self.list.pairs.len()) {
-            threads.each(self.outcomes.iter_mut(), stiffest);
-        } else {
-            self.outcomes.iter_mut().for_each(stiffest);
         }
-        let all = self.outcomes.iter().map(|found| found.omega_sq);
-        all.fold(0.0, f64::max)
+        largest
     }
 
     fn loss(&self) -> Loss {

@@ -179,45 +179,44 @@ impl System {
         Ok(())
     }
 
-    /// Velocities and spins after a kick (s) by contact and gravity. Returns the largest surface speed in m/s, NaN if
-    /// one is not finite.
+    /// Sums what contact does to each body, part by part, and finds velocities and spins after a kick (s) by it and by
+    /// gravity. Returns the largest surface speed in m/s, NaN if one is not finite.
     fn kick_all(&mut self, kick: f64) -> f64 {
         let part = self.threads.part(self.bodies.len());
         self.fastest.clear();
         self.fastest.resize(self.bodies.len().div_ceil(part), 0.0);
         let coupled = self.pushed_by_points;
         let (state, gravity) = (&self.bodies.state, self.gravity);
-        let (body_loads, point_loads) = (&self.body_loads, &self.point_loads);
+        let (pairs, point_loads) = (self.pairs.as_ref(), &self.point_loads);
+        let loads = self.body_loads.chunks_mut(part);
         let parts = self.kicked.chunks_mut(part).zip(&mut self.fastest);
-        self.threads
-            .each(parts.enumerate(), |(i, (kicked, fastest))| {
-                let here = i * part..i * part + kicked.len();
-                let mut finite = true;
-                let bodies = state[here.clone()].iter().zip(&body_loads[here.clone()]);
-                for (((state, others), points), kicked) in
-                    bodies.zip(&point_loads[here.clone()]).zip(kicked)
-                {
-                    let (mut force, mut torque) = (others.force, others.torque);
-                    if coupled {
-                        force += points.force;
-                        torque += points.torque;
-                    }
-                    let acceleration = force * state.inverse_mass + gravity * state.falls;
-                    let velocity = state.velocity + acceleration * kick;
-                    let spin = state.spin + torque * state.inverse_inertia * kick;
-                    let surface = state.surface_speed(velocity, spin);
-                    finite &= surface < f64::INFINITY;
-                    *fastest = if surface > *fastest {
-                        surface
-                    } else {
-                        *fastest
-                    };
-                    *kicked = (velocity, spin);
+        let parts = parts.zip(loads).enumerate();
+        self.threads.each(parts, |(i, ((kicked, fastest), loads))| {
+            let here = i * part..i * part + kicked.len();
+            if let Some(pairs) = pairs {
+                pairs.sum(here.start, loads);
+            }
+            let mut finite = true;
+            let bodies = state[here.clone()].iter().zip(loads).zip(kicked);
+            for (((state, others), kicked), points) in bodies.zip(&point_loads[here]) {
+                let (mut force, mut torque) = (others.force, others.torque);
+                if coupled {
+                    force += points.force;
+                    torque += points.torque;
                 }
-                if !finite {
-                    *fastest = f64::NAN;
-                }
-            });
+                let acceleration = force * state.inverse_mass + gravity * state.falls;
+                let velocity = state.velocity + acceleration * kick;
+                let spin = state.spin + torque * state.inverse_inertia * kick;
+                let surface = state.surface_speed(velocity, spin);
+                finite &= surface < f64::INFINITY;
+                let faster = surface > *fastest;
+                *fastest = if faster { surface } else { *fastest };
+                *kicked = (velocity, spin);
+            }
+            if !finite {
+                *fastest = f64::NAN;
+            }
+        });
         // Not `f64::max`, which would lose a NaN.
         let larger = |a: f64, &b: &f64| if a.is_nan() || a > b { a } else { b };
         self.fastest.iter().fold(0.0, larger)
@@ -241,9 +240,9 @@ impl System {
             }
         }
         let (mut damping, mut omega_sq) = (0.0, 0.0);
-        if let Some(pairs) = &mut self.pairs {
+        if let Some(pairs) = &self.pairs {
             damping = pairs.damping_ratio();
-            omega_sq = pairs.omega_sq(&self.body_loads, &self.threads);
+            omega_sq = pairs.omega_sq(&self.body_loads);
         }
         // A quarter of the skin: below it nobody rebuilds anything, so a coarse bound does no harm.
         let gone = self.published.bound(0.25 * self.skin, &self.bodies);
