@@ -26,6 +26,10 @@ pub enum Command {
     Plan(SceneArgs),
     /// Print the JSON Schema of scene files.
     Schema,
+    /// Run a scene over resolutions and methods: error against run time, as study.csv and study.svg.
+    Study(StudyArgs),
+    /// Find where steps become unstable, beside what criteria say: stability.csv and stability.svg.
+    Stability(StabilityArgs),
     /// Remove what dead runs have left behind.
     Clean,
     /// The continuum solver's process; started by `run`.
@@ -104,6 +108,93 @@ pub enum LogFormat {
     Text,
     /// One JSON object a line.
     Json,
+}
+
+/// How the runs of a study are started.
+#[derive(Debug, Args)]
+pub struct RunsArgs {
+    /// Directory of the results; runs that it has already are not run again.
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Runs at once; with more than one their times are those of runs that share the machine.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    pub jobs: u16,
+    /// Threads of each solver.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: u16,
+    /// Run both solvers of a run as threads of one process.
+    #[arg(long)]
+    pub in_process: bool,
+    /// Start runs through a command such as `srun -n1 {}`, where `{}` stands for the command of a run.
+    #[arg(long, value_name = "TEMPLATE")]
+    pub launcher: Option<String>,
+}
+
+/// Arguments of `study`.
+#[derive(Debug, Args)]
+pub struct StudyArgs {
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// The runs.
+    #[command(flatten)]
+    pub runs: RunsArgs,
+    /// Values of a scene key, or of `variant`, in every combination with others; may be repeated. The scene's own
+    /// `[study]` by default.
+    #[arg(long, value_name = "KEY=V1,V2,...")]
+    pub vary: Vec<String>,
+    /// Check whose error is taken.
+    #[arg(long, value_name = "CHECK", conflicts_with = "finer")]
+    pub error: Option<String>,
+    /// Column or check that is compared with the finest run instead; may be repeated.
+    #[arg(long, value_name = "NAME")]
+    pub finer: Vec<String>,
+    /// Scene key whose number tells how fine a run is.
+    #[arg(long, value_name = "KEY")]
+    pub resolution: Option<String>,
+    /// Varied key that leads along a curve instead of telling curves apart; may be repeated.
+    #[arg(long, value_name = "KEY")]
+    pub along: Vec<String>,
+    /// Times that each run is timed; the shortest counts.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    pub repeat: u16,
+}
+
+/// Arguments of `stability`.
+#[derive(Debug, Args)]
+pub struct StabilityArgs {
+    /// Scene files; a set of the catalogue below `scenes/` by default.
+    pub scenes: Vec<PathBuf>,
+    /// The runs.
+    #[command(flatten)]
+    pub runs: RunsArgs,
+    /// Named variant of the scenes; `quick` by default where they have it.
+    #[arg(long, value_name = "NAME")]
+    pub variant: Option<String>,
+    /// Override a scene key; may be repeated.
+    #[arg(long, value_name = "KEY=VALUE")]
+    pub set: Vec<String>,
+    /// Columns of the map: a scene key and its numbers. Decades of `contact.linear.normal_stiffness` by default.
+    #[arg(long, value_name = "KEY=N1,N2,...")]
+    pub vary: Option<String>,
+    /// Key along a column, in which the edge is looked for.
+    #[arg(long, value_name = "KEY", default_value = study::stability::STEP_FACTOR)]
+    pub edge: String,
+    /// Where the edge is looked for: stable at the first, unstable at the second.
+    #[arg(long, value_name = "LOW,HIGH", default_value = "0.5,8")]
+    pub between: String,
+    /// Values of the grid along a column, before bisection.
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(2..))]
+    pub grid: u16,
+    /// Largest ratio between the values on either side of the edge.
+    #[arg(long, value_name = "RATIO", default_value_t = 1.1)]
+    pub ratio: f64,
+    /// Largest share of energy from nowhere of a stable run.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.05)]
+    pub residual: f64,
+    /// Compare the steps of criteria over all scenes instead of making maps.
+    #[arg(long, conflicts_with = "vary")]
+    pub table: bool,
 }
 
 /// Arguments of a solver process.

@@ -15,7 +15,14 @@ use crate::cli::LogFormat;
 
 /// iceoryx2 warns about connections that are being closed in order; only its errors are news.
 fn ours(level: Level) -> Targets {
-    let crates = ["tandem", "coupler", "interface", "mpm_proc", "dem_proc"];
+    let crates = [
+        "tandem",
+        "coupler",
+        "study",
+        "interface",
+        "mpm_proc",
+        "dem_proc",
+    ];
     crates
         .into_iter()
         .fold(Targets::new().with_default(Level::ERROR), |t, name| {
@@ -43,6 +50,20 @@ pub fn of_run(file: File, format: LogFormat) {
             .boxed(),
     };
     registry().with(to_file).with(to_stderr).init();
+}
+
+/// Logs a study: what its runs do, to standard error.
+pub fn of_study() {
+    let stderr = layer()
+        .with_writer(std::io::stderr)
+        .with_ansi(false)
+        .compact()
+        .without_time()
+        .with_level(false)
+        .with_target(false);
+    registry()
+        .with(stderr.with_filter(ours(Level::INFO)))
+        .init();
 }
 
 /// Logs a solver process: errors only, to standard error. What matters it says to the coupler.

@@ -5,6 +5,7 @@ mod cli;
 mod logging;
 mod run;
 mod solvers;
+mod studies;
 
 use std::process::ExitCode;
 
@@ -24,6 +25,8 @@ fn main() -> ExitCode {
             println!("{:#}", schema());
             ExitCode::SUCCESS
         }
+        Command::Study(args) => studies::study(&args),
+        Command::Stability(args) => studies::stability(&args),
         Command::Clean => {
             let swept = interface::domain::sweep();
             println!("removed what {} dead run(s) had left", swept.len());

@@ -104,9 +104,20 @@ fn options(args: &RunArgs) -> Result<RunOptions, String> {
             process(args.dem.as_deref(), "dem")?,
         )
     };
+    Ok(RunOptions {
+        mpm,
+        dem,
+        threads: args.threads.into(),
+        window: args.window,
+        progress: args.log == LogFormat::Text,
+        interrupt: interrupt()?,
+    })
+}
+
+/// A flag that Ctrl-C and SIGTERM set; the second of them does not wait for an orderly end.
+pub fn interrupt() -> Result<Arc<AtomicBool>, String> {
     let interrupt = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
-        // The second signal does not wait for an orderly end.
         flag::register_conditional_shutdown(
             signal,
             i32::from(Status::Interrupted.exit_code()),
@@ -115,14 +126,7 @@ fn options(args: &RunArgs) -> Result<RunOptions, String> {
         .and_then(|_| flag::register(signal, interrupt.clone()))
         .map_err(|e| format!("cannot handle signals: {e}"))?;
     }
-    Ok(RunOptions {
-        mpm,
-        dem,
-        threads: args.threads.into(),
-        window: args.window,
-        progress: args.log == LogFormat::Text,
-        interrupt,
-    })
+    Ok(interrupt)
 }
 
 /// The command of a solver: the user's own, or this program again.

@@ -105,9 +105,10 @@ fn wrong_arrows(arrows: &Arrows) -> Vec<String> {
         ("mpm-proc", &["interface"][..]),
         ("dem-proc", &["interface"][..]),
         ("coupler", &["interface"][..]),
+        ("study", &["coupler"][..]),
         (
             "tandem",
-            &["interface", "mpm-proc", "dem-proc", "coupler"][..],
+            &["interface", "mpm-proc", "dem-proc", "coupler", "study"][..],
         ),
     ]);
     let mut wrong = Vec::new();
@@ -311,6 +312,7 @@ fn unsafe_code_is_forbidden_outside_interface() {
     let roots = [
         "src/main.rs",
         "coupler/src/lib.rs",
+        "coupler/study/src/lib.rs",
         "mpm-proc/src/lib.rs",
         "dem-proc/src/lib.rs",
     ];
@@ -363,7 +365,11 @@ mod the_rules_can_fail {
             ("mpm-proc", &["interface", "rayon"]),
             ("dem-proc", &["interface"]),
             ("coupler", &["interface"]),
-            ("tandem", &["interface", "mpm-proc", "dem-proc", "coupler"]),
+            ("study", &["coupler", "plotters"]),
+            (
+                "tandem",
+                &["interface", "mpm-proc", "dem-proc", "coupler", "study"],
+            ),
         ])
     }
 
@@ -374,6 +380,8 @@ mod the_rules_can_fail {
             ("mpm-proc", "dem-proc"),
             ("coupler", "mpm-proc"),
             ("interface", "coupler"),
+            ("coupler", "study"),
+            ("study", "mpm-proc"),
             ("dem-proc", "tandem"),
         ] {
             let mut house = house();

@@ -152,6 +152,7 @@ mod tests {
             max_step: None,
             min_step: 1e-12,
             safety: 1.0,
+            step_factor: 1.0,
             criterion: Criterion::Composed,
         };
         Pace::new(plan, every)
@@ -168,7 +169,7 @@ mod tests {
     }
 
     fn stability() -> Stability {
-        Stability::new(1.0, Criterion::Composed, None, None)
+        Stability::new(&pace(1.0, 1.0).plan, None, None)
     }
 
     #[test]

@@ -21,7 +21,7 @@ use crate::progress::{Progress, Standing};
 use crate::quantity::{Measured, Sample};
 use crate::rundir::{History, RunDir, RunDirError};
 use crate::scene::Scene;
-use crate::stability::{Bound, Sides, Stability};
+use crate::stability::{Bound, Criteria, Sides, Stability};
 use crate::summary::{Status, Summary, WallParts, state_hash};
 
 /// A window is cut so that it takes about this long: the bar moves and Ctrl-C is heard.
@@ -101,6 +101,7 @@ struct Account {
     recorder: Recorder,
     balance: Balance,
     pace: Pace,
+    criteria: Criteria,
     clock: Clock,
     reports: BTreeMap<Party, Report>,
     imps_max: u64,
@@ -120,6 +121,7 @@ impl Account {
             recorder: Recorder::new(scene),
             balance: Balance::default(),
             pace: Pace::new(scene.time, scene.output.every),
+            criteria: Criteria::default(),
             clock: Clock::new(0.0),
             reports: BTreeMap::new(),
             imps_max: 0,
@@ -189,6 +191,7 @@ impl Account {
             dt_min: self.pace.range.map(|(low, _)| low),
             dt_max: self.pace.range.map(|(_, high)| high),
             dt_bound_by: self.pace.bound_by,
+            criteria: self.criteria,
             grants: self.grants,
             epochs: self.epochs,
             rebuilds: self
@@ -292,7 +295,7 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
             readiness.insert(party, ready);
         }
         let (mpm, dem) = (readiness.get(&Party::Mpm), readiness.get(&Party::Dem));
-        let stability = Stability::new(scene.time.safety, scene.time.criterion, mpm, dem);
+        let stability = Stability::new(&scene.time, mpm, dem);
         let progress = Progress::new(scene.time.end, options.progress);
         Ok(Self {
             scene,
@@ -350,6 +353,8 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
         let mut measure = false; // the opening step has measured the start
         while self.account.clock.time() < self.scene.time.end && !self.interrupted() {
             let time = self.account.clock.time();
+            self.stability
+                .compare(&self.sides, &mut self.account.criteria);
             let epoch = self
                 .account
                 .pace

@@ -5,10 +5,13 @@
 //! `K_contact` splits into what it does to the points and what it does to the bodies. Leapfrog is stable for
 //! `omega dt <= 2`; a dashpot of ratio `zeta` shortens that by `sqrt(1 + zeta^2) - zeta`.
 
+use std::f64::consts::TAU;
+
 use interface::solver::Readiness;
 use interface::wire::Limits;
+use serde::{Deserialize, Serialize};
 
-use crate::scene::Criterion;
+use crate::scene::{Criterion, TimePlan};
 
 /// What binds the step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -89,9 +92,29 @@ impl Budget {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stability {
     safety: f64,
+    /// Multiple of the criterion's limit that the scene asks for.
+    factor: f64,
     criterion: Criterion,
-    /// Step of Jiang 2020 eq. 51 in s, if both its parts are known; constant in a run.
+    /// Step of Jiang 2020 eq. 51 in s, if its parts are known; constant in a run.
     jiang2020: f64,
+    /// Step of eq. 51 with the mass of the lightest point in s, likewise.
+    lightest_point: f64,
+}
+
+/// Steps in s that criteria would allow a run, to compare them by: safety factors included, the scene's `step_factor`,
+/// cap and outputs left out. Absent where nothing binds.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Criteria {
+    /// Shortest that the composed criterion asked for (PHYSICS.md section 4): that of the hardest contact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub composed: Option<f64>,
+    /// Jiang 2020 eq. 51, the scene's own factors or [`Criterion::EQ_51`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jiang2020: Option<f64>,
+    /// `min(kappa_1 L/c, 2 kappa sqrt(m_p/k_n))` with the mass of the lightest point and the safety factor kappa:
+    /// what one does who knows that a point is the lightest partner of its contact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lightest_point: Option<f64>,
 }
 
 /// A step and the budgets within which it stays stable.
@@ -105,48 +128,65 @@ pub struct StepLimit {
 
 impl Stability {
     /// The criterion of a scene with solvers of this readiness.
-    pub fn new(
-        safety: f64,
-        criterion: Criterion,
-        mpm: Option<&Readiness>,
-        dem: Option<&Readiness>,
-    ) -> Self {
-        let mut jiang2020 = f64::INFINITY;
-        if let Criterion::Jiang2020 { kappa_1, kappa_2 } = criterion {
-            if let Some(mpm) = mpm {
-                jiang2020 = kappa_1 * mpm.courant_time;
-            }
-            if let Some(dem) = dem
-                && dem.stiffness_max > 0.0
-                && dem.mass_min > 0.0
-            {
-                let contact =
-                    std::f64::consts::TAU * kappa_2 * (dem.mass_min / dem.stiffness_max).sqrt();
-                jiang2020 = jiang2020.min(contact);
-            }
+    pub fn new(plan: &TimePlan, mpm: Option<&Readiness>, dem: Option<&Readiness>) -> Self {
+        let eq_51 = match plan.criterion {
+            Criterion::Composed => Criterion::EQ_51,
+            own @ Criterion::Jiang2020 { .. } => own,
+        };
+        let (mut jiang2020, mut lightest_point) = (f64::INFINITY, f64::INFINITY);
+        if let Criterion::Jiang2020 { kappa_1, kappa_2 } = eq_51 {
+            let waves = mpm.map_or(f64::INFINITY, |mpm| kappa_1 * mpm.courant_time);
+            let stiffness = dem.map_or(0.0, |dem| dem.stiffness_max);
+            let period = |side: Option<&Readiness>| match side {
+                Some(side) if stiffness > 0.0 && side.mass_min > 0.0 => {
+                    (side.mass_min / stiffness).sqrt()
+                }
+                _ => f64::INFINITY,
+            };
+            jiang2020 = waves.min(TAU * kappa_2 * period(dem));
+            lightest_point = waves.min(2.0 * plan.safety * period(mpm));
         }
         Self {
-            safety,
-            criterion,
+            safety: plan.safety,
+            factor: plan.step_factor,
+            criterion: plan.criterion,
             jiang2020,
+            lightest_point,
         }
+    }
+
+    /// The longest step by the composed criterion in s, and what binds it.
+    fn composed(&self, sides: &Sides) -> StepLimit {
+        StepLimit {
+            dt: self.safety * allowance(sides) / omega_sq(sides).sqrt(),
+            bound: largest_share(sides),
+        }
+    }
+
+    /// Takes these limits into what the criteria would have allowed so far.
+    pub fn compare(&self, sides: &Sides, criteria: &mut Criteria) {
+        let bound = |dt: f64| (dt.is_finite() && dt > 0.0).then_some(dt);
+        let composed = self.composed(sides).dt;
+        let shortest = criteria
+            .composed
+            .map_or(composed, |known| known.min(composed));
+        *criteria = Criteria {
+            composed: bound(shortest),
+            jiang2020: bound(self.jiang2020),
+            lightest_point: bound(self.lightest_point),
+        };
     }
 
     /// The longest step that these limits allow.
     pub fn limit(&self, sides: &Sides) -> StepLimit {
-        let stable = match self.criterion {
-            Criterion::Composed => {
-                let dt = self.safety * allowance(sides) / omega_sq(sides).sqrt();
-                StepLimit {
-                    dt,
-                    bound: largest_share(sides),
-                }
-            }
+        let mut stable = match self.criterion {
+            Criterion::Composed => self.composed(sides),
             Criterion::Jiang2020 { .. } => StepLimit {
                 dt: self.jiang2020,
                 bound: Bound::Jiang2020,
             },
         };
+        stable.dt *= self.factor;
         let kinematic = kinematic_limit(sides);
         if kinematic < stable.dt {
             StepLimit {
@@ -179,7 +219,7 @@ impl Stability {
             },
         );
         if self.criterion == Criterion::Composed {
-            let allowed = (self.safety * allowance(sides) / dt).powi(2);
+            let allowed = (self.factor * self.safety * allowance(sides) / dt).powi(2);
             let spare = 0.5 * (allowed - omega_sq(sides)).max(0.0);
             mpm.omega_sq = own(&sides.mpm) + spare;
             dem.omega_sq = own(&sides.dem) + spare;
@@ -254,8 +294,19 @@ mod tests {
         }
     }
 
+    fn plan(safety: f64, criterion: Criterion) -> TimePlan {
+        TimePlan {
+            end: 1.0,
+            max_step: None,
+            min_step: 1e-12,
+            safety,
+            step_factor: 1.0,
+            criterion,
+        }
+    }
+
     fn composed(safety: f64) -> Stability {
-        Stability::new(safety, Criterion::Composed, None, None)
+        Stability::new(&plan(safety, Criterion::Composed), None, None)
     }
 
     #[test]
@@ -333,13 +384,68 @@ mod tests {
             kappa_1: 0.8,
             kappa_2: 0.1,
         };
-        let limit = Stability::new(0.8, criterion, Some(&mpm), Some(&dem)).limit(&sides());
+        let plan = plan(0.8, criterion);
+        let limit = Stability::new(&plan, Some(&mpm), Some(&dem)).limit(&sides());
         assert_eq!((limit.dt, limit.bound), (0.8 * 4e-5, Bound::Jiang2020));
         let soft = Readiness {
             stiffness_max: 6e9,
             ..dem
         };
-        let limit = Stability::new(0.8, criterion, Some(&mpm), Some(&soft)).limit(&sides());
-        assert!((limit.dt - std::f64::consts::TAU * 0.1 * (2.5f64 / 6e9).sqrt()).abs() < 1e-18);
+        let limit = Stability::new(&plan, Some(&mpm), Some(&soft)).limit(&sides());
+        assert!((limit.dt - TAU * 0.1 * (2.5f64 / 6e9).sqrt()).abs() < 1e-18);
+    }
+
+    #[test]
+    fn a_forced_step_is_a_multiple_of_the_limit_and_its_budgets_allow_it() {
+        let plain = composed(0.8);
+        let forced = Stability::new(
+            &TimePlan {
+                step_factor: 3.0,
+                ..plan(0.8, Criterion::Composed)
+            },
+            None,
+            None,
+        );
+        let mut slow = sides();
+        slow.mpm.speed = 0.0;
+        let dt = forced.limit(&slow).dt;
+        assert!((dt / plain.limit(&slow).dt - 3.0).abs() < 1e-12);
+        // Neither side halts at once: the budget is at least what it uses now.
+        let budgets = forced.budgets(&slow, 0.97 * dt);
+        assert!(budgets.mpm.omega_sq > own(&slow.mpm));
+        // What stability does not ask for is not forced.
+        let mut fast = sides();
+        fast.mpm.speed = 499.0;
+        assert_eq!(forced.limit(&fast).bound, Bound::Kinematic);
+    }
+
+    #[test]
+    fn criteria_are_compared_at_the_hardest_contact() {
+        let (mpm, dem) = (
+            Readiness {
+                courant_time: 4e-5,
+                mass_min: 2.5e-4,
+                ..Readiness::default()
+            },
+            Readiness {
+                mass_min: 2.5,
+                stiffness_max: 6e9,
+                ..Readiness::default()
+            },
+        );
+        let plan = plan(0.8, Criterion::Composed);
+        let stability = Stability::new(&plan, Some(&mpm), Some(&dem));
+        let mut criteria = Criteria::default();
+        stability.compare(&sides(), &mut criteria);
+        let mut apart = sides();
+        apart.mpm.contact_omega_sq = 0.0;
+        stability.compare(&apart, &mut criteria);
+        let near = |a: Option<f64>, b: f64| (a.unwrap() / b - 1.0).abs() < 1e-12;
+        assert!(near(criteria.composed, 0.8 * 2.0 / 4.02e8f64.sqrt()));
+        assert!(near(criteria.jiang2020, 0.1 * TAU * (2.5f64 / 6e9).sqrt()));
+        assert!(near(
+            criteria.lightest_point,
+            1.6 * (2.5e-4f64 / 6e9).sqrt()
+        ));
     }
 }

@@ -3,13 +3,14 @@
 use std::collections::BTreeMap;
 
 use interface::wire::{BodyState, PointState};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::check::CheckResult;
 use crate::ledger::{Balance, Energies};
+use crate::stability::Criteria;
 
 /// How a run ended.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// To the end, every check holds.
@@ -25,6 +26,17 @@ pub enum Status {
 }
 
 impl Status {
+    /// As `summary.json` spells it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Done => "done",
+            Self::CheckFailed => "check_failed",
+            Self::Failed => "failed",
+            Self::Unstable => "unstable",
+            Self::Interrupted => "interrupted",
+        }
+    }
+
     /// Exit status of `tandem run` (DESIGN.md section 5).
     pub const fn exit_code(self) -> u8 {
         match self {
@@ -80,6 +92,8 @@ pub struct Summary {
     pub dt_max: Option<f64>,
     /// Steps by what bound them.
     pub dt_bound_by: BTreeMap<&'static str, u64>,
+    /// Steps that criteria would have allowed.
+    pub criteria: Criteria,
     /// Grants, each to every solver.
     pub grants: u64,
     /// Epochs: intervals of equal steps.
@@ -145,6 +159,20 @@ pub fn state_hash(points: &[PointState], bodies: &[BodyState]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_status_is_named_as_it_is_written() {
+        for status in [
+            Status::Done,
+            Status::CheckFailed,
+            Status::Failed,
+            Status::Unstable,
+            Status::Interrupted,
+        ] {
+            let written = serde_json::to_value(status).unwrap();
+            assert_eq!(written, status.name());
+        }
+    }
 
     #[test]
     fn the_hash_sees_the_last_bit() {

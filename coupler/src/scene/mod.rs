@@ -21,6 +21,7 @@ mod parse;
 pub mod plan;
 mod problems;
 mod structure;
+mod study;
 mod written;
 
 use std::collections::BTreeMap;
@@ -66,6 +67,8 @@ pub struct Scene {
     pub hash: String,
     /// Names of the file's variants.
     pub variants: Vec<String>,
+    /// What `tandem study` does with the scene; no part of its runs, of the resolved text or the hash.
+    pub study: Study,
     /// Things that are allowed but probably not meant.
     pub warnings: Vec<String>,
 }
@@ -81,6 +84,8 @@ pub struct TimePlan {
     pub min_step: f64,
     /// kappa of PHYSICS.md section 4, in (0, 1].
     pub safety: f64,
+    /// The step is this multiple of what the criterion allows: 1 but for experiments with instability.
+    pub step_factor: f64,
     /// How the step limit is made.
     pub criterion: Criterion,
 }
@@ -99,6 +104,14 @@ pub enum Criterion {
     },
 }
 
+impl Criterion {
+    /// Eq. 51 with the factors that the paper's scenes are given here unless they say otherwise.
+    pub const EQ_51: Self = Self::Jiang2020 {
+        kappa_1: 0.8,
+        kappa_2: 0.1,
+    };
+}
+
 /// The exchange between the processes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coupling {
@@ -108,6 +121,28 @@ pub struct Coupling {
     pub deadline: Duration,
     /// Most steps granted at once, at least 1.
     pub window: u32,
+}
+
+/// What `tandem study` does with a scene: which runs, and what their error is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Study {
+    /// What the error of a run is; `None`: the scene has nothing that tells it.
+    pub error: Option<Measurand>,
+    /// Dotted key of the number that tells how fine a run is.
+    pub resolution: String,
+    /// Varied keys that lead along a curve instead of telling curves apart.
+    pub along: Vec<String>,
+    /// Dotted scene key, or `variant`, and its values as `--set` takes them.
+    pub vary: Vec<(String, Vec<String>)>,
+}
+
+/// What the error of a run is taken of.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Measurand {
+    /// The check of this name, which has a reference.
+    Check(String),
+    /// These columns of the history, or checks, against the finest run.
+    Finer(Vec<String>),
 }
 
 /// What is recorded.
@@ -135,6 +170,13 @@ impl Scene {
     /// What will run, what is left out and why, and estimates of memory, step and number of steps.
     pub fn plan(&self) -> plan::Plan {
         plan::Plan::new(self)
+    }
+}
+
+impl Study {
+    /// What a scene varies along a curve unless it says so.
+    pub fn along(resolution: &str) -> Vec<String> {
+        vec!["variant".to_owned(), resolution.to_owned()]
     }
 }
 

@@ -13,6 +13,7 @@ use super::problems::Problems;
 use super::written::{CouplingWritten, CriterionWritten, SceneWritten, TimeWritten};
 use super::{
     Coupling, Criterion, Output, Scene, TimePlan, VERSION, bodies, continuum, schema, structure,
+    study,
 };
 use crate::check::{Check, Expected, Reference};
 use crate::diagnostic::SceneErrors;
@@ -35,6 +36,7 @@ pub(super) fn scene(mut document: Document, directory: &Path) -> Result<Scene, S
     let mut warnings = problems.finish()?;
     let mut scene = scene.expect("where nothing was refused everything was made");
     inline_tables(&mut document, &scene.checks);
+    document.root.remove("study");
     scene.resolved_toml = toml::to_string(&document.root).expect("the tree came from TOML");
     scene.hash = blake3::hash(scene.resolved_toml.as_bytes())
         .to_hex()
@@ -163,6 +165,7 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         "checks",
         check_names.map(|(i, c)| (names("check", i), c.name.as_str())),
     );
+    let study = study::study(problems, written.study.as_ref(), &checks, &columns);
     if written.check.is_empty() {
         problems.warn("the scene has no checks: its run cannot fail, whatever it shows");
     }
@@ -180,6 +183,7 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         resolved_toml: String::new(),
         hash: String::new(),
         variants: Vec::new(),
+        study,
         warnings: Vec::new(),
     })
 }
@@ -214,11 +218,15 @@ fn time_plan(problems: &mut Problems, written: &TimeWritten) -> TimePlan {
         sound,
         "a factor above 0 and at most 1",
     );
+    let step_factor = written.step_factor.unwrap_or(1.0);
+    problems.above_zero("time.step_factor", step_factor, "a factor");
+    if step_factor > 1.0 {
+        problems.warn(format!(
+            "`time.step_factor` forces the step to {step_factor} times what the criterion allows"
+        ));
+    }
     let criterion = match written.criterion {
-        CriterionWritten::Jiang2020 => Criterion::Jiang2020 {
-            kappa_1: kappa(problems, "time.kappa_1", written.kappa_1, 0.8),
-            kappa_2: kappa(problems, "time.kappa_2", written.kappa_2, 0.1),
-        },
+        CriterionWritten::Jiang2020 => eq_51(problems, written),
         CriterionWritten::Composed => {
             for (key, value) in [("kappa_1", written.kappa_1), ("kappa_2", written.kappa_2)] {
                 if value.is_some() {
@@ -237,14 +245,20 @@ fn time_plan(problems: &mut Problems, written: &TimeWritten) -> TimePlan {
         max_step: written.max_step,
         min_step,
         safety,
+        step_factor,
         criterion,
     }
 }
 
-fn kappa(problems: &mut Problems, path: &str, written: Option<f64>, default: f64) -> f64 {
-    let kappa = written.unwrap_or(default);
-    problems.above_zero(path, kappa, "a factor");
-    kappa
+fn eq_51(problems: &mut Problems, written: &TimeWritten) -> Criterion {
+    let mut criterion = Criterion::EQ_51;
+    if let Criterion::Jiang2020 { kappa_1, kappa_2 } = &mut criterion {
+        *kappa_1 = written.kappa_1.unwrap_or(*kappa_1);
+        *kappa_2 = written.kappa_2.unwrap_or(*kappa_2);
+        problems.above_zero("time.kappa_1", *kappa_1, "a factor");
+        problems.above_zero("time.kappa_2", *kappa_2, "a factor");
+    }
+    criterion
 }
 
 fn history_interval(problems: &mut Problems, every: f64, end: f64) -> f64 {

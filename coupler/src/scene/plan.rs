@@ -322,7 +322,7 @@ fn limits(scene: &Scene) -> Vec<StepLimit> {
     let point = scene.mpm.as_ref().map_or(f64::INFINITY, lightest_point);
     match scene.time.criterion {
         Criterion::Composed => {
-            let kappa = scene.time.safety;
+            let kappa = scene.time.safety * scene.time.step_factor;
             // Damping costs: PHYSICS.md section 4.
             let damping = scene
                 .dem
@@ -358,8 +358,9 @@ fn limits(scene: &Scene) -> Vec<StepLimit> {
         }
         Criterion::Jiang2020 { kappa_1, kappa_2 } => {
             let body = scene.dem.as_ref().map_or(f64::INFINITY, lightest_body);
-            limit("Jiang 2020 eq. 51, waves", kappa_1 * waves);
-            let period = std::f64::consts::TAU * (body / stiffness).sqrt();
+            let factor = scene.time.step_factor;
+            limit("Jiang 2020 eq. 51, waves", factor * kappa_1 * waves);
+            let period = factor * std::f64::consts::TAU * (body / stiffness).sqrt();
             limit("Jiang 2020 eq. 51, contact", kappa_2 * period);
         }
     }

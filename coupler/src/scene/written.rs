@@ -48,6 +48,8 @@ pub(crate) struct SceneWritten {
     /// What the run must show.
     #[serde(default)]
     pub check: Vec<CheckWritten>,
+    /// What `tandem study` does with the scene; no part of its runs.
+    pub study: Option<StudyWritten>,
     /// Named sets of overrides: quoted dotted scene keys and their values.
     #[serde(default)]
     #[allow(
@@ -79,6 +81,8 @@ pub(crate) struct TimeWritten {
     pub min_step: Option<f64>,
     /// Safety factor kappa of the composed limit, above 0 and at most 1; 0.8 by default.
     pub safety: Option<f64>,
+    /// Forces the step to this multiple of what the criterion allows, to find where it becomes unstable; 1 by default.
+    pub step_factor: Option<f64>,
     /// How the step limit is made.
     #[serde(default)]
     pub criterion: CriterionWritten,
@@ -282,6 +286,26 @@ pub(crate) struct CheckWritten {
     pub scale: Option<NumberOrExpression>,
     /// Where the expected figure comes from.
     pub source: String,
+}
+
+/// What `tandem study` does with the scene.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct StudyWritten {
+    /// Name of the check whose error is taken; the first with a `reference` by default. This or `finer`.
+    pub error: Option<String>,
+    /// Columns of the history, or checks, that are compared with the finest run of the same curve.
+    #[serde(default)]
+    pub finer: Vec<String>,
+    /// Scene key whose number tells how fine a run is; `mpm.cell` by default.
+    pub resolution: Option<String>,
+    /// Varied keys that lead along a curve; each combination of the others is a curve. By default `variant` and the
+    /// resolution.
+    pub along: Option<Vec<String>>,
+    /// Scene keys, or `variant`, and the values that they take, in every combination.
+    #[serde(default)]
+    #[schemars(with = "BTreeMap<String, Vec<serde_json::Value>>")]
+    pub vary: BTreeMap<String, Vec<toml::Value>>,
 }
 
 /// How the value's history becomes one number.

@@ -1,0 +1,94 @@
+//! One run of many: a scene with the values that it takes in this run.
+
+use std::path::{Path, PathBuf};
+
+use coupler::scene::Scene;
+
+use crate::StudyError;
+use crate::vary::{PLAIN, Setting, VARIANT};
+
+/// A scene file, with what all runs of it have in common.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Source {
+    /// Scene file.
+    pub path: PathBuf,
+    /// Variant of all runs.
+    pub variant: Option<String>,
+    /// `KEY=VALUE` of all runs.
+    pub set: Vec<String>,
+}
+
+/// A run of a scene, checked.
+#[derive(Debug, Clone)]
+pub struct Case {
+    /// What tells it from the others.
+    pub settings: Vec<Setting>,
+    /// The scene as it runs.
+    pub scene: Scene,
+}
+
+impl Source {
+    /// The scene with these settings.
+    ///
+    /// # Errors
+    /// [`StudyError::Scene`], with the words of `tandem run` for a bad `--set`.
+    pub fn case(&self, settings: &[Setting]) -> Result<Case, StudyError> {
+        let mut variant = self.variant.as_deref();
+        let mut set = self.set.clone();
+        for (key, value) in settings {
+            if key == VARIANT {
+                variant = Some(value.as_str()).filter(|name| *name != PLAIN);
+            } else {
+                set.push(format!("{key}={value}"));
+            }
+        }
+        let scene = Scene::load(&self.path, variant, &set).map_err(StudyError::Scene)?;
+        Ok(Case {
+            settings: settings.to_vec(),
+            scene,
+        })
+    }
+}
+
+impl Case {
+    /// The number at a dotted key of the scene as it runs.
+    pub fn number(&self, key: &str) -> Option<f64> {
+        let root: toml::Table = self.scene.resolved_toml.parse().ok()?;
+        let mut at = &toml::Value::Table(root);
+        for segment in key.split('.') {
+            at = match at {
+                toml::Value::Table(table) => table.get(segment)?,
+                toml::Value::Array(array) => array.get(segment.parse::<usize>().ok()?)?,
+                _ => return None,
+            };
+        }
+        match at {
+            toml::Value::Float(number) => Some(*number),
+            toml::Value::Integer(number) => Some(*number as f64),
+            _ => None,
+        }
+    }
+
+    /// The settings for people, but for those of some keys; each by the last part of its key.
+    pub fn label(&self, without: &[String]) -> String {
+        let shown = self
+            .settings
+            .iter()
+            .filter(|(key, _)| !without.contains(key));
+        let words = shown.map(|(key, value)| match key.rsplit_once('.') {
+            // The number of an element says nothing without its list.
+            Some((_, last)) if last.parse::<usize>().is_err() => format!("{last} {value}"),
+            _ => format!("{key} {value}"),
+        });
+        words.collect::<Vec<_>>().join(", ")
+    }
+}
+
+/// The folder of a scene file and its name: `jiang2020/silo` of `scenes/jiang2020/silo.toml`.
+pub fn scene_title(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    match path.parent().and_then(Path::file_name) {
+        Some(folder) if folder != "scenes" => format!("{}/{stem}", folder.to_string_lossy()),
+        _ => stem.into_owned(),
+    }
+}

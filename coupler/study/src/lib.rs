@@ -1,0 +1,25 @@
+//! Many runs of a scene, each by the program itself, and what they show together.
+//!
+//! | room | what is in it |
+//! | --- | --- |
+//! | [`vary`], [`case`] | values of scene keys, and the checked scene of each combination |
+//! | [`runner`], [`outcome`] | runs of the program, several at once or through a queue, resumable; what one left |
+//! | [`precision`], [`work`] | Pareto fronts and orders; `tandem study`: error against run time |
+//! | [`stability`] | `tandem stability`: where a step becomes unstable, and what criteria say of it |
+//! | [`figure`] | both as SVG |
+//!
+//! This crate knows the coupler for its scenes and its words of a summary. It sees no solver and starts none: a run is
+//! a command, so that it may as well be started on another machine.
+#![forbid(unsafe_code)]
+
+pub mod case;
+mod error;
+pub mod figure;
+pub mod outcome;
+pub mod precision;
+pub mod runner;
+pub mod stability;
+pub mod vary;
+pub mod work;
+
+pub use error::StudyError;

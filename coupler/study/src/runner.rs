@@ -1,0 +1,341 @@
+//! Runs of the program, each in a directory named after what it runs: what is there already is not run again.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::Duration;
+
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::StudyError;
+use crate::case::Case;
+use crate::outcome::Outcome;
+
+/// Time between two looks at a run.
+const LOOK: Duration = Duration::from_millis(5);
+/// Characters of a hash that name a run: 64 bits.
+const NAME: usize = 16;
+
+/// How the runs of a study are started.
+#[derive(Debug, Clone)]
+pub struct RunnerOptions {
+    /// The program, which has the subcommand `run`.
+    pub program: PathBuf,
+    /// Command in which `{}` stands for the command of a run, such as `srun -n1 {}`.
+    pub launcher: Option<String>,
+    /// Threads of each solver.
+    pub threads: u16,
+    /// Both solvers as threads of one process.
+    pub in_process: bool,
+    /// Most runs at once.
+    pub jobs: usize,
+    /// Set from outside to end.
+    pub interrupt: Arc<AtomicBool>,
+}
+
+/// Starts runs and finds what they left.
+#[derive(Debug)]
+pub struct Runner {
+    options: RunnerOptions,
+    launcher: Option<Launcher>,
+    /// Directory of the runs.
+    runs: PathBuf,
+    /// Of the program itself: another build is another method.
+    program_hash: blake3::Hash,
+    started: AtomicUsize,
+}
+
+/// A command template.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Launcher {
+    words: Vec<String>,
+}
+
+impl Launcher {
+    fn parse(template: &str) -> Result<Self, StudyError> {
+        let wrong = |what: &str| {
+            let help = "write `--launcher \"srun -n1 {}\"`: `{}` stands for the command of a run";
+            StudyError::asked(format!("--launcher {template}: {what}"), help)
+        };
+        let words = shlex::split(template).ok_or_else(|| wrong("not a command"))?;
+        if !words.iter().any(|word| word.contains("{}")) {
+            return Err(wrong("there is no `{}` in it"));
+        }
+        if words.first().is_some_and(|word| word == "{}") && words.len() > 1 {
+            return Err(wrong("the run's command is not the launcher's first word"));
+        }
+        Ok(Self { words })
+    }
+
+    /// The command with the run's in place: as words of its own where `{}` is a word, quoted for a shell within one.
+    fn around(&self, command: &[String]) -> Vec<String> {
+        let quoted = || {
+            let words = command.iter().map(String::as_str);
+            shlex::try_join(words).expect("paths on a command line have no zero byte")
+        };
+        let fill = |word: &String| {
+            if word == "{}" {
+                command.to_vec()
+            } else if word.contains("{}") {
+                vec![word.replace("{}", &quoted())]
+            } else {
+                vec![word.clone()]
+            }
+        };
+        self.words.iter().flat_map(fill).collect()
+    }
+}
+
+impl Runner {
+    /// A runner whose runs are in `out/runs`.
+    ///
+    /// # Errors
+    /// The launcher is no template, the directory cannot be made, or the program cannot be read.
+    pub fn new(options: RunnerOptions, out: &Path) -> Result<Self, StudyError> {
+        let launcher = options
+            .launcher
+            .as_deref()
+            .map(Launcher::parse)
+            .transpose()?;
+        let runs = out.join("runs");
+        fs::create_dir_all(&runs).map_err(|error| {
+            let what = format!("cannot create the directory {}: {error}", runs.display());
+            StudyError::asked(what, "give another with `--out`")
+        })?;
+        // Launchers may work elsewhere.
+        let runs = runs
+            .canonicalize()
+            .map_err(StudyError::file("find the directory", &runs))?;
+        let program = fs::read(&options.program)
+            .map_err(StudyError::file("read the program", &options.program))?;
+        Ok(Self {
+            program_hash: blake3::hash(&program),
+            options,
+            launcher,
+            runs,
+            started: AtomicUsize::new(0),
+        })
+    }
+
+    /// Runs that were started so far; the others were there already.
+    pub fn started(&self) -> usize {
+        self.started.load(Ordering::Relaxed)
+    }
+
+    /// Most runs at once.
+    pub fn jobs(&self) -> usize {
+        self.options.jobs.max(1)
+    }
+
+    /// Name of a case's runs: of its scene, the program, and what else decides how long it takes.
+    pub fn name(&self, case: &Case) -> String {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(case.scene.hash.as_bytes());
+        hasher.update(self.program_hash.as_bytes());
+        hasher.update(&self.options.threads.to_le_bytes());
+        hasher.update(&[u8::from(self.options.in_process)]);
+        hasher.finalize().to_hex()[..NAME].to_owned()
+    }
+
+    /// Directory of the `repeat`-th run of a case.
+    pub fn directory(&self, case: &Case, repeat: usize) -> PathBuf {
+        let name = self.name(case);
+        match repeat {
+            0 => self.runs.join(name),
+            again => self.runs.join(format!("{name}-{}", again + 1)),
+        }
+    }
+
+    /// Runs a case `repeat` times, unless it has been; what differs between the runs, their time, is the shortest.
+    ///
+    /// # Errors
+    /// [`StudyError::Interrupted`], and files that cannot be written. A run that fails is an outcome.
+    pub fn run(&self, case: &Case, repeat: usize) -> Result<Outcome, StudyError> {
+        let mut best = self.run_once(case, 0)?;
+        for again in 1..repeat {
+            if !best.whole() {
+                break;
+            }
+            let other = self.run_once(case, again)?;
+            if !other.whole() {
+                return Ok(other);
+            }
+            best.wall_s = best.wall_s.min(other.wall_s);
+            if other.cpu() < best.cpu() {
+                best.cpu_s = other.cpu_s;
+            }
+        }
+        Ok(best)
+    }
+
+    /// Works on items, as many at once as runs may be, in their order as far as that goes.
+    ///
+    /// # Errors
+    /// The first that `work` gave.
+    pub fn each<T: Sync, R: Send>(
+        &self,
+        items: &[T],
+        work: impl Fn(&T) -> Result<R, StudyError> + Sync,
+    ) -> Result<Vec<R>, StudyError> {
+        let next = AtomicUsize::new(0);
+        let done: Mutex<Vec<Option<R>>> = Mutex::new(items.iter().map(|_| None).collect());
+        let error = Mutex::new(None);
+        thread::scope(|scope| {
+            for _ in 0..self.jobs().min(items.len()) {
+                scope.spawn(|| {
+                    loop {
+                        let k = next.fetch_add(1, Ordering::Relaxed);
+                        let Some(item) = items.get(k) else { break };
+                        match work(item) {
+                            Ok(result) => done.lock().expect("no thread panics")[k] = Some(result),
+                            Err(e) => {
+                                error.lock().expect("no thread panics").get_or_insert(e);
+                                // The others find nothing more to begin.
+                                next.fetch_max(items.len(), Ordering::Relaxed);
+                                break;
+                            }
+                        }
+                    }
+                });
+            }
+        });
+        if let Some(error) = error.into_inner().expect("no thread panics") {
+            return Err(error);
+        }
+        let done = done.into_inner().expect("no thread panics");
+        Ok(done.into_iter().flatten().collect())
+    }
+
+    fn run_once(&self, case: &Case, repeat: usize) -> Result<Outcome, StudyError> {
+        if self.interrupted() {
+            return Err(StudyError::Interrupted);
+        }
+        let directory = self.directory(case, repeat);
+        let is_ours = |outcome: &Outcome| outcome.scene_hash == case.scene.hash;
+        if let Some(known) = Outcome::read(&directory).filter(|o| o.settled() && is_ours(o)) {
+            return Ok(known);
+        }
+        self.started.fetch_add(1, Ordering::Relaxed);
+        let beside = |extension: &str| directory.with_extension(extension);
+        // What is run is the text that was hashed, whatever becomes of the scene's own file meanwhile.
+        let scene = beside("toml");
+        fs::write(&scene, &case.scene.resolved_toml).map_err(StudyError::file("write", &scene))?;
+        // A summary of a run that is not settled would be taken for this one's.
+        let _ = fs::remove_file(directory.join("summary.json"));
+        let log = beside("err");
+        let ended = self.wait(&self.command(&scene, &directory), &log)?;
+        let outcome = Outcome::read(&directory).unwrap_or_else(|| {
+            let said = fs::read_to_string(&log).unwrap_or_default();
+            let last = said.lines().rev().find(|line| !line.trim().is_empty());
+            Outcome::lost(format!("{ended}; {}", last.unwrap_or("it said nothing")))
+        });
+        if outcome.status == coupler::summary::Status::Interrupted || self.interrupted() {
+            return Err(StudyError::Interrupted);
+        }
+        Ok(outcome)
+    }
+
+    fn command(&self, scene: &Path, directory: &Path) -> Vec<String> {
+        let text = |path: &Path| path.to_string_lossy().into_owned();
+        let mut command = vec![
+            text(&self.options.program),
+            "run".into(),
+            text(scene),
+            "--out".into(),
+            text(directory),
+            "--threads".into(),
+            self.options.threads.to_string(),
+            "--log".into(),
+            "json".into(),
+        ];
+        if self.options.in_process {
+            command.push("--in-process".into());
+        }
+        match &self.launcher {
+            Some(launcher) => launcher.around(&command),
+            None => command,
+        }
+    }
+
+    /// Starts a command and waits for its end; an interrupt is passed on.
+    fn wait(&self, command: &[String], log: &Path) -> Result<String, StudyError> {
+        let (program, arguments) = command.split_first().expect("a command has a first word");
+        let said = File::create(log).map_err(StudyError::file("create", log))?;
+        let mut child = Command::new(program)
+            .args(arguments)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(said)
+            .spawn()
+            .map_err(StudyError::file("start", Path::new(program)))?;
+        let mut told = false;
+        loop {
+            let looked = child.try_wait();
+            if let Some(status) =
+                looked.map_err(StudyError::file("wait for", Path::new(program)))?
+            {
+                return Ok(in_words(status));
+            }
+            if self.interrupted() && !told {
+                told = true;
+                interrupt(&child);
+            }
+            thread::sleep(LOOK);
+        }
+    }
+
+    fn interrupted(&self) -> bool {
+        self.options.interrupt.load(Ordering::Relaxed)
+    }
+}
+
+/// Asks a run to drain. It may have ended meanwhile, which the next look finds out.
+fn interrupt(child: &Child) {
+    if let Some(pid) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
+        let _ = kill_process(pid, Signal::TERM);
+    }
+}
+
+fn in_words(status: ExitStatus) -> String {
+    format!("the run left no summary ({status})")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn command() -> Vec<String> {
+        ["tandem", "run", "a b.toml"].map(String::from).to_vec()
+    }
+
+    #[test]
+    fn a_template_takes_the_command_as_words_or_quoted() {
+        let launcher = Launcher::parse("srun -n1 --exclusive {}").unwrap();
+        assert_eq!(
+            launcher.around(&command()),
+            ["srun", "-n1", "--exclusive", "tandem", "run", "a b.toml"]
+        );
+        let shell = Launcher::parse("sh -c 'exec {} 2>&1'").unwrap();
+        assert_eq!(
+            shell.around(&command()),
+            ["sh", "-c", "exec tandem run 'a b.toml' 2>&1"]
+        );
+        assert_eq!(Launcher::parse("{}").unwrap().around(&command()), command());
+    }
+
+    #[test]
+    fn a_template_without_a_place_for_the_command_is_refused() {
+        for (template, phrase) in [
+            ("srun -n1", "there is no `{}`"),
+            ("srun 'x", "not a command"),
+            ("", "there is no `{}`"),
+            ("{} -n1", "first word"),
+        ] {
+            let said = Launcher::parse(template).unwrap_err().to_string();
+            assert!(said.contains(phrase), "{template}: {said}");
+        }
+    }
+}

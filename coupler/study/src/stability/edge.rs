@@ -1,0 +1,121 @@
+//! Where something that holds at small values ceases to hold: a coarse grid, then bisection in the logarithm.
+
+/// What was tried, and what it says of the edge.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Edge {
+    /// Values tried and whether they were stable, in the order of trying.
+    pub tried: Vec<(f64, bool)>,
+    /// Largest value below which, of those tried, none is unstable.
+    pub stable: Option<f64>,
+    /// Smallest unstable value.
+    pub unstable: Option<f64>,
+}
+
+/// How an edge is looked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Search {
+    /// Smallest and largest value.
+    pub range: [f64; 2],
+    /// Values of the grid, both ends included; at least 2.
+    pub grid: usize,
+    /// Largest ratio between the values on either side of the edge.
+    pub ratio: f64,
+}
+
+impl Search {
+    /// Looks for the edge of `is_stable`. The grid is tried as a whole, so that stable values beyond an unstable one are
+    /// seen; the edge is that before the first unstable one.
+    ///
+    /// # Errors
+    /// The first of `is_stable`.
+    pub fn find<E>(&self, mut is_stable: impl FnMut(f64) -> Result<bool, E>) -> Result<Edge, E> {
+        let mut edge = Edge::default();
+        for value in self.grid() {
+            let stable = is_stable(value)?;
+            edge.take(value, stable);
+        }
+        while let (Some(low), Some(high)) = (edge.stable, edge.unstable) {
+            let middle = tidy((low * high).sqrt());
+            if high / low <= self.ratio || middle <= low || middle >= high {
+                break;
+            }
+            let stable = is_stable(middle)?;
+            edge.take(middle, stable);
+        }
+        Ok(edge)
+    }
+
+    fn grid(&self) -> Vec<f64> {
+        let [low, high] = self.range;
+        let steps = self.grid.max(2) - 1;
+        let at = |k: usize| tidy(low * (high / low).powf(k as f64 / steps as f64));
+        (0..=steps).map(at).collect()
+    }
+}
+
+impl Edge {
+    fn take(&mut self, value: f64, stable: bool) {
+        self.tried.push((value, stable));
+        let unstable = self.tried.iter().filter(|t| !t.1).map(|t| t.0);
+        self.unstable = unstable.reduce(f64::min);
+        let below = self.unstable.unwrap_or(f64::INFINITY);
+        let stable = self.tried.iter().filter(|t| t.1 && t.0 < below);
+        self.stable = stable.map(|t| t.0).reduce(f64::max);
+    }
+}
+
+/// Four digits: values go into names and tables.
+fn tidy(value: f64) -> f64 {
+    format!("{value:.3e}")
+        .parse()
+        .expect("a number is written as one")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::convert::Infallible;
+
+    use super::*;
+
+    const SEARCH: Search = Search {
+        range: [0.5, 8.0],
+        grid: 5,
+        ratio: 1.05,
+    };
+
+    fn find(is_stable: impl Fn(f64) -> bool) -> Edge {
+        let told = |value| Ok::<bool, Infallible>(is_stable(value));
+        match SEARCH.find(told) {
+            Ok(edge) => edge,
+            Err(never) => match never {},
+        }
+    }
+
+    #[test]
+    fn the_edge_is_bracketed_to_the_ratio() {
+        for edge in [0.51, 1.0, 1.234, 3.999, 7.9] {
+            let found = find(|x| x <= edge);
+            let (low, high) = (found.stable.unwrap(), found.unstable.unwrap());
+            assert!(low <= edge && edge < high, "{edge}: {low} to {high}");
+            assert!(high / low <= 1.05, "{edge}: {low} to {high}");
+            // log2(2)/log2(1.05) halvings of one interval of the grid.
+            assert!(found.tried.len() <= 5 + 4, "{}", found.tried.len());
+        }
+    }
+
+    #[test]
+    fn an_edge_outside_is_told_apart() {
+        let all = find(|_| true);
+        assert_eq!((all.stable, all.unstable), (Some(8.0), None));
+        let none = find(|_| false);
+        assert_eq!((none.stable, none.unstable), (None, Some(0.5)));
+        assert_eq!(all.tried.len(), 5);
+    }
+
+    #[test]
+    fn an_island_beyond_the_first_instability_is_not_the_edge() {
+        let found = find(|x| !(1.5..=6.0).contains(&x));
+        assert!(found.stable.unwrap() < 1.5 && found.unstable.unwrap() >= 1.5);
+        assert!(found.tried.contains(&(8.0, true)));
+    }
+}

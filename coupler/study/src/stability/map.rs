@@ -1,0 +1,284 @@
+//! Maps over two scene keys: the columns are given, the edge along each is looked for.
+
+use std::fmt;
+use std::path::Path;
+
+use super::edge::{Edge, Search};
+use super::{STEP_FACTOR, Trial, csv_text, freed, setting, usable};
+use crate::StudyError;
+use crate::case::{Source, scene_title};
+use crate::figure::map::{Map, draw};
+use crate::runner::{Runner, RunnerOptions};
+use crate::vary::{Vary, with_unit};
+
+/// A map to be made.
+#[derive(Debug, Clone)]
+pub struct MapOptions {
+    /// The scene.
+    pub source: Source,
+    /// The key of the columns and its values, which are numbers.
+    pub column: Vary,
+    /// The key along a column.
+    pub along: String,
+    /// How the edge is looked for along a column.
+    pub search: Search,
+    /// Largest share of energy from nowhere of a stable run.
+    pub residual: f64,
+}
+
+/// A column of a map.
+#[derive(Debug, Clone)]
+pub struct Column {
+    /// Its value.
+    pub at: f64,
+    /// Where it becomes unstable.
+    pub edge: Edge,
+    /// The runs, in the order of [`Edge::tried`].
+    pub trials: Vec<Trial>,
+}
+
+/// A map.
+#[derive(Debug, Clone)]
+pub struct MapReport {
+    /// Title of the scene.
+    pub title: String,
+    /// What was asked for.
+    pub options: MapOptions,
+    /// The columns.
+    pub columns: Vec<Column>,
+}
+
+/// Makes maps, and writes `stability.csv`, `edges.csv` and `stability.svg` to `out`.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn maps(
+    wanted: &[MapOptions],
+    runner: RunnerOptions,
+    out: &Path,
+) -> Result<Vec<MapReport>, StudyError> {
+    let mut tasks = Vec::new();
+    for (k, options) in wanted.iter().enumerate() {
+        let Some(values) = options.column.numbers() else {
+            return Err(StudyError::asked(
+                format!(
+                    "--vary {}: a map has numbers along its axis",
+                    options.column.key
+                ),
+                "for values that are no numbers make a map each",
+            ));
+        };
+        let (source, scene) = freed(&options.source)?;
+        let title = match &options.source.variant {
+            Some(variant) => format!("{} ({variant})", scene_title(&options.source.path)),
+            None => scene_title(&options.source.path),
+        };
+        tracing::info!(
+            "{title}: {} columns over {}",
+            values.len(),
+            options.column.key
+        );
+        for at in values {
+            let first = setting(&options.along, options.search.range[0]);
+            // Every key is known and every value allowed before anything is started.
+            source.case(&[setting(&options.column.key, at), first])?;
+            tasks.push((k, at, source.clone()));
+        }
+        drop(scene);
+    }
+    let runner = Runner::new(runner, out)?;
+    let columns = runner.each(&tasks, |(k, at, source)| {
+        column(&wanted[*k], *at, source, &runner)
+    })?;
+    let mut reports: Vec<MapReport> = wanted
+        .iter()
+        .map(|options| MapReport {
+            title: match &options.source.variant {
+                Some(variant) => format!("{} ({variant})", scene_title(&options.source.path)),
+                None => scene_title(&options.source.path),
+            },
+            options: options.clone(),
+            columns: Vec::new(),
+        })
+        .collect();
+    for ((k, _, _), column) in tasks.iter().zip(columns) {
+        reports[*k].columns.push(column);
+    }
+    write(&reports, out)?;
+    Ok(reports)
+}
+
+fn column(
+    options: &MapOptions,
+    at: f64,
+    source: &Source,
+    runner: &Runner,
+) -> Result<Column, StudyError> {
+    let mut trials = Vec::new();
+    let edge = options.search.find(|value| {
+        let case = source.case(&[
+            setting(&options.column.key, at),
+            setting(&options.along, value),
+        ])?;
+        let outcome = runner.run(&case, 1)?;
+        let trial = Trial::new(case, outcome, options.residual);
+        let forced = options.along == STEP_FACTOR && value > 1.0;
+        if !forced {
+            usable(&trial)?;
+        }
+        let stable = trial.stable;
+        trials.push(trial);
+        Ok(stable)
+    })?;
+    let column = Column { at, edge, trials };
+    tracing::info!("{} {at:e}: {}", options.column.key, column.in_words());
+    Ok(column)
+}
+
+impl Column {
+    fn in_words(&self) -> String {
+        match (self.edge.stable, self.edge.unstable) {
+            (Some(low), Some(high)) => format!("stable up to {low}, unstable from {high}"),
+            (Some(low), None) => format!("stable up to {low}, the largest tried"),
+            (None, Some(high)) => format!("unstable at {high}, the smallest tried"),
+            (None, None) => "nothing tried".to_owned(),
+        }
+    }
+
+    /// A criterion's step as a multiple of the composed one, as the first run has them: the one with the smallest step.
+    fn multiple(&self, criterion: fn(&coupler::stability::Criteria) -> Option<f64>) -> Option<f64> {
+        let criteria = &self.trials.first()?.outcome.criteria;
+        Some(criterion(criteria)? / criteria.composed?)
+    }
+}
+
+impl MapReport {
+    fn forced(&self) -> bool {
+        self.options.along == STEP_FACTOR
+    }
+
+    fn map(&self) -> Map {
+        let runs = self
+            .columns
+            .iter()
+            .flat_map(|c| {
+                c.edge
+                    .tried
+                    .iter()
+                    .map(|&(value, stable)| (c.at, value, stable))
+            })
+            .collect();
+        let line = |of: &dyn Fn(&Column) -> Option<f64>| -> Vec<(f64, f64)> {
+            let points = self.columns.iter();
+            points.filter_map(|c| Some((c.at, of(c)?))).collect()
+        };
+        let mut lines = vec![(
+            "measured edge: largest stable value found".to_owned(),
+            line(&|c| c.edge.unstable.and(c.edge.stable)),
+        )];
+        if self.forced() {
+            lines.push((
+                "the coupler's criterion (composed, its step is 1)".to_owned(),
+                line(&|_| Some(1.0)),
+            ));
+            lines.push((
+                "Jiang 2020 eq. 51".to_owned(),
+                line(&|c| c.multiple(|k| k.jiang2020)),
+            ));
+            lines.push((
+                "eq. 51 with the mass of the lightest point".to_owned(),
+                line(&|c| c.multiple(|k| k.lightest_point)),
+            ));
+        }
+        Map {
+            title: self.title.clone(),
+            x: with_unit(&self.options.column.key),
+            y: if self.forced() {
+                "step / composed step".to_owned()
+            } else {
+                with_unit(&self.options.along)
+            },
+            runs,
+            lines,
+        }
+    }
+}
+
+fn write(reports: &[MapReport], out: &Path) -> Result<(), StudyError> {
+    let text = |words: &[&str]| words.iter().map(ToString::to_string).collect::<Vec<_>>();
+    let mut runs = vec![text(&["scene", "column", "at", "along", "value"])];
+    runs[0].extend(text(&Trial::COLUMNS));
+    let mut edges = vec![text(&[
+        "scene",
+        "column",
+        "at",
+        "along",
+        "stable_to",
+        "unstable_from",
+        "composed [s]",
+        "jiang2020/composed",
+        "lightest_point/composed",
+    ])];
+    let number = |n: Option<f64>| n.map_or_else(String::new, |n| n.to_string());
+    for report in reports {
+        for column in &report.columns {
+            let head = vec![
+                report.title.clone(),
+                report.options.column.key.clone(),
+                column.at.to_string(),
+                report.options.along.clone(),
+            ];
+            for ((value, _), trial) in column.edge.tried.iter().zip(&column.trials) {
+                let mut row = head.clone();
+                row.push(value.to_string());
+                row.extend(trial.cells());
+                runs.push(row);
+            }
+            let mut row = head;
+            row.extend([
+                number(column.edge.stable),
+                number(column.edge.unstable),
+                number(
+                    column
+                        .trials
+                        .first()
+                        .and_then(|t| t.outcome.criteria.composed),
+                ),
+                number(column.multiple(|k| k.jiang2020)),
+                number(column.multiple(|k| k.lightest_point)),
+            ]);
+            edges.push(row);
+        }
+    }
+    for (name, rows) in [("stability.csv", runs), ("edges.csv", edges)] {
+        let path = out.join(name);
+        std::fs::write(&path, csv_text(&rows)).map_err(StudyError::file("write", &path))?;
+    }
+    let maps: Vec<Map> = reports.iter().map(MapReport::map).collect();
+    draw(&out.join("stability.svg"), &maps)
+}
+
+/// The edges for people.
+impl fmt::Display for MapReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let along = &self.options.along;
+        writeln!(
+            f,
+            "{}: {along} over {}",
+            self.title, self.options.column.key
+        )?;
+        for column in &self.columns {
+            write!(f, "  {:>10.3e}  {}", column.at, column.in_words())?;
+            if self.forced()
+                && let (Some(eq_51), Some(point)) = (
+                    column.multiple(|k| k.jiang2020),
+                    column.multiple(|k| k.lightest_point),
+                )
+            {
+                write!(f, "; eq. 51 {eq_51:.3}, with the point's mass {point:.3}")?;
+            }
+            writeln!(f)?;
+        }
+        Ok(())
+    }
+}

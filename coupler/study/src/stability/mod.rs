@@ -1,0 +1,122 @@
+//! `tandem stability`: where runs become unstable, measured, beside what the criteria say.
+//!
+//! A run is unstable when it ends so (exit status 4), fails under a step that is forced, or when its ledger shows more
+//! energy from nowhere than a bound. The scene's cap is lifted, and its history is taken [`OUTPUTS`] times, so that
+//! nothing but the criterion makes the step.
+
+pub mod edge;
+mod map;
+mod table;
+
+use coupler::scene::Scene;
+use coupler::summary::Status;
+
+use crate::StudyError;
+use crate::case::{Case, Source};
+use crate::outcome::Outcome;
+use crate::vary::Setting;
+
+pub use map::{MapOptions, MapReport, maps};
+pub use table::{TableReport, table};
+
+/// Scene key that forces the step.
+pub const STEP_FACTOR: &str = "time.step_factor";
+/// Rows of the history of a run, besides the first.
+const OUTPUTS: f64 = 20.0;
+
+/// A scene whose step nothing but the criterion makes.
+fn freed(source: &Source) -> Result<(Source, Scene), StudyError> {
+    let scene = source.case(&[])?.scene;
+    let mut freed = source.clone();
+    freed.set.push(format!("time.max_step={}", scene.time.end));
+    freed
+        .set
+        .push(format!("output.every={}", scene.time.end / OUTPUTS));
+    Ok((freed, scene))
+}
+
+/// A run of a map or table.
+#[derive(Debug, Clone)]
+pub struct Trial {
+    /// The run.
+    pub case: Case,
+    /// What it left.
+    pub outcome: Outcome,
+    /// Whether it was stable.
+    pub stable: bool,
+}
+
+impl Trial {
+    fn new(case: Case, outcome: Outcome, residual: f64) -> Self {
+        let stable = outcome.whole() && outcome.energy.residual_max <= residual;
+        Self {
+            case,
+            outcome,
+            stable,
+        }
+    }
+
+    /// Columns of a table of trials.
+    const COLUMNS: [&str; 11] = [
+        "stable",
+        "status",
+        "residual_max [1]",
+        "steps",
+        "dt_min [s]",
+        "dt_max [s]",
+        "bound_by",
+        "composed [s]",
+        "jiang2020 [s]",
+        "lightest_point [s]",
+        "reason",
+    ];
+
+    fn cells(&self) -> Vec<String> {
+        let o = &self.outcome;
+        let number = |n: Option<f64>| n.map_or_else(String::new, |n| n.to_string());
+        let bound = o
+            .dt_bound_by
+            .iter()
+            .map(|(name, steps)| format!("{name} {steps}"));
+        vec![
+            self.stable.to_string(),
+            o.status.name().to_owned(),
+            o.energy.residual_max.to_string(),
+            o.steps.to_string(),
+            number(o.dt_min),
+            number(o.dt_max),
+            bound.collect::<Vec<_>>().join(" "),
+            number(o.criteria.composed),
+            number(o.criteria.jiang2020),
+            number(o.criteria.lightest_point),
+            o.reason.clone().unwrap_or_default(),
+        ]
+    }
+}
+
+/// A table as CSV text.
+fn csv_text(rows: &[Vec<String>]) -> Vec<u8> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    for row in rows {
+        writer
+            .write_record(row)
+            .expect("rows of one length into memory");
+    }
+    writer.into_inner().expect("memory takes everything")
+}
+
+fn setting(key: &str, value: f64) -> Setting {
+    (key.to_owned(), value.to_string())
+}
+
+/// Refuses runs that say nothing about stability: a scene that fails without any forced step.
+fn usable(trial: &Trial) -> Result<(), StudyError> {
+    if trial.outcome.status == Status::Failed {
+        let reason = trial.outcome.reason.clone().unwrap_or_default();
+        return Err(StudyError::asked(
+            format!("{} does not run: {reason}", trial.case.label(&[])),
+            "a map is of a scene that runs",
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,147 @@
+//! The table over scenes: how long a step the composed criterion gives against others, and how far it is from the edge.
+
+use std::fmt;
+use std::path::Path;
+
+use super::edge::{Edge, Search};
+use super::{STEP_FACTOR, Trial, csv_text, freed, setting, usable};
+use crate::StudyError;
+use crate::case::{Source, scene_title};
+use crate::runner::{Runner, RunnerOptions};
+
+/// A scene's line.
+#[derive(Debug, Clone)]
+pub struct Line {
+    /// Title of the scene and its variant.
+    pub title: String,
+    /// With the composed step.
+    pub composed: Trial,
+    /// With the step of eq. 51.
+    pub jiang2020: Trial,
+    /// Where multiples of the composed step become unstable.
+    pub edge: Edge,
+}
+
+/// The table.
+#[derive(Debug, Clone)]
+pub struct TableReport {
+    /// A line a scene.
+    pub lines: Vec<Line>,
+}
+
+/// Makes the table, and writes `stability.csv` and `stability.md` to `out`.
+///
+/// # Errors
+/// [`StudyError`].
+pub fn table(
+    sources: &[Source],
+    search: Search,
+    residual: f64,
+    runner: RunnerOptions,
+    out: &Path,
+) -> Result<TableReport, StudyError> {
+    let mut freed_sources = Vec::new();
+    for source in sources {
+        freed_sources.push(freed(source)?.0);
+    }
+    let runner = Runner::new(runner, out)?;
+    let lines = runner.each(&freed_sources, |source| {
+        line(source, search, residual, &runner)
+    })?;
+    let report = TableReport { lines };
+    let (csv, md) = (out.join("stability.csv"), out.join("stability.md"));
+    std::fs::write(&csv, csv_text(&report.rows())).map_err(StudyError::file("write", &csv))?;
+    std::fs::write(&md, report.to_string()).map_err(StudyError::file("write", &md))?;
+    Ok(report)
+}
+
+fn line(
+    source: &Source,
+    search: Search,
+    residual: f64,
+    runner: &Runner,
+) -> Result<Line, StudyError> {
+    let trial = |settings: &[(String, String)]| -> Result<Trial, StudyError> {
+        let case = source.case(settings)?;
+        let outcome = runner.run(&case, 1)?;
+        Ok(Trial::new(case, outcome, residual))
+    };
+    let composed = trial(&[])?;
+    usable(&composed)?;
+    let jiang2020 = trial(&[("time.criterion".to_owned(), "jiang2020".to_owned())])?;
+    let edge = search.find(|factor| Ok(trial(&[setting(STEP_FACTOR, factor)])?.stable))?;
+    let variant = source.variant.as_deref().map(|v| format!(" ({v})"));
+    let title = scene_title(&source.path) + &variant.unwrap_or_default();
+    let line = Line {
+        title,
+        composed,
+        jiang2020,
+        edge,
+    };
+    tracing::info!("{}", line.markdown());
+    Ok(line)
+}
+
+impl Line {
+    /// The composed step over that of another criterion.
+    fn gain(&self, other: Option<f64>) -> Option<f64> {
+        Some(self.composed.outcome.criteria.composed? / other?)
+    }
+
+    fn gains(&self) -> [Option<f64>; 2] {
+        let criteria = &self.composed.outcome.criteria;
+        [criteria.jiang2020, criteria.lightest_point].map(|other| self.gain(other))
+    }
+
+    fn markdown(&self) -> String {
+        let ratio = |n: Option<f64>| n.map_or_else(|| "-".to_owned(), |n| format!("{n:.2}"));
+        let [eq_51, point] = self.gains().map(ratio);
+        let composed = self.composed.outcome.criteria.composed;
+        let edge = match (self.edge.stable, self.edge.unstable) {
+            (Some(low), Some(_)) => format!("{low:.2}"),
+            (Some(low), None) => format!("> {low:.2}"),
+            (None, Some(high)) => format!("< {high:.2}"),
+            (None, None) => "-".to_owned(),
+        };
+        format!(
+            "| `{}` | {} | {eq_51} | {} | {point} | {edge} |",
+            self.title,
+            composed.map_or_else(|| "-".to_owned(), |dt| format!("{:.3}", 1e6 * dt)),
+            if self.jiang2020.stable { "yes" } else { "no" },
+        )
+    }
+}
+
+impl TableReport {
+    fn rows(&self) -> Vec<Vec<String>> {
+        let mut header: Vec<String> = vec!["scene".into(), "step".into()];
+        header.extend(Trial::COLUMNS.map(String::from));
+        header.extend(["stable_to".to_owned(), "unstable_from".to_owned()]);
+        let mut rows = vec![header];
+        let number = |n: Option<f64>| n.map_or_else(String::new, |n| n.to_string());
+        for line in &self.lines {
+            for (step, trial) in [("composed", &line.composed), ("jiang2020", &line.jiang2020)] {
+                let mut row = vec![line.title.clone(), step.to_owned()];
+                row.extend(trial.cells());
+                row.extend([number(line.edge.stable), number(line.edge.unstable)]);
+                rows.push(row);
+            }
+        }
+        rows
+    }
+}
+
+/// The table in Markdown.
+impl fmt::Display for TableReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "| scene | composed step in us | over eq. 51 | eq. 51 is stable | over eq. 51 with m_p | largest stable multiple |"
+        )?;
+        writeln!(f, "| --- | --- | --- | --- | --- | --- |")?;
+        for line in &self.lines {
+            writeln!(f, "{}", line.markdown())?;
+        }
+        Ok(())
+    }
+}

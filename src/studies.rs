@@ -1,0 +1,242 @@
+//! `tandem study` and `tandem stability`: many runs of this program.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use coupler::scene::{Measurand, Scene};
+use coupler::summary::Status;
+use study::StudyError;
+use study::case::Source;
+use study::runner::RunnerOptions;
+use study::stability::edge::Search;
+use study::stability::{MapOptions, maps, table};
+use study::vary::Vary;
+use study::work::StudyOptions;
+
+use crate::cli::{RunsArgs, StabilityArgs, StudyArgs};
+use crate::logging;
+use crate::run::interrupt;
+
+/// Maps that `tandem stability` makes when no scene is named: scene, column, values.
+const MAPS: [(&str, &str); 3] = [
+    (
+        "jiang2020/collision_hard",
+        "contact.linear.normal_stiffness=6e3,6e4,6e5,6e6,6e7,6e8,6e9,6e10",
+    ),
+    (
+        "jiang2020/collision_hard",
+        "dem.body.0.density=0.2,2,20,200,2000,20000,200000,2000000",
+    ),
+    (
+        "verification/bar_on_grain",
+        "contact.linear.normal_stiffness=1e3,1e4,1e5,1e6,1e7,1e8,1e9",
+    ),
+];
+/// Columns of a scene's map unless others are asked for: decades of its own stiffness, from itself up.
+const STIFFNESS: &str = "contact.linear.normal_stiffness";
+/// How many.
+const DECADES: i32 = 7;
+
+/// Studies a scene.
+pub fn study(args: &StudyArgs) -> ExitCode {
+    let result = || {
+        let vary = args.vary.iter().map(|v| Vary::parse(v));
+        let options = StudyOptions {
+            source: Source {
+                path: args.scene.scene.clone(),
+                variant: args.scene.variant.clone(),
+                set: args.scene.set.clone(),
+            },
+            vary: vary.collect::<Result<_, _>>()?,
+            error: match (&args.error, &args.finer[..]) {
+                (Some(name), _) => Some(Measurand::Check(name.clone())),
+                (None, []) => None,
+                (None, names) => Some(Measurand::Finer(names.to_vec())),
+            },
+            resolution: args.resolution.clone(),
+            along: args.along.clone(),
+            repeat: args.repeat.into(),
+        };
+        study::work::study(&options, runner(&args.runs)?, &args.runs.out)
+    };
+    logging::of_study();
+    match result() {
+        Ok(report) => {
+            println!("{report}");
+            println!("results in {}", args.runs.out.display());
+            if report.failed() {
+                return ExitCode::from(Status::Failed.exit_code());
+            }
+            ExitCode::SUCCESS
+        }
+        Err(error) => ended(&error),
+    }
+}
+
+/// Maps the stability of scenes.
+pub fn stability(args: &StabilityArgs) -> ExitCode {
+    logging::of_study();
+    let made = if args.table { compare(args) } else { map(args) };
+    match made {
+        Ok(text) => {
+            print!("{text}");
+            println!("results in {}", args.runs.out.display());
+            ExitCode::SUCCESS
+        }
+        Err(error) => ended(&error),
+    }
+}
+
+fn map(args: &StabilityArgs) -> Result<String, StudyError> {
+    let search = search(args)?;
+    let given = args.vary.as_deref();
+    let wanted: Vec<(PathBuf, Option<&str>)> = if args.scenes.is_empty() {
+        let of_catalogue = |name: &str| Path::new("scenes").join(name).with_extension("toml");
+        let maps = MAPS.into_iter();
+        maps.map(|(name, vary)| (of_catalogue(name), given.or(Some(vary))))
+            .collect()
+    } else {
+        let scenes = args.scenes.iter().cloned();
+        scenes.map(|scene| (scene, given)).collect()
+    };
+    let mut options: Vec<MapOptions> = Vec::new();
+    for (path, vary) in wanted {
+        let source = source(args, path)?;
+        let column = match vary {
+            Some(vary) => Vary::parse(vary)?,
+            None => decades(&source)?,
+        };
+        options.push(MapOptions {
+            source,
+            column,
+            along: args.edge.clone(),
+            search,
+            residual: args.residual,
+        });
+    }
+    let reports = maps(&options, runner(&args.runs)?, &args.runs.out)?;
+    Ok(reports.iter().map(ToString::to_string).collect())
+}
+
+/// The stiffness of a scene's contact and decades above it.
+fn decades(source: &Source) -> Result<Vary, StudyError> {
+    let own = source.case(&[])?.number(STIFFNESS).ok_or_else(|| {
+        StudyError::Asked(
+            format!("{} has no `{STIFFNESS}` to vary", source.path.display()),
+            "name the columns: `--vary KEY=N1,N2,...`".to_owned(),
+        )
+    })?;
+    let values = (0..DECADES).map(|k| (own * 10f64.powi(k)).to_string());
+    Ok(Vary {
+        key: STIFFNESS.to_owned(),
+        values: values.collect(),
+    })
+}
+
+fn compare(args: &StabilityArgs) -> Result<String, StudyError> {
+    let scenes = if args.scenes.is_empty() {
+        catalogue(Path::new("scenes")).map_err(|source| StudyError::File {
+            action: "look for scenes in",
+            path: "scenes".into(),
+            source,
+        })?
+    } else {
+        args.scenes.clone()
+    };
+    let sources: Vec<Source> = scenes
+        .into_iter()
+        .map(|path| source(args, path))
+        .collect::<Result<_, _>>()?;
+    let report = table(
+        &sources,
+        search(args)?,
+        args.residual,
+        runner(&args.runs)?,
+        &args.runs.out,
+    )?;
+    Ok(report.to_string())
+}
+
+/// A scene with the variant that is asked for, or its quick one.
+fn source(args: &StabilityArgs, path: PathBuf) -> Result<Source, StudyError> {
+    let plain = Scene::load(&path, None, &args.set).map_err(StudyError::Scene)?;
+    let quick = || {
+        let mut variants = plain.variants.into_iter();
+        variants.find(|name| name == "quick")
+    };
+    Ok(Source {
+        path,
+        variant: args.variant.clone().or_else(quick),
+        set: args.set.clone(),
+    })
+}
+
+fn search(args: &StabilityArgs) -> Result<Search, StudyError> {
+    let wrong = |what: &str, help: &str| Err(StudyError::Asked(what.into(), help.into()));
+    let numbers: Option<Vec<f64>> = args
+        .between
+        .split(',')
+        .map(|n| n.trim().parse().ok())
+        .collect();
+    let Some([low, high]) = numbers.as_deref() else {
+        return wrong(
+            &format!("--between {}: not two numbers", args.between),
+            "write `--between 0.5,8`",
+        );
+    };
+    if !(*low > 0.0 && high > low && high.is_finite()) {
+        return wrong(
+            &format!(
+                "--between {}: the edge is looked for in the logarithm",
+                args.between
+            ),
+            "give two numbers above 0, the smaller first",
+        );
+    }
+    if args.ratio.is_nan() || args.ratio <= 1.0 {
+        return wrong(&format!("--ratio {}", args.ratio), "a ratio is above 1");
+    }
+    Ok(Search {
+        range: [*low, *high],
+        grid: args.grid.into(),
+        ratio: args.ratio,
+    })
+}
+
+/// Every scene file below a folder, sorted.
+fn catalogue(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.is_dir() {
+            files.extend(catalogue(&path)?);
+        } else if path.extension().is_some_and(|e| e == "toml") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+fn runner(args: &RunsArgs) -> Result<RunnerOptions, StudyError> {
+    let program = std::env::current_exe().map_err(|source| StudyError::File {
+        action: "find",
+        path: "this program".into(),
+        source,
+    })?;
+    let interrupt = interrupt()
+        .map_err(|e| StudyError::Asked(e, "start it where signals are allowed".to_owned()))?;
+    Ok(RunnerOptions {
+        program,
+        launcher: args.launcher.clone(),
+        threads: args.threads,
+        in_process: args.in_process,
+        jobs: args.jobs.into(),
+        interrupt,
+    })
+}
+
+fn ended(error: &StudyError) -> ExitCode {
+    eprintln!("{}", error.to_string().trim_end());
+    ExitCode::from(error.exit_code())
+}
