@@ -20,6 +20,8 @@ pub struct Line {
     pub jiang2020: Trial,
     /// Where multiples of the composed step become unstable.
     pub edge: Edge,
+    /// The multiple that the largest stable step was in fact, where something else than the criterion bound it.
+    pub held: Option<f64>,
 }
 
 /// The table.
@@ -69,7 +71,13 @@ fn line(
     let composed = trial(&[])?;
     usable(&composed)?;
     let jiang2020 = trial(&[("time.criterion".to_owned(), "jiang2020".to_owned())])?;
-    let edge = search.find(|factor| Ok(trial(&[setting(STEP_FACTOR, factor)])?.stable))?;
+    let mut steps = Vec::new();
+    let edge = search.find(|factor| {
+        let forced = trial(&[setting(STEP_FACTOR, factor)])?;
+        steps.push((factor, forced.outcome.dt_max));
+        Ok(forced.stable)
+    })?;
+    let held = held(&composed, &edge, &steps);
     let variant = source.variant.as_deref().map(|v| format!(" ({v})"));
     let title = scene_title(&source.path) + &variant.unwrap_or_default();
     let line = Line {
@@ -77,9 +85,20 @@ fn line(
         composed,
         jiang2020,
         edge,
+        held,
     };
     tracing::info!("{}", line.markdown());
     Ok(line)
+}
+
+/// The multiple of the largest stable factor's longest step, if that is shorter than the factor asks for: a history row
+/// or the kinematic limit was in the way.
+fn held(composed: &Trial, edge: &Edge, steps: &[(f64, Option<f64>)]) -> Option<f64> {
+    let stable = edge.stable?;
+    let (_, step) = steps.iter().find(|(factor, _)| *factor == stable)?;
+    let multiple = (*step)? / composed.outcome.criteria.composed?;
+    // Steps are up to 3 % below their limit, and shortened to meet the next row.
+    (multiple < 0.8 * stable).then_some(multiple)
 }
 
 impl Line {
@@ -98,6 +117,9 @@ impl Line {
         let [eq_51, point] = self.gains().map(ratio);
         let composed = self.composed.outcome.criteria.composed;
         let edge = match (self.edge.stable, self.edge.unstable) {
+            (Some(_), _) if self.held.is_some() => {
+                format!("> {:.2}, held back", self.held.unwrap_or_default())
+            }
             (Some(low), Some(_)) => format!("{low:.2}"),
             (Some(low), None) => format!("> {low:.2}"),
             (None, Some(high)) => format!("< {high:.2}"),
