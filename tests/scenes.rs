@@ -185,6 +185,7 @@ scenes! {
     friction_force: "jiang2020/friction_force",
     bar_on_grain: "verification/bar_on_grain",
     point_bounce: "verification/point_bounce",
+    rod: "jiang2020/rod",
     silo: "jiang2020/silo",
     blocks: "jiang2020/blocks",
     granular_matrix: "jiang2020/granular_matrix",
@@ -208,6 +209,44 @@ fn no_scene_is_left_out() {
             path.display()
         );
     }
+}
+
+/// The constant of the rod's closed form: the end of an elastic rod presses a rigid one through a spring, its own wave and
+/// the echo of it relieve it (the scene says how).
+#[test]
+fn the_rod_is_measured_by_its_closed_form() {
+    let text = std::fs::read_to_string(scene("jiang2020/rod")).unwrap();
+    let table: toml::Table = text.parse().unwrap();
+    let written = table["constants"]["v_spring"].as_float().unwrap();
+    let (length, density, modulus, v0) = (0.01, 2000.0, 5e5 + 4.0 / 3.0 * 3.7e5, 2.0);
+    let stiffness = table["contact"]["linear"]["normal_stiffness"]
+        .as_float()
+        .unwrap()
+        / 5e-4;
+    let impedance = f64::sqrt(density * modulus);
+    let steps_per_echo = 20_000;
+    let dt = 2.0 * length * f64::sqrt(density / modulus) / f64::from(steps_per_echo);
+    // Heun's rule; the echo is known from before.
+    let mut forces = vec![0.0];
+    let (mut overlap, mut v) = (0.0, 0.0);
+    let echo = |forces: &[f64], k: usize| {
+        let before = k.checked_sub(steps_per_echo as usize);
+        before.map_or(0.0, |k| 2.0 / impedance * forces[k])
+    };
+    let rates = |overlap: f64, v: f64, echo: f64| {
+        let force = f64::max(0.0, stiffness * overlap);
+        let inertia = density * length;
+        [v0 - force / impedance - echo - v, force / inertia]
+    };
+    for k in 0..2 * steps_per_echo as usize {
+        let a = rates(overlap, v, echo(&forces, k));
+        let b = rates(overlap + dt * a[0], v + dt * a[1], echo(&forces, k + 1));
+        overlap += 0.5 * dt * (a[0] + b[0]);
+        v += 0.5 * dt * (a[1] + b[1]);
+        forces.push(f64::max(0.0, stiffness * overlap));
+    }
+    assert!(overlap < 0.0, "contact is over before the second echo");
+    assert!((v / written - 1.0).abs() < 1e-7, "{v} {written}");
 }
 
 /// The default run directory, the streams, and the text that people see.

@@ -45,6 +45,9 @@ pub struct MpmConfig {
     /// What happens to a point that leaves the domain.
     #[serde(default)]
     pub leaving: Leaving,
+    /// Contact between the groups of points on the grid; without it all groups are one continuum.
+    #[serde(default)]
+    pub grid_contact: Option<GridContact>,
     /// Verlet skin `V_d` in m: a point within `reach + r_p + V_d` of a body is an IMP.
     pub skin: f64,
     /// Threads of the solver.
@@ -63,6 +66,14 @@ pub enum ContactForceScheme {
     NearestNodes,
     /// As a traction spread over the point's own box (Chen 2023).
     Traction,
+}
+
+/// Contact between groups of points on the grid (Bardenhagen 2000): each group is a body with nodes of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GridContact {
+    /// Coefficient of Coulomb friction between groups.
+    pub friction: f64,
 }
 
 /// What acts on the continuum besides gravity, walls and bodies. Expressions are those of [`crate::expression`].
@@ -311,6 +322,9 @@ pub struct GroupConfig {
     pub fields: InitialFields,
     /// Contact radius `r_p` in m; half the point spacing where the scene does not say.
     pub contact_radius: Option<f64>,
+    /// Whether the points move as one; goes with [`MpmConfig::grid_contact`] alone.
+    #[serde(default)]
+    pub rigid: bool,
 }
 
 /// Initial fields as expressions ([`crate::expression`]) in the position `x`, `y` (m).

@@ -59,6 +59,7 @@ pub fn column(points: usize, threads: usize, model: MaterialModel) -> MpmConfig 
         forcing: interface::config::Forcing::default(),
         constants: std::collections::BTreeMap::new(),
         leaving: interface::config::Leaving::default(),
+        grid_contact: None,
         skin: 0.0,
         threads,
     }

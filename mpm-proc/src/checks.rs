@@ -99,7 +99,24 @@ pub fn check_scalars(config: &MpmConfig) -> Result<(), Refusal> {
         }
         check_model(&material.model, &format!("mpm.material.{i}.model"))?;
     }
+    if let Some(contact) = &config.grid_contact
+        && !(contact.friction.is_finite() && contact.friction >= 0.0)
+    {
+        return Err(Refusal::new(
+            "mpm.grid_contact.friction",
+            format!("{} must be 0 or more", contact.friction),
+        ));
+    }
+    let walls = &config.walls;
+    let all = [walls.left, walls.right, walls.bottom, walls.top];
+    if config.grid_contact.is_some() && all.contains(&Wall::Periodic) {
+        return Err(Refusal::new(
+            "mpm.walls",
+            "periodic walls do not go with grid_contact: grains would not feel each other across them",
+        ));
+    }
     for (g, group) in config.groups.iter().enumerate() {
+        check_rigid(config, g)?;
         if let Some(radius) = group.contact_radius
             && !(radius.is_finite() && radius > 0.0)
         {
@@ -110,6 +127,25 @@ pub fn check_scalars(config: &MpmConfig) -> Result<(), Refusal> {
         }
     }
     Ok(())
+}
+
+/// Points that move as one have others to touch, one velocity and no stress.
+fn check_rigid(config: &MpmConfig, g: usize) -> Result<(), Refusal> {
+    let group = &config.groups[g];
+    let refuse = |name: &str, message: &str| {
+        let key = format!("mpm.points.{g}.{name}");
+        Err(Refusal::new(key, message))
+    };
+    match group {
+        group if !group.rigid => Ok(()),
+        _ if config.grid_contact.is_none() => refuse("rigid", "needs mpm.grid_contact"),
+        group if group.fields.velocity.is_some() => refuse(
+            "velocity",
+            "must be the same for all points of a rigid group",
+        ),
+        group if group.fields.stress.is_some() => refuse("stress", "a rigid group has none"),
+        _ => Ok(()),
+    }
 }
 
 /// Moduli above zero, angles below 90 degrees, strengths not negative.

@@ -1,8 +1,11 @@
 //! From a configuration to a solver that is ready: checks, filling, and the one choice of shape function, transfer and
 //! materials.
 
+use core::ops::Range;
+
 use interface::config::{
-    MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, Transfer as TransferConfig,
+    GridContact, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing,
+    Transfer as TransferConfig,
 };
 use interface::solver::{Readiness, Refusal};
 
@@ -10,6 +13,7 @@ use crate::checks::{check_box, check_choices, check_scalars, geometry};
 use crate::continuum::{Continuum, Scheme};
 use crate::fields::Fields;
 use crate::fill::{Points, fill, refuse_overlap};
+use crate::grains::Grains;
 use crate::grid::Grid;
 use crate::imps::Imps;
 use crate::lanes::LANES;
@@ -17,7 +21,7 @@ use crate::leaving::Outside;
 use crate::limits::stiffest_place;
 use crate::material::{
     Constitutive, DruckerPrager, Fluid, LinearElastic, Material, MaterialPoints, Moduli,
-    MohrCoulomb, NeoHookean, PlaneStressElastic, VonMises,
+    MohrCoulomb, NeoHookean, PlaneStressElastic, Rigid, VonMises,
 };
 use crate::measure::Books;
 use crate::points::{Cloud, Kind, LaneCopy};
@@ -99,6 +103,10 @@ impl<'a> Parts<'a> {
             }
             let filled = fill(group, &geometry, &key)?;
             check_box(config, &filled, &key)?;
+            if group.rigid && filled.positions.len() < 2 {
+                let message = "a single point cannot turn: a rigid group needs two points or more";
+                return Err(Refusal::new(format!("{key}.rigid"), message));
+            }
             note_area(&mut notes, &group.name, &filled);
             note_radius(&mut notes, config, g, &filled);
             points.push(filled);
@@ -148,14 +156,57 @@ impl<'a> Parts<'a> {
     where
         T::Affine: LaneCopy,
     {
+        let groups = 0..self.config.groups.len();
+        let continua: Vec<Continuum<W, S, T>> = match self.config.grid_contact {
+            None => vec![self.continuum(groups, &shape, transfer)?],
+            Some(_) => groups
+                .map(|g| self.continuum(g..g + 1, &shape, transfer))
+                .collect::<Result<_, _>>()?,
+        };
+        let readiness = self.readiness(&continua);
+        let mut threads = self.threads;
+        let scheme: Box<dyn Scheme> = match self.config.grid_contact {
+            Some(GridContact { friction }) => {
+                let rigid = self.config.groups.iter().map(|g| g.rigid);
+                Box::new(Grains::new(
+                    continua.into_iter().zip(rigid),
+                    friction,
+                    threads,
+                ))
+            }
+            None => {
+                let [mut continuum] = <[_; 1]>::try_from(continua)
+                    .unwrap_or_else(|_| unreachable!("all groups are one continuum"));
+                core::mem::swap(&mut continuum.threads, &mut threads);
+                Box::new(continuum)
+            }
+        };
+        Ok((scheme, readiness))
+    }
+
+    /// The continuum of some of the groups, for one thread.
+    fn continuum<const W: usize, S: Shape<W>, T: Transfer>(
+        &self,
+        groups: Range<usize>,
+        shape: &impl Fn(&Points) -> S,
+        transfer: T,
+    ) -> Result<Continuum<W, S, T>, Refusal>
+    where
+        T::Affine: LaneCopy,
+    {
         let mut clouds = Vec::new();
-        let mut first_id = 0;
-        for (g, (group, points)) in self.config.groups.iter().zip(&self.points).enumerate() {
+        let before = &self.points[..groups.start];
+        let mut first_id = before.iter().map(|p| p.positions.len() as u64).sum();
+        for g in groups {
+            let (group, points) = (&self.config.groups[g], &self.points[g]);
             let fields = Fields::new(self.config, g)?;
             let material = &self.config.materials[group.material];
             let blocks = points.positions.len().div_ceil(LANES);
-            let mut state =
-                constitutive::<W, S>(&material.model, material.density, self.config.plane, blocks);
+            let mut state = if group.rigid {
+                self::points::<W, S, _>(Rigid, blocks)
+            } else {
+                constitutive::<W, S>(&material.model, material.density, self.config.plane, blocks)
+            };
             fields.prestress(&mut *state, &points.positions)?;
             let mut cloud = Cloud::new(
                 shape(points),
@@ -174,7 +225,9 @@ impl<'a> Parts<'a> {
             clouds.push(cloud);
             first_id += points.positions.len() as u64;
         }
-        let walls = WallNodes::new(&self.config.walls, self.geometry.cells, S::MIRRORED);
+        // Grains touch at nodes that move by themselves, so no image may follow another node.
+        let mirrors = S::MIRRORED && self.config.grid_contact.is_none();
+        let walls = WallNodes::new(&self.config.walls, self.geometry.cells, mirrors);
         let mut continuum = Continuum {
             grid: Grid::new(self.geometry, self.config.gravity, walls),
             transfer,
@@ -185,52 +238,52 @@ impl<'a> Parts<'a> {
             touches: Vec::new(),
             loaded: Vec::new(),
             books: Books::default(),
-            spread: self.spread,
+            spread: self.spread.clone(),
             outside: Outside::new(self.config.leaving),
             stress_update: self.config.stress_update,
             loads_of_nodes: Vec::new(),
-            stages: self.stages,
-            threads: self.threads,
+            stages: self.stages.clone(),
+            threads: Threads::default(),
             drift: 0.0,
             clouds,
         };
         continuum.sort();
-        let courant_time = continuum
-            .clouds
-            .iter()
-            .map(|c| self.geometry.cell / c.material.sound_speed())
-            .fold(f64::INFINITY, f64::min);
-        let omega_sq = continuum
-            .clouds
-            .iter()
+        Ok(continuum)
+    }
+
+    fn readiness<const W: usize, S: Shape<W>, T: Transfer>(
+        &self,
+        continua: &[Continuum<W, S, T>],
+    ) -> Readiness
+    where
+        T::Affine: LaneCopy,
+    {
+        let clouds = || continua.iter().flat_map(|c| &c.clouds);
+        let cell = self.geometry.cell;
+        // Rigid points have no waves.
+        let courant_time = clouds()
+            .map(|c| cell / c.material.sound_speed())
+            .filter(|t| t.is_finite())
+            .reduce(f64::min);
+        let omega_sq = clouds()
             .map(|c| stiffest_place(&c.shape) * c.material.initial_stiffness())
             .fold(0.0, f64::max)
-            / (self.geometry.cell * self.geometry.cell);
-        let mut notes = self.notes;
+            / (cell * cell);
+        let mut notes = self.notes.clone();
         if omega_sq > 0.0 {
             notes.push(format!(
                 "stable without contact up to dt = {:.3e} s at the initial density",
                 2.0 / omega_sq.sqrt()
             ));
         }
-        let readiness = Readiness {
-            items: first_id,
-            bytes: continuum.bytes() as u64,
-            courant_time: if courant_time.is_finite() {
-                courant_time
-            } else {
-                0.0
-            },
-            mass_min: continuum
-                .clouds
-                .iter()
-                .map(|c| c.mass)
-                .reduce(f64::min)
-                .unwrap_or(0.0),
+        Readiness {
+            items: clouds().map(|c| c.len() as u64).sum(),
+            bytes: continua.iter().map(|c| c.bytes() as u64).sum(),
+            courant_time: courant_time.unwrap_or(0.0),
+            mass_min: clouds().map(|c| c.mass).reduce(f64::min).unwrap_or(0.0),
             stiffness_max: 0.0,
             notes,
-        };
-        Ok((Box::new(continuum), readiness))
+        }
     }
 }
 

@@ -51,6 +51,7 @@ mod contact;
 mod continuum;
 mod fields;
 mod fill;
+mod grains;
 mod grid;
 mod grid_to_points;
 mod images;

@@ -18,7 +18,7 @@ use interface::solver::Refusal;
 use crate::fill::Points;
 
 /// The scheme of the scene, with what it needs of each cloud.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Spread {
     scheme: ContactForceScheme,
     /// `l_p / L` of each cloud, along x and y.

@@ -25,7 +25,7 @@ use crate::shape::Shape;
 use crate::transfer::Transfer;
 
 /// The stages of a scene, in order of their beginning.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Stages {
     stages: Vec<Stage>,
     /// Share of PIC where a stage does not say.

@@ -5,6 +5,7 @@ use interface::solver::{ContactForces, Fault};
 use interface::step::Step;
 use interface::wire::Limits;
 
+use crate::contact::ContactLoad;
 use crate::continuum::Continuum;
 use crate::grid_to_points::grid_to_points;
 use crate::points::LaneCopy;
@@ -22,6 +23,19 @@ where
     /// # Errors
     /// A [`Fault`] that names the point, or that of the exchange.
     pub fn step(&mut self, step: &Step, contact: &mut dyn ContactForces) -> Result<Limits, Fault> {
+        let load = self.move_nodes(step, contact)?;
+        self.move_points(step, load)
+    }
+
+    /// The first half of the step: everything up to the velocities of the nodes.
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub fn move_nodes(
+        &mut self,
+        step: &Step,
+        contact: &mut dyn ContactForces,
+    ) -> Result<ContactLoad, Fault> {
         let damping = self.begin_stage(step.time);
         self.points_to_grid(); //                          m_I, p_I^{n-1/2}, v_I^{n-1/2}        (18) (19) (20) (30)
         self.update_stress_first(step.dt_before); //       D, W, sigma^n, f_I^int               (21) ... (25), (13)
@@ -29,6 +43,14 @@ where
         let forces = contact.receive()?; //                f_p^n of the bodies                  (46)
         let load = self.apply_contact(forces)?; //         f_I^cont                             (47)
         self.update_grid(step.kick(), damping); //         v_I^{n+1/2}                          (17) (48)
+        Ok(load)
+    }
+
+    /// The second half: the points take the velocities of the nodes and move.
+    ///
+    /// # Errors
+    /// As [`Self::step`].
+    pub fn move_points(&mut self, step: &Step, load: ContactLoad) -> Result<Limits, Fault> {
         self.keep_books(step); //                          impulses; energies if asked for
         if step.dt_before + step.dt > 0.0 {
             self.filter_velocities(); //                   XPIC alone

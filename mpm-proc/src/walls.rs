@@ -65,6 +65,19 @@ impl WallNodes {
         }
     }
 
+    /// Which components of the velocity of `node` no wall holds for good: 1 or 0 along x and y.
+    pub fn free(&self, node: [i64; 2]) -> [f64; 2] {
+        let mut free = [1.0; 2];
+        for a in 0..2 {
+            match self.at(node, a).0 {
+                Hold::Nothing | Hold::Into(_) => {}
+                Hold::Normal => free[a] = 0.0,
+                Hold::Everything => return [0.0; 2],
+            }
+        }
+        free
+    }
+
     /// Cells of the domain along x and y.
     pub fn cells(&self) -> [i64; 2] {
         self.cells

@@ -29,6 +29,10 @@ pub(super) fn continuum(
     grid(problems, written);
     transfer(problems, &written.transfer);
     walls(problems, written);
+    if let Some(contact) = &written.grid_contact {
+        let key = "mpm.grid_contact.friction";
+        problems.not_negative(key, contact.friction, "a coefficient");
+    }
     if written.points.is_empty() || written.material.is_empty() {
         let help =
             "a continuum needs a material and a group of points; without one leave `[mpm]` out";
@@ -81,6 +85,7 @@ pub(super) fn continuum(
         forcing,
         constants: constants.clone(),
         leaving: written.leaving,
+        grid_contact: written.grid_contact,
         skin: 0.0,
         threads: 1,
     })
@@ -314,6 +319,13 @@ fn group(
             suggestion(&written.material, "materials of this scene", known),
         );
     }
+    if written.rigid && mpm.grid_contact.is_none() {
+        problems.refuse_key(
+            &format!("{path}.rigid"),
+            "rigid points touch others on the grid alone, and the scene has no `mpm.grid_contact`",
+            "add `[mpm.grid_contact]`, or make it a body of `[dem]`",
+        );
+    }
     let mut contact_radius = written.contact_radius;
     if fill(problems, path, written, mpm) && spacing(problems, path, written, mpm.cell) {
         let [dx, dy] = geometry::distances(&written.spacing, &written.fill, mpm.cell);
@@ -332,6 +344,7 @@ fn group(
         velocity: [0.0; 2],
         fields: InitialFields::default(),
         contact_radius,
+        rigid: written.rigid,
     }
 }
 

@@ -111,7 +111,9 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
     scene_name(problems, &written.name);
     let time = time_plan(problems, &written.time);
     let constants = output::constants(problems, &written.constants);
-    let body_list = written.dem.as_ref().map_or(&[][..], |dem| &dem.body);
+    // So that a variant can leave the bodies out.
+    let bodies_written = written.dem.as_ref().filter(|dem| !dem.body.is_empty());
+    let body_list = bodies_written.map_or(&[][..], |dem| &dem.body);
     let groups = written.mpm.as_ref().map_or(&[][..], |mpm| &mpm.points);
     let quantities = Quantities::new(
         groups.iter().map(|group| group.name.as_str()),
@@ -121,11 +123,20 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         .mpm
         .as_ref()
         .and_then(|mpm| continuum::continuum(problems, mpm, written.gravity, &constants));
-    let mut dem = written
-        .dem
-        .as_ref()
-        .and_then(|dem| bodies::bodies(problems, dem, written));
-    if written.mpm.is_none() && written.dem.is_none() {
+    let mut dem = bodies_written.and_then(|dem| bodies::bodies(problems, dem, written));
+    if bodies_written.is_some()
+        && written
+            .mpm
+            .as_ref()
+            .is_some_and(|m| m.grid_contact.is_some())
+    {
+        problems.refuse_key(
+            "mpm.grid_contact",
+            "`mpm.grid_contact` does not go with `[dem]`: grains that touch on the grid feel no bodies",
+            "leave one of them out, or make the bodies groups of points with `rigid = true`",
+        );
+    }
+    if written.mpm.is_none() && bodies_written.is_none() {
         problems.refuse_key(
             "",
             "the scene has neither a continuum nor bodies",

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use interface::config::{
-    BodyShape, ContactForceScheme, ContactLaw, Fill, Leaving, MaterialConfig, Motion, Plane,
-    ShapeFunction, Spacing, Stage, StressUpdate, Transfer, Walls,
+    BodyShape, ContactForceScheme, ContactLaw, Fill, GridContact, Leaving, MaterialConfig, Motion,
+    Plane, ShapeFunction, Spacing, Stage, StressUpdate, Transfer, Walls,
 };
 use interface::surfaces::ContactPair;
 use schemars::JsonSchema;
@@ -127,6 +127,9 @@ pub(crate) struct MpmWritten {
     /// How a contact force reaches the grid; through the shape function at the point by default.
     #[serde(default)]
     pub contact_force: ContactForceScheme,
+    /// Contact between the groups of points on the grid (Bardenhagen 2000), each group a body with nodes of its own;
+    /// without it all groups are one continuum. Does not go with `[dem]`.
+    pub grid_contact: Option<GridContact>,
     /// What happens to a point that leaves the domain; the run stops by default.
     #[serde(default)]
     pub leaving: Leaving,
@@ -164,6 +167,9 @@ pub(crate) struct PointsWritten {
     pub stress: Option<[NumberOrExpression; 4]>,
     /// Contact radius r_p in m; half the point spacing by default.
     pub contact_radius: Option<f64>,
+    /// Whether the points move as one rigid body; needs `mpm.grid_contact`. Its material gives the density alone.
+    #[serde(default)]
+    pub rigid: bool,
 }
 
 /// A dead load on the points of a group that are in a region at the start.
@@ -182,7 +188,7 @@ pub(crate) struct TractionWritten {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct DemWritten {
-    /// Spheropolygon bodies.
+    /// Spheropolygon bodies; an empty list is as good as no `[dem]`.
     pub body: Vec<BodyWritten>,
 }
 

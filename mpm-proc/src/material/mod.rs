@@ -8,6 +8,7 @@ mod elastic;
 mod fluid;
 mod mohr_coulomb;
 mod neo_hookean;
+mod rigid;
 #[cfg(test)]
 mod single_point;
 mod von_mises;
@@ -17,6 +18,7 @@ pub use elastic::{LinearElastic, Moduli, PlaneStressElastic};
 pub use fluid::Fluid;
 pub use mohr_coulomb::MohrCoulomb;
 pub use neo_hookean::NeoHookean;
+pub use rigid::Rigid;
 pub use von_mises::VonMises;
 
 use crate::lanes::{LANES, Lanes, ZERO, splat};

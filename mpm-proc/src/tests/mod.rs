@@ -6,6 +6,7 @@ mod conservation;
 mod contact_schemes;
 mod convergence;
 mod forcing;
+mod grid_contact;
 mod leaving;
 mod limits;
 mod periodic;
@@ -76,11 +77,13 @@ pub fn block() -> MpmConfig {
             velocity: [0.0, 0.0],
             fields: interface::config::InitialFields::default(),
             contact_radius: None,
+            rigid: false,
         }],
         contact_force: interface::config::ContactForceScheme::default(),
         forcing: interface::config::Forcing::default(),
         constants: std::collections::BTreeMap::new(),
         leaving: interface::config::Leaving::default(),
+        grid_contact: None,
         skin: 0.01,
         threads: 1,
     }

@@ -1,6 +1,8 @@
 //! What is refused, and that it is told where and why; and what stops a run.
 
-use interface::config::{Fill, MaterialModel, MpmConfig, ShapeFunction, Spacing, Transfer, Wall};
+use interface::config::{
+    Fill, GridContact, MaterialModel, MpmConfig, ShapeFunction, Spacing, Transfer, Wall,
+};
 use interface::solver::{Fault, MpmSolver};
 use interface::wire::ImpForce;
 
@@ -70,6 +72,30 @@ fn bad_configurations_are_refused_with_key_and_reason() {
         |c| c.groups[0].contact_radius = Some(0.0),
         "mpm.points.0.contact_radius",
         "above 0",
+    );
+    refused(|c| c.groups[0].rigid = true, "mpm.points.0.rigid", "needs");
+    let touching = |c: &mut MpmConfig, friction| c.grid_contact = Some(GridContact { friction });
+    refused(
+        |c| touching(c, -0.1),
+        "mpm.grid_contact.friction",
+        "0 or more",
+    );
+    refused(
+        |c| {
+            touching(c, 0.0);
+            (c.walls.left, c.walls.right) = (Wall::Periodic, Wall::Periodic);
+        },
+        "mpm.walls",
+        "do not go with grid_contact",
+    );
+    refused(
+        |c| {
+            touching(c, 0.0);
+            c.groups[0].rigid = true;
+            c.groups[0].fields.velocity = Some(["x".into(), "0".into()]);
+        },
+        "mpm.points.0.velocity",
+        "same for all",
     );
     refused(
         |c| c.groups[0].spacing = Spacing::PerCell(5),

@@ -1,0 +1,299 @@
+//! Contact between grains on the nodes that they share (Bardenhagen 2000 eqs. 12 to 23).
+//!
+//! Where grains have mass at the same node, their velocity there is compared with that of all of them together. One that
+//! overtakes it along its own way out is held back to it (eq. 14), and with it goes what friction can hold of the
+//! tangential difference (eq. 23). The paper lets each grain take the direction from its own density alone, "which
+//! results in small errors in momentum conservation". Here a grain's direction is that of the gradient of its own
+//! density less that of the others', so that two grains have the same line; what three or more do not balance is given
+//! back to all in proportion to mass. So momentum is conserved to rounding.
+//!
+//! A rigid grain does not take part in this, because it cannot give way at one node alone ([`super::onto_rigid`]).
+
+use crate::grid::{Grid, NODES, NodeTile, first_node, node};
+use crate::walls::WallNodes;
+
+/// The gradient of a grain's density at the nodes of a tile, up to a factor that is the same for all grains.
+pub type Gradients = [[f64; 2]; NODES];
+
+/// Marks a tile without a part in contact.
+const ALONE: u32 = u32::MAX;
+
+/// The nodes on which grains may touch.
+#[derive(Debug, Default)]
+pub struct SharedNodes {
+    /// Every node tile of every grain: row, column, grain, number of the tile in the grain's grid.
+    tiles: Vec<([i32; 2], u32, u32)>,
+    /// Those that more than one grain has, in that order, with their gradients.
+    shared: Vec<Shared>,
+    /// For each grain and tile of it, its number in `shared`, or [`ALONE`].
+    slots: Vec<Vec<u32>>,
+}
+
+/// The node tile of a grain at a place that others have too.
+#[derive(Debug)]
+pub struct Shared {
+    /// Row and column.
+    pub at: [i32; 2],
+    /// Number of the grain.
+    pub grain: u32,
+    /// Number of the tile in the grain's grid.
+    pub tile: u32,
+    /// Gradient of the grain's density.
+    pub gradient: Gradients,
+}
+
+/// One grain at one node.
+#[derive(Debug, Clone, Copy)]
+struct Party {
+    grain: usize,
+    tile: usize,
+    mass: f64,
+    velocity: [f64; 2],
+    /// Gradient of density.
+    gradient: [f64; 2],
+    /// What contact adds to the velocity: along the normal, and along the surface.
+    change: [[f64; 2]; 2],
+}
+
+impl SharedNodes {
+    /// Finds the tiles that more than one grain has.
+    pub fn find<'a>(&mut self, grids: impl Iterator<Item = &'a Grid>) {
+        self.tiles.clear();
+        let mut count = 0;
+        for (g, grid) in grids.enumerate() {
+            let tiles = grid.tiles.iter();
+            self.tiles
+                .extend(tiles.map(|t| ([t.at[1], t.at[0]], g as u32, t.index as u32)));
+            if self.slots.len() <= g {
+                self.slots.push(Vec::new());
+            }
+            self.slots[g].clear();
+            self.slots[g].resize(grid.tiles.len(), ALONE);
+            count = g + 1;
+        }
+        self.slots.truncate(count);
+        self.tiles.sort_unstable();
+        self.shared.clear();
+        for together in self.tiles.chunk_by(|a, b| a.0 == b.0) {
+            if together.len() < 2 {
+                continue;
+            }
+            for &(at, grain, tile) in together {
+                self.slots[grain as usize][tile as usize] = self.shared.len() as u32;
+                self.shared.push(Shared {
+                    at,
+                    grain,
+                    tile,
+                    gradient: [[0.0; 2]; NODES],
+                });
+            }
+        }
+    }
+
+    /// Whether another grain has the place of this tile too.
+    pub fn is_shared(&self, grain: usize, tile: u32) -> bool {
+        self.slots[grain][tile as usize] != ALONE
+    }
+
+    /// The gradients of a grain's tile, if others have it too.
+    pub fn gradient(&mut self, grain: usize, tile: u32) -> Option<&mut Gradients> {
+        match self.slots[grain][tile as usize] {
+            ALONE => None,
+            slot => Some(&mut self.shared[slot as usize].gradient),
+        }
+    }
+
+    /// Takes from the gradients of a grain what points through walls that hold nodes: density ends there, the grain does
+    /// not, and contact must not move what is held.
+    pub fn keep_along_walls(&mut self, grain: usize, walls: &WallNodes) {
+        for shared in self.shared.iter_mut().filter(|s| s.grain as usize == grain) {
+            let origin = first_node([shared.at[1], shared.at[0]]);
+            if walls.touch(origin) {
+                for (i, gradient) in shared.gradient.iter_mut().enumerate() {
+                    let free = walls.free(node(origin, i));
+                    *gradient = [gradient[0] * free[0], gradient[1] * free[1]];
+                }
+            }
+        }
+    }
+
+    /// The shared tiles, place by place; in each the tiles of the grains that have it.
+    pub fn places(&self) -> impl Iterator<Item = &[Shared]> {
+        self.shared.chunk_by(|a, b| a.at == b.at)
+    }
+
+    /// Corrects the velocities of approaching grains at every shared node; `nodes` are the tiles of each grain, of which
+    /// those in `rigid` take no part. Returns what friction takes, in J/m.
+    pub fn touch(&self, nodes: &mut [&mut [NodeTile]], rigid: &[bool], friction: f64) -> f64 {
+        let mut work = 0.0;
+        let mut parties = Vec::new();
+        for together in self.places() {
+            for i in 0..NODES {
+                parties.clear();
+                let soft = together.iter().filter(|s| !rigid[s.grain as usize]);
+                parties.extend(soft.filter_map(|shared| {
+                    let tile = &nodes[shared.grain as usize][shared.tile as usize];
+                    (tile.per_mass[i] > 0.0).then_some(Party {
+                        grain: shared.grain as usize,
+                        tile: shared.tile as usize,
+                        mass: tile.mass[i],
+                        velocity: tile.after[i],
+                        gradient: shared.gradient[i],
+                        change: [[0.0; 2]; 2],
+                    })
+                }));
+                if parties.len() > 1 {
+                    work += collide(&mut parties, friction);
+                    for p in &parties {
+                        nodes[p.grain][p.tile].after[i] = p.velocity;
+                    }
+                }
+            }
+        }
+        work
+    }
+}
+
+/// The unit vector away from a grain and towards others, by the gradients of their densities; none where they cancel.
+pub fn way_out(own: [f64; 2], others: [f64; 2]) -> Option<[f64; 2]> {
+    let way = [0, 1].map(|a| others[a] - own[a]);
+    let length = way[0].hypot(way[1]);
+    (length > 0.0).then(|| way.map(|c| c / length))
+}
+
+/// Contact of the grains at one node; returns what friction takes, in J/m.
+fn collide(parties: &mut [Party], friction: f64) -> f64 {
+    let mass: f64 = parties.iter().map(|p| p.mass).sum();
+    let sum = |of: &dyn Fn(&Party) -> [f64; 2]| {
+        let mut sum = [0.0; 2];
+        for p in &*parties {
+            let term = of(p);
+            sum[0] += term[0];
+            sum[1] += term[1];
+        }
+        sum
+    };
+    let common = sum(&|p| p.velocity.map(|v| p.mass * v / mass)); // v_i
+    let density = sum(&|p| p.gradient);
+    for p in parties.iter_mut() {
+        let others = [0, 1].map(|a| density[a] - p.gradient[a]);
+        let Some(n) = way_out(p.gradient, others) else {
+            continue;
+        };
+        let relative = [0, 1].map(|a| p.velocity[a] - common[a]);
+        let approach = relative[0] * n[0] + relative[1] * n[1]; // (12)
+        if approach > 0.0 {
+            let along = [0, 1].map(|a| relative[a] - approach * n[a]);
+            let speed = along[0].hypot(along[1]);
+            let held = if speed > friction * approach {
+                friction * approach / speed // (22): slips
+            } else {
+                1.0 // sticks
+            };
+            p.change = [n.map(|n| -approach * n), along.map(|v| -held * v)]; // (14), (23)
+        }
+    }
+    // What the changes together do to the momentum of the node is nothing's: give it back.
+    let excess = [0, 1].map(|k| {
+        let total = |a: usize| parties.iter().map(|p| p.mass * p.change[k][a]).sum::<f64>() / mass;
+        [total(0), total(1)]
+    });
+    let mut work = 0.0;
+    for p in parties {
+        let mut twice = [0.0; 2];
+        for a in 0..2 {
+            p.velocity[a] += p.change[0][a] - excess[0][a];
+            twice[0] += p.velocity[a] * p.velocity[a];
+            p.velocity[a] += p.change[1][a] - excess[1][a];
+            twice[1] += p.velocity[a] * p.velocity[a];
+        }
+        work += 0.5 * p.mass * (twice[0] - twice[1]);
+    }
+    work
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn party(mass: f64, velocity: [f64; 2], gradient: [f64; 2]) -> Party {
+        Party {
+            grain: 0,
+            tile: 0,
+            mass,
+            velocity,
+            gradient,
+            change: [[0.0; 2]; 2],
+        }
+    }
+
+    fn momentum(parties: &[Party]) -> [f64; 2] {
+        [0, 1].map(|a| parties.iter().map(|p| p.mass * p.velocity[a]).sum())
+    }
+
+    /// One to the left of the other: its density falls to the right.
+    fn two(left: [f64; 2], right: [f64; 2]) -> [Party; 2] {
+        [party(2.0, left, [-1.0, 0.0]), party(1.0, right, [3.0, 0.0])]
+    }
+
+    #[test]
+    fn those_that_approach_go_on_together_along_the_normal_and_slide() {
+        let mut pair = two([3.0, 1.0], [0.0, 0.0]);
+        let before = momentum(&pair);
+        assert_eq!(collide(&mut pair, 0.0), 0.0);
+        assert_eq!(
+            [pair[0].velocity, pair[1].velocity],
+            [[2.0, 1.0], [2.0, 0.0]]
+        );
+        assert_eq!(momentum(&pair), before);
+    }
+
+    #[test]
+    fn those_that_part_are_left_alone() {
+        let mut pair = two([-1.0, 5.0], [1.0, 0.0]);
+        assert_eq!(collide(&mut pair, 10.0), 0.0);
+        assert_eq!(
+            [pair[0].velocity, pair[1].velocity],
+            [[-1.0, 5.0], [1.0, 0.0]]
+        );
+    }
+
+    /// Each grain feels mu times its own normal force, and friction's work is the kinetic energy that it takes.
+    #[test]
+    fn friction_slips_at_its_limit_and_sticks_below() {
+        let mut pair = two([3.0, 6.0], [0.0, 0.0]);
+        let work = collide(&mut pair, 0.5);
+        // Normal impulse 2 x 1 = 2; friction 1: 0.5 m/s of mass 2, 1 m/s of mass 1.
+        assert_eq!(
+            [pair[0].velocity, pair[1].velocity],
+            [[2.0, 5.5], [2.0, 1.0]]
+        );
+        assert!((work - (0.5 * 2.0 * (36.0 - 30.25) - 0.5)).abs() < 1e-12);
+        let mut pair = two([3.0, 0.6], [0.0, 0.0]);
+        collide(&mut pair, 0.5);
+        assert!((pair[0].velocity[1] - 0.4).abs() < 1e-15);
+        assert!((pair[1].velocity[1] - 0.4).abs() < 1e-15);
+    }
+
+    #[test]
+    fn three_that_meet_keep_their_momentum() {
+        let mut three = [
+            party(1.0, [1.0, 0.2], [-1.0, 0.1]),
+            party(0.3, [-2.0, 0.1], [0.9, 0.5]),
+            party(2.0, [0.1, -0.7], [0.2, 1.7]),
+        ];
+        let before = momentum(&three);
+        let energy = |p: &[Party]| -> f64 {
+            p.iter()
+                .map(|p| 0.5 * p.mass * (p.velocity[0].powi(2) + p.velocity[1].powi(2)))
+                .sum()
+        };
+        let kinetic = energy(&three);
+        collide(&mut three, 0.4);
+        let after = momentum(&three);
+        for a in 0..2 {
+            assert!((after[a] - before[a]).abs() < 1e-15);
+        }
+        assert!(energy(&three) < kinetic);
+    }
+}

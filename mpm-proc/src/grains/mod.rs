@@ -1,0 +1,228 @@
+//! Several bodies of points that touch on the grid (Bardenhagen 2000), among them rigid ones (the MPM-DEM scheme of
+//! Jiang 2020 section 5.4, after Liu, Sun and Zhou 2018).
+//!
+//! Each group of points is a grain with nodes of its own, so that grains know nothing of each other until their nodes
+//! have been kicked. Then, where a node of the regular grid has mass of two grains or more, the velocities of those that
+//! approach are corrected: of deformable grains node by node ([`contact`]), of those that meet one whose points move as one
+//! for all nodes together ([`onto_rigid`], [`rigid`]). Two rigid grains do not touch.
+
+mod contact;
+mod density;
+mod onto_rigid;
+mod rigid;
+
+use interface::solver::{ContactForces, Fault, MpmMeasurement};
+use interface::step::Step;
+use interface::wire::{EnvelopeVertex, ImpInfo, ImpState, Ledger, Limits, PointState};
+
+use crate::contact::ContactLoad;
+use crate::continuum::{Continuum, Scheme};
+use crate::points::LaneCopy;
+use crate::shape::Shape;
+use crate::threads::{Threads, over_items};
+use crate::transfer::Transfer;
+use contact::SharedNodes;
+pub use rigid::RigidMotion;
+
+/// A body of points with its own nodes.
+pub struct Grain<const W: usize, S: Shape<W>, T: Transfer>
+where
+    T::Affine: LaneCopy,
+{
+    continuum: Continuum<W, S, T>,
+    /// How it moves if it moves as one.
+    rigid: Option<RigidMotion>,
+    /// What the present step has come to.
+    load: ContactLoad,
+    outcome: Result<Limits, Fault>,
+}
+
+/// All grains of a scene.
+pub struct Grains<const W: usize, S: Shape<W>, T: Transfer>
+where
+    T::Affine: LaneCopy,
+{
+    grains: Vec<Grain<W, S, T>>,
+    shared: SharedNodes,
+    /// Coefficient of Coulomb friction between grains.
+    friction: f64,
+    /// Dissipated by friction between grains so far in J/m.
+    friction_work: f64,
+    threads: Threads,
+    measurement: MpmMeasurement,
+    /// Bodies of another solver are near, which grains cannot feel.
+    strangers: bool,
+}
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T>
+where
+    T::Affine: LaneCopy,
+{
+    /// Grains of one cloud each, of which some move as one, with friction between them.
+    pub fn new(
+        continua: impl IntoIterator<Item = (Continuum<W, S, T>, bool)>,
+        friction: f64,
+        threads: Threads,
+    ) -> Self {
+        let grains = continua.into_iter().map(|(continuum, rigid)| Grain {
+            rigid: rigid.then(|| RigidMotion::of(&continuum.clouds[0])),
+            continuum,
+            load: ContactLoad::default(),
+            outcome: Ok(Limits::default()),
+        });
+        Self {
+            grains: grains.collect(),
+            shared: SharedNodes::default(),
+            friction,
+            friction_work: 0.0,
+            threads,
+            measurement: MpmMeasurement::default(),
+            strangers: false,
+        }
+    }
+
+    /// One step: every grain by itself to its nodes, contact between the nodes, every grain back to its points.
+    fn step(&mut self, step: &Step) -> Result<Limits, Fault> {
+        self.each(&|grain| grain.move_nodes(step))?; //  v_g^L                                 Bardenhagen (8) ... (11)
+        let slid = if step.kick() > 0.0 {
+            self.touch() //                              v_g~                                  Bardenhagen (12) ... (24)
+        } else {
+            0.0 // the opening step has no velocities of its own
+        };
+        let limits = self.each(&|grain| grain.move_points(step))?;
+        if step.measure {
+            self.measure(step.centring() * slid);
+        }
+        self.friction_work += slid;
+        Ok(limits)
+    }
+
+    /// Does `work` with every grain; limits are the narrowest.
+    fn each(
+        &mut self,
+        work: &(impl Fn(&mut Grain<W, S, T>) -> Result<Limits, Fault> + Sync),
+    ) -> Result<Limits, Fault> {
+        let (grains, chunk) = (&mut self.grains, self.threads.grain(1));
+        self.threads
+            .run(|| over_items(chunk, grains, &|g| g.outcome = work(g)));
+        let mut narrowest = Limits::default();
+        for grain in &mut self.grains {
+            let limits = core::mem::replace(&mut grain.outcome, Ok(Limits::default()))?;
+            narrowest.omega_sq = narrowest.omega_sq.max(limits.omega_sq);
+            narrowest.damping = narrowest.damping.max(limits.damping);
+        }
+        Ok(narrowest)
+    }
+
+    /// Contact on shared nodes; returns what friction takes, in J/m.
+    fn touch(&mut self) -> f64 {
+        self.shared
+            .find(self.grains.iter().map(|g| &g.continuum.grid));
+        for (number, grain) in self.grains.iter().enumerate() {
+            self.shared.add_density_gradients(number, &grain.continuum);
+        }
+        let friction = self.friction;
+        let geometry = self.grains[0].continuum.grid.geometry;
+        let rigid: Vec<bool> = self.grains.iter().map(|g| g.rigid.is_some()).collect();
+        let (mut nodes, motions): (Vec<_>, Vec<_>) = self
+            .grains
+            .iter_mut()
+            .map(|g| (&mut g.continuum.grid.tiles[..], &mut g.rigid))
+            .unzip();
+        let mut work = self.shared.touch(&mut nodes, &rigid, friction);
+        for (number, motion) in motions.into_iter().enumerate() {
+            if let Some(motion) = motion {
+                let shared = &self.shared;
+                work += shared.press_on(number, motion, &mut nodes, &rigid, &geometry, friction);
+            }
+        }
+        work
+    }
+
+    fn measure(&mut self, slid: f64) {
+        let MpmMeasurement { ledger, groups } = &mut self.measurement;
+        *ledger = Ledger::default();
+        groups.clear();
+        for grain in &self.grains {
+            let of = grain.continuum.measurement();
+            add(ledger, &of.ledger);
+            groups.extend_from_slice(&of.groups);
+        }
+        ledger.friction_work += self.friction_work + slid;
+    }
+}
+
+fn add(sum: &mut Ledger, of: &Ledger) {
+    sum.kinetic += of.kinetic;
+    sum.elastic += of.elastic;
+    sum.gravity += of.gravity;
+    sum.friction_work += of.friction_work;
+    sum.viscous_work += of.viscous_work;
+    sum.plastic_work += of.plastic_work;
+    sum.driven_work += of.driven_work;
+    for a in 0..2 {
+        sum.momentum[a] += of.momentum[a];
+        sum.applied_impulse[a] += of.applied_impulse[a];
+    }
+}
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Grain<W, S, T>
+where
+    T::Affine: LaneCopy,
+{
+    fn move_nodes(&mut self, step: &Step) -> Result<Limits, Fault> {
+        self.load = self.continuum.move_nodes(step, &mut ())?;
+        Ok(Limits::default())
+    }
+
+    fn move_points(&mut self, step: &Step) -> Result<Limits, Fault> {
+        match &mut self.rigid {
+            None => self.continuum.move_points(step, self.load),
+            Some(motion) => self.continuum.move_rigidly(step, motion),
+        }
+    }
+}
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Grains<W, S, T>
+where
+    T::Affine: LaneCopy,
+{
+    fn step(&mut self, step: &Step, contact: &mut dyn ContactForces) -> Result<Limits, Fault> {
+        if self.strangers {
+            return Err(Fault::Other(
+                "contact on the grid (mpm.grid_contact) does not go with bodies of another solver; leave one of them out"
+                    .into(),
+            ));
+        }
+        contact.receive()?;
+        Grains::step(self, step)
+    }
+
+    fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo] {
+        self.strangers = !envelopes.is_empty();
+        &[]
+    }
+
+    fn travel(&self) -> f64 {
+        0.0
+    }
+
+    fn imp_states(&mut self) -> &[ImpState] {
+        &[]
+    }
+
+    fn measurement(&self) -> &MpmMeasurement {
+        &self.measurement
+    }
+
+    fn points(&self) -> Vec<PointState> {
+        self.grains
+            .iter()
+            .flat_map(|g| g.continuum.points())
+            .collect()
+    }
+
+    fn bytes(&self) -> usize {
+        self.grains.iter().map(|g| g.continuum.bytes()).sum()
+    }
+}

@@ -1,0 +1,187 @@
+//! Points that move as one: the rigid body of material points of Liu, Sun and Zhou (2018), which Jiang 2020 section 5.4
+//! compares with.
+//!
+//! Its nodes have been kicked, held by walls and pushed by other grains; what momentum and angular momentum they have won
+//! is the body's. Mass and moment of inertia are those of its points, so that its energy is the sum of theirs.
+
+use interface::solver::Fault;
+use interface::step::Step;
+use interface::wire::Limits;
+use nalgebra::Vector3;
+
+use crate::contact::ContactLoad;
+use crate::continuum::Continuum;
+use crate::grid::{NODES, NodeTile, first_node, node};
+use crate::lanes::{LANES, Lanes, ZERO, splat};
+use crate::points::{Cloud, LaneCopy, NO_POINT, TileReport};
+use crate::shape::Shape;
+use crate::tiles::Geometry;
+use crate::transfer::{AffineState, Transfer};
+
+/// How a rigid body of points moves.
+#[derive(Debug, Clone)]
+pub struct RigidMotion {
+    mass: f64,
+    /// Moment of inertia about the centre in kg m.
+    inertia: f64,
+    /// Centre of mass at `t_n` in m.
+    centre: [f64; 2],
+    /// Its velocity at `t_{n-1/2}` in m/s.
+    velocity: [f64; 2],
+    /// Angular velocity at `t_{n-1/2}` in rad/s.
+    spin: f64,
+    /// Points at the start, from the centre, in m, by identity.
+    arms: Vec<[f64; 2]>,
+    /// Angle turned by since, in rad.
+    angle: f64,
+    /// Momentum and angular momentum that other grains have given it in this step, in N s/m and N s.
+    given: Vector3<f64>,
+}
+
+impl RigidMotion {
+    /// That of a cloud whose points have the same velocity.
+    pub fn of<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
+        cloud: &Cloud<W, S, A>,
+    ) -> Self {
+        let lanes = cloud.lane_of.iter().map(|&l| l as usize);
+        let count = cloud.len() as f64;
+        let (mut centre, mut velocity) = ([0.0; 2], [0.0; 2]);
+        for lane in lanes.clone() {
+            for a in 0..2 {
+                centre[a] += cloud.position(lane)[a] / count;
+                velocity[a] += cloud.velocity(lane)[a] / count;
+            }
+        }
+        let arms: Vec<[f64; 2]> = lanes
+            .map(|lane| [0, 1].map(|a| cloud.position(lane)[a] - centre[a]))
+            .collect();
+        Self {
+            mass: cloud.total_mass(),
+            inertia: arms
+                .iter()
+                .map(|r| cloud.mass * (r[0] * r[0] + r[1] * r[1]))
+                .sum(),
+            centre,
+            velocity,
+            spin: 0.0,
+            arms,
+            angle: 0.0,
+            given: Vector3::zeros(),
+        }
+    }
+
+    /// Centre of mass in m.
+    pub fn centre(&self) -> [f64; 2] {
+        self.centre
+    }
+
+    /// Mass twice, in kg/m, and moment of inertia in kg m.
+    pub fn masses(&self) -> Vector3<f64> {
+        Vector3::new(self.mass, self.mass, self.inertia)
+    }
+
+    /// Velocity of the centre in m/s and of rotation in rad/s once it has what its nodes have won in the kick.
+    pub fn velocities_at_nodes(&self, nodes: &[NodeTile], geometry: &Geometry) -> Vector3<f64> {
+        let before = Vector3::new(self.velocity[0], self.velocity[1], self.spin);
+        before + won(nodes, geometry, self.centre).component_div(&self.masses())
+    }
+
+    /// Takes up momentum and angular momentum of other grains, in N s/m and N s.
+    pub fn win(&mut self, given: Vector3<f64>) {
+        self.given += given;
+    }
+}
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
+where
+    T::Affine: LaneCopy,
+{
+    /// The second half of a step of a rigid body: takes up what its nodes have won, and moves its points.
+    ///
+    /// # Errors
+    /// A [`Fault`] that names the point which left the domain or is not finite.
+    pub fn move_rigidly(&mut self, step: &Step, motion: &mut RigidMotion) -> Result<Limits, Fault> {
+        self.keep_books(step);
+        if step.dt_before + step.dt > 0.0 {
+            let kicked = motion.velocities_at_nodes(&self.grid.tiles, &self.grid.geometry);
+            let given = core::mem::take(&mut motion.given).component_div(&motion.masses());
+            let [vx, vy, spin] = (kicked + given).into();
+            motion.velocity = [vx, vy];
+            motion.spin = spin;
+            for a in 0..2 {
+                motion.centre[a] += step.dt * motion.velocity[a];
+            }
+            motion.angle += step.dt * motion.spin;
+            let cell = self.grid.geometry.cell;
+            for cloud in &mut self.clouds {
+                place(cloud, motion, cell);
+            }
+            self.check_points(step.dt)?;
+        }
+        self.close_books(step);
+        let limits = self.limits(ContactLoad::default());
+        self.remove_left();
+        Ok(limits)
+    }
+}
+
+/// Momentum (N s/m) and angular momentum about `centre` (N s) that nodes have won in the kick.
+fn won(nodes: &[NodeTile], geometry: &Geometry, centre: [f64; 2]) -> Vector3<f64> {
+    let mut won = Vector3::zeros();
+    for tile in nodes {
+        let origin = first_node(tile.at);
+        for i in 0..NODES {
+            let gain = [0, 1].map(|a| tile.mass[i] * (tile.after[i][a] - tile.before[i][a]));
+            let at = node(origin, i);
+            let arm = [0, 1].map(|a| geometry.lower[a] + at[a] as f64 * geometry.cell - centre[a]);
+            won += Vector3::new(gain[0], gain[1], arm[0] * gain[1] - arm[1] * gain[0]);
+        }
+    }
+    won
+}
+
+/// Puts the points of a cloud where the body is, with its velocities.
+fn place<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
+    cloud: &mut Cloud<W, S, A>,
+    motion: &RigidMotion,
+    cell: f64,
+) {
+    let (sin, cos) = motion.angle.sin_cos();
+    let turn = splat(motion.spin * cell);
+    let slopes = [[ZERO, turn], [ZERO - turn, ZERO]];
+    for (tile, report) in cloud.tiles.iter().zip(&mut cloud.reports) {
+        *report = TileReport {
+            lower: [f64::INFINITY; 2],
+            upper: [f64::NEG_INFINITY; 2],
+            ..TileReport::default()
+        };
+        for block in tile.first..tile.first + tile.blocks {
+            let (x, points) = (&mut cloud.x[block], &mut cloud.motion[block]);
+            for k in 0..LANES {
+                // A lane without a point follows the first of its tile.
+                let id = match cloud.ids[block][k] {
+                    NO_POINT => cloud.ids[tile.first][0],
+                    id => id,
+                };
+                let r = motion.arms[id as usize];
+                let arm = [cos * r[0] - sin * r[1], sin * r[0] + cos * r[1]];
+                let v = [
+                    motion.velocity[0] - motion.spin * arm[1],
+                    motion.velocity[1] + motion.spin * arm[0],
+                ];
+                let set = |lanes: &mut Lanes, value: f64| lanes.as_mut_array()[k] = value;
+                for a in 0..2 {
+                    let to = motion.centre[a] + arm[a];
+                    set(&mut x[a], to);
+                    set(&mut points.v[a], v[a]);
+                    report.lower[a] = report.lower[a].min(to);
+                    report.upper[a] = report.upper[a].max(to);
+                }
+                let square = v[0] * v[0] + v[1] * v[1];
+                report.speed_sq = report.speed_sq.max(square);
+                report.sum += square;
+            }
+            points.affine = A::from_slopes(slopes);
+        }
+    }
+}
