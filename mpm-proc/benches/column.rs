@@ -54,6 +54,7 @@ pub fn column(points: usize, threads: usize, model: MaterialModel) -> MpmConfig 
             velocity: [0.0, 0.0],
             fields: interface::config::InitialFields::default(),
             contact_radius: None,
+            rigid: false,
         }],
         contact_force: interface::config::ContactForceScheme::default(),
         forcing: interface::config::Forcing::default(),

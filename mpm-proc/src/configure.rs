@@ -165,22 +165,17 @@ impl<'a> Parts<'a> {
         };
         let readiness = self.readiness(&continua);
         let mut threads = self.threads;
-        let scheme: Box<dyn Scheme> = match self.config.grid_contact {
-            Some(GridContact { friction }) => {
+        let scheme: Box<dyn Scheme> =
+            if let Some(GridContact { friction }) = self.config.grid_contact {
                 let rigid = self.config.groups.iter().map(|g| g.rigid);
-                Box::new(Grains::new(
-                    continua.into_iter().zip(rigid),
-                    friction,
-                    threads,
-                ))
-            }
-            None => {
+                let grains = continua.into_iter().zip(rigid);
+                Box::new(Grains::new(grains, friction, threads))
+            } else {
                 let [mut continuum] = <[_; 1]>::try_from(continua)
                     .unwrap_or_else(|_| unreachable!("all groups are one continuum"));
                 core::mem::swap(&mut continuum.threads, &mut threads);
                 Box::new(continuum)
-            }
-        };
+            };
         Ok((scheme, readiness))
     }
 

@@ -42,7 +42,7 @@ pub struct Grains<const W: usize, S: Shape<W>, T: Transfer>
 where
     T::Affine: LaneCopy,
 {
-    grains: Vec<Grain<W, S, T>>,
+    all: Vec<Grain<W, S, T>>,
     shared: SharedNodes,
     /// Coefficient of Coulomb friction between grains.
     friction: f64,
@@ -71,7 +71,7 @@ where
             outcome: Ok(Limits::default()),
         });
         Self {
-            grains: grains.collect(),
+            all: grains.collect(),
             shared: SharedNodes::default(),
             friction,
             friction_work: 0.0,
@@ -102,11 +102,11 @@ where
         &mut self,
         work: &(impl Fn(&mut Grain<W, S, T>) -> Result<Limits, Fault> + Sync),
     ) -> Result<Limits, Fault> {
-        let (grains, chunk) = (&mut self.grains, self.threads.grain(1));
+        let (grains, chunk) = (&mut self.all, self.threads.grain(1));
         self.threads
             .run(|| over_items(chunk, grains, &|g| g.outcome = work(g)));
         let mut narrowest = Limits::default();
-        for grain in &mut self.grains {
+        for grain in &mut self.all {
             let limits = core::mem::replace(&mut grain.outcome, Ok(Limits::default()))?;
             narrowest.omega_sq = narrowest.omega_sq.max(limits.omega_sq);
             narrowest.damping = narrowest.damping.max(limits.damping);
@@ -116,16 +116,15 @@ where
 
     /// Contact on shared nodes; returns what friction takes, in J/m.
     fn touch(&mut self) -> f64 {
-        self.shared
-            .find(self.grains.iter().map(|g| &g.continuum.grid));
-        for (number, grain) in self.grains.iter().enumerate() {
+        self.shared.find(self.all.iter().map(|g| &g.continuum.grid));
+        for (number, grain) in self.all.iter().enumerate() {
             self.shared.add_density_gradients(number, &grain.continuum);
         }
         let friction = self.friction;
-        let geometry = self.grains[0].continuum.grid.geometry;
-        let rigid: Vec<bool> = self.grains.iter().map(|g| g.rigid.is_some()).collect();
+        let geometry = self.all[0].continuum.grid.geometry;
+        let rigid: Vec<bool> = self.all.iter().map(|g| g.rigid.is_some()).collect();
         let (mut nodes, motions): (Vec<_>, Vec<_>) = self
-            .grains
+            .all
             .iter_mut()
             .map(|g| (&mut g.continuum.grid.tiles[..], &mut g.rigid))
             .unzip();
@@ -143,7 +142,7 @@ where
         let MpmMeasurement { ledger, groups } = &mut self.measurement;
         *ledger = Ledger::default();
         groups.clear();
-        for grain in &self.grains {
+        for grain in &self.all {
             let of = grain.continuum.measurement();
             add(ledger, &of.ledger);
             groups.extend_from_slice(&of.groups);
@@ -216,13 +215,10 @@ where
     }
 
     fn points(&self) -> Vec<PointState> {
-        self.grains
-            .iter()
-            .flat_map(|g| g.continuum.points())
-            .collect()
+        self.all.iter().flat_map(|g| g.continuum.points()).collect()
     }
 
     fn bytes(&self) -> usize {
-        self.grains.iter().map(|g| g.continuum.bytes()).sum()
+        self.all.iter().map(|g| g.continuum.bytes()).sum()
     }
 }
