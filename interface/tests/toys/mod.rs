@@ -259,6 +259,7 @@ pub fn mpm_config() -> MpmConfig {
         forcing: interface::config::Forcing::default(),
         constants: std::collections::BTreeMap::new(),
         leaving: interface::config::Leaving::default(),
+        grid_contact: None,
         skin: 0.02,
         threads: 1,
     }
