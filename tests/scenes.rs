@@ -184,6 +184,7 @@ scenes! {
     normal_force: "jiang2020/normal_force",
     friction_force: "jiang2020/friction_force",
     bar_on_grain: "verification/bar_on_grain",
+    bar_on_wall: "verification/bar_on_wall",
     point_bounce: "verification/point_bounce",
     rod: "jiang2020/rod",
     silo: "jiang2020/silo",
