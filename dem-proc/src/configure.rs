@@ -1,12 +1,13 @@
 //! From the configuration to a solver: every check, and the one `match` that chooses the contact laws.
 
 use interface::Vec2;
-use interface::config::DemConfig;
+use interface::config::{ContactLaw, DemConfig, OverlapMeasure};
 use interface::solver::{DemMeasurement, Readiness, Refusal};
 use interface::surfaces::ContactPair;
 use interface::wire::EnvelopeVertex;
 
 use crate::body::{Bodies, Odometer};
+use crate::convex::{ConvexContacts, Measure};
 use crate::law::choice::{Between, ForLaw, check_law, with_law, with_table};
 use crate::law::dashpot::Elastic;
 use crate::law::normal::Linear;
@@ -15,6 +16,8 @@ use crate::law::tangent::Smooth;
 use crate::law::{Contact, Law};
 use crate::ledger::Totals;
 use crate::load::{Load, PairLoad};
+use crate::nearest::NearestEdge;
+use crate::overlap::OverlapArea;
 use crate::pairs::{BodyContacts, BodySide};
 use crate::points::{PointContacts, PointSide};
 use crate::threads::Threads;
@@ -101,14 +104,47 @@ impl ForLaw for PointsWith {
     }
 }
 
-struct BodiesWith {
+struct EdgesWith {
     skin: f64,
 }
 
-impl ForLaw for BodiesWith {
+impl ForLaw for EdgesWith {
     type Output = Box<dyn BodySide>;
     fn build<L: Law>(self, law: L) -> Self::Output {
         Box::new(BodyContacts::new(law, self.skin))
+    }
+}
+
+struct ConvexWith<M> {
+    measure: M,
+    skin: f64,
+}
+
+impl<M: Measure + 'static> ForLaw for ConvexWith<M> {
+    type Output = Box<dyn BodySide>;
+    fn build<L: Law>(self, law: L) -> Self::Output {
+        Box::new(ConvexContacts::new(law, self.measure, self.skin))
+    }
+}
+
+/// Contact between bodies by `law` and the pairs of the table, as the scene measures it.
+fn body_side(config: &DemConfig, surfaces: &Surfaces, law: &ContactLaw) -> Box<dyn BodySide> {
+    let table: Vec<&ContactPair> = config.body_pairs().map(|(_, pair)| pair).collect();
+    let skin = config.skin;
+    match config.overlap {
+        // Without a pair of its own, contact pays nothing for the table.
+        OverlapMeasure::EachEdge if table.is_empty() => with_law(law, EdgesWith { skin }),
+        OverlapMeasure::EachEdge => with_table(surfaces, law, &table, EdgesWith { skin }),
+        // The other measures take the table's few types of law, whose unused parts are zero, always: a type for every
+        // combination would double what is compiled, for what is not made for speed.
+        OverlapMeasure::NearestEdge => {
+            let measure = NearestEdge;
+            with_table(surfaces, law, &table, ConvexWith { measure, skin })
+        }
+        OverlapMeasure::Area => {
+            let measure = OverlapArea::default();
+            with_table(surfaces, law, &table, ConvexWith { measure, skin })
+        }
     }
 }
 
@@ -156,6 +192,7 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
     for (i, pair) in config.body_pairs() {
         check_law(&key(i), &pair.law, Between::Bodies, overlap)?;
     }
+    check_overlap(config, &bodies)?;
     let threads = Threads::new(config.threads)
         .map_err(|e| Refusal::new("dem.threads", format!("{}: {e}", config.threads)))?;
 
@@ -169,16 +206,7 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         );
     }
     let surfaces = Surfaces::new(config);
-    let pairs = pairs.map(|law| {
-        let build = BodiesWith { skin: config.skin };
-        let table: Vec<&ContactPair> = config.body_pairs().map(|(_, pair)| pair).collect();
-        // Without a pair of its own, contact of either kind pays nothing for the table.
-        if table.is_empty() {
-            with_law(law, build)
-        } else {
-            with_table(&surfaces, law, &table, build)
-        }
-    });
+    let pairs = pairs.map(|law| body_side(config, &surfaces, law));
     let groups = config.point_surfaces.iter();
     let build = PointsWith {
         surfaces: groups.map(|name| surfaces.number(name)).collect(),
@@ -216,6 +244,36 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         notes,
     };
     Ok((system, readiness))
+}
+
+/// Refuses bodies and laws that a measure of overlap is not made for.
+fn check_overlap(config: &DemConfig, bodies: &Bodies) -> Result<(), Refusal> {
+    let name = config.overlap.name();
+    for (i, body) in bodies.fixed.iter().enumerate() {
+        let key = |key: &str| format!("dem.body[{i}] ({}).{key}", body.name);
+        if config.overlap != OverlapMeasure::EachEdge && !body.shape.convex {
+            let text = format!("not convex, which the overlap measure `{name}` asks for");
+            return Err(Refusal::new(key("shape"), text));
+        }
+        if config.overlap == OverlapMeasure::Area && body.shape.radius > 0.0 {
+            let text = format!(
+                "{} m: the overlap measure `{name}` is of bare polygons; expected 0",
+                body.shape.radius
+            );
+            return Err(Refusal::new(key("sphero_radius"), text));
+        }
+    }
+    let other = |law: &ContactLaw| !matches!(law, ContactLaw::Linear { .. });
+    if config.overlap == OverlapMeasure::Area
+        && let Some(law) = config.body_laws().find(other)
+    {
+        let text = format!(
+            "`{}` with the overlap measure `{name}`: bare corners have no radius, which that law needs; write `linear`",
+            law.name()
+        );
+        return Err(Refusal::new("dem.body_contact", text));
+    }
+    Ok(())
 }
 
 impl System {

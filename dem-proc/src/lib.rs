@@ -42,13 +42,16 @@ pub mod body;
 pub mod cells;
 pub mod configure;
 pub mod contact;
+pub mod convex;
 pub mod generate;
 pub mod law;
 pub mod ledger;
 pub mod load;
 pub mod mass;
 pub mod meeting;
+pub mod nearest;
 pub mod neighbours;
+pub mod overlap;
 pub mod pairs;
 pub mod points;
 #[cfg(test)]

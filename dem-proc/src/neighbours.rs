@@ -183,12 +183,37 @@ impl VertexEdge {
     }
 }
 
+/// Calls `found` for every two bodies whose boxes come within `skin` (m) of one another and of which at least one can
+/// be moved by forces, in ascending order.
+pub fn close_pairs(bodies: &Bodies, skin: f64, mut found: impl FnMut([u32; 2])) {
+    let around = |b: usize| {
+        let outline = Bounds::around(bodies.outline_of(b).iter().copied());
+        outline.grown(bodies.state[b].radius + 0.5 * skin)
+    };
+    let boxes: Vec<Bounds> = (0..bodies.len()).map(around).collect();
+    let cells = Cells::new(&boxes);
+    let free = |b: usize| bodies.fixed[b].yields();
+    let mut near = Vec::new();
+    for i in 0..bodies.len() {
+        near.clear();
+        cells.above(i as u32, &boxes, &mut near);
+        for &j in &near {
+            let [a, b] = [i, j as usize].map(|b| &bodies.state[b]);
+            // Boxes that meet at a corner, mostly: the circles around the two bodies do not.
+            let together = a.extent + b.extent + skin;
+            let apart = (a.center - b.center).norm_squared() > together * together;
+            if !apart && (free(i) || free(j as usize)) {
+                found([i as u32, j]);
+            }
+        }
+    }
+}
+
 /// Bodies against bodies.
 #[derive(Debug, Clone, Default)]
 pub struct BodyList {
     /// Vertex-edge pairs in the order of [`VertexEdge::key`].
     pub pairs: Vec<VertexEdge>,
-    found: Vec<u32>,
     near: Vec<u32>,
     vertices: Vec<u32>,
 }
@@ -198,36 +223,14 @@ impl BodyList {
     /// moved by forces.
     pub fn build(&mut self, bodies: &Bodies, skin: f64) {
         self.pairs.clear();
-        let boxes: Vec<Bounds> = (0..bodies.len())
-            .map(|b| {
-                let outline = Bounds::around(bodies.outline_of(b).iter().copied());
-                outline.grown(bodies.state[b].radius + 0.5 * skin)
-            })
-            .collect();
-        let cells = Cells::new(&boxes);
-        let free = |b: usize| bodies.fixed[b].yields();
-        for i in 0..bodies.len() {
-            let mut found = std::mem::take(&mut self.found);
-            found.clear();
-            cells.above(i as u32, &boxes, &mut found);
-            for &j in &found {
-                let [a, b] = [i, j as usize].map(|b| &bodies.state[b]);
-                // Boxes that meet at a corner, mostly: the circles around the two bodies do not.
-                let together = a.extent + b.extent + skin;
-                if (a.center - b.center).norm_squared() > together * together {
-                    continue;
-                }
-                if free(i) || free(j as usize) {
-                    self.add_bodies(bodies, [i as u32, j], skin);
-                    // Discs have no edges, so two of them touch once, vertex on vertex.
-                    let edges = |b: usize| bodies.fixed[b].shape.has_edges;
-                    if edges(i) || edges(j as usize) {
-                        self.add_bodies(bodies, [j, i as u32], skin);
-                    }
-                }
+        close_pairs(bodies, skin, |[i, j]| {
+            self.add_bodies(bodies, [i, j], skin);
+            // Discs have no edges, so two of them touch once, vertex on vertex.
+            let edges = |b: u32| bodies.fixed[b as usize].shape.has_edges;
+            if edges(i) || edges(j) {
+                self.add_bodies(bodies, [j, i], skin);
             }
-            self.found = found;
-        }
+        });
     }
 
     /// The vertices of the first body against the edges of the second (one of the two sums of eq. 39).

@@ -3,8 +3,11 @@
 
 use interface::Vec2;
 use parry2d_f64::bounding_volume::Aabb;
-use parry2d_f64::math::Vec2 as GlamVec2;
+use parry2d_f64::math::{Pose, Vec2 as GlamVec2};
 use parry2d_f64::partitioning::{Bvh, BvhBuildStrategy};
+use parry2d_f64::query::ClosestPoints;
+use parry2d_f64::query::details::closest_points_support_map_support_map;
+use parry2d_f64::shape::SupportMap;
 
 fn glam(v: Vec2) -> GlamVec2 {
     GlamVec2::new(v.x, v.y)
@@ -90,5 +93,38 @@ impl BoxTree {
     /// Bytes on the heap.
     pub fn bytes(&self) -> usize {
         self.0.heap_memory_size()
+    }
+}
+
+/// What is between two convex polygons.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Gap {
+    /// More than was asked for.
+    Beyond,
+    /// Their nearest points in m; the same point twice where they touch.
+    Within([Vec2; 2]),
+}
+
+/// A convex polygon in world coordinates, as GJK sees it.
+struct Hull<'a>(&'a [Vec2]);
+
+impl SupportMap for Hull<'_> {
+    fn local_support_point(&self, dir: GlamVec2) -> GlamVec2 {
+        let along = |p: &Vec2| p.x * dir.x + p.y * dir.y;
+        let farthest = self
+            .0
+            .iter()
+            .copied()
+            .reduce(|best, p| if along(&p) > along(&best) { p } else { best });
+        glam(farthest.expect("outlines are never empty"))
+    }
+}
+
+/// The gap between two convex polygons up to `margin` (m), by the algorithm of Gilbert, Johnson and Keerthi (1988).
+pub fn gap(a: &[Vec2], b: &[Vec2], margin: f64) -> Gap {
+    match closest_points_support_map_support_map(&Pose::IDENTITY, &Hull(a), &Hull(b), margin) {
+        ClosestPoints::Disjoint => Gap::Beyond,
+        ClosestPoints::WithinMargin(p, q) => Gap::Within([p, q].map(|p| Vec2::new(p.x, p.y))),
+        ClosestPoints::Intersecting => Gap::Within([a[0], a[0]]),
     }
 }

@@ -391,6 +391,9 @@ pub struct DemConfig {
     pub point_contact: ContactLaw,
     /// Law between bodies; `None`: bodies do not touch one another.
     pub body_contact: Option<ContactLaw>,
+    /// What the overlap of two bodies is.
+    #[serde(default)]
+    pub overlap: OverlapMeasure,
     /// Laws between surfaces, instead of these two.
     #[serde(default)]
     pub contact_pairs: Vec<ContactPair>,
@@ -401,6 +404,31 @@ pub struct DemConfig {
     pub skin: f64,
     /// Threads of the solver.
     pub threads: usize,
+}
+
+/// What the overlap of two bodies is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum OverlapMeasure {
+    /// The depth of every vertex on every edge, both ways, summed (Jiang 2020 eq. 39).
+    #[default]
+    EachEdge,
+    /// The depth of every vertex on the nearest edge of the other body, both ways; for convex bodies.
+    NearestEdge,
+    /// The area that two convex polygons without sphero-radius have in common, over a length (Chen 2023; Feng and Owen
+    /// 2004).
+    Area,
+}
+
+impl OverlapMeasure {
+    /// Its name in a scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::EachEdge => "each_edge",
+            Self::NearestEdge => "nearest_edge",
+            Self::Area => "area",
+        }
+    }
 }
 
 /// A spheropolygon body.

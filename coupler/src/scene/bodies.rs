@@ -1,7 +1,7 @@
 //! The bodies' part of a scene: outlines, masses, motion, contact laws.
 
 use interface::config::{
-    BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, MpmConfig,
+    BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, MpmConfig, OverlapMeasure,
 };
 
 use super::geometry;
@@ -33,6 +33,7 @@ pub(super) fn bodies(
         "bodies",
         named.map(|(i, b)| (format!("dem.body.{i}.name"), b.name.as_str())),
     );
+    overlap_measure(problems, written, scene);
     for (path, law) in [
         ("contact", scene.contact),
         ("body_contact", scene.body_contact),
@@ -74,6 +75,7 @@ pub(super) fn bodies(
         bodies: written.body.iter().map(body_config).collect(),
         point_contact: law_for_points.unwrap_or_default(),
         body_contact: scene.body_contact,
+        overlap: written.overlap,
         contact_pairs: scene.contact_pair.clone(),
         point_surfaces: points.map(|group| group.material.clone()).collect(),
         skin: 0.0,
@@ -84,6 +86,35 @@ pub(super) fn bodies(
         problems.refuse(&path, fault.message, fault.help);
     }
     (!problems.any()).then_some(config)
+}
+
+/// Refuses bodies and a law that the overlap measure is not made for.
+fn overlap_measure(problems: &mut Problems, written: &DemWritten, scene: &SceneWritten) {
+    let measure = written.overlap;
+    if measure == OverlapMeasure::EachEdge {
+        return;
+    }
+    let name = measure.name();
+    let area = measure == OverlapMeasure::Area;
+    for (i, body) in written.body.iter().enumerate() {
+        let path = format!("dem.body.{i}");
+        if !geometry::convex(&body.shape) {
+            let message = format!("body \"{}\" is not convex", body.name);
+            let help =
+                format!("`dem.overlap = \"{name}\"` is for convex bodies: take \"each_edge\"");
+            problems.refuse_key(&format!("{path}.shape"), message, help);
+        } else if area && body.sphero_radius > 0.0 {
+            let message = format!("body \"{}\" is rounded", body.name);
+            let help = "`dem.overlap = \"area\"` is of bare polygons: `sphero_radius = 0`";
+            problems.refuse(&format!("{path}.sphero_radius"), message, help);
+        }
+    }
+    let law = scene.body_contact;
+    if area && !matches!(law, None | Some(ContactLaw::Linear { .. })) {
+        let message = "`[body_contact]` is not `linear`, which `dem.overlap = \"area\"` asks for";
+        let help = "bare corners have no radius, which other laws need";
+        problems.refuse_key("body_contact", message, help);
+    }
 }
 
 fn body(problems: &mut Problems, path: &str, body: &BodyWritten) {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use interface::config::{
     BodyShape, ContactForceScheme, ContactLaw, Fill, GridContact, Leaving, MaterialConfig, Motion,
-    Plane, ShapeFunction, Spacing, Stage, StressUpdate, Transfer, Walls,
+    OverlapMeasure, Plane, ShapeFunction, Spacing, Stage, StressUpdate, Transfer, Walls,
 };
 use interface::surfaces::ContactPair;
 use schemars::JsonSchema;
@@ -190,6 +190,9 @@ pub(crate) struct TractionWritten {
 pub(crate) struct DemWritten {
     /// Spheropolygon bodies; an empty list is as good as no `[dem]`.
     pub body: Vec<BodyWritten>,
+    /// What the overlap of two bodies is; each vertex on each edge by default.
+    #[serde(default)]
+    pub overlap: OverlapMeasure,
 }
 
 /// A spheropolygon body.

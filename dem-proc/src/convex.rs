@@ -1,0 +1,261 @@
+//! Contact between convex bodies, measured otherwise than edge by edge: once for each vertex ([`crate::nearest`]) or once
+//! for each pair of bodies ([`crate::overlap`]).
+//!
+//! A measure gives a depth `xi` of a contact as a function of where the two bodies are, and its gradient: `gain` times
+//! the unit normal `N`, on a line through `point`. The law sees `xi` and its changes, and its force is multiplied by the
+//! gain; so the force is the gradient of the law's energy of `xi`, whatever the measure. The tangential part is treated
+//! alike, which keeps Coulomb's cap: both forces have the same factor.
+//!
+//! One contact at a time, in one thread: these are for scenes of hundreds of bodies, and for comparison.
+
+use std::fmt::Debug;
+
+use interface::Vec2;
+
+use crate::body::{Bodies, Frame, Odometer};
+use crate::law::{Law, Loss, Mates, Past, Touch, reduced};
+use crate::load::PairLoad;
+use crate::mass::cross;
+use crate::pairs::BodySide;
+
+/// What may touch: a part of one body, and another body. In the order of the list.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Candidate {
+    /// The body that `N` points to, the other.
+    pub bodies: [u32; 2],
+    /// Vertex of the first body in [`Bodies::outline`]; 0 where the body touches as a whole.
+    pub vertex: u32,
+}
+
+/// Where and how deep two things meet.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Spot {
+    /// Depth `xi` in m, positive in contact; what separates the two, negated, where they do not touch.
+    pub depth: f64,
+    /// Depth gained by a unit of approach along `N`: 1 for a distance.
+    pub gain: f64,
+    /// Unit normal `N`, in the direction in which the first body is pushed.
+    pub normal: Vec2,
+    /// A point of the force's line in m.
+    pub point: Vec2,
+    /// Half the width of the contact in m: how far off the line the force may be in the next step.
+    pub half_width: f64,
+}
+
+/// A measure of contact.
+pub trait Measure: Debug + Send + Sync {
+    /// Bound of `(d^2 E / du^2) / (d^2 E / dxi^2)` along `N`, for springs no softer than linear ones.
+    const STIFFENS: f64;
+    /// Appends whatever of the two bodies could come within `skin` (m).
+    fn list(&self, bodies: &Bodies, pair: [u32; 2], skin: f64, candidates: &mut Vec<Candidate>);
+    /// How a candidate meets; `None` if it is farther than `closing` (m).
+    fn meet(&mut self, bodies: &Bodies, candidate: Candidate, closing: f64) -> Option<Spot>;
+}
+
+/// Contact between convex bodies by the law `L`, measured by `M`.
+#[derive(Debug)]
+pub struct ConvexContacts<L: Law, M> {
+    law: L,
+    measure: M,
+    skin: f64,
+    list: Vec<Candidate>,
+    constants: Vec<L::Pair>,
+    history: Vec<L::History>,
+    next: Vec<L::History>,
+    /// Depths of the last evaluation in m, 0 where there is no contact.
+    depths: Vec<f64>,
+    /// Bodies of the candidates in reach.
+    in_reach: Vec<[u32; 2]>,
+    presses: usize,
+    loss: Loss,
+    odometer: Option<Odometer>,
+}
+
+impl<L: Law, M: Measure> ConvexContacts<L, M> {
+    /// No list yet.
+    pub fn new(law: L, measure: M, skin: f64) -> Self {
+        Self {
+            law,
+            measure,
+            skin,
+            list: Vec::new(),
+            constants: Vec::new(),
+            history: Vec::new(),
+            next: Vec::new(),
+            depths: Vec::new(),
+            in_reach: Vec::new(),
+            presses: 0,
+            loss: Loss::default(),
+            odometer: None,
+        }
+    }
+
+    /// Builds the list, and moves the histories to it.
+    fn build(&mut self, bodies: &Bodies) {
+        let old = std::mem::take(&mut self.list);
+        let (measure, skin, list) = (&self.measure, self.skin, &mut self.list);
+        crate::neighbours::close_pairs(bodies, skin, |pair| {
+            measure.list(bodies, pair, skin, list);
+        });
+        list.sort_unstable();
+        let carried = self.list.iter().map(|candidate| {
+            let found = old.binary_search(candidate);
+            found.map_or_else(|_| L::History::default(), |i| self.history[i])
+        });
+        self.history = carried.collect();
+        self.next = vec![L::History::default(); self.list.len()];
+        self.depths = vec![0.0; self.list.len()];
+        self.constants.clear();
+        self.constants.extend(self.list.iter().map(|candidate| {
+            let [v, e] = candidate.bodies.map(|b| &bodies.state[b as usize]);
+            let inverse = v.inverse_mass + e.inverse_mass;
+            self.law.pair(&Mates {
+                mass: if inverse > 0.0 { 1.0 / inverse } else { 0.0 },
+                radius: reduced(v.radius, e.radius),
+                surfaces: candidate.bodies.map(|b| bodies.fixed[b as usize].surface),
+            })
+        }));
+        self.odometer.get_or_insert_default().reset(bodies);
+    }
+}
+
+/// How the surfaces of a spot have moved, as the law sees it.
+fn touch(bodies: &Bodies, past: Past, spot: &Spot, pair: [u32; 2], arms: [Vec2; 2]) -> Touch {
+    let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
+    let along = |u: Vec2| [spot.gain * u.dot(&spot.normal), spot.gain * u.dot(&tangent)];
+    let mut touch = Touch {
+        overlap: spot.depth,
+        ..Touch::default()
+    };
+    if past.dt > 0.0 {
+        let frames = pair.map(|b| &bodies.frames[b as usize]);
+        let [a, b] = [0, 1].map(|i| frames[i].displacement(arms[i]));
+        touch.moved = along(a - b);
+        touch.velocity = touch.moved.map(|u| u * past.per_dt);
+        touch.rolled = frames[0].sin - frames[1].sin;
+    } else {
+        let [a, b] = [0, 1].map(|i| bodies.state[pair[i] as usize].velocity_at(arms[i]));
+        touch.velocity = along(a - b);
+    }
+    touch
+}
+
+impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
+    fn update_list(&mut self, bodies: &Bodies) {
+        // Both bodies of a pair may move, so each may use half of the skin.
+        let safe = |o: &mut Odometer| o.stays_below(0.5 * self.skin, bodies);
+        if !self.odometer.as_mut().is_some_and(safe) {
+            self.build(bodies);
+        }
+    }
+
+    fn evaluate(
+        &mut self,
+        bodies: &Bodies,
+        past: Past,
+        closing: f64,
+        _: &crate::threads::Threads,
+        loads: &mut [PairLoad],
+    ) {
+        loads.fill(PairLoad::default());
+        self.in_reach.clear();
+        self.presses = 0;
+        self.loss = Loss::default();
+        for (k, candidate) in self.list.iter().enumerate() {
+            self.next[k] = L::History::default();
+            self.depths[k] = 0.0;
+            let Some(spot) = self.measure.meet(bodies, *candidate, closing) else {
+                continue;
+            };
+            let pair = candidate.bodies;
+            self.in_reach.push(pair);
+            let frames = pair.map(|b| &bodies.frames[b as usize]);
+            let arms = frames.map(|frame| spot.point - frame.center);
+            let touch = touch(bodies, past, &spot, pair, arms);
+            let (constants, before) = (&self.constants[k], &self.history[k]);
+            let stiffness = self.law.stiffness(constants, spot.depth + closing);
+            for i in 0..2 {
+                let load = &mut loads[pair[i] as usize];
+                let [normal, tangential] = [stiffness.normal * M::STIFFENS, stiffness.tangential];
+                load.rate += rate(frames[i], arms[i], &spot, normal, tangential);
+                load.rate += frames[i].inverse_inertia * stiffness.rolling;
+            }
+            if spot.depth <= 0.0 {
+                self.loss += self.law.part(constants, &touch, before);
+                continue;
+            }
+            let press = self.law.press(constants, &touch, before);
+            let (f_n, f_t) = (spot.gain * press.normal, spot.gain * press.tangential);
+            let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
+            let force = spot.normal * f_n + tangent * f_t;
+            for (i, sign) in [(0, 1.0), (1, -1.0)] {
+                let load = &mut loads[pair[i] as usize];
+                load.force += force * sign;
+                load.torque += sign * (cross(arms[i], force) + press.moment);
+            }
+            self.loss += press.loss;
+            self.presses += 1;
+            self.depths[k] = spot.depth;
+            self.next[k] = press.history;
+        }
+    }
+
+    /// Done by `evaluate`, whatever the number of threads.
+    fn sum(&self, _: usize, _: &mut [PairLoad]) {}
+
+    /// As for pairs of vertices and edges: see [`crate::pairs`].
+    fn omega_sq(&self, loads: &[PairLoad]) -> f64 {
+        let pairs = self.in_reach.iter();
+        let sums = pairs.map(|&[a, b]| loads[a as usize].rate + loads[b as usize].rate);
+        sums.fold(0.0, f64::max)
+    }
+
+    fn loss(&self) -> Loss {
+        self.loss
+    }
+
+    /// Of the positions at which the contacts were last evaluated, which are those of the measurement.
+    fn energy(&self, _: &Bodies) -> f64 {
+        let contacts = self.depths.iter().zip(&self.constants).zip(&self.next);
+        let pressing = contacts.filter(|((depth, _), _)| **depth > 0.0);
+        let energy = pressing
+            .map(|((depth, constants), history)| self.law.energy(constants, *depth, history));
+        energy.sum()
+    }
+
+    fn commit(&mut self) {
+        std::mem::swap(&mut self.history, &mut self.next);
+    }
+
+    fn damping_ratio(&self) -> f64 {
+        if self.in_reach.is_empty() {
+            0.0
+        } else {
+            self.law.damping_ratio()
+        }
+    }
+
+    fn contacts(&self) -> usize {
+        self.presses
+    }
+
+    fn advance(&mut self, speed: f64, dt: f64) {
+        if let Some(odometer) = &mut self.odometer {
+            odometer.advance(speed, dt);
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        self.list.capacity() * (size_of::<Candidate>() + size_of::<f64>())
+            + self.constants.capacity() * size_of::<L::Pair>()
+            + 2 * self.history.capacity() * size_of::<L::History>()
+    }
+}
+
+/// Share of a contact in a body's `Load::rate`, the force anywhere on the contact's width and the gain at most 1.
+fn rate(frame: &Frame, arm: Vec2, spot: &Spot, normal: f64, tangential: f64) -> f64 {
+    let across = cross(arm, spot.normal).abs() + spot.half_width;
+    let along = arm.dot(&spot.normal).abs() + spot.half_width;
+    frame.inverse_mass * (normal + tangential)
+        + frame.inverse_inertia * (normal * across * across + tangential * along * along)
+}

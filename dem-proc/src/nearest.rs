@@ -1,0 +1,56 @@
+//! Each vertex of a convex body against the nearest point of another one, once (PHYSICS.md section 5, "nearest edge per
+//! vertex").
+//!
+//! The distance is signed, as for points: a vertex driven past the bare outline is pushed back the way it came. The
+//! history of a contact belongs to the vertex and the other body, so it goes round corners by itself.
+
+use crate::body::Bodies;
+use crate::contact::{contact_point, see};
+use crate::convex::{Candidate, Measure, Spot};
+use crate::shape::edge_count;
+
+/// The measure.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct NearestEdge;
+
+impl Measure for NearestEdge {
+    const STIFFENS: f64 = 1.0;
+
+    fn list(&self, bodies: &Bodies, pair: [u32; 2], skin: f64, candidates: &mut Vec<Candidate>) {
+        let edges = |b: u32| bodies.fixed[b as usize].shape.has_edges;
+        let [i, j] = pair;
+        for [v, e] in [[i, j], [j, i]] {
+            // Discs have no edges: two of them touch once, and their centres are the vertices against a polygon.
+            if !edges(e) && (edges(v) || v > e) {
+                continue;
+            }
+            let [vertices, outline] = [v, e].map(|b| bodies.outline_of(b as usize));
+            let radii = [v, e].map(|b| bodies.state[b as usize].radius);
+            let first = bodies.fixed[v as usize].first_vertex as u32;
+            for (k, p) in (first..).zip(vertices) {
+                let seen = see(outline, 0..edge_count(outline.len()), *p);
+                if seen.distance <= radii[0] + radii[1] + skin {
+                    candidates.push(Candidate {
+                        bodies: [v, e],
+                        vertex: k,
+                    });
+                }
+            }
+        }
+    }
+
+    fn meet(&mut self, bodies: &Bodies, candidate: Candidate, closing: f64) -> Option<Spot> {
+        let [v, e] = candidate.bodies.map(|b| &bodies.state[b as usize]);
+        let outline = bodies.outline_of(candidate.bodies[1] as usize);
+        let vertex = bodies.outline[candidate.vertex as usize];
+        let seen = see(outline, 0..edge_count(outline.len()), vertex);
+        let depth = v.radius + e.radius - seen.distance;
+        (depth > -closing).then(|| Spot {
+            depth,
+            gain: 1.0,
+            normal: seen.normal,
+            point: contact_point(vertex, v.radius, depth, seen.normal),
+            half_width: 0.0,
+        })
+    }
+}

@@ -1,0 +1,169 @@
+//! The area of the overlap of two convex polygons as the measure of their contact (Chen 2023 section 3.2.2 and eq. 18:
+//! "the penetration can be area in 2D").
+//!
+//! Chen's `f = k A` has no potential where the width of the overlap changes: what a corner costs on the way in is not
+//! what it gives back on the way out. Feng and Owen (2004, "A 2D polygon/polygon contact model: algorithmic aspects",
+//! Engineering Computations 21, section 3) take any energy of the area instead, whose gradient gives force, direction
+//! and line of action. Here the depth is `xi = A / l`, with a length `l` of the pair that does not change, so a law of a
+//! depth can be used as it is; the force is `k A / l` times the width of the overlap over `l`. For an overlap as wide as
+//! `l` that is Chen's with `k_A = k / l`.
+
+use interface::Vec2;
+
+use crate::body::Bodies;
+use crate::convex::{Candidate, Measure, Spot};
+use crate::mass::cross;
+use crate::seam::{Gap, gap};
+
+/// A vertex of an overlap, and whether the edge that begins there is of the second outline.
+type Corner = (Vec2, bool);
+
+/// The measure.
+#[derive(Debug, Clone, Default)]
+pub struct OverlapArea {
+    corners: Vec<Corner>,
+    spare: Vec<Corner>,
+}
+
+/// The overlap of two convex polygons.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Overlap {
+    /// `A` in m^2.
+    pub area: f64,
+    /// `-dA/dc` in m: how the area shrinks when the first polygon is moved; as long as the overlap is wide, and in the
+    /// direction in which the first polygon is pushed out.
+    pub gradient: Vec2,
+    /// `-dA/dtheta` in m^2 for the first polygon turned about the overlap's centroid.
+    pub turning: f64,
+    /// Centroid in m.
+    pub centroid: Vec2,
+}
+
+impl OverlapArea {
+    /// The overlap of two convex polygons in counter-clockwise order; `None` if they have no area in common.
+    ///
+    /// The first is cut by the edges of the second, one after another (Sutherland and Hodgman 1974).
+    pub fn overlap(&mut self, first: &[Vec2], second: &[Vec2]) -> Option<Overlap> {
+        self.corners.clear();
+        self.corners.extend(first.iter().map(|p| (*p, false)));
+        for (j, a) in second.iter().enumerate() {
+            let b = second[if j + 1 == second.len() { 0 } else { j + 1 }];
+            self.spare.clear();
+            let side = |p: Vec2| cross(b - a, p - a);
+            for (i, &(p, of_second)) in self.corners.iter().enumerate() {
+                let next = if i + 1 == self.corners.len() {
+                    0
+                } else {
+                    i + 1
+                };
+                let q = self.corners[next].0;
+                let (from, to) = (side(p), side(q));
+                let crossing = || p + (q - p) * (from / (from - to));
+                match (from >= 0.0, to >= 0.0) {
+                    (true, true) => self.spare.push((p, of_second)),
+                    (true, false) => {
+                        self.spare.push((p, of_second));
+                        self.spare.push((crossing(), true));
+                    }
+                    (false, true) => self.spare.push((crossing(), of_second)),
+                    (false, false) => {}
+                }
+            }
+            std::mem::swap(&mut self.corners, &mut self.spare);
+        }
+        measure(&self.corners)
+    }
+}
+
+/// Sums over the corners of an overlap, about the first of them.
+fn measure(corners: &[Corner]) -> Option<Overlap> {
+    let origin = corners.first()?.0;
+    let (mut twice, mut first) = (0.0, Vec2::zeros());
+    let (mut gradient, mut turning) = (Vec2::zeros(), 0.0);
+    for (i, &(p, of_second)) in corners.iter().enumerate() {
+        let q = corners[if i + 1 == corners.len() { 0 } else { i + 1 }].0;
+        let (p, q) = (p - origin, q - origin);
+        let triangle = cross(p, q);
+        twice += triangle;
+        first += (p + q) * (triangle / 6.0);
+        if of_second {
+            // Outward of the second, times its length: it pushes the first.
+            let push = Vec2::new(q.y - p.y, p.x - q.x);
+            gradient += push;
+            turning += cross((p + q) * 0.5, push);
+        }
+    }
+    let area = 0.5 * twice;
+    (area > 0.0).then(|| {
+        let centroid = first / area;
+        Overlap {
+            area,
+            gradient,
+            turning: turning - cross(centroid, gradient),
+            centroid: origin + centroid,
+        }
+    })
+}
+
+/// The length `l` of a pair in m, no shorter than any overlap is wide: so the gain is at most 1.
+pub fn pair_length(bodies: &Bodies, pair: [u32; 2]) -> f64 {
+    let [a, b] = pair.map(|b| bodies.state[b as usize].extent);
+    2.0 * a.min(b)
+}
+
+impl Measure for OverlapArea {
+    /// The root of the overlap's area is concave along a translation (Brunn and Minkowski), so `A A'' <= A'^2 / 2`, and
+    /// `d^2(A^2/2)/du^2 <= 1.5 A'^2`.
+    const STIFFENS: f64 = 1.5;
+
+    fn list(&self, _: &Bodies, pair: [u32; 2], _: f64, candidates: &mut Vec<Candidate>) {
+        candidates.push(Candidate {
+            bodies: pair,
+            vertex: 0,
+        });
+    }
+
+    fn meet(&mut self, bodies: &Bodies, candidate: Candidate, closing: f64) -> Option<Spot> {
+        let pair = candidate.bodies;
+        let [a, b] = pair.map(|b| bodies.outline_of(b as usize));
+        let length = pair_length(bodies, pair);
+        let half_width = 0.5 * length;
+        if let Some(overlap) = self.overlap(a, b) {
+            let width = overlap.gradient.norm();
+            let normal = if width > 0.0 {
+                overlap.gradient / width
+            } else {
+                Vec2::y() // one is inside the other: the area does not change, nothing pushes
+            };
+            let off = if width > 0.0 {
+                -overlap.turning / width
+            } else {
+                0.0
+            };
+            return Some(Spot {
+                depth: overlap.area / length,
+                gain: width / length,
+                normal,
+                point: overlap.centroid + Vec2::new(-normal.y, normal.x) * off,
+                half_width,
+            });
+        }
+        match gap(a, b, closing) {
+            Gap::Beyond => None,
+            Gap::Within([p, q]) => {
+                let apart = (p - q).norm();
+                Some(Spot {
+                    depth: -apart,
+                    gain: 1.0,
+                    normal: if apart > 0.0 {
+                        (p - q) / apart
+                    } else {
+                        Vec2::y()
+                    },
+                    point: q,
+                    half_width,
+                })
+            }
+        }
+    }
+}
