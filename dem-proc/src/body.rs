@@ -71,7 +71,7 @@ pub struct Rigid {
     pub inverse_mass: f64,
     /// `1/I`, likewise.
     pub inverse_inertia: f64,
-    /// Sphero-radius `a` in m.
+    /// Sphero-radius `a` in m; of a cluster, the largest of its discs.
     pub radius: f64,
     /// Largest distance of the surface from the centre of mass in m.
     pub extent: f64,
@@ -198,6 +198,8 @@ pub struct Bodies {
     pub frames: Vec<Frame>,
     /// Vertices of all bodies in world coordinates at `t_n`, body after body, in m.
     pub outline: Vec<Vec2>,
+    /// Radius around each vertex in m: the sphero-radius of its body, or of its disc in a cluster.
+    pub radii: Vec<f64>,
     /// The same vertices relative to the centre of mass, in the body's frame.
     local: Vec<Vec2>,
     /// Fixed and driven bodies, in ascending order.
@@ -228,6 +230,8 @@ impl Bodies {
             bodies.outline.extend_from_slice(vertices);
             bodies.local.extend_from_slice(vertices);
             let shape = &what.shape;
+            let radius = |k: usize| shape.radii.get(k).copied().unwrap_or(shape.radius);
+            bodies.radii.extend((0..vertices.len()).map(radius));
             let edge = |k: usize| shape.vertices[shape.edge_end(k)] - shape.vertices[k];
             let inverse = |edge: Vec2| {
                 if edge == Vec2::zeros() {
@@ -280,6 +284,12 @@ impl Bodies {
     pub fn outline_of(&self, b: usize) -> &[Vec2] {
         let [first, count] = self.state[b].vertices.map(|i| i as usize);
         &self.outline[first..first + count]
+    }
+
+    /// Radius of body `b` around its vertex `part` in m.
+    #[inline]
+    pub fn radius_at(&self, b: usize, part: u32) -> f64 {
+        self.radii[(self.state[b].vertices[0] + part) as usize]
     }
 
     /// `p` (m) in the frame of body `b`.

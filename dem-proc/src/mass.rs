@@ -4,6 +4,9 @@
 //! outside of every edge, a circular sector at every convex corner, and at every reflex corner a kite that the two
 //! rectangles there cover twice. A point is one sector of `2 pi`; a segment is a polygon of two edges, there and
 //! back, with two sectors of `pi`.
+//!
+//! A cluster is the union of its discs: Green's theorem turns its moments into sums over the arcs that no other disc
+//! covers, so what several discs cover counts once.
 
 use std::f64::consts::{PI, TAU};
 
@@ -112,4 +115,98 @@ fn add_sector(sum: &mut Sum, apex: Vec2, from: Vec2, turn: f64, a: f64) {
     let about_apex = 0.25 * turn * a.powi(4);
     let own = about_apex - area * to_centroid * to_centroid;
     sum.add(area, apex + bisector * to_centroid, own);
+}
+
+/// Moments of the union of discs at `centers` (m) with `radii` (m), which may overlap, touch or lie apart.
+pub fn union_of_discs(centers: &[Vec2], radii: &[f64]) -> AreaMoments {
+    let discs = || {
+        centers
+            .iter()
+            .map(|c| c - centers[0])
+            .zip(radii.iter().copied())
+    };
+    let mut sum = Sum::default();
+    for (i, (c, r)) in discs().enumerate() {
+        let mut from = 0.0;
+        let covered = covered_arcs(i, c, r, discs());
+        for [begin, end] in covered.into_iter().chain([[TAU, TAU]]) {
+            if begin > from {
+                add_arc(&mut sum, c, r, [from, begin]);
+            }
+            from = f64::max(from, end);
+        }
+    }
+    let from_first = sum.first / sum.area;
+    AreaMoments {
+        area: sum.area,
+        centroid: centers[0] + from_first,
+        polar: sum.polar - sum.area * from_first.norm_squared(),
+    }
+}
+
+/// The arcs, as angles in 0 to 2 pi in ascending order of their beginnings, of the circle `i` around `c` with radius
+/// `r` that other discs cover. Of two equal discs the first covers the second.
+fn covered_arcs(
+    i: usize,
+    c: Vec2,
+    r: f64,
+    discs: impl Iterator<Item = (Vec2, f64)>,
+) -> Vec<[f64; 2]> {
+    let mut covered: Vec<[f64; 2]> = Vec::new();
+    for (j, (other, other_r)) in discs.enumerate() {
+        let away = other - c;
+        let d = away.norm();
+        let equal = d == 0.0 && other_r == r;
+        if i == j || d >= r + other_r || d <= r - other_r && !(equal && j < i) {
+            continue; // apart, or the other is within this one
+        }
+        if d <= other_r - r {
+            return vec![[0.0, TAU]];
+        }
+        let half = ((d * d + r * r - other_r * other_r) / (2.0 * d * r)).acos();
+        let begin = (away.y.atan2(away.x) - half).rem_euclid(TAU);
+        let end = begin + 2.0 * half;
+        if end > TAU {
+            covered.extend([[begin, TAU], [0.0, end - TAU]]);
+        } else {
+            covered.push([begin, end]);
+        }
+    }
+    covered.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    covered
+}
+
+/// Adds the boundary integrals over the arc `[from, to]` of the circle around `c` with radius `r`:
+/// `A = 1/2 (x dy - y dx)`, `(x^2 dy, -y^2 dx) / 2` and `(x^3 dy - y^3 dx) / 3`.
+fn add_arc(sum: &mut Sum, c: Vec2, r: f64, [from, to]: [f64; 2]) {
+    // Integrals of the powers 1 to 4 of the cosine over the angle up to t, and of the sine.
+    let powers = |t: f64| {
+        let (sin, cos) = t.sin_cos();
+        let (twice, four) = ((2.0 * t).sin() / 4.0, (4.0 * t).sin() / 32.0);
+        let of_cos = [
+            sin,
+            0.5 * t + twice,
+            sin - sin.powi(3) / 3.0,
+            0.375 * t + twice + four,
+        ];
+        let of_sin = [
+            -cos,
+            0.5 * t - twice,
+            -cos + cos.powi(3) / 3.0,
+            0.375 * t - twice + four,
+        ];
+        [of_cos, of_sin]
+    };
+    let (begin, end) = (powers(from), powers(to));
+    for axis in 0..2 {
+        let p: [f64; 4] = std::array::from_fn(|n| end[axis][n] - begin[axis][n]);
+        let c = c[axis];
+        sum.area += 0.5 * r * (c * p[0] + r * p[1]);
+        sum.first[axis] += 0.5 * r * (c * c * p[0] + 2.0 * c * r * p[1] + r * r * p[2]);
+        sum.polar += r / 3.0
+            * (c.powi(3) * p[0]
+                + 3.0 * c * c * r * p[1]
+                + 3.0 * c * r * r * p[2]
+                + r.powi(3) * p[3]);
+    }
 }

@@ -60,29 +60,29 @@ impl PointList {
             found.clear();
             tree.meeting(&Bounds::around([p]).grown(margin), &mut found);
             for &body in &found {
-                let reach = bodies.state[body as usize].radius + margin;
-                self.add_pair(bodies, slot as u32, body, p, reach, 2.0 * skin);
+                self.add_pair(bodies, slot as u32, body, p, margin, 2.0 * skin);
             }
             self.found = found;
         }
     }
 
-    /// Adds the pair if the point is within `reach` of the outline or inside it.
-    fn add_pair(&mut self, bodies: &Bodies, slot: u32, body: u32, p: Vec2, reach: f64, band: f64) {
+    /// Adds the pair if the point is within `margin` of the surface or inside it.
+    fn add_pair(&mut self, bodies: &Bodies, slot: u32, body: u32, p: Vec2, margin: f64, band: f64) {
         let b = body as usize;
+        let reach = bodies.state[b].radius + margin;
         let outline = bodies.outline_of(b);
         let shape = &bodies.fixed[b].shape;
         let n = outline.len();
         if !shape.has_edges {
             // Every disc for itself: the sum over discs is smooth where the nearest disc changes.
-            for (part, center) in outline.iter().enumerate() {
-                if (p - center).norm() <= reach {
+            for (part, center) in (0..).zip(outline) {
+                if (p - center).norm() <= bodies.radius_at(b, part) + margin {
                     let from = self.edges.len() as u32;
                     self.edges.push(0);
                     self.pairs.push(PointPair {
                         slot,
                         body,
-                        part: part as u32,
+                        part,
                         edges: [from, from + 1],
                     });
                 }
@@ -171,7 +171,7 @@ pub struct VertexEdge {
     pub edge: [u32; 2],
     /// Sum of the sphero-radii in m: contact begins where the distance falls below it.
     pub reach: f64,
-    /// Sphero-radius of the vertex's owner in m.
+    /// Radius around the vertex in m.
     pub radius: f64,
 }
 
@@ -241,8 +241,7 @@ impl BodyList {
         if of_vertex.has_edges && !of_edge.has_edges {
             return; // discs have no edges; their centres are the vertices of the other sum
         }
-        let touching = bodies.state[v].radius + bodies.state[e].radius;
-        let reach = touching + skin;
+        let reach = bodies.state[v].radius + bodies.state[e].radius + skin;
         let first = [v, e].map(|b| bodies.fixed[b].first_vertex as u32);
         let inverse_length_sq = &bodies.inverse_length_sq[first[1] as usize..];
         let mut vertices = std::mem::take(&mut self.vertices);
@@ -264,13 +263,17 @@ impl BodyList {
                 let j = of_edge.edge_end(i);
                 let inverse = inverse_length_sq[i];
                 let (_, distance_sq) = vertex_edge(p, outline[i], outline[j], inverse);
-                if distance_sq <= reach * reach {
+                let (vertex, edge) = (first[0] + k, [i, j].map(|i| first[1] + i as u32));
+                let radius = bodies.radii[vertex as usize];
+                let touching = radius + bodies.radii[edge[0] as usize];
+                let within = touching + skin;
+                if distance_sq <= within * within {
                     self.pairs.push(VertexEdge {
                         bodies: pair,
-                        vertex: first[0] + k,
-                        edge: [first[1] + i as u32, first[1] + j as u32],
+                        vertex,
+                        edge,
                         reach: touching,
-                        radius: bodies.state[v].radius,
+                        radius,
                     });
                 }
             }

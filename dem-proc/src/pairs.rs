@@ -116,7 +116,7 @@ impl<L: Law> BodyContacts<L> {
             let inverse = v.inverse_mass + e.inverse_mass;
             self.law.pair(&Mates {
                 mass: if inverse > 0.0 { 1.0 / inverse } else { 0.0 }, // bodies that can only turn: no dashpot
-                radius: reduced(v.radius, e.radius),
+                radius: reduced(pair.radius, pair.reach - pair.radius),
                 surfaces: pair.bodies.map(|b| bodies.fixed[b as usize].surface),
             })
         }));

@@ -143,7 +143,10 @@ impl<L: Law> PointContacts<L> {
             let of_point = self.surfaces.get(info.group as usize).copied().unwrap_or(0);
             self.law.pair(&Mates {
                 mass: 1.0 / (1.0 / info.mass + body.inverse_mass),
-                radius: crate::law::reduced(info.radius, body.radius),
+                radius: crate::law::reduced(
+                    info.radius,
+                    bodies.radius_at(pair.body as usize, pair.part),
+                ),
                 surfaces: [of_point, bodies.fixed[pair.body as usize].surface],
             })
         }));
@@ -205,7 +208,8 @@ impl<L: Law> PointContacts<L> {
             outline = &outline[part as usize..=part as usize];
         }
         let seen = see(outline, candidates.iter().map(|&i| i as usize), x);
-        let contact_distance = bodies.state[body as usize].radius + self.set[slot as usize].radius;
+        let contact_distance =
+            bodies.radius_at(body as usize, part) + self.set[slot as usize].radius;
         (contact_distance - seen.distance, seen.normal)
     }
 

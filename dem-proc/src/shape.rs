@@ -3,7 +3,7 @@
 use interface::Vec2;
 use interface::config::BodyShape;
 
-use crate::mass::{AreaMoments, cross, outward, swept};
+use crate::mass::{AreaMoments, cross, outward, swept, union_of_discs};
 use crate::seam::{Bounds, BoxTree};
 
 /// Outlines with more edges than this are searched through a tree instead of edge by edge: below it, walking the
@@ -15,8 +15,10 @@ const EDGES_WITHOUT_TREE: usize = 16;
 pub struct Shape {
     /// Vertices relative to the centroid of the swept shape, in the body's frame, in m.
     pub vertices: Vec<Vec2>,
-    /// Sphero-radius `a` in m.
+    /// Sphero-radius `a` in m; of a cluster, the largest of its discs.
     pub radius: f64,
+    /// Radii of the discs of a cluster in m, one for each vertex; empty for any other shape.
+    pub radii: Vec<f64>,
     /// Largest distance of the surface from the centroid in m.
     pub extent: f64,
     /// Area, centroid (in the coordinates of the scene's shape) and polar moment of the swept shape.
@@ -55,8 +57,8 @@ impl Shape {
                 format!("{n} vertices: a polygon has three or more; write `disc` or `segment`");
             return Err((key, text));
         }
-        if let BodyShape::Cluster { centers } = shape {
-            return cluster(centers, a).map_err(|text| (key, text));
+        if let BodyShape::Cluster { centers, radii } = shape {
+            return cluster(centers, radii, a);
         }
         if n <= 2 && a == 0.0 {
             let text = "0: a disc or a rounded segment needs a positive sphero-radius".to_owned();
@@ -118,6 +120,7 @@ impl Shape {
         Ok(Self {
             vertices,
             radius: a,
+            radii: Vec::new(),
             extent,
             moments,
             edges,
@@ -153,37 +156,50 @@ pub fn edge_count(n: usize) -> usize {
     if n == 2 { 1 } else { n }
 }
 
-/// A rigid cluster of discs of radius `a` (m). Every disc brings its whole area, overlapping or not: the cluster stands
-/// for a body that it fills, and its mass is usually given (Singer 2022).
-fn cluster(centers: &[[f64; 2]], a: f64) -> Result<Shape, String> {
-    if a == 0.0 {
-        return Err("the sphero-radius is 0: it is the radius of the discs".into());
+/// A rigid cluster of discs, of the radii given (m) or all of radius `a` (m). Its mass is spread evenly over what the
+/// discs cover together: where they overlap it counts once, since the cluster stands for a body that it fills (Singer
+/// 2022).
+fn cluster(centers: &[[f64; 2]], radii: &[f64], a: f64) -> Result<Shape, ShapeError> {
+    let radii = match (radii, a > 0.0) {
+        ([], true) => vec![a; centers.len()],
+        ([], false) => {
+            let text = "0: it is the radius of the discs, where `radii` is left out";
+            return Err(("sphero_radius", text.into()));
+        }
+        (_, true) => {
+            let text = format!("{a} m: the discs have `radii` of their own; expected 0");
+            return Err(("sphero_radius", text));
+        }
+        (radii, false) => radii.to_vec(),
+    };
+    if radii.len() != centers.len() {
+        let text = format!("{} radii for {} discs", radii.len(), centers.len());
+        return Err(("shape.cluster.radii", text));
     }
+    if let Some(r) = radii.iter().find(|r| !(r.is_finite() && **r > 0.0)) {
+        let text = format!("{r} m: expected positive numbers");
+        return Err(("shape.cluster.radii", text));
+    }
+    let refuse = |text: String| Err(("shape.cluster.centers", text));
     if centers.is_empty() {
-        return Err("a cluster has at least one disc".into());
+        return refuse("a cluster has at least one disc".into());
     }
     let mut vertices: Vec<Vec2> = centers.iter().map(|&c| c.into()).collect();
     let mut sorted = centers.to_vec();
     sorted.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])));
     if let Some(&[twice, _]) = sorted.array_windows().find(|[a, b]| a == b) {
-        return Err(format!("two discs are at {twice:?}"));
+        return refuse(format!("two discs are at {twice:?}"));
     }
-    let disc = swept(&[Vec2::zeros()], a);
-    let count = vertices.len() as f64;
-    let first = vertices[0];
-    let centroid = first + vertices.iter().map(|v| v - first).sum::<Vec2>() / count;
+    let moments = union_of_discs(&vertices, &radii);
     for v in &mut vertices {
-        *v -= centroid;
+        *v -= moments.centroid;
     }
-    let spread: f64 = vertices.iter().map(Vec2::norm_squared).sum();
+    let surface = vertices.iter().zip(&radii).map(|(v, r)| v.norm() + r);
     Ok(Shape {
-        extent: a + vertices.iter().map(Vec2::norm).fold(0.0, f64::max),
-        radius: a,
-        moments: AreaMoments {
-            area: disc.area * count,
-            centroid,
-            polar: disc.polar * count + disc.area * spread,
-        },
+        extent: surface.fold(0.0, f64::max),
+        radius: radii.iter().copied().fold(0.0, f64::max),
+        radii,
+        moments,
         edges: None,
         convex: vertices.len() == 1,
         has_edges: false,

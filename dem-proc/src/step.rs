@@ -29,14 +29,13 @@ impl DemSolver for Sdem {
         s.published.reset(&s.bodies);
         s.envelopes.clear();
         for b in 0..s.bodies.len() {
-            let reach = s.bodies.state[b].radius;
-            let vertex = |p: &Vec2| EnvelopeVertex {
+            let vertex = |(k, p): (u32, &Vec2)| EnvelopeVertex {
                 body: b as u64,
                 position: (*p).into(),
-                reach,
+                reach: s.bodies.radius_at(b, k),
             };
-            s.envelopes
-                .extend(s.bodies.outline_of(b).iter().map(vertex));
+            let outline = (0..).zip(s.bodies.outline_of(b));
+            s.envelopes.extend(outline.map(vertex));
         }
         &s.envelopes
     }

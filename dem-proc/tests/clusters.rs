@@ -14,6 +14,14 @@ fn grid(n: usize, a: f64) -> BodyShape {
     let at = |i: usize| 2.0 * a * (i as f64 - 0.5 * (n as f64 - 1.0));
     BodyShape::Cluster {
         centers: (0..n * n).map(|k| [at(k % n), at(k / n)]).collect(),
+        radii: Vec::new(),
+    }
+}
+
+fn cluster(centers: Vec<[f64; 2]>, radii: &[f64]) -> BodyShape {
+    BodyShape::Cluster {
+        centers,
+        radii: radii.to_vec(),
     }
 }
 
@@ -43,7 +51,7 @@ fn a_cluster_presses_like_its_discs() {
     };
     let discs = scene(vec![at_disc(-0.1), at_disc(0.1)], spring(1e5));
     let centers = vec![[-0.1, 0.0], [0.1, 0.0]];
-    let cluster = scene(vec![fixed(BodyShape::Cluster { centers }, a)], spring(1e5));
+    let cluster = scene(vec![fixed(cluster(centers, &[]), a)], spring(1e5));
     let points = [at(0.0, 0.08), at(0.02, -0.1), at(0.22, 0.03), at(-0.3, 0.0)];
     let (f, one, _) = forces(&cluster, 0.05, &points);
     let (g, two, _) = forces(&discs, 0.05, &points);
@@ -146,7 +154,140 @@ fn a_cluster_collides_without_losing_energy() {
 #[test]
 fn a_cluster_with_a_disc_twice_is_refused() {
     let centers = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]];
-    let config = scene(vec![body(BodyShape::Cluster { centers }, 0.1)], spring(1.0));
+    let config = scene(vec![body(cluster(centers, &[]), 0.1)], spring(1.0));
     let refusal = Sdem::default().configure(&config).unwrap_err();
     assert_eq!(refusal.key, "dem.body[0] (body).shape.cluster.centers");
+}
+
+/// Area, centroid and polar moment about the centroid of what is covered, by a million random points; and how far they
+/// may be off: four standard deviations.
+fn by_chance(centers: &[[f64; 2]], radii: &[f64], random: &mut Random) -> ([f64; 4], [f64; 4]) {
+    let n = 1_000_000;
+    let lower = [0, 1].map(|k| {
+        let ends = centers.iter().zip(radii).map(|(c, r)| c[k] - r);
+        ends.fold(f64::INFINITY, f64::min)
+    });
+    let upper = [0, 1].map(|k| {
+        let ends = centers.iter().zip(radii).map(|(c, r)| c[k] + r);
+        ends.fold(f64::NEG_INFINITY, f64::max)
+    });
+    let mut sums = [0.0; 4];
+    let mut squares = [0.0; 4];
+    for _ in 0..n {
+        let [x, y] = [0, 1].map(|k| random.between(lower[k], upper[k]));
+        let covers = |(c, r): (&[f64; 2], &f64)| (x - c[0]).hypot(y - c[1]) < *r;
+        if centers.iter().zip(radii).any(covers) {
+            let row = [1.0, x, y, x * x + y * y];
+            for k in 0..4 {
+                sums[k] += row[k];
+                squares[k] += row[k] * row[k];
+            }
+        }
+    }
+    let boxed = (upper[0] - lower[0]) * (upper[1] - lower[1]);
+    let count = f64::from(n);
+    let deviation = |k: usize| ((squares[k] / count - (sums[k] / count).powi(2)) / count).sqrt();
+    (
+        sums.map(|s| s / count * boxed),
+        [0, 1, 2, 3].map(|k| 4.0 * deviation(k) * boxed),
+    )
+}
+
+#[test]
+fn unequal_discs_that_overlap_count_once() {
+    let mut random = Random(99);
+    for case in 0..12 {
+        let n = 2 + case % 6;
+        let centers: Vec<[f64; 2]> = (0..n)
+            .map(|_| [random.between(-1.0, 1.0), random.between(-1.0, 1.0)])
+            .collect();
+        let radii: Vec<f64> = (0..n).map(|_| random.between(0.1, 0.9)).collect();
+        let mut config = body(cluster(centers.clone(), &radii), 0.0);
+        config.inertia = BodyInertia::Density(1.0);
+        let dem = configured(&scene(vec![config], spring(1.0)));
+        let b = &dem.bodies().fixed[0];
+        let c = b.shape.moments.centroid;
+        // About the origin, where chance measures.
+        let exact = [
+            b.mass,
+            b.mass * c.x,
+            b.mass * c.y,
+            b.inertia + b.mass * c.norm_squared(),
+        ];
+        let (chance, deviation) = by_chance(&centers, &radii, &mut random);
+        for k in 0..4 {
+            assert!(
+                (exact[k] - chance[k]).abs() <= deviation[k],
+                "case {case}, moment {k}: {exact:?} {chance:?} +- {deviation:?}"
+            );
+        }
+    }
+}
+
+/// Two discs of radius 1 a distance 1 apart: two discs less the lens `2 pi / 3 - sqrt(3) / 2`; and a disc within
+/// another adds nothing.
+#[test]
+fn a_lens_counts_once_and_a_hidden_disc_not_at_all() {
+    use std::f64::consts::PI;
+    let mass = |centers: Vec<[f64; 2]>, radii: &[f64]| {
+        let mut config = body(cluster(centers, radii), 0.0);
+        config.inertia = BodyInertia::Density(1.0);
+        let dem = configured(&scene(vec![config], spring(1.0)));
+        (dem.bodies().fixed[0].mass, dem.bodies().fixed[0].inertia)
+    };
+    let (two, _) = mass(vec![[0.0, 0.0], [1.0, 0.0]], &[1.0, 1.0]);
+    let lens = 2.0 * PI / 3.0 - 0.75_f64.sqrt();
+    assert!((two - (2.0 * PI - lens)).abs() < 1e-14, "{two}");
+    let (hidden, inertia) = mass(vec![[0.0, 0.0], [0.3, 0.0]], &[1.0, 0.5]);
+    assert!((hidden - PI).abs() < 1e-14 && (inertia - 0.5 * PI).abs() < 1e-14);
+}
+
+/// Every disc presses with its own radius, on points and on bodies.
+#[test]
+fn unequal_discs_press_with_their_own_radii() {
+    let disc = |x: f64, a: f64| BodyConfig {
+        position: [x, 0.0],
+        ..fixed(BodyShape::Disc, a)
+    };
+    let pair = || fixed(cluster(vec![[-0.2, 0.0], [0.2, 0.0]], &[0.1, 0.25]), 0.0);
+    let plate = BodyConfig {
+        position: [0.0, -0.34],
+        ..body(
+            BodyShape::Rectangle {
+                width: 2.0,
+                height: 0.1,
+            },
+            0.05,
+        )
+    };
+    let one = scene(vec![pair(), plate.clone()], spring(1e5));
+    let two = scene(vec![disc(-0.2, 0.1), disc(0.2, 0.25), plate], spring(1e5));
+    let points = [at(-0.2, 0.12), at(0.2, 0.27), at(0.45, 0.1), at(-0.33, 0.0)];
+    let (f, one, _) = forces(&one, 0.05, &points);
+    let (g, two, _) = forces(&two, 0.05, &points);
+    assert_eq!(f, g);
+    assert!(f[0].force[1] > 0.0 && f[1].force[1] > 0.0 && f[3].force[0] < 0.0);
+    let (one, two) = (&one.measurement().bodies, &two.measurement().bodies);
+    // 0.25 + 0.05 - 0.29 with the upper edge of the plate; the small disc is above it.
+    assert!(
+        (one[1].body_force[1] + 1e5 * 0.01).abs() < 1e-6,
+        "{:?}",
+        one[1]
+    );
+    assert_eq!(one[1].body_force, two[2].body_force);
+}
+
+#[test]
+fn bad_radii_are_refused() {
+    let at = || vec![[0.0, 0.0], [1.0, 0.0]];
+    for (radii, a, key) in [
+        (vec![0.1], 0.0, "shape.cluster.radii"),
+        (vec![0.1, -0.1], 0.0, "shape.cluster.radii"),
+        (vec![0.1, 0.2], 0.1, "sphero_radius"),
+        (vec![], 0.0, "sphero_radius"),
+    ] {
+        let config = scene(vec![body(cluster(at(), &radii), a)], spring(1.0));
+        let refusal = Sdem::default().configure(&config).unwrap_err();
+        assert_eq!(refusal.key, format!("dem.body[0] (body).{key}"));
+    }
 }

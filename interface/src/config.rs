@@ -481,10 +481,13 @@ pub enum BodyShape {
         /// Height in m.
         height: f64,
     },
-    /// A rigid cluster of discs, each of the sphero-radius (Singer 2022).
+    /// A rigid cluster of discs (Singer 2022).
     Cluster {
         /// Their centres in m, all different.
         centers: Vec<[f64; 2]>,
+        /// Their radii in m, one for each; where it is left out, all have the sphero-radius.
+        #[serde(default)]
+        radii: Vec<f64>,
     },
 }
 
@@ -496,7 +499,7 @@ impl BodyShape {
             Self::Disc => vec![[0.0, 0.0]],
             Self::Segment { ends } => ends.to_vec(),
             Self::Polygon { vertices } => vertices.clone(),
-            Self::Cluster { centers } => centers.clone(),
+            Self::Cluster { centers, .. } => centers.clone(),
             Self::Rectangle { width, height } => {
                 let (x, y) = (0.5 * width, 0.5 * height);
                 vec![[-x, -y], [x, -y], [x, y], [-x, y]]

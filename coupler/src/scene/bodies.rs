@@ -160,6 +160,20 @@ fn outline(problems: &mut Problems, path: &str, body: &BodyWritten) {
     let radius = format!("{path}.sphero_radius");
     match &body.shape {
         BodyShape::Disc => problems.above_zero(&radius, body.sphero_radius, "a disc's radius"),
+        BodyShape::Cluster { centers, radii } if !radii.is_empty() => {
+            let path = format!("{path}.shape.cluster.radii");
+            if radii.len() != centers.len() {
+                let message = format!("{} radii for {} discs", radii.len(), centers.len());
+                problems.refuse(&path, message, "give one for each of `centers`");
+            }
+            for (k, r) in radii.iter().enumerate() {
+                problems.above_zero(&format!("{path}.{k}"), *r, "a disc's radius");
+            }
+            if body.sphero_radius != 0.0 {
+                let message = format!("body \"{}\" has `radii` and a sphero-radius", body.name);
+                problems.refuse(&radius, message, "leave one of them out");
+            }
+        }
         BodyShape::Cluster { .. } => {
             problems.above_zero(&radius, body.sphero_radius, "a disc's radius");
         }
@@ -281,7 +295,13 @@ pub(super) fn default_skin(mpm: Option<&MpmConfig>, dem: Option<&DemConfig>) -> 
     }
     let size = |body: &BodyConfig| {
         let [lower, upper] = geometry::bounds(&body.shape.vertices());
-        (upper[0] - lower[0]).hypot(upper[1] - lower[1]) + 2.0 * body.sphero_radius
+        let radius = match &body.shape {
+            BodyShape::Cluster { radii, .. } if !radii.is_empty() => {
+                radii.iter().copied().fold(f64::INFINITY, f64::min)
+            }
+            _ => body.sphero_radius,
+        };
+        (upper[0] - lower[0]).hypot(upper[1] - lower[1]) + 2.0 * radius
     };
     let smallest = dem
         .iter()

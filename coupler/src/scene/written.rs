@@ -203,7 +203,8 @@ pub(crate) struct BodyWritten {
     pub name: String,
     /// The polygon, in the body's own coordinates.
     pub shape: BodyShape,
-    /// Radius of the disc swept along the polygon in m.
+    /// Radius of the disc swept along the polygon in m; 0 by default: a bare polygon.
+    #[serde(default)]
     pub sphero_radius: f64,
     /// Density in kg/m^3 over the swept area; this or `mass`. A fixed or driven body needs neither.
     pub density: Option<f64>,
