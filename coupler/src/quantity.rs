@@ -10,6 +10,7 @@
 //! | `contact.force.x`, `.y` | force of bodies on points | N/m |
 //! | `body.NAME.Q` | Q: `x`, `y` (m), `vx`, `vy` (m/s), `angle` (rad), `spin` (rad/s), `mass` (kg/m), `inertia` (kg m), `kinetic` (J/m, with rotation), `fx`, `fy` (N/m), `torque` (N) of the points on the body, `contacts` | |
 //! | `points.NAME.Q` | Q: `x`, `y`, `vx`, `vy`, `mass`, `kinetic`, `fx`, `fy` of bodies on the group, `xmin`, `xmax`, `ymin`, `ymax`, `contacts` | |
+//! | `fill.NAME.Q` | Q: `x`, `y`, `vx`, `vy` (mean by mass), `mass`, `kinetic` (with rotation) of a generated set of bodies; `spread` (m): mean of `\|x - x_mean\|` by mass; `xmin`, `xmax`, `ymin`, `ymax` of their centres | |
 //! | `initial.Q` | the value of any of these at `t_0` | |
 
 use interface::wire::{BodyState, GroupState, Ledger};
@@ -48,6 +49,11 @@ const OF_GROUP: [&str; 13] = [
 const OF_BODY: [&str; 13] = [
     "x", "y", "vx", "vy", "angle", "spin", "mass", "inertia", "kinetic", "fx", "fy", "torque",
     "contacts",
+];
+
+/// Quantities of a generated set of bodies.
+const OF_FILL: [&str; 11] = [
+    "x", "y", "vx", "vy", "mass", "kinetic", "spread", "xmin", "xmax", "ymin", "ymax",
 ];
 
 /// What is conserved apart from the residual of the transfer scheme, in J/m: energies held, plus energy dissipated,
@@ -93,7 +99,10 @@ pub struct Measured<'a> {
 pub struct Quantities {
     names: Vec<String>,
     groups: usize,
+    /// Bodies written one by one.
     bodies: usize,
+    /// Bodies of each set, which follow them.
+    fills: Vec<usize>,
 }
 
 /// The values of all quantities at one time, in the order of their registry.
@@ -103,10 +112,11 @@ pub struct Sample {
 }
 
 impl Quantities {
-    /// The quantities of a scene with these point groups and bodies.
+    /// The quantities of a scene with these point groups, bodies, and generated sets of so many bodies.
     pub fn new<'a>(
         groups: impl IntoIterator<Item = &'a str>,
         bodies: impl IntoIterator<Item = &'a str>,
+        fills: impl IntoIterator<Item = (&'a str, u32)>,
     ) -> Self {
         let mut registry = Self {
             names: COMMON.iter().map(|&name| name.to_owned()).collect(),
@@ -120,6 +130,11 @@ impl Quantities {
         for body in bodies {
             registry.bodies += 1;
             let names = OF_BODY.iter().map(|q| format!("body.{body}.{q}"));
+            registry.names.extend(names);
+        }
+        for (fill, count) in fills {
+            registry.fills.push(count as usize);
+            let names = OF_FILL.iter().map(|q| format!("fill.{fill}.{q}"));
             registry.names.extend(names);
         }
         registry
@@ -160,15 +175,22 @@ impl Quantities {
     /// If there are not as many groups or bodies as the scene has: an assertion, they were configured from it.
     pub fn fill(&self, sample: &mut Sample, measured: &Measured) {
         assert_eq!(measured.groups.len(), self.groups, "one record a group");
-        assert_eq!(measured.bodies.len(), self.bodies, "one record a body");
+        let count = self.bodies + self.fills.iter().sum::<usize>();
+        assert_eq!(measured.bodies.len(), count, "one record a body");
+        let (bodies, mut filled) = measured.bodies.split_at(self.bodies);
         let values = &mut sample.values;
         values.clear();
         values.extend(common(measured));
         for group in measured.groups {
             values.extend(of_group(group));
         }
-        for body in measured.bodies {
+        for body in bodies {
             values.extend(of_body(body));
+        }
+        for count in &self.fills {
+            let (fill, others) = filled.split_at(*count);
+            values.extend(of_fill(fill));
+            filled = others;
         }
         debug_assert_eq!(values.len(), self.len());
     }
@@ -239,8 +261,41 @@ fn of_group(g: &GroupState) -> [f64; OF_GROUP.len()] {
     ]
 }
 
-fn of_body(b: &BodyState) -> [f64; OF_BODY.len()] {
+fn of_fill(bodies: &[BodyState]) -> [f64; OF_FILL.len()] {
+    let mass: f64 = bodies.iter().map(|b| b.mass).sum();
+    let mean = |f: &dyn Fn(&BodyState) -> f64| {
+        let sum: f64 = bodies.iter().map(|b| b.mass * f(b)).sum();
+        sum / mass
+    };
+    let ends = |axis: usize| {
+        let at = bodies.iter().map(|b| b.position[axis]);
+        let none = [f64::INFINITY, f64::NEG_INFINITY];
+        at.fold(none, |[low, high], x| [low.min(x), high.max(x)])
+    };
+    let x = mean(&|b| b.position[0]);
+    let ([xmin, xmax], [ymin, ymax]) = (ends(0), ends(1));
+    [
+        x,
+        mean(&|b| b.position[1]),
+        mean(&|b| b.velocity[0]),
+        mean(&|b| b.velocity[1]),
+        mass,
+        bodies.iter().map(kinetic).sum(),
+        mean(&|b| (b.position[0] - x).abs()),
+        xmin,
+        xmax,
+        ymin,
+        ymax,
+    ]
+}
+
+/// Kinetic energy of translation and rotation in J/m.
+fn kinetic(b: &BodyState) -> f64 {
     let speed_sq = b.velocity[0].powi(2) + b.velocity[1].powi(2);
+    0.5 * b.mass * speed_sq + 0.5 * b.inertia * b.spin.powi(2)
+}
+
+fn of_body(b: &BodyState) -> [f64; OF_BODY.len()] {
     [
         b.position[0],
         b.position[1],
@@ -250,7 +305,7 @@ fn of_body(b: &BodyState) -> [f64; OF_BODY.len()] {
         b.spin,
         b.mass,
         b.inertia,
-        0.5 * b.mass * speed_sq + 0.5 * b.inertia * b.spin.powi(2),
+        kinetic(b),
         b.point_force[0],
         b.point_force[1],
         b.point_torque,
@@ -264,7 +319,7 @@ mod tests {
 
     #[test]
     fn every_value_stands_at_the_index_of_its_name() {
-        let quantities = Quantities::new(["disc"], ["floor", "target"]);
+        let quantities = Quantities::new(["disc"], ["floor", "target"], [("grains", 2)]);
         let mpm = Ledger {
             kinetic: 1.0,
             elastic: 2.0,
@@ -293,13 +348,24 @@ mod tests {
             point_torque: 13.0,
             ..BodyState::default()
         };
+        let grain = |x: f64, mass: f64| BodyState {
+            position: [x, 2.0 * x],
+            velocity: [0.0, 1.0],
+            mass,
+            ..BodyState::default()
+        };
         let mut sample = Sample::default();
         let measured = Measured {
             time: 0.25,
             mpm: &mpm,
             dem: &dem,
             groups: &[group],
-            bodies: &[BodyState::default(), target],
+            bodies: &[
+                BodyState::default(),
+                target,
+                grain(1.0, 3.0),
+                grain(5.0, 1.0),
+            ],
             momentum_error: 14.0,
             energy_residual: 15.0,
             energy_residual_relative: 16.0,
@@ -323,6 +389,14 @@ mod tests {
             ("body.target.kinetic", 31.0),
             ("body.target.torque", 13.0),
             ("body.floor.mass", 0.0),
+            ("fill.grains.x", 2.0),
+            ("fill.grains.y", 4.0),
+            ("fill.grains.vy", 1.0),
+            ("fill.grains.mass", 4.0),
+            ("fill.grains.kinetic", 2.0),
+            ("fill.grains.spread", 1.5),
+            ("fill.grains.xmax", 5.0),
+            ("fill.grains.ymin", 2.0),
         ] {
             let index = quantities.index(name).unwrap_or_else(|| panic!("{name}"));
             assert_eq!(sample.values()[index], expected, "{name}");

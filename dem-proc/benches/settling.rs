@@ -17,7 +17,10 @@ const DT: f64 = 2e-5;
 fn config(grain: Grain, count: usize, threads: usize) -> DemConfig {
     let packing = Packing {
         grain,
-        sizes: Sizes::Uniform(0.008, 0.01),
+        sizes: Sizes::Uniform {
+            from: 0.008,
+            to: 0.01,
+        },
         density: 2000.0,
         looseness: 0.0,
         seed: 1,

@@ -29,7 +29,10 @@ fn main() {
     let (settling, measured) = (number(4, 12_000), number(5, 4_000));
     let packing = Packing {
         grain,
-        sizes: Sizes::Uniform(0.008, 0.01),
+        sizes: Sizes::Uniform {
+            from: 0.008,
+            to: 0.01,
+        },
         density: 2000.0,
         looseness: 0.0,
         seed: 1,

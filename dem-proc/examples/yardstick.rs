@@ -30,7 +30,10 @@ fn main() {
         .map_or(1000, |a| a.parse().expect("a number"));
     let packing = Packing {
         grain: Grain::Disc,
-        sizes: Sizes::Uniform(0.008, 0.01),
+        sizes: Sizes::Uniform {
+            from: 0.008,
+            to: 0.01,
+        },
         density: 2000.0,
         looseness: 0.0,
         seed: 1,

@@ -43,7 +43,6 @@ pub mod cells;
 pub mod configure;
 pub mod contact;
 pub mod convex;
-pub mod generate;
 pub mod law;
 pub mod ledger;
 pub mod load;
@@ -60,6 +59,8 @@ pub mod seam;
 pub mod shape;
 mod step;
 pub mod threads;
+
+pub use interface::generate;
 
 /// The spheropolygon solver: without bodies until it is configured.
 #[derive(Debug, Default)]

@@ -309,7 +309,10 @@ fn one_and_two_threads_give_the_same_bits() {
 fn heap(threads: usize) -> Vec<f64> {
     let packing = |grain| Packing {
         grain,
-        sizes: Sizes::Uniform(0.008, 0.01),
+        sizes: Sizes::Uniform {
+            from: 0.008,
+            to: 0.01,
+        },
         density: 2000.0,
         looseness: 0.0,
         seed: 1,

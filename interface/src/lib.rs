@@ -10,6 +10,7 @@ pub mod config;
 pub mod control;
 pub mod domain;
 pub mod expression;
+pub mod generate;
 pub mod impulse;
 pub mod outline;
 pub mod process;

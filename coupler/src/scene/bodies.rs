@@ -3,6 +3,7 @@
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, MpmConfig, OverlapMeasure,
 };
+use interface::generate::{Arrangement, BodyFill, Grain};
 
 use super::geometry;
 use super::outline::simple_polygon;
@@ -18,13 +19,6 @@ pub(super) fn bodies(
     written: &DemWritten,
     scene: &SceneWritten,
 ) -> Option<DemConfig> {
-    if written.body.is_empty() {
-        problems.refuse_key(
-            "dem",
-            "`[dem]` has no body",
-            "without bodies leave `[dem]` out",
-        );
-    }
     for (i, body) in written.body.iter().enumerate() {
         self::body(problems, &format!("dem.body.{i}"), body);
     }
@@ -32,6 +26,28 @@ pub(super) fn bodies(
     problems.distinct(
         "bodies",
         named.map(|(i, b)| (format!("dem.body.{i}.name"), b.name.as_str())),
+    );
+    for (i, fill) in written.fill.iter().enumerate() {
+        self::fill(problems, &format!("dem.fill.{i}"), fill);
+        for (k, body) in written.body.iter().enumerate() {
+            let number = body
+                .name
+                .strip_prefix(&fill.name)
+                .and_then(|rest| rest.strip_prefix('_'));
+            if number
+                .and_then(|n| n.parse().ok())
+                .is_some_and(|n: u32| n < fill.count)
+            {
+                let message = format!("two of bodies are named \"{}\"", body.name);
+                let help = format!("the set `dem.fill.{i}` has a body of that name");
+                problems.refuse(&format!("dem.body.{k}.name"), message, help);
+            }
+        }
+    }
+    let sets = written.fill.iter().enumerate();
+    problems.distinct(
+        "sets of bodies",
+        sets.map(|(i, f)| (format!("dem.fill.{i}.name"), f.name.as_str())),
     );
     overlap_measure(problems, written, scene);
     for (path, law) in [
@@ -60,7 +76,8 @@ pub(super) fn bodies(
         .iter()
         .filter(|b| b.motion != Motion::Fixed)
         .count();
-    if scene.body_contact.is_none() && movable > 0 && written.body.len() > 1 {
+    let filled: usize = written.fill.iter().map(|fill| fill.count as usize).sum();
+    if scene.body_contact.is_none() && movable + filled > 0 && written.body.len() + filled > 1 {
         problems.warn(
             "there is no `[body_contact]`: the bodies pass through one another without touching",
         );
@@ -72,7 +89,7 @@ pub(super) fn bodies(
     let law_for_points = scene.contact.or(scene.body_contact);
     let config = DemConfig {
         gravity: scene.gravity,
-        bodies: written.body.iter().map(body_config).collect(),
+        bodies: all_bodies(written),
         point_contact: law_for_points.unwrap_or_default(),
         body_contact: scene.body_contact,
         overlap: written.overlap,
@@ -88,6 +105,75 @@ pub(super) fn bodies(
     (!problems.any()).then_some(config)
 }
 
+/// The bodies of a scene that has been checked: those written one by one, then the sets, in the order of the file.
+fn all_bodies(written: &DemWritten) -> Vec<BodyConfig> {
+    let mut bodies: Vec<BodyConfig> = written.body.iter().map(body_config).collect();
+    bodies.extend(written.fill.iter().flat_map(BodyFill::bodies));
+    bodies
+}
+
+/// Most bodies of a set: a hundred times what runs in an hour.
+const BODIES_LIMIT: u32 = 1_000_000;
+
+fn fill(problems: &mut Problems, path: &str, fill: &BodyFill) {
+    problems.name(&format!("{path}.name"), &fill.name);
+    let below = |key: &str| format!("{path}.{key}");
+    let sound = (1..=BODIES_LIMIT).contains(&fill.count);
+    let count = f64::from(fill.count);
+    problems.number(
+        &below("count"),
+        count,
+        sound,
+        &format!("1 to {BODIES_LIMIT} bodies"),
+    );
+    problems.above_zero(&below("density"), fill.density, "a density");
+    let smallest = fill.size.smallest();
+    if !(smallest > 0.0 && smallest <= fill.size.largest()) {
+        let message = format!("the smallest size of \"{}\" is {smallest} m", fill.name);
+        let help = "sizes are above 0, `from` at most `to`, two deviations below the mean";
+        problems.refuse(&below("size"), message, help);
+    }
+    let roundness = |problems: &mut Problems, kind: &str, roundness: f64| {
+        let sound = roundness > 0.0 && roundness < 1.0;
+        let expected = "a fraction above 0 and below 1";
+        problems.number(
+            &below(&format!("grain.{kind}.roundness")),
+            roundness,
+            sound,
+            expected,
+        );
+    };
+    match fill.grain {
+        Grain::Disc => {}
+        Grain::Square { roundness: r } => roundness(problems, "square", r),
+        Grain::Polygon {
+            corners,
+            roundness: r,
+            irregularity,
+        } => {
+            roundness(problems, "polygon", r);
+            let path = below("grain.polygon.corners");
+            problems.number(&path, f64::from(corners), corners >= 3, "3 corners or more");
+            let sound = (0.0..=1.0).contains(&irregularity);
+            let path = below("grain.polygon.irregularity");
+            problems.number(&path, irregularity, sound, "0 to 1");
+        }
+    }
+    if let Arrangement::Rows {
+        width, looseness, ..
+    } = fill.arrange
+    {
+        problems.not_negative(&below("arrange.rows.looseness"), looseness, "a fraction");
+        if width < 2.0 * fill.size.largest() {
+            let message = format!(
+                "{width} m is less than the largest diameter of \"{}\"",
+                fill.name
+            );
+            problems.refuse(&below("arrange.rows.width"), message, "make the rows wider");
+        }
+    }
+}
+
 /// Refuses bodies and a law that the overlap measure is not made for.
 fn overlap_measure(problems: &mut Problems, written: &DemWritten, scene: &SceneWritten) {
     let measure = written.overlap;
@@ -96,6 +182,11 @@ fn overlap_measure(problems: &mut Problems, written: &DemWritten, scene: &SceneW
     }
     let name = measure.name();
     let area = measure == OverlapMeasure::Area;
+    if let Some(fill) = written.fill.first().filter(|_| area) {
+        let message = format!("the bodies of \"{}\" are rounded", fill.name);
+        let help = "`dem.overlap = \"area\"` is of bare polygons, written one by one";
+        problems.refuse_key("dem.fill.0.grain", message, help);
+    }
     for (i, body) in written.body.iter().enumerate() {
         let path = format!("dem.body.{i}");
         if !geometry::convex(&body.shape) {

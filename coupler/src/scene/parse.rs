@@ -10,7 +10,7 @@ use toml::Value;
 use super::document::{Document, Part, join};
 use super::output::{self, Context};
 use super::problems::Problems;
-use super::written::{CouplingWritten, CriterionWritten, SceneWritten, TimeWritten};
+use super::written::{CouplingWritten, CriterionWritten, DemWritten, SceneWritten, TimeWritten};
 use super::{
     Coupling, Criterion, Output, Scene, TimePlan, VERSION, bodies, continuum, schema, structure,
     study,
@@ -112,12 +112,15 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
     let time = time_plan(problems, &written.time);
     let constants = output::constants(problems, &written.constants);
     // So that a variant can leave the bodies out.
-    let bodies_written = written.dem.as_ref().filter(|dem| !dem.body.is_empty());
+    let some = |dem: &&DemWritten| !dem.body.is_empty() || !dem.fill.is_empty();
+    let bodies_written = written.dem.as_ref().filter(some);
     let body_list = bodies_written.map_or(&[][..], |dem| &dem.body);
+    let fills = bodies_written.map_or(&[][..], |dem| &dem.fill);
     let groups = written.mpm.as_ref().map_or(&[][..], |mpm| &mpm.points);
     let quantities = Quantities::new(
         groups.iter().map(|group| group.name.as_str()),
         body_list.iter().map(|body| body.name.as_str()),
+        fills.iter().map(|fill| (fill.name.as_str(), fill.count)),
     );
     let mut mpm = written
         .mpm

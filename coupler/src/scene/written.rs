@@ -6,6 +6,7 @@ use interface::config::{
     BodyShape, ContactForceScheme, ContactLaw, Fill, GridContact, Leaving, MaterialConfig, Motion,
     OverlapMeasure, Plane, ShapeFunction, Spacing, Stage, StressUpdate, Transfer, Walls,
 };
+use interface::generate::BodyFill;
 use interface::surfaces::ContactPair;
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -188,8 +189,12 @@ pub(crate) struct TractionWritten {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct DemWritten {
-    /// Spheropolygon bodies; an empty list is as good as no `[dem]`.
+    /// Spheropolygon bodies, one by one; without any and without sets of them it is as good as no `[dem]`.
+    #[serde(default)]
     pub body: Vec<BodyWritten>,
+    /// Sets of bodies from a seed.
+    #[serde(default)]
+    pub fill: Vec<BodyFill>,
     /// What the overlap of two bodies is; each vertex on each edge by default.
     #[serde(default)]
     pub overlap: OverlapMeasure,

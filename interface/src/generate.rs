@@ -1,10 +1,14 @@
 //! Generated sets of bodies: random polygons, packings from a seed, stacks, boxes to hold them.
 //!
-//! Everything is a function of its parameters and a seed, the same on every machine.
+//! Everything is a function of its parameters and a seed, the same on every machine. It makes configurations and knows
+//! nothing of what is done with them, so scenes, tests and benches of any solver may use it.
 
 use std::f64::consts::{PI, TAU};
 
-use interface::config::{BodyConfig, BodyInertia, BodyShape, Motion};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::config::{BodyConfig, BodyInertia, BodyShape, Motion};
 
 /// A small generator (SplitMix64, Steele, Lea and Flood 2014): four lines, no state to share, good enough for sizes
 /// and angles.
@@ -33,14 +37,25 @@ impl Random {
 }
 
 /// Sizes of bodies, as radius of the circle around the whole body in m.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Sizes {
     /// All the same.
     Equal(f64),
     /// Uniform between two radii.
-    Uniform(f64, f64),
-    /// Normal with a mean and a standard deviation, cut off at two deviations (Box and Muller 1958).
-    Normal(f64, f64),
+    Uniform {
+        /// The smallest in m.
+        from: f64,
+        /// The largest in m.
+        to: f64,
+    },
+    /// Normal, cut off at two standard deviations (Box and Muller 1958).
+    Normal {
+        /// Mean in m.
+        mean: f64,
+        /// Standard deviation in m.
+        deviation: f64,
+    },
 }
 
 impl Sizes {
@@ -48,8 +63,8 @@ impl Sizes {
     pub fn draw(&self, random: &mut Random) -> f64 {
         match *self {
             Self::Equal(r) => r,
-            Self::Uniform(low, high) => random.between(low, high),
-            Self::Normal(mean, deviation) => loop {
+            Self::Uniform { from, to } => random.between(from, to),
+            Self::Normal { mean, deviation } => loop {
                 let radius = (-2.0 * (1.0 - random.unit()).ln()).sqrt();
                 let z = radius * (TAU * random.unit()).cos();
                 if z.abs() <= 2.0 {
@@ -59,27 +74,42 @@ impl Sizes {
         }
     }
 
+    /// The smallest that can be drawn, in m.
+    pub fn smallest(&self) -> f64 {
+        match *self {
+            Self::Equal(r) | Self::Uniform { from: r, .. } => r,
+            Self::Normal { mean, deviation } => mean - 2.0 * deviation,
+        }
+    }
+
     /// The largest that can be drawn, in m.
     pub fn largest(&self) -> f64 {
         match *self {
-            Self::Equal(r) | Self::Uniform(_, r) => r,
-            Self::Normal(mean, deviation) => mean + 2.0 * deviation,
+            Self::Equal(r) | Self::Uniform { to: r, .. } => r,
+            Self::Normal { mean, deviation } => mean + 2.0 * deviation,
         }
     }
 }
 
 /// What kind of grain.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Grain {
     /// A disc.
     Disc,
+    /// A square with level sides, rounded.
+    Square {
+        /// Sphero-radius as a fraction of the radius of the circle around the body, above 0 and below 1.
+        roundness: f64,
+    },
     /// A convex polygon with `corners` corners at irregular angles, rounded by `roundness` times its radius.
     Polygon {
         /// Corners, 3 or more.
-        corners: usize,
-        /// Sphero-radius as a fraction of the radius of the circle around the body, between 0 and 1.
+        corners: u32,
+        /// Sphero-radius as a fraction of the radius of the circle around the body, above 0 and below 1.
         roundness: f64,
-        /// 0: regular; 1: the angle of each corner is drawn from its whole share of the circle.
+        /// 0: regular; 1: the angle of each corner is drawn from nine tenths of its share of the circle.
+        #[serde(default)]
         irregularity: f64,
     },
 }
@@ -103,6 +133,17 @@ impl Grain {
     ) -> BodyConfig {
         let (shape, sphero_radius) = match *self {
             Self::Disc => (BodyShape::Disc, radius),
+            Self::Square { roundness } => {
+                let a = roundness * radius;
+                let side = (radius - a) * 2.0_f64.sqrt();
+                (
+                    BodyShape::Rectangle {
+                        width: side,
+                        height: side,
+                    },
+                    a,
+                )
+            }
             Self::Polygon {
                 corners,
                 roundness,
@@ -110,10 +151,10 @@ impl Grain {
             } => {
                 let a = roundness * radius;
                 let phase = random.between(0.0, TAU);
-                let share = TAU / corners as f64;
-                let vertex = |i: usize| {
+                let share = TAU / f64::from(corners);
+                let vertex = |i: u32| {
                     let jitter = 0.45 * irregularity * random.between(-1.0, 1.0);
-                    let (sin, cos) = (phase + share * (i as f64 + jitter)).sin_cos();
+                    let (sin, cos) = (phase + share * (f64::from(i) + jitter)).sin_cos();
                     [(radius - a) * cos, (radius - a) * sin]
                 };
                 (
@@ -235,6 +276,107 @@ pub fn stack(count: usize, side: f64, sphero_radius: f64, density: f64) -> Vec<B
         .collect()
 }
 
+/// A set of bodies of one kind, as a scene asks for it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BodyFill {
+    /// Name of the set; its bodies are `NAME_0`, `NAME_1` and so on.
+    pub name: String,
+    /// How many.
+    pub count: u32,
+    /// Kind of body.
+    pub grain: Grain,
+    /// Sizes.
+    pub size: Sizes,
+    /// Density in kg/m^3.
+    pub density: f64,
+    /// Where they are.
+    pub arrange: Arrangement,
+    /// From which all chance comes; 0 by default.
+    #[serde(default)]
+    pub seed: u32,
+    /// Initial velocity in m/s; at rest by default.
+    #[serde(default)]
+    pub velocity: [f64; 2],
+    /// Name of the bodies' surface, by which `[[contact_pair]]` refers to it; none by default.
+    #[serde(default)]
+    pub surface: String,
+}
+
+/// Where the bodies of a set are at the start.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Arrangement {
+    /// In rows from the bottom up, on a triangular lattice that holds the largest size, so that none overlap; left to
+    /// fall, a dense packing.
+    Rows {
+        /// Lower left corner in m.
+        corner: [f64; 2],
+        /// Width in m.
+        width: f64,
+        /// Distance of neighbouring circles over the largest diameter; 0: the largest touch.
+        #[serde(default)]
+        looseness: f64,
+    },
+    /// One on another, each touching the one below.
+    Stack {
+        /// Where the lowest stands, in m.
+        foot: [f64; 2],
+    },
+}
+
+impl BodyFill {
+    /// The bodies.
+    pub fn bodies(&self) -> Vec<BodyConfig> {
+        let mut bodies = match self.arrange {
+            Arrangement::Rows {
+                corner,
+                width,
+                looseness,
+            } => {
+                let packing = Packing {
+                    grain: self.grain,
+                    sizes: self.size,
+                    density: self.density,
+                    looseness,
+                    seed: u64::from(self.seed),
+                };
+                let mut bodies = packing.rows(self.count as usize, width);
+                for body in &mut bodies {
+                    body.position = [body.position[0] + corner[0], body.position[1] + corner[1]];
+                }
+                bodies
+            }
+            Arrangement::Stack { foot } => {
+                let mut random = Random::new(u64::from(self.seed));
+                let mut top = foot[1];
+                let grain = |_| {
+                    let size = self.size.draw(&mut random);
+                    let at = [foot[0], 0.0];
+                    let mut body =
+                        self.grain
+                            .body(String::new(), size, self.density, at, &mut random);
+                    let heights = body.shape.vertices().into_iter().map(|v| v[1]);
+                    let [low, high] = heights
+                        .fold([f64::INFINITY, f64::NEG_INFINITY], |[l, h], y| {
+                            [l.min(y), h.max(y)]
+                        });
+                    body.position[1] = top + body.sphero_radius - low;
+                    top = body.position[1] + high + body.sphero_radius;
+                    body
+                };
+                (0..self.count).map(grain).collect()
+            }
+        };
+        for (i, body) in bodies.iter_mut().enumerate() {
+            body.name = format!("{}_{i}", self.name);
+            body.velocity = self.velocity;
+            body.surface.clone_from(&self.surface);
+        }
+        bodies
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -243,8 +385,14 @@ mod tests {
     fn the_same_seed_gives_the_same_packing_and_nothing_overlaps() {
         for sizes in [
             Sizes::Equal(0.01),
-            Sizes::Uniform(0.005, 0.01),
-            Sizes::Normal(0.008, 0.001),
+            Sizes::Uniform {
+                from: 0.005,
+                to: 0.01,
+            },
+            Sizes::Normal {
+                mean: 0.008,
+                deviation: 0.001,
+            },
         ] {
             let packing = Packing {
                 grain: Grain::PENTAGON,
@@ -264,6 +412,54 @@ mod tests {
                     assert!(d >= 2.0 * largest * (1.0 - 1e-12));
                 }
             }
+        }
+    }
+
+    #[test]
+    fn a_stack_touches_and_a_filled_box_is_in_its_place() {
+        let stack = BodyFill {
+            name: "block".into(),
+            count: 4,
+            grain: Grain::Square { roundness: 0.2 },
+            size: Sizes::Uniform {
+                from: 0.05,
+                to: 0.1,
+            },
+            density: 1000.0,
+            arrange: Arrangement::Stack { foot: [1.0, 2.0] },
+            seed: 7,
+            velocity: [0.0, -1.0],
+            surface: "wood".into(),
+        };
+        let bodies = stack.bodies();
+        let half = |b: &BodyConfig| {
+            let BodyShape::Rectangle { height, .. } = b.shape else {
+                panic!("{:?}", b.shape)
+            };
+            0.5 * height + b.sphero_radius
+        };
+        let mut top = 2.0;
+        for (i, b) in bodies.iter().enumerate() {
+            assert!((b.position[1] - half(b) - top).abs() < 1e-12 && b.position[0] == 1.0);
+            top = b.position[1] + half(b);
+            assert_eq!(
+                (b.name.clone(), &*b.surface),
+                (format!("block_{i}"), "wood")
+            );
+        }
+        let rows = BodyFill {
+            arrange: Arrangement::Rows {
+                corner: [3.0, 4.0],
+                width: 0.5,
+                looseness: 0.1,
+            },
+            ..stack
+        };
+        for b in rows.bodies() {
+            assert!(
+                b.position[0] > 3.1 - 1e-9 && b.position[0] < 3.4 + 1e-9 && b.position[1] > 4.1
+            );
+            assert_eq!(b.velocity, [0.0, -1.0]);
         }
     }
 }
