@@ -195,6 +195,10 @@ scenes! {
     axis_aligned_mms: "verification/axis_aligned_mms",
     column_collapse: "verification/column_collapse",
     periodic_shear: "verification/periodic_shear",
+    incline: "verification/incline",
+    oblique_impact: "verification/oblique_impact",
+    off_centre_hit: "verification/off_centre_hit",
+    hopper: "verification/hopper",
 }
 
 #[test]

@@ -223,6 +223,7 @@ struct Run<'a, S: Transport> {
     crew: &'a mut Crew,
     parties: Vec<Party>,
     stability: Stability,
+    dir: &'a RunDir,
     history: History,
     progress: Progress,
     sides: Sides,
@@ -305,6 +306,7 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
             crew,
             parties,
             stability,
+            dir,
             history,
             progress,
             sides: Sides::default(),
@@ -337,6 +339,10 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
         }
         if !self.account.interrupted {
             self.account.state_hash = Some(state_hash(&points, &self.bodies));
+            if let Some(dem) = &self.scene.dem {
+                let names = dem.bodies.iter().map(|body| body.name.as_str());
+                self.dir.write_bodies(names, &self.bodies)?;
+            }
         }
         Ok(())
     }
