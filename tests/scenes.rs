@@ -185,6 +185,7 @@ scenes! {
     friction_force: "jiang2020/friction_force",
     bar_on_grain: "verification/bar_on_grain",
     bar_on_wall: "verification/bar_on_wall",
+    two_bars: "verification/two_bars",
     point_bounce: "verification/point_bounce",
     rod: "jiang2020/rod",
     silo: "jiang2020/silo",
