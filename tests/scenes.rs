@@ -187,6 +187,7 @@ scenes! {
     bar_on_wall: "verification/bar_on_wall",
     two_bars: "verification/two_bars",
     column_on_floor: "verification/column_on_floor",
+    random_ledger: "verification/random_ledger",
     point_bounce: "verification/point_bounce",
     rod: "jiang2020/rod",
     silo: "jiang2020/silo",
