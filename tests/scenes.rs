@@ -188,6 +188,7 @@ scenes! {
     two_bars: "verification/two_bars",
     column_on_floor: "verification/column_on_floor",
     random_ledger: "verification/random_ledger",
+    disc_on_flat: "verification/disc_on_flat",
     point_bounce: "verification/point_bounce",
     rod: "jiang2020/rod",
     silo: "jiang2020/silo",
