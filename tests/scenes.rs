@@ -212,8 +212,9 @@ fn no_scene_is_left_out() {
             .strip_prefix(harness::root().join("scenes"))
             .unwrap()
             .with_extension("");
+        // tests/extreme.rs has a table of its own: by variants, not all of which are to reach their end.
         assert!(
-            TESTED.contains(&name.to_str().unwrap()),
+            name.starts_with("extreme") || TESTED.contains(&name.to_str().unwrap()),
             "{} has no test",
             path.display()
         );

@@ -1,0 +1,193 @@
+//! The scenes at the edge: every variant of every scene in `scenes/extreme` ends as the table says, in a result that holds its
+//! checks or in a reason, and with finite numbers only.
+
+mod harness;
+
+use std::collections::BTreeSet;
+
+use harness::{Place, RunFiles, catalogue, root, scene};
+use serde_json::Value;
+
+/// How a run ends.
+#[derive(Debug, Clone, Copy)]
+enum End {
+    /// Exit 0: all checks hold.
+    Holds,
+    /// Exit 1: this check does not, and no other. What no law forbids, a scene has to ask.
+    Fails(&'static str),
+    /// This exit status, and a reason with these phrases.
+    Stops(i32, &'static [&'static str]),
+}
+use End::{Fails, Holds, Stops};
+
+/// A point outside of the domain, by its number and place.
+const LEFT: End = Stops(
+    3,
+    &["the mpm stopped at step", "point", "left the domain at ("],
+);
+
+/// Scene, variant (`plain`: the scene as it is), end.
+const TABLE: &[(&str, &str, End)] = &[
+    ("stiffness", "plain", Holds),
+    ("stiffness", "ratio_1e-2", Holds),
+    ("stiffness", "ratio_1e2", Holds),
+    ("stiffness", "ratio_1e4", Holds),
+    ("stiffness", "ratio_1e6", Holds),
+    ("mass", "plain", Holds),
+    ("mass", "ratio_1e-3", Holds),
+    ("mass", "ratio_1e3", Holds),
+    ("mass", "ratio_1e6", Holds),
+    ("mass", "ratio_1e9", Holds),
+    ("size", "plain", Holds),
+    ("size", "disc_1e3", Holds),
+    ("size", "disc_1e5", Holds),
+    ("size", "edge_1e5", Holds),
+    ("incompressible", "plain", Holds),
+    ("incompressible", "neo_hookean", Holds),
+    ("mach", "plain", Holds),
+    ("mach", "linear_elastic", Holds),
+    ("mach", "stiff_contact", Holds),
+    ("squeeze", "plain", Holds),
+    ("squeeze", "crushed", Fails("no body passes over the point")),
+    ("shapes", "plain", Holds),
+    ("shapes", "star", Holds),
+    ("shapes", "needle_on", Holds),
+    ("crowd", "plain", Holds),
+    ("rest", "quick", Holds),
+    ("rest", "frictionless", LEFT),
+    ("spin", "plain", Holds),
+    ("bodies_only", "plain", Holds),
+    ("leaving", "plain", LEFT),
+    ("leaving", "thrown", LEFT),
+    ("leaving", "remove", Holds),
+    ("empty", "plain", Holds),
+    ("empty", "points_only", Holds),
+    ("forced", "plain", Holds),
+    ("forced", "half_step", Holds),
+    ("forced", "step_2", Holds),
+    (
+        "forced",
+        "step_4",
+        Stops(4, &["at t = ", "from nowhere", "unstable with dt = "]),
+    ),
+];
+
+/// Scenes whose full length is for people with patience: their `quick` stands for them.
+const LONG: &[&str] = &["rest"];
+
+/// Names of checks that did not hold.
+fn failed(files: &RunFiles) -> Vec<&str> {
+    let checks = files.summary["checks"].as_array().expect("a list");
+    checks
+        .iter()
+        .filter(|check| check["pass"] != true)
+        .map(|check| check["name"].as_str().expect("a name"))
+        .collect()
+}
+
+fn ends(name: &str, variant: &str, end: End) {
+    let place = Place::new();
+    let set: &[&str] = if variant == "plain" {
+        &[]
+    } else {
+        &["--variant", variant]
+    };
+    let ended = place.run("out", &scene(&format!("extreme/{name}")), set);
+    place.assert_clean(&ended.runs);
+    let case = format!("{name}/{variant}");
+    let files = RunFiles::read(&place.path("out"));
+    let code = ended.status.code().expect("it is not killed");
+    match end {
+        Holds => {
+            assert_eq!((code, failed(&files)), (0, vec![]), "{case}");
+            let checks = files.summary["checks"].as_array().expect("a list");
+            assert!(checks.len() >= 2, "{case}: a scene checks something");
+        }
+        Fails(check) => assert_eq!((code, failed(&files)), (1, vec![check]), "{case}"),
+        Stops(status, phrases) => {
+            assert_eq!(code, status, "{case}: {}", files.summary);
+            let reason = files.text("reason");
+            for phrase in phrases {
+                assert!(
+                    reason.contains(phrase),
+                    "{case}: no `{phrase}` in: {reason}"
+                );
+            }
+        }
+    }
+    // A NaN would be a null, or a word in the history.
+    files.history().assert_sound();
+    for energy in ["start", "end"] {
+        let energies = files.summary["energy"][energy]
+            .as_object()
+            .expect("a table");
+        assert!(
+            energies.values().all(Value::is_number),
+            "{case}: {energies:?}"
+        );
+    }
+    assert!(files.summary["momentum_error"].is_number(), "{case}");
+}
+
+/// A test a scene, so that they run side by side and a failure names the scene.
+macro_rules! scenes {
+    ($($name:ident,)*) => {
+        $(#[test]
+        fn $name() {
+            let of_scene = |row: &&(&str, &str, End)| row.0 == stringify!($name);
+            for (name, variant, end) in TABLE.iter().filter(of_scene) {
+                ends(name, variant, *end);
+            }
+        })*
+
+        /// Scenes that have a test here.
+        const TESTED: &[&str] = &[$(stringify!($name)),*];
+    };
+}
+
+scenes! {
+    stiffness,
+    mass,
+    size,
+    incompressible,
+    mach,
+    squeeze,
+    shapes,
+    crowd,
+    rest,
+    spin,
+    bodies_only,
+    leaving,
+    empty,
+    forced,
+}
+
+#[test]
+fn no_scene_and_no_variant_is_left_out() {
+    let folder = root().join("scenes/extreme");
+    let mut there = BTreeSet::new();
+    for path in catalogue()
+        .into_iter()
+        .filter(|path| path.starts_with(&folder))
+    {
+        let name = path.file_stem().unwrap().to_str().unwrap().to_string();
+        assert!(TESTED.contains(&name.as_str()), "{name} has no test");
+        let table: toml::Table = std::fs::read_to_string(&path).unwrap().parse().unwrap();
+        if !LONG.contains(&name.as_str()) {
+            there.insert((name.clone(), "plain".to_string()));
+        }
+        for variant in table
+            .get("variant")
+            .and_then(|v| v.as_table())
+            .into_iter()
+            .flatten()
+        {
+            there.insert((name.clone(), variant.0.clone()));
+        }
+    }
+    let listed: BTreeSet<_> = TABLE
+        .iter()
+        .map(|(name, variant, _)| (name.to_string(), variant.to_string()))
+        .collect();
+    assert_eq!(listed, there);
+}
