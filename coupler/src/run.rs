@@ -541,7 +541,8 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
         account.recorder.record(&self.sample);
         self.history.row(account.recorder.row())?;
         let residual = account.balance.residual_relative();
-        if residual > BLOW_UP {
+        // Sums of numbers that are finite each can still be beyond all bounds.
+        if residual > BLOW_UP || !residual.is_finite() {
             return Err(RunError::BlowUp {
                 time,
                 step: account.clock.index(),
