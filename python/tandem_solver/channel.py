@@ -1,0 +1,140 @@
+"""Channels and bells of a run (PROTOCOL.md section 1) on iceoryx2's Python bindings."""
+
+import ctypes
+import fcntl
+import os
+import time
+
+import iceoryx2 as iox2
+
+from .wire import LAYOUT_HASH, StepHeader
+
+# Clause B-3: how long at most to sleep before looking again.
+NAP = iox2.Duration.from_millis(10)
+# How long to look again and again before sleeping on the bell, in s.
+POLL = 50e-6
+
+
+class SessionError(Exception):
+    """The session is over for this solver; the coupler is told why."""
+
+
+class Aborted(SessionError):
+    """The coupler said Abort."""
+
+
+class CouplerGone(SessionError):
+    """Nobody holds the run's lock any more."""
+
+
+class Run:
+    """A run's corner of the machine (clauses O-2 to O-5)."""
+
+    def __init__(self, run_id, party):
+        if not (1 <= len(run_id) <= 16 and run_id.isascii() and run_id.isalnum()):
+            raise SessionError(f"`{run_id}` is not the id of a run")
+        root = os.path.join(os.environ.get("TMPDIR", "/tmp"), f"tandem-{run_id}")
+        self.lock = os.path.join(root, "lock")
+        if not os.path.isfile(self.lock):
+            raise SessionError(f"there is no run `{run_id}` to join on this machine (it may be over)")
+        config = iox2.config.default()
+        config.global_cfg.prefix = iox2.FileName.new(f"tandem_{run_id}_")
+        config.global_cfg.root_path = iox2.Path.new(root)
+        config.global_cfg.service.cleanup_dead_nodes_on_open = False
+        config.global_cfg.node.cleanup_dead_nodes_on_creation = False
+        config.global_cfg.node.cleanup_dead_nodes_on_destruction = False
+        builder = iox2.NodeBuilder.new().name(iox2.NodeName.new(party)).config(config)
+        builder = builder.signal_handling_mode(iox2.SignalHandlingMode.Disabled)
+        self.node = builder.create(iox2.ServiceType.Ipc)
+
+    def coupler_lives(self):
+        """Clause O-4: the coupler holds the lock for as long as it lives."""
+        try:
+            with open(self.lock, "rb") as lock:  # closing it releases a lock that was taken
+                fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+        except OSError:
+            return False
+        return False
+
+    def _service(self, name, record):
+        attributes = iox2.AttributeVerifier.new()
+        attributes = attributes.require(iox2.AttributeKey.new("layout"), iox2.AttributeValue.new(LAYOUT_HASH))
+        builder = self.node.service_builder(iox2.ServiceName.new(name)).publish_subscribe(iox2.Slice[record])
+        builder = builder.user_header(StepHeader).max_publishers(1).max_subscribers(1).max_nodes(3)
+        builder = builder.subscriber_max_buffer_size(4).subscriber_max_borrowed_samples(1)
+        return builder.history_size(0).enable_safe_overflow(False).open_with_attributes(attributes)
+
+    def outlet(self, name, record, room=64):
+        """The sending end of a channel; `room` is its initial slice."""
+        builder = self._service(name, record).publisher_builder().initial_max_slice_len(room)
+        builder = builder.allocation_strategy(iox2.AllocationStrategy.PowerOfTwo).max_loaned_samples(1)
+        return Outlet(builder.backpressure_strategy(iox2.BackpressureStrategy.RetryUntilDelivered).create())
+
+    def inlet(self, name, record):
+        """The receiving end of a channel."""
+        return Inlet(self._service(name, record).subscriber_builder().create(), record)
+
+    def _bell(self, sender, receiver):
+        return self.node.service_builder(iox2.ServiceName.new(f"bell/{sender}-{receiver}")).event().open()
+
+    def rope(self, sender, receiver):
+        """The end of a bell that rings, by `notify()`."""
+        return self._bell(sender, receiver).notifier_builder().create()
+
+    def bell(self, sender, receiver):
+        """The end of a bell that wakes."""
+        return self._bell(sender, receiver).listener_builder().create()
+
+
+class Outlet:
+    """The sending end of a channel."""
+
+    def __init__(self, publisher):
+        self.publisher = publisher
+
+    def send(self, header, count, data):
+        """Sends `count` records, whose bytes are `data`, under `header` (clause C-4: the count is set here)."""
+        header.count = count
+        sample = self.publisher.loan_slice_uninit(count)
+        ctypes.memmove(sample.payload_ptr, data, len(data))
+        ctypes.memmove(sample.user_header_ptr, ctypes.addressof(header), ctypes.sizeof(header))
+        sample.assume_init().send()
+
+
+class Inlet:
+    """The receiving end of a channel."""
+
+    def __init__(self, subscriber, record):
+        self.subscriber, self.size = subscriber, ctypes.sizeof(record)
+
+    def receive(self):
+        """The header, the number of records and a copy of their bytes (clause C-5), or None."""
+        sample = self.subscriber.receive()
+        if sample is None:
+            return None
+        # Not `payload().len()`: that counts bytes (upstream issue 1533).
+        count = sample.header.number_of_elements
+        data = ctypes.string_at(sample.payload_ptr, count * self.size)
+        header = StepHeader.from_buffer_copy(ctypes.string_at(sample.user_header_ptr, ctypes.sizeof(StepHeader)))
+        sample.delete()
+        return header, count, data
+
+
+def wait(look, bell, alarm, patience, late):
+    """What `look` finds. Polls and yields, then sleeps on the bell, ever again; `alarm` raises if there is no use in
+    waiting; after `patience` s `SessionError(late)`."""
+    begin = time.perf_counter()
+    while True:
+        found = look()
+        if found is not None:
+            return found
+        waited = time.perf_counter() - begin
+        if waited < POLL:
+            os.sched_yield()
+            continue
+        alarm()
+        if waited > patience:
+            raise SessionError(f"{late} (waited {waited:.1f} s)")
+        bell.timed_wait(NAP)

@@ -1,0 +1,338 @@
+"""Drives a rigid-body solver through a session, in the only order there is (PROTOCOL.md sections 2 and 5).
+
+A solver is an object with
+
+    identity                        name and version
+    configure(config) -> Readiness  the object of section 10, or raises Refusal(key, message)
+    envelopes()                     (body, x, y, reach) of all outlines at t_n; from now on the origin of travel
+    imp_set(infos)                  (id, radius, mass, group, 0) of each slot
+    contact(step, states) -> Answer states: (x, y, vx, vy) of each slot; raises Fault
+    advance(step)                   to t_{n+1}
+    measurement() -> Measurement    of the last step with `step.measure`
+"""
+
+import ctypes
+import json
+import os
+import sys
+import time
+import traceback
+from dataclasses import dataclass
+
+from . import control, wire
+from .channel import Aborted, CouplerGone, Run, SessionError, wait
+
+# Longest wait in s for the coupler while a session is set up or closed (clause S-11).
+SETUP = 120.0
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step from t_n to t_{n+1} (section 5); times in s."""
+
+    index: int
+    time: float
+    dt_before: float
+    dt: float
+    measure: bool
+
+    @property
+    def opening(self):
+        """Clause T-3: nothing may move, no trace may stay."""
+        return self.dt_before == 0.0 and self.dt == 0.0
+
+    @property
+    def kick(self):
+        return 0.5 * (self.dt_before + self.dt)
+
+    @property
+    def centring(self):
+        whole = self.dt_before + self.dt
+        return self.dt_before / whole if whole > 0.0 else 0.0
+
+
+@dataclass
+class Answer:
+    """Forces on the points, (fx, fy, stiffness) slot by slot; limits of the next step; travel at t_{n+1} in m (F-9)."""
+
+    forces: list
+    limits: wire.Limits
+    travel: float
+
+
+@dataclass
+class Measurement:
+    """Section 9: the ledger and one BodyState for each body."""
+
+    ledger: wire.Ledger
+    bodies: list
+
+
+class _Stopwatch:
+    def __init__(self):
+        self.spent, self.last = {"compute": 0, "exchange": 0, "wait": 0}, time.perf_counter_ns()
+
+    def lap(self, activity):
+        now = time.perf_counter_ns()
+        self.spent[activity] += now - self.last
+        self.last = now
+
+
+class _Dem:
+    """A dem's end of its lines."""
+
+    def __init__(self, run, solver):
+        self.run, self.solver, self.watch, self.step = run, solver, _Stopwatch(), 0
+        self.generation, self.set, self.deadline, self.ready = 0, [], SETUP, False
+        byte = ctypes.c_uint8
+        self.orders, self.grants = run.inlet("dem/orders", byte), run.inlet("dem/grants", wire.Grant)
+        self.notices = run.outlet("dem/notices", byte, 65536)
+        self.reports = run.outlet("dem/reports", wire.Report)
+        self.bell, self.rope = run.bell("coupler", "dem"), run.rope("dem", "coupler")
+        self.notify(control.hello("dem", solver.identity, os.getpid()))
+
+    # The line to the coupler.
+
+    def notify(self, data):
+        self.notices.send(wire.StepHeader(step=self.step), len(data), data)
+        self.rope.notify()
+
+    def broken(self, who, clause, message):
+        return SessionError(f"{who} broke {clause} at step {self.step}: {message}")
+
+    def checked(self, who, clause, record):
+        field = record.fault()
+        if field is not None:
+            raise self.broken(who, clause, f"`{field}` of {record.NAME} is not finite, or negative where it may not be")
+
+    def order(self):
+        found = self.orders.receive()
+        if found is None:
+            return None
+        try:
+            order = control.decode_order(found[2])
+        except control.DecodeError as error:
+            raise self.broken("coupler", "S-1", str(error)) from None
+        if isinstance(order, control.Abort):
+            raise Aborted(order.reason)
+        return order
+
+    def alive(self):
+        if not self.run.coupler_lives():
+            raise CouplerGone(f"the coupler is gone at step {self.step}")
+
+    def alarm(self):
+        order = self.order()
+        if order is not None:
+            raise self.broken("coupler", "S-3", f"{order} out of turn")
+        self.alive()
+
+    def await_order(self, kind, clause):
+        late = f"coupler: no {kind.__name__} at step {self.step}"
+        order = wait(self.order, self.bell, self.alive, SETUP, late)
+        if not isinstance(order, kind):
+            raise self.broken("coupler", clause, f"{order}, not {kind.__name__}")
+        return order
+
+    def next(self):
+        """The next grant, or None on Drain."""
+
+        def look():
+            grant = self.grants.receive()
+            return grant if grant is not None else self.order()
+
+        # The coupler waits for a solver that waits for another one.
+        patience = SETUP if self.step == 0 else self.deadline + 2.0
+        found = wait(look, self.bell, self.alive, patience, f"coupler: no grant of step {self.step}")
+        self.watch.lap("wait")
+        if isinstance(found, control.Drain):
+            return None
+        if not isinstance(found, tuple):
+            raise self.broken("coupler", "S-3", f"{found} out of turn")
+        if found[1] != 1:
+            raise self.broken("coupler", "G-1", f"{found[1]} grants in one message")
+        grant = wire.Grant.from_buffer_copy(found[2])
+        self.checked("coupler", "G-2", grant)
+        if grant.first != self.step or grant.steps == 0:
+            raise self.broken("coupler", "G-3", f"steps {grant.first} + {grant.steps} granted")
+        return grant
+
+    def serve(self):
+        configure = self.await_order(control.Configure, "S-4")
+        try:
+            config = json.loads(configure.config)
+        except ValueError as error:
+            raise self.broken("coupler", "S-5", str(error)) from None
+        self.deadline, self.coupled = configure.deadline, configure.coupled
+        readiness = self.solver.configure(config)
+        self.bodies = self.run.outlet("dem/bodies", wire.BodyState)
+        if self.coupled:
+            self.set_in = self.run.inlet("imp/set", wire.ImpInfo)
+            self.states_in = self.run.inlet("imp/states", wire.ImpState)
+            self.forces_out = self.run.outlet("imp/forces", wire.ImpForce)
+            self.envelopes_out = self.run.outlet("imp/envelopes", wire.EnvelopeVertex)
+            self.mpm_bell, self.mpm_rope = self.run.bell("mpm", "dem"), self.run.rope("dem", "mpm")
+        self.notify(control.ready(configure.scene_hash, readiness))
+        self.ready = True
+        while (grant := self.next()) is not None:
+            report = self.window(grant)
+            report.items = readiness.items
+            if report.measured:
+                measurement = self.solver.measurement()
+                report.ledger = measurement.ledger
+                for body in measurement.bodies:
+                    self.checked("dem", "R-3", body)
+                data = b"".join(map(bytes, measurement.bodies))
+                self.bodies.send(wire.StepHeader(step=grant.first), len(measurement.bodies), data)
+            self.report(report)
+        self.notify(control.bye())
+        self.await_order(control.Close, "S-3")
+
+    def report(self, report):
+        self.watch.lap("compute")
+        spent = self.watch.spent
+        report.compute_ns, report.exchange_ns, report.wait_ns = spent["compute"], spent["exchange"], spent["wait"]
+        report.cpu_ns = time.process_time_ns()
+        self.checked("dem", "R-2", report)
+        self.reports.send(wire.StepHeader(epoch=report.epoch, step=report.next), 1, bytes(report))
+        self.rope.notify()
+        self.watch.lap("exchange")
+
+    # The steps of a grant, and the line to the continuum.
+
+    def window(self, grant):
+        halted, limits = False, None
+        measure = grant.flags & wire.MEASURE != 0
+        for k in range(grant.steps):
+            done = grant.steps_in_epoch + k
+            dt_before = grant.dt_before_epoch if done == 0 else grant.dt
+            step = Step(self.step, grant.epoch_start + done * grant.dt, dt_before, grant.dt, measure and k == 0)
+            states = self.states(grant, step) if self.coupled else []
+            if states is None:
+                halted = True
+                break
+            answer = self.solver.contact(step, states)
+            self.watch.lap("compute")
+            limits = answer.limits
+            self.checked("dem", "L-1", limits)
+            allowed = (
+                limits.omega_sq + limits.contact_omega_sq <= grant.budget_omega_sq
+                and limits.speed <= grant.budget_speed
+                and limits.damping <= grant.budget_damping
+            )
+            if self.coupled:
+                self.answer(grant, step, answer, 0 if allowed else wire.HALT_AFTER)
+            self.solver.advance(step)
+            self.step += 1
+            if not allowed and k + 1 < grant.steps:
+                halted = True
+                break
+        if limits is None:
+            raise self.broken("mpm", "H-1", "a halt before the first step of a window")
+        report = wire.Report(epoch=grant.epoch, next=self.step, halted=halted, measured=measure, limits=limits)
+        report.imps, report.rebuilds = len(self.set), self.generation
+        return report
+
+    def states(self, grant, step):
+        """The states of this step, or None if mpm halts before it."""
+        while True:
+            self.watch.lap("compute")
+            late = f"mpm: no states of step {step.index}"
+            header, count, data = wait(self.states_in.receive, self.mpm_bell, self.alarm, self.deadline, late)
+            self.watch.lap("wait")
+            if (header.step, header.epoch) != (step.index, grant.epoch):
+                raise self.broken("mpm", "I-1", f"states of step {header.step} epoch {header.epoch}")
+            if header.flags & wire.HALT_BEFORE:
+                return None
+            if not header.flags & wire.WANT_ENVELOPES:
+                break
+            vertices = self.solver.envelopes()
+            if not wire.finite(vertices) or any(vertex[3] < 0.0 for vertex in vertices):
+                raise self.broken("dem", "E-3", f"envelopes {vertices}")
+            data = b"".join(wire.EnvelopeVertex.FLAT.pack(*vertex) for vertex in vertices)
+            self.envelopes_out.send(wire.StepHeader(epoch=grant.epoch, step=step.index), len(vertices), data)
+            self.mpm_rope.notify()
+            self.watch.lap("exchange")
+        if header.flags & wire.NEW_SET:
+            self.take_set(header)
+        if (header.set, header.count, count) != (self.generation, len(self.set), len(self.set)):
+            expected = f"{len(self.set)} of set {self.generation}"
+            raise self.broken("mpm", "I-3", f"{count} states of set {header.set}, expected {expected}")
+        states = list(wire.ImpState.FLAT.iter_unpack(data))
+        if not wire.finite(states):
+            slot = next(i for i, state in enumerate(states) if not wire.finite([state]))
+            raise self.broken("mpm", "I-3", f"state {slot} is not finite: {states[slot]}")
+        self.watch.lap("exchange")
+        return states
+
+    def take_set(self, states):
+        found = self.set_in.receive()
+        if found is None:
+            raise self.broken("mpm", "I-2", "no set before the states that announce it")
+        header, count, data = found
+        if header.set != states.set or header.set != self.generation + 1 or header.count != count:
+            raise self.broken("mpm", "I-2", f"set {header.set} for states of set {states.set} after {self.generation}")
+        infos = list(wire.ImpInfo.FLAT.iter_unpack(data))
+        if not wire.finite(infos) or any(radius <= 0.0 or mass <= 0.0 for _, radius, mass, _, _ in infos):
+            raise self.broken("mpm", "I-2", "radius and mass must be positive and finite")
+        if any(a[0] >= b[0] for a, b in zip(infos, infos[1:])):
+            raise self.broken("mpm", "I-2", "ids must rise")
+        self.generation, self.set = header.set, infos
+        self.solver.imp_set(infos)
+
+    def answer(self, grant, step, answer, halt):
+        header = wire.StepHeader(epoch=grant.epoch, step=step.index, flags=halt, travel=answer.travel)
+        header.set = self.generation
+        self.checked("dem", "F-4", header)
+        forces = answer.forces
+        if len(forces) != len(self.set):
+            raise self.broken("dem", "F-3", f"{len(forces)} forces for {len(self.set)} IMPs")
+        if not wire.finite(forces) or any(force[2] < 0.0 for force in forces):
+            slot = next(i for i, force in enumerate(forces) if not wire.finite([force]) or force[2] < 0.0)
+            message = f"force {slot} is not finite, or its stiffness negative: {forces[slot]}"
+            raise self.broken("dem", "F-4", message)
+        self.forces_out.send(header, len(forces), b"".join(wire.ImpForce.FLAT.pack(*force) for force in forces))
+        self.mpm_rope.notify()
+        self.watch.lap("exchange")
+
+    def lament(self, fault, message):
+        """Last words (clause S-10)."""
+        self.say_last(control.failed(self.step, fault, message))
+
+    def say_last(self, notice):
+        """Before Ready the coupler may be waiting for the other solver: until it has read this, the process that has
+        said it has to be there, or only its end is seen (clause S-8)."""
+        self.notify(notice)
+        if not self.ready:
+            try:
+                wait(self.order, self.bell, self.alive, SETUP, "coupler: no Abort")
+            except SessionError:
+                pass  # Abort is what was waited for
+
+
+def serve_dem(solver, arguments=None):
+    """Joins the run that the arguments (`--join ID`) name, serves until it is closed; returns the exit status (X-2)."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    if len(arguments) != 2 or arguments[0] != "--join":
+        print("error: a solver is started by `tandem run`, or by hand with `--join RUN`", file=sys.stderr)
+        return 2
+    dem = None
+    try:
+        dem = _Dem(Run(arguments[1], "dem"), solver)
+        dem.serve()
+        return 0
+    except control.Refusal as refusal:
+        dem.say_last(control.refused(refusal))
+    except (Aborted, CouplerGone):
+        pass
+    except control.Fault as fault:
+        dem.lament(fault, str(fault))
+    except Exception as error:  # whatever it is, the coupler shall know before this process ends
+        if dem is None:
+            print(f"error: {error}", file=sys.stderr)
+        else:
+            told = isinstance(error, SessionError)
+            dem.lament(None, str(error) if told else f"{type(error).__name__}: {error}")
+            if not told:
+                traceback.print_exc()
+    return 3

@@ -1,0 +1,60 @@
+"""Bytes of messages and records, against the examples of PROTOCOL.md section 3."""
+
+import ctypes
+import math
+import unittest
+
+from tandem_solver import Readiness, control, wire
+
+
+class Control(unittest.TestCase):
+    def test_the_bytes_of_the_protocol_page(self):
+        hello = "00000000 01000000 00000000 02000000 0800000000000000 6469736320302e31 67120000"
+        self.assertEqual(control.hello("dem", "disc 0.1", 4711), bytes.fromhex(hello))
+        order = control.decode_order(bytes.fromhex(
+            "00000000 0400000000000000 61623132 0200000000000000 7b7d 01 0000000000003e40"))
+        self.assertEqual(order, control.Configure("ab12", "{}", True, 30.0))
+        self.assertIsInstance(control.decode_order(bytes.fromhex("01000000")), control.Drain)
+        ready = (
+            "01000000 0400000000000000 61623132 0100000000000000 0000000000000000 0000000000000000"
+            "0000000000000440 00000000004ced40 0100000000000000 0200000000000000 6869"
+        )
+        said = Readiness(items=1, mass_min=2.5, stiffness_max=6e4, notes=["hi"])
+        self.assertEqual(control.ready("ab12", said), bytes.fromhex(ready))
+
+    def test_a_fault_says_which_kind_it_is(self):
+        data = control.failed(3, control.NotFinite("velocity", "body 0"), "m")
+        self.assertEqual(data[:17], bytes.fromhex("03000000 0300000000000000 01 00000000"))
+        self.assertEqual(control.failed(3, None, "m")[12:13], b"\0")
+
+    def test_bytes_that_are_no_message_are_refused(self):
+        good = bytes.fromhex("03000000 0200000000000000 6869")
+        self.assertEqual(control.decode_order(good), control.Abort("hi"))
+        lying = bytes.fromhex("03000000 ffffffffffffffff 6869")
+        unknown, not_text = bytes.fromhex("04000000"), bytes.fromhex("03000000 0100000000000000 ff")
+        for bad in [good[:-1], good + b"\0", lying, unknown, not_text, b""]:
+            with self.assertRaises(control.DecodeError):
+                control.decode_order(bad)
+
+
+class Records(unittest.TestCase):
+    def test_flat_tuples_are_the_same_bytes(self):
+        force = wire.ImpForce(force=(1.0, -2.0), stiffness=3.0)
+        self.assertEqual(bytes(force), wire.ImpForce.FLAT.pack(1.0, -2.0, 3.0))
+        info = wire.ImpInfo.FLAT.pack(7, 1e-3, 0.5, 2, 0)
+        self.assertEqual(wire.ImpInfo.from_buffer_copy(info).group, 2)
+
+    def test_a_number_that_is_not_finite_is_named(self):
+        self.assertIsNone(wire.Report().fault())
+        self.assertEqual(wire.ImpState(velocity=(0.0, math.nan)).fault(), "velocity")
+        self.assertEqual(wire.Limits(speed=-1.0).fault(), "speed")
+        self.assertEqual(wire.Report(limits=wire.Limits(omega_sq=math.inf)).fault(), "limits")
+
+    def test_the_layout_is_that_of_ctypes(self):
+        self.assertEqual(wire.layout_lines(), wire.LAYOUT.splitlines())
+        self.assertEqual(ctypes.sizeof(wire.Report), 280)
+        self.assertTrue(all(ctypes.alignment(record) == 8 for record in wire.RECORDS.values()))
+
+
+if __name__ == "__main__":
+    unittest.main()
