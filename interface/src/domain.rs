@@ -171,7 +171,8 @@ pub fn sweep() -> Vec<String> {
         let Some(id) = name.to_str().and_then(|n| n.strip_prefix(DIRECTORY_PREFIX)) else {
             continue;
         };
-        if owner_of(&entry.path()) == me && is_dead(&entry.path()) {
+        // Other things may be called `tandem-...` too: only what a run can have made is removed.
+        if is_id(id) && owner_of(&entry.path()) == me && is_dead(&entry.path()) {
             remove(id);
             swept.push(id.to_string());
         }
@@ -186,14 +187,23 @@ fn owner_of(path: &Path) -> Option<u32> {
 fn is_dead(root: &Path) -> bool {
     match File::open(root.join(LOCK)) {
         Ok(lock) => lock.try_lock().is_ok(),
-        Err(_) => fs::metadata(root)
-            .and_then(|m| m.modified())
-            .is_ok_and(|t| {
-                SystemTime::now()
-                    .duration_since(t)
-                    .is_ok_and(|age| age > CREATION_GRACE)
-            }),
+        Err(_) => {
+            let empty = fs::read_dir(root).is_ok_and(|mut inside| inside.next().is_none());
+            empty
+                && fs::metadata(root)
+                    .and_then(|m| m.modified())
+                    .is_ok_and(|t| {
+                        SystemTime::now()
+                            .duration_since(t)
+                            .is_ok_and(|age| age > CREATION_GRACE)
+                    })
+        }
     }
+}
+
+/// Whether [`fresh_id`] can have made it.
+fn is_id(id: &str) -> bool {
+    id.len() == 8 && id.bytes().all(|b| b.is_ascii_hexdigit())
 }
 
 /// Removes the run's shared-memory segments and its directory. Errors are left for the next sweep to meet.
@@ -254,6 +264,31 @@ mod tests {
         sweep();
         assert!(!root_of(&id).exists());
         assert!(!segment.exists());
+    }
+
+    #[test]
+    fn what_no_run_has_made_is_not_swept() {
+        let aged = |path: &Path| {
+            let before = SystemTime::now() - 10 * CREATION_GRACE;
+            File::open(path).unwrap().set_modified(before).unwrap();
+        };
+        // Somebody's directory that begins as ours do, and one named like a run but with something in it.
+        let [notes, full, empty] = [format!("notes-{}", fresh_id()), fresh_id(), fresh_id()];
+        for id in [&notes, &full, &empty] {
+            fs::create_dir(root_of(id)).unwrap();
+        }
+        for id in [&notes, &full] {
+            fs::write(root_of(id).join("dear.txt"), b"x").unwrap();
+        }
+        for id in [&notes, &full, &empty] {
+            aged(&root_of(id));
+        }
+        sweep();
+        assert!(root_of(&notes).is_dir() && root_of(&full).is_dir());
+        assert!(!root_of(&empty).exists(), "left by a coupler killed early");
+        for id in [&notes, &full] {
+            fs::remove_dir_all(root_of(id)).unwrap();
+        }
     }
 
     #[test]

@@ -266,3 +266,48 @@ fn a_refusal_names_the_key() {
         );
     });
 }
+
+/// A solver that refuses and goes while the coupler waits for another is still quoted.
+#[test]
+fn a_refusal_is_heard_though_its_solver_has_gone() {
+    watched(|| {
+        let mut session =
+            coupler::Session::<SharedMemory>::open(&[Party::Mpm, Party::Dem]).unwrap();
+        let domain = session.domain().clone();
+        std::thread::scope(|scope| {
+            let solver = scope.spawn(move || {
+                let mut points = Points {
+                    refuse: true,
+                    ..Points::default()
+                };
+                mpm::run::<SharedMemory, _>(&domain, &mut points, false)
+            });
+            session.hello(Party::Mpm, &mut || Ok(())).unwrap();
+            let configure = Configure {
+                scene_hash: "hash".into(),
+                config: serde_json::to_string(&toys::mpm_config()).unwrap(),
+                coupled: true,
+                deadline: 2.0,
+            };
+            session.configure(Party::Mpm, &configure).unwrap();
+            let begin = Instant::now();
+            let vanished = &mut || {
+                if begin.elapsed() < Duration::from_millis(300) {
+                    return Ok(());
+                }
+                Err(SessionError::Vanished {
+                    who: Party::Mpm,
+                    how: "ended with exit status 3".into(),
+                    step: 0,
+                })
+            };
+            let error = session.hello(Party::Dem, vanished).unwrap_err();
+            assert!(
+                matches!(&error, SessionError::Refused { refusal, .. } if refusal.key == "mpm.cell"),
+                "{error}"
+            );
+            session.abort(&error.to_string());
+            assert!(solver.join().unwrap().is_err());
+        });
+    });
+}

@@ -384,14 +384,34 @@ impl<S: Service + 'static> Session<S> {
                 step,
                 waited,
             },
-        )?;
+        );
         match notice {
-            Notice::Failed(failure) => Err(SessionError::Failed {
+            Ok(Notice::Failed(failure)) => Err(SessionError::Failed {
                 who: party,
                 failure,
             }),
-            notice => Ok(notice),
+            // Whoever has gone may have said why, on a line that nobody was listening to.
+            Err(vanished @ SessionError::Vanished { who, .. }) => {
+                Err(self.last_words(who)?.unwrap_or(vanished))
+            }
+            notice => notice,
         }
+    }
+
+    /// Why a party went, if it has said so.
+    fn last_words(&mut self, who: Party) -> Result<Option<SessionError>, SessionError> {
+        let line = self.line(who);
+        let mut bytes = Vec::new();
+        while let Some(notice) = line.take_notice(&mut bytes)? {
+            match notice {
+                Notice::Failed(failure) => return Ok(Some(SessionError::Failed { who, failure })),
+                Notice::Refused(refusal) => {
+                    return Ok(Some(SessionError::Refused { who, refusal }));
+                }
+                _ => {}
+            }
+        }
+        Ok(None)
     }
 }
 
