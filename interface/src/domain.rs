@@ -185,20 +185,15 @@ fn owner_of(path: &Path) -> Option<u32> {
 }
 
 fn is_dead(root: &Path) -> bool {
-    match File::open(root.join(LOCK)) {
-        Ok(lock) => lock.try_lock().is_ok(),
-        Err(_) => {
-            let empty = fs::read_dir(root).is_ok_and(|mut inside| inside.next().is_none());
-            empty
-                && fs::metadata(root)
-                    .and_then(|m| m.modified())
-                    .is_ok_and(|t| {
-                        SystemTime::now()
-                            .duration_since(t)
-                            .is_ok_and(|age| age > CREATION_GRACE)
-                    })
-        }
+    if let Ok(lock) = File::open(root.join(LOCK)) {
+        return lock.try_lock().is_ok();
     }
+    let age = fs::metadata(root)
+        .and_then(|m| m.modified())
+        .ok()
+        .and_then(|t| SystemTime::now().duration_since(t).ok());
+    let empty = fs::read_dir(root).is_ok_and(|mut inside| inside.next().is_none());
+    empty && age.is_some_and(|age| age > CREATION_GRACE)
 }
 
 /// Whether [`fresh_id`] can have made it.
