@@ -8,7 +8,7 @@ use interface::config::{
 };
 use interface::solver::MpmSolver;
 
-use super::{Stepper, block, configured};
+use super::{Stepper, block, configured, stand};
 use crate::Mpm;
 
 /// chen2023/wave_1d: a bar of 1 m, E 1e5, nu 0, rho 1000, both ends fixed, v0 = x (1 - x).
@@ -242,19 +242,9 @@ fn a_body_force_does_its_work() {
 #[test]
 fn a_loaded_column_settles_and_a_prestressed_one_rests() {
     let mut config = block();
-    config.domain = [[0.0, 0.0], [0.2, 0.8]];
     config.shape = ShapeFunction::Ugimp;
     config.transfer = Transfer::Flip;
-    config.walls = Walls {
-        left: Wall::Slip,
-        right: Wall::Slip,
-        bottom: Wall::Fixed,
-        top: Wall::Open,
-    };
-    config.groups[0].fill = Fill::Rectangle {
-        lower: [0.0, 0.0],
-        upper: [0.2, 0.5],
-    };
+    stand(&mut config, 0.5, 0.8);
     config.forcing.tractions = vec![interface::config::Traction {
         group: 0,
         within: [[0.0, 0.475], [0.2, 0.5]],

@@ -5,7 +5,7 @@ use interface::config::{
 };
 use interface::solver::{Fault, MpmSolver};
 
-use super::{BULK, SHEAR, Stepper, bits, block, configured};
+use super::{BULK, SHEAR, Stepper, bits, block, configured, stand};
 use crate::Mpm;
 
 fn texts<const N: usize>(sources: [&str; N]) -> [String; N] {
@@ -109,18 +109,8 @@ fn a_geostatic_state_is_at_rest() {
     let run = |with: bool| {
         let mut config = block();
         (config.shape, config.transfer) = (ShapeFunction::Ugimp, Transfer::Flip);
-        config.domain = [[0.0, 0.0], [0.2, 1.2]];
         config.gravity = [0.0, -10.0];
-        config.walls = Walls {
-            left: Wall::Slip,
-            right: Wall::Slip,
-            bottom: Wall::Fixed,
-            top: Wall::Open,
-        };
-        config.groups[0].fill = Fill::Rectangle {
-            lower: [0.0, 0.0],
-            upper: [0.2, 1.0],
-        };
+        stand(&mut config, 1.0, 1.2);
         if with {
             // At rest sideways: sigma_xx/sigma_yy = (K - 2G/3)/(K + 4G/3) = 1/3.
             let depth = "-1000*10*(1-y)";

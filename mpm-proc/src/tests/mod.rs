@@ -16,7 +16,7 @@ mod selection;
 
 use interface::config::{
     Fill, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing,
-    StressUpdate, Transfer, Walls,
+    StressUpdate, Transfer, Wall, Walls,
 };
 use interface::solver::{ContactForces, Fault, MpmSolver};
 use interface::step::Step;
@@ -87,6 +87,21 @@ pub fn block() -> MpmConfig {
         skin: 0.01,
         threads: 1,
     }
+}
+
+/// Makes the group a column 0.2 wide that stands on a fixed floor between slip walls, with `room` from floor to top.
+pub fn stand(config: &mut MpmConfig, height: f64, room: f64) {
+    config.domain = [[0.0, 0.0], [0.2, room]];
+    config.walls = Walls {
+        left: Wall::Slip,
+        right: Wall::Slip,
+        bottom: Wall::Fixed,
+        top: Wall::Open,
+    };
+    config.groups[0].fill = Fill::Rectangle {
+        lower: [0.0, 0.0],
+        upper: [0.2, height],
+    };
 }
 
 pub fn configured(config: &MpmConfig) -> Mpm {

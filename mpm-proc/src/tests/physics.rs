@@ -1,10 +1,10 @@
 //! Motion against closed forms.
 
-use interface::config::{Fill, ShapeFunction, Spacing, Transfer, Wall, Walls};
+use interface::config::{Fill, ShapeFunction, Spacing, Transfer};
 use interface::solver::MpmSolver;
 use interface::step::Step;
 
-use super::{BULK, SHEAR, Stepper, bits, block, configured};
+use super::{BULK, SHEAR, Stepper, bits, block, configured, stand};
 
 const SCHEMES: [(ShapeFunction, Transfer); 5] = [
     (ShapeFunction::Ugimp, Transfer::Flip),
@@ -83,18 +83,8 @@ fn a_column_settles_under_gravity() {
     ] {
         let mut config = block();
         (config.shape, config.transfer) = (shape, transfer);
-        config.domain = [[0.0, 0.0], [0.2, 1.2]];
         config.gravity = [0.0, -10.0];
-        config.walls = Walls {
-            left: Wall::Slip,
-            right: Wall::Slip,
-            bottom: Wall::Fixed,
-            top: Wall::Open,
-        };
-        config.groups[0].fill = Fill::Rectangle {
-            lower: [0.0, 0.0],
-            upper: [0.2, 1.0],
-        };
+        stand(&mut config, 1.0, 1.2);
         let mut mpm = configured(&config);
         let start = mpm.points();
         let mut stepper = Stepper::new();

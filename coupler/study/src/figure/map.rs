@@ -3,10 +3,10 @@
 use std::path::Path;
 
 use plotters::coord::Shift;
-use plotters::prelude::{ChartBuilder, Circle, Color, DrawingArea, DrawingBackend, PathElement};
+use plotters::prelude::{Circle, Color, DrawingArea, DrawingBackend, PathElement};
 use plotters::style::RGBColor;
 
-use super::{LINE, around, axis, colour, failed, label, lines, sheet, text, write};
+use super::{LINE, around, chart, colour, failed, lines, sheet, write};
 use crate::StudyError;
 
 /// Width of a map in pixels, and its height.
@@ -63,24 +63,7 @@ fn draw_map<B: DrawingBackend>(area: &DrawingArea<B, Shift>, map: &Map) -> Resul
     let drawn = || map.lines.iter().flat_map(|(_, points)| points);
     let x = around(map.runs.iter().map(|p| p.0).chain(drawn().map(|p| p.0)));
     let y = around(map.runs.iter().map(|p| p.1).chain(drawn().map(|p| p.1)));
-    let mut chart = ChartBuilder::on(area)
-        .margin(12)
-        .x_label_area_size(48)
-        .y_label_area_size(74)
-        .build_cartesian_2d(axis(&x), axis(&y))
-        .map_err(|e| failed(e.to_string()))?;
-    chart
-        .configure_mesh()
-        .light_line_style(RGBColor(255, 255, 255))
-        .bold_line_style(RGBColor(225, 225, 225))
-        .x_desc(&map.x)
-        .y_desc(&map.y)
-        .axis_desc_style(text(15))
-        .label_style(text(14))
-        .x_label_formatter(&|x| label(*x))
-        .y_label_formatter(&|x| label(*x))
-        .draw()
-        .map_err(|e| failed(e.to_string()))?;
+    let mut chart = chart(area, [&x, &y], [&map.x, &map.y])?;
     let (stable, unstable) = (RGBColor(90, 90, 90), RGBColor(150, 150, 150));
     let dots = map.runs.iter().map(|&(x, y, is_stable)| {
         let style = if is_stable {

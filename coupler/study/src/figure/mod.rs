@@ -9,8 +9,8 @@ use std::path::Path;
 use plotters::coord::Shift;
 use plotters::coord::combinators::{BindKeyPoints, WithKeyPoints};
 use plotters::prelude::{
-    DrawingArea, DrawingBackend, IntoDrawingArea, IntoFont, IntoLogRange, LogCoord, RGBColor,
-    SVGBackend, TextStyle,
+    Cartesian2d, ChartBuilder, ChartContext, DrawingArea, DrawingBackend, IntoDrawingArea,
+    IntoFont, IntoLogRange, LogCoord, RGBColor, SVGBackend, TextStyle,
 };
 
 use crate::StudyError;
@@ -83,6 +83,33 @@ type LogAxis = WithKeyPoints<LogCoord<f64>>;
 /// The axis of a range.
 fn axis(range: &Range<f64>) -> LogAxis {
     range.clone().log_scale().with_key_points(ticks(range))
+}
+
+/// Draws axes over these ranges on `area`, with what they say.
+fn chart<'a, B: DrawingBackend>(
+    area: &'a DrawingArea<B, Shift>,
+    [x, y]: [&Range<f64>; 2],
+    [below, beside]: [&str; 2],
+) -> Result<ChartContext<'a, B, Cartesian2d<LogAxis, LogAxis>>, StudyError> {
+    let mut chart = ChartBuilder::on(area)
+        .margin(12)
+        .x_label_area_size(48)
+        .y_label_area_size(74)
+        .build_cartesian_2d(axis(x), axis(y))
+        .map_err(|e| failed(e.to_string()))?;
+    chart
+        .configure_mesh()
+        .light_line_style(RGBColor(255, 255, 255))
+        .bold_line_style(RGBColor(225, 225, 225))
+        .x_desc(below)
+        .y_desc(beside)
+        .axis_desc_style(text(15))
+        .label_style(text(14))
+        .x_label_formatter(&|x| label(*x))
+        .y_label_formatter(&|x| label(*x))
+        .draw()
+        .map_err(|e| failed(e.to_string()))?;
+    Ok(chart)
 }
 
 /// A range around positive numbers, a share of its decades wider on either side; a decade where there is none.

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use plotters::coord::Shift;
 use plotters::prelude::{
-    ChartBuilder, Circle, Color, DrawingArea, DrawingBackend, EmptyElement, PathElement, Rectangle,
+    Circle, Color, DrawingArea, DrawingBackend, EmptyElement, PathElement, Rectangle,
     TriangleMarker,
 };
 use plotters::style::RGBColor;
 
-use super::{around, axis, colour, failed, label, lines, sheet, text, write};
+use super::{around, chart, colour, failed, lines, sheet, write};
 use crate::StudyError;
 
 /// Width of a panel in pixels, and its height.
@@ -77,24 +77,7 @@ fn draw_panel<B: DrawingBackend>(
 ) -> Result<(), StudyError> {
     let all = || curves.iter().flat_map(|curve| &curve.points[k]);
     let (x, y) = (around(all().map(|p| p.0)), around(all().map(|p| p.1)));
-    let mut chart = ChartBuilder::on(area)
-        .margin(12)
-        .x_label_area_size(48)
-        .y_label_area_size(74)
-        .build_cartesian_2d(axis(&x), axis(&y))
-        .map_err(|e| failed(e.to_string()))?;
-    chart
-        .configure_mesh()
-        .light_line_style(RGBColor(255, 255, 255))
-        .bold_line_style(RGBColor(225, 225, 225))
-        .x_desc(&panel.x)
-        .y_desc(&panel.y)
-        .axis_desc_style(text(15))
-        .label_style(text(14))
-        .x_label_formatter(&|x| label(*x))
-        .y_label_formatter(&|x| label(*x))
-        .draw()
-        .map_err(|e| failed(e.to_string()))?;
+    let mut chart = chart(area, [&x, &y], [&panel.x, &panel.y])?;
     for (c, curve) in curves.iter().enumerate() {
         // What has no logarithm has no place here; the table has it.
         let drawn = || curve.points[k].iter().filter(|p| p.0 > 0.0 && p.1 > 0.0);
