@@ -7,6 +7,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+pub use crate::material::{Frictional, MaterialConfig, MaterialModel};
 use crate::surfaces::ContactPair;
 
 /// The continuum solver's part of a scene.
@@ -219,88 +220,6 @@ pub enum Wall {
     },
     /// What leaves here enters at the opposite wall, which must be periodic too.
     Periodic,
-}
-
-/// A material of the continuum.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct MaterialConfig {
-    /// Name, by which point groups refer to it.
-    pub name: String,
-    /// Initial density in kg/m^3 (unit thickness).
-    pub density: f64,
-    /// Constitutive model.
-    pub model: MaterialModel,
-}
-
-/// Constitutive model (PHYSICS.md section 6). Moduli and stresses in Pa, angles in degrees.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case", deny_unknown_fields)]
-pub enum MaterialModel {
-    /// Linear elasticity with the Jaumann rate (Jiang 2020 eqs. 25, 36).
-    LinearElastic {
-        /// K in Pa.
-        bulk_modulus: f64,
-        /// G in Pa.
-        shear_modulus: f64,
-    },
-    /// Drucker-Prager with tension cut-off and dilation (Jiang 2020 eqs. 31 to 35).
-    DruckerPrager {
-        /// K in Pa.
-        bulk_modulus: f64,
-        /// G in Pa.
-        shear_modulus: f64,
-        /// phi in degrees.
-        friction_angle: f64,
-        /// psi in degrees.
-        dilation_angle: f64,
-        /// c in Pa.
-        cohesion: f64,
-        /// sigma_t in Pa.
-        tensile_strength: f64,
-    },
-    /// Mohr-Coulomb with tension cut-off, plane strain (Singer 2022, Chen 2023).
-    MohrCoulomb {
-        /// K in Pa.
-        bulk_modulus: f64,
-        /// G in Pa.
-        shear_modulus: f64,
-        /// phi in degrees.
-        friction_angle: f64,
-        /// psi in degrees.
-        dilation_angle: f64,
-        /// c in Pa.
-        cohesion: f64,
-        /// sigma_t in Pa.
-        tensile_strength: f64,
-    },
-    /// Compressible Neo-Hookean (Chen 2023).
-    NeoHookean {
-        /// K in Pa.
-        bulk_modulus: f64,
-        /// G in Pa.
-        shear_modulus: f64,
-    },
-    /// Weakly compressible Newtonian fluid (Chen 2023): `p = K/gamma ((rho/rho_0)^gamma - 1)`.
-    Fluid {
-        /// K in Pa.
-        bulk_modulus: f64,
-        /// gamma.
-        exponent: f64,
-        /// mu in Pa s.
-        viscosity: f64,
-    },
-    /// Von Mises plasticity with linear isotropic hardening (Bardenhagen 2000).
-    VonMises {
-        /// K in Pa.
-        bulk_modulus: f64,
-        /// G in Pa.
-        shear_modulus: f64,
-        /// Initial yield stress in uniaxial tension in Pa.
-        yield_stress: f64,
-        /// Hardening modulus in Pa.
-        hardening_modulus: f64,
-    },
 }
 
 /// A group of material points.

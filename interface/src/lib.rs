@@ -12,6 +12,7 @@ pub mod domain;
 pub mod expression;
 pub mod generate;
 pub mod impulse;
+pub mod material;
 pub mod outline;
 pub mod process;
 pub mod session;

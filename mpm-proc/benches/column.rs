@@ -1,8 +1,8 @@
 //! The case that speed is measured on: a column of sand or rubber that collapses.
 
 use interface::config::{
-    Fill, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing,
-    StressUpdate, Transfer, Wall, Walls,
+    Fill, Frictional, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Plane, ShapeFunction,
+    Spacing, StressUpdate, Transfer, Wall, Walls,
 };
 
 /// Rubber.
@@ -12,14 +12,14 @@ pub const ELASTIC: MaterialModel = MaterialModel::LinearElastic {
 };
 
 /// Dry sand.
-pub const SAND: MaterialModel = MaterialModel::DruckerPrager {
+pub const SAND: MaterialModel = MaterialModel::DruckerPrager(Frictional {
     bulk_modulus: 5.0e5,
     shear_modulus: 3.2e5,
     friction_angle: 35.0,
     dilation_angle: 0.0,
     cohesion: 0.0,
     tensile_strength: 0.0,
-};
+});
 
 /// A column as wide as high, on a fixed floor against a slip wall, collapsing to the right.
 pub fn column(points: usize, threads: usize, model: MaterialModel) -> MpmConfig {

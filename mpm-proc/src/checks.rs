@@ -97,7 +97,13 @@ pub fn check_scalars(config: &MpmConfig) -> Result<(), Refusal> {
                 format!("{} kg/m^3 must be above 0", material.density),
             ));
         }
-        check_model(&material.model, &format!("mpm.material.{i}.model"))?;
+        if let Some(number) = material.model.impossible().first() {
+            let model = material.model.key();
+            return Err(Refusal::new(
+                format!("mpm.material.{i}.model.{model}.{}", number.key),
+                format!("{} must be {}", number.value, number.expected),
+            ));
+        }
     }
     if let Some(contact) = &config.grid_contact
         && !(contact.friction.is_finite() && contact.friction >= 0.0)
@@ -145,93 +151,6 @@ fn check_rigid(config: &MpmConfig, g: usize) -> Result<(), Refusal> {
         ),
         group if group.fields.stress.is_some() => refuse("stress", "a rigid group has none"),
         _ => Ok(()),
-    }
-}
-
-/// Moduli above zero, angles below 90 degrees, strengths not negative.
-fn check_model(model: &MaterialModel, key: &str) -> Result<(), Refusal> {
-    let refuse = |name: &str, value: f64, expected: &str| {
-        let message = format!("{value} must be {expected}");
-        Err(Refusal::new(format!("{key}.{name}"), message))
-    };
-    let positive = |name: &str, value: f64| match value {
-        v if v.is_finite() && v > 0.0 => Ok(()),
-        v => refuse(name, v, "above 0"),
-    };
-    let not_negative = |name: &str, value: f64| match value {
-        v if v.is_finite() && v >= 0.0 => Ok(()),
-        v => refuse(name, v, "0 or more"),
-    };
-    match *model {
-        MaterialModel::LinearElastic {
-            bulk_modulus,
-            shear_modulus,
-        }
-        | MaterialModel::NeoHookean {
-            bulk_modulus,
-            shear_modulus,
-        } => {
-            positive("bulk_modulus", bulk_modulus)?;
-            positive("shear_modulus", shear_modulus)
-        }
-        MaterialModel::DruckerPrager {
-            bulk_modulus,
-            shear_modulus,
-            friction_angle,
-            dilation_angle,
-            cohesion,
-            tensile_strength,
-        }
-        | MaterialModel::MohrCoulomb {
-            bulk_modulus,
-            shear_modulus,
-            friction_angle,
-            dilation_angle,
-            cohesion,
-            tensile_strength,
-        } => {
-            positive("bulk_modulus", bulk_modulus)?;
-            positive("shear_modulus", shear_modulus)?;
-            if !(0.0..90.0).contains(&friction_angle) {
-                return refuse(
-                    "friction_angle",
-                    friction_angle,
-                    "0 or more and below 90 degrees",
-                );
-            }
-            if !(0.0..=friction_angle).contains(&dilation_angle) {
-                // More dilation than friction would create energy.
-                return refuse(
-                    "dilation_angle",
-                    dilation_angle,
-                    "between 0 and the friction angle",
-                );
-            }
-            not_negative("cohesion", cohesion)?;
-            not_negative("tensile_strength", tensile_strength)
-        }
-        MaterialModel::Fluid {
-            bulk_modulus,
-            exponent,
-            viscosity,
-        } => {
-            positive("bulk_modulus", bulk_modulus)?;
-            if !(exponent.is_finite() && exponent >= 1.0) {
-                return refuse("exponent", exponent, "1 or more");
-            }
-            not_negative("viscosity", viscosity)
-        }
-        MaterialModel::VonMises {
-            bulk_modulus,
-            shear_modulus,
-            yield_stress,
-            hardening_modulus,
-        } => {
-            positive("bulk_modulus", bulk_modulus)?;
-            positive("shear_modulus", shear_modulus)?;
-            positive("yield_stress", yield_stress)?;
-            not_negative("hardening_modulus", hardening_modulus)
-        }
     }
 }
 

@@ -20,8 +20,8 @@ use crate::lanes::LANES;
 use crate::leaving::Outside;
 use crate::limits::stiffest_place;
 use crate::material::{
-    Constitutive, DruckerPrager, Fluid, LinearElastic, Material, MaterialPoints, Moduli,
-    MohrCoulomb, NeoHookean, PlaneStressElastic, Rigid, VonMises,
+    Constitutive, DruckerPrager, Elastic, Fluid, Material, MaterialPoints, Moduli, MohrCoulomb,
+    NeoHookean, PlaneStrain, PlaneStress, Rigid, VonMises,
 };
 use crate::measure::Books;
 use crate::points::{Cloud, Kind, LaneCopy};
@@ -300,44 +300,12 @@ fn constitutive<const W: usize, S: Shape<W>>(
         } => {
             let moduli = moduli(bulk_modulus, shear_modulus);
             match plane {
-                Plane::Strain => points(LinearElastic(moduli), blocks),
-                Plane::Stress => points(PlaneStressElastic(moduli), blocks),
+                Plane::Strain => points(Elastic(PlaneStrain(moduli)), blocks),
+                Plane::Stress => points(Elastic(PlaneStress(moduli)), blocks),
             }
         }
-        MaterialModel::DruckerPrager {
-            bulk_modulus,
-            shear_modulus,
-            friction_angle,
-            dilation_angle,
-            cohesion,
-            tensile_strength,
-        } => points(
-            DruckerPrager::new(
-                moduli(bulk_modulus, shear_modulus),
-                friction_angle.to_radians(),
-                dilation_angle.to_radians(),
-                cohesion,
-                tensile_strength,
-            ),
-            blocks,
-        ),
-        MaterialModel::MohrCoulomb {
-            bulk_modulus,
-            shear_modulus,
-            friction_angle,
-            dilation_angle,
-            cohesion,
-            tensile_strength,
-        } => points(
-            MohrCoulomb::new(
-                moduli(bulk_modulus, shear_modulus),
-                friction_angle.to_radians(),
-                dilation_angle.to_radians(),
-                cohesion,
-                tensile_strength,
-            ),
-            blocks,
-        ),
+        MaterialModel::DruckerPrager(m) => points(DruckerPrager::new(density, &m), blocks),
+        MaterialModel::MohrCoulomb(m) => points(MohrCoulomb::new(density, &m), blocks),
         MaterialModel::NeoHookean {
             bulk_modulus,
             shear_modulus,

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use interface::config::{
-    Fill, GroupConfig, InitialFields, MaterialConfig, MaterialModel, MpmConfig, Spacing, Transfer,
-    Wall,
+    Fill, GroupConfig, InitialFields, MaterialConfig, MpmConfig, Spacing, Transfer, Wall,
 };
 
 use super::forcing;
@@ -195,112 +194,20 @@ fn walls(problems: &mut Problems, written: &MpmWritten) {
 fn material(problems: &mut Problems, path: &str, material: &MaterialConfig) {
     problems.name(&format!("{path}.name"), &material.name);
     problems.above_zero(&format!("{path}.density"), material.density, "a density");
-    let below = |model: &str, key: &str| format!("{path}.model.{model}.{key}");
-    match material.model {
-        MaterialModel::LinearElastic {
-            bulk_modulus,
-            shear_modulus,
-        } => moduli(
-            problems,
-            path,
-            "linear_elastic",
-            bulk_modulus,
-            shear_modulus,
-        ),
-        MaterialModel::NeoHookean {
-            bulk_modulus,
-            shear_modulus,
-        } => moduli(problems, path, "neo_hookean", bulk_modulus, shear_modulus),
-        MaterialModel::DruckerPrager {
-            bulk_modulus,
-            shear_modulus,
-            friction_angle,
-            dilation_angle,
-            cohesion,
-            tensile_strength,
-        } => {
-            moduli(
-                problems,
-                path,
-                "drucker_prager",
-                bulk_modulus,
-                shear_modulus,
-            );
-            let strength = [friction_angle, dilation_angle, cohesion, tensile_strength];
-            frictional(problems, path, "drucker_prager", strength);
-        }
-        MaterialModel::MohrCoulomb {
-            bulk_modulus,
-            shear_modulus,
-            friction_angle,
-            dilation_angle,
-            cohesion,
-            tensile_strength,
-        } => {
-            moduli(problems, path, "mohr_coulomb", bulk_modulus, shear_modulus);
-            let strength = [friction_angle, dilation_angle, cohesion, tensile_strength];
-            frictional(problems, path, "mohr_coulomb", strength);
-        }
-        MaterialModel::Fluid {
-            bulk_modulus,
-            exponent,
-            viscosity,
-        } => {
-            problems.above_zero(&below("fluid", "bulk_modulus"), bulk_modulus, "a modulus");
-            problems.above_zero(&below("fluid", "exponent"), exponent, "an exponent");
-            problems.not_negative(&below("fluid", "viscosity"), viscosity, "a viscosity");
-        }
-        MaterialModel::VonMises {
-            bulk_modulus,
-            shear_modulus,
-            yield_stress,
-            hardening_modulus,
-        } => {
-            moduli(problems, path, "von_mises", bulk_modulus, shear_modulus);
-            problems.above_zero(
-                &below("von_mises", "yield_stress"),
-                yield_stress,
-                "a stress",
-            );
-            let path = below("von_mises", "hardening_modulus");
-            problems.not_negative(&path, hardening_modulus, "a modulus");
-        }
+    let model = format!("{path}.model.{}", material.model.key());
+    for number in material.model.impossible() {
+        let path = format!("{model}.{}", number.key);
+        problems.number(&path, number.value, false, number.expected);
     }
-}
-
-fn moduli(problems: &mut Problems, path: &str, model: &str, bulk: f64, shear: f64) {
-    let below = |key: &str| format!("{path}.model.{model}.{key}");
-    problems.above_zero(&below("bulk_modulus"), bulk, "a modulus");
-    problems.above_zero(&below("shear_modulus"), shear, "a modulus");
     // With both above 0 Poisson's ratio lies within its limits, -1 and 1/2.
+    let (bulk, shear) = material.model.moduli();
     let poisson = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear));
     // Rounding of K = E/3, G = E/2 is far below this.
     if bulk > 0.0 && shear > 0.0 && poisson < -1e-6 {
         problems.warn(format!(
-            "`{path}.model.{model}` has a negative Poisson's ratio ({poisson:.4}): are K and G exchanged?"
+            "`{model}` has a negative Poisson's ratio ({poisson:.4}): are K and G exchanged?"
         ));
     }
-}
-
-fn frictional(problems: &mut Problems, path: &str, model: &str, strength: [f64; 4]) {
-    let [friction, dilation, cohesion, tension] = strength;
-    let below = |key: &str| format!("{path}.model.{model}.{key}");
-    let sound = (0.0..90.0).contains(&friction);
-    problems.number(
-        &below("friction_angle"),
-        friction,
-        sound,
-        "0 to below 90 degrees",
-    );
-    let sound = (0.0..=friction.max(0.0)).contains(&dilation);
-    problems.number(
-        &below("dilation_angle"),
-        dilation,
-        sound,
-        "0 to the friction angle",
-    );
-    problems.not_negative(&below("cohesion"), cohesion, "a stress");
-    problems.not_negative(&below("tensile_strength"), tension, "a stress");
 }
 
 fn group(

@@ -6,8 +6,7 @@
 use std::fmt::{self, Write as _};
 
 use interface::config::{
-    BodyConfig, BodyInertia, ContactLaw, DemConfig, MaterialModel, Motion, MpmConfig,
-    ShapeFunction, Wall,
+    BodyConfig, BodyInertia, ContactLaw, DemConfig, Motion, MpmConfig, ShapeFunction, Wall,
 };
 use serde::Serialize;
 
@@ -206,7 +205,7 @@ fn left_out(scene: &Scene) -> Vec<LeftOut> {
         "the scene has no `[dem]`",
     );
     if let Some(mpm) = &scene.mpm {
-        let plastic = mpm.materials.iter().any(|m| is_plastic(&m.model));
+        let plastic = mpm.materials.iter().any(|m| m.model.is_plastic());
         out(
             !plastic,
             "plastic state of points",
@@ -270,17 +269,6 @@ fn left_out(scene: &Scene) -> Vec<LeftOut> {
     list
 }
 
-fn is_plastic(model: &MaterialModel) -> bool {
-    match model {
-        MaterialModel::LinearElastic { .. }
-        | MaterialModel::NeoHookean { .. }
-        | MaterialModel::Fluid { .. } => false,
-        MaterialModel::DruckerPrager { .. }
-        | MaterialModel::MohrCoulomb { .. }
-        | MaterialModel::VonMises { .. } => true,
-    }
-}
-
 fn memory(scene: &Scene) -> f64 {
     let mut bytes = 0.0;
     if let Some(mpm) = &scene.mpm {
@@ -288,7 +276,7 @@ fn memory(scene: &Scene) -> f64 {
         bytes += nx * ny * BYTES_PER_NODE;
         for group in &mpm.groups {
             let count = geometry::points_estimate(&group.fill, &group.spacing, mpm.cell);
-            let plastic = is_plastic(&mpm.materials[group.material].model);
+            let plastic = mpm.materials[group.material].model.is_plastic();
             let more = if plastic {
                 BYTES_PER_PLASTIC_POINT
             } else {
@@ -411,32 +399,7 @@ fn elastic_omega_sq(mpm: &MpmConfig) -> f64 {
 /// Largest `modulus(K, G) / rho` of any material in m^2/s^2.
 fn largest_over_density(mpm: &MpmConfig, modulus: fn(f64, f64) -> f64) -> f64 {
     let over_density = |m: &interface::config::MaterialConfig| {
-        let (k, g) = match m.model {
-            MaterialModel::LinearElastic {
-                bulk_modulus,
-                shear_modulus,
-            }
-            | MaterialModel::NeoHookean {
-                bulk_modulus,
-                shear_modulus,
-            }
-            | MaterialModel::DruckerPrager {
-                bulk_modulus,
-                shear_modulus,
-                ..
-            }
-            | MaterialModel::MohrCoulomb {
-                bulk_modulus,
-                shear_modulus,
-                ..
-            }
-            | MaterialModel::VonMises {
-                bulk_modulus,
-                shear_modulus,
-                ..
-            } => (bulk_modulus, shear_modulus),
-            MaterialModel::Fluid { bulk_modulus, .. } => (bulk_modulus, 0.0),
-        };
+        let (k, g) = m.model.moduli();
         modulus(k, g) / m.density
     };
     mpm.materials.iter().map(over_density).fold(0.0, f64::max)

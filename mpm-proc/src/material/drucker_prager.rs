@@ -1,7 +1,10 @@
 //! Drucker-Prager plasticity with tension cut-off and dilation (Jiang 2020 eqs. 31 to 35 and its reference 24).
 
-use super::elastic::{Moduli, volume_ratio};
-use super::{Deformation, Dissipated, Material, Point, Stress};
+use interface::material::Frictional;
+
+use super::Stress;
+use super::elastic::Moduli;
+use super::perfect_plasticity::YieldSurface;
 use crate::lanes::{Lanes, ZERO, splat};
 
 /// Drucker-Prager material: shear surface `tau + q_phi sigma_m = k_phi`, potential with `q_psi`, and
@@ -18,27 +21,33 @@ pub struct DruckerPrager {
 }
 
 impl DruckerPrager {
-    /// Angles in rad, cohesion and tensile strength in Pa. `q` and `k` are those of plane strain (eq. 35).
-    pub fn new(moduli: Moduli, phi: f64, psi: f64, cohesion: f64, tensile_strength: f64) -> Self {
+    /// Initial density in kg/m^3. `q` and `k` are those of plane strain (eq. 35).
+    pub fn new(density: f64, material: &Frictional) -> Self {
+        let phi = material.friction_angle.to_radians();
+        let psi = material.dilation_angle.to_radians();
         let root = |angle: f64| (9.0 + 12.0 * angle.tan().powi(2)).sqrt();
         let q = |angle: f64| 3.0 * angle.tan() / root(angle);
-        let k_phi = 3.0 * cohesion / root(phi);
+        let k_phi = 3.0 * material.cohesion / root(phi);
         let apex = if q(phi) > 0.0 {
             k_phi / q(phi)
         } else {
             f64::INFINITY
         };
         Self {
-            moduli,
+            moduli: Moduli::of(density, material),
             q_phi: q(phi),
             q_psi: q(psi),
             k_phi,
-            sigma_t: tensile_strength.min(apex),
+            sigma_t: material.tensile_strength.min(apex),
         }
     }
+}
 
-    /// Returns a trial stress to the surfaces, and tells the work per volume that plastic flow has taken.
-    ///
+impl YieldSurface for DruckerPrager {
+    fn moduli(&self) -> &Moduli {
+        &self.moduli
+    }
+
     /// Which surface takes the stress back is decided by the line that halves the corner between them. A return that
     /// would leave beyond the other surface ends on the corner, which for a cohesionless material is the apex; so
     /// `tau` never changes its sign.
@@ -75,43 +84,10 @@ impl DruckerPrager {
     }
 }
 
-impl Material for DruckerPrager {
-    type State = ();
-    const DISSIPATES: bool = true;
-
-    fn initial(&self) -> Point<()> {
-        Point::unstressed(())
-    }
-
-    #[inline(always)]
-    fn update(&self, point: &mut Point<()>, by: &Deformation, _per_dt: f64) -> Dissipated {
-        let trial = self.moduli.trial(&point.stress, by);
-        let (stress, work) = self.return_stress(&trial);
-        point.stress = stress;
-        point.volume *= volume_ratio(by);
-        Dissipated {
-            plastic: work * point.volume,
-            viscous: ZERO,
-        }
-    }
-
-    #[inline(always)]
-    fn stiffness_over_density(&self, point: &Point<()>) -> Lanes {
-        point.volume * splat(self.moduli.plane_stiffness() / self.moduli.density)
-    }
-
-    fn elastic_energy(&self, point: &Point<()>) -> Lanes {
-        self.moduli.energy(&point.stress) * point.volume
-    }
-
-    fn sound_speed(&self) -> f64 {
-        self.moduli.sound_speed()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::material::Point;
     use crate::material::single_point::{Path, stress};
 
     const MODULI: Moduli = Moduli {
@@ -128,13 +104,15 @@ mod tests {
     }
 
     fn material(phi: f64, psi: f64, cohesion: f64, tension: f64) -> DruckerPrager {
-        DruckerPrager::new(
-            MODULI,
-            phi.to_radians(),
-            psi.to_radians(),
+        let numbers = Frictional {
+            bulk_modulus: MODULI.bulk,
+            shear_modulus: MODULI.shear,
+            friction_angle: phi,
+            dilation_angle: psi,
             cohesion,
-            tension,
-        )
+            tensile_strength: tension,
+        };
+        DruckerPrager::new(MODULI.density, &numbers)
     }
 
     /// In one-dimensional compression of an elastic material tau/sigma_m is fixed by the moduli; below q_phi nothing

@@ -1,5 +1,7 @@
 //! Linear elasticity with the Jaumann rate (Jiang 2020 eqs. 25, 36; PHYSICS.md section 1).
 
+use interface::material::Frictional;
+
 use super::{Deformation, Dissipated, Material, Point, Stress};
 use crate::lanes::{Lanes, ZERO, splat};
 
@@ -15,6 +17,15 @@ pub struct Moduli {
 }
 
 impl Moduli {
+    /// The elastic part of a material of this initial density in kg/m^3.
+    pub fn of(density: f64, material: &Frictional) -> Self {
+        Self {
+            bulk: material.bulk_modulus,
+            shear: material.shear_modulus,
+            density,
+        }
+    }
+
     /// The stress that was there, turned with the material, plus what the strain increment adds, in plane strain.
     ///
     /// The rotation is that of Hughes and Winget (1980): the exact rotation by the midpoint rule's angle, so that
@@ -77,22 +88,42 @@ pub fn power(s: &Stress, by: &Deformation) -> Lanes {
     s.xx * by.xx + s.yy * by.yy + s.xy * (by.xy + by.yx)
 }
 
-/// Volume after the interval over volume before: `exp(tr D dt)` to second order, positive whatever the step.
+/// Volume after the interval over volume before in plane strain.
 #[inline(always)]
 pub fn volume_ratio(by: &Deformation) -> Lanes {
-    let trace = by.xx + by.yy;
+    swelling(by.xx + by.yy)
+}
+
+/// `exp(trace)` to second order, positive whatever the step.
+#[inline(always)]
+fn swelling(trace: Lanes) -> Lanes {
     trace.mul_add(trace.mul_add(splat(0.5), splat(1.0)), splat(1.0))
 }
 
-/// Linear elasticity in plane strain.
+/// How stress follows strain in a linear elastic solid.
 ///
 /// The rate form of Cauchy stress is not integrable at finite strain: no function of stress and volume is its energy
 /// (one that pretends to be, `p^2 / 2K + s:s / 4G`, is off by a share of the order of the strain and would show up as
 /// energy from nowhere). So the work of the stress itself is kept, and is the elastic energy of the ledger.
-#[derive(Debug, Clone, Copy)]
-pub struct LinearElastic(pub Moduli);
+pub trait ElasticLaw: Copy + Send + Sync + 'static {
+    /// The moduli of the solid.
+    fn moduli(&self) -> &Moduli;
 
-impl Material for LinearElastic {
+    /// Stress after the interval, and volume after it over volume before.
+    fn advance(&self, stress: &Stress, by: &Deformation) -> (Stress, Lanes);
+
+    /// Largest eigenvalue of the law's stiffness in the plane, in Pa.
+    fn plane_stiffness(&self) -> f64;
+
+    /// Speed of pressure waves in m/s.
+    fn sound_speed(&self) -> f64;
+}
+
+/// A linear elastic solid.
+#[derive(Debug, Clone, Copy)]
+pub struct Elastic<L>(pub L);
+
+impl<L: ElasticLaw> Material for Elastic<L> {
     /// Work of the stress per initial volume in Pa.
     type State = Lanes;
     const DISSIPATES: bool = false;
@@ -102,7 +133,7 @@ impl Material for LinearElastic {
     }
 
     fn prestressed(&self, stress: Stress) -> Result<Point<Lanes>, String> {
-        let mut point = Point::unstressed(self.0.energy(&stress));
+        let mut point = Point::unstressed(self.0.moduli().energy(&stress));
         point.stress = stress;
         Ok(point)
     }
@@ -110,8 +141,9 @@ impl Material for LinearElastic {
     #[inline(always)]
     fn update(&self, point: &mut Point<Lanes>, by: &Deformation, _per_dt: f64) -> Dissipated {
         let before = point.volume * power(&point.stress, by);
-        point.stress = self.0.trial(&point.stress, by);
-        point.volume *= volume_ratio(by);
+        let (stress, ratio) = self.0.advance(&point.stress, by);
+        point.stress = stress;
+        point.volume *= ratio;
         // The trapezoidal rule is what the leapfrog of nodes and points does to the same force: the force of t_n acts
         // over half of the interval behind and half of the one ahead.
         point.state += splat(0.5) * (before + point.volume * power(&point.stress, by));
@@ -120,7 +152,7 @@ impl Material for LinearElastic {
 
     #[inline(always)]
     fn stiffness_over_density(&self, point: &Point<Lanes>) -> Lanes {
-        point.volume * splat(self.0.plane_stiffness() / self.0.density)
+        point.volume * splat(self.0.plane_stiffness() / self.0.moduli().density)
     }
 
     fn elastic_energy(&self, point: &Point<Lanes>) -> Lanes {
@@ -132,11 +164,34 @@ impl Material for LinearElastic {
     }
 }
 
-/// Linear elasticity in plane stress: no stress out of plane, and the thickness follows.
+/// No strain out of plane.
 #[derive(Debug, Clone, Copy)]
-pub struct PlaneStressElastic(pub Moduli);
+pub struct PlaneStrain(pub Moduli);
 
-impl PlaneStressElastic {
+impl ElasticLaw for PlaneStrain {
+    fn moduli(&self) -> &Moduli {
+        &self.0
+    }
+
+    #[inline(always)]
+    fn advance(&self, stress: &Stress, by: &Deformation) -> (Stress, Lanes) {
+        (self.0.trial(stress, by), volume_ratio(by))
+    }
+
+    fn plane_stiffness(&self) -> f64 {
+        self.0.plane_stiffness()
+    }
+
+    fn sound_speed(&self) -> f64 {
+        self.0.sound_speed()
+    }
+}
+
+/// No stress out of plane; the thickness follows.
+#[derive(Debug, Clone, Copy)]
+pub struct PlaneStress(pub Moduli);
+
+impl PlaneStress {
     /// Strain out of plane over the sum of those in it, negated: `lambda / (lambda + 2G)`.
     fn thinning(&self) -> f64 {
         let lame = self.0.bulk - 2.0 / 3.0 * self.0.shear;
@@ -144,48 +199,29 @@ impl PlaneStressElastic {
     }
 }
 
-impl Material for PlaneStressElastic {
-    /// Work of the stress per initial volume in Pa, as for [`LinearElastic`].
-    type State = Lanes;
-    const DISSIPATES: bool = false;
-
-    fn initial(&self) -> Point<Lanes> {
-        Point::unstressed(ZERO)
-    }
-
-    fn prestressed(&self, stress: Stress) -> Result<Point<Lanes>, String> {
-        let mut point = Point::unstressed(self.0.energy(&stress));
-        point.stress = stress;
-        Ok(point)
+impl ElasticLaw for PlaneStress {
+    fn moduli(&self) -> &Moduli {
+        &self.0
     }
 
     #[inline(always)]
-    fn update(&self, point: &mut Point<Lanes>, by: &Deformation, _per_dt: f64) -> Dissipated {
-        let before = point.volume * power(&point.stress, by);
-        let turned = rotate(&point.stress, by);
+    fn advance(&self, stress: &Stress, by: &Deformation) -> (Stress, Lanes) {
+        let turned = rotate(stress, by);
         let two_g = splat(2.0 * self.0.shear);
         let mean = two_g * splat(self.thinning()) * (by.xx + by.yy);
-        point.stress = Stress {
+        let stress = Stress {
             xx: two_g.mul_add(by.xx, turned.xx + mean),
             yy: two_g.mul_add(by.yy, turned.yy + mean),
             zz: ZERO,
             xy: splat(self.0.shear).mul_add(by.xy + by.yx, turned.xy),
         };
         let trace = (by.xx + by.yy) * splat(1.0 - self.thinning());
-        point.volume *= trace.mul_add(trace.mul_add(splat(0.5), splat(1.0)), splat(1.0));
-        point.state += splat(0.5) * (before + point.volume * power(&point.stress, by));
-        Dissipated::NOTHING
+        (stress, swelling(trace))
     }
 
-    #[inline(always)]
-    fn stiffness_over_density(&self, point: &Point<Lanes>) -> Lanes {
+    fn plane_stiffness(&self) -> f64 {
         // Equal stretch: 2 G (1 + 2 thinning); shear: 2 G.
-        let factor = (1.0 + 2.0 * self.thinning()).max(1.0);
-        point.volume * splat(2.0 * self.0.shear * factor / self.0.density)
-    }
-
-    fn elastic_energy(&self, point: &Point<Lanes>) -> Lanes {
-        point.state
+        2.0 * self.0.shear * (1.0 + 2.0 * self.thinning()).max(1.0)
     }
 
     fn sound_speed(&self) -> f64 {
@@ -207,7 +243,7 @@ mod tests {
     /// `sigma_yy = (K + 4G/3) ln(h/h_0)` for a rate form: increments of true strain.
     #[test]
     fn uniaxial_strain() {
-        let mut path = Path::new(LinearElastic(MODULI));
+        let mut path = Path::new(Elastic(PlaneStrain(MODULI)));
         path.stretch([0.0, -0.05], 1000);
         let [xx, yy, zz, xy] = stress(&path.point);
         assert!((yy / ((5.0e5 + 4.0e5) * -0.05) - 1.0).abs() < 1e-12);
@@ -223,7 +259,7 @@ mod tests {
     /// The Jaumann rate in simple shear: `sigma_xy = G sin(gamma)`, `sigma_xx = G (1 - cos(gamma))` (Dienes 1979).
     #[test]
     fn simple_shear() {
-        let mut path = Path::new(LinearElastic(MODULI));
+        let mut path = Path::new(Elastic(PlaneStrain(MODULI)));
         let steps = 20_000;
         path.shear(2.0, steps);
         let [xx, yy, zz, xy] = stress(&path.point);
@@ -237,7 +273,7 @@ mod tests {
 
     #[test]
     fn stress_turns_with_the_material_and_nothing_else_changes() {
-        let mut path = Path::new(LinearElastic(MODULI));
+        let mut path = Path::new(Elastic(PlaneStrain(MODULI)));
         path.stretch([0.02, -0.01], 10);
         let [xx, yy, zz, _] = stress(&path.point);
         let energy = MODULI.energy(&path.point.stress).to_array()[0];
@@ -259,7 +295,7 @@ mod tests {
         let (k, g) = (MODULI.bulk, MODULI.shear);
         let young = 9.0 * k * g / (3.0 * k + g);
         let nu = (3.0 * k - 2.0 * g) / (2.0 * (3.0 * k + g));
-        let mut path = Path::new(PlaneStressElastic(MODULI));
+        let mut path = Path::new(Elastic(PlaneStress(MODULI)));
         path.stretch([1e-3, -nu * 1e-3], 10);
         let [xx, yy, zz, _] = stress(&path.point);
         assert!((xx / (young * 1e-3) - 1.0).abs() < 1e-12, "{xx}");

@@ -8,13 +8,14 @@ mod elastic;
 mod fluid;
 mod mohr_coulomb;
 mod neo_hookean;
+mod perfect_plasticity;
 mod rigid;
 #[cfg(test)]
 mod single_point;
 mod von_mises;
 
 pub use drucker_prager::DruckerPrager;
-pub use elastic::{LinearElastic, Moduli, PlaneStressElastic};
+pub use elastic::{Elastic, Moduli, PlaneStrain, PlaneStress};
 pub use fluid::Fluid;
 pub use mohr_coulomb::MohrCoulomb;
 pub use neo_hookean::NeoHookean;

@@ -1,8 +1,11 @@
 //! Mohr-Coulomb plasticity in plane strain with tension cut-off (Singer 2022, Chen 2023), returned in principal stresses
 //! (Clausen, Damkilde and Andersen 2006).
 
-use super::elastic::{Moduli, volume_ratio};
-use super::{Deformation, Dissipated, Material, Point, Stress};
+use interface::material::Frictional;
+
+use super::Stress;
+use super::elastic::Moduli;
+use super::perfect_plasticity::YieldSurface;
 use crate::lanes::{Lanes, ZERO, splat};
 
 /// Mohr-Coulomb material: `k sigma_1 - sigma_3 = sigma_c` with `k = (1 + sin phi)/(1 - sin phi)`,
@@ -27,11 +30,14 @@ pub struct MohrCoulomb {
 const SURFACES: [[usize; 2]; 3] = [[0, 2], [1, 2], [0, 1]];
 
 impl MohrCoulomb {
-    /// Angles in rad, cohesion and tensile strength in Pa.
-    pub fn new(moduli: Moduli, phi: f64, psi: f64, cohesion: f64, tensile_strength: f64) -> Self {
+    /// Initial density in kg/m^3.
+    pub fn new(density: f64, material: &Frictional) -> Self {
+        let moduli = Moduli::of(density, material);
+        let phi = material.friction_angle.to_radians();
+        let psi = material.dilation_angle.to_radians();
         let ratio = |angle: f64| (1.0 + angle.sin()) / (1.0 - angle.sin());
         let (k, m) = (ratio(phi), ratio(psi));
-        let sigma_c = 2.0 * cohesion * k.sqrt();
+        let sigma_c = 2.0 * material.cohesion * k.sqrt();
         let apex = if k > 1.0 {
             sigma_c / (k - 1.0)
         } else {
@@ -54,7 +60,7 @@ impl MohrCoulomb {
             moduli,
             k,
             sigma_c,
-            sigma_t: tensile_strength.min(apex),
+            sigma_t: material.tensile_strength.min(apex),
             plane: flow[0].map(|x| x / along(0, flow[0])),
             flow,
             edge,
@@ -92,8 +98,13 @@ impl MohrCoulomb {
             yields.select(edge, p[i]).fast_min(splat(self.sigma_t))
         })
     }
+}
 
-    /// Returns a trial stress, and tells the work per volume that plastic flow has taken.
+impl YieldSurface for MohrCoulomb {
+    fn moduli(&self) -> &Moduli {
+        &self.moduli
+    }
+
     #[inline(always)]
     fn return_stress(&self, trial: &Stress) -> (Stress, Lanes) {
         let centre = splat(0.5) * (trial.xx + trial.yy);
@@ -133,43 +144,10 @@ impl MohrCoulomb {
     }
 }
 
-impl Material for MohrCoulomb {
-    type State = ();
-    const DISSIPATES: bool = true;
-
-    fn initial(&self) -> Point<()> {
-        Point::unstressed(())
-    }
-
-    #[inline(always)]
-    fn update(&self, point: &mut Point<()>, by: &Deformation, _per_dt: f64) -> Dissipated {
-        let trial = self.moduli.trial(&point.stress, by);
-        let (stress, work) = self.return_stress(&trial);
-        point.stress = stress;
-        point.volume *= volume_ratio(by);
-        Dissipated {
-            plastic: work * point.volume,
-            viscous: ZERO,
-        }
-    }
-
-    #[inline(always)]
-    fn stiffness_over_density(&self, point: &Point<()>) -> Lanes {
-        point.volume * splat(self.moduli.plane_stiffness() / self.moduli.density)
-    }
-
-    fn elastic_energy(&self, point: &Point<()>) -> Lanes {
-        self.moduli.energy(&point.stress) * point.volume
-    }
-
-    fn sound_speed(&self) -> f64 {
-        self.moduli.sound_speed()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::material::Point;
     use crate::material::single_point::{Path, stress};
 
     const MODULI: Moduli = Moduli {
@@ -179,13 +157,15 @@ mod tests {
     };
 
     fn material(phi: f64, psi: f64, cohesion: f64, tension: f64) -> MohrCoulomb {
-        MohrCoulomb::new(
-            MODULI,
-            phi.to_radians(),
-            psi.to_radians(),
+        let numbers = Frictional {
+            bulk_modulus: MODULI.bulk,
+            shear_modulus: MODULI.shear,
+            friction_angle: phi,
+            dilation_angle: psi,
             cohesion,
-            tension,
-        )
+            tensile_strength: tension,
+        };
+        MohrCoulomb::new(MODULI.density, &numbers)
     }
 
     fn principal(point: &Point<()>) -> [f64; 3] {

@@ -55,7 +55,7 @@ fn bad_configurations_are_refused_with_key_and_reason() {
                 shear_modulus: 1.0,
             };
         },
-        "mpm.material.0.model.bulk_modulus",
+        "mpm.material.0.model.linear_elastic.bulk_modulus",
         "above 0",
     );
     refused(

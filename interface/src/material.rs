@@ -1,0 +1,257 @@
+//! Materials of the continuum, and what their numbers may be: a scene and a solver check by the same rule.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// A material of the continuum.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MaterialConfig {
+    /// Name, by which point groups refer to it.
+    pub name: String,
+    /// Initial density in kg/m^3 (unit thickness).
+    pub density: f64,
+    /// Constitutive model.
+    pub model: MaterialModel,
+}
+
+/// Constitutive model (PHYSICS.md section 6). Moduli and stresses in Pa, angles in degrees.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum MaterialModel {
+    /// Linear elasticity with the Jaumann rate (Jiang 2020 eqs. 25, 36).
+    LinearElastic {
+        /// K in Pa.
+        bulk_modulus: f64,
+        /// G in Pa.
+        shear_modulus: f64,
+    },
+    /// Drucker-Prager with tension cut-off and dilation (Jiang 2020 eqs. 31 to 35).
+    DruckerPrager(Frictional),
+    /// Mohr-Coulomb with tension cut-off, plane strain (Singer 2022, Chen 2023).
+    MohrCoulomb(Frictional),
+    /// Compressible Neo-Hookean (Chen 2023).
+    NeoHookean {
+        /// K in Pa.
+        bulk_modulus: f64,
+        /// G in Pa.
+        shear_modulus: f64,
+    },
+    /// Weakly compressible Newtonian fluid (Chen 2023): `p = K/gamma ((rho/rho_0)^gamma - 1)`.
+    Fluid {
+        /// K in Pa.
+        bulk_modulus: f64,
+        /// gamma.
+        exponent: f64,
+        /// mu in Pa s.
+        viscosity: f64,
+    },
+    /// Von Mises plasticity with linear isotropic hardening (Bardenhagen 2000).
+    VonMises {
+        /// K in Pa.
+        bulk_modulus: f64,
+        /// G in Pa.
+        shear_modulus: f64,
+        /// Initial yield stress in uniaxial tension in Pa.
+        yield_stress: f64,
+        /// Hardening modulus in Pa.
+        hardening_modulus: f64,
+    },
+}
+
+/// Elasticity and strength of a material with internal friction.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Frictional {
+    /// K in Pa.
+    pub bulk_modulus: f64,
+    /// G in Pa.
+    pub shear_modulus: f64,
+    /// phi in degrees.
+    pub friction_angle: f64,
+    /// psi in degrees.
+    pub dilation_angle: f64,
+    /// c in Pa.
+    pub cohesion: f64,
+    /// sigma_t in Pa.
+    pub tensile_strength: f64,
+}
+
+/// A number of a material that cannot be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Impossible {
+    /// Key below the model's own.
+    pub key: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// What it may be, such as "a modulus above 0".
+    pub expected: &'static str,
+}
+
+impl MaterialModel {
+    /// Key of the model in a configuration.
+    pub fn key(&self) -> &'static str {
+        match self {
+            Self::LinearElastic { .. } => "linear_elastic",
+            Self::DruckerPrager(_) => "drucker_prager",
+            Self::MohrCoulomb(_) => "mohr_coulomb",
+            Self::NeoHookean { .. } => "neo_hookean",
+            Self::Fluid { .. } => "fluid",
+            Self::VonMises { .. } => "von_mises",
+        }
+    }
+
+    /// K and G in Pa; a fluid has no G.
+    pub fn moduli(&self) -> (f64, f64) {
+        match *self {
+            Self::LinearElastic {
+                bulk_modulus,
+                shear_modulus,
+            }
+            | Self::NeoHookean {
+                bulk_modulus,
+                shear_modulus,
+            }
+            | Self::VonMises {
+                bulk_modulus,
+                shear_modulus,
+                ..
+            } => (bulk_modulus, shear_modulus),
+            Self::DruckerPrager(m) | Self::MohrCoulomb(m) => (m.bulk_modulus, m.shear_modulus),
+            Self::Fluid { bulk_modulus, .. } => (bulk_modulus, 0.0),
+        }
+    }
+
+    /// Whether strain may stay.
+    pub fn is_plastic(&self) -> bool {
+        matches!(
+            self,
+            Self::DruckerPrager(_) | Self::MohrCoulomb(_) | Self::VonMises { .. }
+        )
+    }
+
+    /// The numbers that cannot be, in the order of the configuration.
+    pub fn impossible(&self) -> Vec<Impossible> {
+        let (bulk, shear) = self.moduli();
+        let mut found = Vec::new();
+        let mut check = |key, value: f64, holds, expected| {
+            if !(value.is_finite() && holds) {
+                found.push(Impossible {
+                    key,
+                    value,
+                    expected,
+                });
+            }
+        };
+        check("bulk_modulus", bulk, bulk > 0.0, "a modulus above 0");
+        if !matches!(self, Self::Fluid { .. }) {
+            check("shear_modulus", shear, shear > 0.0, "a modulus above 0");
+        }
+        match *self {
+            Self::LinearElastic { .. } | Self::NeoHookean { .. } => {}
+            Self::DruckerPrager(m) | Self::MohrCoulomb(m) => {
+                let (phi, psi) = (m.friction_angle, m.dilation_angle);
+                let below = (0.0..90.0).contains(&phi);
+                check("friction_angle", phi, below, "0 to below 90 degrees");
+                // More dilation than friction would create energy.
+                let below = (0.0..=phi.max(0.0)).contains(&psi);
+                check("dilation_angle", psi, below, "0 to the friction angle");
+                let (c, tension) = (m.cohesion, m.tensile_strength);
+                check("cohesion", c, c >= 0.0, "a stress of 0 or more");
+                let holds = tension >= 0.0;
+                check("tensile_strength", tension, holds, "a stress of 0 or more");
+            }
+            Self::Fluid {
+                exponent,
+                viscosity,
+                ..
+            } => {
+                let holds = exponent >= 1.0;
+                check("exponent", exponent, holds, "an exponent of 1 or more");
+                let holds = viscosity >= 0.0;
+                check("viscosity", viscosity, holds, "a viscosity of 0 or more");
+            }
+            Self::VonMises {
+                yield_stress,
+                hardening_modulus: h,
+                ..
+            } => {
+                let holds = yield_stress > 0.0;
+                check("yield_stress", yield_stress, holds, "a stress above 0");
+                check("hardening_modulus", h, h >= 0.0, "a modulus of 0 or more");
+            }
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SAND: Frictional = Frictional {
+        bulk_modulus: 5e5,
+        shear_modulus: 3.2e5,
+        friction_angle: 35.0,
+        dilation_angle: 25.0,
+        cohesion: 0.0,
+        tensile_strength: 0.0,
+    };
+
+    /// What the format was before the two models shared their numbers, and what other solvers read.
+    #[test]
+    fn a_frictional_model_is_written_flat() {
+        let json = serde_json::to_string(&MaterialModel::DruckerPrager(SAND)).unwrap();
+        assert_eq!(
+            json,
+            r#"{"drucker_prager":{"bulk_modulus":500000.0,"shear_modulus":320000.0,"friction_angle":35.0,"dilation_angle":25.0,"cohesion":0.0,"tensile_strength":0.0}}"#
+        );
+        let read: MaterialModel = serde_json::from_str(&json).unwrap();
+        assert_eq!(read, MaterialModel::DruckerPrager(SAND));
+        let unknown = json.replace("cohesion", "adhesion");
+        assert!(serde_json::from_str::<MaterialModel>(&unknown).is_err());
+    }
+
+    #[test]
+    fn every_number_is_held_to_its_bounds() {
+        assert!(MaterialModel::MohrCoulomb(SAND).impossible().is_empty());
+        let wrong = Frictional {
+            bulk_modulus: f64::NAN,
+            shear_modulus: 0.0,
+            friction_angle: 90.0,
+            dilation_angle: 91.0,
+            cohesion: -1.0,
+            tensile_strength: f64::INFINITY,
+        };
+        let keys: Vec<_> = MaterialModel::DruckerPrager(wrong)
+            .impossible()
+            .iter()
+            .map(|i| i.key)
+            .collect();
+        assert_eq!(
+            keys,
+            [
+                "bulk_modulus",
+                "shear_modulus",
+                "friction_angle",
+                "dilation_angle",
+                "cohesion",
+                "tensile_strength"
+            ]
+        );
+        let fluid = |bulk_modulus, exponent, viscosity| MaterialModel::Fluid {
+            bulk_modulus,
+            exponent,
+            viscosity,
+        };
+        assert!(fluid(3e4, 1.0, 0.0).impossible().is_empty());
+        assert_eq!(fluid(0.0, 0.9, -1e-3).impossible().len(), 3);
+        let metal = MaterialModel::VonMises {
+            bulk_modulus: 1.0,
+            shear_modulus: 1.0,
+            yield_stress: 0.0,
+            hardening_modulus: -1.0,
+        };
+        assert_eq!(metal.impossible().len(), 2);
+    }
+}
