@@ -3,15 +3,13 @@
 //!
 //! `cargo run --release -p dem-proc --example yardstick -- 1000`
 
-use dem_proc::Sdem;
-use dem_proc::generate::{Grain, Packing, Sizes, open_box};
-use interface::config::{ContactLaw, DemConfig};
+use dem_proc::generate::Grain;
 use interface::session::cpu_time;
-use interface::solver::DemSolver;
-use interface::step::Step;
 
-const K: f64 = 1e6;
-const DT: f64 = 2e-5;
+use grain_box::{DT, STIFFNESS as K, grain_box, run};
+
+#[path = "../benches/grain_box.rs"]
+mod grain_box;
 
 #[derive(Clone, Copy, Default)]
 struct Disc {
@@ -28,47 +26,7 @@ fn main() {
     let count: usize = std::env::args()
         .nth(1)
         .map_or(1000, |a| a.parse().expect("a number"));
-    let packing = Packing {
-        grain: Grain::Disc,
-        sizes: Sizes::Uniform {
-            from: 0.008,
-            to: 0.01,
-        },
-        density: 2000.0,
-        looseness: 0.0,
-        seed: 1,
-    };
-    let width = 0.02 * (count as f64).sqrt().round();
-    let mut bodies = open_box(width, 4.0 * width, 0.01);
-    bodies.extend(packing.rows(count, width));
-    let law = ContactLaw::Linear {
-        normal_stiffness: K,
-        tangential_stiffness: 0.5 * K,
-        friction: 0.5,
-        damping_ratio: 0.3,
-    };
-    let config = DemConfig {
-        gravity: [0.0, -9.81],
-        bodies,
-        point_contact: law,
-        body_contact: Some(law),
-        skin: 0.001,
-        threads: 1,
-        ..DemConfig::default()
-    };
-    let mut dem = Sdem::default();
-    dem.configure(&config).expect("valid");
-    for i in 0..60_000 {
-        let step = Step {
-            index: 0,
-            time: 0.0,
-            dt_before: if i == 0 { 0.0 } else { DT },
-            dt: DT,
-            measure: false,
-        };
-        dem.contact(&step, &[], &mut []).expect("finite");
-        dem.advance(&step).expect("finite");
-    }
+    let dem = run(&grain_box(Grain::Disc, count, 1), 60_000);
     let system = dem.bodies();
     let mut discs: Vec<Disc> = (3..system.len())
         .map(|b| Disc {

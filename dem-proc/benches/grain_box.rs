@@ -1,0 +1,67 @@
+//! The case that speed is measured on: grains in rows that settle in an open box (MEASURED.md section 2).
+
+use dem_proc::Sdem;
+use dem_proc::generate::{Grain, Packing, Sizes, open_box};
+use interface::config::{ContactLaw, DemConfig};
+use interface::solver::DemSolver;
+use interface::step::Step;
+
+/// Stiffness of a contact in N/m.
+pub const STIFFNESS: f64 = 1e6;
+/// Step in s.
+pub const DT: f64 = 2e-5;
+
+/// As many grains in a box as wide as high would be, with room to fall.
+pub fn grain_box(grain: Grain, count: usize, threads: usize) -> DemConfig {
+    let packing = Packing {
+        grain,
+        sizes: Sizes::Uniform {
+            from: 0.008,
+            to: 0.01,
+        },
+        density: 2000.0,
+        looseness: 0.0,
+        seed: 1,
+    };
+    let width = 0.02 * (count as f64).sqrt().round();
+    let mut bodies = open_box(width, 4.0 * width, 0.01);
+    bodies.extend(packing.rows(count, width));
+    let law = ContactLaw::Linear {
+        normal_stiffness: STIFFNESS,
+        tangential_stiffness: 0.5 * STIFFNESS,
+        friction: 0.5,
+        damping_ratio: 0.3,
+    };
+    DemConfig {
+        gravity: [0.0, -9.81],
+        bodies,
+        point_contact: law,
+        body_contact: Some(law),
+        skin: 0.001,
+        threads,
+        ..DemConfig::default()
+    }
+}
+
+/// One step after another, `before` s long; 0 for the first of all.
+pub fn step(dem: &mut Sdem, before: f64, measure: bool) {
+    let step = Step {
+        index: 0,
+        time: 0.0,
+        dt_before: before,
+        dt: DT,
+        measure,
+    };
+    std::hint::black_box(dem.contact(&step, &[], &mut []).expect("finite"));
+    dem.advance(&step).expect("finite");
+}
+
+/// A solver that starts from `config`, after `steps` steps, the last of them measured.
+pub fn run(config: &DemConfig, steps: usize) -> Sdem {
+    let mut dem = Sdem::default();
+    dem.configure(config).expect("a valid configuration");
+    for i in 0..steps {
+        step(&mut dem, if i == 0 { 0.0 } else { DT }, i + 1 == steps);
+    }
+    dem
+}
