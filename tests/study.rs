@@ -380,6 +380,45 @@ fn the_edge_of_stability_lies_between_the_composed_step_and_that_of_eq_51() {
     }
 }
 
+/// A soft contact binds nothing: a step that looks at it alone is as many times too long as waves are stiffer. A scene that
+/// stops by itself is named, and does not keep the others from their lines.
+#[test]
+fn the_table_goes_on_past_a_scene_that_stops_by_itself() {
+    let place = Place::new();
+    let (leaving, soft) = (scene("extreme/leaving"), scene(HARD));
+    let arguments = [
+        "stability",
+        &leaving,
+        &soft,
+        "--table",
+        "--between",
+        "1,8",
+        "--grid",
+        "2",
+        "--ratio",
+        "4",
+        "--out",
+        "out",
+    ];
+    let ended = place.start(&arguments).end().expect(0);
+    let lines: Vec<&str> = ended.stdout.lines().collect();
+    let cells: Vec<&str> = lines[2].split('|').map(str::trim).collect();
+    assert_eq!(cells[1], "`jiang2020/collision_hard (quick)`");
+    assert!(
+        cells[6].parse::<f64>().unwrap() < 0.5 && cells[7] == "no",
+        "{}",
+        lines[2]
+    );
+    assert!(
+        ended
+            .stdout
+            .contains("Left out, `extreme/leaving` stops by itself: ")
+            && ended.stdout.contains("left the domain"),
+        "{}",
+        ended.stdout
+    );
+}
+
 #[test]
 fn the_table_compares_criteria() {
     let place = Place::new();
@@ -407,6 +446,9 @@ fn the_table_compares_criteria() {
         "{line}"
     );
     assert!(cells[5].parse::<f64>().unwrap() > 1.0, "{line}");
+    // A contact this stiff on single points leaves the composed step, with its 0.8 of the limit, between half the limit and all of it.
+    let alone = cells[6].parse::<f64>().unwrap();
+    assert!((1.0..2.5).contains(&alone) && cells[7] == "yes", "{line}");
     let written = fs::read_to_string(place.path("out/stability.md")).unwrap();
     assert!(ended.stdout.starts_with(&written));
 }

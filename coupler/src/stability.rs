@@ -99,6 +99,8 @@ pub struct Stability {
     jiang2020: f64,
     /// Step of eq. 51 with the mass of the lightest point in s, likewise.
     lightest_point: f64,
+    /// Step of the contact alone in s, likewise.
+    contact_alone: f64,
 }
 
 /// Steps in s that criteria would allow a run, to compare them by: safety factors included, the scene's `step_factor`,
@@ -115,6 +117,10 @@ pub struct Criteria {
     /// what one does who knows that a point is the lightest partner of its contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lightest_point: Option<f64>,
+    /// `sqrt(m/k_n)`, as it stands: m of the lightest point, without points of the lightest free body. Knows of no waves
+    /// and has no safety factor; half the limit of one mass on one spring.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact_alone: Option<f64>,
 }
 
 /// A step and the budgets within which it stays stable.
@@ -133,16 +139,16 @@ impl Stability {
             Criterion::Composed => Criterion::EQ_51,
             own @ Criterion::Jiang2020 { .. } => own,
         };
+        let stiffness = dem.map_or(0.0, |dem| dem.stiffness_max);
+        let period = |side: Option<&Readiness>| match side {
+            Some(side) if stiffness > 0.0 && side.mass_min > 0.0 => {
+                (side.mass_min / stiffness).sqrt()
+            }
+            _ => f64::INFINITY,
+        };
         let (mut jiang2020, mut lightest_point) = (f64::INFINITY, f64::INFINITY);
         if let Criterion::Jiang2020 { kappa_1, kappa_2 } = eq_51 {
             let waves = mpm.map_or(f64::INFINITY, |mpm| kappa_1 * mpm.courant_time);
-            let stiffness = dem.map_or(0.0, |dem| dem.stiffness_max);
-            let period = |side: Option<&Readiness>| match side {
-                Some(side) if stiffness > 0.0 && side.mass_min > 0.0 => {
-                    (side.mass_min / stiffness).sqrt()
-                }
-                _ => f64::INFINITY,
-            };
             jiang2020 = waves.min(TAU * kappa_2 * period(dem));
             lightest_point = waves.min(2.0 * plan.safety * period(mpm));
         }
@@ -152,6 +158,7 @@ impl Stability {
             criterion: plan.criterion,
             jiang2020,
             lightest_point,
+            contact_alone: period(mpm.or(dem)),
         }
     }
 
@@ -174,6 +181,7 @@ impl Stability {
             composed: bound(shortest),
             jiang2020: bound(self.jiang2020),
             lightest_point: bound(self.lightest_point),
+            contact_alone: bound(self.contact_alone),
         };
     }
 
@@ -447,5 +455,10 @@ mod tests {
             criteria.lightest_point,
             1.6 * (2.5e-4f64 / 6e9).sqrt()
         ));
+        assert!(near(criteria.contact_alone, (2.5e-4f64 / 6e9).sqrt()));
+        // Without points the lightest partner of a contact is a body.
+        Stability::new(&plan, None, Some(&dem)).compare(&sides(), &mut criteria);
+        assert!(near(criteria.contact_alone, (2.5f64 / 6e9).sqrt()));
+        assert_eq!(criteria.lightest_point, None);
     }
 }

@@ -57,7 +57,7 @@ impl Trial {
     }
 
     /// Columns of a table of trials.
-    const COLUMNS: [&str; 11] = [
+    const COLUMNS: [&str; 12] = [
         "stable",
         "status",
         "residual_max [1]",
@@ -68,6 +68,7 @@ impl Trial {
         "composed [s]",
         "jiang2020 [s]",
         "lightest_point [s]",
+        "contact_alone [s]",
         "reason",
     ];
 
@@ -89,6 +90,7 @@ impl Trial {
             number(o.criteria.composed),
             number(o.criteria.jiang2020),
             number(o.criteria.lightest_point),
+            number(o.criteria.contact_alone),
             o.reason.clone().unwrap_or_default(),
         ]
     }

@@ -3,11 +3,19 @@
 use std::fmt;
 use std::path::Path;
 
+use coupler::summary::Status;
+
 use super::edge::{Edge, Search};
-use super::{STEP_FACTOR, Trial, csv_text, freed, setting, usable};
+use super::{STEP_FACTOR, Trial, csv_text, freed, setting};
 use crate::StudyError;
 use crate::case::{Source, scene_title};
 use crate::runner::{Runner, RunnerOptions};
+
+/// Share of a step that is asked for, below which something else held it back: steps are up to 3 % below their limit, and
+/// shortened to meet the next row.
+const HELD: f64 = 0.8;
+/// A multiple of every limit that leaves the cap alone to bind.
+const ANY: f64 = 1e9;
 
 /// A scene's line.
 #[derive(Debug, Clone)]
@@ -18,6 +26,8 @@ pub struct Line {
     pub composed: Trial,
     /// With the step of eq. 51.
     pub jiang2020: Trial,
+    /// With the step of the contact alone, where there is a contact.
+    pub contact_alone: Option<Trial>,
     /// Where multiples of the composed step become unstable.
     pub edge: Edge,
     /// The multiple that the largest stable step was in fact, where something else than the criterion bound it.
@@ -29,6 +39,8 @@ pub struct Line {
 pub struct TableReport {
     /// A line a scene.
     pub lines: Vec<Line>,
+    /// Scenes that stop by themselves, whatever the step: title and reason.
+    pub left_out: Vec<(String, String)>,
 }
 
 /// Makes the table, and writes `stability.csv` and `stability.md` to `out`.
@@ -47,14 +59,35 @@ pub fn table(
         freed_sources.push(freed(source)?.0);
     }
     let runner = Runner::new(runner, out)?;
-    let lines = runner.each(&freed_sources, |source| {
+    let tried = runner.each(&freed_sources, |source| {
         line(source, search, residual, &runner)
     })?;
-    let report = TableReport { lines };
+    let mut report = TableReport {
+        lines: Vec::new(),
+        left_out: Vec::new(),
+    };
+    for (source, tried) in freed_sources.iter().zip(tried) {
+        match tried {
+            Tried::Line(line) => report.lines.push(*line),
+            Tried::Stops(reason) => report.left_out.push((title(source), reason)),
+        }
+    }
     let (csv, md) = (out.join("stability.csv"), out.join("stability.md"));
     std::fs::write(&csv, csv_text(&report.rows())).map_err(StudyError::file("write", &csv))?;
     std::fs::write(&md, report.to_string()).map_err(StudyError::file("write", &md))?;
     Ok(report)
+}
+
+/// A scene, tried.
+enum Tried {
+    Line(Box<Line>),
+    /// It stops by itself, for this reason: there is no edge to look for.
+    Stops(String),
+}
+
+fn title(source: &Source) -> String {
+    let variant = source.variant.as_deref().map(|v| format!(" ({v})"));
+    scene_title(&source.path) + &variant.unwrap_or_default()
 }
 
 fn line(
@@ -62,15 +95,22 @@ fn line(
     search: Search,
     residual: f64,
     runner: &Runner,
-) -> Result<Line, StudyError> {
+) -> Result<Tried, StudyError> {
     let trial = |settings: &[(String, String)]| -> Result<Trial, StudyError> {
         let case = source.case(settings)?;
         let outcome = runner.run(&case, 1)?;
         Ok(Trial::new(case, outcome, residual))
     };
     let composed = trial(&[])?;
-    usable(&composed)?;
+    if composed.outcome.status == Status::Failed {
+        let reason = composed.outcome.reason.unwrap_or_default();
+        return Ok(Tried::Stops(reason));
+    }
     let jiang2020 = trial(&[("time.criterion".to_owned(), "jiang2020".to_owned())])?;
+    // A criterion that allows any step, and a cap: every step is of this length.
+    let constant = |dt: f64| trial(&[setting(STEP_FACTOR, ANY), setting("time.max_step", dt)]);
+    let contact_alone = composed.outcome.criteria.contact_alone;
+    let contact_alone = contact_alone.map(constant).transpose()?;
     let mut steps = Vec::new();
     let edge = search.find(|factor| {
         let forced = trial(&[setting(STEP_FACTOR, factor)])?;
@@ -78,17 +118,16 @@ fn line(
         Ok(forced.stable)
     })?;
     let held = held(&composed, &edge, &steps);
-    let variant = source.variant.as_deref().map(|v| format!(" ({v})"));
-    let title = scene_title(&source.path) + &variant.unwrap_or_default();
     let line = Line {
-        title,
+        title: title(source),
         composed,
         jiang2020,
+        contact_alone,
         edge,
         held,
     };
     tracing::info!("{}", line.markdown());
-    Ok(line)
+    Ok(Tried::Line(Box::new(line)))
 }
 
 /// The multiple of the largest stable factor's longest step, if that is shorter than the factor asks for: a history row
@@ -97,8 +136,7 @@ fn held(composed: &Trial, edge: &Edge, steps: &[(f64, Option<f64>)]) -> Option<f
     let stable = edge.stable?;
     let (_, step) = steps.iter().find(|(factor, _)| *factor == stable)?;
     let multiple = (*step)? / composed.outcome.criteria.composed?;
-    // Steps are up to 3 % below their limit, and shortened to meet the next row.
-    (multiple < 0.8 * stable).then_some(multiple)
+    (multiple < HELD * stable).then_some(multiple)
 }
 
 impl Line {
@@ -107,14 +145,25 @@ impl Line {
         Some(self.composed.outcome.criteria.composed? / other?)
     }
 
-    fn gains(&self) -> [Option<f64>; 2] {
+    fn gains(&self) -> [Option<f64>; 3] {
         let criteria = &self.composed.outcome.criteria;
-        [criteria.jiang2020, criteria.lightest_point].map(|other| self.gain(other))
+        let others = [
+            criteria.jiang2020,
+            criteria.lightest_point,
+            criteria.contact_alone,
+        ];
+        others.map(|other| self.gain(other))
     }
 
     fn markdown(&self) -> String {
         let ratio = |n: Option<f64>| n.map_or_else(|| "-".to_owned(), |n| format!("{n:.2}"));
-        let [eq_51, point] = self.gains().map(ratio);
+        let [eq_51, point, contact] = self.gains().map(ratio);
+        let asked = &self.composed.outcome.criteria;
+        let stable = |trial: &Trial, asked: Option<f64>| match trial.outcome.dt_max {
+            _ if !trial.stable => "no",
+            Some(longest) if asked.is_some_and(|dt| longest < HELD * dt) => "held back",
+            _ => "yes",
+        };
         let composed = self.composed.outcome.criteria.composed;
         let edge = match (self.edge.stable, self.edge.unstable) {
             (Some(_), _) if self.held.is_some() => {
@@ -126,10 +175,13 @@ impl Line {
             (None, None) => "-".to_owned(),
         };
         format!(
-            "| `{}` | {} | {eq_51} | {} | {point} | {edge} |",
+            "| `{}` | {} | {eq_51} | {} | {point} | {contact} | {} | {edge} |",
             self.title,
             composed.map_or_else(|| "-".to_owned(), |dt| format!("{:.3}", 1e6 * dt)),
-            if self.jiang2020.stable { "yes" } else { "no" },
+            stable(&self.jiang2020, asked.jiang2020),
+            self.contact_alone
+                .as_ref()
+                .map_or("-", |trial| stable(trial, asked.contact_alone)),
         )
     }
 }
@@ -142,7 +194,9 @@ impl TableReport {
         let mut rows = vec![header];
         let number = |n: Option<f64>| n.map_or_else(String::new, |n| n.to_string());
         for line in &self.lines {
-            for (step, trial) in [("composed", &line.composed), ("jiang2020", &line.jiang2020)] {
+            let contact_alone = line.contact_alone.iter().map(|t| ("contact_alone", t));
+            let others = [("composed", &line.composed), ("jiang2020", &line.jiang2020)];
+            for (step, trial) in others.into_iter().chain(contact_alone) {
                 let mut row = vec![line.title.clone(), step.to_owned()];
                 row.extend(trial.cells());
                 row.extend([number(line.edge.stable), number(line.edge.unstable)]);
@@ -158,11 +212,15 @@ impl fmt::Display for TableReport {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(
             f,
-            "| scene | composed step in us | over eq. 51 | eq. 51 is stable | over eq. 51 with m_p | largest stable multiple |"
+            "| scene | composed step in us | over eq. 51 | eq. 51 is stable | over eq. 51 with m_p | over sqrt(m/k_n) \
+             | sqrt(m/k_n) is stable | largest stable multiple |"
         )?;
-        writeln!(f, "| --- | --- | --- | --- | --- | --- |")?;
+        writeln!(f, "| --- | --- | --- | --- | --- | --- | --- | --- |")?;
         for line in &self.lines {
             writeln!(f, "{}", line.markdown())?;
+        }
+        for (title, reason) in &self.left_out {
+            writeln!(f, "\nLeft out, `{title}` stops by itself: {reason}")?;
         }
         Ok(())
     }
