@@ -200,6 +200,7 @@ scenes! {
     column_collapse: "verification/column_collapse",
     periodic_shear: "verification/periodic_shear",
     incline: "verification/incline",
+    body_bounce: "verification/body_bounce",
     oblique_impact: "verification/oblique_impact",
     off_centre_hit: "verification/off_centre_hit",
     hopper: "verification/hopper",
