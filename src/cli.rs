@@ -96,6 +96,9 @@ pub struct RunArgs {
     /// Another continuum solver, likewise.
     #[arg(long, value_name = "COMMAND", conflicts_with = "in_process")]
     pub mpm: Option<String>,
+    /// Record every message between the processes in the run directory.
+    #[arg(long)]
+    pub record: bool,
     /// What standard error shows.
     #[arg(long, value_enum, default_value_t = LogFormat::Text)]
     pub log: LogFormat,

@@ -109,6 +109,7 @@ fn options(args: &RunArgs) -> Result<RunOptions, String> {
         dem,
         threads: args.threads.into(),
         window: args.window,
+        record: args.record,
         progress: args.log == LogFormat::Text,
         interrupt: interrupt()?,
     })

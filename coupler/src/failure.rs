@@ -83,6 +83,7 @@ impl RunError {
                     "interface/PROTOCOL.md has the clause; the solver has to be mended"
                 }
                 SessionError::Refused { .. } => "change that key of the scene",
+                SessionError::Recording(_) => "make room, or run without --record",
                 SessionError::Failed { .. } => {
                     "history.csv shows the way there; a smaller time.max_step may help"
                 }

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use interface::control::{Configure, Party};
+use interface::recording::{self, About};
 use interface::session::{SessionError, coupler::Session};
 use interface::solver::Readiness;
 use interface::step::Clock;
@@ -40,6 +41,8 @@ pub struct RunOptions {
     pub threads: usize,
     /// Most steps granted at once; the scene's own where absent.
     pub window: Option<u32>,
+    /// Whether everything that crosses is recorded in the run directory.
+    pub record: bool,
     /// Whether a bar is wanted on a terminal.
     pub progress: bool,
     /// Set from outside to end the run in order.
@@ -70,21 +73,37 @@ fn run_over<S: Transport + 'static>(
     let started = Instant::now();
     let mut account = Account::new(scene);
     let mut crew = Crew::default();
-    let ended = match Session::<S>::open(&parties(scene)) {
-        Ok(mut session) => {
-            let ended = Run::begin(scene, options, dir, &mut account, &mut session, &mut crew)
-                .and_then(Run::finish);
-            if let Err(error) = &ended {
-                session.abort(&error.to_string());
-            }
-            crew.dismiss();
-            ended
+    let ended = recorder(scene, options, dir).and_then(|recorder| {
+        let tape = recorder.as_ref().map(recording::Recorder::tape);
+        let mut session = Session::<S>::open_recorded(&parties(scene), tape)?;
+        let ended = Run::begin(scene, options, dir, &mut account, &mut session, &mut crew)
+            .and_then(Run::finish);
+        if let Err(error) = &ended {
+            session.abort(&error.to_string());
         }
-        Err(error) => Err(error.into()),
-    };
+        crew.dismiss();
+        drop(session);
+        let recorded = recorder.map_or(Ok(()), recording::Recorder::finish);
+        ended.and_then(|()| Ok(recorded.map_err(SessionError::from)?))
+    });
     let summary = account.summarise(&ended, started.elapsed());
     dir.write_summary(&summary)?;
     Ok(summary)
+}
+
+fn recorder(
+    scene: &Scene,
+    options: &RunOptions,
+    dir: &RunDir,
+) -> Result<Option<recording::Recorder>, RunError> {
+    if !options.record {
+        return Ok(None);
+    }
+    let made_by = concat!("tandem ", env!("CARGO_PKG_VERSION"));
+    let about = About::run(&scene.name, &scene.hash, made_by);
+    let recorder =
+        recording::Recorder::create(&dir.recording(), &about).map_err(SessionError::from)?;
+    Ok(Some(recorder))
 }
 
 fn parties(scene: &Scene) -> Vec<Party> {

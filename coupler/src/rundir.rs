@@ -20,6 +20,7 @@ pub struct RunDirError {
     source: io::Error,
 }
 
+const RECORDING: &str = "recording.tandem";
 /// Room for rows that have not reached the file.
 const ROWS: usize = 64 << 10;
 /// Longest time that a row waits in memory while others follow.
@@ -46,20 +47,29 @@ impl RunDir {
             }
             return Err(fail("write in the run directory", path)(source));
         }
-        let summary = path.join("summary.json");
-        match fs::remove_file(&summary) {
-            Err(source) if source.kind() != io::ErrorKind::NotFound => {
-                Err(fail("replace", &summary)(source))
+        // What tells of a whole run must not be there before this one has made its own.
+        for name in ["summary.json", RECORDING] {
+            let file = path.join(name);
+            match fs::remove_file(&file) {
+                Err(source) if source.kind() != io::ErrorKind::NotFound => {
+                    return Err(fail("replace", &file)(source));
+                }
+                _ => {}
             }
-            _ => Ok(Self {
-                path: path.to_path_buf(),
-            }),
         }
+        Ok(Self {
+            path: path.to_path_buf(),
+        })
     }
 
     /// Where it is.
     pub fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Where everything that crosses is recorded, if that is asked for.
+    pub fn recording(&self) -> PathBuf {
+        self.path.join(RECORDING)
     }
 
     /// Creates a file for lines of log.

@@ -23,9 +23,10 @@ use thiserror::Error;
 
 use crate::control::Party;
 use crate::domain::{Domain, DomainError};
+use crate::recording::Tape;
 use crate::wire::{
-    BodyState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, PointState, Record,
-    Report, StepHeader, layout_hash,
+    BodyState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, Number, PointState,
+    Record, Report, StepHeader, layout_hash,
 };
 
 /// A channel could not be made, opened or used.
@@ -125,16 +126,46 @@ pub(crate) const IMP_STATES: Channel<ImpState> = Channel::new("imp/states");
 pub(crate) const IMP_FORCES: Channel<ImpForce> = Channel::new("imp/forces");
 pub(crate) const ENVELOPES: Channel<EnvelopeVertex> = Channel::new("imp/envelopes");
 
+/// Names of all channels, by the number that they have in a recording.
+pub(crate) const CHANNELS: [&str; 15] = [
+    MPM_SEAT.orders.name,
+    MPM_SEAT.notices.name,
+    MPM_SEAT.grants.name,
+    MPM_SEAT.reports.name,
+    DEM_SEAT.orders.name,
+    DEM_SEAT.notices.name,
+    DEM_SEAT.grants.name,
+    DEM_SEAT.reports.name,
+    GROUPS.name,
+    POINTS.name,
+    BODIES.name,
+    IMP_SET.name,
+    IMP_STATES.name,
+    IMP_FORCES.name,
+    ENVELOPES.name,
+];
+
 /// Plain bytes are a record too: control messages are slices of them.
 impl Record for u8 {
     const LAYOUT: &'static str = "u8:1{}";
     fn check(&self) -> Result<(), &'static str> {
         Ok(())
     }
+    fn write(&self, bytes: &mut [u8]) {
+        bytes[0] = *self;
+    }
+    fn read(bytes: &[u8]) -> Self {
+        bytes[0]
+    }
+    fn visit(&self, see: &mut dyn FnMut(&'static str, Number)) {
+        see("byte", Number::Count((*self).into()));
+    }
 }
 
 /// Messages that may wait in a channel. Lockstep needs two; a failure notice and a goodbye may follow a report.
 const BUFFER: usize = 4;
+/// The same between the solvers of a recorded run: more than cross while the tap sleeps.
+const RECORDED_BUFFER: usize = 64;
 /// More than any notice takes; the memory is reserved, not touched.
 const NOTICE_BYTES: usize = 64 << 10;
 const LAYOUT_KEY: &str = "layout";
@@ -145,6 +176,8 @@ const ROOM: Duration = Duration::from_secs(10);
 /// A party's place in a run's corner.
 pub(crate) struct Post<S: Service> {
     node: Node<S>,
+    /// Where everything that is sent and received here is noted.
+    tape: Option<Tape>,
 }
 
 impl<S: Service + 'static> Post<S> {
@@ -160,7 +193,15 @@ impl<S: Service + 'static> Post<S> {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<S>()
             .map_err(transport("node", "create it"))?;
-        Ok(Self { node })
+        Ok(Self { node, tape: None })
+    }
+
+    /// The same, noting everything that is sent and received. What it creates between the solvers has room for a tap.
+    pub(crate) fn recording(self, tape: Tape) -> Self {
+        Self {
+            tape: Some(tape),
+            ..self
+        }
     }
 
     /// Creates a channel (the coupler's privilege), to be kept for as long as the run lasts.
@@ -209,6 +250,12 @@ impl<S: Service + 'static> Post<S> {
         iceoryx2::service::builder::publish_subscribe::Builder<[T], StepHeader, S>,
         ChannelError,
     > {
+        let tapped = self.tape.is_some() && channel.name.starts_with("imp/");
+        let (subscribers, buffer) = if tapped {
+            (2, RECORDED_BUFFER)
+        } else {
+            (1, BUFFER)
+        };
         Ok(self
             .node
             .service_builder(
@@ -220,9 +267,9 @@ impl<S: Service + 'static> Post<S> {
             .publish_subscribe::<[T]>()
             .user_header::<StepHeader>()
             .max_publishers(1)
-            .max_subscribers(1)
-            .max_nodes(3)
-            .subscriber_max_buffer_size(BUFFER)
+            .max_subscribers(subscribers)
+            .max_nodes(2 + subscribers)
+            .subscriber_max_buffer_size(buffer)
             .subscriber_max_borrowed_samples(1)
             .history_size(0)
             .enable_safe_overflow(false))
@@ -265,6 +312,7 @@ impl<S: Service + 'static> Post<S> {
         Ok(Outlet {
             publisher,
             name: channel.name,
+            tape: self.tape_of(channel),
         })
     }
 
@@ -281,7 +329,15 @@ impl<S: Service + 'static> Post<S> {
         Ok(Inlet {
             subscriber,
             name: channel.name,
+            tape: self.tape_of(channel),
         })
+    }
+
+    fn tape_of<T>(&self, channel: &Channel<T>) -> Option<(Tape, u8)> {
+        let number = CHANNELS.iter().position(|name| *name == channel.name);
+        self.tape
+            .clone()
+            .zip(number.and_then(|number| u8::try_from(number).ok()))
     }
 
     /// The end of the bell that rings.
@@ -345,6 +401,7 @@ impl<T> Keep for T {}
 pub(crate) struct Outlet<S: Service, T: Record> {
     publisher: Publisher<S, [T], StepHeader>,
     name: &'static str,
+    tape: Option<(Tape, u8)>,
 }
 
 impl<S: Service, T: Record> Outlet<S, T> {
@@ -354,10 +411,14 @@ impl<S: Service, T: Record> Outlet<S, T> {
             .publisher
             .loan_slice_uninit(records.len())
             .map_err(transport(self.name, "loan memory from it"))?;
-        *sample.user_header_mut() = StepHeader {
+        let header = StepHeader {
             count: records.len() as u64,
             ..header
         };
+        *sample.user_header_mut() = header;
+        if let Some((tape, channel)) = &self.tape {
+            tape.note(*channel, &header, records);
+        }
         let delivered = sample.write_from_slice(records).send();
         match delivered {
             Ok(_) => Ok(()),
@@ -372,6 +433,7 @@ impl<S: Service, T: Record> Outlet<S, T> {
 pub(crate) struct Inlet<S: Service, T: Record> {
     subscriber: Subscriber<S, [T], StepHeader>,
     name: &'static str,
+    tape: Option<(Tape, u8)>,
 }
 
 impl<S: Service, T: Record> Inlet<S, T> {
@@ -385,7 +447,11 @@ impl<S: Service, T: Record> Inlet<S, T> {
         Ok(sample.map(|sample| {
             records.clear();
             records.extend_from_slice(sample.payload());
-            *sample.user_header()
+            let header = *sample.user_header();
+            if let Some((tape, channel)) = &self.tape {
+                tape.note(*channel, &header, records);
+            }
+            header
         }))
     }
 

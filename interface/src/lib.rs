@@ -15,6 +15,7 @@ pub mod impulse;
 pub mod material;
 pub mod outline;
 pub mod process;
+pub mod recording;
 pub mod session;
 pub mod solver;
 pub mod step;

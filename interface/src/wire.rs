@@ -20,30 +20,70 @@ pub trait Record:
     /// # Errors
     /// The name of the first field that has a NaN or infinite number, or a negative one where none may be.
     fn check(&self) -> Result<(), &'static str>;
+
+    /// Writes the record as it is on the wire to `bytes`, which are as many as it has.
+    fn write(&self, bytes: &mut [u8]);
+
+    /// The record in `bytes`, which are as many as it has.
+    fn read(bytes: &[u8]) -> Self;
+
+    /// Shows every number with the name of its field, in the order of the layout.
+    fn visit(&self, see: &mut dyn FnMut(&'static str, Number));
 }
 
-/// Numbers in a record, for the check that they are finite.
-trait Numbers {
+/// A number of a record.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Number {
+    /// An id, a count, bits.
+    Count(u64),
+    /// Anything else.
+    Real(f64),
+}
+
+/// What a field of a record may be made of.
+trait Numbers: Sized {
     fn finite(&self) -> bool;
+    fn write(&self, bytes: &mut [u8]);
+    fn read(bytes: &[u8]) -> Self;
+    fn visit(&self, name: &'static str, see: &mut dyn FnMut(&'static str, Number));
 }
-impl Numbers for f64 {
-    fn finite(&self) -> bool {
-        self.is_finite()
-    }
+macro_rules! number {
+    ($type:ty, $kind:expr, $finite:expr) => {
+        impl Numbers for $type {
+            fn finite(&self) -> bool {
+                $finite(*self)
+            }
+            fn write(&self, bytes: &mut [u8]) {
+                bytes.copy_from_slice(&self.to_le_bytes());
+            }
+            fn read(bytes: &[u8]) -> Self {
+                Self::from_le_bytes(bytes.try_into().expect("as many bytes as the number has"))
+            }
+            fn visit(&self, name: &'static str, see: &mut dyn FnMut(&'static str, Number)) {
+                see(name, $kind((*self).into()));
+            }
+        }
+    };
 }
-impl Numbers for u64 {
-    fn finite(&self) -> bool {
-        true
-    }
-}
-impl Numbers for u32 {
-    fn finite(&self) -> bool {
-        true
-    }
-}
+number!(f64, Number::Real, f64::is_finite);
+number!(u64, Number::Count, |_| true);
+number!(u32, Number::Count, |_| true);
 impl<const N: usize> Numbers for [f64; N] {
     fn finite(&self) -> bool {
         self.iter().all(|x| x.is_finite())
+    }
+    fn write(&self, bytes: &mut [u8]) {
+        for (x, bytes) in self.iter().zip(bytes.chunks_exact_mut(8)) {
+            x.write(bytes);
+        }
+    }
+    fn read(bytes: &[u8]) -> Self {
+        core::array::from_fn(|i| f64::read(&bytes[8 * i..8 * i + 8]))
+    }
+    fn visit(&self, name: &'static str, see: &mut dyn FnMut(&'static str, Number)) {
+        for x in self {
+            x.visit(name, see);
+        }
     }
 }
 
@@ -69,6 +109,15 @@ macro_rules! record {
                 $(if !Numbers::finite(&self.$field) { return Err(stringify!($field)); })*
                 $($(if self.$bounded < 0.0 { return Err(stringify!($bounded)); })*)?
                 Ok(())
+            }
+            fn write(&self, bytes: &mut [u8]) {
+                $(Numbers::write(&self.$field, &mut bytes[$offset..$offset + size_of::<$type>()]);)*
+            }
+            fn read(bytes: &[u8]) -> Self {
+                Self { $($field: Numbers::read(&bytes[$offset..$offset + size_of::<$type>()])),* }
+            }
+            fn visit(&self, see: &mut dyn FnMut(&'static str, Number)) {
+                $(Numbers::visit(&self.$field, stringify!($field), see);)*
             }
         }
     };
@@ -276,16 +325,26 @@ record! {
     }
 }
 
-impl Numbers for Limits {
-    fn finite(&self) -> bool {
-        self.check().is_ok()
-    }
+/// A record within a record.
+macro_rules! nested {
+    ($($name:ident)*) => {
+        $(impl Numbers for $name {
+            fn finite(&self) -> bool {
+                self.check().is_ok()
+            }
+            fn write(&self, bytes: &mut [u8]) {
+                Record::write(self, bytes);
+            }
+            fn read(bytes: &[u8]) -> Self {
+                Record::read(bytes)
+            }
+            fn visit(&self, _: &'static str, see: &mut dyn FnMut(&'static str, Number)) {
+                Record::visit(self, see);
+            }
+        })*
+    };
 }
-impl Numbers for Ledger {
-    fn finite(&self) -> bool {
-        self.check().is_ok()
-    }
-}
+nested!(Limits Ledger);
 
 record! {
     /// Sums over one point group at `t_n` of a measured step.
@@ -405,6 +464,29 @@ mod tests {
             ..Default::default()
         };
         assert_eq!(report.check(), Err("limits"));
+    }
+
+    #[test]
+    fn a_record_is_written_at_its_offsets_and_reads_back() {
+        let mut report = Report {
+            epoch: 7,
+            cpu_ns: u64::MAX,
+            ..Report::default()
+        };
+        report.limits.mobility = -0.0;
+        report.ledger.contact_force = [1.5, f64::NAN];
+        let mut bytes = [0xff; size_of::<Report>()];
+        report.write(&mut bytes);
+        assert_eq!(bytes[..8], 7u64.to_le_bytes());
+        assert_eq!(bytes[128..136], (-0.0f64).to_le_bytes());
+        assert_eq!(bytes[256..264], 1.5f64.to_le_bytes());
+        let mut again = [0; size_of::<Report>()];
+        Report::read(&bytes).write(&mut again);
+        assert_eq!(again, bytes);
+        let mut names = Vec::new();
+        report.visit(&mut |name, _| names.push(name));
+        assert_eq!(names.len(), 280 / 8);
+        assert_eq!((names[0], names[34]), ("epoch", "contacts"));
     }
 
     #[test]

@@ -13,6 +13,7 @@ use crate::channel::{
 use crate::codec::{decode, encode};
 use crate::control::{Configure, Hello, Notice, Order, PROTOCOL, Party};
 use crate::domain::OwnedDomain;
+use crate::recording::{Tap, Tape};
 use crate::solver::Readiness;
 use crate::wait::{Patience, wait};
 use crate::wire::{BodyState, Grant, GroupState, PointState, Record, Report, StepHeader};
@@ -27,6 +28,9 @@ const CONFIGURATION: Duration = Duration::from_mins(2);
 
 /// A session with one or two solvers. Dropping it removes the run's corner of the machine.
 pub struct Session<S: Service> {
+    /// Before the ports: what is in the channels between the solvers is still recorded when the session is dropped.
+    tap: Option<Tap>,
+    tape: Option<Tape>,
     lines: Vec<Line<S>>,
     groups: Option<Inlet<S, GroupState>>,
     points: Option<Inlet<S, PointState>>,
@@ -58,14 +62,27 @@ impl<S: Service + 'static> Session<S> {
     /// # Errors
     /// [`SessionError::Channel`].
     pub fn open(parties: &[Party]) -> Result<Self, SessionError> {
+        Self::open_recorded(parties, None)
+    }
+
+    /// The same; everything that crosses is noted on the tape.
+    ///
+    /// # Errors
+    /// [`SessionError::Channel`], [`SessionError::Recording`].
+    pub fn open_recorded(parties: &[Party], tape: Option<Tape>) -> Result<Self, SessionError> {
         let domain = OwnedDomain::create().map_err(crate::channel::ChannelError::from)?;
-        let post = Post::<S>::open(domain.domain(), Party::Coupler)?;
+        let mut post = Post::<S>::open(domain.domain(), Party::Coupler)?;
+        if let Some(tape) = &tape {
+            post = post.recording(tape.clone());
+        }
         let mut keep = Vec::new();
         let mut lines = Vec::new();
         for &party in parties {
             lines.push(Line::open(&post, seat(party), &mut keep)?);
         }
         let mut session = Self {
+            tap: None,
+            tape,
             lines,
             groups: None,
             points: None,
@@ -89,6 +106,10 @@ impl<S: Service + 'static> Session<S> {
             session.keep.push(post.create(&ENVELOPES)?);
             session.keep.push(post.create_bell(Party::Mpm, Party::Dem)?);
             session.keep.push(post.create_bell(Party::Dem, Party::Mpm)?);
+            if let Some(tape) = &session.tape {
+                let tap = Tap::open::<S>(session.domain(), tape.clone())?;
+                session.tap = Some(tap);
+            }
         }
         Ok(session)
     }
@@ -185,8 +206,11 @@ impl<S: Service + 'static> Session<S> {
     /// Permits steps.
     ///
     /// # Errors
-    /// [`SessionError::Channel`].
+    /// [`SessionError::Channel`]; [`SessionError::Recording`] when the last ones could not be recorded.
     pub fn grant(&mut self, party: Party, grant: &Grant) -> Result<(), SessionError> {
+        if let Some(error) = self.tape.as_ref().and_then(Tape::failure) {
+            return Err(error.into());
+        }
         let line = self.line(party);
         check(Party::Coupler, "G-2", grant.first, &[*grant])?;
         let header = StepHeader {
@@ -289,6 +313,8 @@ impl<S: Service + 'static> Session<S> {
                 }
             }
         }
+        // As for the coupler (D-2): what has been sent may be lost when its sender ends.
+        self.tap = None;
         let mut points = Vec::new();
         if let Some(inlet) = &self.points {
             let step = self
@@ -314,6 +340,7 @@ impl<S: Service + 'static> Session<S> {
 
     /// Tells every solver that the session is over. What cannot be delivered is not worth an error any more.
     pub fn abort(&mut self, reason: &str) {
+        self.tap = None;
         for line in &self.lines {
             if let Err(e) = line.order(&Order::Abort(reason.to_string())) {
                 tracing::debug!("the {} could not be told: {e}", line.party);

@@ -15,6 +15,7 @@ use thiserror::Error;
 
 use crate::channel::ChannelError;
 use crate::control::{Failure, Party};
+use crate::recording::RecordingError;
 use crate::solver::{Fault, Refusal};
 
 /// Clause S-11: who waits for a party that itself waits for another is this much more patient with it, so that the one
@@ -27,6 +28,9 @@ pub enum SessionError {
     /// A channel could not be made, opened or used.
     #[error(transparent)]
     Channel(#[from] ChannelError),
+    /// What crosses cannot be recorded.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
     /// The coupler ended the session.
     #[error("the coupler ended the session: {0}")]
     Aborted(String),

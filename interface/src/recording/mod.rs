@@ -1,0 +1,142 @@
+//! A run at the interface, in a file: every message that crossed, as it crossed.
+//!
+//! The coupler makes it ([`Recorder`]), whatever the solvers are written in: what it sends and receives it notes itself,
+//! and what passes between the two solvers it hears as a second subscriber (PROTOCOL.md clause C-1). [`Playback`] reads
+//! it back. Within a channel the order is that of sending; between channels it is only nearly so.
+//!
+//! Layout, all numbers little-endian:
+//!
+//! ```text
+//! file    = "TANDEMRC" format:u32 length:u32 about[length] check(about) block* end?
+//! block   = stored:u32 raw:u32 messages:u32 check(number of the block as u64, these 12 bytes) body[stored] check(body)
+//! body    = raw bytes of messages; compressed as one LZ4 block where stored < raw
+//! message = channel:u8 length:u32 header[48] payload[length]
+//! end     = a block with messages = 0, whose body is the number of all messages, u64
+//! check   = first 8 bytes of the BLAKE3 hash
+//! ```
+//!
+//! `about` is JSON ([`About`]). `channel` counts its `channels`; `header` and `payload` are the bytes of section 4 of
+//! PROTOCOL.md. A file without its end is of a run that was killed: what is there is whole up to the last block.
+
+mod playback;
+mod recorder;
+mod tap;
+
+use std::io;
+use std::path::{Path, PathBuf};
+
+pub use playback::{End, Message, Playback};
+pub use recorder::{Recorder, Tape};
+use serde::{Deserialize, Serialize};
+pub(crate) use tap::Tap;
+use thiserror::Error;
+
+use crate::channel::CHANNELS;
+use crate::control::PROTOCOL;
+use crate::wire::{LAYOUT, StepHeader, layout_hash};
+
+const MAGIC: &[u8; 8] = b"TANDEMRC";
+/// Version of the file's layout.
+const FORMAT: u32 = 1;
+/// Bytes of a [`check`].
+const CHECK: usize = 8;
+/// Bytes of a block before its body, without the check.
+const BLOCK_HEADER: usize = 12;
+/// Bytes of a message before its payload.
+const MESSAGE_HEADER: usize = 1 + 4 + size_of::<StepHeader>();
+/// A block is closed when it has this many bytes. One message may be longer.
+const BLOCK: usize = 1 << 20;
+
+/// What a recording is of.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct About {
+    /// Name of the scene.
+    pub scene: String,
+    /// Hash of the scene as resolved.
+    pub scene_hash: String,
+    /// Program that made it.
+    pub made_by: String,
+    /// Version of the protocol.
+    pub protocol: (u32, u32),
+    /// Hash of the records' layout (clause C-3).
+    pub layout: String,
+    /// The records' layout, line by line.
+    pub records: Vec<String>,
+    /// Names of the channels, by number.
+    pub channels: Vec<String>,
+}
+
+impl About {
+    /// Of a run of this program's protocol.
+    pub fn run(scene: &str, scene_hash: &str, made_by: &str) -> Self {
+        Self {
+            scene: scene.into(),
+            scene_hash: scene_hash.into(),
+            made_by: made_by.into(),
+            protocol: PROTOCOL,
+            layout: layout_hash(),
+            records: LAYOUT.map(String::from).to_vec(),
+            channels: CHANNELS.map(String::from).to_vec(),
+        }
+    }
+}
+
+/// A recording could not be made or read.
+#[derive(Debug, Clone, Error)]
+pub enum RecordingError {
+    /// The file cannot be used.
+    #[error("cannot {action} the recording {path}: {reason}")]
+    File {
+        /// What was tried.
+        action: &'static str,
+        /// Which file.
+        path: PathBuf,
+        /// The system's words.
+        reason: String,
+    },
+    /// The transport does not let the recorder listen.
+    #[error("cannot listen to the messages between the solvers: {0}")]
+    Tap(String),
+    /// It is not a recording, or not one that this program reads.
+    #[error("{path} is not a recording that this program reads: {reason}")]
+    Foreign {
+        /// Which file.
+        path: PathBuf,
+        /// What is there, what was expected.
+        reason: String,
+    },
+    /// Bytes are not those that were written.
+    #[error("the recording {path} is damaged at byte {at}: {what}")]
+    Damaged {
+        /// Which file.
+        path: PathBuf,
+        /// Byte at which the part that does not fit its checksum begins.
+        at: u64,
+        /// What does not fit.
+        what: &'static str,
+    },
+}
+
+impl RecordingError {
+    fn file(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> Self {
+        let path = path.to_path_buf();
+        move |e| Self::File {
+            action,
+            path,
+            reason: e.to_string(),
+        }
+    }
+}
+
+fn check(parts: &[&[u8]]) -> [u8; CHECK] {
+    let mut hasher = blake3::Hasher::new();
+    for part in parts {
+        hasher.update(part);
+    }
+    let mut check = [0; CHECK];
+    check.copy_from_slice(&hasher.finalize().as_bytes()[..CHECK]);
+    check
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,252 @@
+//! Reads a recording.
+
+use std::fs::File;
+use std::io::{self, BufReader, Read};
+use std::path::{Path, PathBuf};
+
+use super::{About, BLOCK_HEADER, CHECK, FORMAT, MAGIC, MESSAGE_HEADER, RecordingError, check};
+use crate::channel::CHANNELS;
+use crate::wire::{Record, StepHeader, layout_hash};
+
+/// Longest description of a run.
+const ABOUT: u32 = 1 << 20;
+
+/// A recording being read.
+pub struct Playback {
+    file: BufReader<File>,
+    path: PathBuf,
+    about: About,
+    /// Messages of the block at hand that are not read yet.
+    block: Vec<u8>,
+    next: usize,
+    blocks: u64,
+    /// Byte at which the next block begins.
+    offset: u64,
+    messages: u64,
+    end: Option<End>,
+}
+
+/// How a recording ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// As its run did.
+    Whole {
+        /// Messages in it.
+        messages: u64,
+    },
+    /// In the middle: its run, or its writer, was killed.
+    Torn {
+        /// Messages up to there.
+        messages: u64,
+        /// Byte from which on nothing can be used.
+        at: u64,
+    },
+}
+
+/// A message that crossed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Message {
+    /// Its channel.
+    pub channel: &'static str,
+    /// Its header.
+    pub header: StepHeader,
+    /// Its payload, as it was.
+    pub payload: Vec<u8>,
+}
+
+impl Message {
+    /// The records of the payload; `None` if it does not consist of whole ones.
+    pub fn records<T: Record>(&self) -> Option<Vec<T>> {
+        let records = self.payload.chunks_exact(size_of::<T>());
+        (records.remainder().is_empty()).then(|| records.map(T::read).collect())
+    }
+}
+
+impl Playback {
+    /// Opens a recording and reads what it is of.
+    ///
+    /// # Errors
+    /// [`RecordingError`].
+    pub fn open(path: &Path) -> Result<Self, RecordingError> {
+        let foreign = |reason: String| RecordingError::Foreign {
+            path: path.to_path_buf(),
+            reason,
+        };
+        let file = File::open(path).map_err(RecordingError::file("open", path))?;
+        let mut file = BufReader::new(file);
+        let mut start = [0; 16];
+        let got = fill(&mut file, &mut start).map_err(RecordingError::file("read", path))?;
+        if got < start.len() || start[..8] != MAGIC[..] {
+            return Err(foreign("it does not begin as one".into()));
+        }
+        let [format, length] = [8, 12].map(|at| u32_at(&start, at));
+        if format != FORMAT {
+            return Err(foreign(format!("format {format}, this is {FORMAT}")));
+        }
+        if length > ABOUT {
+            return Err(foreign(format!("a description of {length} bytes")));
+        }
+        let mut about = vec![0; length as usize + CHECK];
+        let got = fill(&mut file, &mut about).map_err(RecordingError::file("read", path))?;
+        let (about, sum) = about.split_at(length as usize);
+        if got < about.len() + CHECK || check(&[about]) != sum {
+            return Err(RecordingError::Damaged {
+                path: path.to_path_buf(),
+                at: 16,
+                what: "the description of the run",
+            });
+        }
+        let about: About = serde_json::from_slice(about).map_err(|e| foreign(e.to_string()))?;
+        let ours = layout_hash();
+        if about.layout != ours || about.channels != CHANNELS {
+            let theirs = &about.layout;
+            return Err(foreign(format!("layout {theirs}, this is {ours}")));
+        }
+        Ok(Self {
+            file,
+            path: path.to_path_buf(),
+            about,
+            block: Vec::new(),
+            next: 0,
+            blocks: 0,
+            offset: 16 + u64::from(length) + CHECK as u64,
+            messages: 0,
+            end: None,
+        })
+    }
+
+    /// Reads a recording through: whether it is undamaged, and how it ends.
+    ///
+    /// # Errors
+    /// [`RecordingError`].
+    pub fn verify(path: &Path) -> Result<End, RecordingError> {
+        let mut playback = Self::open(path)?;
+        while playback.message()?.is_some() {}
+        Ok(playback.end.expect("the end has been read"))
+    }
+
+    /// What the recording is of.
+    pub fn about(&self) -> &About {
+        &self.about
+    }
+
+    /// How it ends, once that has been read.
+    pub fn end(&self) -> Option<End> {
+        self.end
+    }
+
+    /// The next message; none at the end.
+    ///
+    /// # Errors
+    /// [`RecordingError`].
+    pub fn message(&mut self) -> Result<Option<Message>, RecordingError> {
+        while self.next == self.block.len() {
+            if self.end.is_some() || !self.read_block()? {
+                return Ok(None);
+            }
+        }
+        let bytes = &self.block[self.next..];
+        let damaged = self.damaged("a message");
+        if bytes.len() < MESSAGE_HEADER {
+            return Err(damaged);
+        }
+        let (header, rest) = bytes.split_at(MESSAGE_HEADER);
+        let length = u32_at(header, 1) as usize;
+        let Some(&channel) = CHANNELS.get(usize::from(header[0])) else {
+            return Err(damaged);
+        };
+        let Some(payload) = rest.get(..length) else {
+            return Err(damaged);
+        };
+        let message = Message {
+            channel,
+            header: StepHeader::read(&header[5..]),
+            payload: payload.to_vec(),
+        };
+        self.next += MESSAGE_HEADER + length;
+        self.messages += 1;
+        Ok(Some(message))
+    }
+
+    fn damaged(&self, what: &'static str) -> RecordingError {
+        RecordingError::Damaged {
+            path: self.path.clone(),
+            at: self.offset,
+            what,
+        }
+    }
+
+    /// Reads the next block; false at the end.
+    fn read_block(&mut self) -> Result<bool, RecordingError> {
+        self.block.clear();
+        self.next = 0;
+        let torn = End::Torn {
+            messages: self.messages,
+            at: self.offset,
+        };
+        let mut header = [0; BLOCK_HEADER + CHECK];
+        if self.fill(&mut header)? < header.len() {
+            self.end = Some(torn);
+            return Ok(false);
+        }
+        let (numbers, sum) = header.split_at(BLOCK_HEADER);
+        if check(&[&self.blocks.to_le_bytes(), numbers]) != sum {
+            return Err(self.damaged("the beginning of a block"));
+        }
+        let [stored, raw, messages] = [0, 4, 8].map(|at| u32_at(numbers, at));
+        let mut body = vec![0; stored as usize + CHECK];
+        if self.fill(&mut body)? < body.len() {
+            self.end = Some(torn);
+            return Ok(false);
+        }
+        let sum = body.split_off(stored as usize);
+        if check(&[&body]) != sum[..] {
+            return Err(self.damaged("a block"));
+        }
+        self.block = if stored < raw {
+            lz4_flex::block::decompress(&body, raw as usize)
+                .map_err(|_| self.damaged("a compressed block"))?
+        } else {
+            body
+        };
+        self.blocks += 1;
+        let whole = (header.len() + stored as usize + CHECK) as u64;
+        if messages == 0 {
+            if self.block != self.messages.to_le_bytes() {
+                return Err(self.damaged("the number of messages"));
+            }
+            let mut more = [0];
+            self.offset += whole;
+            if self.fill(&mut more)? > 0 {
+                return Err(self.damaged("something after the end"));
+            }
+            self.block.clear();
+            self.end = Some(End::Whole {
+                messages: self.messages,
+            });
+            return Ok(false);
+        }
+        self.offset += whole;
+        Ok(true)
+    }
+
+    fn fill(&mut self, bytes: &mut [u8]) -> Result<usize, RecordingError> {
+        fill(&mut self.file, bytes).map_err(RecordingError::file("read", &self.path))
+    }
+}
+
+fn u32_at(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes(bytes[at..at + 4].try_into().expect("4 bytes"))
+}
+
+/// Reads until `bytes` are full or the file is over; how many were read.
+fn fill(file: &mut impl Read, bytes: &mut [u8]) -> io::Result<usize> {
+    let mut got = 0;
+    while got < bytes.len() {
+        match file.read(&mut bytes[got..])? {
+            0 => break,
+            more => got += more,
+        }
+    }
+    Ok(got)
+}

@@ -1,0 +1,178 @@
+use std::fs;
+
+use super::*;
+use crate::wire::ImpState;
+
+const STATES: u8 = 12;
+
+fn about() -> About {
+    About::run("scene", "hash", "test")
+}
+
+fn header(step: u64) -> StepHeader {
+    StepHeader {
+        step,
+        count: 1,
+        ..StepHeader::default()
+    }
+}
+
+fn state(step: u64) -> ImpState {
+    ImpState {
+        position: [step as f64 / 3.0, -0.0],
+        velocity: [1e-300, f64::NAN],
+    }
+}
+
+/// A recording of so many messages, ended or not.
+fn write(path: &Path, messages: u64, ended: bool) {
+    let recorder = Recorder::create(path, &about()).unwrap();
+    for step in 0..messages {
+        recorder.tape().note(STATES, &header(step), &[state(step)]);
+    }
+    if ended {
+        recorder.finish().unwrap();
+    }
+}
+
+fn read(path: &Path) -> (Vec<Message>, End) {
+    let mut playback = Playback::open(path).unwrap();
+    let mut messages = Vec::new();
+    while let Some(message) = playback.message().unwrap() {
+        messages.push(message);
+    }
+    (messages, playback.end().unwrap())
+}
+
+fn assert_first(messages: &[Message]) {
+    for (step, message) in (0..).zip(messages) {
+        assert_eq!(message.channel, "imp/states");
+        assert_eq!(message.header, header(step));
+        let [read] = message.records::<ImpState>().unwrap()[..] else {
+            panic!("{message:?}");
+        };
+        // NaN too: what crossed is recorded, not judged.
+        let bits = |s: ImpState| [s.position, s.velocity].map(|v| v.map(f64::to_bits));
+        assert_eq!(bits(read), bits(state(step)));
+    }
+}
+
+#[test]
+fn what_is_noted_is_read_back_to_the_bit() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("r");
+    // More than two blocks.
+    let messages = 30_000;
+    write(&path, messages, true);
+    let (read, end) = read(&path);
+    assert_eq!(end, End::Whole { messages });
+    assert_eq!(read.len() as u64, messages);
+    assert_first(&read);
+    assert_eq!(Playback::open(&path).unwrap().about(), &about());
+}
+
+#[test]
+fn a_message_longer_than_a_block_is_one_block() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("r");
+    let recorder = Recorder::create(&path, &about()).unwrap();
+    let states: Vec<_> = (0..100_000).map(state).collect();
+    for _ in 0..3 {
+        recorder.tape().note(STATES, &header(0), &states);
+    }
+    recorder.finish().unwrap();
+    let (messages, end) = read(&path);
+    assert_eq!(end, End::Whole { messages: 3 });
+    assert_eq!(messages[2].payload.len(), 3_200_000);
+}
+
+#[test]
+fn without_its_end_a_recording_is_torn_and_its_prefix_is_read() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("r");
+    write(&path, 30_000, false);
+    let whole = fs::read(&path).unwrap();
+    let (messages, end) = read(&path);
+    assert_first(&messages);
+    let at = whole.len() as u64;
+    let written = messages.len() as u64;
+    assert_eq!(
+        end,
+        End::Torn {
+            messages: written,
+            at
+        }
+    );
+    for cut in [1, CHECK, CHECK + 1, whole.len() / 3] {
+        fs::write(&path, &whole[..whole.len() - cut]).unwrap();
+        let (messages, end) = read(&path);
+        assert_first(&messages);
+        let End::Torn { messages: told, .. } = end else {
+            panic!("{end:?}");
+        };
+        assert!(told == messages.len() as u64 && told < written);
+    }
+}
+
+#[test]
+fn every_flipped_byte_is_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("r");
+    write(&path, 20, true);
+    let whole = fs::read(&path).unwrap();
+    for at in 0..whole.len() {
+        let mut flipped = whole.clone();
+        flipped[at] ^= 0x10;
+        fs::write(&path, flipped).unwrap();
+        let told = Playback::verify(&path);
+        // A longer description than there is looks like a file that is no recording.
+        assert!(told.is_err(), "byte {at}: {told:?}");
+    }
+    let mut longer = whole.clone();
+    longer.push(0);
+    fs::write(&path, longer).unwrap();
+    let told = Playback::verify(&path).unwrap_err().to_string();
+    assert!(told.contains("after the end"), "{told}");
+}
+
+#[test]
+fn files_that_are_no_recordings_are_told() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("r");
+    for text in ["", "short", "name,x [m],y [m],angle [rad]\nfloor,0,0,0\n"] {
+        fs::write(&path, text).unwrap();
+        let told = Playback::verify(&path).unwrap_err().to_string();
+        assert!(told.contains("is not a recording"), "{told}");
+    }
+    let other = About {
+        layout: "0123456789abcdef".into(),
+        ..about()
+    };
+    Recorder::create(&path, &other).unwrap().finish().unwrap();
+    let told = Playback::verify(&path).unwrap_err().to_string();
+    assert!(told.contains("layout 0123456789abcdef, this is"), "{told}");
+}
+
+/// `/dev/full` is a disk without room.
+#[test]
+fn a_full_disk_is_told_and_holds_nobody_up() {
+    let path = Path::new("/dev/full");
+    let Err(told) = Recorder::create(path, &about()) else {
+        panic!("the first write finds out");
+    };
+    assert!(told.to_string().contains("No space left"), "{told}");
+}
+
+#[test]
+fn after_an_error_nothing_waits_for_the_disk() {
+    let dir = tempfile::tempdir().unwrap();
+    let recorder = Recorder::create(&dir.path().join("r"), &about()).unwrap();
+    let tape = recorder.tape();
+    tape.fail(RecordingError::Tap("deaf".into()));
+    let states = vec![state(0); 1 << 20];
+    for _ in 0..4 {
+        tape.note(STATES, &header(0), &states);
+    }
+    assert!(tape.failure().unwrap().to_string().contains("deaf"));
+    assert!(recorder.finish().is_err());
+}

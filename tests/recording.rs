@@ -1,0 +1,165 @@
+//! `tandem run --record`: what crossed is kept, whatever becomes of the run, and keeping it changes nothing.
+
+mod harness;
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use harness::{Place, RunFiles, root, scene, signal, until};
+use interface::recording::{End, Playback};
+use interface::wire::flags;
+
+const HARD: &str = "jiang2020/collision_hard";
+const QUICK: [&str; 2] = ["--variant", "quick"];
+
+fn recording(place: &Place, out: &str) -> PathBuf {
+    place.path(out).join("recording.tandem")
+}
+
+/// What a recording has: messages by channel, and how it ends.
+fn content(path: &Path) -> (BTreeMap<&'static str, u64>, End) {
+    let mut playback = Playback::open(path).unwrap();
+    let mut messages = BTreeMap::new();
+    while let Some(message) = playback.message().unwrap() {
+        *messages.entry(message.channel).or_default() += 1;
+    }
+    (messages, playback.end().expect("the end has been read"))
+}
+
+/// Asserts that every step of a coupled run is there, with what the coupler said and heard.
+#[track_caller]
+fn assert_whole(path: &Path, run: &RunFiles) {
+    let (messages, end) = content(path);
+    assert!(matches!(end, End::Whole { .. }), "{end:?}");
+    let steps = run.number("steps") as u64 + 2; // opening and closing
+    let sets = run.number("rebuilds") as u64;
+    let grants = run.number("grants") as u64;
+    for (channel, expected) in [
+        ("imp/forces", steps),
+        ("imp/set", sets),
+        ("imp/envelopes", sets),
+        ("dem/grants", grants),
+        ("mpm/grants", grants),
+        ("dem/reports", grants),
+        ("mpm/reports", grants),
+        ("dem/orders", 3),
+        ("mpm/orders", 3),
+        ("dem/notices", 3),
+        ("mpm/notices", 3),
+        ("mpm/points", 1),
+    ] {
+        assert_eq!(messages.get(channel), Some(&expected), "{channel}");
+    }
+    assert!(messages["imp/states"] >= steps + sets);
+    assert_eq!(messages["mpm/groups"], messages["dem/bodies"]);
+}
+
+#[test]
+fn recording_changes_nothing_and_has_everything() {
+    let place = Place::new();
+    place.run("plain", &scene(HARD), &QUICK).expect(0);
+    let plain = RunFiles::read(&place.path("plain"));
+    let history = fs::read(place.path("plain").join("history.csv")).unwrap();
+    assert!(!recording(&place, "plain").exists());
+    for (out, how) in [("three", &[][..]), ("one", &["--in-process"])] {
+        let more = [&QUICK[..], &["--record"], how].concat();
+        let ended = place.run(out, &scene(HARD), &more).expect(0);
+        place.assert_clean(&ended.runs);
+        let recorded = RunFiles::read(&place.path(out));
+        assert_eq!(recorded.text("state_hash"), plain.text("state_hash"));
+        let path = place.path(out).join("history.csv");
+        assert_eq!(fs::read(path).unwrap(), history);
+        assert_whole(&recording(&place, out), &recorded);
+    }
+    // A run without it leaves none of an earlier one.
+    place.run("three", &scene(HARD), &QUICK).expect(0);
+    assert!(!recording(&place, "three").exists());
+}
+
+/// Within a channel the order is that of sending: the steps of the forces count up by one.
+#[test]
+fn every_step_of_a_channel_is_there_in_its_order() {
+    let place = Place::new();
+    let more = ["--variant", "quick", "--record", "--window", "1"];
+    place.run("out", &scene(HARD), &more).expect(0);
+    let mut playback = Playback::open(&recording(&place, "out")).unwrap();
+    let (mut forces, mut states) = (0, 0);
+    while let Some(message) = playback.message().unwrap() {
+        let header = message.header;
+        match message.channel {
+            "imp/forces" => {
+                assert_eq!(header.step, forces);
+                forces += 1;
+            }
+            "imp/states" if header.flags & (flags::WANT_ENVELOPES | flags::HALT_BEFORE) == 0 => {
+                assert_eq!(header.step, states);
+                states += 1;
+            }
+            _ => {}
+        }
+    }
+    assert!(forces > 100 && forces == states);
+}
+
+#[test]
+fn a_solver_in_python_is_recorded_for_nothing() {
+    let python = Command::new("python3")
+        .args(["-c", "import iceoryx2"])
+        .output();
+    if !python.is_ok_and(|python| python.status.success()) {
+        println!("skipped: python3 cannot import iceoryx2 (python/README.md says how to get it)");
+        return;
+    }
+    let place = Place::new();
+    let example = root().join("python/examples/disc_dem.py");
+    let discs = format!("python3 '{}'", example.display());
+    let more = [&QUICK[..], &["--record", "--dem", &discs]].concat();
+    place.run("out", &scene(HARD), &more).expect(0);
+    assert_whole(
+        &recording(&place, "out"),
+        &RunFiles::read(&place.path("out")),
+    );
+}
+
+#[test]
+fn a_killed_run_leaves_a_prefix() {
+    let place = Place::new();
+    let long = ["--set", "time.end=20", "--set", "check=[]", "--record"];
+    let mut run = place.start_run("out", &scene(HARD), &[&QUICK[..], &long].concat());
+    run.stepping("out");
+    let file = recording(&place, "out");
+    let grown = until(harness::PATIENCE, || {
+        let size = fs::metadata(&file).map_or(0, |file| file.len());
+        (size > 100_000).then_some(())
+    });
+    assert!(grown.is_some(), "nothing is written while the run goes on");
+    signal(run.pid(), "KILL");
+    assert_eq!(run.end().signal(), Some(9));
+    let (messages, end) = content(&file);
+    assert!(matches!(end, End::Torn { .. }), "{end:?}");
+    assert!(messages["imp/forces"] > 10, "{messages:?}");
+}
+
+/// A file that may not grow stands for a disk without room.
+#[test]
+fn a_recording_that_cannot_be_written_ends_the_run_with_the_reason() {
+    let place = Place::new();
+    let out = place.path("out").display().to_string();
+    let program = env!("CARGO_BIN_EXE_tandem");
+    let script = format!(
+        "trap '' XFSZ; ulimit -f 64; exec '{program}' run '{}' --variant quick --record --in-process --log json --out '{out}'",
+        scene(HARD)
+    );
+    let ended = Command::new("sh")
+        .args(["-c", &script])
+        .env("TMPDIR", place.path("t"))
+        .output()
+        .unwrap();
+    let told = String::from_utf8_lossy(&ended.stderr).into_owned();
+    assert_eq!(ended.status.code(), Some(3), "{told}");
+    assert!(told.contains("cannot write the recording"), "{told}");
+    assert!(told.contains("run without --record"), "{told}");
+    assert!(place.temporary().is_empty());
+}
