@@ -54,7 +54,13 @@ pub struct SceneArgs {
 impl SceneArgs {
     /// The scene.
     pub fn load(&self) -> Result<Scene, SceneErrors> {
-        Scene::load(&self.scene, self.variant.as_deref(), &self.set)
+        self.load_with(&[])
+    }
+
+    /// The scene with more keys set, after those of the user.
+    pub fn load_with(&self, more: &[String]) -> Result<Scene, SceneErrors> {
+        let set: Vec<String> = self.set.iter().chain(more).cloned().collect();
+        Scene::load(&self.scene, self.variant.as_deref(), &set)
     }
 }
 
@@ -90,7 +96,8 @@ pub struct RunArgs {
     /// Most steps granted at once; 1 is the strict mode. The result is the same to the bit.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub window: Option<u32>,
-    /// Another rigid-body solver: a command that joins the run when called with `--join RUN`.
+    /// Another rigid-body solver: a command that joins the run when called with `--join RUN`, or `built-in`; wins over
+    /// the scene's `solvers.dem`.
     #[arg(long, value_name = "COMMAND", conflicts_with = "in_process")]
     pub dem: Option<String>,
     /// Another continuum solver, likewise.

@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 use coupler::launch::Start;
 use coupler::run::{RunOptions, run as run_scene};
 use coupler::rundir::RunDir;
-use coupler::scene::Scene;
+use coupler::scene::{Scene, solver_override};
 use coupler::summary::{Status, Summary};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
@@ -19,14 +19,21 @@ use crate::{BAD_INPUT, logging, solvers};
 
 /// Runs a scene from the command line.
 pub fn run(args: &RunArgs) -> ExitCode {
-    let scene = match args.scene.load() {
+    let solvers = [("mpm", &args.mpm), ("dem", &args.dem)]
+        .into_iter()
+        .filter_map(|(side, command)| Some(solver_override(side, command.as_ref()?)));
+    let scene = match solvers.collect::<Result<Vec<_>, _>>() {
+        Ok(solvers) => args.scene.load_with(&solvers),
+        Err(error) => return refuse(&error),
+    };
+    let scene = match scene {
         Ok(scene) => scene,
         Err(errors) => {
             eprintln!("{errors}");
             return ExitCode::from(BAD_INPUT);
         }
     };
-    let options = match options(args) {
+    let options = match options(args, &scene) {
         Ok(options) => options,
         Err(error) => return refuse(&error),
     };
@@ -92,16 +99,22 @@ fn default_out(scene: &Scene, variant: Option<&str>) -> PathBuf {
     PathBuf::from("runs").join(name)
 }
 
-fn options(args: &RunArgs) -> Result<RunOptions, String> {
+fn options(args: &RunArgs, scene: &Scene) -> Result<RunOptions, String> {
     let (mpm, dem) = if args.in_process {
+        let others = [("mpm", &scene.solvers.mpm), ("dem", &scene.solvers.dem)];
+        if let Some((side, _)) = others.iter().find(|(_, command)| command.is_some()) {
+            return Err(format!(
+                "--in-process: the scene has a solver that is a process; `--set solvers.{side}=built-in` leaves it out"
+            ));
+        }
         (
             Start::Thread(solvers::mpm_thread),
             Start::Thread(solvers::dem_thread),
         )
     } else {
         (
-            process(args.mpm.as_deref(), "mpm")?,
-            process(args.dem.as_deref(), "dem")?,
+            process(scene.solvers.mpm.as_ref(), "mpm")?,
+            process(scene.solvers.dem.as_ref(), "dem")?,
         )
     };
     Ok(RunOptions {
@@ -130,17 +143,14 @@ pub fn interrupt() -> Result<Arc<AtomicBool>, String> {
     Ok(interrupt)
 }
 
-/// The command of a solver: the user's own, or this program again.
-fn process(command: Option<&str>, subcommand: &str) -> Result<Start, String> {
-    let command = if let Some(command) = command {
-        shlex::split(command)
-            .filter(|words| !words.is_empty())
-            .ok_or(format!("--{subcommand}: not a command"))?
-    } else {
-        let this = std::env::current_exe()
-            .map_err(|e: io::Error| format!("cannot find this program: {e}"))?;
-        vec![this.to_string_lossy().into_owned(), subcommand.to_string()]
-    };
+/// The command of a solver: the scene's, or this program again.
+fn process(command: Option<&Vec<String>>, subcommand: &str) -> Result<Start, String> {
+    if let Some(command) = command {
+        return Ok(Start::Process(command.clone()));
+    }
+    let this =
+        std::env::current_exe().map_err(|e: io::Error| format!("cannot find this program: {e}"))?;
+    let command = vec![this.to_string_lossy().into_owned(), subcommand.to_string()];
     Ok(Start::Process(command))
 }
 

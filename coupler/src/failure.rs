@@ -63,7 +63,7 @@ impl RunError {
     /// What the user can do about it.
     pub fn advice(&self) -> &'static str {
         match self {
-            Self::Start(_) => "check the command of --mpm or --dem",
+            Self::Start(_) => "check the command: --mpm or --dem, or `[solvers]` of the scene",
             Self::Collapsed { .. } => {
                 "look for what makes the limit so small: a tiny mass or cell, a very stiff contact, a state that diverges"
             }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use coupler::check::{Expected, Reference};
-use coupler::scene::{Criterion, Scene, schema};
+use coupler::scene::{Criterion, Scene, schema, solver_override};
 use interface::config::{BodyInertia, ShapeFunction, Spacing, Transfer};
 use tempfile::TempDir;
 
@@ -447,4 +447,66 @@ fn the_description_of_the_format_names_every_key() {
             "docs/scene-format.md does not name `{key}`"
         );
     }
+}
+
+/// Paths of solvers are from the scene's folder, quotation is a shell's, and the resolved scene names the same program
+/// wherever it lies.
+#[test]
+fn solvers_are_commands_with_paths_from_the_scene() {
+    let files = Files::new();
+    let text = format!(
+        "{GOOD}\n[solvers]\ndem = \"python3 '../a b/x.py' ./y -v z/../w\"\nmpm = \"built-in\"\n"
+    );
+    let path = files.write("scene.toml", text);
+    let scene = load(&path, None, &[]).unwrap();
+    let folder = files.directory.path();
+    let from_here = |word: &str| folder.join(word).display().to_string();
+    let expected = [
+        "python3",
+        &from_here("../a b/x.py"),
+        &from_here("./y"),
+        "-v",
+        "z/../w",
+    ];
+    let found: Vec<PathBuf> = scene
+        .solvers
+        .dem
+        .iter()
+        .flatten()
+        .map(PathBuf::from)
+        .collect();
+    assert_eq!(found, expected.map(PathBuf::from));
+    assert_eq!(scene.solvers.mpm, None);
+    assert!(scene.plan().to_string().contains("DEM process `python3 "));
+
+    let elsewhere = Files::new();
+    let again = elsewhere.write("scene.toml", &scene.resolved_toml);
+    let again = load(&again, None, &[]).unwrap();
+    assert_eq!(again.solvers, scene.solvers);
+    assert_eq!(again.hash, scene.hash);
+
+    // The command line's words are from the working directory, and win.
+    let set = solver_override("dem", "./z --fast").unwrap();
+    let scene = load(&path, None, &[&set]).unwrap();
+    let here = std::env::current_dir().unwrap().join("z");
+    let found: Vec<PathBuf> = scene
+        .solvers
+        .dem
+        .iter()
+        .flatten()
+        .map(PathBuf::from)
+        .collect();
+    assert_eq!(found, [here, "--fast".into()]);
+    let set = solver_override("dem", "built-in").unwrap();
+    assert_eq!(load(&path, None, &[&set]).unwrap().solvers.dem, None);
+    assert!(solver_override("dem", "'").is_err());
+    assert!(solver_override("dem", " ").is_err());
+}
+
+#[test]
+fn a_solver_of_a_side_that_is_not_there_is_warned_of() {
+    let files = Files::new();
+    let scene = files.load(None, &["dem.body=[]", "check=[]", "solvers.dem=other"]);
+    let warned = |w: &String| w.contains("`solvers.dem` has no effect");
+    assert!(scene.warnings.iter().any(warned), "{:?}", scene.warnings);
 }

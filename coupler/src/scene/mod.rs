@@ -20,6 +20,7 @@ mod output;
 mod parse;
 pub mod plan;
 mod problems;
+mod solvers;
 mod structure;
 mod study;
 mod written;
@@ -33,6 +34,8 @@ use interface::config::{DemConfig, MpmConfig};
 use crate::check::{Check, Column};
 use crate::diagnostic::SceneErrors;
 use crate::quantity::Quantities;
+
+pub use solvers::solver_override;
 
 /// Version of the scene format that is understood.
 pub const VERSION: u32 = 1;
@@ -50,6 +53,8 @@ pub struct Scene {
     pub mpm: Option<MpmConfig>,
     /// The bodies' configuration; `None`: no DEM process. `threads` is 1, for the command line to change.
     pub dem: Option<DemConfig>,
+    /// Other solvers than the built-in ones.
+    pub solvers: Solvers,
     /// The exchange between the processes.
     pub coupling: Coupling,
     /// What is recorded.
@@ -60,8 +65,8 @@ pub struct Scene {
     pub constants: BTreeMap<String, f64>,
     /// The quantities that columns and checks are made of.
     pub quantities: Quantities,
-    /// The scene after variant and `--set`, with CSV references replaced by their numbers: a scene file again, that
-    /// stands alone.
+    /// The scene after variant and `--set`, with CSV references replaced by their numbers, paths of solvers whole: a scene file
+    /// again, that stands alone.
     pub resolved_toml: String,
     /// BLAKE3 of [`Self::resolved_toml`] in hexadecimal.
     pub hash: String,
@@ -110,6 +115,15 @@ impl Criterion {
         kappa_1: 0.8,
         kappa_2: 0.1,
     };
+}
+
+/// Programs and their arguments in the place of the built-in solvers; `--join RUN` is added to them.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Solvers {
+    /// The continuum; `None`: the built-in one.
+    pub mpm: Option<Vec<String>>,
+    /// The bodies; `None`: the built-in one.
+    pub dem: Option<Vec<String>>,
 }
 
 /// The exchange between the processes.

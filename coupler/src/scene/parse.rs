@@ -12,8 +12,8 @@ use super::output::{self, Context};
 use super::problems::Problems;
 use super::written::{CouplingWritten, CriterionWritten, DemWritten, SceneWritten, TimeWritten};
 use super::{
-    Coupling, Criterion, Output, Scene, TimePlan, VERSION, bodies, continuum, schema, structure,
-    study,
+    Coupling, Criterion, Output, Scene, TimePlan, VERSION, bodies, continuum, schema, solvers,
+    structure, study,
 };
 use crate::check::{Check, Expected, Reference};
 use crate::diagnostic::SceneErrors;
@@ -22,7 +22,7 @@ use crate::quantity::Quantities;
 /// Most rows of a history: beyond, the file is of no use to anyone.
 const ROWS_LIMIT: f64 = 1e7;
 
-/// The scene of a document; CSV references are looked for in `directory`.
+/// The scene of a document; CSV references and solvers are looked for from `directory` on.
 pub(super) fn scene(mut document: Document, directory: &Path) -> Result<Scene, SceneErrors> {
     let mut faults = structure::faults(&document, &schema());
     faults.extend(not_finite(&document));
@@ -36,6 +36,9 @@ pub(super) fn scene(mut document: Document, directory: &Path) -> Result<Scene, S
     let mut warnings = problems.finish()?;
     let mut scene = scene.expect("where nothing was refused everything was made");
     inline_tables(&mut document, &scene.checks);
+    for (path, command) in solvers::resolved(&scene.solvers) {
+        document.replace(path, command);
+    }
     document.root.remove("study");
     scene.resolved_toml = toml::to_string(&document.root).expect("the tree came from TOML");
     scene.hash = blake3::hash(scene.resolved_toml.as_bytes())
@@ -146,6 +149,8 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
             "add an `[mpm]` section, a `[dem]` section, or both",
         );
     }
+    let present = [written.mpm.is_some(), bodies_written.is_some()];
+    let solvers = solvers::solvers(problems, &written.solvers, present, directory);
     let coupling = coupling(problems, &written.coupling, mpm.as_ref(), dem.as_ref());
     if let Some(mpm) = &mut mpm {
         mpm.skin = coupling.skin;
@@ -189,6 +194,7 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         time,
         mpm,
         dem,
+        solvers,
         coupling,
         output: Output { every, columns },
         checks,

@@ -103,7 +103,8 @@ fn runs(scene: &Scene) -> Vec<String> {
     if let Some(mpm) = &scene.mpm {
         let [nx, ny] = nodes(mpm);
         runs.push(format!(
-            "MPM process: about {} points in groups: {}, grid of {} x {} cells of {} m, shape {}, transfer {}",
+            "MPM process{}: about {} points in groups: {}, grid of {} x {} cells of {} m, shape {}, transfer {}",
+            other(scene.solvers.mpm.as_ref()),
             points(mpm),
             mpm.groups.iter().map(|g| g.name.as_str()).collect::<Vec<_>>().join(", "),
             nx - 1.0,
@@ -116,7 +117,8 @@ fn runs(scene: &Scene) -> Vec<String> {
     if let Some(dem) = &scene.dem {
         let count = |motion| dem.bodies.iter().filter(|b| b.motion == motion).count();
         runs.push(format!(
-            "DEM process: bodies: {} free, {} driven, {} fixed",
+            "DEM process{}: bodies: {} free, {} driven, {} fixed",
+            other(scene.solvers.dem.as_ref()),
             count(Motion::Free),
             count(Motion::Driven),
             count(Motion::Fixed)
@@ -153,6 +155,11 @@ fn runs(scene: &Scene) -> Vec<String> {
         scene.checks.len()
     ));
     runs
+}
+
+/// The command of a solver that is not the built-in one.
+fn other(command: Option<&Vec<String>>) -> String {
+    command.map_or_else(String::new, |words| format!(" `{}`", words.join(" ")))
 }
 
 /// A value as a scene file spells it, as JSON where it is a table.

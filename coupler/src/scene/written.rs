@@ -41,6 +41,9 @@ pub(crate) struct SceneWritten {
     /// Laws between surfaces, instead of these two.
     #[serde(default)]
     pub contact_pair: Vec<ContactPair>,
+    /// Programs in the place of the built-in solvers.
+    #[serde(default)]
+    pub solvers: SolversWritten,
     /// The exchange between the processes.
     #[serde(default)]
     pub coupling: CouplingWritten,
@@ -233,6 +236,17 @@ pub(crate) struct BodyWritten {
     /// Name of its surface, by which `[[contact_pair]]` refers to it; none by default.
     #[serde(default)]
     pub surface: String,
+}
+
+/// Programs in the place of the built-in solvers: command lines, to which `--join RUN` is added. Words that begin with
+/// `./` or `../` are paths from the scene file's folder.
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SolversWritten {
+    /// The continuum's solver; `built-in` by default.
+    pub mpm: Option<String>,
+    /// The bodies' solver; `built-in` by default.
+    pub dem: Option<String>,
 }
 
 /// The exchange between the processes.

@@ -1,0 +1,83 @@
+//! Other solvers than the built-in ones: programs that join the run (PROTOCOL.md, O-1).
+
+use std::path::{Path, absolute};
+
+use toml::Value;
+
+use super::Solvers;
+use super::problems::Problems;
+use super::written::SolversWritten;
+
+/// What stands for the solver that comes with Tandem.
+const BUILT_IN: &str = "built-in";
+
+/// The words of a command, as a shell splits them; those that begin with `./` or `../` are paths from `directory`, made
+/// absolute, so that the command means the same wherever it is read again. `None`: there is no word, or a quotation
+/// does not end.
+fn words(command: &str, directory: &Path) -> Option<Vec<String>> {
+    let from_here = |word: String| {
+        if !word.starts_with("./") && !word.starts_with("../") {
+            return word;
+        }
+        let path = directory.join(&word);
+        absolute(&path)
+            .unwrap_or(path)
+            .to_string_lossy()
+            .into_owned()
+    };
+    let words = shlex::split(command)?;
+    (!words.is_empty()).then(|| words.into_iter().map(from_here).collect())
+}
+
+/// Words as one command again.
+fn joined(words: &[String]) -> String {
+    shlex::try_join(words.iter().map(String::as_str)).expect("split off a text without zero bytes")
+}
+
+/// What `--dem COMMAND` and `--mpm COMMAND` are as `--set`: `side` is `dem` or `mpm`, paths are from the working
+/// directory.
+///
+/// # Errors
+/// A message, where `command` is none.
+pub fn solver_override(side: &str, command: &str) -> Result<String, String> {
+    let words = words(command, Path::new(".")).ok_or(format!("--{side}: not a command"))?;
+    Ok(format!("solvers.{side}={}", Value::String(joined(&words))))
+}
+
+/// The solvers as written; `present` tells which sides the scene has, paths are from `directory`.
+pub(super) fn solvers(
+    problems: &mut Problems,
+    written: &SolversWritten,
+    present: [bool; 2],
+    directory: &Path,
+) -> Solvers {
+    let mut solver = |side: &str, command: Option<&String>, present: bool| {
+        let command = command.filter(|command| command.as_str() != BUILT_IN)?;
+        let path = format!("solvers.{side}");
+        if !present {
+            problems.warn(format!(
+                "`{path}` has no effect: the scene has no `[{side}]`"
+            ));
+        }
+        let words = words(command, directory);
+        if words.is_none() {
+            problems.refuse(
+                &path,
+                format!("`{path}` is {command:?}, expected a command"),
+                format!("such as `python3 ./my_{side}.py`, or `{BUILT_IN}`"),
+            );
+        }
+        words
+    };
+    Solvers {
+        mpm: solver("mpm", written.mpm.as_ref(), present[0]),
+        dem: solver("dem", written.dem.as_ref(), present[1]),
+    }
+}
+
+/// The commands with whole paths, for the resolved scene.
+pub(super) fn resolved(solvers: &Solvers) -> impl Iterator<Item = (&'static str, Value)> {
+    [("solvers.mpm", &solvers.mpm), ("solvers.dem", &solvers.dem)]
+        .into_iter()
+        .filter_map(|(path, words)| Some((path, Value::String(joined(words.as_ref()?)))))
+}
