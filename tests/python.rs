@@ -36,11 +36,16 @@ fn example() -> PathBuf {
     root().join("python/examples/disc_dem.py")
 }
 
-fn run_quick(place: &Place, out: &str, dem: Option<&str>, more: &[&str]) -> Ended {
-    let mut arguments = vec!["--variant", "quick"];
-    arguments.extend(dem.iter().flat_map(|command| ["--dem", command]));
+/// Runs a scene with the bodies of `command`, or with the built-in ones.
+fn run_with(place: &Place, out: &str, scene: &str, dem: Option<&str>, more: &[&str]) -> Ended {
+    let mut arguments: Vec<&str> = dem.iter().flat_map(|command| ["--dem", command]).collect();
     arguments.extend(more);
-    place.run(out, &scene(HARD), &arguments)
+    place.run(out, scene, &arguments)
+}
+
+fn run_quick(place: &Place, out: &str, dem: Option<&str>, more: &[&str]) -> Ended {
+    let more = [&["--variant", "quick"], more].concat();
+    run_with(place, out, &scene(HARD), dem, &more)
 }
 
 fn disc_dem() -> String {
@@ -94,15 +99,27 @@ fn assert_same(a: &History, b: &History) {
     }
 }
 
+/// Runs a scene with the built-in bodies and with those of `command`; both reach their end and leave nothing behind.
+#[track_caller]
+fn both(name: &str, command: &str, more: &[&str]) -> (Place, [RunFiles; 2]) {
+    let place = Place::new();
+    run_with(&place, "rust", &scene(name), None, more).expect(0);
+    let ended = run_with(&place, "python", &scene(name), Some(command), more).expect(0);
+    place.assert_clean(&ended.runs);
+    let files = ["rust", "python"].map(|out| RunFiles::read(&place.path(out)));
+    (place, files)
+}
+
 /// Runs the collision, changed by `more`, with the built-in bodies and with those of `command`: the same physics.
 #[track_caller]
 fn same_physics(command: &str, more: &[&str]) {
-    let place = Place::new();
-    run_quick(&place, "rust", None, more).expect(0);
-    let ended = run_quick(&place, "python", Some(command), more).expect(0);
-    place.assert_clean(&ended.runs);
-    let rust = RunFiles::read(&place.path("rust"));
-    let python = RunFiles::read(&place.path("python"));
+    same_physics_of(HARD, command, &[&["--variant", "quick"], more].concat());
+}
+
+/// As [`same_physics`], of any scene.
+#[track_caller]
+fn same_physics_of(name: &str, command: &str, more: &[&str]) {
+    let (_place, [rust, python]) = both(name, command, more);
     assert_same(&rust.history(), &python.history());
     assert_eq!(rust.summary["steps"], python.summary["steps"]);
     for key in ["dt_min", "dt_max"] {
@@ -179,6 +196,20 @@ fn what_the_python_solver_cannot_do_it_refuses_by_its_key() {
         .says(&["dem.point_contact.linear.damping_ratio", "no dashpots"]);
 }
 
+#[test]
+fn a_python_solver_in_the_wrong_seat_says_where_it_belongs() {
+    if !can_run() {
+        return;
+    }
+    let place = Place::new();
+    let more = ["--variant", "quick", "--mpm", &disc_dem()];
+    let ended = run_with(&place, "out", &scene(HARD), None, &more).expect(3);
+    // The built-in solver has the seat long before Python has started; else it is the one that finds it taken.
+    if !ended.stderr.contains("the dem solver ended") {
+        ended.says(&["the dem's seat cannot be taken", "belongs to --dem"]);
+    }
+}
+
 /// Runs with a solver that is the example but for `change`, Python that has its module as `disc_dem`.
 fn run_changed(place: &Place, change: &str) -> Ended {
     let folder = example().parent().unwrap().display().to_string();
@@ -250,4 +281,156 @@ fn the_python_solver_ends_when_its_coupler_is_killed() {
     assert_eq!(run.end().signal(), Some(9));
     let gone = until(Duration::from_secs(5), || (!lives(dem)).then_some(()));
     assert!(gone.is_some(), "the solver of a dead coupler lives on");
+}
+
+/// A continuum of another kind, points joined by springs, gives the collision of an elastic disc but for its waves.
+#[test]
+fn springs_in_python_take_the_place_of_the_continuum() {
+    if !can_run() {
+        return;
+    }
+    let springs = root().join("python/examples/springs_mpm.py");
+    let springs = format!("python3 '{}'", springs.display());
+    let elastic = "mpm.material.0.model.linear_elastic.shear_modulus=3e6";
+    let coarse = [
+        "--variant",
+        "quick",
+        "--set",
+        elastic,
+        "--set",
+        "mpm.points.0.spacing.per_cell=4",
+    ];
+    let place = Place::new();
+    run_with(&place, "rust", &scene(HARD), None, &coarse).expect(0);
+    // Both sides in Python: the coupler is all that is left of Tandem.
+    let more = [&coarse[..], &["--mpm", &springs]].concat();
+    let ended = run_with(&place, "python", &scene(HARD), Some(&disc_dem()), &more).expect(0);
+    place.assert_clean(&ended.runs);
+    let [rust, python] = ["rust", "python"].map(|out| RunFiles::read(&place.path(out)));
+    assert!(python.number("momentum_error") < 1e-12);
+    for (name, share) in [("v_target [m/s]", 0.01), ("force [N/m]", 0.03)] {
+        let largest =
+            |files: &RunFiles| files.history().column(name).into_iter().fold(0.0, f64::max);
+        let (x, y) = (largest(&rust), largest(&python));
+        assert!((x - y).abs() <= share * x, "{name}: {x} and {y}");
+    }
+    let more = ["--variant", "quick", "--mpm", &springs];
+    run_with(&place, "refused", &scene(HARD), None, &more)
+        .expect(3)
+        .says(&["mpm.groups[0].material", "bulk_modulus = 5/3 shear_modulus"]);
+}
+
+const TUMBLE: &str = "verification/tumble";
+/// The collision of it, without the flight.
+const COLLISION: [&str; 2] = ["--set", "time.end=0.006"];
+
+/// The command of YADE as the bodies' side, by the first Python that has it; tells if there is none.
+fn yade_dem() -> Option<String> {
+    let example = root().join("python/examples/yade_dem.py");
+    // Started by hand it says how it wants to be started, once it has imported all it needs.
+    let has_it = |python: &&str| {
+        let mut command = Command::new(python);
+        command.arg(&example).stdout(Stdio::null());
+        command.stderr(Stdio::null());
+        command
+            .status()
+            .is_ok_and(|status| status.code() == Some(2))
+    };
+    let python = ["python3", "/usr/bin/python3"].into_iter().find(has_it);
+    if python.is_none() {
+        println!(
+            "skipped: no Python has both yade and iceoryx2 (docs/solver-authors.md says how to get them)"
+        );
+    }
+    Some(format!("{} '{}'", python?, example.display()))
+}
+
+#[test]
+fn yade_moves_a_block_without_friction_as_the_built_in_solver_does() {
+    if let Some(yade) = yade_dem() {
+        same_physics_of(TUMBLE, &yade, &[]);
+    }
+}
+
+#[test]
+fn yade_takes_discs_too() {
+    if let Some(yade) = yade_dem() {
+        same_physics(&yade, &["--set", "contact.linear.friction=0"]);
+    }
+}
+
+/// YADE's grid connections slide by another way (docs/solver-authors.md), so with friction the two differ by some
+/// percent; the books balance all the same.
+#[test]
+fn yade_with_friction_keeps_the_books_and_comes_near() {
+    let Some(yade) = yade_dem() else { return };
+    let rough = [&["--variant", "rough"], &COLLISION[..]].concat();
+    let (_place, [rust, yade]) = both(TUMBLE, &yade, &rough);
+    let (a, b) = (rust.history(), yade.history());
+    let last = |history: &History, name: &str| *history.column(name).last().unwrap();
+    for (name, share) in [
+        ("v_block [m/s]", 0.01),
+        ("spin [rad/s]", 0.05),
+        ("angle [rad]", 0.05),
+    ] {
+        let (x, y) = (last(&a, name), last(&b, name));
+        assert!((x - y).abs() <= share * x.abs(), "{name}: {x} and {y}");
+        assert!(
+            (x - y).abs() > SAME * x.abs(),
+            "{name}: friction is not YADE's own"
+        );
+    }
+    let residual = |history: &History| last(history, "residual [1]");
+    assert!((residual(&a) - residual(&b)).abs() < 1e-3);
+}
+
+#[test]
+fn yade_does_the_same_whatever_the_window() {
+    let Some(yade) = yade_dem() else { return };
+    let place = Place::new();
+    let hash = |window: &str| {
+        let more = [
+            "--variant",
+            "rough",
+            "--set",
+            "time.end=0.003",
+            "--set",
+            "check=[]",
+            "--window",
+            window,
+        ];
+        run_with(&place, window, &scene(TUMBLE), Some(&yade), &more).expect(0);
+        RunFiles::read(&place.path(window))
+            .text("state_hash")
+            .to_owned()
+    };
+    assert_eq!(hash("1"), hash("64"));
+}
+
+#[test]
+fn what_yade_cannot_do_is_refused_by_its_key() {
+    let Some(yade) = yade_dem() else { return };
+    let place = Place::new();
+    let refused = |set: &str, phrases: &[&str]| {
+        let more = ["--set", set];
+        run_with(&place, "out", &scene(TUMBLE), Some(&yade), &more)
+            .expect(3)
+            .says(phrases);
+    };
+    refused(
+        "contact.linear.damping_ratio=0.1",
+        &["dem.point_contact.linear.damping_ratio", "no viscous law"],
+    );
+    refused(
+        "body_contact={linear={normal_stiffness=6e4}}",
+        &["dem.body_contact", "do not touch one another"],
+    );
+    refused(
+        "dem.body.0.sphero_radius=0",
+        &["dem.bodies[0].sphero_radius", "above 0"],
+    );
+    refused(
+        "dem.body.0.motion=driven",
+        &["dem.bodies[0].motion", "`free` and `fixed`"],
+    );
 }

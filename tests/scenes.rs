@@ -203,6 +203,7 @@ scenes! {
     body_bounce: "verification/body_bounce",
     oblique_impact: "verification/oblique_impact",
     off_centre_hit: "verification/off_centre_hit",
+    tumble: "verification/tumble",
     hopper: "verification/hopper",
 }
 

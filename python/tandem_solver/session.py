@@ -1,6 +1,7 @@
-"""Drives a rigid-body solver through a session, in the only order there is (PROTOCOL.md sections 2 and 5).
+"""Drives a solver through a session, in the only order there is (PROTOCOL.md sections 2 and 5): what both sides have in
+common, and the bodies' side. The continuum's is in `continuum.py`.
 
-A solver is an object with
+A rigid-body solver is an object with
 
     identity                        name and version
     configure(config) -> Readiness  the object of section 10, or raises Refusal(key, message)
@@ -62,10 +63,10 @@ class Answer:
 
 @dataclass
 class Measurement:
-    """Section 9: the ledger and one BodyState for each body."""
+    """Section 9: the ledger and one BodyState for each body, or one GroupState for each group of points."""
 
     ledger: wire.Ledger
-    bodies: list
+    items: list
 
 
 class _Stopwatch:
@@ -78,18 +79,23 @@ class _Stopwatch:
         self.last = now
 
 
-class _Dem:
-    """A dem's end of its lines."""
+class Seat:
+    """A solver's end of its lines; a side adds its own lines (`open`), its steps (`window`) and its end (`drain`)."""
+
+    PARTY: str
+    OTHER: str
+    # Where its measurement goes: channel and record.
+    RESULTS: tuple
 
     def __init__(self, run, solver):
         self.run, self.solver, self.watch, self.step = run, solver, _Stopwatch(), 0
         self.generation, self.set, self.deadline, self.ready = 0, [], SETUP, False
-        byte = ctypes.c_uint8
-        self.orders, self.grants = run.inlet("dem/orders", byte), run.inlet("dem/grants", wire.Grant)
-        self.notices = run.outlet("dem/notices", byte, 65536)
-        self.reports = run.outlet("dem/reports", wire.Report)
-        self.bell, self.rope = run.bell("coupler", "dem"), run.rope("dem", "coupler")
-        self.notify(control.hello("dem", solver.identity, os.getpid()))
+        byte, me = ctypes.c_uint8, self.PARTY
+        self.orders, self.grants = run.inlet(f"{me}/orders", byte), run.inlet(f"{me}/grants", wire.Grant)
+        self.notices = run.outlet(f"{me}/notices", byte, 65536)
+        self.reports = run.outlet(f"{me}/reports", wire.Report)
+        self.bell, self.rope = run.bell("coupler", me), run.rope(me, "coupler")
+        self.notify(control.hello(me, solver.identity, os.getpid()))
 
     # The line to the coupler.
 
@@ -165,13 +171,11 @@ class _Dem:
             raise self.broken("coupler", "S-5", str(error)) from None
         self.deadline, self.coupled = configure.deadline, configure.coupled
         readiness = self.solver.configure(config)
-        self.bodies = self.run.outlet("dem/bodies", wire.BodyState)
+        self.results = self.run.outlet(*self.RESULTS)
         if self.coupled:
-            self.set_in = self.run.inlet("imp/set", wire.ImpInfo)
-            self.states_in = self.run.inlet("imp/states", wire.ImpState)
-            self.forces_out = self.run.outlet("imp/forces", wire.ImpForce)
-            self.envelopes_out = self.run.outlet("imp/envelopes", wire.EnvelopeVertex)
-            self.mpm_bell, self.mpm_rope = self.run.bell("mpm", "dem"), self.run.rope("dem", "mpm")
+            self.other_bell = self.run.bell(self.OTHER, self.PARTY)
+            self.other_rope = self.run.rope(self.PARTY, self.OTHER)
+        self.open(config)
         self.notify(control.ready(configure.scene_hash, readiness))
         self.ready = True
         while (grant := self.next()) is not None:
@@ -180,11 +184,12 @@ class _Dem:
             if report.measured:
                 measurement = self.solver.measurement()
                 report.ledger = measurement.ledger
-                for body in measurement.bodies:
-                    self.checked("dem", "R-3", body)
-                data = b"".join(map(bytes, measurement.bodies))
-                self.bodies.send(wire.StepHeader(step=grant.first), len(measurement.bodies), data)
+                for item in measurement.items:
+                    self.checked(self.PARTY, "R-3", item)
+                data = b"".join(map(bytes, measurement.items))
+                self.results.send(wire.StepHeader(step=grant.first), len(measurement.items), data)
             self.report(report)
+        self.drain()
         self.notify(control.bye())
         self.await_order(control.Close, "S-3")
 
@@ -193,20 +198,68 @@ class _Dem:
         spent = self.watch.spent
         report.compute_ns, report.exchange_ns, report.wait_ns = spent["compute"], spent["exchange"], spent["wait"]
         report.cpu_ns = time.process_time_ns()
-        self.checked("dem", "R-2", report)
+        self.checked(self.PARTY, "R-2", report)
         self.reports.send(wire.StepHeader(epoch=report.epoch, step=report.next), 1, bytes(report))
         self.rope.notify()
         self.watch.lap("exchange")
 
-    # The steps of a grant, and the line to the continuum.
-
-    def window(self, grant):
-        halted, limits = False, None
-        measure = grant.flags & wire.MEASURE != 0
+    def steps(self, grant):
+        """The steps of a grant, one after the other, and how many follow in it."""
         for k in range(grant.steps):
             done = grant.steps_in_epoch + k
             dt_before = grant.dt_before_epoch if done == 0 else grant.dt
-            step = Step(self.step, grant.epoch_start + done * grant.dt, dt_before, grant.dt, measure and k == 0)
+            measure = grant.flags & wire.MEASURE != 0 and k == 0
+            yield Step(self.step, grant.epoch_start + done * grant.dt, dt_before, grant.dt, measure), grant.steps - k - 1
+
+    def made(self, grant, halted, limits):
+        """The report on a grant."""
+        measured = grant.flags & wire.MEASURE != 0
+        report = wire.Report(epoch=grant.epoch, next=self.step, halted=halted, measured=measured, limits=limits)
+        report.imps, report.rebuilds = len(self.set), self.generation
+        return report
+
+    def lament(self, fault, message):
+        """Last words (clause S-10)."""
+        self.say_last(control.failed(self.step, fault, message))
+
+    def say_last(self, notice):
+        """Before Ready the coupler may be waiting for the other solver: until it has read this, the process that has
+        said it has to be there, or only its end is seen (clause S-8)."""
+        self.notify(notice)
+        if not self.ready:
+            try:
+                wait(self.order, self.bell, self.alive, SETUP, "coupler: no Abort")
+            except SessionError:
+                pass  # Abort is what was waited for
+
+
+def allows(grant, limits):
+    """Clause L-3."""
+    return (
+        limits.omega_sq + limits.contact_omega_sq <= grant.budget_omega_sq
+        and limits.speed <= grant.budget_speed
+        and limits.damping <= grant.budget_damping
+    )
+
+
+class _Dem(Seat):
+    """The bodies' side: the steps of a grant, and the line to the continuum."""
+
+    PARTY, OTHER, RESULTS = "dem", "mpm", ("dem/bodies", wire.BodyState)
+
+    def open(self, config):
+        if self.coupled:
+            self.set_in = self.run.inlet("imp/set", wire.ImpInfo)
+            self.states_in = self.run.inlet("imp/states", wire.ImpState)
+            self.forces_out = self.run.outlet("imp/forces", wire.ImpForce)
+            self.envelopes_out = self.run.outlet("imp/envelopes", wire.EnvelopeVertex)
+
+    def drain(self):
+        """Nothing: the end state of the bodies is the measurement of the closing step (clause D-1)."""
+
+    def window(self, grant):
+        halted, limits = False, None
+        for step, left in self.steps(grant):
             states = self.states(grant, step) if self.coupled else []
             if states is None:
                 halted = True
@@ -215,30 +268,24 @@ class _Dem:
             self.watch.lap("compute")
             limits = answer.limits
             self.checked("dem", "L-1", limits)
-            allowed = (
-                limits.omega_sq + limits.contact_omega_sq <= grant.budget_omega_sq
-                and limits.speed <= grant.budget_speed
-                and limits.damping <= grant.budget_damping
-            )
+            allowed = allows(grant, limits)
             if self.coupled:
                 self.answer(grant, step, answer, 0 if allowed else wire.HALT_AFTER)
             self.solver.advance(step)
             self.step += 1
-            if not allowed and k + 1 < grant.steps:
+            if not allowed and left > 0:
                 halted = True
                 break
         if limits is None:
             raise self.broken("mpm", "H-1", "a halt before the first step of a window")
-        report = wire.Report(epoch=grant.epoch, next=self.step, halted=halted, measured=measure, limits=limits)
-        report.imps, report.rebuilds = len(self.set), self.generation
-        return report
+        return self.made(grant, halted, limits)
 
     def states(self, grant, step):
         """The states of this step, or None if mpm halts before it."""
         while True:
             self.watch.lap("compute")
             late = f"mpm: no states of step {step.index}"
-            header, count, data = wait(self.states_in.receive, self.mpm_bell, self.alarm, self.deadline, late)
+            header, count, data = wait(self.states_in.receive, self.other_bell, self.alarm, self.deadline, late)
             self.watch.lap("wait")
             if (header.step, header.epoch) != (step.index, grant.epoch):
                 raise self.broken("mpm", "I-1", f"states of step {header.step} epoch {header.epoch}")
@@ -251,7 +298,7 @@ class _Dem:
                 raise self.broken("dem", "E-3", f"envelopes {vertices}")
             data = b"".join(wire.EnvelopeVertex.FLAT.pack(*vertex) for vertex in vertices)
             self.envelopes_out.send(wire.StepHeader(epoch=grant.epoch, step=step.index), len(vertices), data)
-            self.mpm_rope.notify()
+            self.other_rope.notify()
             self.watch.lap("exchange")
         if header.flags & wire.NEW_SET:
             self.take_set(header)
@@ -292,47 +339,41 @@ class _Dem:
             message = f"force {slot} is not finite, or its stiffness negative: {forces[slot]}"
             raise self.broken("dem", "F-4", message)
         self.forces_out.send(header, len(forces), b"".join(wire.ImpForce.FLAT.pack(*force) for force in forces))
-        self.mpm_rope.notify()
+        self.other_rope.notify()
         self.watch.lap("exchange")
-
-    def lament(self, fault, message):
-        """Last words (clause S-10)."""
-        self.say_last(control.failed(self.step, fault, message))
-
-    def say_last(self, notice):
-        """Before Ready the coupler may be waiting for the other solver: until it has read this, the process that has
-        said it has to be there, or only its end is seen (clause S-8)."""
-        self.notify(notice)
-        if not self.ready:
-            try:
-                wait(self.order, self.bell, self.alive, SETUP, "coupler: no Abort")
-            except SessionError:
-                pass  # Abort is what was waited for
 
 
 def serve_dem(solver, arguments=None):
     """Joins the run that the arguments (`--join ID`) name, serves until it is closed; returns the exit status (X-2)."""
+    return serve(_Dem, solver, arguments)
+
+
+def serve(side, solver, arguments):
+    """As [`serve_dem`], for any side."""
     arguments = sys.argv[1:] if arguments is None else arguments
     if len(arguments) != 2 or arguments[0] != "--join":
         print("error: a solver is started by `tandem run`, or by hand with `--join RUN`", file=sys.stderr)
         return 2
-    dem = None
+    seat = None
     try:
-        dem = _Dem(Run(arguments[1], "dem"), solver)
-        dem.serve()
+        seat = side(Run(arguments[1], side.PARTY), solver)
+        seat.serve()
         return 0
     except control.Refusal as refusal:
-        dem.say_last(control.refused(refusal))
+        seat.say_last(control.refused(refusal))
     except (Aborted, CouplerGone):
         pass
     except control.Fault as fault:
-        dem.lament(fault, str(fault))
+        seat.lament(fault, str(fault))
     except Exception as error:  # whatever it is, the coupler shall know before this process ends
-        if dem is None:
+        if isinstance(error, SessionError) and seat is None:
             print(f"error: {error}", file=sys.stderr)
+        elif seat is None:
+            seats = "who computes bodies belongs to --dem, a continuum to --mpm"
+            print(f"error: the {side.PARTY}'s seat cannot be taken: {error} ({seats})", file=sys.stderr)
         else:
             told = isinstance(error, SessionError)
-            dem.lament(None, str(error) if told else f"{type(error).__name__}: {error}")
+            seat.lament(None, str(error) if told else f"{type(error).__name__}: {error}")
             if not told:
                 traceback.print_exc()
     return 3

@@ -1,0 +1,189 @@
+"""Points joined by springs against the bodies: a continuum's side for Tandem in one file, without a grid.
+
+    tandem run scenes/jiang2020/collision_hard.toml --variant quick --mpm "python3 python/examples/springs_mpm.py" \\
+        --set mpm.material.0.model.linear_elastic.shear_modulus=3e6
+
+A square lattice with springs k = 2 G along its sides and G along its diagonals is an elastic solid with lambda = G, so
+only materials with K = 5/3 G are taken. What belongs to a grid (shape, transfer and so on) is not used, and said so.
+"""
+
+import math
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # runs without having been installed
+
+from tandem_solver import Fault, GroupState, Ledger, Limits, Measurement, NotFinite  # noqa: E402
+from tandem_solver import Readiness, Refusal, serve_mpm  # noqa: E402
+
+# What has to be as it is by default, or what a lattice of springs has no use for.
+PLAIN = {"forcing": [{}, None, {"body_force": None, "tractions": [], "stages": []}], "grid_contact": [None]}
+PLAIN |= {"contact_force": ["point"], "leaving": ["stop"], "plane": ["strain"]}
+PLAIN |= {"walls": [dict.fromkeys(("left", "right", "bottom", "top"), "open")]}
+
+
+def distance(outline, x, y):
+    """Distance of a point from an outline, 0 within a polygon."""
+    best, inside, n = math.inf, False, len(outline)
+    for (ax, ay), (bx, by) in zip(outline, outline[1:] + outline[:1]):
+        ex, ey = bx - ax, by - ay
+        length = ex * ex + ey * ey
+        s = min(1.0, max(0.0, ((x - ax) * ex + (y - ay) * ey) / length)) if length > 0.0 else 0.0
+        best = min(best, math.hypot(x - ax - s * ex, y - ay - s * ey))
+        if (ay > y) != (by > y):
+            inside ^= x < ax + (y - ay) / ey * ex
+    return 0.0 if inside and n > 2 else best
+
+
+class Springs:
+    """Positions `x` at t_n, velocities `v` at t_{n-1/2}, by point; ids are their places in these lists."""
+
+    identity = "springs_mpm 0.1"
+
+    def configure(self, config):
+        for key, accepted in PLAIN.items():
+            if config.get(key, accepted[0]) not in accepted:
+                raise Refusal(f"mpm.{key}", f"there is no grid here: {accepted[0]} is accepted")
+        self.domain, self.gravity, self.skin = config["domain"], config["gravity"], config["skin"]
+        self.x, self.v, self.mass, self.radius, self.group, self.springs = [], [], [], [], [], []
+        for index, group in enumerate(config["groups"]):
+            self.fill(index, group, config["materials"][group["material"]], config["cell"])
+        self.count = len(config["groups"])
+        stiffness = [0.0] * len(self.x)
+        for i, j, _, k in self.springs:
+            stiffness[i] += k
+            stiffness[j] += k
+        # Gershgorin: a row of K has 2 k of each spring.
+        self.omega_sq = max(2.0 * k / m for k, m in zip(stiffness, self.mass))
+        self.selected, self.travelled, self.impulse, self.fallen = [], 0.0, [0.0, 0.0], 0.0
+        notes = ["no grid: cell is for spacing only; shape, transfer and stress_update are not used; one thread"]
+        return Readiness(items=len(self.x), mass_min=min(self.mass), notes=notes)
+
+    def fill(self, index, group, material, cell):
+        key = f"mpm.groups[{index}]"
+        model = material["model"].get("linear_elastic")
+        if model is None or abs(model["bulk_modulus"] / model["shear_modulus"] - 5.0 / 3.0) > 1e-9:
+            raise Refusal(f"{key}.material", "springs are `linear_elastic` with bulk_modulus = 5/3 shear_modulus")
+        if group.get("rigid") or any((group.get("fields") or {}).values()):
+            raise Refusal(key, "neither `rigid` nor initial fields are known here")
+        spacing, fill = group["spacing"], group["fill"]
+        h = spacing.get("distance") or (cell / math.sqrt(spacing["per_cell"]) if "per_cell" in spacing else None)
+        if h is None or "disc" not in fill:
+            raise Refusal(f"{key}.fill", "only `disc`, with spacing `per_cell` or `distance`")
+        (cx, cy), r = fill["disc"]["center"], fill["disc"]["radius"]
+        n, first, at = math.ceil(r / h), len(self.x), {}
+        for row in range(-n, n):
+            for column in range(-n, n):
+                dx, dy = (column + 0.5) * h, (row + 0.5) * h
+                if math.hypot(dx, dy) <= r:
+                    at[row, column] = len(self.x)
+                    self.x.append((cx + dx, cy + dy))
+        added = len(self.x) - first
+        self.v += [tuple(group["velocity"])] * added
+        self.mass += [material["density"] * h * h] * added
+        self.radius += [group["contact_radius"] or 0.5 * h] * added
+        self.group += [index] * added
+        for (row, column), i in at.items():
+            for to, length, k in (((0, 1), h, 2.0), ((1, 0), h, 2.0), ((1, 1), None, 1.0), ((1, -1), None, 1.0)):
+                j = at.get((row + to[0], column + to[1]))
+                if j is not None:
+                    self.springs.append((i, j, length or math.sqrt(2.0) * h, k * model["shear_modulus"]))
+
+    def select(self, envelopes):
+        bodies = {}
+        for body, x, y, reach in envelopes:
+            bodies.setdefault(body, ([], reach))[0].append((x, y))
+        self.travelled = 0.0
+        near = [
+            any(distance(outline, *x) <= reach + r + self.skin for outline, reach in bodies.values())
+            for x, r in zip(self.x, self.radius)
+        ]
+        self.selected = [i for i, is_near in enumerate(near) if is_near]
+        return [(i, self.radius[i], self.mass[i], self.group[i], 0) for i in self.selected]
+
+    def travel(self):
+        return self.travelled
+
+    def states(self):
+        return [(*self.x[i], *self.v[i]) for i in self.selected]
+
+    def step(self, step, forces):
+        force, elastic = [[0.0, 0.0] for _ in self.x], 0.0
+        for i, j, length, k in self.springs:
+            dx, dy = self.x[j][0] - self.x[i][0], self.x[j][1] - self.x[i][1]
+            now = math.hypot(dx, dy)
+            pull = k * (now - length) / now
+            elastic += 0.5 * k * (now - length) ** 2
+            force[i][0] += pull * dx
+            force[i][1] += pull * dy
+            force[j][0] -= pull * dx
+            force[j][1] -= pull * dy
+        taken = list(zip(self.selected, forces()))
+        rate = 0.0
+        for i, (fx, fy, stiffness) in taken:
+            force[i][0] += fx
+            force[i][1] += fy
+            rate = max(rate, stiffness / self.mass[i])
+        (gx, gy), kick = self.gravity, step.kick
+        kicked = [
+            (vx + (fx / m + gx) * kick, vy + (fy / m + gy) * kick)
+            for (vx, vy), (fx, fy), m in zip(self.v, force, self.mass)
+        ]
+        push = [sum(f[axis] for _, f in taken) for axis in range(2)]
+        impulse = [before + kick * f for before, f in zip(self.impulse, push)]
+        fallen = self.fallen + kick
+        if step.measure:
+            self.measure(step.centring, kicked, elastic, taken, push, impulse, fallen)
+        fastest = max(math.hypot(*v) for v in kicked)
+        if not math.isfinite(fastest):
+            point = next(i for i, v in enumerate(kicked) if not math.isfinite(math.hypot(*v)))
+            raise NotFinite("velocity", f"point {point}")
+        if not step.opening:
+            self.v, self.impulse, self.fallen = kicked, impulse, fallen
+            self.x = [(x + vx * step.dt, y + vy * step.dt) for (x, y), (vx, vy) in zip(self.x, kicked)]
+            self.travelled += fastest * step.dt
+            lower, upper = self.domain
+            for i, x in enumerate(self.x):
+                if not all(low <= c <= high for low, c, high in zip(lower, x, upper)):
+                    raise Fault(f"point {i} left the domain at {x} m")
+        mobility = max((1.0 / self.mass[i] for i in self.selected), default=0.0)
+        return Limits(omega_sq=self.omega_sq, contact_omega_sq=rate, speed=fastest, mobility=mobility)
+
+    def measure(self, w, kicked, elastic, taken, push, impulse, fallen):
+        ledger, groups = Ledger(elastic=elastic, contact_force=tuple(push), contact_impulse=tuple(impulse)), []
+        ledger.contacts = sum((fx, fy) != (0.0, 0.0) for _, (fx, fy, _) in taken)
+        for g in range(self.count):
+            state = GroupState(lower=(math.inf,) * 2, upper=(-math.inf,) * 2)
+            for i in (i for i, group in enumerate(self.group) if group == g):
+                m, x, before, after = self.mass[i], self.x[i], self.v[i], kicked[i]
+                state.mass += m
+                for axis in range(2):
+                    state.position[axis] += m * x[axis]
+                    state.velocity[axis] += m * ((1.0 - w) * before[axis] + w * after[axis])
+                    state.kinetic += 0.5 * m * ((1.0 - w) * before[axis] ** 2 + w * after[axis] ** 2)
+                    state.lower[axis] = min(state.lower[axis], x[axis])
+                    state.upper[axis] = max(state.upper[axis], x[axis])
+                    ledger.momentum[axis] += m * after[axis]
+                    ledger.gravity -= m * self.gravity[axis] * x[axis]
+                    ledger.applied_impulse[axis] += m * self.gravity[axis] * fallen
+            for axis in range(2):
+                state.position[axis] /= state.mass
+                state.velocity[axis] /= state.mass
+            for i, (fx, fy, _) in taken:
+                if self.group[i] == g and (fx, fy) != (0.0, 0.0):
+                    state.contact_force[0] += fx
+                    state.contact_force[1] += fy
+                    state.contacts += 1
+            ledger.kinetic += state.kinetic
+            groups.append(state)
+        self.measured = Measurement(ledger, groups)
+
+    def measurement(self):
+        return self.measured
+
+    def points(self):
+        return [(i, *x, *v) for i, (x, v) in enumerate(zip(self.x, self.v))]
+
+
+if __name__ == "__main__":
+    sys.exit(serve_mpm(Springs()))

@@ -1,0 +1,152 @@
+"""The continuum's side of a session (PROTOCOL.md sections 5 to 7); `session.py` has what both sides have in common.
+
+A continuum solver is an object with
+
+    identity                        name and version
+    configure(config) -> Readiness  the object of section 10, or raises Refusal(key, message)
+    select(envelopes) -> infos      (body, x, y, reach) of all outlines; who is identified from now on (clause I-7):
+                                    (id, radius, mass, group, 0), ids rising; the origin of travel
+    travel()                        upper bound of any point's displacement since the last selection, m
+    states()                        (x, y, vx, vy) of those who are identified, as they were selected
+    step(step, forces) -> Limits    to t_{n+1}; `forces()` is called once and gives (fx, fy, stiffness) of each slot
+    measurement() -> Measurement    of the last step with `step.measure`
+    points()                        (id, x, y, vx, vy) of all points, ids rising
+"""
+
+import math
+
+from . import wire
+from .channel import wait
+from .session import Seat, allows, serve
+
+
+class _Mpm(Seat):
+    """The continuum's side: the steps of a grant, and the line to the bodies."""
+
+    PARTY, OTHER, RESULTS = "mpm", "dem", ("mpm/groups", wire.GroupState)
+
+    def open(self, config):
+        self.points_out = self.run.outlet("mpm/points", wire.PointState)
+        if self.coupled:
+            self.set_out = self.run.outlet("imp/set", wire.ImpInfo)
+            self.states_out = self.run.outlet("imp/states", wire.ImpState)
+            self.forces_in = self.run.inlet("imp/forces", wire.ImpForce)
+            self.envelopes_in = self.run.inlet("imp/envelopes", wire.EnvelopeVertex)
+            radii = [group["contact_radius"] for group in config["groups"] if group["contact_radius"] is not None]
+            # Clause I-6. Any point may become identified: the kinematic limit counts them all.
+            self.allowed_travel = config["skin"] - 0.5 * max(radii, default=0.0)
+            self.radius_min = min(radii, default=0.0)
+            self.fastest = max((math.hypot(*point[3:]) for point in self.solver.points()), default=0.0)
+            self.bodies_travel, self.halt_after = 0.0, False
+
+    def drain(self):
+        """All points that are left (clause D-1)."""
+        points = self.solver.points()
+        if not wire.finite(points):
+            raise self.broken("mpm", "D-1", "a point's state is not finite")
+        data = b"".join(wire.PointState.FLAT.pack(*point) for point in points)
+        self.points_out.send(wire.StepHeader(step=self.step), len(points), data)
+
+    def window(self, grant):
+        halted, limits = False, None
+        for step, left in self.steps(grant):
+            if limits is not None and not allows(grant, limits):
+                halted = True
+                if self.coupled:
+                    self.say(grant, wire.HALT_BEFORE)
+                break
+            limits = self.coupled_step(grant, step) if self.coupled else self.solver.step(step, lambda: [])
+            self.checked("mpm", "L-1", limits)
+            self.step += 1
+            if self.coupled and self.halt_after and left > 0:
+                halted = True
+                break
+        return self.made(grant, halted, limits)
+
+    def header(self, grant, flags):
+        return wire.StepHeader(epoch=grant.epoch, step=self.step, flags=flags, set=self.generation)
+
+    def say(self, grant, flags):
+        """A message without states."""
+        self.watch.lap("compute")
+        self.states_out.send(self.header(grant, flags), 0, b"")
+        self.other_rope.notify()
+        self.watch.lap("exchange")
+
+    def coupled_step(self, grant, step):
+        new_set = self.generation == 0 or self.solver.travel() + self.bodies_travel > self.allowed_travel
+        if new_set:
+            self.rebuild(grant)
+        before, states = self.solver.travel(), self.solver.states()
+        self.watch.lap("compute")
+        if len(states) != len(self.set) or not wire.finite(states):
+            raise self.broken("mpm", "I-3", f"{len(states)} states of {len(self.set)} points, or one is not finite")
+        data = b"".join(wire.ImpState.FLAT.pack(*state) for state in states)
+        self.states_out.send(self.header(grant, wire.NEW_SET if new_set else 0), len(states), data)
+        self.other_rope.notify()
+        self.watch.lap("exchange")
+        taken = []
+
+        def forces():
+            if taken:
+                raise self.broken("mpm", "F-1", "the forces were taken twice")
+            taken.append(self.forces(grant))
+            return taken[0]
+
+        limits = self.solver.step(step, forces)
+        self.watch.lap("compute")
+        if not taken:
+            raise self.broken("mpm", "F-1", "the contact forces were not taken")
+        if step.dt > 0.0:
+            self.fastest = (self.solver.travel() - before) / step.dt
+        limits.speed, limits.radius_min = max(limits.speed, self.fastest), self.radius_min
+        return limits
+
+    def rebuild(self, grant):
+        """Chooses the set anew from the bodies' present envelopes and announces it."""
+        self.say(grant, wire.WANT_ENVELOPES)
+        header, count, data = self.awaited(self.envelopes_in, "envelopes")
+        if (header.step, header.epoch, header.count) != (self.step, grant.epoch, count):
+            raise self.broken("dem", "E-2", f"{count} envelopes of step {header.step}, {header.count} announced")
+        envelopes = list(wire.EnvelopeVertex.FLAT.iter_unpack(data))
+        if not wire.finite(envelopes) or any(vertex[3] < 0.0 for vertex in envelopes):
+            raise self.broken("dem", "E-3", "an envelope is not finite, or its reach negative")
+        self.set = self.solver.select(envelopes)
+        self.generation, self.bodies_travel = self.generation + 1, 0.0
+        rising = all(a[0] < b[0] for a, b in zip(self.set, self.set[1:]))
+        if not (rising and wire.finite(self.set) and all(info[1] > 0.0 and info[2] > 0.0 for info in self.set)):
+            raise self.broken("mpm", "I-2", "ids must rise, radius and mass must be positive and finite")
+        self.watch.lap("compute")
+        data = b"".join(wire.ImpInfo.FLAT.pack(*info) for info in self.set)
+        self.set_out.send(self.header(grant, wire.NEW_SET), len(self.set), data)
+        self.watch.lap("exchange")
+
+    def awaited(self, inlet, what):
+        late = f"dem: no {what} of step {self.step}"
+        self.watch.lap("compute")
+        found = wait(inlet.receive, self.other_bell, self.alarm, self.deadline, late)
+        self.watch.lap("wait")
+        return found
+
+    def forces(self, grant):
+        """The bodies' answer to the states of this step."""
+        header, count, data = self.awaited(self.forces_in, "forces")
+        if (header.step, header.epoch) != (self.step, grant.epoch):
+            raise self.broken("dem", "F-2", f"forces of step {header.step} epoch {header.epoch}")
+        if (header.set, header.count, count) != (self.generation, len(self.set), len(self.set)):
+            raise self.broken("dem", "F-3", f"{count} forces for set {header.set}, expected {len(self.set)}")
+        self.checked("dem", "F-4", header)
+        forces = list(wire.ImpForce.FLAT.iter_unpack(data))
+        if not wire.finite(forces):
+            raise self.broken("dem", "F-4", "a force is not finite")
+        for slot, (fx, fy, stiffness) in enumerate(forces):
+            if stiffness < 0.0 or (stiffness == 0.0 and (fx, fy) != (0.0, 0.0)):
+                raise self.broken("dem", "F-5", f"slot {slot}: a force without the stiffness behind it")
+        self.bodies_travel, self.halt_after = header.travel, header.flags & wire.HALT_AFTER != 0
+        self.watch.lap("exchange")
+        return forces
+
+
+def serve_mpm(solver, arguments=None):
+    """Joins the run that the arguments (`--join ID`) name, serves until it is closed; returns the exit status (X-2)."""
+    return serve(_Mpm, solver, arguments)
