@@ -30,12 +30,16 @@ pub enum Command {
     Study(StudyArgs),
     /// Find where steps become unstable, beside what criteria say: stability.csv and stability.svg.
     Stability(StabilityArgs),
+    /// Judge a solver by every clause of the protocol that can be seen from outside.
+    Conformance(ConformanceArgs),
     /// Remove what dead runs have left behind.
     Clean,
     /// The continuum solver's process; started by `run`.
     Mpm(JoinArgs),
     /// The rigid-body solver's process; started by `run`.
     Dem(JoinArgs),
+    /// A solver that breaks one clause on purpose, to see `conformance` fail; without arguments, a list of them.
+    Mutant(MutantArgs),
 }
 
 /// A scene with overrides.
@@ -213,4 +217,55 @@ pub struct JoinArgs {
     /// Id of the run to join.
     #[arg(long, value_name = "RUN")]
     pub join: String,
+}
+
+/// Arguments of `conformance`.
+#[derive(Debug, Args)]
+pub struct ConformanceArgs {
+    /// The rigid-body solver to judge: a command that joins a run when called with `--join RUN`.
+    #[arg(long, value_name = "COMMAND", conflicts_with = "mpm")]
+    pub dem: Option<String>,
+    /// The continuum solver to judge, likewise.
+    #[arg(long, value_name = "COMMAND")]
+    pub mpm: Option<String>,
+    /// Judge the built-in solver of that side as a thread of this process instead of starting the command.
+    #[arg(long)]
+    pub in_process: bool,
+    /// Print all clauses, and what is not checked, without judging.
+    #[arg(long)]
+    pub list: bool,
+    /// Judge these clauses only.
+    #[arg(long, value_name = "ID", value_delimiter = ',')]
+    pub only: Vec<String>,
+    /// Fail where a SHOULD is broken too.
+    #[arg(long)]
+    pub strict: bool,
+    /// Clauses that may be broken for a while: a TOML file of clause, reason and day of expiry.
+    #[arg(long, value_name = "FILE")]
+    pub waivers: Option<PathBuf>,
+    /// Most steps granted at once.
+    #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
+    pub window: u32,
+    /// Write the verdicts as JSON.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Write the verdicts as JUnit XML.
+    #[arg(long, value_name = "FILE")]
+    pub junit: Option<PathBuf>,
+    /// Write the messages of every broken clause, one file each.
+    #[arg(long, value_name = "DIR")]
+    pub trace: Option<PathBuf>,
+}
+
+/// Arguments of a mutant.
+#[derive(Debug, Args)]
+pub struct MutantArgs {
+    /// The clause to break.
+    pub clause: Option<String>,
+    /// Break a clause of a continuum solver instead of one of a rigid-body solver.
+    #[arg(long)]
+    pub mpm: bool,
+    /// Id of the run to join.
+    #[arg(long, value_name = "RUN")]
+    pub join: Option<String>,
 }

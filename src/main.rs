@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 
 mod cli;
+mod conformance;
 mod logging;
 mod run;
 mod solvers;
@@ -27,6 +28,7 @@ fn main() -> ExitCode {
         }
         Command::Study(args) => studies::study(&args),
         Command::Stability(args) => studies::stability(&args),
+        Command::Conformance(args) => conformance::judge(&args),
         Command::Clean => {
             let swept = interface::domain::sweep();
             println!("removed what {} dead run(s) had left", swept.len());
@@ -34,6 +36,7 @@ fn main() -> ExitCode {
         }
         Command::Mpm(args) => solvers::join(&args, solvers::mpm_process),
         Command::Dem(args) => solvers::join(&args, solvers::dem_process),
+        Command::Mutant(args) => conformance::mutate(&args),
     }
 }
 

@@ -105,10 +105,18 @@ fn wrong_arrows(arrows: &Arrows) -> Vec<String> {
         ("mpm-proc", &["interface"][..]),
         ("dem-proc", &["interface"][..]),
         ("coupler", &["interface"][..]),
+        ("conformance", &["interface"][..]),
         ("study", &["coupler"][..]),
         (
             "tandem",
-            &["interface", "mpm-proc", "dem-proc", "coupler", "study"][..],
+            &[
+                "interface",
+                "mpm-proc",
+                "dem-proc",
+                "coupler",
+                "conformance",
+                "study",
+            ][..],
         ),
     ]);
     let mut wrong = Vec::new();
@@ -156,11 +164,16 @@ fn names(code: &str, crate_name: &str) -> bool {
     })
 }
 
+/// Whether a file is the crate `interface`'s; the kit below it is a crate of its own.
+fn of_interface(source: &Source) -> bool {
+    source.path.starts_with("interface/") && !source.path.starts_with("interface/conformance/")
+}
+
 /// Sources name the transport in `interface` only, and the codec in one file of it.
 fn misplaced_names(sources: &[Source]) -> Vec<String> {
     let mut wrong = Vec::new();
     for source in sources.iter().filter(|s| s.is_rust()) {
-        let transport = source.path.starts_with("interface/");
+        let transport = of_interface(source);
         let codec = source.path == "interface/src/codec.rs";
         for (line, code) in source.code() {
             for (name, allowed) in [("iceoryx2", transport), ("bincode", codec)] {
@@ -176,8 +189,7 @@ fn misplaced_names(sources: &[Source]) -> Vec<String> {
 /// Crate roots outside `interface` forbid unsafe code.
 fn unsafe_roots(sources: &[Source]) -> Vec<String> {
     let is_root = |s: &&Source| {
-        (s.path.ends_with("src/lib.rs") || s.path.ends_with("src/main.rs"))
-            && !s.path.starts_with("interface/")
+        (s.path.ends_with("src/lib.rs") || s.path.ends_with("src/main.rs")) && !of_interface(s)
     };
     sources
         .iter()
@@ -313,6 +325,7 @@ fn unsafe_code_is_forbidden_outside_interface() {
         "src/main.rs",
         "coupler/src/lib.rs",
         "coupler/study/src/lib.rs",
+        "interface/conformance/src/lib.rs",
         "mpm-proc/src/lib.rs",
         "dem-proc/src/lib.rs",
     ];
@@ -365,10 +378,18 @@ mod the_rules_can_fail {
             ("mpm-proc", &["interface", "rayon"]),
             ("dem-proc", &["interface"]),
             ("coupler", &["interface"]),
+            ("conformance", &["interface"]),
             ("study", &["coupler", "plotters"]),
             (
                 "tandem",
-                &["interface", "mpm-proc", "dem-proc", "coupler", "study"],
+                &[
+                    "interface",
+                    "mpm-proc",
+                    "dem-proc",
+                    "coupler",
+                    "conformance",
+                    "study",
+                ],
             ),
         ])
     }
@@ -380,6 +401,8 @@ mod the_rules_can_fail {
             ("mpm-proc", "dem-proc"),
             ("coupler", "mpm-proc"),
             ("interface", "coupler"),
+            ("interface", "conformance"),
+            ("conformance", "dem-proc"),
             ("coupler", "study"),
             ("study", "mpm-proc"),
             ("dem-proc", "tandem"),
@@ -415,6 +438,7 @@ mod the_rules_can_fail {
         assert_eq!(at("interface/src/channel.rs", transport), 0);
         assert_eq!(at("interface/src/codec.rs", codec), 0);
         assert_eq!(at("interface/src/channel.rs", codec), 1);
+        assert_eq!(at("interface/conformance/src/lib.rs", transport), 1);
         assert_eq!(at("coupler/src/run.rs", transport), 1);
         assert_eq!(at("coupler/src/run.rs", codec), 1);
         assert_eq!(

@@ -1,15 +1,14 @@
 //! Starts solvers, as processes or as threads of this one, watches them, and sees them off.
 
 use std::io;
-use std::os::unix::process::{CommandExt, ExitStatusExt};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::Child;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use interface::control::Party;
 use interface::domain::Domain;
+use interface::process;
 use interface::session::SessionError;
-use rustix::process::{Pid, Signal, kill_process_group};
 use thiserror::Error;
 
 /// How a solver is started.
@@ -67,29 +66,28 @@ impl Crew {
         start: &Start,
         domain: &Domain,
     ) -> Result<(), StartError> {
-        let work = match start {
-            Start::Process(command) => {
-                spawn(command, domain)
+        let work =
+            match start {
+                Start::Process(command) => process::start(command, domain)
                     .map(Work::Process)
                     .map_err(|source| StartError {
                         party,
                         command: command.join(" "),
                         source,
-                    })?
-            }
-            Start::Thread(solve) => {
-                let (solve, domain) = (*solve, domain.clone());
-                std::thread::Builder::new()
-                    .name(party.name().to_string())
-                    .spawn(move || solve(&domain))
-                    .map(|handle| Work::Thread(Some(handle)))
-                    .map_err(|source| StartError {
-                        party,
-                        command: "a thread".into(),
-                        source,
-                    })?
-            }
-        };
+                    })?,
+                Start::Thread(solve) => {
+                    let (solve, domain) = (*solve, domain.clone());
+                    std::thread::Builder::new()
+                        .name(party.name().to_string())
+                        .spawn(move || solve(&domain))
+                        .map(|handle| Work::Thread(Some(handle)))
+                        .map_err(|source| StartError {
+                            party,
+                            command: "a thread".into(),
+                            source,
+                        })?
+                }
+            };
         self.members.push(Member {
             party,
             work,
@@ -114,7 +112,7 @@ impl Crew {
         for member in &mut self.members {
             let how = match &mut member.work {
                 Work::Process(child) => match child.try_wait() {
-                    Ok(Some(status)) => describe(status),
+                    Ok(Some(status)) => process::describe(status),
                     Ok(None) => continue,
                     Err(e) => format!("cannot be watched ({e})"),
                 },
@@ -142,7 +140,7 @@ impl Crew {
                     }
                     if matches!(child.try_wait(), Ok(None)) {
                         tracing::warn!(party = %member.party, pid = child.id(), "did not end and is killed");
-                        end_group(child);
+                        process::kill(child);
                         let _ = child.wait();
                     }
                 }
@@ -169,39 +167,6 @@ impl Crew {
 impl Drop for Crew {
     fn drop(&mut self) {
         self.dismiss();
-    }
-}
-
-fn spawn(command: &[String], domain: &Domain) -> io::Result<Child> {
-    let [program, arguments @ ..] = command else {
-        return Err(io::Error::new(
-            io::ErrorKind::InvalidInput,
-            "the command is empty",
-        ));
-    };
-    Command::new(program)
-        .args(arguments)
-        .args(["--join", domain.id()])
-        .stdin(Stdio::null())
-        // Ctrl-C at the terminal is the coupler's to handle: it drains the session in order.
-        .process_group(0)
-        .spawn()
-}
-
-/// Ends a solver and whatever it has started: it leads a process group of its own.
-fn end_group(child: &mut Child) {
-    let group = i32::try_from(child.id()).ok().and_then(Pid::from_raw);
-    let ended = group.map(|group| kill_process_group(group, Signal::KILL));
-    if !matches!(ended, Some(Ok(()))) {
-        let _ = child.kill();
-    }
-}
-
-fn describe(status: ExitStatus) -> String {
-    match (status.code(), status.signal()) {
-        (Some(code), _) => format!("ended with exit status {code}"),
-        (None, Some(signal)) => format!("was killed by signal {signal}"),
-        (None, None) => "ended".to_string(),
     }
 }
 

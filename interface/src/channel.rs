@@ -19,6 +19,7 @@ use iceoryx2::prelude::{
     AllocationStrategy, AttributeSpecifier, AttributeVerifier, BackpressureStrategy, Node,
     NodeBuilder, Service, SignalHandlingMode,
 };
+use iceoryx2::service::port_factory::{PortFactory as _, event, publish_subscribe};
 use thiserror::Error;
 
 use crate::control::Party;
@@ -45,6 +46,9 @@ pub enum ChannelError {
         /// The transport's error.
         reason: String,
     },
+    /// This end has no sender of the channel.
+    #[error("the sending end of this channel is not open here")]
+    NotHere,
     /// The receiver has not taken what was sent before.
     #[error("channel {channel}: full; the receiver takes nothing")]
     Full {
@@ -114,6 +118,15 @@ pub(crate) const DEM_SEAT: Seat = Seat {
     grants: Channel::new("dem/grants"),
     reports: Channel::new("dem/reports"),
 };
+/// The seat of a solver.
+pub(crate) fn seat(party: Party) -> &'static Seat {
+    match party {
+        Party::Mpm => &MPM_SEAT,
+        Party::Dem => &DEM_SEAT,
+        Party::Coupler => unreachable!("the coupler has no seat at its own table"),
+    }
+}
+
 // From the continuum to the coupler.
 pub(crate) const GROUPS: Channel<GroupState> = Channel::new("mpm/groups");
 pub(crate) const POINTS: Channel<PointState> = Channel::new("mpm/points");
@@ -178,6 +191,8 @@ pub(crate) struct Post<S: Service> {
     node: Node<S>,
     /// Where everything that is sent and received here is noted.
     tape: Option<Tape>,
+    /// Longest that a send waits for room.
+    room: Duration,
 }
 
 impl<S: Service + 'static> Post<S> {
@@ -193,7 +208,11 @@ impl<S: Service + 'static> Post<S> {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<S>()
             .map_err(transport("node", "create it"))?;
-        Ok(Self { node, tape: None })
+        Ok(Self {
+            node,
+            tape: None,
+            room: ROOM,
+        })
     }
 
     /// The same, noting everything that is sent and received. What it creates between the solvers has room for a tap.
@@ -204,26 +223,64 @@ impl<S: Service + 'static> Post<S> {
         }
     }
 
-    /// Creates a channel (the coupler's privilege), to be kept for as long as the run lasts.
-    pub(crate) fn create<T: Record>(
+    /// The same, giving up on a full channel after `room`.
+    pub(crate) fn with_room(self, room: Duration) -> Self {
+        Self { room, ..self }
+    }
+
+    /// Creates every channel and bell of a run with these solvers (the coupler's privilege), to be kept for as long as
+    /// the run lasts.
+    pub(crate) fn create_all(&self, solvers: &[Party]) -> Result<Vec<Made>, ChannelError> {
+        let mut made = Vec::new();
+        for &party in solvers {
+            let seat = seat(party);
+            made.push(self.create(&seat.orders, Party::Coupler, party)?);
+            made.push(self.create(&seat.notices, party, Party::Coupler)?);
+            made.push(self.create(&seat.grants, Party::Coupler, party)?);
+            made.push(self.create(&seat.reports, party, Party::Coupler)?);
+            made.push(self.create_bell(Party::Coupler, party)?);
+            made.push(self.create_bell(party, Party::Coupler)?);
+        }
+        if solvers.contains(&Party::Mpm) {
+            made.push(self.create(&GROUPS, Party::Mpm, Party::Coupler)?);
+            made.push(self.create(&POINTS, Party::Mpm, Party::Coupler)?);
+        }
+        if solvers.contains(&Party::Dem) {
+            made.push(self.create(&BODIES, Party::Dem, Party::Coupler)?);
+        }
+        if solvers.len() == 2 {
+            made.push(self.create(&IMP_SET, Party::Mpm, Party::Dem)?);
+            made.push(self.create(&IMP_STATES, Party::Mpm, Party::Dem)?);
+            made.push(self.create(&IMP_FORCES, Party::Dem, Party::Mpm)?);
+            made.push(self.create(&ENVELOPES, Party::Dem, Party::Mpm)?);
+            made.push(self.create_bell(Party::Mpm, Party::Dem)?);
+            made.push(self.create_bell(Party::Dem, Party::Mpm)?);
+        }
+        Ok(made)
+    }
+
+    fn create<T: Record>(
         &self,
         channel: &Channel<T>,
-    ) -> Result<Box<dyn Keep>, ChannelError> {
+        from: Party,
+        to: Party,
+    ) -> Result<Made, ChannelError> {
         let mut layout = AttributeSpecifier::new();
         layout = define_layout(layout).map_err(transport(channel.name, "describe it"))?;
         let service = self
             .builder(channel)?
             .create_with_attributes(&layout)
             .map_err(transport(channel.name, "create it"))?;
-        Ok(Box::new(service))
+        Ok(Made {
+            name: channel.name.to_string(),
+            from,
+            to,
+            service: Box::new(service),
+        })
     }
 
     /// Creates the bell that `from` rings at `to`.
-    pub(crate) fn create_bell(
-        &self,
-        from: Party,
-        to: Party,
-    ) -> Result<Box<dyn Keep>, ChannelError> {
+    fn create_bell(&self, from: Party, to: Party) -> Result<Made, ChannelError> {
         let name = bell_name(from, to);
         let service = self
             .event(&name)?
@@ -232,7 +289,12 @@ impl<S: Service + 'static> Post<S> {
             .max_nodes(3)
             .create()
             .map_err(transport(&name, "create it"))?;
-        Ok(Box::new(service))
+        Ok(Made {
+            name,
+            from,
+            to,
+            service: Box::new(service),
+        })
     }
 
     fn event(
@@ -278,10 +340,7 @@ impl<S: Service + 'static> Post<S> {
     fn service<T: Record>(
         &self,
         channel: &Channel<T>,
-    ) -> Result<
-        iceoryx2::service::port_factory::publish_subscribe::PortFactory<S, [T], StepHeader>,
-        ChannelError,
-    > {
+    ) -> Result<publish_subscribe::PortFactory<S, [T], StepHeader>, ChannelError> {
         let layout = require_layout().map_err(transport(channel.name, "describe it"))?;
         self.builder(channel)?
             .open_with_attributes(&layout)
@@ -293,6 +352,7 @@ impl<S: Service + 'static> Post<S> {
         &self,
         channel: &Channel<T>,
     ) -> Result<Outlet<S, T>, ChannelError> {
+        let room = self.room;
         let publisher = self
             .service(channel)?
             .publisher_builder()
@@ -301,7 +361,7 @@ impl<S: Service + 'static> Post<S> {
             .max_loaned_samples(1)
             .backpressure_strategy(BackpressureStrategy::RetryUntilDelivered)
             .set_backpressure_handler(move |info: &BackpressureInfo| {
-                if info.elapsed_time > ROOM {
+                if info.elapsed_time > room {
                     BackpressureAction::DiscardDataAndFail
                 } else {
                     BackpressureAction::Retry
@@ -393,9 +453,32 @@ fn require_layout() -> Result<AttributeVerifier, impl core::fmt::Debug> {
     )
 }
 
-/// Something to be kept alive: a service exists for as long as somebody holds it.
-pub(crate) trait Keep {}
-impl<T> Keep for T {}
+/// A channel or bell that was created. It exists for as long as somebody holds it.
+pub(crate) struct Made {
+    pub(crate) name: String,
+    pub(crate) from: Party,
+    pub(crate) to: Party,
+    pub(crate) service: Box<dyn Ends>,
+}
+
+/// How many hold a sending and a receiving end at present.
+pub(crate) trait Ends {
+    fn ends(&self) -> (usize, usize);
+}
+
+impl<S: Service, T: Record> Ends for publish_subscribe::PortFactory<S, [T], StepHeader> {
+    fn ends(&self) -> (usize, usize) {
+        let open = self.dynamic_config();
+        (open.number_of_publishers(), open.number_of_subscribers())
+    }
+}
+
+impl<S: Service> Ends for event::PortFactory<S> {
+    fn ends(&self) -> (usize, usize) {
+        let open = self.dynamic_config();
+        (open.number_of_notifiers(), open.number_of_listeners())
+    }
+}
 
 /// The sending end of a channel.
 pub(crate) struct Outlet<S: Service, T: Record> {
@@ -407,14 +490,16 @@ pub(crate) struct Outlet<S: Service, T: Record> {
 impl<S: Service, T: Record> Outlet<S, T> {
     /// Sends `records` under `header`, whose count is set here.
     pub(crate) fn send(&self, header: StepHeader, records: &[T]) -> Result<(), ChannelError> {
+        let count = records.len() as u64;
+        self.send_as_is(StepHeader { count, ..header }, records)
+    }
+
+    /// Sends `records` under `header`, whose count may be wrong.
+    pub(crate) fn send_as_is(&self, header: StepHeader, records: &[T]) -> Result<(), ChannelError> {
         let mut sample = self
             .publisher
             .loan_slice_uninit(records.len())
             .map_err(transport(self.name, "loan memory from it"))?;
-        let header = StepHeader {
-            count: records.len() as u64,
-            ..header
-        };
         *sample.user_header_mut() = header;
         if let Some((tape, channel)) = &self.tape {
             tape.note(*channel, &header, records);
@@ -478,9 +563,18 @@ pub(crate) struct Bell<S: Service>(Listener<S>);
 impl<S: Service> Bell<S> {
     /// Sleeps until rung, for `nap` at most.
     pub(crate) fn sleep(&self, nap: Duration) {
-        if let Err(e) = self.0.timed_wait(|_| (), nap) {
+        self.rings(nap);
+    }
+
+    /// The same; returns how often it has been rung.
+    pub(crate) fn rings(&self, nap: Duration) -> u64 {
+        // A nap of zero would be one without end: the transport hands it to the socket as no timeout.
+        let nap = nap.max(Duration::from_micros(10));
+        let mut rings = 0;
+        if let Err(e) = self.0.timed_wait(|_| rings += 1, nap) {
             tracing::trace!("a bell could not be waited for: {e:?}");
             std::thread::sleep(Duration::from_millis(1).min(nap));
         }
+        rings
     }
 }

@@ -18,9 +18,10 @@ pub mod process;
 pub mod recording;
 pub mod session;
 pub mod solver;
+pub mod stage;
 pub mod step;
 pub mod surfaces;
-mod wait;
+pub mod wait;
 pub mod wire;
 
 /// Transport between processes: POSIX shared memory.

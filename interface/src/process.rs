@@ -1,6 +1,12 @@
-//! A solver as a program: what the thin binaries of the solver crates and the subcommands of `tandem` share.
+//! A solver as a program: what the thin binaries of the solver crates and the subcommands of `tandem` share, and how
+//! those who lead a run start such a program and end it.
 
-use std::process::ExitCode;
+use std::io;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::process::{Child, Command, ExitCode, ExitStatus, Stdio};
+use std::sync::Arc;
+
+use rustix::process::{Pid, Signal, kill_process_group};
 
 use crate::SharedMemory;
 use crate::domain::Domain;
@@ -26,21 +32,33 @@ pub fn serve_dem<D: DemSolver>(mut solver: D) -> ExitCode {
 
 /// Joins the run `id` with `serve`, as a process does: its exit status tells whether the session was closed in order.
 pub fn join(id: &str, serve: impl FnOnce(&Domain) -> Result<(), SessionError>) -> ExitCode {
-    let domain = match Domain::join(id) {
-        Ok(domain) => domain,
-        Err(error) => {
-            eprintln!("error: {error}");
-            return ExitCode::from(FAILED);
-        }
-    };
-    match serve(&domain) {
-        Ok(()) => ExitCode::SUCCESS,
+    join_as(id, false, |domain| match serve(domain) {
+        Ok(()) => 0,
         // The coupler has been told and tells the user.
         Err(error) => {
             tracing::debug!("{error}");
+            FAILED
+        }
+    })
+}
+
+/// The same for one that knows its exit status, and may end on Ctrl-C (X-5 says that it shall not).
+pub fn join_as(id: &str, ends_on_interrupt: bool, serve: impl FnOnce(&Domain) -> u8) -> ExitCode {
+    if !ends_on_interrupt && let Err(error) = leave_interrupts_to_the_coupler() {
+        tracing::warn!("Ctrl-C will end this solver: {error}");
+    }
+    match Domain::join(id) {
+        Ok(domain) => ExitCode::from(serve(&domain)),
+        Err(error) => {
+            eprintln!("error: {error}");
             ExitCode::from(FAILED)
         }
     }
+}
+
+/// Clause X-5. The terminal's Ctrl-C does not reach a process group of its own, but `kill -INT` and some queues do.
+fn leave_interrupts_to_the_coupler() -> io::Result<()> {
+    signal_hook::flag::register(signal_hook::consts::SIGINT, Arc::default()).map(|_| ())
 }
 
 fn with_run(
@@ -56,5 +74,43 @@ fn with_run(
     } else {
         eprintln!("error: a solver is started by `tandem run`, or by hand with `--join RUN`");
         ExitCode::from(2)
+    }
+}
+
+/// Starts `command --join RUN` as O-1 says: standard input closed, in a process group of its own, so that Ctrl-C at the
+/// terminal reaches the coupler alone.
+///
+/// # Errors
+/// Why it cannot be started.
+pub fn start(command: &[String], domain: &Domain) -> io::Result<Child> {
+    let [program, arguments @ ..] = command else {
+        return Err(io::Error::new(
+            io::ErrorKind::InvalidInput,
+            "the command is empty",
+        ));
+    };
+    Command::new(program)
+        .args(arguments)
+        .args(["--join", domain.id()])
+        .stdin(Stdio::null())
+        .process_group(0)
+        .spawn()
+}
+
+/// Kills a solver and whatever it has started: it leads a process group of its own.
+pub fn kill(child: &mut Child) {
+    let group = i32::try_from(child.id()).ok().and_then(Pid::from_raw);
+    let ended = group.map(|group| kill_process_group(group, Signal::KILL));
+    if !matches!(ended, Some(Ok(()))) {
+        let _ = child.kill();
+    }
+}
+
+/// How a process ended, in words.
+pub fn describe(status: ExitStatus) -> String {
+    match (status.code(), status.signal()) {
+        (Some(code), _) => format!("ended with exit status {code}"),
+        (None, Some(signal)) => format!("was killed by signal {signal}"),
+        (None, None) => "ended".to_string(),
     }
 }

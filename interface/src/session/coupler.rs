@@ -6,10 +6,7 @@ use iceoryx2::prelude::Service;
 
 use super::desk::{broken, check};
 use super::{PATIENCE_WITH_WAITERS, SessionError};
-use crate::channel::{
-    BODIES, Bell, Channel, DEM_SEAT, ENVELOPES, GROUPS, IMP_FORCES, IMP_SET, IMP_STATES, Inlet,
-    Keep, MPM_SEAT, Outlet, POINTS, Post, Rope, Seat,
-};
+use crate::channel::{BODIES, Bell, GROUPS, Inlet, Made, Outlet, POINTS, Post, Rope, Seat, seat};
 use crate::codec::{decode, encode};
 use crate::control::{Configure, Hello, Notice, Order, PROTOCOL, Party};
 use crate::domain::OwnedDomain;
@@ -36,8 +33,8 @@ pub struct Session<S: Service> {
     points: Option<Inlet<S, PointState>>,
     bodies: Option<Inlet<S, BodyState>>,
     /// A channel exists for as long as somebody holds it.
-    keep: Vec<Box<dyn Keep>>,
-    post: Post<S>,
+    _made: Vec<Made>,
+    _post: Post<S>,
     // Last, so that the ports are gone before the directory is.
     domain: OwnedDomain,
 }
@@ -75,51 +72,27 @@ impl<S: Service + 'static> Session<S> {
         if let Some(tape) = &tape {
             post = post.recording(tape.clone());
         }
-        let mut keep = Vec::new();
-        let mut lines = Vec::new();
-        for &party in parties {
-            lines.push(Line::open(&post, seat(party), &mut keep)?);
-        }
-        let mut session = Self {
-            tap: None,
-            tape,
-            lines,
-            groups: None,
-            points: None,
-            bodies: None,
-            keep,
-            post,
-            domain,
+        let made = post.create_all(parties)?;
+        let lines: Result<_, _> = parties
+            .iter()
+            .map(|&p| Line::open(&post, seat(p)))
+            .collect();
+        let (mpm, dem) = (parties.contains(&Party::Mpm), parties.contains(&Party::Dem));
+        let tap = match &tape {
+            Some(tape) if mpm && dem => Some(Tap::open::<S>(domain.domain(), tape.clone())?),
+            _ => None,
         };
-        if parties.contains(&Party::Mpm) {
-            session.groups = Some(session.create_inlet(&GROUPS)?);
-            session.points = Some(session.create_inlet(&POINTS)?);
-        }
-        if parties.contains(&Party::Dem) {
-            session.bodies = Some(session.create_inlet(&BODIES)?);
-        }
-        if parties.len() == 2 {
-            let post = &session.post;
-            session.keep.push(post.create(&IMP_SET)?);
-            session.keep.push(post.create(&IMP_STATES)?);
-            session.keep.push(post.create(&IMP_FORCES)?);
-            session.keep.push(post.create(&ENVELOPES)?);
-            session.keep.push(post.create_bell(Party::Mpm, Party::Dem)?);
-            session.keep.push(post.create_bell(Party::Dem, Party::Mpm)?);
-            if let Some(tape) = &session.tape {
-                let tap = Tap::open::<S>(session.domain(), tape.clone())?;
-                session.tap = Some(tap);
-            }
-        }
-        Ok(session)
-    }
-
-    fn create_inlet<T: Record>(
-        &mut self,
-        channel: &Channel<T>,
-    ) -> Result<Inlet<S, T>, SessionError> {
-        self.keep.push(self.post.create(channel)?);
-        Ok(self.post.inlet(channel)?)
+        Ok(Self {
+            tap,
+            tape,
+            lines: lines?,
+            groups: mpm.then(|| post.inlet(&GROUPS)).transpose()?,
+            points: mpm.then(|| post.inlet(&POINTS)).transpose()?,
+            bodies: dem.then(|| post.inlet(&BODIES)).transpose()?,
+            _made: made,
+            _post: post,
+            domain,
+        })
     }
 
     /// The run's id, by which solvers join.
@@ -443,17 +416,7 @@ impl<S: Service + 'static> Session<S> {
 }
 
 impl<S: Service + 'static> Line<S> {
-    fn open(
-        post: &Post<S>,
-        seat: &Seat,
-        keep: &mut Vec<Box<dyn Keep>>,
-    ) -> Result<Self, SessionError> {
-        keep.push(post.create(&seat.orders)?);
-        keep.push(post.create(&seat.notices)?);
-        keep.push(post.create(&seat.grants)?);
-        keep.push(post.create(&seat.reports)?);
-        keep.push(post.create_bell(Party::Coupler, seat.party)?);
-        keep.push(post.create_bell(seat.party, Party::Coupler)?);
+    fn open(post: &Post<S>, seat: &Seat) -> Result<Self, SessionError> {
         Ok(Self {
             party: seat.party,
             orders: post.outlet(&seat.orders)?,
@@ -480,14 +443,6 @@ impl<S: Service + 'static> Line<S> {
         decode(bytes)
             .map(Some)
             .map_err(|e| broken(self.party, "S-1", self.step, e.to_string()))
-    }
-}
-
-fn seat(party: Party) -> &'static Seat {
-    match party {
-        Party::Mpm => &MPM_SEAT,
-        Party::Dem => &DEM_SEAT,
-        Party::Coupler => unreachable!("the coupler has no seat at its own table"),
     }
 }
 

@@ -1,0 +1,118 @@
+//! The solver under test: a command, or a function of this program.
+
+use std::process::Child;
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use interface::control::Party;
+use interface::domain::Domain;
+use interface::process;
+use interface::stage::Medium;
+
+/// Longest wait for a thread to end once its coupler is gone; one that is stuck ends with the program.
+const GRACE: Duration = Duration::from_secs(2);
+
+/// A function that joins a run as a process does, and returns its exit status.
+pub type Solve = Arc<dyn Fn(&Domain) -> u8 + Send + Sync>;
+
+/// How the solver under test is started.
+#[derive(Clone)]
+pub enum Start {
+    /// A program and its arguments, to which `--join RUN` is added.
+    Command(Vec<String>),
+    /// A function, in a thread, over process-local memory.
+    Thread(Solve),
+}
+
+/// The solver under test.
+#[derive(Clone)]
+pub struct Subject {
+    /// Its side.
+    pub party: Party,
+    /// How it is started.
+    pub start: Start,
+}
+
+impl Subject {
+    /// Over what it talks.
+    pub fn medium(&self) -> Medium {
+        match self.start {
+            Start::Command(_) => Medium::Processes,
+            Start::Thread(_) => Medium::Threads,
+        }
+    }
+
+    /// Whether it is a process.
+    pub fn is_process(&self) -> bool {
+        matches!(self.start, Start::Command(_))
+    }
+
+    /// Starts it in a run.
+    ///
+    /// # Errors
+    /// Why it cannot be started.
+    pub fn start(&self, domain: &Domain) -> std::io::Result<Worker> {
+        match &self.start {
+            Start::Command(command) => process::start(command, domain).map(Worker::Process),
+            Start::Thread(solve) => {
+                let (solve, domain) = (solve.clone(), domain.clone());
+                std::thread::Builder::new()
+                    .name(self.party.name().to_string())
+                    .spawn(move || solve(&domain))
+                    .map(|handle| Worker::Thread(Some(handle)))
+            }
+        }
+    }
+}
+
+/// The solver under test at work.
+pub enum Worker {
+    /// In a process.
+    Process(Child),
+    /// In a thread, until its end is seen.
+    Thread(Option<JoinHandle<u8>>),
+}
+
+impl Worker {
+    /// How it ended, if it has.
+    pub fn ended(&mut self) -> Option<String> {
+        match self {
+            Self::Process(child) => child.try_wait().ok().flatten().map(process::describe),
+            Self::Thread(handle) => {
+                let handle = handle.take_if(|h| h.is_finished())?;
+                Some(match handle.join() {
+                    Ok(status) => format!("ended with exit status {status}"),
+                    Err(_) => "panicked".to_string(),
+                })
+            }
+        }
+    }
+
+    /// Process id, of a process.
+    pub fn pid(&self) -> Option<u32> {
+        match self {
+            Self::Process(child) => Some(child.id()),
+            Self::Thread(_) => None,
+        }
+    }
+
+    /// Ends it: a process at once, a thread by itself.
+    pub fn dismiss(&mut self) {
+        match self {
+            Self::Process(child) => {
+                process::kill(child);
+                let _ = child.wait();
+            }
+            Self::Thread(handle) => {
+                let start = Instant::now();
+                while handle.as_ref().is_some_and(|h| !h.is_finished()) && start.elapsed() < GRACE {
+                    std::thread::sleep(Duration::from_micros(100));
+                }
+                if let Some(handle) = handle.take_if(|h| h.is_finished()) {
+                    let _ = handle.join();
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,390 @@
+//! Sections 5 and 9: reports, measurements, and books that balance.
+
+use interface::config::{ContactLaw, DemConfig, Motion};
+use interface::wire::{Ledger, Record};
+
+use super::order::pressed;
+use super::scene::{
+    MASS, RADIUS, SPHERO, STIFFNESS, block, body, disc, elastic, frictional, one_disc, scene,
+};
+use crate::bench::{Answer, Bench, Measured, Points};
+use crate::clause::Clause;
+use crate::verdict::{Judgement, Largest, Unmet, near, require};
+
+const ROOTS: &[&str] = &["F-7a", "F-7d", "T-1a", "T-1b", "F-7i"];
+
+pub const CLAUSES: &[Clause] = &[
+    Clause::must(
+        "R-1a",
+        "one report a grant: of its epoch, up to its last step",
+        report,
+    ),
+    Clause::must("R-2a", "the numbers of a report are finite", finite).covers(&["C26"]),
+    Clause::must(
+        "R-3a",
+        "measures when asked: a record a body, of the measured step, before the report",
+        measured,
+    ),
+    Clause::must("R-3b", "measures nothing when not asked", unmeasured),
+    Clause::must(
+        "R-3c",
+        "measures mass, force and contacts of each body",
+        body_forces,
+    )
+    .after(&["F-7a", "R-3a"]),
+    Clause::must("R-3d", "measures torque about the centre of mass", torque)
+        .after(&["F-7a", "R-3c"])
+        .covers(&["C16"]),
+    Clause::must(
+        "N-1a",
+        "momentum less applied impulse is kept over both sides",
+        momentum,
+    )
+    .after(ROOTS)
+    .covers(&["C17"]),
+    Clause::must("N-1b", "the sum of energies is kept over a contact", energy)
+        .after(ROOTS)
+        .covers(&["C18"]),
+    Clause::must("N-1c", "what sliding dissipates is booked", friction_work).after(&[
+        "F-7a", "F-7d", "T-1a", "T-1b", "F-7i", "N-1b", "F-7k", "F-7l", "J-1b",
+    ]),
+    Clause::must("N-1d", "what a dashpot dissipates is booked", viscous_work)
+        .after(&["F-7a", "F-7d", "T-1a", "T-1b", "F-7i", "N-1b", "F-7o"]),
+    Clause::must("N-1e", "what a push puts in is booked", driven_work)
+        .after(&["T-1a", "T-1b", "N-1b", "J-1e"]),
+    Clause::must(
+        "N-1f",
+        "contact force and impulse are those of the forces, negated",
+        exchanged,
+    )
+    .after(ROOTS)
+    .covers(&["C15"]),
+];
+
+fn report(bench: &Bench) -> Judgement {
+    let mut play = bench.play(&one_disc())?;
+    let points = pressed();
+    play.set(&points.set);
+    play.step(0.0, &points.states)?;
+    for steps in [1, 3] {
+        let grant = play.next_grant(1e-5, steps, true);
+        play.send_grant(&grant)?;
+        for _ in 0..steps {
+            play.exchange(&points.states)?;
+        }
+        let got = play.report()?.report;
+        let said = (got.epoch, got.next, got.halted);
+        let expected = (grant.epoch, grant.first + steps, 0);
+        let words = |(epoch, next, halted)| format!("epoch {epoch}, next {next}, halted {halted}");
+        require(said == expected, words(expected), words(said))?;
+    }
+    Ok("windows of 1 and 3 steps".into())
+}
+
+/// A measured step of length 0 of a disc that two points press.
+fn opened(bench: &Bench) -> Result<(Answer, Measured), Unmet> {
+    let mut play = bench.play(&one_disc())?;
+    let points = pressed();
+    play.set(&points.set);
+    play.step(0.0, &points.states)
+}
+
+fn finite(bench: &Bench) -> Judgement {
+    let (_, measured) = opened(bench)?;
+    let wrong = measured.report.check().err();
+    require(
+        wrong.is_none(),
+        "finite numbers",
+        format_args!("{wrong:?}: {:?}", measured.report),
+    )?;
+    Ok("all of them".into())
+}
+
+fn measured(bench: &Bench) -> Judgement {
+    let bodies = (0..3).map(|k| disc([f64::from(k), 0.0])).collect();
+    let mut play = bench.play(&scene(bodies, elastic(STIFFNESS)))?;
+    play.step(0.0, &[])?;
+    play.grant(1e-4, 2, true)?;
+    play.exchange(&[])?;
+    play.exchange(&[])?;
+    let got = play.report()?;
+    require(
+        got.report.measured == 1,
+        "measured = 1",
+        got.report.measured,
+    )?;
+    let bodies = got.bodies(3)?;
+    require(bodies.len() == 3, "3 bodies", bodies.len())?;
+    for (k, body) in (0..).zip(bodies) {
+        near(
+            "position of the body in its place",
+            body.position[0],
+            f64::from(k),
+            1e-12,
+        )?;
+    }
+    let step = got.bodies.as_ref().map_or(0, |(header, _)| header.step);
+    require(
+        step == 1,
+        "states of step 1",
+        format_args!("of step {step}"),
+    )?;
+    Ok("3 bodies of the window's first step".into())
+}
+
+fn unmeasured(bench: &Bench) -> Judgement {
+    let mut play = bench.play(&one_disc())?;
+    play.grant(1e-4, 1, false)?;
+    play.exchange(&[])?;
+    let got = play.report()?;
+    require(
+        got.report.measured == 0,
+        "measured = 0",
+        got.report.measured,
+    )?;
+    require(
+        got.report.ledger == Ledger::default(),
+        "a ledger of 0",
+        format_args!("{:?}", got.report.ledger),
+    )?;
+    require(got.bodies.is_none(), "no bodies", "bodies")?;
+    Ok("measured = 0, no ledger, no bodies".into())
+}
+
+/// A block pressed off its centre by one point, and the force on that point.
+fn pushed_block(bench: &Bench) -> Result<(f64, Measured), Unmet> {
+    let at = [0.08, 0.05 + SPHERO + 0.9 * RADIUS];
+    let points = Points::new().with(at, [0.0; 2], RADIUS, 0.5);
+    let mut play = bench.play(&scene(vec![block([0.0; 2])], elastic(STIFFNESS)))?;
+    play.set(&points.set);
+    let (answer, measured) = play.step(0.0, &points.states)?;
+    Ok((answer.forces[0].force[1], measured))
+}
+
+fn body_forces(bench: &Bench) -> Judgement {
+    let (force, measured) = pushed_block(bench)?;
+    let body = measured.bodies(1)?[0];
+    near("mass", body.mass, MASS, 1e-12 * MASS)?;
+    near(
+        "force of points along y",
+        body.point_force[1],
+        -force,
+        1e-12 * force,
+    )?;
+    require(body.contacts == 1, "1 contact", body.contacts)?;
+    Ok(format!("{:.3} N/m of 1 point", body.point_force[1]))
+}
+
+fn torque(bench: &Bench) -> Judgement {
+    let (force, measured) = pushed_block(bench)?;
+    let got = measured.bodies(1)?[0].point_torque;
+    near("torque", got, -0.08 * force, 1e-12 * force)?;
+    Ok(format!("{got:.4} N"))
+}
+
+/// Runs points against bodies in measured steps of `dt`; `look` gets the measurement and what the points have at `t_n`:
+/// momentum after the kick in N s/m, energy in J/m.
+fn observe(
+    bench: &Bench,
+    config: &DemConfig,
+    mut points: Points,
+    (dt, steps): (f64, u64),
+    mut look: impl FnMut(&Answer, &Measured, [f64; 2], f64) -> Result<(), Unmet>,
+) -> Result<(), Unmet> {
+    let mut play = bench.play(config)?;
+    play.set(&points.set);
+    for _ in 0..steps {
+        let (answer, measured) = play.step(dt, &points.states)?;
+        let before = kinetic(&points);
+        points.advance(&answer.step, &answer.forces);
+        let w = answer.step.centring();
+        let energy = (1.0 - w) * before + w * kinetic(&points);
+        look(&answer, &measured, points.momentum(), energy).map_err(|e| e.at(answer.step.index))?;
+    }
+    Ok(())
+}
+
+fn kinetic(points: &Points) -> f64 {
+    let points = points.states.iter().zip(&points.set);
+    points
+        .map(|(s, i)| 0.5 * i.mass * (s.velocity[0].powi(2) + s.velocity[1].powi(2)))
+        .sum()
+}
+
+/// N-1's sum of a ledger in J/m.
+fn total(ledger: &Ledger) -> f64 {
+    ledger.kinetic
+        + ledger.kinetic_rotation
+        + ledger.elastic
+        + ledger.gravity
+        + ledger.contact
+        + ledger.friction_work
+        + ledger.viscous_work
+        + ledger.plastic_work
+        - ledger.driven_work
+}
+
+/// A point that hits a falling block off its centre.
+fn hit() -> (DemConfig, Points) {
+    let config = DemConfig {
+        gravity: [1.0, -9.81],
+        ..scene(vec![block([0.0; 2])], elastic(STIFFNESS))
+    };
+    let start = [0.06, 0.05 + SPHERO + RADIUS + 1e-4];
+    (config, Points::new().with(start, [0.0, -1.0], RADIUS, 0.5))
+}
+
+fn momentum(bench: &Bench) -> Judgement {
+    let (config, points) = hit();
+    let start = points.momentum();
+    let mut largest = Largest::default();
+    observe(
+        bench,
+        &config,
+        points,
+        (1e-4, 200),
+        |_, measured, of_points, _| {
+            let ledger = &measured.report.ledger;
+            for i in 0..2 {
+                let sum = of_points[i] + ledger.momentum[i] - ledger.applied_impulse[i];
+                largest.near("sum", sum, start[i], 200.0 * f64::EPSILON, 0.5)?;
+            }
+            Ok(())
+        },
+    )?;
+    Ok(format!("within {largest} of the point's"))
+}
+
+/// Largest change of N-1's sum over both sides, which shall be below `tolerance` of the points' energy at the start.
+fn balance(
+    bench: &Bench,
+    config: &DemConfig,
+    points: Points,
+    time: (f64, u64),
+    tolerance: f64,
+) -> Result<(Largest, Ledger), Unmet> {
+    let scale = kinetic(&points).max(1e-3);
+    let (mut first, mut last) = (None, Ledger::default());
+    let mut largest = Largest::default();
+    observe(bench, config, points, time, |_, measured, _, of_points| {
+        last = measured.report.ledger;
+        let sum = of_points + total(&last);
+        let start = *first.get_or_insert(sum);
+        largest.near("energy", sum, start, tolerance * scale, scale)
+    })?;
+    Ok((largest, last))
+}
+
+fn energy(bench: &Bench) -> Judgement {
+    let (config, points) = hit();
+    let dt = 2e-5;
+    // A share (omega dt)^2/8 of the leapfrog at either end of the contact; omega is 500/s here, gravity adds its own.
+    let (largest, ledger) = balance(bench, &config, points, (dt, 700), 1e-4)?;
+    let turned = ledger.kinetic_rotation > 1e-3;
+    require(turned, "a block that turns", ledger.kinetic_rotation)?;
+    Ok(format!("within {largest} of the energy"))
+}
+
+/// A fixed floor that a point hits at an angle.
+fn glance(law: ContactLaw) -> (DemConfig, Points) {
+    let config = scene(
+        vec![body(block([0.0; 2]).shape, [0.0; 2], Motion::Fixed)],
+        law,
+    );
+    let start = [-0.02, 0.05 + SPHERO + RADIUS + 1e-5];
+    (config, Points::new().with(start, [1.5, -1.0], RADIUS, 0.5))
+}
+
+fn friction_work(bench: &Bench) -> Judgement {
+    let (config, points) = glance(frictional(2e4, 0.3));
+    let (largest, ledger) = balance(bench, &config, points, (1e-5, 1200), 1e-3)?;
+    let booked = ledger.friction_work > 0.05;
+    require(
+        booked,
+        "work of friction above 0.05 J/m",
+        ledger.friction_work,
+    )?;
+    Ok(format!(
+        "{:.4} J/m, within {largest} of the energy",
+        ledger.friction_work
+    ))
+}
+
+fn viscous_work(bench: &Bench) -> Judgement {
+    let law = ContactLaw::Linear {
+        normal_stiffness: STIFFNESS,
+        tangential_stiffness: 0.0,
+        friction: 0.0,
+        damping_ratio: 0.1,
+    };
+    let (config, points) = glance(law);
+    // The dashpot's work is summed of forces that lag half a step: first order in dt.
+    let (largest, ledger) = balance(bench, &config, points, (1e-5, 1200), 1e-2)?;
+    let booked = ledger.viscous_work > 0.05;
+    require(
+        booked,
+        "work of the dashpot above 0.05 J/m",
+        ledger.viscous_work,
+    )?;
+    Ok(format!(
+        "{:.4} J/m, within {largest} of the energy",
+        ledger.viscous_work
+    ))
+}
+
+fn driven_work(bench: &Bench) -> Judgement {
+    let mut pushed = disc([0.0; 2]);
+    pushed.motion = Motion::Pushed {
+        force: [3.0, 1.0],
+        torque: 0.0,
+        ramp: 0.0,
+        until: None,
+    };
+    let config = scene(vec![pushed], elastic(STIFFNESS));
+    let (_, ledger) = balance(bench, &config, Points::new(), (1e-4, 200), 1e-6)?;
+    let booked = ledger.driven_work > 1e-4;
+    require(
+        booked,
+        "work of the push above 1e-4 J/m",
+        ledger.driven_work,
+    )?;
+    Ok(format!("{:.3e} J/m", ledger.driven_work))
+}
+
+fn exchanged(bench: &Bench) -> Judgement {
+    let (config, points) = hit();
+    let mut largest = Largest::default();
+    let mut impulse = [0.0; 2];
+    observe(
+        bench,
+        &config,
+        points,
+        (1e-4, 200),
+        |answer, measured, _, _| {
+            let ledger = &measured.report.ledger;
+            for i in 0..2 {
+                let force = answer.forces[0].force[i];
+                impulse[i] += answer.step.kick() * force;
+                let scale = STIFFNESS * RADIUS;
+                near(
+                    "contact force",
+                    ledger.contact_force[i],
+                    -force,
+                    1e-12 * scale,
+                )?;
+                largest.near(
+                    "contact impulse",
+                    ledger.contact_impulse[i],
+                    -impulse[i],
+                    1e-13,
+                    1.0,
+                )?;
+            }
+            Ok(())
+        },
+    )?;
+    Ok(format!(
+        "impulse within {largest} N s/m of {:.3}",
+        impulse[1]
+    ))
+}

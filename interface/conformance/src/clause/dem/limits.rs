@@ -1,0 +1,321 @@
+//! Sections 5 and 8: limits bound what the bodies can do, and who is beyond its budget halts.
+
+use interface::config::{BodyConfig, ContactLaw, DemConfig};
+use interface::wire::{BodyState, ImpForce, Limits, flags};
+
+use super::order::pressed;
+use super::scene::{MASS, RADIUS, SPHERO, STIFFNESS, block, disc, elastic, one_disc, scene};
+use crate::bench::{Bench, Budget, Points};
+use crate::clause::Clause;
+use crate::verdict::{Judgement, Unmet, broken, require};
+
+pub const CLAUSES: &[Clause] = &[
+    Clause::must("L-1a", "limits are finite and not negative", sane).covers(&["C07"]),
+    Clause::must(
+        "L-2a",
+        "contact_omega_sq bounds sum k (1/m + (r x n)^2/I)",
+        contact_bound,
+    )
+    .after(&["L-1a"])
+    .covers(&["C07", "C20"]),
+    Clause::should(
+        "L-2b",
+        "contact_omega_sq is at most four times that",
+        contact_tight,
+    )
+    .after(&["L-2a"])
+    .covers(&["C20"]),
+    Clause::must(
+        "L-2c",
+        "omega_sq bounds the frequency of bodies in contact",
+        body_bound,
+    )
+    .after(&["L-1a"])
+    .covers(&["C20"]),
+    Clause::must(
+        "L-2d",
+        "speed bounds that of every point of a surface",
+        speed_bound,
+    )
+    .after(&["L-1a"])
+    .covers(&["C27"]),
+    Clause::must(
+        "L-2e",
+        "damping is that of a contact in reach",
+        damping_bound,
+    )
+    .after(&["L-1a"]),
+    Clause::must(
+        "H-2a",
+        "halts after a step whose limits are beyond a budget",
+        halts,
+    )
+    .after(&["L-1a", "L-2a", "L-2d", "L-2e"]),
+    Clause::must(
+        "L-5a",
+        "does not halt on the last step of a window",
+        last_step,
+    )
+    .after(&["H-2a"]),
+    Clause::must(
+        "H-1a",
+        "stops before the step that the other side does not do",
+        other_halts,
+    ),
+    Clause::must(
+        "H-5a",
+        "a halt changes no bit of what follows",
+        halt_is_free,
+    )
+    .after(&["T-6a", "T-6b", "H-2a"]),
+];
+
+/// The limits after a step of no length with these bodies and points.
+fn limits(
+    bench: &Bench,
+    config: &DemConfig,
+    points: &Points,
+) -> Result<(Limits, Vec<BodyState>), Unmet> {
+    let mut play = bench.play(config)?;
+    play.set(&points.set);
+    let (_, measured) = play.step(0.0, &points.states)?;
+    Ok((
+        measured.report.limits,
+        measured.bodies(config.bodies.len())?.to_vec(),
+    ))
+}
+
+fn sane(bench: &Bench) -> Judgement {
+    let (limits, _) = limits(bench, &one_disc(), &pressed())?;
+    let named = [
+        ("omega_sq", limits.omega_sq),
+        ("contact_omega_sq", limits.contact_omega_sq),
+        ("damping", limits.damping),
+        ("speed", limits.speed),
+    ];
+    for (name, value) in named {
+        let sane = value.is_finite() && value >= 0.0;
+        require(sane, format_args!("{name} finite and not negative"), value)?;
+    }
+    Ok(format!(
+        "contact_omega_sq {:.3e} 1/s^2",
+        limits.contact_omega_sq
+    ))
+}
+
+/// Reported and exact `contact_omega_sq`: of a disc between points, and of a block that a point presses near its end.
+fn contact_frequencies(bench: &Bench) -> Result<[(f64, f64); 2], Unmet> {
+    let around_disc = pressed().with([0.0, SPHERO + 0.9 * RADIUS], [0.0; 2], RADIUS, 0.5);
+    let (of_disc, _) = limits(bench, &one_disc(), &around_disc)?;
+    let lever = 0.08;
+    let on_block = [lever, 0.05 + SPHERO + 0.9 * RADIUS];
+    let on_block = Points::new().with(on_block, [0.0; 2], RADIUS, 0.5);
+    let config = scene(vec![block([0.0; 2])], elastic(STIFFNESS));
+    let (of_block, bodies) = limits(bench, &config, &on_block)?;
+    let inertia = bodies[0].inertia;
+    Ok([
+        (of_disc.contact_omega_sq, 3.0 * STIFFNESS / MASS),
+        (
+            of_block.contact_omega_sq,
+            STIFFNESS * (1.0 / MASS + lever * lever / inertia),
+        ),
+    ])
+}
+
+fn contact_bound(bench: &Bench) -> Judgement {
+    let frequencies = contact_frequencies(bench)?;
+    for (got, exact) in frequencies {
+        let enough = got >= exact * (1.0 - 1e-9);
+        require(
+            enough,
+            format_args!("at least {exact:.6e} 1/s^2"),
+            format_args!("{got:.6e}"),
+        )?;
+    }
+    let [disc, block] = frequencies.map(|(got, exact)| got / exact);
+    Ok(format!("{disc:.3} and {block:.3} of the exact ones"))
+}
+
+fn contact_tight(bench: &Bench) -> Judgement {
+    let frequencies = contact_frequencies(bench)?;
+    for (got, exact) in frequencies {
+        let tight = got <= 4.0 * exact;
+        require(
+            tight,
+            format_args!("at most four times {exact:.3e} 1/s^2"),
+            format_args!("{got:.3e}"),
+        )?;
+    }
+    Ok("half the step that is possible, or more".into())
+}
+
+/// Two discs that overlap by a millimetre, with contact between bodies.
+pub fn touching() -> DemConfig {
+    let apart = 2.0 * SPHERO - 1e-3;
+    DemConfig {
+        body_contact: Some(elastic(STIFFNESS)),
+        ..scene(vec![disc([0.0; 2]), disc([apart, 0.0])], elastic(STIFFNESS))
+    }
+}
+
+fn body_bound(bench: &Bench) -> Judgement {
+    let (limits, _) = limits(bench, &touching(), &Points::new())?;
+    let exact = STIFFNESS * 2.0 / MASS;
+    let enough = limits.omega_sq >= exact * (1.0 - 1e-9);
+    let got = format_args!("{:.6e}", limits.omega_sq);
+    require(enough, format_args!("at least {exact:.6e} 1/s^2"), got)?;
+    Ok(format!("{:.3} of the exact one", limits.omega_sq / exact))
+}
+
+fn speed_bound(bench: &Bench) -> Judgement {
+    let mut runner = block([0.0; 2]);
+    runner.velocity = [1.0, 0.5];
+    runner.spin = -5.0;
+    let (limits, _) = limits(
+        bench,
+        &scene(vec![runner.clone()], elastic(STIFFNESS)),
+        &Points::new(),
+    )?;
+    let corner = |[x, y]: [f64; 2]| {
+        let (vx, vy) = (
+            runner.velocity[0] - runner.spin * y,
+            runner.velocity[1] + runner.spin * x,
+        );
+        vx.hypot(vy)
+    };
+    let corners = runner.shape.vertices().into_iter().map(corner);
+    let exact = corners.fold(0.0, f64::max) + SPHERO * runner.spin.abs();
+    let enough = limits.speed >= exact * (1.0 - 1e-9);
+    require(
+        enough,
+        format_args!("at least {exact:.6} m/s"),
+        limits.speed,
+    )?;
+    Ok(format!("{:.3} of the exact one", limits.speed / exact))
+}
+
+fn damping_bound(bench: &Bench) -> Judgement {
+    let law = ContactLaw::Linear {
+        normal_stiffness: STIFFNESS,
+        tangential_stiffness: 0.0,
+        friction: 0.0,
+        damping_ratio: 0.1,
+    };
+    let (limits, _) = limits(bench, &scene(vec![disc([0.0; 2])], law), &pressed())?;
+    require(limits.damping >= 0.1, "at least 0.1", limits.damping)?;
+    Ok(limits.damping.to_string())
+}
+
+/// A damped, moving disc that two points press: beyond any budget of 0.
+fn lively() -> DemConfig {
+    let law = ContactLaw::Linear {
+        normal_stiffness: STIFFNESS,
+        tangential_stiffness: 0.0,
+        friction: 0.0,
+        damping_ratio: 0.1,
+    };
+    let mut runner: BodyConfig = disc([0.0; 2]);
+    runner.velocity = [0.1, 0.0];
+    scene(vec![runner], law)
+}
+
+fn halts(bench: &Bench) -> Judgement {
+    let budgets = [
+        (
+            "omega_sq",
+            Budget {
+                omega_sq: 0.0,
+                ..Budget::ALL
+            },
+        ),
+        (
+            "speed",
+            Budget {
+                speed: 0.0,
+                ..Budget::ALL
+            },
+        ),
+        (
+            "damping",
+            Budget {
+                damping: 0.0,
+                ..Budget::ALL
+            },
+        ),
+    ];
+    for (name, budget) in budgets {
+        let mut play = bench.play(&lively())?;
+        let points = pressed();
+        play.set(&points.set);
+        play.budget = budget;
+        play.grant(1e-5, 5, true)?;
+        let answer = play.exchange(&points.states)?;
+        let told = answer.header.flags & flags::HALT_AFTER != 0;
+        require(
+            told,
+            format_args!("HALT_AFTER beyond the budget of {name}"),
+            "forces without it",
+        )?;
+        let report = play.report()?.report;
+        let halted = report.halted == 1 && report.next == 1;
+        let got = format_args!("halted = {}, next = {}", report.halted, report.next);
+        require(halted, "halted = 1, next = 1", got)?;
+    }
+    Ok("for each of the three budgets".into())
+}
+
+fn last_step(bench: &Bench) -> Judgement {
+    let mut play = bench.play(&lively())?;
+    let points = pressed();
+    play.set(&points.set);
+    play.budget.speed = 0.0;
+    let (_, measured) = play.step(1e-5, &points.states)?;
+    let report = measured.report;
+    let whole = report.halted == 0 && report.next == 1;
+    let got = format_args!("halted = {}, next = {}", report.halted, report.next);
+    require(whole, "halted = 0, next = 1", got)?;
+    Ok("halted = 0".into())
+}
+
+fn other_halts(bench: &Bench) -> Judgement {
+    let mut play = bench.play(&one_disc())?;
+    let points = pressed();
+    play.set(&points.set);
+    play.grant(1e-5, 5, true)?;
+    play.exchange(&points.states)?;
+    play.exchange(&points.states)?;
+    play.halt_before()?;
+    let report = play.report()?.report;
+    let halted = report.halted == 1 && report.next == 2;
+    let got = format_args!("halted = {}, next = {}", report.halted, report.next);
+    require(halted, "halted = 1, next = 2", got)?;
+    // The session goes on.
+    play.step(1e-5, &points.states)?;
+    Ok("halted = 1, and goes on".into())
+}
+
+fn halt_is_free(bench: &Bench) -> Judgement {
+    let run = |budget: Budget| -> Result<(Vec<ImpForce>, u64), Unmet> {
+        let mut play = bench.play(&lively())?;
+        play.budget = budget;
+        let mut points = pressed();
+        play.set(&points.set);
+        let (mut forces, mut halts) = (Vec::new(), 0);
+        play.run(&mut points, 1e-4, 40, |_, answer| {
+            forces.extend(&answer.forces);
+            halts += u64::from(answer.header.flags & flags::HALT_AFTER != 0);
+            Ok(())
+        })?;
+        Ok((forces, halts))
+    };
+    let (plain, _) = run(Budget::ALL)?;
+    let (halting, halts) = run(Budget {
+        speed: 0.0,
+        ..Budget::ALL
+    })?;
+    if let Some(k) = plain.iter().zip(&halting).position(|(a, b)| a != b) {
+        let (a, b) = (plain[k], halting[k]);
+        return Err(broken(format_args!("{a:?}"), format_args!("{b:?}")).at((k / 2) as u64));
+    }
+    Ok(format!("the same bits in 40 steps with {halts} halts"))
+}

@@ -1,0 +1,405 @@
+//! Sections 1, 4, 5 and 6: messages of a step. What is out of order is refused, what goes out is in order.
+
+use std::time::{Duration, Instant};
+
+use interface::stage::{Kind, Message, Payload};
+use interface::wire::{StepHeader, flags};
+
+use super::scene::{RADIUS, SPHERO, one_disc};
+use crate::bench::{Answer, Bench, Play, Points};
+use crate::clause::Clause;
+use crate::verdict::{Judgement, Unmet, broken, require};
+
+pub const CLAUSES: &[Clause] = &[
+    Clause::must("G-1a", "refuses two grants in a message", two_grants),
+    Clause::must("G-2a", "refuses a grant with a NaN", nan_grant).covers(&["C26"]),
+    Clause::must("G-3a", "refuses a step that it has done", repeated).covers(&["C09"]),
+    Clause::must("G-3b", "refuses a grant that skips a step", skipped).covers(&["C09"]),
+    Clause::must("G-3c", "refuses a grant of no steps", no_steps).covers(&["C28"]),
+    Clause::must("I-1a", "refuses states of another step", other_step).covers(&["C09"]),
+    Clause::must("I-1b", "refuses states of another epoch", other_epoch),
+    Clause::must("I-2a", "refuses a set whose ids do not rise", ids_fall).covers(&["C06"]),
+    Clause::must("I-2b", "refuses a point without radius", no_radius),
+    Clause::must("I-2c", "refuses a point without mass", no_mass),
+    Clause::must(
+        "I-2d",
+        "refuses a set whose count is not its number",
+        wrong_count,
+    )
+    .covers(&["C04"]),
+    Clause::must(
+        "I-2e",
+        "refuses a generation that skips one",
+        skipped_generation,
+    ),
+    Clause::must("I-2f", "refuses an announced set that was not sent", no_set),
+    Clause::must(
+        "I-3a",
+        "refuses states of another generation",
+        other_generation,
+    ),
+    Clause::must(
+        "I-3b",
+        "refuses fewer states than the set has points",
+        too_few,
+    )
+    .covers(&["C04"]),
+    Clause::must("I-3c", "refuses a position that is NaN", nan_state).covers(&["C26"]),
+    Clause::must(
+        "I-3d",
+        "refuses a velocity that is infinite",
+        infinite_state,
+    )
+    .covers(&["C26"]),
+    Clause::must(
+        "W-2a",
+        "does not look at what a message does not use",
+        unused,
+    )
+    .after(&["T-6a"]),
+    Clause::must("C-4a", "the header counts the records that follow", counts),
+    Clause::must("F-2a", "forces carry step and epoch", forces_of_step),
+    Clause::must(
+        "F-3a",
+        "forces carry generation and number of the set",
+        forces_of_set,
+    ),
+    Clause::must(
+        "G-9a",
+        "answers the states of a step once, also with no points",
+        once,
+    ),
+    Clause::must("B-3a", "finds states though no bell rang", no_bell),
+    Clause::should("B-2a", "rings after what it sends", rings),
+    Clause::must(
+        "C-1a",
+        "takes any number of points, one more than fit, and none",
+        numbers,
+    )
+    .covers(&["C05"]),
+];
+
+/// A disc at the origin, pressed by two points from the right and from the left.
+pub fn pressed() -> Points {
+    let x = SPHERO + 0.9 * RADIUS;
+    Points::new()
+        .with([x, 0.0], [0.0; 2], RADIUS, 0.5)
+        .with([-x, 0.0], [0.0; 2], RADIUS, 0.5)
+}
+
+fn begun(bench: &Bench) -> Result<Play<'_>, Unmet> {
+    let mut play = bench.play(&one_disc())?;
+    let points = pressed();
+    play.set(&points.set);
+    play.step(0.0, &points.states)?;
+    Ok(play)
+}
+
+/// Sends what `send` sends instead of a grant after step 0; the solver shall say Failed.
+fn refuses_grant(bench: &Bench, send: impl FnOnce(&mut Play) -> Result<(), Unmet>) -> Judgement {
+    let mut play = begun(bench)?;
+    send(&mut play)?;
+    Ok(play.session.failure()?.message)
+}
+
+fn two_grants(bench: &Bench) -> Judgement {
+    refuses_grant(bench, |play| {
+        let grant = play.next_grant(1e-4, 1, false);
+        let header = StepHeader {
+            epoch: grant.epoch,
+            step: grant.first,
+            ..StepHeader::default()
+        };
+        play.session
+            .send(&Message::new(header, Payload::Grant(vec![grant, grant])))
+    })
+}
+
+fn nan_grant(bench: &Bench) -> Judgement {
+    refuses_grant(bench, |play| {
+        let mut grant = play.next_grant(1e-4, 1, false);
+        grant.epoch_start = f64::NAN;
+        play.send_grant(&grant)
+    })
+}
+
+fn repeated(bench: &Bench) -> Judgement {
+    refuses_grant(bench, |play| {
+        let mut grant = play.next_grant(1e-4, 1, false);
+        grant.first -= 1;
+        play.send_grant(&grant)
+    })
+}
+
+fn skipped(bench: &Bench) -> Judgement {
+    refuses_grant(bench, |play| {
+        let mut grant = play.next_grant(1e-4, 1, false);
+        grant.first += 1;
+        play.send_grant(&grant)
+    })
+}
+
+fn no_steps(bench: &Bench) -> Judgement {
+    refuses_grant(bench, |play| play.grant(1e-4, 0, false))
+}
+
+/// Sends a set and states after `spoil` in step 1; the solver shall say Failed and no forces.
+fn refuses(bench: &Bench, spoil: impl FnOnce(&mut Message, &mut Message)) -> Judgement {
+    let mut play = begun(bench)?;
+    play.grant(1e-4, 1, false)?;
+    play.send_spoilt(&pressed(), spoil)?;
+    let failure = play.session.failure()?;
+    while let Some(forces) = play.session.take(Kind::Forces)? {
+        let got = format_args!("forces, then {}", failure.message);
+        require(forces.header.step < 1, "no forces", got)?;
+    }
+    Ok(failure.message)
+}
+
+/// Changes the records of a set.
+fn set_of(message: &mut Message) -> &mut Vec<interface::wire::ImpInfo> {
+    match &mut message.payload {
+        Payload::Set(set) => set,
+        _ => unreachable!("a set is one"),
+    }
+}
+
+/// Changes the records of states.
+fn states_of(message: &mut Message) -> &mut Vec<interface::wire::ImpState> {
+    match &mut message.payload {
+        Payload::States(states) => states,
+        _ => unreachable!("states are states"),
+    }
+}
+
+fn other_step(bench: &Bench) -> Judgement {
+    refuses(bench, |_, states| states.header.step += 1)
+}
+
+fn other_epoch(bench: &Bench) -> Judgement {
+    refuses(bench, |_, states| states.header.epoch += 1)
+}
+
+fn ids_fall(bench: &Bench) -> Judgement {
+    refuses(bench, |set, _| set_of(set)[1].id = 0)
+}
+
+fn no_radius(bench: &Bench) -> Judgement {
+    refuses(bench, |set, _| set_of(set)[1].radius = 0.0)
+}
+
+fn no_mass(bench: &Bench) -> Judgement {
+    refuses(bench, |set, _| set_of(set)[1].mass = 0.0)
+}
+
+fn wrong_count(bench: &Bench) -> Judgement {
+    refuses(bench, |set, _| set.header.count = 3)
+}
+
+fn skipped_generation(bench: &Bench) -> Judgement {
+    refuses(bench, |set, states| {
+        set.header.set += 1;
+        states.header.set += 1;
+    })
+}
+
+fn no_set(bench: &Bench) -> Judgement {
+    let mut play = begun(bench)?;
+    play.grant(1e-4, 1, false)?;
+    let header = StepHeader {
+        flags: flags::NEW_SET,
+        set: 2,
+        ..play.header()
+    };
+    let states = Payload::States(pressed().states);
+    play.session.send(&Message::new(header, states))?;
+    Ok(play.session.failure()?.message)
+}
+
+fn other_generation(bench: &Bench) -> Judgement {
+    let mut play = begun(bench)?;
+    play.grant(1e-4, 1, false)?;
+    let header = StepHeader {
+        set: 2,
+        ..play.header()
+    };
+    let states = Payload::States(pressed().states);
+    play.session.send(&Message::new(header, states))?;
+    Ok(play.session.failure()?.message)
+}
+
+fn too_few(bench: &Bench) -> Judgement {
+    refuses(bench, |_, states| {
+        states_of(states).pop();
+        states.header.count = 1;
+    })
+}
+
+fn nan_state(bench: &Bench) -> Judgement {
+    refuses(bench, |_, states| {
+        states_of(states)[1].position[1] = f64::NAN
+    })
+}
+
+fn infinite_state(bench: &Bench) -> Judgement {
+    refuses(bench, |_, states| {
+        states_of(states)[0].velocity[0] = f64::INFINITY
+    })
+}
+
+fn unused(bench: &Bench) -> Judgement {
+    let points = pressed();
+    let answer = |spoil: fn(&mut Message, &mut Message)| -> Result<Answer, Unmet> {
+        let mut play = bench.play(&one_disc())?;
+        play.grant(0.0, 1, false)?;
+        play.send_spoilt(&points, spoil)?;
+        play.set(&points.set);
+        play.forces()
+    };
+    let plain = answer(|_, _| ())?;
+    let odd = answer(|set, states| {
+        set.header.travel = 1.0;
+        states.header.travel = 2.0;
+        set_of(set)[0].reserved = 7;
+    })?;
+    let same = plain.forces == odd.forces;
+    require(
+        same,
+        format_args!("{:?}", plain.forces),
+        format_args!("{:?}", odd.forces),
+    )?;
+    Ok("reserved and unused fields change nothing".into())
+}
+
+fn counts(bench: &Bench) -> Judgement {
+    let mut play = bench.play(&one_disc())?;
+    let points = pressed();
+    play.set(&points.set);
+    let (answer, measured) = play.step(0.0, &points.states)?;
+    play.grant(1e-4, 1, false)?;
+    let (envelopes, vertices) = play.envelopes()?;
+    let bodies = measured
+        .bodies
+        .as_ref()
+        .map_or((0, 0), |(h, b)| (h.count, b.len()));
+    let counted = [
+        ("forces", answer.header.count, answer.forces.len()),
+        ("reports", measured.header.count, 1),
+        ("envelopes", envelopes.count, vertices.len()),
+        ("bodies", bodies.0, bodies.1),
+    ];
+    for (what, count, records) in counted {
+        require(
+            count == records as u64,
+            format_args!("{records} {what}"),
+            count,
+        )?;
+    }
+    Ok("forces, reports, envelopes, bodies".into())
+}
+
+/// The forces of a step in the middle of the second of two windows, with what their header should be.
+fn header_of_forces(bench: &Bench) -> Result<(StepHeader, StepHeader), Unmet> {
+    let mut play = begun(bench)?;
+    let points = pressed();
+    play.grant(1e-5, 3, true)?;
+    play.exchange(&points.states)?;
+    play.set(&points.set);
+    play.exchange(&points.states)?;
+    let expected = play.header();
+    Ok((expected, play.exchange(&points.states)?.header))
+}
+
+fn forces_of_step(bench: &Bench) -> Judgement {
+    let (expected, got) = header_of_forces(bench)?;
+    let same = (expected.step, expected.epoch) == (got.step, got.epoch);
+    let words = |h: StepHeader| format!("step {} of epoch {}", h.step, h.epoch);
+    require(same, words(expected), words(got))?;
+    Ok(words(got))
+}
+
+fn forces_of_set(bench: &Bench) -> Judgement {
+    let (expected, got) = header_of_forces(bench)?;
+    let same = (expected.set, 2) == (got.set, got.count);
+    let words = |set: u64, count: u64| format!("{count} of generation {set}");
+    require(same, words(expected.set, 2), words(got.set, got.count))?;
+    Ok(words(got.set, got.count))
+}
+
+fn once(bench: &Bench) -> Judgement {
+    let mut play = begun(bench)?;
+    for points in [pressed(), Points::new()] {
+        play.set(&points.set);
+        play.step(1e-5, &points.states)?;
+        if let Some(again) = play.unexpected(Kind::Forces, Duration::from_millis(20))? {
+            let got = format_args!("a second answer to step {}", again.header.step);
+            return Err(broken("one answer", got));
+        }
+    }
+    Ok("one answer each to 2 points and to none".into())
+}
+
+fn no_bell(bench: &Bench) -> Judgement {
+    let mut play = begun(bench)?;
+    let points = pressed();
+    play.grant(1e-5, 4, false)?;
+    let mut longest = Duration::ZERO;
+    for _ in 0..4 {
+        // Long enough for a solver that polls for a while to have gone to sleep.
+        std::thread::sleep(Duration::from_millis(2));
+        let start = Instant::now();
+        let states = Message::new(play.header(), Payload::States(points.states.clone()));
+        play.session.send_silently(&states)?;
+        play.forces()?;
+        longest = longest.max(start.elapsed());
+    }
+    // Two naps of 10 ms, and much for a machine that is busy.
+    let limit = Duration::from_millis(500);
+    require(
+        longest < limit,
+        format_args!("an answer within {limit:?}"),
+        format_args!("{longest:?}"),
+    )?;
+    Ok(format!(
+        "after {:.1} ms at most",
+        longest.as_secs_f64() * 1e3
+    ))
+}
+
+fn rings(bench: &Bench) -> Judgement {
+    let mut play = begun(bench)?;
+    let points = pressed();
+    play.grant(1e-5, 1, false)?;
+    // What rang before is over.
+    for kind in [Kind::Forces, Kind::Report] {
+        play.session.stage.sleep(kind, Duration::ZERO);
+    }
+    play.send_states(&points.states)?;
+    for kind in [Kind::Forces, Kind::Report] {
+        let rung = play.session.stage.sleep(kind, Duration::from_millis(500));
+        require(
+            rung > 0,
+            format_args!("a ring with {kind:?}"),
+            "none within 0.5 s",
+        )?;
+    }
+    play.forces()?;
+    play.report()?;
+    Ok("after forces and report".into())
+}
+
+fn numbers(bench: &Bench) -> Judgement {
+    let mut play = begun(bench)?;
+    // A channel begins with room for 64 records.
+    let counts = [0, 1, 63, 64, 65, 10_000, 1];
+    for count in counts {
+        let points = (0..count).fold(Points::new(), |points, k| {
+            points.with([0.05 + 1e-4 * f64::from(k), 0.0], [0.0; 2], RADIUS, 0.5)
+        });
+        play.set(&points.set);
+        play.grant(1e-6, 1, false)?;
+        play.exchange(&points.states)?;
+        play.report()?;
+    }
+    Ok(format!("{counts:?}"))
+}

@@ -1,0 +1,79 @@
+//! The bodies that clauses are judged with. Lengths are around a centimetre, stiffness and mass such that a contact
+//! lasts around ten milliseconds.
+
+use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
+
+/// Normal stiffness in N/m.
+pub const STIFFNESS: f64 = 6e4;
+/// Sphero-radius of bodies in m.
+pub const SPHERO: f64 = 0.02;
+/// Contact radius of points in m.
+pub const RADIUS: f64 = 0.01;
+/// Mass of bodies in kg/m.
+pub const MASS: f64 = 1.5;
+
+/// A linear law without friction or damping.
+pub fn elastic(normal_stiffness: f64) -> ContactLaw {
+    ContactLaw::Linear {
+        normal_stiffness,
+        tangential_stiffness: 0.0,
+        friction: 0.0,
+        damping_ratio: 0.0,
+    }
+}
+
+/// A linear law with friction.
+pub fn frictional(tangential_stiffness: f64, friction: f64) -> ContactLaw {
+    ContactLaw::Linear {
+        normal_stiffness: STIFFNESS,
+        tangential_stiffness,
+        friction,
+        damping_ratio: 0.0,
+    }
+}
+
+/// Bodies that touch points by `law`, and not one another; no gravity.
+pub fn scene(bodies: Vec<BodyConfig>, law: ContactLaw) -> DemConfig {
+    DemConfig {
+        bodies,
+        point_contact: law,
+        skin: 1e-3,
+        threads: 1,
+        ..DemConfig::default()
+    }
+}
+
+/// A body at rest, of [`MASS`].
+pub fn body(shape: BodyShape, position: [f64; 2], motion: Motion) -> BodyConfig {
+    BodyConfig {
+        name: "body".into(),
+        shape,
+        sphero_radius: SPHERO,
+        inertia: BodyInertia::Mass(MASS),
+        position,
+        angle: 0.0,
+        velocity: [0.0; 2],
+        spin: 0.0,
+        motion,
+        surface: String::new(),
+    }
+}
+
+/// A disc that forces move.
+pub fn disc(position: [f64; 2]) -> BodyConfig {
+    body(BodyShape::Disc, position, Motion::Free)
+}
+
+/// A rectangle of 0.2 m by 0.1 m that forces move.
+pub fn block(position: [f64; 2]) -> BodyConfig {
+    let shape = BodyShape::Rectangle {
+        width: 0.2,
+        height: 0.1,
+    };
+    body(shape, position, Motion::Free)
+}
+
+/// One disc at the origin that forces move, without friction: enough where physics does not matter.
+pub fn one_disc() -> DemConfig {
+    scene(vec![disc([0.0; 2])], elastic(STIFFNESS))
+}

@@ -1,0 +1,220 @@
+//! A conformance kit: starts a solver, plays its coupler and its peer over the real channels, and judges every clause
+//! of PROTOCOL.md that can be seen from outside. `tandem conformance` is its command, docs/conformance.md its manual.
+//!
+//! [`bench`] is where a clause is judged: sessions with the solver, time, a peer of mass points. [`clause`] holds the
+//! clauses as data, [`verdict`] what becomes of them, [`report`] how that is shown, [`mutant`] the broken solvers that
+//! prove that each clause can fail.
+//!
+//! # How to add a clause
+//!
+//! 1. Find its number in PROTOCOL.md; if there is none, write the clause there first.
+//! 2. In the file of its subject (`clause/dem/force.rs`, ...) add a line to `CLAUSES`:
+//!    `Clause::must("F-8a", "no contact, no force", no_contact).after(&["F-7a"]).covers(&["C12"])`.
+//!    `after` names clauses without which this one says nothing: keep them few, and design the clause so that another
+//!    broken rule does not break it. The first clause of a side is before all others without being named.
+//! 3. Write `fn no_contact(bench: &Bench) -> Judgement`: take a [`bench::Play`] (a coupled run in lockstep) or a bare
+//!    [`bench::Session`], do what shows the clause in as few steps as do, return `Ok(what was measured)` or an
+//!    [`verdict::Unmet`] by [`verdict::require`] or [`verdict::near`], with the numbers. A refused configuration comes
+//!    back as *not applicable* by itself. Put many cases in one run (bodies far apart): a run costs milliseconds, a step
+//!    microseconds. State the tolerance with its reason.
+//! 4. A clause that needs a process (exit status, signals, files) says `.of_processes()`.
+//!
+//! # How to add a mutant
+//!
+//! A clause that no mutant can trip is no clause (`tests/mutants.rs` of the root). A mutant is the built-in solver
+//! behind a [`mutant::relay`] that passes every message on but for the one rule it breaks:
+//! in the file of its subject (`mutant/dem/force.rs`, ...) add a line `Mutant::new("F-8a", "pushes without contact", || Flaw::forces(|_, forces| ...))`.
+//! [`mutant::Flaw`] has one constructor for each thing that can be spoilt. Then
+//! `tandem conformance --dem "tandem mutant F-8a"` shows it, and the test asks that clause F-8a fails and no other.
+#![forbid(unsafe_code)]
+
+pub mod bench;
+pub mod clause;
+pub mod mutant;
+pub mod report;
+pub mod trace;
+pub mod verdict;
+pub mod waiver;
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use interface::control::Notice;
+use thiserror::Error;
+
+use bench::{Bench, Subject};
+use clause::{Clause, Level};
+use trace::Trace;
+use verdict::Verdict;
+
+/// How the kit is used.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Ids of the clauses to judge; all when empty.
+    pub only: Vec<String>,
+    /// Most steps granted at once.
+    pub window: u64,
+    /// Whether the messages of each clause are kept.
+    pub trace: bool,
+}
+
+/// The kit cannot begin.
+#[derive(Debug, Error)]
+pub enum ExamineError {
+    /// There is no such clause.
+    #[error("there is no clause `{id}` for a {party}; `--list` shows those there are")]
+    NoSuchClause {
+        /// As asked for.
+        id: String,
+        /// The side.
+        party: interface::control::Party,
+    },
+    /// The run's channels cannot be made.
+    #[error(transparent)]
+    Channel(#[from] interface::stage::ChannelError),
+    /// The command cannot be started.
+    #[error("cannot start the solver: {0}")]
+    Start(std::io::Error),
+}
+
+/// A clause with its verdict.
+pub struct Judged {
+    /// The clause.
+    pub clause: &'static Clause,
+    /// Its verdict.
+    pub verdict: Verdict,
+    /// Time that it took.
+    pub wall: Duration,
+    /// What was said, if that was asked for.
+    pub trace: Trace,
+}
+
+impl Judged {
+    /// Whether it is broken.
+    pub fn failed(&self) -> bool {
+        matches!(self.verdict, Verdict::Fail(_))
+    }
+}
+
+/// What the kit found.
+pub struct Examination {
+    /// The solver's side.
+    pub party: interface::control::Party,
+    /// What the solver calls itself, if it said.
+    pub identity: String,
+    /// Every clause that was asked for, in order.
+    pub judged: Vec<Judged>,
+}
+
+impl Examination {
+    /// Broken clauses that count: those that a solver must keep, with `strict` also those that it should.
+    pub fn broken(&self, strict: bool) -> impl Iterator<Item = &Judged> {
+        let counts = move |j: &&Judged| strict || j.clause.level == Level::Must;
+        self.judged.iter().filter(|j| j.failed()).filter(counts)
+    }
+}
+
+/// Judges a solver, one clause after another; `tell` hears each verdict when it is known.
+///
+/// # Errors
+/// [`ExamineError`] when nothing can be judged.
+pub fn examine(
+    subject: &Subject,
+    options: &Options,
+    mut tell: impl FnMut(&Judged),
+) -> Result<Examination, ExamineError> {
+    let all = clause::of(subject.party);
+    let known = |id: &&String| !all.iter().any(|clause| clause.id == **id);
+    if let Some(id) = options.only.iter().find(known) {
+        return Err(ExamineError::NoSuchClause {
+            id: id.clone(),
+            party: subject.party,
+        });
+    }
+    let identity = identity(subject)?;
+    // What the first clause asks for, that a solver comes and says Hello, every other one needs.
+    let first = all.first().map(|clause| clause.id);
+    let mut broken: BTreeMap<&str, &str> = BTreeMap::new();
+    let mut judged = Vec::new();
+    let asked =
+        |clause: &&Clause| options.only.is_empty() || options.only.iter().any(|id| id == clause.id);
+    for clause in all.iter().copied().filter(asked) {
+        let needs = first.iter().chain(clause.after).copied();
+        let by = needs
+            .filter(|id| *id != clause.id)
+            .find_map(|id| broken.get(id).copied());
+        let trace = if options.trace {
+            Trace::kept()
+        } else {
+            Trace::default()
+        };
+        let outcome = match by {
+            Some(by) => Judged {
+                clause,
+                verdict: Verdict::Blocked { by },
+                wall: Duration::ZERO,
+                trace,
+            },
+            None => judge(subject, options, clause, trace),
+        };
+        match outcome.verdict {
+            Verdict::Fail(_) => broken.insert(clause.id, clause.id),
+            Verdict::Blocked { by } => broken.insert(clause.id, by),
+            _ => None,
+        };
+        tell(&outcome);
+        judged.push(outcome);
+    }
+    Ok(Examination {
+        party: subject.party,
+        identity,
+        judged,
+    })
+}
+
+fn judge(subject: &Subject, options: &Options, clause: &'static Clause, trace: Trace) -> Judged {
+    let start = Instant::now();
+    if clause.of_processes && !subject.is_process() {
+        let reason = "it can be seen of a process only".into();
+        return Judged {
+            clause,
+            verdict: Verdict::NotApplicable { reason },
+            wall: Duration::ZERO,
+            trace,
+        };
+    }
+    let bench = Bench::new(subject.clone(), options.window.max(1), trace);
+    let verdict = match (clause.judge)(&bench) {
+        Ok(measured) => Verdict::Pass { measured },
+        Err(unmet) => unmet.into(),
+    };
+    Judged {
+        clause,
+        verdict,
+        wall: start.elapsed(),
+        trace: bench.into_trace(),
+    }
+}
+
+/// Starts the solver once, to learn whether it can be started and what it is called; empty when it does not say.
+fn identity(subject: &Subject) -> Result<String, ExamineError> {
+    let stage = interface::stage::Stage::open(subject.medium(), subject.party)?;
+    let mut worker = subject.start(stage.domain()).map_err(ExamineError::Start)?;
+    let start = Instant::now();
+    let mut identity = String::new();
+    while start.elapsed() < bench::PATIENCE {
+        if let Some(message) = stage.receive(interface::stage::Kind::Notice)? {
+            if let Ok(Notice::Hello(hello)) = message.as_notice() {
+                identity = hello.identity;
+            }
+            break;
+        }
+        if worker.ended().is_some() {
+            break;
+        }
+        stage.sleep(interface::stage::Kind::Notice, Duration::from_millis(2));
+    }
+    stage.release();
+    worker.dismiss();
+    Ok(identity)
+}

@@ -1,0 +1,360 @@
+//! Mutants: solvers that are right but for one rule, to prove that each clause can fail.
+//!
+//! A mutant is a relay. It joins the run as the solver, with a raw [`Seat`], and hosts the real solver in a thread, in a
+//! run of its own with a raw [`Stage`]. Every message is passed on as it is, but for what its [`Flaw`] does.
+
+pub mod dem;
+
+use std::time::{Duration, Instant};
+
+use interface::config::DemConfig;
+use interface::control::{Configure, Notice, Order, Party};
+use interface::domain::Domain;
+use interface::session::SessionError;
+use interface::stage::{ChannelError, Kind, Medium, Message, Payload, Seat, Stage};
+use interface::wire::{BodyState, EnvelopeVertex, Grant, ImpForce, ImpState, Report, StepHeader};
+
+/// The solver that a mutant hosts: joins a run over [`Medium::Threads`].
+#[derive(Debug, Clone, Copy)]
+pub struct Host {
+    /// Its side.
+    pub party: Party,
+    /// Serves until the session ends.
+    pub solve: fn(&Domain) -> Result<(), SessionError>,
+}
+
+/// A solver that breaks one clause.
+pub struct Mutant {
+    /// The clause, by which the mutant is called.
+    pub clause: &'static str,
+    /// What it does wrong.
+    pub what: &'static str,
+    /// Makes its flaw, afresh for every run.
+    pub flaw: fn() -> Flaw,
+}
+
+impl Mutant {
+    /// A mutant that breaks `clause` by doing `what`.
+    pub const fn new(clause: &'static str, what: &'static str, flaw: fn() -> Flaw) -> Self {
+        Self { clause, what, flaw }
+    }
+}
+
+/// The mutants of one side.
+pub fn of(party: Party) -> Vec<&'static Mutant> {
+    match party {
+        Party::Dem => dem::mutants().collect(),
+        Party::Mpm | Party::Coupler => Vec::new(),
+    }
+}
+
+/// What to pass on instead of a message: nothing, the message, or several.
+pub type Pass = Box<dyn FnMut(Message) -> Vec<Message>>;
+
+/// What a mutant does wrong.
+pub struct Flaw {
+    /// To what comes from coupler and peer.
+    pub inbound: Pass,
+    /// To what goes to them.
+    pub outbound: Pass,
+    /// Outside the messages.
+    pub manners: Manners,
+}
+
+/// What a solver does besides sending and receiving.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Manners {
+    /// Exit status after Close, instead of 0.
+    pub status_closed: Option<u8>,
+    /// Exit status after anything else, instead of 3.
+    pub status_failed: Option<u8>,
+    /// Exit status when there is nothing to join, instead of 2.
+    pub status_unjoined: Option<u8>,
+    /// Opens where it measures to only after it has said Ready.
+    pub opens_late: bool,
+    /// Rings no bell.
+    pub rings_no_bell: bool,
+    /// Looks for messages only when a bell has rung.
+    pub waits_for_the_bell: bool,
+    /// Ends when it has said Bye.
+    pub goes_at_bye: bool,
+    /// Does not look whether the coupler lives.
+    pub never_looks_up: bool,
+    /// Does not look whether the coupler lives between a grant and the report.
+    pub never_looks_up_in_a_step: bool,
+    /// Removes the run's lock when it ends.
+    pub removes_the_lock: bool,
+    /// Ends on Ctrl-C.
+    pub ends_on_interrupt: bool,
+}
+
+impl Flaw {
+    /// None: a relay that changes nothing.
+    pub fn none() -> Self {
+        Self {
+            inbound: Box::new(|message| vec![message]),
+            outbound: Box::new(|message| vec![message]),
+            manners: Manners::default(),
+        }
+    }
+
+    /// Spoils what comes in.
+    pub fn inbound(pass: impl FnMut(Message) -> Vec<Message> + 'static) -> Self {
+        Self {
+            inbound: Box::new(pass),
+            ..Self::none()
+        }
+    }
+
+    /// Spoils what goes out.
+    pub fn outbound(pass: impl FnMut(Message) -> Vec<Message> + 'static) -> Self {
+        Self {
+            outbound: Box::new(pass),
+            ..Self::none()
+        }
+    }
+
+    /// Behaves badly.
+    pub fn manners(manners: Manners) -> Self {
+        Self {
+            manners,
+            ..Self::none()
+        }
+    }
+
+    /// Spoils notices.
+    pub fn notices(mut spoil: impl FnMut(&mut Notice) + 'static) -> Self {
+        Self::outbound(move |message| match message.as_notice() {
+            Ok(mut notice) => {
+                spoil(&mut notice);
+                vec![Message::notice(message.header.step, &notice)]
+            }
+            Err(_) => vec![message],
+        })
+    }
+
+    /// Spoils the Configure that the solver gets to see.
+    pub fn configure(mut spoil: impl FnMut(&mut Configure) + 'static) -> Self {
+        Self::inbound(move |message| match message.as_order() {
+            Ok(Order::Configure(mut configure)) => {
+                spoil(&mut configure);
+                vec![Message::order(&Order::Configure(configure))]
+            }
+            _ => vec![message],
+        })
+    }
+
+    /// Spoils the bodies' configuration, where it parses.
+    pub fn bodies_config(mut spoil: impl FnMut(&mut DemConfig) + 'static) -> Self {
+        Self::configure(move |configure| {
+            if let Ok(mut config) = serde_json::from_str(&configure.config) {
+                spoil(&mut config);
+                configure.config = serde_json::to_string(&config).expect("it was JSON before");
+            }
+        })
+    }
+}
+
+/// One constructor for each kind of record that can be spoilt on its way in or out.
+macro_rules! spoil {
+    ($($(#[$doc:meta])* $name:ident: $way:ident $payload:ident of $record:ty;)*) => {
+        impl Flaw {
+            $($(#[$doc])*
+            pub fn $name(mut spoil: impl FnMut(&mut StepHeader, &mut Vec<$record>) + 'static) -> Self {
+                Self::$way(move |mut message| {
+                    if let Payload::$payload(records) = &mut message.payload {
+                        spoil(&mut message.header, records);
+                    }
+                    vec![message]
+                })
+            })*
+        }
+    };
+}
+
+spoil! {
+    /// Spoils grants.
+    grants: inbound Grant of Grant;
+    /// Spoils states.
+    states: inbound States of ImpState;
+    /// Spoils forces.
+    forces: outbound Forces of ImpForce;
+    /// Spoils outlines.
+    envelopes: outbound Envelopes of EnvelopeVertex;
+    /// Spoils reports.
+    reports: outbound Report of Report;
+    /// Spoils the states of bodies.
+    bodies: outbound Bodies of BodyState;
+}
+
+/// Looks of an idle relay before it sleeps between them.
+const LOOKS: u32 = 100;
+/// Its sleep.
+const NAP: Duration = Duration::from_micros(100);
+/// Longest time between two looks whether the coupler lives.
+const LIFE: Duration = Duration::from_millis(10);
+/// Joins the run of `domain` as the hosted solver with a flaw; returns its exit status.
+pub fn relay(medium: Medium, domain: &Domain, host: Host, flaw: Flaw) -> u8 {
+    let manners = flaw.manners;
+    let served = Relay::open(medium, domain, host, flaw).and_then(Relay::serve);
+    if manners.removes_the_lock {
+        let run = std::env::temp_dir().join(format!("tandem-{}", domain.id()));
+        let _ = std::fs::remove_file(run.join("lock"));
+    }
+    match served {
+        Ok(true) => manners.status_closed.unwrap_or(0),
+        _ => manners.status_failed.unwrap_or(3),
+    }
+}
+
+struct Relay {
+    seat: Seat,
+    stage: Stage,
+    hosted: std::thread::JoinHandle<Result<(), SessionError>>,
+    flaw: Flaw,
+    coupled: bool,
+    /// Between a grant and the report on it.
+    in_step: bool,
+    /// Bye has been said.
+    said_bye: bool,
+}
+
+impl Relay {
+    fn open(medium: Medium, domain: &Domain, host: Host, flaw: Flaw) -> Result<Self, ChannelError> {
+        let seat = Seat::join(medium, domain, host.party)?;
+        let stage = Stage::open(Medium::Threads, host.party)?;
+        let inner = stage.domain().clone();
+        let hosted = std::thread::spawn(move || (host.solve)(&inner));
+        Ok(Self {
+            seat,
+            stage,
+            hosted,
+            flaw,
+            coupled: false,
+            in_step: false,
+            said_bye: false,
+        })
+    }
+
+    /// Passes messages until either side is gone; returns whether the hosted solver ended in order.
+    fn serve(mut self) -> Result<bool, ChannelError> {
+        let mut idle = 0;
+        let mut looked = Instant::now();
+        loop {
+            // The end is looked for first: what was sent before it is passed on after.
+            let ended = self.hosted.is_finished();
+            let mut passed = self.pass_out()?;
+            if ended {
+                return Ok(matches!(self.hosted.join(), Ok(Ok(()))));
+            }
+            let manners = self.flaw.manners;
+            if manners.goes_at_bye && self.said_bye {
+                self.dismiss();
+                return Ok(true);
+            }
+            if !manners.waits_for_the_bell || self.rung() {
+                passed |= self.pass_in()?;
+            }
+            idle = if passed { 0 } else { idle + 1 };
+            if idle > LOOKS {
+                std::thread::sleep(NAP);
+            } else {
+                std::thread::yield_now();
+            }
+            let looks_up =
+                !manners.never_looks_up && !(manners.never_looks_up_in_a_step && self.in_step);
+            if looks_up && looked.elapsed() > LIFE {
+                looked = Instant::now();
+                if !self.seat.coupler_lives() {
+                    self.dismiss();
+                    return Ok(false);
+                }
+            }
+        }
+    }
+
+    /// Ends the hosted solver, which sees that its coupler is gone.
+    fn dismiss(self) {
+        self.stage.release();
+        let _ = self.hosted.join();
+    }
+
+    fn rung(&self) -> bool {
+        let bells = [Kind::Order, Kind::States, Kind::Forces];
+        bells
+            .iter()
+            .any(|&kind| self.seat.sleep(kind, Duration::ZERO) > 0)
+    }
+
+    /// From coupler and peer to the hosted solver.
+    fn pass_in(&mut self) -> Result<bool, ChannelError> {
+        // Late ones first: what was sent before them is then there, and passed on before them.
+        let late_first = [
+            Kind::States,
+            Kind::Set,
+            Kind::Forces,
+            Kind::Envelopes,
+            Kind::Grant,
+            Kind::Order,
+        ];
+        let mut taken = Vec::new();
+        for kind in late_first {
+            taken.extend(self.seat.receive(kind)?);
+        }
+        let passed = !taken.is_empty();
+        for message in taken.into_iter().rev() {
+            if let Ok(Order::Configure(configure)) = message.as_order() {
+                self.coupled = configure.coupled;
+            }
+            self.in_step |= message.kind() == Kind::Grant;
+            for message in (self.flaw.inbound)(message) {
+                self.stage.send(&message)?;
+            }
+        }
+        Ok(passed)
+    }
+
+    /// From the hosted solver to coupler and peer.
+    fn pass_out(&mut self) -> Result<bool, ChannelError> {
+        let late_first = [
+            Kind::Notice,
+            Kind::Report,
+            Kind::Points,
+            Kind::Groups,
+            Kind::Bodies,
+            Kind::Forces,
+            Kind::Envelopes,
+            Kind::States,
+            Kind::Set,
+        ];
+        let mut taken = Vec::new();
+        for kind in late_first {
+            taken.extend(self.stage.receive(kind)?);
+        }
+        let passed = !taken.is_empty();
+        for message in taken.into_iter().rev() {
+            let notice = message.as_notice();
+            let ready = matches!(notice, Ok(Notice::Ready(_)));
+            self.said_bye |= matches!(notice, Ok(Notice::Bye));
+            self.in_step &= message.kind() != Kind::Report;
+            if ready && self.coupled {
+                self.seat.open_exchange()?;
+            }
+            if ready && !self.flaw.manners.opens_late {
+                self.seat.open_measurement()?;
+            }
+            for message in (self.flaw.outbound)(message) {
+                if self.flaw.manners.rings_no_bell {
+                    self.seat.send_silently(&message)?;
+                } else {
+                    self.seat.send(&message)?;
+                }
+            }
+            if ready && self.flaw.manners.opens_late {
+                std::thread::sleep(Duration::from_millis(3));
+                self.seat.open_measurement()?;
+            }
+        }
+        Ok(passed)
+    }
+}

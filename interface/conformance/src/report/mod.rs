@@ -1,0 +1,76 @@
+//! What the kit found, for people (`table`), programs (`json`) and build servers (`junit`).
+
+mod junit;
+mod table;
+
+use serde::Serialize;
+
+use crate::clause::NOT_CHECKED;
+use crate::verdict::Verdict;
+use crate::waiver::Waivers;
+use crate::{Examination, Judged};
+
+pub use junit::junit;
+pub use table::{Paint, listing, row, summary};
+
+/// An examination as JSON.
+#[derive(Debug, Serialize)]
+struct Document<'a> {
+    /// Of the protocol, major and minor.
+    protocol: (u32, u32),
+    party: &'static str,
+    solver: &'a str,
+    clauses: Vec<Entry<'a>>,
+    not_checked: Vec<Unchecked>,
+}
+
+#[derive(Debug, Serialize)]
+struct Entry<'a> {
+    id: &'static str,
+    level: crate::clause::Level,
+    title: &'static str,
+    covers: &'static [&'static str],
+    #[serde(flatten)]
+    verdict: &'a Verdict,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    waived: Option<&'a str>,
+    wall_s: f64,
+}
+
+#[derive(Debug, Serialize)]
+struct Unchecked {
+    clause: &'static str,
+    reason: &'static str,
+}
+
+/// The examination as JSON.
+pub fn json(examination: &Examination, waivers: &Waivers) -> String {
+    let clauses = examination.judged.iter().map(|judged| Entry {
+        id: judged.clause.id,
+        level: judged.clause.level,
+        title: judged.clause.title,
+        covers: judged.clause.list,
+        verdict: &judged.verdict,
+        waived: waiver(judged, waivers),
+        wall_s: judged.wall.as_secs_f64(),
+    });
+    let not_checked = NOT_CHECKED.iter();
+    let document = Document {
+        protocol: interface::control::PROTOCOL,
+        party: examination.party.name(),
+        solver: &examination.identity,
+        clauses: clauses.collect(),
+        not_checked: not_checked
+            .map(|&(clause, reason)| Unchecked { clause, reason })
+            .collect(),
+    };
+    serde_json::to_string_pretty(&document).expect("a document has string keys only")
+}
+
+/// The reason for which a broken clause is waived today.
+pub fn waiver<'a>(judged: &Judged, waivers: &'a Waivers) -> Option<&'a str> {
+    let waiver = waivers.of(judged.clause.id, crate::waiver::today());
+    waiver
+        .filter(|_| judged.failed())
+        .map(|w| w.reason.as_str())
+}

@@ -1,0 +1,158 @@
+//! What becomes of a clause: a verdict with the numbers that show it.
+
+use core::fmt::{self, Display};
+
+use interface::solver::Refusal;
+use interface::stage::ChannelError;
+use serde::Serialize;
+
+/// How a clause was judged.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[serde(tag = "verdict", rename_all = "snake_case")]
+pub enum Verdict {
+    /// It is kept.
+    Pass {
+        /// What was measured.
+        measured: String,
+    },
+    /// It is broken.
+    Fail(Evidence),
+    /// It does not apply to this solver, or cannot be seen here.
+    NotApplicable {
+        /// The refused key with the solver's message, or why it cannot be seen.
+        reason: String,
+    },
+    /// It cannot be judged, because another clause is broken.
+    Blocked {
+        /// The other clause.
+        by: &'static str,
+    },
+}
+
+/// The numbers that show how a clause is broken.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Evidence {
+    /// Step in which it was seen, if it was in one.
+    pub step: Option<u64>,
+    /// What the clause asks for.
+    pub expected: String,
+    /// What the solver did.
+    pub got: String,
+}
+
+impl Display for Evidence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(step) = self.step {
+            write!(f, "step {step}: ")?;
+        }
+        write!(f, "expected {}, got {}", self.expected, self.got)
+    }
+}
+
+/// What a clause's function returns: what was measured, or why the clause is not met.
+pub type Judgement = Result<String, Unmet>;
+
+/// Why a clause is not met.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Unmet {
+    /// It is broken.
+    Broken(Evidence),
+    /// The solver refused a configuration that it may refuse (K-1).
+    Declined(Refusal),
+    /// It cannot be seen in this way of running.
+    OutOfSight(&'static str),
+}
+
+impl Unmet {
+    /// The same, seen in `step`.
+    #[must_use]
+    pub fn at(mut self, step: u64) -> Self {
+        if let Self::Broken(evidence) = &mut self {
+            evidence.step.get_or_insert(step);
+        }
+        self
+    }
+}
+
+impl From<ChannelError> for Unmet {
+    fn from(error: ChannelError) -> Self {
+        broken("a solver that takes its messages", error)
+    }
+}
+
+impl From<Unmet> for Verdict {
+    fn from(unmet: Unmet) -> Self {
+        match unmet {
+            Unmet::Broken(evidence) => Self::Fail(evidence),
+            Unmet::Declined(refusal) => Self::NotApplicable {
+                reason: format!("refuses {refusal}"),
+            },
+            Unmet::OutOfSight(reason) => Self::NotApplicable {
+                reason: reason.into(),
+            },
+        }
+    }
+}
+
+/// The clause is broken.
+pub fn broken(expected: impl Display, got: impl Display) -> Unmet {
+    Unmet::Broken(Evidence {
+        step: None,
+        expected: expected.to_string(),
+        got: got.to_string(),
+    })
+}
+
+/// The clause is broken unless `kept`.
+///
+/// # Errors
+/// [`Unmet::Broken`].
+pub fn require(kept: bool, expected: impl Display, got: impl Display) -> Result<(), Unmet> {
+    if kept {
+        Ok(())
+    } else {
+        Err(broken(expected, got))
+    }
+}
+
+/// The clause is broken unless `got` is `expected` but for `tolerance`, both in the unit of `what`. A NaN is not.
+///
+/// # Errors
+/// [`Unmet::Broken`].
+pub fn near(what: &str, got: f64, expected: f64, tolerance: f64) -> Result<(), Unmet> {
+    require(
+        (got - expected).abs() <= tolerance,
+        format_args!("{what} {expected:.17e} within {tolerance:.1e}"),
+        format_args!("{got:.17e}, off by {:.3e}", got - expected),
+    )
+}
+
+/// The largest of what has been measured, for the words of a pass.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Largest(f64);
+
+impl Largest {
+    /// The clause is broken unless `got` is `expected` but for `tolerance`; the difference is taken note of, as a share
+    /// of `scale`.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`].
+    pub fn near(
+        &mut self,
+        what: &str,
+        got: f64,
+        expected: f64,
+        tolerance: f64,
+        scale: f64,
+    ) -> Result<(), Unmet> {
+        near(what, got, expected, tolerance)?;
+        self.0 = self.0.max((got - expected).abs() / scale);
+        Ok(())
+    }
+}
+
+impl Display for Largest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.1e}", self.0)
+    }
+}

@@ -1,0 +1,167 @@
+//! `tandem conformance` and `tandem mutant`.
+
+use std::io::IsTerminal;
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use conformance::bench::{Solve, Start, Subject};
+use conformance::mutant::{self, Host};
+use conformance::report::{Paint, json, junit, listing, row, summary, waiver};
+use conformance::waiver::Waivers;
+use conformance::{Examination, ExamineError, Judged, Options, clause, examine};
+use interface::control::Party;
+use interface::process;
+use interface::session::SessionError;
+use interface::stage::Medium;
+
+use crate::cli::{ConformanceArgs, MutantArgs};
+use crate::{BAD_INPUT, logging, solvers};
+
+/// Some clause that counts is broken.
+const BROKEN: u8 = 1;
+/// The solver cannot be started.
+const NOT_STARTED: u8 = 3;
+
+/// Judges a solver.
+pub fn judge(args: &ConformanceArgs) -> ExitCode {
+    if args.list {
+        let both = [Party::Dem, Party::Mpm];
+        let asked = |party: &Party| match (&args.dem, &args.mpm) {
+            (None, None) => true,
+            (dem, _) => dem.is_some() == (*party == Party::Dem),
+        };
+        for party in both.into_iter().filter(asked) {
+            print!("{}", listing(party));
+        }
+        return ExitCode::SUCCESS;
+    }
+    let prepared = subject(args).and_then(|subject| Ok((waivers(args, subject.party)?, subject)));
+    let (waivers, subject) = match prepared {
+        Ok(prepared) => prepared,
+        Err(error) => return complain(&error, BAD_INPUT),
+    };
+    logging::of_solver();
+    let colour = std::io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none();
+    let options = Options {
+        only: args.only.clone(),
+        window: args.window.into(),
+        trace: args.trace.is_some(),
+    };
+    let show = |judged: &Judged| println!("{}", row(judged, &waivers, Paint(colour)));
+    let examination = match examine(&subject, &options, show) {
+        Ok(examination) => examination,
+        Err(error @ ExamineError::NoSuchClause { .. }) => {
+            return complain(&error.to_string(), BAD_INPUT);
+        }
+        Err(error) => return complain(&error.to_string(), NOT_STARTED),
+    };
+    println!("{}", summary(&examination, &waivers));
+    if let Err(error) = write(args, &examination, &waivers) {
+        return complain(&error, BAD_INPUT);
+    }
+    let mut broken = examination.broken(args.strict);
+    if broken.all(|judged| waiver(judged, &waivers).is_some()) {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::from(BROKEN)
+    }
+}
+
+/// Joins a run as a solver that breaks one clause.
+pub fn mutate(args: &MutantArgs) -> ExitCode {
+    let party = if args.mpm { Party::Mpm } else { Party::Dem };
+    let Some(name) = &args.clause else {
+        for mutant in mutant::of(party) {
+            println!("  {:<6} {}", mutant.clause, mutant.what);
+        }
+        return ExitCode::SUCCESS;
+    };
+    let Some(mutant) = mutant::of(party).into_iter().find(|m| m.clause == name) else {
+        return complain(&format!("there is no mutant `{name}`"), BAD_INPUT);
+    };
+    logging::of_solver();
+    let flaw = (mutant.flaw)();
+    let Some(id) = &args.join else {
+        let status = flaw.manners.status_unjoined.unwrap_or(BAD_INPUT);
+        return complain("a mutant is started by `conformance`", status);
+    };
+    process::join_as(id, flaw.manners.ends_on_interrupt, |domain| {
+        mutant::relay(Medium::Processes, domain, host(party), flaw)
+    })
+}
+
+/// The built-in solver, for a mutant to host.
+pub fn host(party: Party) -> Host {
+    Host {
+        party,
+        solve: match party {
+            Party::Mpm => solvers::mpm_thread,
+            _ => solvers::dem_thread,
+        },
+    }
+}
+
+fn complain(error: &str, status: u8) -> ExitCode {
+    eprintln!("error: {error}");
+    ExitCode::from(status)
+}
+
+fn subject(args: &ConformanceArgs) -> Result<Subject, String> {
+    let (party, command) = match (&args.dem, &args.mpm) {
+        (Some(command), None) => (Party::Dem, command),
+        (None, Some(command)) => (Party::Mpm, command),
+        _ => return Err("expected one of --dem COMMAND and --mpm COMMAND".into()),
+    };
+    let start = if args.in_process {
+        Start::Thread(in_thread(host(party).solve))
+    } else {
+        let words = shlex::split(command).filter(|words| !words.is_empty());
+        Start::Command(words.ok_or(format!("--{party}: not a command"))?)
+    };
+    Ok(Subject { party, start })
+}
+
+fn in_thread(solve: fn(&interface::domain::Domain) -> Result<(), SessionError>) -> Solve {
+    Arc::new(move |domain| if solve(domain).is_ok() { 0 } else { 3 })
+}
+
+fn waivers(args: &ConformanceArgs, party: Party) -> Result<Waivers, String> {
+    let Some(path) = &args.waivers else {
+        return Ok(Waivers::default());
+    };
+    let waivers = Waivers::read(path).map_err(|e| e.to_string())?;
+    let clauses = clause::of(party);
+    let unknown = waivers
+        .clauses()
+        .find(|id| !clauses.iter().any(|c| c.id == *id));
+    match unknown {
+        Some(id) => Err(format!("{}: there is no clause `{id}`", path.display())),
+        None => Ok(waivers),
+    }
+}
+
+fn write(
+    args: &ConformanceArgs,
+    examination: &Examination,
+    waivers: &Waivers,
+) -> Result<(), String> {
+    let put = |path: &Path, text: &str| {
+        std::fs::write(path, text).map_err(|e| format!("cannot write {}: {e}", path.display()))
+    };
+    if let Some(path) = &args.json {
+        put(path, &json(examination, waivers))?;
+    }
+    if let Some(path) = &args.junit {
+        put(path, &junit(examination, waivers))?;
+    }
+    if let Some(dir) = &args.trace {
+        std::fs::create_dir_all(dir)
+            .map_err(|e| format!("cannot create {}: {e}", dir.display()))?;
+        for judged in examination.judged.iter().filter(|judged| judged.failed()) {
+            let file = dir.join(format!("{}.jsonl", judged.clause.id));
+            put(&file, &judged.trace.lines())?;
+        }
+    }
+    Ok(())
+}
