@@ -380,6 +380,36 @@ fn the_edge_of_stability_lies_between_the_composed_step_and_that_of_eq_51() {
     }
 }
 
+/// A force that begins like overlap^p is wrong by dt^p during the step in which contact begins, so that the restitution is of order
+/// p + 1: 2 for a spring, 5/2 for Hertz, 1 for a dashpot, which begins with a jump (docs/results/accuracy.md).
+#[test]
+fn the_order_of_a_bounce_is_that_of_the_first_touch() {
+    let hertz = "body_contact={ hertz_mindlin = { hertz_constant = 1e8, poisson_ratio = 0.3 } }";
+    let bounce = scene("verification/body_bounce");
+    let place = Place::new();
+    for (name, contact, expected) in [
+        ("spring", ["--variant", "quick"], 2.0),
+        ("hertz", ["--set", hertz], 2.5),
+        ("dashpot", ["--variant", "damped"], 1.0),
+    ] {
+        let steps = [
+            "--vary",
+            "time.max_step=1e-4,4e-7",
+            "--set",
+            "output.every=4.5e-3",
+        ];
+        let out = ["--in-process", "--out", name];
+        let arguments = [&[bounce.as_str()], &contact[..], &steps, &out].concat();
+        study(&place, &arguments).expect(0);
+        let rows = table(&place.path(&format!("{name}/study.csv")));
+        let [coarse, fine] = [&rows[0], &rows[1]].map(|row| number(row, "error [1]"));
+        let order = (coarse / fine).ln() / 250f64.ln();
+        println!("{name}: {coarse:.3e} -> {fine:.3e}, order {order:.3}");
+        // Which phases eight discs happen to have is worth a factor of 1.5 of each error, so 0.1 of the order over 250.
+        assert!((order - expected).abs() < 0.1, "{name}: order {order:.3}");
+    }
+}
+
 /// A soft contact binds nothing: a step that looks at it alone is as many times too long as waves are stiffer. A scene that
 /// stops by itself is named, and does not keep the others from their lines.
 #[test]
