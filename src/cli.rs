@@ -32,6 +32,8 @@ pub enum Command {
     Stability(StabilityArgs),
     /// Judge a solver by every clause of the protocol that can be seen from outside.
     Conformance(ConformanceArgs),
+    /// Draw columns of runs and tables as SVG.
+    Plot(PlotArgs),
     /// Remove what dead runs have left behind.
     Clean,
     /// The continuum solver's process; started by `run`.
@@ -209,6 +211,60 @@ pub struct StabilityArgs {
     /// Compare the steps of criteria over all scenes instead of making maps.
     #[arg(long, conflicts_with = "vary")]
     pub table: bool,
+}
+
+/// Arguments of `plot`.
+#[derive(Debug, Args)]
+pub struct PlotArgs {
+    /// Run directories, of which history.csv is read, and CSV files, each with its name in the legend if need be.
+    #[arg(required = true, value_name = "[LABEL=]DATA")]
+    pub data: Vec<String>,
+    /// Figure to write.
+    #[arg(long, value_name = "FILE.svg")]
+    pub out: PathBuf,
+    /// Expression of columns; may be repeated.
+    #[arg(
+        long,
+        required = true,
+        value_name = "[LABEL=]EXPRESSION",
+        allow_hyphen_values = true
+    )]
+    pub y: Vec<String>,
+    /// Expression of columns.
+    #[arg(
+        long,
+        value_name = "EXPRESSION",
+        default_value = "time",
+        allow_hyphen_values = true
+    )]
+    pub x: String,
+    /// What is expected, as an expression of `x`; drawn dashed; may be repeated.
+    #[arg(long, value_name = "[LABEL=]EXPRESSION", allow_hyphen_values = true)]
+    pub expected: Vec<String>,
+    /// Column whose different texts make different curves.
+    #[arg(long, value_name = "COLUMN")]
+    pub by: Option<String>,
+    /// Draw the slope of y instead: its change over this width along x.
+    #[arg(long, value_name = "WIDTH")]
+    pub slope: Option<f64>,
+    /// Only from here on, along x.
+    #[arg(long, value_name = "X", default_value_t = f64::NEG_INFINITY, hide_default_value = true, allow_hyphen_values = true)]
+    pub from: f64,
+    /// Only up to here, along x.
+    #[arg(long, value_name = "X", default_value_t = f64::INFINITY, hide_default_value = true, allow_hyphen_values = true)]
+    pub to: f64,
+    /// Dots instead of lines.
+    #[arg(long)]
+    pub dots: bool,
+    /// What stands above; the name of the file by default.
+    #[arg(long)]
+    pub title: Option<String>,
+    /// What stands below; the expression and its unit by default.
+    #[arg(long)]
+    pub below: Option<String>,
+    /// What stands beside; the expression and its unit by default.
+    #[arg(long)]
+    pub beside: Option<String>,
 }
 
 /// Arguments of a solver process.

@@ -29,6 +29,7 @@ fn main() -> ExitCode {
         Command::Study(args) => studies::study(&args),
         Command::Stability(args) => studies::stability(&args),
         Command::Conformance(args) => conformance::judge(&args),
+        Command::Plot(args) => studies::plot(&args),
         Command::Clean => {
             let swept = interface::domain::sweep();
             println!("removed what {} dead run(s) had left", swept.len());

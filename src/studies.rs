@@ -1,4 +1,4 @@
-//! `tandem study` and `tandem stability`: many runs of this program.
+//! `tandem study` and `tandem stability`: many runs of this program; `tandem plot`: curves out of what they wrote.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -7,13 +7,14 @@ use coupler::scene::{Measurand, Scene};
 use coupler::summary::Status;
 use study::StudyError;
 use study::case::Source;
+use study::plot::{Labelled, PlotOptions};
 use study::runner::RunnerOptions;
 use study::stability::edge::Search;
 use study::stability::{MapOptions, maps, table};
 use study::vary::Vary;
 use study::work::StudyOptions;
 
-use crate::cli::{RunsArgs, StabilityArgs, StudyArgs};
+use crate::cli::{PlotArgs, RunsArgs, StabilityArgs, StudyArgs};
 use crate::logging;
 use crate::run::interrupt;
 
@@ -81,6 +82,35 @@ pub fn stability(args: &StabilityArgs) -> ExitCode {
         Ok(text) => {
             print!("{text}");
             println!("results in {}", args.runs.out.display());
+            ExitCode::SUCCESS
+        }
+        Err(error) => ended(&error),
+    }
+}
+
+/// Draws curves out of tables.
+pub fn plot(args: &PlotArgs) -> ExitCode {
+    let labelled = |all: &[String]| all.iter().map(|one| Labelled::parse(one)).collect();
+    let named_after = || {
+        args.out
+            .file_stem()
+            .map(|n| n.to_string_lossy().into_owned())
+    };
+    let options = PlotOptions {
+        data: labelled(&args.data),
+        x: args.x.clone(),
+        y: labelled(&args.y),
+        expected: labelled(&args.expected),
+        by: args.by.clone(),
+        slope: args.slope,
+        within: [args.from, args.to],
+        dots: args.dots,
+        title: args.title.clone().or_else(named_after).unwrap_or_default(),
+        words: [args.below.clone(), args.beside.clone()],
+    };
+    match study::plot::plot(&options, &args.out) {
+        Ok(()) => {
+            println!("{}", args.out.display());
             ExitCode::SUCCESS
         }
         Err(error) => ended(&error),

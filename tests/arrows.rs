@@ -106,7 +106,7 @@ fn wrong_arrows(arrows: &Arrows) -> Vec<String> {
         ("dem-proc", &["interface"][..]),
         ("coupler", &["interface"][..]),
         ("conformance", &["interface"][..]),
-        ("study", &["coupler"][..]),
+        ("study", &["coupler", "interface"][..]),
         (
             "tandem",
             &[

@@ -1,4 +1,5 @@
-//! `tandem study` and `tandem stability` with the real binary: tables, figures, resuming, launchers, refusals.
+//! `tandem study`, `tandem stability` and `tandem plot` with the real binary: tables, figures, resuming, launchers,
+//! refusals.
 
 mod harness;
 
@@ -111,6 +112,29 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
         "Pareto",
     ] {
         assert!(figure.contains(words), "no `{words}` in the figure");
+    }
+
+    // Its table and a run's history are drawn by the same command.
+    let first = &rows[0]["run"];
+    let history = format!("bar=out/runs/{first}");
+    let table: [&[&str]; 2] = [
+        &[
+            "out/study.csv",
+            "--x",
+            "log10(resolution)",
+            "--y",
+            "value",
+            "--by",
+            "curve",
+        ],
+        &[&history, "--y", "force", "--expected", "nothing=0*x"],
+    ];
+    for arguments in table {
+        let all = [&["plot"], arguments, &["--out", "plot.svg"]].concat();
+        place.start(&all).end().expect(0);
+        let figure = well_formed(&place.path("plot.svg"));
+        let curves = figure.matches("<polyline").count();
+        assert!(curves >= 2, "{curves} curves in {figure}");
     }
 
     let before = fs::read(place.path("out/study.csv")).unwrap();
@@ -481,4 +505,36 @@ fn the_table_compares_criteria() {
     assert!((1.0..2.5).contains(&alone) && cells[7] == "yes", "{line}");
     let written = fs::read_to_string(place.path("out/stability.md")).unwrap();
     assert!(ended.stdout.starts_with(&written));
+}
+
+#[test]
+fn what_cannot_be_drawn_is_refused_with_what_there_is() {
+    let place = Place::new();
+    fs::write(place.path("a.csv"), "time [s],work [J/m]\n0,0\n1,1\n2,4\n").unwrap();
+    let plot = |arguments: &[&str], code: i32| {
+        let all = [&["plot", "--out", "a.svg"], arguments].concat();
+        place.start(&all).end().expect(code)
+    };
+    plot(&["a.csv", "--y", "speed"], 2).says(&["time, work"]);
+    plot(&["none.csv", "--y", "work"], 2).says(&["cannot read none.csv"]);
+    plot(&["a.csv", "--y", "work", "--from", "3"], 2).says(&["nothing to draw"]);
+    plot(&["a.csv", "--y", "work", "--by", "run"], 2).says(&["no column"]);
+    plot(&["a.csv", "--y", "work", "--slope", "0"], 2).says(&["--slope"]);
+    plot(&["a.csv", "--y", "work", "--expected", "t"], 2).says(&["expression of `x`"]);
+    assert!(!place.path("a.svg").exists());
+    let slopes = [
+        "a.csv",
+        "--y",
+        "work",
+        "--slope",
+        "2",
+        "--dots",
+        "--expected",
+        "law=2*x",
+    ];
+    plot(&slopes, 0);
+    let figure = well_formed(&place.path("a.svg"));
+    for words in ["law", "time [s]", "circle"] {
+        assert!(figure.contains(words), "no `{words}` in {figure}");
+    }
 }

@@ -8,7 +8,7 @@
 //! | `momentum.x`, `.y` | linear momentum of points and bodies at `t_{n+1/2}` | N s/m |
 //! | `momentum_error` | relative to the largest momentum so far, applied impulses subtracted | 1 |
 //! | `contact.force.x`, `.y` | force of bodies on points | N/m |
-//! | `body.NAME.Q` | Q: `x`, `y` (m), `vx`, `vy` (m/s), `angle` (rad), `spin` (rad/s), `mass` (kg/m), `inertia` (kg m), `kinetic` (J/m, with rotation), `fx`, `fy` (N/m), `torque` (N) of the points on the body, `contacts` | |
+//! | `body.NAME.Q` | Q: `x`, `y` (m), `vx`, `vy` (m/s), `angle` (rad), `spin` (rad/s), `mass` (kg/m), `inertia` (kg m), `kinetic` (J/m, with rotation), `fx`, `fy` (N/m), `torque` (N) of the points on the body, `contacts`, `contact_fx`, `contact_fy` (N/m), `contact_torque` (N) of other bodies on it | |
 //! | `points.NAME.Q` | Q: `x`, `y`, `vx`, `vy`, `mass`, `kinetic`, `fx`, `fy` of bodies on the group, `xmin`, `xmax`, `ymin`, `ymax`, `contacts` | |
 //! | `fill.NAME.Q` | Q: `x`, `y`, `vx`, `vy` (mean by mass), `mass`, `kinetic` (with rotation) of a generated set of bodies; `spread` (m): mean of `\|x - x_mean\|` by mass; `xmin`, `xmax`, `ymin`, `ymax` of their centres | |
 //! | `initial.Q` | the value of any of these at `t_0` | |
@@ -46,9 +46,23 @@ const OF_GROUP: [&str; 13] = [
 ];
 
 /// Quantities of one body.
-const OF_BODY: [&str; 13] = [
-    "x", "y", "vx", "vy", "angle", "spin", "mass", "inertia", "kinetic", "fx", "fy", "torque",
+const OF_BODY: [&str; 16] = [
+    "x",
+    "y",
+    "vx",
+    "vy",
+    "angle",
+    "spin",
+    "mass",
+    "inertia",
+    "kinetic",
+    "fx",
+    "fy",
+    "torque",
     "contacts",
+    "contact_fx",
+    "contact_fy",
+    "contact_torque",
 ];
 
 /// Quantities of a generated set of bodies.
@@ -310,6 +324,9 @@ fn of_body(b: &BodyState) -> [f64; OF_BODY.len()] {
         b.point_force[1],
         b.point_torque,
         b.contacts as f64,
+        b.body_force[0],
+        b.body_force[1],
+        b.body_torque,
     ]
 }
 
@@ -346,6 +363,8 @@ mod tests {
             spin: 2.0,
             inertia: 3.0,
             point_torque: 13.0,
+            body_force: [17.0, 18.0],
+            body_torque: 19.0,
             ..BodyState::default()
         };
         let grain = |x: f64, mass: f64| BodyState {
@@ -388,6 +407,9 @@ mod tests {
             ("points.disc.contacts", 12.0),
             ("body.target.kinetic", 31.0),
             ("body.target.torque", 13.0),
+            ("body.target.contact_fx", 17.0),
+            ("body.target.contact_fy", 18.0),
+            ("body.target.contact_torque", 19.0),
             ("body.floor.mass", 0.0),
             ("fill.grains.x", 2.0),
             ("fill.grains.y", 4.0),

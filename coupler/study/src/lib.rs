@@ -6,7 +6,8 @@
 //! | [`runner`], [`outcome`] | runs of the program, several at once or through a queue, resumable; what one left |
 //! | [`precision`], [`work`] | Pareto fronts and orders; `tandem study`: error against run time |
 //! | [`stability`] | `tandem stability`: where a step becomes unstable, and what criteria say of it |
-//! | [`figure`] | both as SVG |
+//! | [`table`], [`plot`] | what was written as CSV; `tandem plot`: curves out of it |
+//! | [`figure`] | all of these as SVG |
 //!
 //! This crate knows the coupler for its scenes and its words of a summary. It sees no solver and starts none: a run is
 //! a command, so that it may as well be started on another machine.
@@ -16,9 +17,11 @@ pub mod case;
 mod error;
 pub mod figure;
 pub mod outcome;
+pub mod plot;
 pub mod precision;
 pub mod runner;
 pub mod stability;
+pub mod table;
 pub mod vary;
 pub mod work;
 

@@ -7,6 +7,8 @@ use coupler::stability::Criteria;
 use coupler::summary::Status;
 use serde::Deserialize;
 
+use crate::table::Table;
+
 /// What `summary.json` says. Numbers that could not be had are absent there.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Outcome {
@@ -110,14 +112,6 @@ impl Outcome {
 
 /// A column of `history.csv` in a run directory, by its name without its unit.
 pub fn history_column(directory: &Path, name: &str) -> Option<Vec<f64>> {
-    let mut reader = csv::Reader::from_path(directory.join("history.csv")).ok()?;
-    let place = reader
-        .headers()
-        .ok()?
-        .iter()
-        .position(|header| header.rsplit_once(" [").map_or(header, |(n, _)| n) == name)?;
-    let number = |record: Result<csv::StringRecord, csv::Error>| -> Option<f64> {
-        record.ok()?.get(place)?.parse().ok()
-    };
-    reader.records().map(number).collect()
+    let history = Table::read(&directory.join("history.csv")).ok()?;
+    history.column(name)
 }

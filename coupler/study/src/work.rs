@@ -45,6 +45,8 @@ pub struct Row {
     pub resolution: Option<f64>,
     /// What it left.
     pub outcome: Outcome,
+    /// Value of the check whose error is taken.
+    pub value: Option<f64>,
     /// Its error, if it has one.
     pub error: Option<f64>,
     /// Whether the others of its curve are compared with it.
@@ -204,6 +206,7 @@ impl Design {
                 run: runner.name(case),
                 curve: case.label(&self.along),
                 resolution: case.number(&self.resolution),
+                value: None,
                 error: None,
                 finest: false,
                 pareto_cpu: false,
@@ -227,6 +230,7 @@ impl Design {
         match &self.measure {
             Measurement::Check { name, absolute, .. } => {
                 for row in &mut rows {
+                    row.value = row.outcome.verdict(name).and_then(|check| check.value);
                     row.error = check_error(&row.outcome, name, *absolute);
                 }
             }
@@ -432,6 +436,7 @@ impl WorkReport {
         header.extend([
             "resolution",
             "status",
+            "value",
             "error [1]",
             "cpu [s]",
             "wall [s]",
@@ -459,6 +464,7 @@ impl WorkReport {
             record.extend([
                 number(row.resolution),
                 o.status.name().to_owned(),
+                number(row.value),
                 number(row.error),
                 o.cpu().to_string(),
                 o.wall_s.to_string(),

@@ -6,7 +6,7 @@ use plotters::coord::Shift;
 use plotters::prelude::{Circle, Color, DrawingArea, DrawingBackend, PathElement};
 use plotters::style::RGBColor;
 
-use super::{LINE, around, chart, colour, failed, lines, sheet, write};
+use super::{LINE, around, axis, chart, colour, failed, lines, sheet, write};
 use crate::StudyError;
 
 /// Width of a map in pixels, and its height.
@@ -63,7 +63,7 @@ fn draw_map<B: DrawingBackend>(area: &DrawingArea<B, Shift>, map: &Map) -> Resul
     let drawn = || map.lines.iter().flat_map(|(_, points)| points);
     let x = around(map.runs.iter().map(|p| p.0).chain(drawn().map(|p| p.0)));
     let y = around(map.runs.iter().map(|p| p.1).chain(drawn().map(|p| p.1)));
-    let mut chart = chart(area, [&x, &y], [&map.x, &map.y])?;
+    let mut chart = chart(area, [axis(&x), axis(&y)], [&map.x, &map.y])?;
     let (stable, unstable) = (RGBColor(90, 90, 90), RGBColor(150, 150, 150));
     let dots = map.runs.iter().map(|&(x, y, is_stable)| {
         let style = if is_stable {

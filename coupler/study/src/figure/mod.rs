@@ -1,5 +1,6 @@
-//! Figures as SVG: logarithmic axes with units, a legend in words, colours that the colour-blind tell apart.
+//! Figures as SVG: axes with units, a legend in words, colours that the colour-blind tell apart.
 
+pub mod curves;
 pub mod map;
 pub mod precision;
 
@@ -8,6 +9,7 @@ use std::path::Path;
 
 use plotters::coord::Shift;
 use plotters::coord::combinators::{BindKeyPoints, WithKeyPoints};
+use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::{
     Cartesian2d, ChartBuilder, ChartContext, DrawingArea, DrawingBackend, IntoDrawingArea,
     IntoFont, IntoLogRange, LogCoord, RGBColor, SVGBackend, TextStyle,
@@ -85,17 +87,20 @@ fn axis(range: &Range<f64>) -> LogAxis {
     range.clone().log_scale().with_key_points(ticks(range))
 }
 
-/// Draws axes over these ranges on `area`, with what they say.
-fn chart<'a, B: DrawingBackend>(
+/// Draws these axes on `area`, with what they say.
+fn chart<'a, B: DrawingBackend, A>(
     area: &'a DrawingArea<B, Shift>,
-    [x, y]: [&Range<f64>; 2],
+    [x, y]: [A; 2],
     [below, beside]: [&str; 2],
-) -> Result<ChartContext<'a, B, Cartesian2d<LogAxis, LogAxis>>, StudyError> {
+) -> Result<ChartContext<'a, B, Cartesian2d<A, A>>, StudyError>
+where
+    A: Ranged<ValueType = f64> + ValueFormatter<f64>,
+{
     let mut chart = ChartBuilder::on(area)
         .margin(12)
         .x_label_area_size(48)
         .y_label_area_size(74)
-        .build_cartesian_2d(axis(x), axis(y))
+        .build_cartesian_2d(x, y)
         .map_err(|e| failed(e.to_string()))?;
     chart
         .configure_mesh()
@@ -154,8 +159,8 @@ fn ticks(range: &Range<f64>) -> Vec<f64> {
 
 /// A number at a tick.
 fn label(number: f64) -> String {
-    if (1e-2..1e4).contains(&number) {
-        // Powers of ten times a half carry rounding.
+    if number == 0.0 || (1e-3..1e4).contains(&number.abs()) {
+        // Multiples of powers of ten carry rounding.
         let rounded: f64 = format!("{number:.6}").parse().unwrap_or(number);
         rounded.to_string()
     } else {

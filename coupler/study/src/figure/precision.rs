@@ -9,7 +9,7 @@ use plotters::prelude::{
 };
 use plotters::style::RGBColor;
 
-use super::{around, chart, colour, failed, lines, sheet, write};
+use super::{around, axis, chart, colour, failed, lines, sheet, write};
 use crate::StudyError;
 
 /// Width of a panel in pixels, and its height.
@@ -77,7 +77,7 @@ fn draw_panel<B: DrawingBackend>(
 ) -> Result<(), StudyError> {
     let all = || curves.iter().flat_map(|curve| &curve.points[k]);
     let (x, y) = (around(all().map(|p| p.0)), around(all().map(|p| p.1)));
-    let mut chart = chart(area, [&x, &y], [&panel.x, &panel.y])?;
+    let mut chart = chart(area, [axis(&x), axis(&y)], [&panel.x, &panel.y])?;
     for (c, curve) in curves.iter().enumerate() {
         // What has no logarithm has no place here; the table has it.
         let drawn = || curve.points[k].iter().filter(|p| p.0 > 0.0 && p.1 > 0.0);

@@ -1,0 +1,314 @@
+//! `tandem plot`: curves out of what runs and studies have written.
+
+use std::path::{Path, PathBuf};
+
+use interface::expression::{Expression, Meaning};
+
+use crate::StudyError;
+use crate::figure::curves::{Curve, Stroke, Words, draw};
+use crate::table::Table;
+
+/// Points of an expected curve.
+const EXPECTED: usize = 401;
+
+/// Something with a name in the legend.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Labelled {
+    /// The name, if it was given one.
+    pub label: Option<String>,
+    /// The thing.
+    pub what: String,
+}
+
+impl Labelled {
+    /// Reads `LABEL=WHAT` or `WHAT`.
+    pub fn parse(argument: &str) -> Self {
+        match argument.split_once('=') {
+            Some((label, what)) => Self {
+                label: Some(label.trim().to_owned()),
+                what: what.trim().to_owned(),
+            },
+            None => Self {
+                label: None,
+                what: argument.trim().to_owned(),
+            },
+        }
+    }
+
+    fn name(&self) -> &str {
+        self.label.as_deref().unwrap_or(&self.what)
+    }
+}
+
+/// What is asked for.
+#[derive(Debug, Clone)]
+pub struct PlotOptions {
+    /// Run directories, of which `history.csv` is read, and CSV files.
+    pub data: Vec<Labelled>,
+    /// Expression of columns below.
+    pub x: String,
+    /// Expressions of columns beside.
+    pub y: Vec<Labelled>,
+    /// Expressions of `x`, in the axes' units, that are drawn dashed.
+    pub expected: Vec<Labelled>,
+    /// Column whose different texts make different curves.
+    pub by: Option<String>,
+    /// Width along x over which the slope of y is drawn in its stead.
+    pub slope: Option<f64>,
+    /// Only what lies between these, along x.
+    pub within: [f64; 2],
+    /// Dots instead of lines.
+    pub dots: bool,
+    /// Above the figure.
+    pub title: String,
+    /// Below and beside the axes, instead of the expressions.
+    pub words: [Option<String>; 2],
+}
+
+/// Draws the figure to `path`.
+///
+/// # Errors
+/// [`StudyError::Asked`]: data cannot be read, a name is no column, or nothing is there to be drawn; [`StudyError::Figure`]
+/// and [`StudyError::File`].
+pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
+    let mut curves: Vec<Curve> = Vec::new();
+    let mut units: Option<[String; 2]> = None;
+    let many = (options.data.len() > 1, options.y.len() > 1);
+    for data in &options.data {
+        let table = read(&data.what)?;
+        for y in &options.y {
+            let [across, up] = [&options.x, &y.what].map(|e| over(&table, e));
+            let rows = points(&table, &across?, &up?);
+            for (group, points) in grouped(&table, options.by.as_deref(), rows)? {
+                let mut words: Vec<&str> = Vec::new();
+                words.extend((many.0 || data.label.is_some()).then_some(data.name()));
+                words.extend((many.1 || y.label.is_some()).then_some(y.name()));
+                words.extend(group);
+                if words.is_empty() {
+                    words.push(y.name());
+                }
+                let label = words.join(", ");
+                let points = match options.slope {
+                    Some(width) => slope(&points, width, &label)?,
+                    None => points,
+                };
+                let [from, to] = options.within;
+                let shown = points.into_iter().filter(|p| p.0 >= from && p.0 <= to);
+                let points: Vec<(f64, f64)> = shown.collect();
+                if points.is_empty() {
+                    return Err(StudyError::asked(
+                        format!("`{label}` has nothing to draw"),
+                        "check the columns, --from, --to and --slope",
+                    ));
+                }
+                let stroke = if options.dots {
+                    Stroke::Dots
+                } else {
+                    Stroke::Line
+                };
+                curves.push(Curve {
+                    label,
+                    points,
+                    stroke,
+                });
+            }
+            let unit = |e: &str| table.unit(e).unwrap_or_default().to_owned();
+            units.get_or_insert_with(|| [unit(&options.x), unit(&y.what)]);
+        }
+    }
+    let across = curves.iter().flat_map(|c| &c.points).map(|p| p.0);
+    let none = (f64::INFINITY, f64::NEG_INFINITY);
+    let (first, last) = across.fold(none, |(low, high), x| (low.min(x), high.max(x)));
+    for line in &options.expected {
+        curves.push(expected(line, first, last)?);
+    }
+    let [below, beside] = &options.words;
+    let [x_unit, y_unit] = units.unwrap_or_default();
+    let with_unit = |e: &str, unit: &str| match unit {
+        "" | "1" => e.to_owned(),
+        unit => format!("{e} [{unit}]"),
+    };
+    let words = Words {
+        title: options.title.clone(),
+        x: below
+            .clone()
+            .unwrap_or_else(|| with_unit(&options.x, &x_unit)),
+        y: beside.clone().unwrap_or_else(|| match &options.y[..] {
+            [only] => with_unit(&only.what, &y_unit),
+            _ => y_unit,
+        }),
+    };
+    draw(path, &words, &curves)
+}
+
+/// The table of a run directory or of a file.
+fn read(data: &str) -> Result<Table, StudyError> {
+    let mut path = PathBuf::from(data);
+    if path.is_dir() {
+        path.push("history.csv");
+    }
+    Table::read(&path).map_err(|error| {
+        StudyError::asked(
+            format!("cannot read {}: {error}", path.display()),
+            "give a run directory or a CSV file, as PATH or LABEL=PATH",
+        )
+    })
+}
+
+/// An expression over the columns of a table.
+fn over(table: &Table, text: &str) -> Result<Expression, StudyError> {
+    let column = |name: &str| match name {
+        "t" => table.index("t").or_else(|| table.index("time")),
+        name => table.index(name),
+    };
+    let columns = format!("the columns are {}", table.names().join(", "));
+    compile(text, &|name| column(name).map(Meaning::Slot), &columns)
+}
+
+fn compile(
+    text: &str,
+    meaning: &dyn Fn(&str) -> Option<Meaning>,
+    help: &str,
+) -> Result<Expression, StudyError> {
+    Expression::compile(text, meaning)
+        .map_err(|error| StudyError::asked(format!("`{text}`: {}", error.message), help))
+}
+
+/// x and y of each row, in their order.
+fn points(table: &Table, x: &Expression, y: &Expression) -> Vec<(f64, f64)> {
+    let rows = table.numbers();
+    rows.map(|row| (x.evaluate(&row), y.evaluate(&row)))
+        .collect()
+}
+
+/// The finite points of each group of rows, in the order in which the groups first appear.
+fn grouped<'a>(
+    table: &'a Table,
+    by: Option<&str>,
+    rows: Vec<(f64, f64)>,
+) -> Result<Vec<(Option<&'a str>, Vec<(f64, f64)>)>, StudyError> {
+    let finite = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
+    let Some(by) = by else {
+        return Ok(vec![(None, rows.into_iter().filter(finite).collect())]);
+    };
+    let names = table.text(by).ok_or_else(|| {
+        StudyError::asked(
+            format!("--by {by} is no column"),
+            format!("the columns are {}", table.names().join(", ")),
+        )
+    })?;
+    let mut groups: Vec<(Option<&str>, Vec<(f64, f64)>)> = Vec::new();
+    for (name, point) in names.zip(rows).filter(|(_, p)| finite(p)) {
+        match groups.iter_mut().find(|(known, _)| *known == Some(name)) {
+            Some((_, points)) => points.push(point),
+            None => groups.push((Some(name), vec![point])),
+        }
+    }
+    Ok(groups)
+}
+
+/// The slope of a curve: its change over a width around each point, for those that are half of it away from both ends.
+fn slope(points: &[(f64, f64)], width: f64, label: &str) -> Result<Vec<(f64, f64)>, StudyError> {
+    if width.is_nan() || width <= 0.0 {
+        return Err(StudyError::asked(
+            format!("--slope {width}: not a width"),
+            "give a number above 0, in the unit of x",
+        ));
+    }
+    if points.windows(2).any(|pair| pair[1].0 <= pair[0].0) {
+        return Err(StudyError::asked(
+            format!("`{label}` has no slope: x does not grow from row to row"),
+            "--slope is along what grows, such as time",
+        ));
+    }
+    let between = |x: f64| -> Option<f64> {
+        let k = points.partition_point(|p| p.0 < x);
+        match (k.checked_sub(1).map(|j| points[j]), points.get(k)) {
+            (_, Some(&(at, y))) if at == x => Some(y),
+            (Some((a, low)), Some(&(b, high))) => Some(low + (high - low) * (x - a) / (b - a)),
+            _ => None,
+        }
+    };
+    let of = |&(x, _): &(f64, f64)| {
+        let (low, high) = (between(x - 0.5 * width)?, between(x + 0.5 * width)?);
+        Some((x, (high - low) / width))
+    };
+    Ok(points.iter().filter_map(of).collect())
+}
+
+/// An expression of `x` from the first to the last of what is drawn.
+fn expected(line: &Labelled, first: f64, last: f64) -> Result<Curve, StudyError> {
+    let help = "an expected curve is an expression of `x`, such as `--expected \"weight=25\"`";
+    let is_x = |name: &str| (name == "x").then_some(Meaning::Slot(0));
+    let y = compile(&line.what, &is_x, help)?;
+    let count = if y.as_number().is_some() { 2 } else { EXPECTED };
+    let at = |k: usize| first + (last - first) * k as f64 / (count - 1) as f64;
+    let points = (0..count).map(|k| (at(k), y.evaluate(&[at(k)])));
+    let points: Vec<(f64, f64)> = points.filter(|p| p.1.is_finite()).collect();
+    if points.is_empty() {
+        return Err(StudyError::asked(
+            format!("`{}` is nowhere a number", line.what),
+            help,
+        ));
+    }
+    Ok(Curve {
+        label: line.name().to_owned(),
+        points,
+        stroke: Stroke::Expected,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HISTORY: &str = "time [s],work [J/m],run\n0,0,a\n1,1,b\n2,4,a\n3,9,b\n4,,a\n";
+
+    #[test]
+    fn rows_become_points_by_group_and_gaps_are_left_out() {
+        let table = Table::from(HISTORY);
+        let [x, y] = ["t", "2*work"].map(|e| over(&table, e).unwrap());
+        let rows = points(&table, &x, &y);
+        assert_eq!(rows[..2], [(0.0, 0.0), (1.0, 2.0)]);
+        let all = grouped(&table, None, rows.clone()).unwrap();
+        assert_eq!(all[0].1.len(), 4);
+        let groups = grouped(&table, Some("run"), rows.clone()).unwrap();
+        assert_eq!(groups[0], (Some("a"), vec![(0.0, 0.0), (2.0, 8.0)]));
+        assert_eq!(groups[1], (Some("b"), vec![(1.0, 2.0), (3.0, 18.0)]));
+        for refused in [
+            over(&table, "speed").map(drop),
+            grouped(&table, Some("n"), rows).map(drop),
+        ] {
+            let message = refused.unwrap_err().to_string();
+            assert!(message.contains("time, work, run"), "{message}");
+        }
+    }
+
+    #[test]
+    fn the_slope_of_a_parabola_is_a_line() {
+        let parabola: Vec<(f64, f64)> = (0..=4).map(f64::from).map(|x| (x, x * x)).collect();
+        let slopes = slope(&parabola, 2.0, "work").unwrap();
+        assert_eq!(slopes, [(1.0, 2.0), (2.0, 4.0), (3.0, 6.0)]);
+        // Between rows the curve is a polygon.
+        let narrow = slope(&parabola, 1.0, "work").unwrap();
+        assert_eq!(narrow, [(1.0, 2.0), (2.0, 4.0), (3.0, 6.0)]);
+        let back: Vec<(f64, f64)> = parabola.into_iter().rev().collect();
+        assert!(slope(&back, 1.0, "work").is_err());
+    }
+
+    #[test]
+    fn an_expected_curve_is_drawn_where_it_is_a_number() {
+        let line = Labelled::parse("law=sqrt(x-1)");
+        let curve = expected(&line, 0.0, 5.0).unwrap();
+        assert_eq!(
+            (curve.label.as_str(), curve.stroke),
+            ("law", Stroke::Expected)
+        );
+        assert_eq!(curve.points.last(), Some(&(5.0, 2.0)));
+        assert!(curve.points.iter().all(|p| p.0 >= 1.0));
+        let weight = expected(&Labelled::parse("25"), 0.0, 1.0).unwrap();
+        assert_eq!(weight.points, [(0.0, 25.0), (1.0, 25.0)]);
+        assert!(expected(&Labelled::parse("y"), 0.0, 1.0).is_err());
+        assert!(expected(&Labelled::parse("sqrt(x-9)"), 0.0, 1.0).is_err());
+    }
+}
