@@ -2,11 +2,13 @@
 """Writes granular_matrix.toml: random spheropentagons in a container, fines in their voids, a bar from above.
 
     python3 granular_matrix.py > granular_matrix.toml                              # the committed scene
-    python3 granular_matrix.py --cell 0.0035 --spacing 0.00175 > full.toml         # the paper's grid
+    python3 granular_matrix.py --cell 0.0035 --spacing 0.002 > full.toml           # the paper's grid and r_p = 1 mm
 
 Assumed, since Jiang 2020 section 7 gives neither: one pentagon in each of 8 x 8 squares, of random radius, shape and angle
-(random numbers of a fixed seed), and fines wherever a void leaves more than a clearance free: the less clearance, the more
-fines. Only the standard library is used; the same arguments give the same file.
+(random numbers of a fixed seed), and fines wherever a void leaves more than a gap free: the less gap, the more fines. A
+point's radius is half the distance between points, which is where the fines' surface is; no gap is smaller than that of the
+committed scene, so that nothing touches at the start. Only the standard library is used; the same arguments give the same
+file.
 """
 
 import argparse
@@ -17,7 +19,8 @@ SIDE = 0.61  # container, m (Jiang 2020 figure 22)
 ROWS = 8
 SPHERO = 0.005  # m (Jiang 2020 Table 3)
 SEED = 2020
-CLEARANCES = {"fines_low": 0.011, "fines_middle": 0.009, "fines_high": 0.007}  # m kept free; middle is the scene itself
+# Least distance between a point and the surface of grains and walls in m; middle is the scene itself.
+GAPS = {"fines_low": 0.006, "fines_middle": 0.004, "fines_high": 0.0025}
 
 
 def pentagons():
@@ -42,9 +45,9 @@ def distance(p, a, b):
     return math.hypot(p[0] - a[0] - s * dx, p[1] - a[1] - s * dy)
 
 
-def clearance(p, bodies):
-    """From p to the nearest core polygon or wall face less the sphero-radius; negative inside."""
-    free = min(p[0], p[1], SIDE - p[0], SIDE - p[1]) + SPHERO
+def gap(p, bodies):
+    """From p to the nearest surface of a grain or wall; negative inside."""
+    free = min(p[0], p[1], SIDE - p[0], SIDE - p[1])
     for (cx, cy), corners in bodies:
         if math.hypot(p[0] - cx, p[1] - cy) > 0.5 * SIDE / ROWS + 0.03:
             continue
@@ -53,7 +56,7 @@ def clearance(p, bodies):
         inside = all((b[0] - a[0]) * (q[1] - a[1]) - (b[1] - a[1]) * (q[0] - a[0]) > 0.0 for a, b in edges)
         if inside:
             return -1.0
-        free = min(free, min(distance(q, a, b) for a, b in edges))
+        free = min(free, min(distance(q, a, b) for a, b in edges) - SPHERO)
     return free
 
 
@@ -61,8 +64,8 @@ def fines(bodies, spacing):
     """Positions of each variant's points, by its name."""
     n = int(SIDE / spacing)
     lattice = [((i + 0.5) * spacing, (j + 0.5) * spacing) for j in range(n) for i in range(n)]
-    free = [(clearance(p, bodies), p) for p in lattice]
-    return {name: [p for c, p in free if c > least] for name, least in CLEARANCES.items()}
+    free = [(gap(p, bodies), p) for p in lattice]
+    return {name: [p for g, p in free if g > least] for name, least in GAPS.items()}
 
 
 def listed(positions):
@@ -79,7 +82,7 @@ def main():
     cells = math.ceil((SIDE + 0.06) / args.cell)
     low = 0.5 * (SIDE - cells * args.cell)
     high = low + cells * args.cell
-    radius = 0.3 * args.spacing
+    radius = 0.5 * args.spacing
     print(HEAD.format(cell=args.cell, low=low, high=high, spacing=args.spacing, radius=radius,
                       positions=listed(contents["fines_middle"]), counts=", ".join(
                           f"{name} {len(c)}, {100 * 1500 * len(c) * args.spacing ** 2 / solid(bodies):.1f} %"
@@ -106,7 +109,6 @@ def solid(bodies):
 
 
 HEAD = '''# Look for: the bar's force rises as the voids close, and sooner the more fines there are; grains turn and give way.
-# At 48 % of fines one check fails, by 0.05 mm: docs/results/jiang2020.md.
 # Written by granular_matrix.py, which says what is assumed. Fines (points, mass over that of the grains): {counts}.
 version = 1
 name = "granular_matrix"
@@ -194,7 +196,7 @@ name = "settlement"
 unit = "m"
 value = "initial.body.bar.y - body.bar.y"
 
-# Its slope over the settlement is the bar's force: there is no quantity for what other bodies exert on one.
+# Its slope over the settlement is the bar's mean force; the two columns after it are what presses at the moment of a row.
 [[output.column]]
 name = "work_of_the_bar"
 unit = "J/m"
@@ -204,6 +206,11 @@ value = "energy.driven"
 name = "force_of_fines_on_bar"
 unit = "N/m"
 value = "body.bar.fy"
+
+[[output.column]]
+name = "force_of_grains_on_bar"
+unit = "N/m"
+value = "body.bar.contact_fy"
 
 [[output.column]]
 name = "fines_in_contact"
