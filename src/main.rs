@@ -1,5 +1,6 @@
 //! Tandem: one program, one subcommand per process. Knows every part and computes nothing itself.
 #![forbid(unsafe_code)]
+#![warn(clippy::print_stdout, clippy::print_stderr)] // a reader may have left: see `terminal`
 
 mod cli;
 mod conformance;
@@ -7,12 +8,14 @@ mod logging;
 mod run;
 mod solvers;
 mod studies;
+mod terminal;
 
 use std::process::ExitCode;
 
 use clap::Parser;
 use cli::{Cli, Command};
 use coupler::scene::{Scene, schema};
+use terminal::{complain, say};
 
 /// Bad input: nothing was started.
 const BAD_INPUT: u8 = 2;
@@ -21,9 +24,9 @@ fn main() -> ExitCode {
     match Cli::parse().command {
         Command::Run(args) => run::run(&args),
         Command::Check(args) => check(&args),
-        Command::Plan(args) => with_scene(&args, |scene| println!("{}", scene.plan())),
+        Command::Plan(args) => with_scene(&args, |scene| say(scene.plan())),
         Command::Schema => {
-            println!("{:#}", schema());
+            say(format_args!("{:#}", schema()));
             ExitCode::SUCCESS
         }
         Command::Study(args) => studies::study(&args),
@@ -32,7 +35,10 @@ fn main() -> ExitCode {
         Command::Plot(args) => studies::plot(&args),
         Command::Clean => {
             let swept = interface::domain::sweep();
-            println!("removed what {} dead run(s) had left", swept.len());
+            say(format_args!(
+                "removed what {} dead run(s) had left",
+                swept.len()
+            ));
             ExitCode::SUCCESS
         }
         Command::Mpm(args) => solvers::join(&args, solvers::mpm_process),
@@ -50,19 +56,23 @@ fn check(args: &cli::CheckArgs) -> ExitCode {
             match Scene::load(path, variant.as_deref(), &args.set) {
                 Ok(scene) => {
                     for warning in &scene.warnings {
-                        println!("warning: {}: {warning}", path.display());
+                        say(format_args!("warning: {}: {warning}", path.display()));
                     }
                     let which = variant
                         .as_ref()
                         .map(|name| format!(", variant {name}"))
                         .unwrap_or_default();
-                    println!("{}: {} is a valid scene{which}", path.display(), scene.name);
+                    say(format_args!(
+                        "{}: {} is a valid scene{which}",
+                        path.display(),
+                        scene.name
+                    ));
                     if variant.is_none() {
                         variants.extend(scene.variants.into_iter().rev().map(Some));
                     }
                 }
                 Err(errors) => {
-                    eprintln!("{errors}");
+                    complain(errors);
                     code = ExitCode::from(BAD_INPUT);
                 }
             }
@@ -78,7 +88,7 @@ fn with_scene(args: &cli::SceneArgs, show: impl FnOnce(&Scene)) -> ExitCode {
             ExitCode::SUCCESS
         }
         Err(errors) => {
-            eprintln!("{errors}");
+            complain(errors);
             ExitCode::from(BAD_INPUT)
         }
     }

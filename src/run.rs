@@ -15,6 +15,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
 use crate::cli::{LogFormat, RunArgs};
+use crate::terminal::{complain, say};
 use crate::{BAD_INPUT, logging, solvers};
 
 /// Runs a scene from the command line.
@@ -29,7 +30,7 @@ pub fn run(args: &RunArgs) -> ExitCode {
     let scene = match scene {
         Ok(scene) => scene,
         Err(errors) => {
-            eprintln!("{errors}");
+            complain(errors);
             return ExitCode::from(BAD_INPUT);
         }
     };
@@ -59,35 +60,35 @@ pub fn run(args: &RunArgs) -> ExitCode {
     match run_scene(&scene, &options, &dir) {
         Ok(summary) => {
             if let Some(reason) = &summary.reason {
-                complain(args.log, reason);
+                give_reason(args.log, reason);
             }
             if args.log == LogFormat::Text {
                 show(&summary);
             }
-            println!("results in {}", out.display());
+            say(format_args!("results in {}", out.display()));
             ExitCode::from(summary.status.exit_code())
         }
         Err(error) => {
-            complain(args.log, &error.to_string());
+            give_reason(args.log, &error.to_string());
             ExitCode::from(Status::Failed.exit_code())
         }
     }
 }
 
 /// Why the run has not reached its end: in its log, and on standard error as the rest of what is there.
-fn complain(log: LogFormat, reason: &str) {
+fn give_reason(log: LogFormat, reason: &str) {
     match log {
         LogFormat::Json => tracing::error!("{reason}"),
         LogFormat::Text => {
             // For the log only: standard error shows what is more important than this.
             tracing::debug!("{reason}");
-            eprintln!("error: {reason}");
+            complain(format_args!("error: {reason}"));
         }
     }
 }
 
 fn refuse(error: &str) -> ExitCode {
-    eprintln!("error: {error}");
+    complain(format_args!("error: {error}"));
     ExitCode::from(BAD_INPUT)
 }
 
@@ -158,17 +159,17 @@ fn process(command: Option<&Vec<String>>, subcommand: &str) -> Result<Start, Str
 fn show(summary: &Summary) {
     for check in &summary.checks {
         let verdict = if check.pass { "pass" } else { "FAIL" };
-        println!(
+        say(format_args!(
             "  {verdict}  {:<44} {:>13.6e}  expected {:.6e}  ({})",
             check.name, check.value, check.reference, check.source
-        );
+        ));
     }
     let bound: Vec<String> = summary
         .dt_bound_by
         .iter()
         .map(|(name, steps)| format!("{name} {steps}"))
         .collect();
-    println!(
+    say(format_args!(
         "{}: {} steps to t = {:.6} s in {:.2} s; dt bound by: {}; momentum error {:.1e}, energy residual {:.1e}",
         summary.scene,
         summary.steps,
@@ -177,5 +178,5 @@ fn show(summary: &Summary) {
         bound.join(", "),
         summary.momentum_error,
         summary.energy.residual_max
-    );
+    ));
 }

@@ -17,6 +17,7 @@ use study::work::StudyOptions;
 use crate::cli::{PlotArgs, RunsArgs, StabilityArgs, StudyArgs};
 use crate::logging;
 use crate::run::interrupt;
+use crate::terminal::{complain, say};
 
 /// Maps that `tandem stability` makes when no scene is named: scene, column, values.
 const MAPS: [(&str, &str); 3] = [
@@ -63,8 +64,8 @@ pub fn study(args: &StudyArgs) -> ExitCode {
     logging::of_study();
     match result() {
         Ok(report) => {
-            println!("{report}");
-            println!("results in {}", args.runs.out.display());
+            say(&report);
+            say(format_args!("results in {}", args.runs.out.display()));
             if report.failed() {
                 return ExitCode::from(Status::Failed.exit_code());
             }
@@ -80,8 +81,8 @@ pub fn stability(args: &StabilityArgs) -> ExitCode {
     let made = if args.table { compare(args) } else { map(args) };
     match made {
         Ok(text) => {
-            print!("{text}");
-            println!("results in {}", args.runs.out.display());
+            say(text.trim_end());
+            say(format_args!("results in {}", args.runs.out.display()));
             ExitCode::SUCCESS
         }
         Err(error) => ended(&error),
@@ -267,6 +268,6 @@ fn runner(args: &RunsArgs) -> Result<RunnerOptions, StudyError> {
 }
 
 fn ended(error: &StudyError) -> ExitCode {
-    eprintln!("{}", error.to_string().trim_end());
+    complain(error.to_string().trim_end());
     ExitCode::from(error.exit_code())
 }

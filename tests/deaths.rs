@@ -320,3 +320,28 @@ fn a_solver_in_the_wrong_seat_is_an_error_and_not_a_hang() {
         ended.stderr
     );
 }
+
+/// `tandem check ... | head`: what nobody reads is not written, and the exit status tells as ever.
+#[test]
+fn a_reader_that_leaves_is_no_death() {
+    let unheard = |arguments: &[&str], stdout: bool| {
+        let (reader, writer) = std::io::pipe().unwrap();
+        drop(reader);
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_tandem"));
+        command.args(arguments);
+        if stdout {
+            command.stdout(writer);
+        } else {
+            command.stderr(writer);
+        }
+        let output = command.output().unwrap();
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(!said.contains("panicked"), "{said}");
+        output.status.code()
+    };
+    let scene = scene("jiang2020/normal_force");
+    assert_eq!(unheard(&["check", &scene], true), Some(0));
+    assert_eq!(unheard(&["plan", &scene], true), Some(0));
+    assert_eq!(unheard(&["schema"], true), Some(0));
+    assert_eq!(unheard(&["check", "nowhere.toml"], false), Some(2));
+}
