@@ -47,6 +47,8 @@ pub struct Pace {
     /// Outputs done; the next is due at `(outputs + 1) every`.
     outputs: u64,
     dt_last: Option<f64>,
+    /// The last step that was taken in s, and what bound it.
+    last: Option<(f64, Bound)>,
     /// Steps by what bound them.
     pub bound_by: BTreeMap<&'static str, u64>,
     /// Shortest and longest step so far in s.
@@ -61,6 +63,7 @@ impl Pace {
             every,
             outputs: 0,
             dt_last: None,
+            last: None,
             bound_by: BTreeMap::new(),
             range: None,
         }
@@ -132,8 +135,14 @@ impl Pace {
         })
     }
 
+    /// The last step that was taken in s, and what bound it.
+    pub fn last(&self) -> Option<(f64, Bound)> {
+        self.last
+    }
+
     /// Books `steps` steps of an epoch.
     pub fn book(&mut self, epoch: &Epoch, steps: u64) {
+        self.last = Some((epoch.dt, epoch.bound));
         *self.bound_by.entry(epoch.bound.name()).or_default() += steps;
         let (low, high) = self.range.unwrap_or((epoch.dt, epoch.dt));
         self.range = Some((low.min(epoch.dt), high.max(epoch.dt)));

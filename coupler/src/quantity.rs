@@ -6,7 +6,7 @@
 //! | `energy.X` | X: `kinetic` (points and translation of bodies), `rotation`, `elastic`, `gravity`, `contact`, `friction`, `viscous`, `plastic`, `driven`, `total`, `residual` | J/m |
 //! | `energy.residual_relative` | residual over the largest energy in play so far | 1 |
 //! | `momentum.x`, `.y` | linear momentum of points and bodies at `t_{n+1/2}` | N s/m |
-//! | `momentum_error` | relative to the largest momentum so far, applied impulses subtracted | 1 |
+//! | `momentum_error` | applied impulses subtracted, relative to the largest momentum so far ([`crate::ledger`]) | 1 |
 //! | `contact.force.x`, `.y` | force of bodies on points | N/m |
 //! | `body.NAME.Q` | Q: `x`, `y` (m), `vx`, `vy` (m/s), `angle` (rad), `spin` (rad/s), `mass` (kg/m), `inertia` (kg m), `kinetic` (J/m, with rotation), `fx`, `fy` (N/m), `torque` (N) of the points on the body, `contacts`, `contact_fx`, `contact_fy` (N/m), `contact_torque` (N) of other bodies on it | |
 //! | `points.NAME.Q` | Q: `x`, `y`, `vx`, `vy`, `mass`, `kinetic`, `fx`, `fy` of bodies on the group, `xmin`, `xmax`, `ymin`, `ymax`, `contacts` | |

@@ -545,7 +545,9 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
                 .map_or_else(Ledger::default, |report| report.ledger)
         };
         let (mpm, dem) = (ledger(Party::Mpm), ledger(Party::Dem));
-        account.balance.take(&mpm, &dem);
+        account
+            .balance
+            .take(&mpm, &dem, moving(&self.groups, &self.bodies));
         let measured = Measured {
             time,
             mpm: &mpm,
@@ -562,12 +564,14 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
         let residual = account.balance.residual_relative();
         // Sums of numbers that are finite each can still be beyond all bounds.
         if residual > BLOW_UP || !residual.is_finite() {
+            // The opening and the closing step have no length: the one that led here is the last that had.
+            let (dt, bound) = account.pace.last().unwrap_or((epoch.dt, epoch.bound));
             return Err(RunError::BlowUp {
                 time,
                 step: account.clock.index(),
                 percent: 100.0 * residual,
-                dt: epoch.dt,
-                bound: epoch.bound.name(),
+                dt,
+                bound: bound.name(),
             });
         }
         Ok(())
@@ -592,6 +596,14 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
             min_step: self.scene.time.min_step,
         }
     }
+}
+
+/// Sum of the magnitudes of the momenta of all groups and bodies in N s/m.
+fn moving(groups: &[GroupState], bodies: &[BodyState]) -> f64 {
+    let groups = groups.iter().map(|g| (g.mass, g.velocity));
+    let bodies = bodies.iter().map(|b| (b.mass, b.velocity));
+    let all = groups.chain(bodies);
+    all.map(|(mass, [x, y])| mass * x.hypot(y)).sum()
 }
 
 /// As [`watched`], before the first step: there is nothing to drain yet, so an interrupt ends the wait.
