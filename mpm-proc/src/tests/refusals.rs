@@ -1,7 +1,8 @@
 //! What is refused, and that it is told where and why; and what stops a run.
 
 use interface::config::{
-    Fill, GridContact, MaterialModel, MpmConfig, ShapeFunction, Spacing, Transfer, Wall,
+    Fill, GridContact, MaterialModel, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer,
+    Wall,
 };
 use interface::solver::{Fault, MpmSolver};
 use interface::wire::ImpForce;
@@ -43,6 +44,15 @@ fn bad_configurations_are_refused_with_key_and_reason() {
         "make both so or neither",
     );
     refused(|c| c.skin = -1.0, "mpm.skin", "0 or more");
+    refused(
+        |c| {
+            c.shape = ShapeFunction::Ugimp;
+            c.grid_contact = Some(GridContact { friction: 0.0 });
+            c.stress_update = StressUpdate::Usl;
+        },
+        "mpm.stress_update",
+        "usl is unstable with grid_contact and shape = \"ugimp\"",
+    );
     refused(
         |c| c.materials[0].density = -1.0,
         "mpm.material.0.density",
