@@ -175,6 +175,15 @@ impl Frame {
         self.versine = versine;
     }
 
+    /// A vector of the body before its last step as it is turned now.
+    #[inline]
+    pub fn turned(&self, v: Vec2) -> Vec2 {
+        Vec2::new(
+            v.x - self.versine * v.x - self.sin * v.y,
+            v.y - self.versine * v.y + self.sin * v.x,
+        )
+    }
+
     /// Displacement in m of the material that is now at `r` from the centre of mass: exact at any angle, so that a
     /// pair that turns as a whole has no relative displacement.
     #[inline]

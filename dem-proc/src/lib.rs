@@ -35,7 +35,8 @@
 //!   belong together, and a wheel rolls on its own radius.
 //! - Mass properties of a free body are exact or the body is refused (a sphero-radius too large for a notch).
 //! - The outlines of bodies that have already passed through one another are pushed by the unsigned distance, as in
-//!   the paper; a point inside an outline is pushed back out.
+//!   the paper; a point inside an outline is pushed back out, and one that has gone through a body ends the run
+//!   ([`passage`]).
 #![forbid(unsafe_code)]
 
 pub mod body;
@@ -52,6 +53,7 @@ pub mod nearest;
 pub mod neighbours;
 pub mod overlap;
 pub mod pairs;
+pub mod passage;
 pub mod points;
 #[cfg(test)]
 mod reference;

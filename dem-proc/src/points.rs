@@ -12,6 +12,7 @@ use crate::law::{Law, Loss, Mates, Past, Touch};
 use crate::load::Load;
 use crate::mass::cross;
 use crate::neighbours::{PointList, PointPair, REACH};
+use crate::passage::{Passage, Passed, TURN, admissible_depth, goes_through};
 use crate::threads::Threads;
 
 /// The intervals around `t_n`, as contact sees them.
@@ -43,6 +44,8 @@ pub trait PointSide: Debug + Send {
         forces: &mut [ImpForce],
         loads: &mut [Load],
     );
+    /// The first point, in the order of the list, that the last evaluation found too far inside a body.
+    fn passed(&self, bodies: &Bodies, states: &[ImpState]) -> Option<Passed>;
     /// Energy dissipated over the last step.
     fn loss(&self) -> Loss;
     /// Energy in the contact springs in J/m.
@@ -76,6 +79,17 @@ struct Outcome {
     loss: Loss,
     /// Whether the two press on one another.
     presses: bool,
+    /// Whether the point is too far inside the body.
+    passed: Option<Passage>,
+}
+
+/// What is left of a pair until the next step.
+#[derive(Debug, Clone, Copy, Default)]
+struct Trace<H> {
+    /// Normal, 0 where the pair was out of reach.
+    normal: Vec2,
+    /// What the law remembers.
+    history: H,
 }
 
 /// Contact between points and bodies by the law `L`.
@@ -90,12 +104,14 @@ pub struct PointContacts<L: Law> {
     replaced: Option<Vec<ImpInfo>>,
     list: PointList,
     constants: Vec<L::Pair>,
-    history: Vec<L::History>,
-    next: Vec<L::History>,
+    history: Vec<Trace<L::History>>,
+    next: Vec<Trace<L::History>>,
     buffers: Vec<Vec<Outcome>>,
-    /// Positions of the points one step before; empty if the law does not look at motion or there was no step.
+    /// Positions of the points one step before; empty if there was no step.
     previous: Vec<Vec2>,
     any_in_reach: bool,
+    /// Slot, body and how, of the first point that is too far inside a body.
+    passed: Option<(u32, u32, Passage)>,
     loss: Loss,
     built_at: Vec<Vec2>,
     odometer: Odometer,
@@ -117,6 +133,7 @@ impl<L: Law> PointContacts<L> {
             buffers: Vec::new(),
             previous: Vec::new(),
             any_in_reach: false,
+            passed: None,
             loss: Loss::default(),
             built_at: Vec::new(),
             odometer: Odometer::default(),
@@ -127,13 +144,10 @@ impl<L: Law> PointContacts<L> {
     fn build(&mut self, bodies: &Bodies, states: &[ImpState]) {
         let old_pairs = std::mem::take(&mut self.list.pairs);
         self.list.build(bodies, &self.set, states, self.skin);
-        if L::MOTION {
-            self.carry_history(&old_pairs, states);
-        }
+        self.carry_history(&old_pairs, states);
         self.replaced = None;
         let pairs = &self.list.pairs;
-        self.history.resize(pairs.len(), L::History::default());
-        self.next.resize(pairs.len(), L::History::default());
+        self.next.resize(pairs.len(), Trace::default());
         self.constants.clear();
         self.constants.extend(pairs.iter().map(|pair| {
             let (info, body) = (
@@ -181,7 +195,7 @@ impl<L: Law> PointContacts<L> {
                         .binary_search_by_key(&k, |p| (p.slot, p.body, p.part))
                         .ok()
                 });
-                index.map_or_else(L::History::default, |i| old_history[i])
+                index.map_or_else(Trace::default, |i| old_history[i])
             })
             .collect();
         if !self.previous.is_empty() && replaced {
@@ -222,7 +236,7 @@ impl<L: Law> PointContacts<L> {
         past: Past,
         closing: f64,
         k: usize,
-    ) -> Option<(Outcome, L::History)> {
+    ) -> Option<(Outcome, Trace<L::History>)> {
         let PointPair { slot, body, .. } = self.list.pairs[k];
         let (state, info) = (&states[slot as usize], &self.set[slot as usize]);
         let rigid = &bodies.frames[body as usize];
@@ -253,7 +267,8 @@ impl<L: Law> PointContacts<L> {
                 touch.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
             }
         }
-        let (constants, before) = (&self.constants[k], &self.history[k]);
+        let (constants, before) = (&self.constants[k], &self.history[k].history);
+        let passed = self.passage(bodies, x, k, overlap, normal);
         let k = self.law.stiffness(constants, overlap + closing);
         let (m, i) = (rigid.inverse_mass, rigid.inverse_inertia);
         let mobility = m + i * r_n * r_n;
@@ -267,16 +282,68 @@ impl<L: Law> PointContacts<L> {
             rate: k.normal * mobility + k.tangential * (m + i * r_t * r_t),
             loss: Loss::default(),
             presses: overlap > 0.0,
+            passed,
+        };
+        let mut trace = Trace {
+            normal,
+            history: L::History::default(),
         };
         if overlap <= 0.0 {
             outcome.loss = self.law.part(constants, &touch, before);
-            return Some((outcome, L::History::default()));
+            return Some((outcome, trace));
         }
         let press = self.law.press(constants, &touch, before);
         outcome.force = normal * press.normal + tangent * press.tangential;
         outcome.torque = -(r_n * press.normal + r_t * press.tangential);
         outcome.loss = press.loss;
-        Some((outcome, press.history))
+        trace.history = press.history;
+        Some((outcome, trace))
+    }
+
+    /// Whether the point of pair `k`, now at `x`, is too far inside the body ([`crate::passage`]).
+    #[inline]
+    fn passage(
+        &self,
+        bodies: &Bodies,
+        x: Vec2,
+        k: usize,
+        overlap: f64,
+        normal: Vec2,
+    ) -> Option<Passage> {
+        let PointPair {
+            slot, body, part, ..
+        } = self.list.pairs[k];
+        let frame = &bodies.frames[body as usize];
+        let turned = frame.turned(self.history[k].normal).dot(&normal) < TURN;
+        let info = &self.set[slot as usize];
+        let depth = overlap - info.radius;
+        if !turned && depth <= 0.0 {
+            return None;
+        }
+        if turned && self.went_through(bodies, x, k) {
+            Some(Passage::Through)
+        } else if depth > admissible_depth(bodies, body as usize, part) {
+            Some(Passage::Deep)
+        } else {
+            None
+        }
+    }
+
+    /// Whether the way of a point over the last step, as the body sees it, leads through its outline.
+    #[cold]
+    fn went_through(&self, bodies: &Bodies, x: Vec2, k: usize) -> bool {
+        let PointPair {
+            slot, body, part, ..
+        } = self.list.pairs[k];
+        let Some(was) = self.previous.get(slot as usize) else {
+            return false;
+        };
+        let b = body as usize;
+        let frame = &bodies.frames[b];
+        let moved = x - was - frame.displacement(x - frame.center);
+        let reach = bodies.radius_at(b, part) + self.set[slot as usize].radius;
+        !bodies.fixed[b].shape.has_edges
+            || goes_through(bodies.outline_of(b), x - frame.turned(moved), x, reach)
     }
 }
 
@@ -316,17 +383,16 @@ impl<L: Law> PointSide for PointContacts<L> {
     ) {
         let Interval { past, closing } = interval;
         forces.fill(ImpForce::default());
-        let (mut loss, mut any_in_reach) = (Loss::default(), false);
+        let (mut loss, mut any_in_reach, mut passed) = (Loss::default(), false, None);
         let mut next = std::mem::take(&mut self.next);
         let mut buffers = std::mem::take(&mut self.buffers);
-        let chunk = |from: usize, next: &mut [L::History], outcomes: &mut Vec<Outcome>| {
+        let chunk = |from: usize, next: &mut [Trace<L::History>], outcomes: &mut Vec<Outcome>| {
             outcomes.clear();
             for (k, next) in next.iter_mut().enumerate() {
-                *next = L::History::default();
-                if let Some((outcome, history)) = self.pair(bodies, states, past, closing, from + k)
-                {
+                *next = Trace::default();
+                if let Some((outcome, trace)) = self.pair(bodies, states, past, closing, from + k) {
                     outcomes.push(outcome);
-                    *next = history;
+                    *next = trace;
                 }
             }
         };
@@ -344,12 +410,33 @@ impl<L: Law> PointSide for PointContacts<L> {
                 load.contacts += u32::from(outcome.presses);
                 loss += outcome.loss;
                 any_in_reach = true;
+                if let (Some(passage), None) = (outcome.passed, passed) {
+                    passed = Some((outcome.slot, outcome.body, passage));
+                }
             }
         });
         self.next = next;
         self.buffers = buffers;
         self.loss = loss;
         self.any_in_reach = any_in_reach;
+        self.passed = passed;
+    }
+
+    fn passed(&self, bodies: &Bodies, states: &[ImpState]) -> Option<Passed> {
+        let (slot, body, passage) = self.passed?;
+        let of_pair = |&k: &usize| {
+            let pair = &self.list.pairs[k];
+            (pair.slot, pair.body) == (slot, body)
+        };
+        let x = Vec2::from(states[slot as usize].position);
+        let overlaps = (0..self.list.pairs.len()).filter(of_pair);
+        let overlaps = overlaps.map(|k| self.overlap(bodies, x, k).0);
+        Some(Passed {
+            id: self.set[slot as usize].id,
+            body: body as usize,
+            passage,
+            overlap: overlaps.fold(f64::NEG_INFINITY, f64::max),
+        })
     }
 
     fn loss(&self) -> Loss {
@@ -361,7 +448,8 @@ impl<L: Law> PointSide for PointContacts<L> {
             let x = states[self.list.pairs[k].slot as usize].position.into();
             let (overlap, _) = self.overlap(bodies, x, k);
             if overlap > 0.0 {
-                self.law.energy(&self.constants[k], overlap, &self.next[k])
+                self.law
+                    .energy(&self.constants[k], overlap, &self.next[k].history)
             } else {
                 0.0
             }
@@ -371,11 +459,9 @@ impl<L: Law> PointSide for PointContacts<L> {
 
     fn commit(&mut self, states: &[ImpState]) {
         std::mem::swap(&mut self.history, &mut self.next);
-        if L::MOTION {
-            self.previous.clear();
-            self.previous
-                .extend(states.iter().map(|s| Vec2::from(s.position)));
-        }
+        self.previous.clear();
+        self.previous
+            .extend(states.iter().map(|s| Vec2::from(s.position)));
     }
 
     fn damping_ratio(&self) -> f64 {
@@ -395,7 +481,8 @@ impl<L: Law> PointSide for PointContacts<L> {
             + self.list.edges.capacity() * size_of::<u32>()
             + self.constants.capacity() * size_of::<L::Pair>()
             + self.buffers.iter().map(Vec::capacity).sum::<usize>() * size_of::<Outcome>()
-            + 2 * self.history.capacity() * size_of::<L::History>()
+            + 2 * self.history.capacity() * size_of::<Trace<L::History>>()
+            + self.previous.capacity() * size_of::<Vec2>()
             + self.set.capacity() * size_of::<ImpInfo>()
     }
 }

@@ -56,6 +56,7 @@ impl DemSolver for Sdem {
         s.update_lists(imps); //                          Verlet lists of bodies and of points
         s.body_contact(step); //                          eqs. 38 to 41, 43
         s.point_contact(step, imps, forces); //           eqs. 44, 46, 49, 50
+        s.no_point_passed(imps)?; //                      crate::passage
         s.kick(step)?; //                                 eq. 42, v^{n-1/2} -> v^{n+1/2}
         if step.measure {
             s.measurement = measure(s, step, imps); //    PHYSICS.md section 7
@@ -146,6 +147,14 @@ impl System {
             forces,
             loads,
         );
+    }
+
+    /// Refuses to go on with a point on the wrong side of a body.
+    fn no_point_passed(&self, imps: &[ImpState]) -> Result<(), Fault> {
+        match self.points.passed(&self.bodies, imps) {
+            Some(passed) => Err(passed.fault(&self.bodies)),
+            None => Ok(()),
+        }
     }
 
     /// Newton and Euler for every free body; the others keep their velocity. Nothing is taken over yet.

@@ -105,13 +105,10 @@ fn lists_leave_no_trace() {
         let mut config = scene(bodies, law);
         config.gravity = [0.0, -9.81];
         config.skin = skin;
+        // Between the bodies.
+        let mut gap = |k: u64| 0.2 * (1 + k % 3) as f64 + random.between(-0.02, 0.02);
         let points: Vec<_> = (0..100_u64)
-            .map(|i| {
-                (
-                    info(i, 0.01, 0.01),
-                    at(random.between(0.0, 0.8), random.between(0.0, 0.8)),
-                )
-            })
+            .map(|i| (info(i, 0.01, 0.01), at(gap(i), gap(i / 3))))
             .collect();
         let mut points = Points::new(&points);
         let mut dem = configured(&config);

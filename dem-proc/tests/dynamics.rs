@@ -267,7 +267,11 @@ fn crowd(threads: usize) -> Vec<f64> {
         .map(|i| {
             (
                 info(i, 0.004, 0.01),
-                at(random.between(-9.0, 9.0), random.between(-0.4, 0.4)),
+                // Between the bodies of the lattice, touching some.
+                at(
+                    (i % 119) as f64 * 0.16 - 9.6 + random.between(0.05, 0.11),
+                    (i % 4) as f64 * 0.16 - 0.29 + random.between(0.05, 0.11),
+                ),
             )
         })
         .collect();

@@ -197,7 +197,10 @@ fn action_equals_reaction_and_torque_is_taken_at_the_contact_point() {
         };
         let config = scene(vec![fixed(shape, A)], spring(K));
         let points: Vec<ImpState> = (0..5)
-            .map(|_| at(random.between(-1.2, 1.2), random.between(-1.2, 1.2)))
+            .map(|_| {
+                let (r, angle) = (random.between(0.6, 1.2), random.between(0.0, 6.3));
+                at(r * angle.cos(), r * angle.sin())
+            })
             .collect();
         let (f, dem, _) = forces(&config, RADIUS, &points);
         let state = &dem.measurement().bodies[0];

@@ -90,11 +90,11 @@ about = "A gas of bodies and elastic blobs in a box: momentum and energy over a 
 # number of points in contact, times the length of the run over t_touch, is a low estimate of the number of touches; those between
 # bodies are not counted and come on top.
 [constants]
-t_end = 0.2
+t_end = 0.35
 t_touch = 0.01        # s; 2 (2 x 0.034 m) / sqrt(G/rho) = 0.0096 s
 
 [time]
-end = 0.2
+end = 0.35
 max_step = 2e-5
 
 [mpm]
@@ -111,7 +111,7 @@ model.linear_elastic = {{ bulk_modulus = 4e5, shear_modulus = 2e5 }}
 
 TAIL = '''
 [contact]
-linear = {{ normal_stiffness = 6e4, tangential_stiffness = 2e4, friction = 0.3 }}
+linear = {{ normal_stiffness = 1e5, tangential_stiffness = 3e4, friction = 0.3 }}
 
 [body_contact]
 linear = {{ normal_stiffness = 1e6, tangential_stiffness = 3e5, friction = 0.3 }}

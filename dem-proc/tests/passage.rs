@@ -1,0 +1,246 @@
+//! A point that goes through a body ends the run with a reason; one that only rolls round it, or presses deep, does not.
+
+mod small_scenes;
+
+use std::f64::consts::{PI, TAU};
+
+use interface::Vec2;
+use interface::config::{BodyConfig, BodyShape, DemConfig, Motion};
+use interface::solver::DemSolver;
+use interface::step::Step;
+use interface::wire::{ImpForce, ImpState};
+use small_scenes::*;
+
+const RADIUS: f64 = 0.05;
+const DT: f64 = 1e-3;
+
+fn polygon(vertices: &[[f64; 2]]) -> BodyShape {
+    BodyShape::Polygon {
+        vertices: vertices.to_vec(),
+    }
+}
+
+fn segment() -> BodyShape {
+    BodyShape::Segment {
+        ends: [[-1.0, 0.0], [1.0, 0.0]],
+    }
+}
+
+/// Takes a point along a path past the bodies; the step at which the solver refuses to go on, and its reason.
+fn refusal(config: &DemConfig, path: impl IntoIterator<Item = Vec2>) -> Option<(u64, String)> {
+    let mut dem = configured(config);
+    dem.imp_set(&[info(7, RADIUS, 1.0)]);
+    let mut forces = [ImpForce::default()];
+    for (index, p) in (0..).zip(path) {
+        let step = Step {
+            index,
+            time: index as f64 * DT,
+            dt_before: if index == 0 { 0.0 } else { DT },
+            dt: DT,
+            measure: false,
+        };
+        let state = ImpState {
+            position: p.into(),
+            velocity: [0.0; 2],
+        };
+        if let Err(fault) = dem.contact(&step, &[state], &mut forces) {
+            return Some((index, fault.to_string()));
+        }
+        dem.advance(&step).unwrap();
+    }
+    None
+}
+
+/// Straight from one place to another in steps of a share of the point's radius.
+fn way(from: [f64; 2], to: [f64; 2], share: f64) -> Vec<Vec2> {
+    let (from, to) = (Vec2::from(from), Vec2::from(to));
+    let steps = ((to - from).norm() / (share * RADIUS)).ceil();
+    let at = |k: usize| from + (to - from) * (k as f64 / steps);
+    (0..=steps as usize).map(at).collect()
+}
+
+/// Along a circle, in steps of a share of the point's radius.
+fn round(centre: [f64; 2], radius: f64, angles: [f64; 2], share: f64) -> Vec<Vec2> {
+    let steps = ((angles[1] - angles[0]).abs() * radius / (share * RADIUS)).ceil();
+    let at = |k: usize| {
+        let angle = angles[0] + (angles[1] - angles[0]) * (k as f64 / steps);
+        Vec2::from(centre) + Vec2::new(angle.cos(), angle.sin()) * radius
+    };
+    (0..=steps as usize).map(at).collect()
+}
+
+/// The body as the only one, fixed.
+fn alone(shape: BodyShape, a: f64) -> DemConfig {
+    scene(vec![fixed(shape, a)], spring(1e4))
+}
+
+#[test]
+fn a_point_driven_through_a_body_is_named_whatever_the_step() {
+    let plate = [[-1.0, -0.004], [1.0, -0.004], [1.0, 0.004], [-1.0, 0.004]];
+    let spike = [[-1.0, -0.1], [-1.0, 0.1], [1.0, 0.0]];
+    let block = [[-1.0, -0.3], [1.0, -0.3], [1.0, 0.3], [-1.0, 0.3]];
+    let gon = |n: usize| -> Vec<[f64; 2]> {
+        let at = |k: usize| TAU * k as f64 / n as f64;
+        (0..n)
+            .map(|k| [0.3 * at(k).cos(), 0.3 * at(k).sin()])
+            .collect()
+    };
+    // Where it crosses, and the height by which it must be told at the latest: the middle, or a little more.
+    let cases: &[(&str, BodyShape, f64, f64)] = &[
+        ("disc", BodyShape::Disc, 0.2, 0.0),
+        ("small disc", BodyShape::Disc, 0.01, 0.0),
+        ("segment", segment(), 0.02, 0.3),
+        ("plate", polygon(&plate), 0.0, 0.3),
+        ("spike", polygon(&spike), 0.0, 0.9),
+        ("block", polygon(&block), 0.0, 0.3),
+        ("square", polygon(&gon(4)), 0.02, 0.01),
+        ("hexagon", polygon(&gon(6)), 0.02, 0.01),
+        ("many corners", polygon(&gon(40)), 0.02, 0.01),
+        (
+            "cluster",
+            BodyShape::Cluster {
+                centers: vec![[-0.2, 0.0], [0.2, 0.0]],
+                radii: vec![0.25, 0.25],
+            },
+            0.0,
+            0.2,
+        ),
+    ];
+    for (name, shape, a, x) in cases {
+        for share in [0.5, 0.11, 0.003] {
+            let path = way([*x, 0.6], [*x, -0.6], share);
+            let (step, reason) = refusal(&alone(shape.clone(), *a), path.clone())
+                .unwrap_or_else(|| panic!("{name}, {share}: it went through"));
+            assert!(
+                path[step as usize].y > -0.5 * RADIUS - 1e-9,
+                "{name}, {share}: told at {}",
+                path[step as usize]
+            );
+            for phrase in ["point 7", "body 0 (body)", "overlap of", "stiffer contact"] {
+                assert!(reason.contains(phrase), "{name}: no `{phrase}` in {reason}");
+            }
+        }
+    }
+}
+
+#[test]
+fn rolling_round_corners_caps_and_tips_is_no_passage() {
+    let square = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+    let needle = [[-1.0, -0.01], [1.0, 0.0], [-1.0, 0.01]];
+    for share in [0.5, 0.1] {
+        for (name, shape, a, corner) in [
+            ("square", polygon(&square), 0.0, [1.0, 1.0]),
+            ("needle", polygon(&needle), 0.0, [1.0, 0.0]),
+            ("segment", segment(), 0.01, [1.0, 0.0]),
+        ] {
+            // From light contact to an overlap of six tenths of the point's radius.
+            for distance in [1.0, 0.7, 0.4] {
+                let path = round(corner, a + distance * RADIUS, [-0.6 * PI, 0.6 * PI], share);
+                let refused = refusal(&alone(shape.clone(), a), path);
+                assert_eq!(refused, None, "{name}, {share}, {distance}");
+            }
+        }
+        // Past the corner of a square from one side to the other, with the centre inside.
+        let path = way([0.97, 0.4], [0.97, 1.5], share);
+        assert_eq!(refusal(&alone(polygon(&square), 0.0), path), None);
+        let path = way([0.9, 0.97], [0.97, 0.9], share);
+        assert_eq!(refusal(&alone(polygon(&square), 0.0), path), None);
+    }
+}
+
+/// From wall to wall of a notch of 23 degrees the normal turns by 157.
+#[test]
+fn the_nearer_wall_of_a_notch_may_change() {
+    let notched = polygon(&[
+        [-1.0, -1.0],
+        [1.0, -1.0],
+        [1.0, 1.0],
+        [0.2, 1.0],
+        [0.0, 0.0],
+        [-0.2, 1.0],
+        [-1.0, 1.0],
+    ]);
+    let path = way([-0.02, 0.3], [0.02, 0.3], 0.1);
+    assert_eq!(refusal(&alone(notched, 0.0), path), None);
+}
+
+/// Half a body deep in a soft contact is deep, and still pushed out the right way.
+#[test]
+fn a_deep_contact_goes_on() {
+    let path = way([0.0, 0.6], [0.0, 0.09], 0.1);
+    assert_eq!(refusal(&alone(BodyShape::Disc, 0.3), path), None);
+    let block = polygon(&[[-1.0, -0.3], [1.0, -0.3], [1.0, 0.3], [-1.0, 0.3]]);
+    let path = way([0.2, 0.6], [0.2, 0.01], 0.1);
+    assert_eq!(refusal(&alone(block, 0.0), path), None);
+}
+
+/// A point that goes round with a body does not turn as the body sees it, and a body that turns onto a point does.
+#[test]
+fn the_body_s_own_rotation_is_not_the_point_s() {
+    let spin = 0.4 / DT; // as far as the kinematic limit lets a body of this size turn, and eight times more
+    let rod = BodyConfig {
+        motion: Motion::Driven,
+        spin,
+        ..body(segment(), 0.02)
+    };
+    let config = scene(vec![rod], spring(1e4));
+    let along = (0..100).map(|k| {
+        let angle = spin * DT * f64::from(k);
+        Vec2::new(
+            0.5 * angle.cos() - 0.03 * angle.sin(),
+            0.5 * angle.sin() + 0.03 * angle.cos(),
+        )
+    });
+    assert_eq!(refusal(&config, along), None);
+    let slow = BodyConfig {
+        motion: Motion::Driven,
+        spin: 0.02 / DT,
+        ..body(segment(), 0.02)
+    };
+    let still = std::iter::repeat_n(Vec2::new(0.5, 0.06), 20);
+    let (step, _) =
+        refusal(&scene(vec![slow], spring(1e4)), still).expect("the rod passes over it");
+    let angle = 0.02 * step as f64;
+    assert!((0.06_f64 / 0.5).atan() <= angle && angle < (0.06_f64 / 0.5).atan() + 0.02);
+}
+
+/// The trace of a pair follows its point into another set and another list.
+#[test]
+fn a_new_set_forgets_nothing() {
+    let mut dem = configured(&alone(segment(), 0.02));
+    let mut forces = [ImpForce::default(); 2];
+    let mut told = None;
+    for (index, p) in (0..).zip(way([0.3, 0.06], [0.3, -0.06], 0.3)) {
+        let step = Step {
+            index,
+            time: 0.0,
+            dt_before: if index == 0 { 0.0 } else { DT },
+            dt: DT,
+            measure: false,
+        };
+        let here = ImpState {
+            position: p.into(),
+            velocity: [0.0; 2],
+        };
+        let elsewhere = at(-0.5, 0.06);
+        let (set, states) = if index % 2 == 0 {
+            (vec![info(7, RADIUS, 1.0)], vec![here])
+        } else {
+            (
+                vec![info(3, RADIUS, 1.0), info(7, RADIUS, 1.0)],
+                vec![elsewhere, here],
+            )
+        };
+        dem.imp_set(&set);
+        if let Err(fault) = dem.contact(&step, &states, &mut forces[..set.len()]) {
+            told = Some((p, fault.to_string()));
+            break;
+        }
+        dem.advance(&step).unwrap();
+    }
+    let (p, reason) = told.expect("it goes through");
+    assert!(
+        reason.contains("point 7 has passed through") && p.y > -0.3 * RADIUS,
+        "{p} {reason}"
+    );
+}
