@@ -16,6 +16,7 @@ use interface::session::SessionError;
 use interface::stage::Medium;
 
 use crate::cli::{ConformanceArgs, MutantArgs};
+use crate::terminal::{self, say};
 use crate::{BAD_INPUT, logging, solvers};
 
 /// Some clause that counts is broken.
@@ -32,7 +33,7 @@ pub fn judge(args: &ConformanceArgs) -> ExitCode {
             (dem, _) => dem.is_some() == (*party == Party::Dem),
         };
         for party in both.into_iter().filter(asked) {
-            print!("{}", listing(party));
+            say(listing(party).trim_end());
         }
         return ExitCode::SUCCESS;
     }
@@ -48,7 +49,7 @@ pub fn judge(args: &ConformanceArgs) -> ExitCode {
         window: args.window.into(),
         trace: args.trace.is_some(),
     };
-    let show = |judged: &Judged| println!("{}", row(judged, &waivers, Paint(colour)));
+    let show = |judged: &Judged| say(row(judged, &waivers, Paint(colour)));
     let examination = match examine(&subject, &options, show) {
         Ok(examination) => examination,
         Err(error @ ExamineError::NoSuchClause { .. }) => {
@@ -56,7 +57,7 @@ pub fn judge(args: &ConformanceArgs) -> ExitCode {
         }
         Err(error) => return complain(&error.to_string(), NOT_STARTED),
     };
-    println!("{}", summary(&examination, &waivers));
+    say(summary(&examination, &waivers));
     if let Err(error) = write(args, &examination, &waivers) {
         return complain(&error, BAD_INPUT);
     }
@@ -73,7 +74,7 @@ pub fn mutate(args: &MutantArgs) -> ExitCode {
     let party = if args.mpm { Party::Mpm } else { Party::Dem };
     let Some(name) = &args.clause else {
         for mutant in mutant::of(party) {
-            println!("  {:<6} {}", mutant.clause, mutant.what);
+            say(format_args!("  {:<6} {}", mutant.clause, mutant.what));
         }
         return ExitCode::SUCCESS;
     };
@@ -103,7 +104,7 @@ pub fn host(party: Party) -> Host {
 }
 
 fn complain(error: &str, status: u8) -> ExitCode {
-    eprintln!("error: {error}");
+    terminal::complain(format_args!("error: {error}"));
     ExitCode::from(status)
 }
 

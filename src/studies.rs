@@ -111,7 +111,7 @@ pub fn plot(args: &PlotArgs) -> ExitCode {
     };
     match study::plot::plot(&options, &args.out) {
         Ok(()) => {
-            println!("{}", args.out.display());
+            say(args.out.display());
             ExitCode::SUCCESS
         }
         Err(error) => ended(&error),
