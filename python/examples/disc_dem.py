@@ -12,12 +12,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # runs without having been installed
 
-from tandem_solver import Answer, BodyState, Ledger, Limits, Measurement, NotFinite  # noqa: E402
-from tandem_solver import Readiness, Refusal, refuse_unknown, serve_dem  # noqa: E402
+from tandem_solver import BODY, DEM, LINEAR, Answer, BodyState, Ledger, Limits, Measurement  # noqa: E402
+from tandem_solver import NotFinite, Readiness, Refusal, check_fields, serve_dem  # noqa: E402
 
-CONFIG = "gravity bodies point_contact body_contact overlap contact_pairs point_surfaces skin threads"
-BODY = "name shape sphero_radius inertia position angle velocity spin motion surface"
-LAW = "normal_stiffness tangential_stiffness friction damping_ratio"
 
 
 class Disc:
@@ -25,7 +22,7 @@ class Disc:
 
     def __init__(self, index, config):
         key = f"dem.bodies[{index}]"
-        refuse_unknown(key, config, BODY)
+        check_fields(key, config, BODY)
         if config["shape"] != "disc" or config["motion"] not in ("free", "fixed"):
             raise Refusal(key, "only the shape `disc` and the motions `free` and `fixed` are known here")
         self.name, self.a, self.free = config["name"], config["sphero_radius"], config["motion"] == "free"
@@ -59,11 +56,11 @@ class Discs:
     identity = "disc_dem 0.1"
 
     def configure(self, config):
-        refuse_unknown("dem", config, CONFIG)
+        check_fields("dem", config, DEM)
         if "linear" not in config["point_contact"]:
             raise Refusal("dem.point_contact", "only `linear` is known here")
         law = config["point_contact"]["linear"]
-        refuse_unknown("dem.point_contact.linear", law, LAW)
+        check_fields("dem.point_contact.linear", law, LINEAR)
         self.k_n, self.mu = law["normal_stiffness"], law.get("friction", 0.0)
         self.k_t = law.get("tangential_stiffness", 0.0) if self.mu > 0.0 else 0.0
         if law.get("damping_ratio", 0.0) != 0.0:

@@ -13,8 +13,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # runs without having been installed
 
-from tandem_solver import Fault, GroupState, Ledger, Limits, Measurement, NotFinite  # noqa: E402
-from tandem_solver import Readiness, Refusal, serve_mpm  # noqa: E402
+from tandem_solver import MPM, Fault, GroupState, Ledger, Limits, Measurement, NotFinite  # noqa: E402
+from tandem_solver import Readiness, Refusal, check_fields, serve_mpm  # noqa: E402
 
 # What has to be as it is by default, or what a lattice of springs has no use for.
 PLAIN = {"forcing": [{}, None, {"body_force": None, "tractions": [], "stages": []}], "grid_contact": [None]}
@@ -41,6 +41,7 @@ class Springs:
     identity = "springs_mpm 0.1"
 
     def configure(self, config):
+        check_fields("mpm", config, MPM)
         for key, accepted in PLAIN.items():
             if config.get(key, accepted[0]) not in accepted:
                 raise Refusal(f"mpm.{key}", f"there is no grid here: {accepted[0]} is accepted")

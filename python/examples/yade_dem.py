@@ -21,21 +21,23 @@ os.environ["OMP_NUM_THREADS"] = "1"  # sums of several threads come in any order
 sys.path += ["/usr/lib/x86_64-linux-gnu/yade-double/py", str(Path(sys.argv[0]).resolve().parent.parent)]
 
 import numpy as np  # noqa: E402
-from tandem_solver import Answer, BodyState, Fault, Ledger, Limits, Measurement, NotFinite  # noqa: E402
-from tandem_solver import Readiness, Refusal, refuse_unknown, serve_dem  # noqa: E402
-from yade import (  # noqa: E402
-    Bo1_GridConnection_Aabb, Bo1_Sphere_Aabb, ForceResetter, FrictMat, InsertionSortCollider, InteractionLoop,
-    Ig2_Sphere_GridConnection_ScGridCoGeom, Ig2_Sphere_Sphere_ScGeom, Ip2_FrictMat_FrictMat_FrictPhys,
-    Law2_ScGeom_FrictPhys_CundallStrack, Law2_ScGridCoGeom_FrictPhys_CundallStrack, MatchMaker, NewtonIntegrator, O,
-    utils,
-)  # fmt: skip
-from yade.gridpfacet import gridConnection, gridNode  # noqa: E402
+from tandem_solver import BODY, DEM, LINEAR, Answer, BodyState, Fault, Ledger, Limits, Measurement  # noqa: E402
+from tandem_solver import NotFinite, Readiness, Refusal, check_fields, serve_dem  # noqa: E402
 
-CONFIG = "gravity bodies point_contact body_contact overlap contact_pairs point_surfaces skin threads"
-BODY = "name shape sphero_radius inertia position angle velocity spin motion surface"
-LAW = "normal_stiffness tangential_stiffness friction damping_ratio"
 # Bits of YADE's masks: two bodies meet if they share one, unless they share one that avoids itself.
 MEET, POINT, SURFACE = 1, 2, 4
+# Where spheres wait that stand for no point, in m from the plane.
+APART = 1e6
+
+
+def load():
+    """YADE takes a second or more to load: after Hello, for which the coupler waits less long than for Ready (S-11)."""
+    global yade, O
+    import yade
+    import yade.gridpfacet
+    import yade.utils
+
+    O = yade.O  # noqa: E741
 
 
 def swept(vertices, a):
@@ -76,7 +78,7 @@ class Body:
 
     def __init__(self, index, config, material):
         key = f"dem.bodies[{index}]"
-        refuse_unknown(key, config, BODY)
+        check_fields(key, config, BODY)
         self.name, self.a, motion = config["name"], config["sphero_radius"], config["motion"]
         if motion not in ("free", "fixed"):
             raise Refusal(f"{key}.motion", "only `free` and `fixed` are known here")
@@ -93,7 +95,8 @@ class Body:
         cos, sin = math.cos(config["angle"]), math.sin(config["angle"])
         x, y = config["position"]
         # Arms from the centre of mass at the initial angle; YADE turns them.
-        self.arms = np.array([(cos * (px - cx) - sin * (py - cy), sin * (px - cx) + cos * (py - cy)) for px, py in outline])
+        arms = [(px - cx, py - cy) for px, py in outline]
+        self.arms = np.array([(cos * px - sin * py, sin * px + cos * py) for px, py in arms])
         self.extent = float(np.hypot(*self.arms.T).max()) + self.a
         self.angle = self.first_angle = config["angle"]
         centre = (x + cos * cx - sin * cy, y + sin * cx + cos * cy)
@@ -130,13 +133,14 @@ class Body:
     def build(self, centre, material):
         corners = [(centre[0] + x, centre[1] + y, 0.0) for x, y in self.arms]
         if len(corners) == 1:
-            self.id = O.bodies.append(utils.sphere(corners[0], self.a, material=material, mask=MEET | SURFACE))
+            self.id = O.bodies.append(yade.utils.sphere(corners[0], self.a, material=material, mask=MEET | SURFACE))
             self.parts = [self.id]
         else:
-            nodes = [O.bodies.append(gridNode(c, self.a, material=material)) for c in corners]
+            nodes = [O.bodies.append(yade.gridpfacet.gridNode(c, self.a, material=material)) for c in corners]
             edges = range(len(nodes) if len(nodes) > 2 else 1)
             pairs = [(nodes[i], nodes[(i + 1) % len(nodes)]) for i in edges]
-            self.parts = [O.bodies.append(gridConnection(i, j, self.a, material=material)) for i, j in pairs]
+            connect = yade.gridpfacet.gridConnection
+            self.parts = [O.bodies.append(connect(i, j, self.a, material=material)) for i, j in pairs]
             O.interactions.clear()  # the beams between the nodes: a clump is rigid
             self.id = O.bodies.clump(nodes + self.parts)
             O.bodies[self.id].aspherical = False  # in the plane a spin is a number
@@ -185,11 +189,11 @@ class Yade:
     identity = "yade_dem 0.1"
 
     def configure(self, config):
-        refuse_unknown("dem", config, CONFIG)
+        check_fields("dem", config, DEM)
         if "linear" not in config["point_contact"]:
             raise Refusal("dem.point_contact", "only `linear` is known here")
         law = config["point_contact"]["linear"]
-        refuse_unknown("dem.point_contact.linear", law, LAW)
+        check_fields("dem.point_contact.linear", law, LINEAR)
         self.k_n, friction = law["normal_stiffness"], law.get("friction", 0.0)
         self.k_t = law.get("tangential_stiffness", 0.0) if friction > 0.0 else 0.0
         if law.get("damping_ratio", 0.0) != 0.0:
@@ -198,10 +202,11 @@ class Yade:
         if friction > 0.0 and self.k_t <= 0.0:
             raise Refusal("dem.point_contact.linear.tangential_stiffness", "friction needs a positive one")
         if config["body_contact"] is not None or config.get("contact_pairs"):
-            message = "bodies do not touch one another here (YADE's grid connections meet as cylinders): null, no contact_pairs"
+            message = "bodies do not touch one another here (YADE's grid connections meet as cylinders): null, no pairs"
             raise Refusal("dem.body_contact", message)
         self.gravity = np.array(config["gravity"])
-        self.material = O.materials.append(FrictMat())
+        load()
+        self.material = O.materials.append(yade.FrictMat())
         self.bodies = [Body(i, body, self.material) for i, body in enumerate(config["bodies"])]
         self.owner = {part: i for i, body in enumerate(self.bodies) for part in body.parts}
         self.build_engines(math.atan(friction))
@@ -211,26 +216,27 @@ class Yade:
         lightest = min((b.mass for b in self.bodies if b.free), default=0.0)
         notes = ["one thread"]
         if self.k_t > 0.0:
-            notes += ["sliding on an edge is without the body's turning times its sphero-radius, and 1/(1 - overlap/(a + r_p)) times as far"]
+            notes += ["sliding on an edge is without the body's turning times its sphero-radius"]
+            notes += ["sliding is scaled by 1/(1 - overlap/(a + r_p))"]
         return Readiness(items=len(self.bodies), mass_min=lightest, stiffness_max=self.k_n, notes=notes)
 
     def build_engines(self, friction_angle):
         def always(value):
-            return MatchMaker(algo="val", val=value)
+            return yade.MatchMaker(algo="val", val=value)
 
-        physics = Ip2_FrictMat_FrictMat_FrictPhys(
+        physics = yade.Ip2_FrictMat_FrictMat_FrictPhys(
             kn=always(self.k_n), ks=always(self.k_t), frictAngle=always(friction_angle)
         )
-        geometry = [Ig2_Sphere_GridConnection_ScGridCoGeom(), Ig2_Sphere_Sphere_ScGeom()]
-        laws = [Law2_ScGridCoGeom_FrictPhys_CundallStrack(), Law2_ScGeom_FrictPhys_CundallStrack()]
-        collider = InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_GridConnection_Aabb()], verletDist=0.0)
+        geometry = [yade.Ig2_Sphere_GridConnection_ScGridCoGeom(), yade.Ig2_Sphere_Sphere_ScGeom()]
+        laws = [yade.Law2_ScGridCoGeom_FrictPhys_CundallStrack(), yade.Law2_ScGeom_FrictPhys_CundallStrack()]
+        collider = yade.InsertionSortCollider([yade.Bo1_Sphere_Aabb(), yade.Bo1_GridConnection_Aabb()], verletDist=0.0)
         collider.avoidSelfInteractionMask = POINT | SURFACE
         gravity = (*self.gravity, 0.0)
         # The forces are of the step before, by intention: of `run(.., moving=False)`.
-        self.newton = NewtonIntegrator(
+        self.newton = yade.NewtonIntegrator(
             damping=0.0, exactAsphericalRot=False, gravity=gravity, warnNoForceReset=False
         )
-        self.finding = [ForceResetter(), collider, InteractionLoop(geometry, [physics], laws)]
+        self.finding = [yade.ForceResetter(), collider, yade.InteractionLoop(geometry, [physics], laws)]
         O.engines = [*self.finding, self.newton]
 
     def run(self, dt, moving):
@@ -254,16 +260,18 @@ class Yade:
             sphere = self.spheres.pop(point)
             for contact in list(O.bodies[sphere].intrs()):
                 O.interactions.erase(contact.id1, contact.id2)
-            O.bodies[sphere].mask = 0  # never erased: YADE's other ids stay what they are
+            # Out of the plane, and never erased: YADE's other ids stay what they are.
+            O.bodies[sphere].state.pos = (0.0, 0.0, APART)
             self.spare.append(sphere)
         for point, radius, *_ in infos:
             if point not in self.spheres:
                 if not self.spare:
-                    sphere = utils.sphere((0, 0, 0), radius, material=self.material, dynamic=False)
+                    mask = MEET | POINT
+                    sphere = yade.utils.sphere((0, 0, APART), radius, material=self.material, dynamic=False, mask=mask)
                     self.spare.append(O.bodies.append(sphere))
                 self.spheres[point] = self.spare.pop()
             body = O.bodies[self.spheres[point]]
-            body.shape.radius, body.mask = radius, MEET | POINT
+            body.shape.radius = radius
         self.states = [O.bodies[self.spheres[info[0]]].state for info in infos]
         self.slots = {self.spheres[info[0]]: slot for slot, info in enumerate(infos)}
         self.radii = np.array([info[1] for info in infos])
@@ -313,7 +321,8 @@ class Yade:
             body, geometry, physics = self.bodies[index], contact.geom, contact.phys
             overlap = geometry.penetrationDepth
             if overlap > body.a + 0.5 * self.radii[slot]:
-                raise Fault(f"point {self.infos[slot][0]} is inside of body {index} ({body.name}): YADE would pull it through")
+                point = self.infos[slot][0]
+                raise Fault(f"point {point} is inside of body {index} ({body.name}): YADE would pull it through")
             # YADE's normal points from the first to the second; its forces act on the second.
             sign = -1.0 if of_point else 1.0
             push = sign * np.array(physics.normalForce)[:2]
@@ -426,6 +435,8 @@ class Yade:
 
 
 if __name__ == "__main__":
+    if len(sys.argv) == 1:
+        load()  # by hand: tells what is missing
     status = serve_dem(Yade())
     sys.stdout.flush()
     os._exit(status)  # YADE's own threads and servers have no part in the end of the session

@@ -4,12 +4,13 @@
 The wire is described in `interface/PROTOCOL.md`, the guide is `docs/solver-authors.md`.
 """
 
+from .config import BODY, DEM, LINEAR, MPM, check_fields
 from .continuum import serve_mpm
-from .control import Fault, NotFinite, Readiness, Refusal, refuse_unknown
+from .control import Fault, NotFinite, Readiness, Refusal
 from .session import Answer, Measurement, Step, serve_dem
 from .wire import BodyState, GroupState, Ledger, Limits
 
 __all__ = [
-    "Answer", "BodyState", "Fault", "GroupState", "Ledger", "Limits", "Measurement", "NotFinite", "Readiness",
-    "Refusal", "Step", "refuse_unknown", "serve_dem", "serve_mpm",
+    "Answer", "BODY", "BodyState", "DEM", "Fault", "GroupState", "LINEAR", "Ledger", "Limits", "MPM", "Measurement",
+    "NotFinite", "Readiness", "Refusal", "Step", "check_fields", "serve_dem", "serve_mpm",
 ]

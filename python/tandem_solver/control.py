@@ -106,13 +106,6 @@ class Refusal(Exception):
         self.key, self.message = key, message
 
 
-def refuse_unknown(key, table, known):
-    """Refuses what a solver would otherwise overlook (clause J-1): `known` are names with spaces between them."""
-    unknown = sorted(set(table) - set(known.split()))
-    if unknown:
-        raise Refusal(key, f"unknown fields: {', '.join(unknown)}; known are: {known}")
-
-
 class Fault(Exception):
     """A solver cannot go on."""
 

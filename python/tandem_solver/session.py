@@ -15,6 +15,7 @@ A rigid-body solver is an object with
 import ctypes
 import json
 import os
+import signal
 import sys
 import time
 import traceback
@@ -354,6 +355,8 @@ def serve(side, solver, arguments):
     if len(arguments) != 2 or arguments[0] != "--join":
         print("error: a solver is started by `tandem run`, or by hand with `--join RUN`", file=sys.stderr)
         return 2
+    # Clause X-5: Ctrl-C is the coupler's.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     seat = None
     try:
         seat = side(Run(arguments[1], side.PARTY), solver)

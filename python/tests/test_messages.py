@@ -4,7 +4,7 @@ import ctypes
 import math
 import unittest
 
-from tandem_solver import Readiness, control, wire
+from tandem_solver import BODY, DEM, Readiness, Refusal, check_fields, control, wire
 
 
 class Control(unittest.TestCase):
@@ -35,6 +35,28 @@ class Control(unittest.TestCase):
         for bad in [good[:-1], good + b"\0", lying, unknown, not_text, b""]:
             with self.assertRaises(control.DecodeError):
                 control.decode_order(bad)
+
+
+class Configuration(unittest.TestCase):
+    GOOD = {"gravity": [0, -9.81], "bodies": [], "point_contact": {}, "body_contact": None, "skin": 1e-3, "threads": 1}
+
+    def test_what_is_missing_odd_or_unknown_is_refused_by_its_key(self):
+        check_fields("dem", self.GOOD, DEM)
+        without = {name: value for name, value in self.GOOD.items() if name != "skin"}
+        for bad, key in [
+            (without, "dem.skin"),
+            ({**self.GOOD, "skin": "thick"}, "dem.skin"),
+            ({**self.GOOD, "threads": 0}, "dem.threads"),
+            ({**self.GOOD, "threads": True}, "dem.threads"),
+            ({**self.GOOD, "gravity": [0.0]}, "dem.gravity"),
+            ({**self.GOOD, "overlap": 1}, "dem.overlap"),
+            ({**self.GOOD, "buoyancy": 1}, "dem"),
+        ]:
+            with self.assertRaises(Refusal) as refused:
+                check_fields("dem", bad, DEM)
+            self.assertEqual(refused.exception.key, key)
+        with self.assertRaises(Refusal):
+            check_fields("dem.bodies[0]", {}, BODY)
 
 
 class Records(unittest.TestCase):

@@ -130,25 +130,7 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         .as_ref()
         .and_then(|mpm| continuum::continuum(problems, mpm, written.gravity, &constants));
     let mut dem = bodies_written.and_then(|dem| bodies::bodies(problems, dem, written));
-    if bodies_written.is_some()
-        && written
-            .mpm
-            .as_ref()
-            .is_some_and(|m| m.grid_contact.is_some())
-    {
-        problems.refuse_key(
-            "mpm.grid_contact",
-            "`mpm.grid_contact` does not go with `[dem]`: grains that touch on the grid feel no bodies",
-            "leave one of them out, or make the bodies groups of points with `rigid = true`",
-        );
-    }
-    if written.mpm.is_none() && bodies_written.is_none() {
-        problems.refuse_key(
-            "",
-            "the scene has neither a continuum nor bodies",
-            "add an `[mpm]` section, a `[dem]` section, or both",
-        );
-    }
+    sides(problems, written, bodies_written.is_some());
     let present = [written.mpm.is_some(), bodies_written.is_some()];
     let solvers = solvers::solvers(problems, &written.solvers, present, directory);
     let coupling = coupling(problems, &written.coupling, mpm.as_ref(), dem.as_ref());
@@ -206,6 +188,29 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         study,
         warnings: Vec::new(),
     })
+}
+
+/// Which sides there are, and whether they go together; `bodies`: whether there is one.
+fn sides(problems: &mut Problems, written: &SceneWritten, bodies: bool) {
+    if bodies
+        && written
+            .mpm
+            .as_ref()
+            .is_some_and(|m| m.grid_contact.is_some())
+    {
+        problems.refuse_key(
+            "mpm.grid_contact",
+            "`mpm.grid_contact` does not go with `[dem]`: grains that touch on the grid feel no bodies",
+            "leave one of them out, or make the bodies groups of points with `rigid = true`",
+        );
+    }
+    if written.mpm.is_none() && !bodies {
+        problems.refuse_key(
+            "",
+            "the scene has neither a continuum nor bodies",
+            "add an `[mpm]` section, a `[dem]` section, or both",
+        );
+    }
 }
 
 fn scene_name(problems: &mut Problems, name: &str) {
