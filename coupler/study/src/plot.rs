@@ -11,6 +11,9 @@ use crate::table::Table;
 /// Points of an expected curve.
 const EXPECTED: usize = 401;
 
+/// Rows that have the same text, if they were grouped by one, and their points.
+type Group<'a> = (Option<&'a str>, Vec<(f64, f64)>);
+
 /// Something with a name in the legend.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Labelled {
@@ -186,7 +189,7 @@ fn grouped<'a>(
     table: &'a Table,
     by: Option<&str>,
     rows: Vec<(f64, f64)>,
-) -> Result<Vec<(Option<&'a str>, Vec<(f64, f64)>)>, StudyError> {
+) -> Result<Vec<Group<'a>>, StudyError> {
     let finite = |p: &(f64, f64)| p.0.is_finite() && p.1.is_finite();
     let Some(by) = by else {
         return Ok(vec![(None, rows.into_iter().filter(finite).collect())]);
@@ -197,7 +200,7 @@ fn grouped<'a>(
             format!("the columns are {}", table.names().join(", ")),
         )
     })?;
-    let mut groups: Vec<(Option<&str>, Vec<(f64, f64)>)> = Vec::new();
+    let mut groups: Vec<Group> = Vec::new();
     for (name, point) in names.zip(rows).filter(|(_, p)| finite(p)) {
         match groups.iter_mut().find(|(known, _)| *known == Some(name)) {
             Some((_, points)) => points.push(point),

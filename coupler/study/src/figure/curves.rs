@@ -73,7 +73,8 @@ pub fn draw(path: &Path, words: &Words, curves: &[Curve]) -> Result<(), StudyErr
         let sketch = |e: &dyn std::fmt::Display| failed(e.to_string());
         let (mut own, mut expected) = (0, 0);
         for (k, curve) in curves.iter().enumerate() {
-            let at = (20 + AXES.0 / 2 * (k as i32 % 2), below + lines(k / 2) + 7);
+            let left = if k % 2 == 0 { 20 } else { 20 + AXES.0 / 2 };
+            let at = (left, below + lines(k / 2) + 7);
             let sample = vec![at, (at.0 + 30, at.1)];
             match curve.stroke {
                 Stroke::Line => {
