@@ -568,10 +568,14 @@ impl<S: Service> Bell<S> {
 
     /// The same; returns how often it has been rung.
     pub(crate) fn rings(&self, nap: Duration) -> u64 {
-        // A nap of zero would be one without end: the transport hands it to the socket as no timeout.
-        let nap = nap.max(Duration::from_micros(10));
         let mut rings = 0;
-        if let Err(e) = self.0.timed_wait(|_| rings += 1, nap) {
+        let waited = if nap.is_zero() {
+            // A timed wait of zero is one without end: the transport hands it to a socket, as no timeout.
+            self.0.try_wait(|_| rings += 1).map(|_| ())
+        } else {
+            self.0.timed_wait(|_| rings += 1, nap).map(|_| ())
+        };
+        if let Err(e) = waited {
             tracing::trace!("a bell could not be waited for: {e:?}");
             std::thread::sleep(Duration::from_millis(1).min(nap));
         }

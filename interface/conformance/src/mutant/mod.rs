@@ -191,6 +191,8 @@ spoil! {
 const LOOKS: u32 = 100;
 /// Its sleep.
 const NAP: Duration = Duration::from_micros(100);
+/// How much later than Ready a mutant opens what it should have opened before.
+const LATE: Duration = Duration::from_millis(20);
 /// Longest time between two looks whether the coupler lives.
 const LIFE: Duration = Duration::from_millis(10);
 /// Joins the run of `domain` as the hosted solver with a flaw; returns its exit status.
@@ -351,7 +353,7 @@ impl Relay {
                 }
             }
             if ready && self.flaw.manners.opens_late {
-                std::thread::sleep(Duration::from_millis(3));
+                std::thread::sleep(LATE);
                 self.seat.open_measurement()?;
             }
         }

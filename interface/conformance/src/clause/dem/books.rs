@@ -19,7 +19,9 @@ pub const CLAUSES: &[Clause] = &[
         "one report a grant: of its epoch, up to its last step",
         report,
     ),
-    Clause::must("R-2a", "the numbers of a report are finite", finite).covers(&["C26"]),
+    Clause::must("R-2a", "the numbers of a report are finite", finite)
+        .covers(&["C26"])
+        .after(&["L-1a"]),
     Clause::must(
         "R-3a",
         "measures when asked: a record a body, of the measured step, before the report",

@@ -18,14 +18,16 @@ pub const CLAUSES: &[Clause] = &[
         "S-9b",
         "ends at Abort while it waits for the states of a step",
         abort_in_step,
-    ),
+    )
+    .after(&["S-9a"]),
     Clause::must("X-3a", "ends when the coupler is gone", orphan).covers(&["C29"]),
     Clause::must(
         "X-3b",
         "ends when the coupler is gone, waiting for the states of a step",
         orphan_in_step,
     )
-    .covers(&["C29"]),
+    .covers(&["C29"])
+    .after(&["X-3a"]),
     Clause::must(
         "S-11a",
         "names the peer that is silent, at the deadline",

@@ -44,7 +44,7 @@ pub const CLAUSES: &[Clause] = &[
     .covers(&["C06"]),
     Clause::must("F-7o", "the dashpot adds -c u_N", dashpot)
         .after(&["F-7a", "F-7d", "J-1b", "T-1a"]),
-    Clause::must("F-7p", "the dashpot never pulls", no_pull).after(&["F-7a", "F-7o"]),
+    Clause::must("F-7p", "the dashpot never pulls", no_pull).after(&["F-8a", "F-7a", "F-7o"]),
 ];
 
 const MU: f64 = 0.5;

@@ -30,7 +30,7 @@ pub const CLAUSES: &[Clause] = &[
         "omega_sq bounds the frequency of bodies in contact",
         body_bound,
     )
-    .after(&["L-1a"])
+    .after(&["J-1f", "L-1a"])
     .covers(&["C20"]),
     Clause::must(
         "L-2d",
@@ -44,7 +44,7 @@ pub const CLAUSES: &[Clause] = &[
         "damping is that of a contact in reach",
         damping_bound,
     )
-    .after(&["L-1a"]),
+    .after(&["F-7o", "L-1a"]),
     Clause::must(
         "H-2a",
         "halts after a step whose limits are beyond a budget",

@@ -56,14 +56,18 @@ pub fn json_config(mut spoil: impl FnMut(&mut serde_json::Map<String, Value>) + 
 }
 
 /// Changes the first step of a grant, given it and the step that is next.
-pub fn next_grant(mut first: impl FnMut(u64, u64) -> u64 + 'static) -> Flaw {
-    let mut next = 0;
-    Flaw::grants(move |_, grants| {
+pub fn next_grant(first: fn(u64, u64) -> u64) -> Flaw {
+    let (next, reported) = shared(0);
+    let mut flaw = Flaw::grants(move |_, grants| {
         for grant in grants {
-            grant.first = first(grant.first, next);
-            next = grant.first + grant.steps;
+            grant.first = first(grant.first, next.get());
         }
+    });
+    flaw.outbound = Flaw::reports(move |_, reports| {
+        reports.iter().for_each(|report| reported.set(report.next));
     })
+    .outbound;
+    flaw
 }
 
 /// Where the run is.
