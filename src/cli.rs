@@ -20,6 +20,8 @@ pub struct Cli {
 pub enum Command {
     /// Run a scene and check what it must show.
     Run(RunArgs),
+    /// Play a recorded run to one solver alone and compare its answers.
+    Replay(ReplayArgs),
     /// Validate scene files without running them.
     Check(CheckArgs),
     /// Show what a run will do and what it leaves out.
@@ -109,12 +111,34 @@ pub struct RunArgs {
     /// Another continuum solver, likewise.
     #[arg(long, value_name = "COMMAND", conflicts_with = "in_process")]
     pub mpm: Option<String>,
-    /// Record every message between the processes in the run directory.
+    /// Record every message between the processes in the run directory, for `tandem replay`.
     #[arg(long)]
     pub record: bool,
     /// What standard error shows.
     #[arg(long, value_enum, default_value_t = LogFormat::Text)]
     pub log: LogFormat,
+}
+
+/// Arguments of `replay`.
+#[derive(Debug, Args)]
+pub struct ReplayArgs {
+    /// The recording: `recording.tandem` of a run with `--record`.
+    pub recording: PathBuf,
+    /// Play it to a rigid-body solver: the built-in one, or this command.
+    #[arg(long, value_name = "COMMAND", num_args = 0..=1, required_unless_present = "mpm", conflicts_with = "mpm")]
+    pub dem: Option<Option<String>>,
+    /// Play it to a continuum solver, likewise.
+    #[arg(long, value_name = "COMMAND", num_args = 0..=1)]
+    pub mpm: Option<Option<String>>,
+    /// Play it to the built-in solver as a thread of this process.
+    #[arg(long)]
+    pub in_process: bool,
+    /// Largest difference of a number, relative to the largest of its field so far; the same bits by default.
+    #[arg(long, value_name = "X", default_value_t = 0.0)]
+    pub tolerance: f64,
+    /// Change the recorded configuration, such as `threads=2`; may be repeated.
+    #[arg(long, value_name = "KEY=JSON")]
+    pub set: Vec<String>,
 }
 
 /// What standard error shows.

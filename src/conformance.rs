@@ -115,12 +115,22 @@ fn subject(args: &ConformanceArgs) -> Result<Subject, String> {
         _ => return Err("expected one of --dem COMMAND and --mpm COMMAND".into()),
     };
     let start = if args.in_process {
-        Start::Thread(in_thread(host(party).solve))
+        built_in(party)
     } else {
-        let words = shlex::split(command).filter(|words| !words.is_empty());
-        Start::Command(words.ok_or(format!("--{party}: not a command"))?)
+        Start::Command(words(command, party)?)
     };
     Ok(Subject { party, start })
+}
+
+/// The words of a command, as a shell splits them.
+pub fn words(command: &str, party: Party) -> Result<Vec<String>, String> {
+    let words = shlex::split(command).filter(|words| !words.is_empty());
+    words.ok_or(format!("--{party}: not a command"))
+}
+
+/// The built-in solver, in a thread.
+pub fn built_in(party: Party) -> Start {
+    Start::Thread(in_thread(host(party).solve))
 }
 
 fn in_thread(solve: fn(&interface::domain::Domain) -> Result<(), SessionError>) -> Solve {

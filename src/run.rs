@@ -146,13 +146,20 @@ pub fn interrupt() -> Result<Arc<AtomicBool>, String> {
 
 /// The command of a solver: the scene's, or this program again.
 fn process(command: Option<&Vec<String>>, subcommand: &str) -> Result<Start, String> {
-    if let Some(command) = command {
-        return Ok(Start::Process(command.clone()));
+    match command {
+        Some(command) => Ok(Start::Process(command.clone())),
+        None => this_program(subcommand).map(Start::Process),
     }
+}
+
+/// The command of a built-in solver in a process of its own: this program again.
+pub fn this_program(subcommand: &str) -> Result<Vec<String>, String> {
     let this =
         std::env::current_exe().map_err(|e: io::Error| format!("cannot find this program: {e}"))?;
-    let command = vec![this.to_string_lossy().into_owned(), subcommand.to_string()];
-    Ok(Start::Process(command))
+    Ok(vec![
+        this.to_string_lossy().into_owned(),
+        subcommand.to_string(),
+    ])
 }
 
 /// The result for people.

@@ -14,18 +14,24 @@ use conformance::{Examination, Options, clause, examine};
 use interface::OneProcess;
 use interface::control::Party;
 use interface::domain::Domain;
-use interface::session::{SessionError, dem};
+use interface::session::{SessionError, dem, mpm};
 use interface::stage::Medium;
 
 fn bodies(domain: &Domain) -> Result<(), SessionError> {
     dem::run::<OneProcess, _>(domain, &mut dem_proc::Sdem::default(), false)
 }
 
+fn continuum(domain: &Domain) -> Result<(), SessionError> {
+    mpm::run::<OneProcess, _>(domain, &mut mpm_proc::Mpm::default(), false)
+}
+
 fn host(party: Party) -> Host {
-    Host {
-        party,
-        solve: bodies,
-    }
+    let solve = if party == Party::Mpm {
+        continuum
+    } else {
+        bodies
+    };
+    Host { party, solve }
 }
 
 fn options(only: Vec<String>) -> Options {
@@ -110,10 +116,15 @@ fn every_mutant_of_a_bodies_side_breaks_its_clause_alone() {
     every_mutant_breaks_its_clause_alone(Party::Dem);
 }
 
+#[test]
+fn every_mutant_of_a_continuum_breaks_its_clause_alone() {
+    every_mutant_breaks_its_clause_alone(Party::Mpm);
+}
+
 /// The same for what can be seen of processes only, among the clauses that are about processes.
 #[test]
 fn every_mutant_process_breaks_its_clause_alone() {
-    for party in [Party::Dem] {
+    for party in [Party::Dem, Party::Mpm] {
         let about: Vec<_> = clause::of(party)
             .into_iter()
             .filter(|c| c.of_processes)
@@ -124,8 +135,11 @@ fn every_mutant_process_breaks_its_clause_alone() {
             .filter(|m| of_processes(party, m))
         {
             let program = PathBuf::from(env!("CARGO_BIN_EXE_tandem"));
-            let command = [program.to_str().expect("UTF-8"), "mutant", mutant.clause];
-            let start = Start::Command(command.map(String::from).to_vec());
+            let mut command = vec![program.to_str().expect("UTF-8"), "mutant", mutant.clause];
+            if party == Party::Mpm {
+                command.push("--mpm");
+            }
+            let start = Start::Command(command.into_iter().map(String::from).collect());
             let subject = Subject { party, start };
             let found =
                 examine(&subject, &options(only.clone()), |_| ()).expect("a kit that starts");
@@ -137,15 +151,17 @@ fn every_mutant_process_breaks_its_clause_alone() {
 
 #[test]
 fn a_relay_without_a_flaw_keeps_every_clause() {
-    let examination = judge_flaw(Party::Dem, Flaw::none);
-    let broken: Vec<_> = examination.judged.iter().filter(|j| j.failed()).collect();
-    let broken: Vec<_> = broken.iter().map(|j| (j.clause.id, &j.verdict)).collect();
-    assert!(broken.is_empty(), "{broken:?}");
+    for party in [Party::Dem, Party::Mpm] {
+        let examination = judge_flaw(party, Flaw::none);
+        let broken: Vec<_> = examination.judged.iter().filter(|j| j.failed()).collect();
+        let broken: Vec<_> = broken.iter().map(|j| (j.clause.id, &j.verdict)).collect();
+        assert!(broken.is_empty(), "{broken:?}");
+    }
 }
 
 #[test]
 fn every_clause_has_its_mutant_and_every_mutant_its_clause() {
-    for party in [Party::Dem] {
+    for party in [Party::Dem, Party::Mpm] {
         let clauses: Vec<_> = clause::of(party).iter().map(|c| c.id).collect();
         let mutants: Vec<_> = mutant::of(party).iter().map(|m| m.clause).collect();
         let set = |ids: &[&'static str]| ids.iter().copied().collect::<BTreeSet<_>>();
@@ -165,7 +181,7 @@ fn every_clause_has_its_mutant_and_every_mutant_its_clause() {
 
 #[test]
 fn what_a_clause_needs_is_judged_before_it() {
-    for party in [Party::Dem] {
+    for party in [Party::Dem, Party::Mpm] {
         let clauses = clause::of(party);
         for (k, clause) in clauses.iter().enumerate() {
             for needed in clause.after {

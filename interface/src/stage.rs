@@ -17,6 +17,7 @@ use crate::channel::{
 use crate::codec::{decode, encode};
 use crate::control::{Notice, Order, Party};
 use crate::domain::{Domain, OwnedDomain};
+use crate::recording;
 use crate::wire::{
     BodyState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, PointState, Record,
     Report, StepHeader,
@@ -88,6 +89,33 @@ impl Kind {
             Self::Set | Self::States => (Party::Mpm, Party::Dem),
             Self::Forces | Self::Envelopes => (Party::Dem, Party::Mpm),
         }
+    }
+
+    /// Name of the channel in a run of this solver.
+    pub fn channel(self, solver: Party) -> &'static str {
+        let seat = || seat(solver);
+        match self {
+            Self::Order => seat().orders.name,
+            Self::Notice => seat().notices.name,
+            Self::Grant => seat().grants.name,
+            Self::Report => seat().reports.name,
+            Self::Groups => GROUPS.name,
+            Self::Points => POINTS.name,
+            Self::Bodies => BODIES.name,
+            Self::Set => IMP_SET.name,
+            Self::States => IMP_STATES.name,
+            Self::Forces => IMP_FORCES.name,
+            Self::Envelopes => ENVELOPES.name,
+        }
+    }
+
+    /// What the channel of this name carries, if this solver has an end of it.
+    pub fn of_channel(name: &str, solver: Party) -> Option<Self> {
+        let its = |kind: &Self| {
+            let (from, to) = kind.ends(solver);
+            kind.channel(solver) == name && (from == solver || to == solver)
+        };
+        Self::ALL.into_iter().find(its)
     }
 
     /// Whether a ring of the bell follows (B-2): others are followed by a message that has one.
@@ -188,6 +216,27 @@ impl Message {
             header: StepHeader { count, ..header },
             payload,
         }
+    }
+
+    /// A message of a recording; `None` if it does not consist of whole records.
+    pub fn recorded(kind: Kind, message: &recording::Message) -> Option<Self> {
+        let payload = match kind {
+            Kind::Order => Payload::Order(message.payload.clone()),
+            Kind::Notice => Payload::Notice(message.payload.clone()),
+            Kind::Grant => Payload::Grant(message.records()?),
+            Kind::Report => Payload::Report(message.records()?),
+            Kind::Groups => Payload::Groups(message.records()?),
+            Kind::Points => Payload::Points(message.records()?),
+            Kind::Bodies => Payload::Bodies(message.records()?),
+            Kind::Set => Payload::Set(message.records()?),
+            Kind::States => Payload::States(message.records()?),
+            Kind::Forces => Payload::Forces(message.records()?),
+            Kind::Envelopes => Payload::Envelopes(message.records()?),
+        };
+        Some(Self {
+            header: message.header,
+            payload,
+        })
     }
 
     /// An order as a coupler sends it.

@@ -3,7 +3,7 @@
 //!
 //! [`bench`] is where a clause is judged: sessions with the solver, time, a peer of mass points. [`clause`] holds the
 //! clauses as data, [`verdict`] what becomes of them, [`report`] how that is shown, [`mutant`] the broken solvers that
-//! prove that each clause can fail.
+//! prove that each clause can fail. [`replay`] plays a recorded run to a solver instead and compares what it answers.
 //!
 //! # How to add a clause
 //!
@@ -31,6 +31,7 @@
 pub mod bench;
 pub mod clause;
 pub mod mutant;
+pub mod replay;
 pub mod report;
 pub mod trace;
 pub mod verdict;

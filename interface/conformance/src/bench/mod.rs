@@ -3,6 +3,7 @@
 //! Nothing here can hang: the kit waits in [`Session::expect`] only, for [`PATIENCE`] at most, and not beyond the
 //! clause's [`LIMIT`].
 
+mod flow;
 mod lockstep;
 mod points;
 mod subject;
@@ -16,6 +17,7 @@ use interface::solver::Refusal;
 use interface::stage::{Kind, Message, Stage};
 use interface::wait::{Patience, wait};
 
+pub use flow::{Flow, Shown, Told, around_all, outline};
 pub use lockstep::{Answer, Budget, Measured, Play};
 pub use points::Points;
 pub use subject::{Solve, Start, Subject, Worker};

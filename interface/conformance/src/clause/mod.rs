@@ -1,6 +1,8 @@
 //! Clauses as data: an id, a level, and a function that judges.
 
 pub mod dem;
+pub mod mpm;
+mod session;
 
 use core::fmt::{self, Display};
 
@@ -100,7 +102,8 @@ impl Clause {
 pub fn of(party: Party) -> Vec<&'static Clause> {
     match party {
         Party::Dem => dem::clauses().collect(),
-        Party::Mpm | Party::Coupler => Vec::new(),
+        Party::Mpm => mpm::clauses().collect(),
+        Party::Coupler => Vec::new(),
     }
 }
 

@@ -4,6 +4,7 @@
 //! run of its own with a raw [`Stage`]. Every message is passed on as it is, but for what its [`Flaw`] does.
 
 pub mod dem;
+pub mod mpm;
 
 use std::time::{Duration, Instant};
 
@@ -44,7 +45,8 @@ impl Mutant {
 pub fn of(party: Party) -> Vec<&'static Mutant> {
     match party {
         Party::Dem => dem::mutants().collect(),
-        Party::Mpm | Party::Coupler => Vec::new(),
+        Party::Mpm => mpm::mutants().collect(),
+        Party::Coupler => Vec::new(),
     }
 }
 

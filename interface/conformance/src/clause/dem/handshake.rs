@@ -1,24 +1,29 @@
 //! Sections 2 and 3: the session until the solver is ready.
 
-use interface::control::{Notice, Order, PROTOCOL};
+use interface::control::{Notice, Order};
 use interface::stage::{Message, Payload};
 use interface::wire::StepHeader;
 use serde_json::{Value, json};
 
 use super::scene::one_disc;
 use crate::bench::{Bench, HASH, Session, configure};
-use crate::clause::Clause;
+use crate::clause::{Clause, session};
 use crate::verdict::{Judgement, Unmet, broken, require};
 
 pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "S-2a",
         "says Hello first, as the party of its channels",
-        hello,
+        session::hello,
     )
     .covers(&["C01"]),
-    Clause::must("V-1a", "speaks this major version", version).covers(&["C01"]),
-    Clause::must("O-1a", "the process that was started says Hello", pid).of_processes(),
+    Clause::must("V-1a", "speaks this major version", session::version).covers(&["C01"]),
+    Clause::must(
+        "O-1a",
+        "the process that was started says Hello",
+        session::pid,
+    )
+    .of_processes(),
     Clause::must("S-6a", "Ready repeats the scene hash", hash).covers(&["C03"]),
     Clause::must(
         "S-7a",
@@ -61,28 +66,6 @@ pub const CLAUSES: &[Clause] = &[
     )
     .covers(&["C36"]),
 ];
-
-fn hello(bench: &Bench) -> Judgement {
-    let hello = bench.session()?.hello()?;
-    let party = bench.subject.party;
-    require(hello.party == party, party, hello.party)?;
-    Ok(format!("`{}`", hello.identity))
-}
-
-fn version(bench: &Bench) -> Judgement {
-    let (major, minor) = bench.session()?.hello()?.protocol;
-    require(major == PROTOCOL.0, PROTOCOL.0, major)?;
-    Ok(format!("{major}.{minor}"))
-}
-
-fn pid(bench: &Bench) -> Judgement {
-    let mut session = bench.session()?;
-    let said = session.hello()?.pid;
-    match session.pid() {
-        Some(pid) if pid == said => Ok(format!("pid {pid}")),
-        pid => Err(broken(format_args!("pid {pid:?}"), said)),
-    }
-}
 
 fn hash(bench: &Bench) -> Judgement {
     let mut session = bench.session()?;

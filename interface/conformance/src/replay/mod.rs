@@ -1,0 +1,473 @@
+//! Plays a recording to one solver and compares what it answers: `tandem replay`.
+//!
+//! The kit is the coupler and the other solver, as they were: orders, grants and what the other side sent come from
+//! the recording, whatever the solver answers. So a difference does not grow by being fed back through the other side,
+//! and a solver can be stepped through in a debugger without the rest of the run.
+
+mod compare;
+mod script;
+
+use std::path::Path;
+use std::time::Duration;
+
+use interface::control::{Configure, Notice, Order, Party};
+use interface::recording::{End, Playback, RecordingError};
+use interface::stage::{ChannelError, Kind, Message, Payload, Stage};
+use interface::wait::{Patience, wait};
+use interface::wire::{Grant, flags};
+use thiserror::Error;
+
+pub use compare::{Comparison, Difference};
+use script::Script;
+
+use crate::bench::{Subject, Worker};
+
+/// Longest wait for Hello, and for the end after Close.
+const ARRIVAL: Duration = Duration::from_secs(30);
+/// Longest wait for Ready and Bye.
+const CONFIGURATION: Duration = Duration::from_mins(2);
+
+/// A recording could not be replayed.
+#[derive(Debug, Error)]
+pub enum ReplayError {
+    /// The recording cannot be read.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// It is not of such a run.
+    #[error("the recording has no {0}: nothing to replay it against")]
+    Absent(Party),
+    /// A message of the recording is not what its channel carries, or comes in an impossible order.
+    #[error("the recording makes no sense: {0}")]
+    Senseless(String),
+    /// A value for the configuration has no place in it.
+    #[error("--set {0}")]
+    Override(String),
+    /// The solver could not be started.
+    #[error("cannot start the {0} solver: {1}")]
+    Start(Party, std::io::Error),
+    /// The channels do not work.
+    #[error(transparent)]
+    Channel(#[from] ChannelError),
+    /// The solver ended, failed or fell silent, and had not when it was recorded.
+    #[error("the {party} solver at step {step}: {how}")]
+    Solver {
+        /// Its side.
+        party: Party,
+        /// First step that was not replayed.
+        step: u64,
+        /// What it did.
+        how: String,
+    },
+}
+
+/// What a replay has shown.
+#[derive(Debug)]
+pub struct Outcome {
+    /// Steps that were replayed.
+    pub steps: u64,
+    /// What was the same and what was not.
+    pub comparison: Comparison,
+    /// How the recording ends.
+    pub end: End,
+    /// The last words of the solver, when it failed just as it was recorded to.
+    pub failed_as_recorded: Option<String>,
+}
+
+/// How a recording is replayed.
+#[derive(Debug, Clone, Default)]
+pub struct Options {
+    /// Largest difference of a number, relative to the largest of its field so far in the recording; 0: the same bits.
+    pub tolerance: f64,
+    /// Values of the solver's configuration other than those recorded, as `key.key=JSON`.
+    pub set: Vec<String>,
+}
+
+/// Why the play is over before the recorded session is closed.
+enum Stop {
+    /// The recording has no more of what comes next.
+    Over,
+    /// The answers are so different that the rest of the recording does not fit them.
+    Diverged,
+    /// The solver failed, with the same words as then.
+    FailedAsRecorded(String),
+    Error(ReplayError),
+}
+
+impl<E: Into<ReplayError>> From<E> for Stop {
+    fn from(error: E) -> Self {
+        Self::Error(error.into())
+    }
+}
+
+/// Plays the recording at `path` to `subject`.
+///
+/// # Errors
+/// [`ReplayError`].
+pub fn replay(path: &Path, subject: &Subject, options: &Options) -> Result<Outcome, ReplayError> {
+    // All of it is read once before anything is started.
+    let end = Playback::verify(path)?;
+    let party = subject.party;
+    let script = Script::open(path, party)?;
+    let stage = Stage::open(subject.medium(), party)?;
+    let worker = subject.start(stage.domain());
+    let mut player = Player {
+        party,
+        set: &options.set,
+        script,
+        stage,
+        worker: worker.map_err(|e| ReplayError::Start(party, e))?,
+        comparison: Comparison::new(party, options.tolerance),
+        patience: ARRIVAL,
+        coupled: false,
+        step: 0,
+    };
+    let failed_as_recorded = match player.play() {
+        Ok(()) | Err(Stop::Over | Stop::Diverged) => None,
+        Err(Stop::FailedAsRecorded(words)) => Some(words),
+        Err(Stop::Error(error)) => return Err(error),
+    };
+    let steps = player.step;
+    Ok(Outcome {
+        steps,
+        comparison: std::mem::take(&mut player.comparison),
+        end,
+        failed_as_recorded,
+    })
+}
+
+struct Player<'a> {
+    party: Party,
+    set: &'a [String],
+    script: Script,
+    stage: Stage,
+    worker: Worker,
+    comparison: Comparison,
+    /// Longest wait for an answer within a step.
+    patience: Duration,
+    coupled: bool,
+    /// First step that is not replayed.
+    step: u64,
+}
+
+impl Player<'_> {
+    fn play(&mut self) -> Result<(), Stop> {
+        let hello = self.await_notice(ARRIVAL)?;
+        if !matches!(hello, Notice::Hello(_)) {
+            return Err(self.solver(format!("{hello:?} instead of Hello")));
+        }
+        self.recorded(Kind::Notice)?;
+        loop {
+            let message = self.script.lead()?.ok_or(Stop::Over)?;
+            match &message.payload {
+                Payload::Grant(grants) => {
+                    let [grant] = grants[..] else {
+                        return Err(senseless("a message of several grants"));
+                    };
+                    self.stage.send(&message)?;
+                    self.window(&grant)?;
+                }
+                _ => match message.as_order().map_err(|e| senseless(&e))? {
+                    Order::Configure(order) => self.configure(order)?,
+                    Order::Drain => self.drain(&message)?,
+                    Order::Close => {
+                        self.stage.send(&message)?;
+                        return self.await_end();
+                    }
+                    // The recorded run ended here, because of the other side or of the coupler.
+                    Order::Abort(_) => return self.epilogue(),
+                },
+            }
+        }
+    }
+
+    fn configure(&mut self, mut order: Configure) -> Result<(), Stop> {
+        for set in self.set {
+            order.config = with(&order.config, set)
+                .map_err(|why| ReplayError::Override(format!("{set}: {why}")))?;
+        }
+        self.coupled = order.coupled;
+        // As the coupler waits, who waits for one that waits for another (S-11).
+        self.patience = Duration::from_secs_f64(order.deadline) + Duration::from_secs(1);
+        let order = Message::order(&Order::Configure(order));
+        self.stage.send(&order)?;
+        let reply = self.await_notice(CONFIGURATION)?;
+        let recorded = self.recorded(Kind::Notice)?;
+        let recorded = recorded.as_notice().map_err(|e| senseless(&e))?;
+        match (&recorded, &reply) {
+            (Notice::Ready(then), Notice::Ready(now)) => self.comparison.ready(then, now),
+            (then, now) if then == now => {}
+            (then, now) => {
+                self.comparison
+                    .words(0, format!("{then:?}"), format!("{now:?}"));
+                return Err(Stop::Diverged);
+            }
+        }
+        Ok(())
+    }
+
+    fn window(&mut self, grant: &Grant) -> Result<(), Stop> {
+        let end = grant.first.saturating_add(grant.steps);
+        let granted = |states: &Message| {
+            states.header.epoch == grant.epoch && (grant.first..end).contains(&states.header.step)
+        };
+        let (mut done, mut torn) = (0, false);
+        while self.coupled {
+            // The window may have ended early: its report tells.
+            match self.script.peek(Kind::States)? {
+                Some(states) if granted(states) => done += u64::from(self.exchange()?),
+                states => {
+                    torn = states.is_none();
+                    break;
+                }
+            }
+        }
+        let report = self.recorded(Kind::Report)?;
+        if let Payload::Report(reports) = &report.payload
+            && let Some(told) = reports.first()
+            && torn
+            && (told.halted == 1 || grant.first + done < told.next)
+        {
+            // What passes between the solvers is noted a little later than reports: here its end is missing.
+            return Err(Stop::Over);
+        }
+        let replayed = self.await_message(Kind::Report, self.patience)?;
+        if grant.flags & flags::MEASURE != 0 {
+            self.compare_sent(self.measurement())?;
+        }
+        if let Payload::Report(reports) = &report.payload
+            && let [report] = reports[..]
+        {
+            self.step = report.next;
+        }
+        self.compare(&report, &replayed)
+    }
+
+    /// What crosses between the solvers for one message of states; whether it was that of a step.
+    fn exchange(&mut self) -> Result<bool, Stop> {
+        let states = self.recorded(Kind::States)?;
+        self.step = states.header.step;
+        let has = |flag| states.header.flags & flag != 0;
+        let answer = if has(flags::WANT_ENVELOPES) {
+            Some(Kind::Envelopes)
+        } else if has(flags::HALT_BEFORE) {
+            None
+        } else {
+            Some(Kind::Forces)
+        };
+        let set = has(flags::NEW_SET);
+        if self.party == Party::Dem {
+            if set {
+                let set = self.recorded(Kind::Set)?;
+                self.comparison.take_set(&set);
+                self.stage.send(&set)?;
+            }
+            self.stage.send(&states)?;
+            if let Some(kind) = answer {
+                let recorded = self.recorded(kind)?;
+                let replayed = self.await_message(kind, self.patience)?;
+                self.compare(&recorded, &replayed)?;
+            }
+        } else {
+            let replayed = self.await_message(Kind::States, self.patience)?;
+            if set && replayed.header.flags == states.header.flags {
+                self.compare_sent(Kind::Set)?;
+            }
+            self.compare(&states, &replayed)?;
+            if let Some(kind) = answer {
+                let recorded = self.recorded(kind)?;
+                self.stage.send(&recorded)?;
+            }
+        }
+        Ok(answer == Some(Kind::Forces))
+    }
+
+    fn drain(&mut self, order: &Message) -> Result<(), Stop> {
+        self.stage.send(order)?;
+        let recorded = self.recorded(Kind::Notice)?;
+        let bye = self.await_notice(CONFIGURATION)?;
+        if recorded.as_notice().as_ref() != Ok(&bye) {
+            let recorded = format!("{:?}", recorded.as_notice());
+            self.comparison
+                .words(self.step, recorded, format!("{bye:?}"));
+            return Err(Stop::Diverged);
+        }
+        if self.party == Party::Mpm {
+            self.compare_sent(Kind::Points)?;
+        }
+        Ok(())
+    }
+
+    fn measurement(&self) -> Kind {
+        if self.party == Party::Mpm {
+            Kind::Groups
+        } else {
+            Kind::Bodies
+        }
+    }
+
+    /// The next recorded message of a kind, or what the recording ends with instead.
+    fn recorded(&mut self, kind: Kind) -> Result<Message, Stop> {
+        match self.script.next(kind)? {
+            Some(message) => Ok(message),
+            None => Err(self.epilogue().err().unwrap_or(Stop::Over)),
+        }
+    }
+
+    /// The recording has nothing more for the solver: if that is because the solver failed, it fails again.
+    fn epilogue(&mut self) -> Result<(), Stop> {
+        let Some(message) = self.script.next(Kind::Notice)? else {
+            return Err(Stop::Over);
+        };
+        match message.as_notice() {
+            Ok(Notice::Failed(_)) => {
+                let replayed = self.await_notice(self.patience)?;
+                Err(self.failed(Some(&message), &replayed))
+            }
+            _ => Err(Stop::Over),
+        }
+    }
+
+    /// The solver has failed: as it was recorded, or otherwise.
+    fn failed(&mut self, recorded: Option<&Message>, replayed: &Notice) -> Stop {
+        let (then, Notice::Failed(now)) = (recorded.and_then(|m| m.as_notice().ok()), replayed)
+        else {
+            return self.solver(format!("{replayed:?}"));
+        };
+        match then {
+            Some(Notice::Failed(then)) if then == *now => {
+                self.step = now.step;
+                Stop::FailedAsRecorded(now.message.clone())
+            }
+            Some(Notice::Failed(then)) => {
+                let of = |failure: &interface::control::Failure| {
+                    format!("failed at step {}: {}", failure.step, failure.message)
+                };
+                self.comparison.words(now.step, of(&then), of(now));
+                Stop::Diverged
+            }
+            _ => self.solver(now.message.clone()),
+        }
+    }
+
+    /// A message that has been sent before another one that has arrived.
+    fn compare_sent(&mut self, kind: Kind) -> Result<(), Stop> {
+        let recorded = self.recorded(kind)?;
+        let Some(replayed) = self.stage.receive(kind)? else {
+            return Err(self.solver(format!("no {kind:?} before what follows them")));
+        };
+        self.compare(&recorded, &replayed)
+    }
+
+    fn compare(&mut self, recorded: &Message, replayed: &Message) -> Result<(), Stop> {
+        self.comparison.messages(self.step, recorded, replayed);
+        // The rest of the recording answers another question.
+        let (then, now) = (&recorded.header, &replayed.header);
+        let fits = then.flags == now.flags && recorded.payload.len() == replayed.payload.len();
+        if fits { Ok(()) } else { Err(Stop::Diverged) }
+    }
+
+    fn await_notice(&mut self, patience: Duration) -> Result<Notice, Stop> {
+        let message = self.await_message(Kind::Notice, patience)?;
+        message
+            .as_notice()
+            .map_err(|e| self.solver(format!("a notice that does not decode: {e}")))
+    }
+
+    fn await_message(&mut self, kind: Kind, patience: Duration) -> Result<Message, Stop> {
+        enum Instead {
+            Notice(Message),
+            End(String),
+            Channel(ChannelError),
+        }
+        let (stage, worker) = (&self.stage, &mut self.worker);
+        let mut ended = None;
+        let waited = wait(
+            Patience::until(patience),
+            || stage.receive(kind).map_err(Instead::Channel),
+            |nap| {
+                stage.sleep(kind, nap);
+            },
+            || {
+                if kind != Kind::Notice
+                    && let Some(notice) = stage.receive(Kind::Notice).map_err(Instead::Channel)?
+                {
+                    return Err(Instead::Notice(notice));
+                }
+                // Told at the second look: what was sent before the end has been looked for in between.
+                if let Some(end) = ended.take() {
+                    return Err(Instead::End(end));
+                }
+                ended = worker.ended();
+                Ok(())
+            },
+            |waited| {
+                let waited = waited.as_secs_f64();
+                Instead::End(format!("says nothing for {waited:.1} s, {kind:?} expected"))
+            },
+        );
+        match waited {
+            Ok(message) => Ok(message),
+            Err(Instead::Channel(error)) => Err(error.into()),
+            Err(Instead::End(how)) => Err(self.solver(how)),
+            Err(Instead::Notice(message)) => {
+                let replayed = message
+                    .as_notice()
+                    .map_err(|e| self.solver(format!("a notice that does not decode: {e}")))?;
+                let recorded = self.script.next(Kind::Notice)?;
+                Err(self.failed(recorded.as_ref(), &replayed))
+            }
+        }
+    }
+
+    /// After Close.
+    fn await_end(&mut self) -> Result<(), Stop> {
+        let worker = &mut self.worker;
+        let how = wait(
+            Patience::until(ARRIVAL),
+            || Ok(worker.ended()),
+            std::thread::sleep,
+            || Ok(()),
+            |waited| format!("has not ended {:.0} s after Close", waited.as_secs_f64()),
+        );
+        match how {
+            Ok(how) if how.ends_with("exit status 0") => Ok(()),
+            Ok(how) | Err(how) => Err(self.solver(how)),
+        }
+    }
+
+    fn solver(&self, how: String) -> Stop {
+        Stop::Error(ReplayError::Solver {
+            party: self.party,
+            step: self.step,
+            how,
+        })
+    }
+}
+
+impl Drop for Player<'_> {
+    fn drop(&mut self) {
+        // One that still runs is told; one that does not listen sees that its coupler is gone.
+        let over = Order::Abort("the replay is over".into());
+        if self.worker.ended().is_none() {
+            let _ = self.stage.send(&Message::order(&over));
+        }
+        self.stage.release();
+        self.worker.dismiss();
+    }
+}
+
+fn senseless(why: &str) -> Stop {
+    ReplayError::Senseless(why.into()).into()
+}
+
+/// A JSON object with another value at a dotted key.
+fn with(config: &str, set: &str) -> Result<String, String> {
+    let (key, value) = set.split_once('=').ok_or("expected KEY=VALUE")?;
+    let value = serde_json::from_str(value).map_err(|e| format!("the value is not JSON: {e}"))?;
+    let mut config: serde_json::Value =
+        serde_json::from_str(config).map_err(|e| format!("the configuration is not JSON: {e}"))?;
+    let pointer: String = key.split('.').flat_map(|part| ["/", part]).collect();
+    let place = config.pointer_mut(&pointer);
+    *place.ok_or("the recorded configuration has no such key")? = value;
+    Ok(config.to_string())
+}

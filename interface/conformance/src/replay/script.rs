@@ -1,0 +1,76 @@
+//! What a solver was told and what it said, each channel in its order.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::path::Path;
+
+use interface::control::Party;
+use interface::recording::Playback;
+use interface::stage::{Kind, Message};
+
+use super::{ReplayError, Stop};
+
+/// The part of a recording that one solver has in it, read as far as it is asked for.
+pub(super) struct Script {
+    playback: Playback,
+    party: Party,
+    /// Orders and grants: both are the coupler's, so their order is that in the file.
+    lead: VecDeque<Message>,
+    /// The rest, channel by channel: between channels the file's order is only nearly that of the run.
+    others: BTreeMap<Kind, VecDeque<Message>>,
+}
+
+impl Script {
+    /// Of `party`'s part in the recording.
+    pub(super) fn open(path: &Path, party: Party) -> Result<Self, ReplayError> {
+        let mut script = Self {
+            playback: Playback::open(path)?,
+            party,
+            lead: VecDeque::new(),
+            others: BTreeMap::new(),
+        };
+        while script.lead.is_empty() {
+            if !script.read()? {
+                return Err(ReplayError::Absent(party));
+            }
+        }
+        Ok(script)
+    }
+
+    /// The next order or grant.
+    pub(super) fn lead(&mut self) -> Result<Option<Message>, Stop> {
+        while self.lead.is_empty() && self.read()? {}
+        Ok(self.lead.pop_front())
+    }
+
+    /// The next message of another kind.
+    pub(super) fn next(&mut self, kind: Kind) -> Result<Option<Message>, Stop> {
+        self.peek(kind)?;
+        Ok(self.others.get_mut(&kind).and_then(VecDeque::pop_front))
+    }
+
+    /// The same, which stays the next.
+    pub(super) fn peek(&mut self, kind: Kind) -> Result<Option<&Message>, Stop> {
+        while self.others.get(&kind).is_none_or(VecDeque::is_empty) && self.read()? {}
+        Ok(self.others.get(&kind).and_then(VecDeque::front))
+    }
+
+    /// Reads one message of the solver's channels; false at the end.
+    fn read(&mut self) -> Result<bool, ReplayError> {
+        while let Some(recorded) = self.playback.message()? {
+            let channel = recorded.channel;
+            let Some(kind) = Kind::of_channel(channel, self.party) else {
+                continue;
+            };
+            let message = Message::recorded(kind, &recorded).ok_or_else(|| {
+                ReplayError::Senseless(format!("a part of a record on {channel}"))
+            })?;
+            if matches!(kind, Kind::Order | Kind::Grant) {
+                self.lead.push_back(message);
+            } else {
+                self.others.entry(kind).or_default().push_back(message);
+            }
+            return Ok(true);
+        }
+        Ok(false)
+    }
+}

@@ -1,0 +1,98 @@
+//! `tandem replay`.
+
+use std::process::ExitCode;
+
+use conformance::bench::{Start, Subject};
+use conformance::replay::{Options, Outcome, ReplayError, replay};
+use interface::control::Party;
+use interface::recording::End;
+
+use crate::cli::ReplayArgs;
+use crate::conformance::{built_in, words};
+use crate::run::this_program;
+use crate::{BAD_INPUT, logging};
+
+/// Some answer differs.
+const DIFFERENT: u8 = 1;
+/// The solver failed.
+const FAILED: u8 = 3;
+
+/// Plays a recording to one solver.
+pub fn play(args: &ReplayArgs) -> ExitCode {
+    let subject = match subject(args) {
+        Ok(subject) => subject,
+        Err(error) => return complain(&error, BAD_INPUT),
+    };
+    let interrupted = interface::domain::sweep();
+    if !interrupted.is_empty() {
+        eprintln!("removed what {} dead run(s) had left", interrupted.len());
+    }
+    logging::of_solver();
+    let options = Options {
+        tolerance: args.tolerance,
+        set: args.set.clone(),
+    };
+    match replay(&args.recording, &subject, &options) {
+        Ok(outcome) => show(&outcome, &subject, args.tolerance),
+        Err(error) => {
+            let status = match error {
+                ReplayError::Start(..) | ReplayError::Channel(_) | ReplayError::Solver { .. } => {
+                    FAILED
+                }
+                _ => BAD_INPUT,
+            };
+            complain(&error.to_string(), status)
+        }
+    }
+}
+
+fn subject(args: &ReplayArgs) -> Result<Subject, String> {
+    let (party, command) = match (&args.dem, &args.mpm) {
+        (Some(command), _) => (Party::Dem, command),
+        (_, Some(command)) => (Party::Mpm, command),
+        _ => return Err("expected one of --dem and --mpm".into()),
+    };
+    let start = if args.in_process {
+        built_in(party)
+    } else if let Some(command) = command {
+        Start::Command(words(command, party)?)
+    } else {
+        Start::Command(this_program(party.name())?)
+    };
+    Ok(Subject { party, start })
+}
+
+/// The result for people.
+fn show(outcome: &Outcome, subject: &Subject, tolerance: f64) -> ExitCode {
+    let (steps, party, comparison) = (outcome.steps, subject.party, &outcome.comparison);
+    let numbers = comparison.numbers;
+    if let End::Torn { messages, .. } = outcome.end {
+        println!("the recording ends in the middle, after {messages} messages: its run was killed");
+    }
+    println!("{party}: {steps} steps replayed, {numbers} numbers compared");
+    if let Some(words) = &outcome.failed_as_recorded {
+        println!("it fails as recorded: {words}");
+    }
+    let largest = comparison.largest;
+    match &comparison.first {
+        None if tolerance > 0.0 => {
+            println!("the same within {tolerance:e}; largest difference {largest:.1e}");
+            ExitCode::SUCCESS
+        }
+        None => {
+            println!("the same, to the bit");
+            ExitCode::SUCCESS
+        }
+        Some(first) => {
+            println!("first difference: {first}");
+            let differing = comparison.differing;
+            println!("{differing} numbers differ, by {largest:.1e} of the largest at most");
+            ExitCode::from(DIFFERENT)
+        }
+    }
+}
+
+fn complain(error: &str, status: u8) -> ExitCode {
+    eprintln!("error: {error}");
+    ExitCode::from(status)
+}
