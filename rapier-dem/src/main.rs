@@ -1,0 +1,6 @@
+//! `tandem run SCENE --dem target/release/rapier-dem`
+#![forbid(unsafe_code)]
+
+fn main() -> std::process::ExitCode {
+    interface::process::serve_dem(rapier_dem::Rapier::default())
+}
