@@ -639,12 +639,11 @@ impl<S: Service + 'static> AnyPorts for Ports<S> {
 
     fn sleep(&self, from: Party, to: Party, nap: Duration) -> u64 {
         let mut bells = self.bells.iter();
-        match bells.find(|(f, t, _)| (*f, *t) == (from, to)) {
-            Some((_, _, bell)) => bell.rings(nap),
-            None => {
-                std::thread::sleep(nap);
-                0
-            }
+        if let Some((_, _, bell)) = bells.find(|(f, t, _)| (*f, *t) == (from, to)) {
+            bell.rings(nap)
+        } else {
+            std::thread::sleep(nap);
+            0
         }
     }
 
