@@ -384,7 +384,7 @@ mod the_rules_can_fail {
             ("dem-proc", &["interface"]),
             ("coupler", &["interface"]),
             ("conformance", &["interface"]),
-            ("study", &["coupler", "plotters"]),
+            ("study", &["interface", "coupler", "plotters"]),
             (
                 "rapier-dem",
                 &["interface", "dem-proc", "coupler", "mpm-proc"],
