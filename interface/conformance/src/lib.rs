@@ -27,6 +27,14 @@
 //! [`mutant::Flaw`] has one constructor for each thing that can be spoilt. Then
 //! `tandem conformance --dem "tandem mutant F-8a"` shows it, and the test asks that clause F-8a fails and no other.
 #![forbid(unsafe_code)]
+#![expect(
+    clippy::needless_range_loop,
+    reason = "an axis is an index into several arrays of two"
+)]
+#![expect(
+    clippy::needless_for_each,
+    reason = "what a mutant does wrong stands in one line"
+)]
 
 pub mod bench;
 pub mod clause;

@@ -82,7 +82,12 @@ impl Trace {
 }
 
 fn decoded(message: &Message) -> (String, String) {
-    let hex = |bytes: &[u8]| bytes.iter().map(|b| format!("{b:02x}")).collect::<String>();
+    let hex = |bytes: &[u8]| {
+        bytes.iter().fold(String::new(), |mut text, byte| {
+            let _ = write!(text, "{byte:02x}");
+            text
+        })
+    };
     match &message.payload {
         Payload::Order(bytes) => (either(message.as_order()), hex(bytes)),
         Payload::Notice(bytes) => (either(message.as_notice()), hex(bytes)),

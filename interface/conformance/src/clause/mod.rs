@@ -80,16 +80,19 @@ impl Clause {
     }
 
     /// It can be judged only where these are kept.
+    #[must_use]
     pub const fn after(self, after: &'static [&'static str]) -> Self {
         Self { after, ..self }
     }
 
     /// It covers these of the starting list.
+    #[must_use]
     pub const fn covers(self, list: &'static [&'static str]) -> Self {
         Self { list, ..self }
     }
 
     /// It can be seen of a process only.
+    #[must_use]
     pub const fn of_processes(self) -> Self {
         Self {
             of_processes: true,

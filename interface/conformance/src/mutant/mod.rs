@@ -64,6 +64,10 @@ pub struct Flaw {
 }
 
 /// What a solver does besides sending and receiving.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is a bad manner of its own, which one mutant has"
+)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Manners {
     /// Exit status after Close, instead of 0.
@@ -265,9 +269,9 @@ impl Relay {
             } else {
                 std::thread::yield_now();
             }
-            let looks_up =
-                !manners.never_looks_up && !(manners.never_looks_up_in_a_step && self.in_step);
-            if looks_up && looked.elapsed() > LIFE {
+            let looks_away =
+                manners.never_looks_up || (manners.never_looks_up_in_a_step && self.in_step);
+            if !looks_away && looked.elapsed() > LIFE {
                 looked = Instant::now();
                 if !self.seat.coupler_lives() {
                     self.dismiss();

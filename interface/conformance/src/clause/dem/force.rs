@@ -140,8 +140,11 @@ fn cases() -> Vec<Case> {
 /// Overlaps in m: from a billionth to a third of the point's radius.
 const OVERLAPS: [f64; 4] = [1e-9, 1e-6, 1e-3, 0.3 * RADIUS];
 
+/// Name of a case, normal, and overlap in m.
+type Expected = (String, [f64; 2], f64);
+
 /// Every case with every overlap, each at a place of its own, a metre apart: bodies, points, and what is expected.
-fn table(overlaps: &[f64]) -> (Vec<BodyConfig>, Points, Vec<(String, [f64; 2], f64)>) {
+fn table(overlaps: &[f64]) -> (Vec<BodyConfig>, Points, Vec<Expected>) {
     let (mut bodies, mut points, mut expected) = (Vec::new(), Points::new(), Vec::new());
     for case in cases() {
         for &overlap in overlaps {

@@ -144,7 +144,7 @@ fn overlong(bench: &Bench) -> Judgement {
 fn absurd(bench: &Bench) -> Judgement {
     // The length of the hash, behind the variant's four bytes.
     first_order(bench, |bytes| {
-        bytes[4..12].copy_from_slice(&u64::MAX.to_le_bytes())
+        bytes[4..12].copy_from_slice(&u64::MAX.to_le_bytes());
     })
 }
 
@@ -175,7 +175,7 @@ fn spoilt(bench: &Bench, spoil: impl FnOnce(&mut Value)) -> Result<Session<'_>, 
 
 fn unknown_field(bench: &Bench) -> Judgement {
     rejection(&mut spoilt(bench, |config| {
-        config["buoyancy"] = json!(1.0)
+        config["buoyancy"] = json!(1.0);
     })?)
 }
 
@@ -187,7 +187,7 @@ fn missing_field(bench: &Bench) -> Judgement {
 
 fn wrong_type(bench: &Bench) -> Judgement {
     rejection(&mut spoilt(bench, |config| {
-        config["skin"] = json!("thick")
+        config["skin"] = json!("thick");
     })?)
 }
 

@@ -237,13 +237,13 @@ fn too_few(bench: &Bench) -> Judgement {
 
 fn nan_state(bench: &Bench) -> Judgement {
     refuses(bench, |_, states| {
-        states_of(states)[1].position[1] = f64::NAN
+        states_of(states)[1].position[1] = f64::NAN;
     })
 }
 
 fn infinite_state(bench: &Bench) -> Judgement {
     refuses(bench, |_, states| {
-        states_of(states)[0].velocity[0] = f64::INFINITY
+        states_of(states)[0].velocity[0] = f64::INFINITY;
     })
 }
 

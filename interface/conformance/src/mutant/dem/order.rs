@@ -21,10 +21,10 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant::new(
         "G-3a",
         "takes a grant that it has had for the next one",
-        || next_grant(|first, next| first.max(next)),
+        || next_grant(std::cmp::Ord::max),
     ),
     Mutant::new("G-3b", "takes a grant that skips for the next one", || {
-        next_grant(|first, next| first.min(next))
+        next_grant(std::cmp::Ord::min)
     }),
     Mutant::new("G-3c", "takes no steps for one", || {
         Flaw::grants(|_, grants| {
@@ -57,13 +57,13 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant::new("I-2b", "takes a point without radius", || {
         sets(|set| {
             set.iter_mut()
-                .for_each(|info| info.radius = info.radius.max(1e-6))
+                .for_each(|info| info.radius = info.radius.max(1e-6));
         })
     }),
     Mutant::new("I-2c", "takes a point without mass", || {
         sets(|set| {
             set.iter_mut()
-                .for_each(|info| info.mass = info.mass.max(1e-6))
+                .for_each(|info| info.mass = info.mass.max(1e-6));
         })
     }),
     Mutant::new("I-2d", "does not look at the count of a set", || {
