@@ -121,6 +121,10 @@ pub struct RunArgs {
 
 /// Arguments of `replay`.
 #[derive(Debug, Args)]
+#[expect(
+    clippy::option_option,
+    reason = "clap's form of an option whose value may be left out"
+)]
 pub struct ReplayArgs {
     /// The recording: `recording.tandem` of a run with `--record`.
     pub recording: PathBuf,

@@ -10,6 +10,7 @@ use interface::recording::End;
 use crate::cli::ReplayArgs;
 use crate::conformance::{built_in, words};
 use crate::run::this_program;
+use crate::terminal::{self, say};
 use crate::{BAD_INPUT, logging};
 
 /// Some answer differs.
@@ -25,7 +26,10 @@ pub fn play(args: &ReplayArgs) -> ExitCode {
     };
     let interrupted = interface::domain::sweep();
     if !interrupted.is_empty() {
-        eprintln!("removed what {} dead run(s) had left", interrupted.len());
+        terminal::complain(format_args!(
+            "removed what {} dead run(s) had left",
+            interrupted.len()
+        ));
     }
     logging::of_solver();
     let options = Options {
@@ -67,32 +71,40 @@ fn show(outcome: &Outcome, subject: &Subject, tolerance: f64) -> ExitCode {
     let (steps, party, comparison) = (outcome.steps, subject.party, &outcome.comparison);
     let numbers = comparison.numbers;
     if let End::Torn { messages, .. } = outcome.end {
-        println!("the recording ends in the middle, after {messages} messages: its run was killed");
+        say(format_args!(
+            "the recording ends in the middle, after {messages} messages: its run was killed"
+        ));
     }
-    println!("{party}: {steps} steps replayed, {numbers} numbers compared");
+    say(format_args!(
+        "{party}: {steps} steps replayed, {numbers} numbers compared"
+    ));
     if let Some(words) = &outcome.failed_as_recorded {
-        println!("it fails as recorded: {words}");
+        say(format_args!("it fails as recorded: {words}"));
     }
     let largest = comparison.largest;
     match &comparison.first {
         None if tolerance > 0.0 => {
-            println!("the same within {tolerance:e}; largest difference {largest:.1e}");
+            say(format_args!(
+                "the same within {tolerance:e}; largest difference {largest:.1e}"
+            ));
             ExitCode::SUCCESS
         }
         None => {
-            println!("the same, to the bit");
+            say("the same, to the bit");
             ExitCode::SUCCESS
         }
         Some(first) => {
-            println!("first difference: {first}");
+            say(format_args!("first difference: {first}"));
             let differing = comparison.differing;
-            println!("{differing} numbers differ, by {largest:.1e} of the largest at most");
+            say(format_args!(
+                "{differing} numbers differ, by {largest:.1e} of the largest at most"
+            ));
             ExitCode::from(DIFFERENT)
         }
     }
 }
 
 fn complain(error: &str, status: u8) -> ExitCode {
-    eprintln!("error: {error}");
+    terminal::complain(format_args!("error: {error}"));
     ExitCode::from(status)
 }
