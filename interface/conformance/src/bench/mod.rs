@@ -103,7 +103,8 @@ pub fn configure<C: serde::Serialize>(config: &C) -> Configure {
         scene_hash: HASH.into(),
         config: serde_json::to_string(config).expect("a configuration has string keys only"),
         coupled: true,
-        deadline: 2.0,
+        // Longer than the kit waits, so that a solver's own deadline is not taken for its answer.
+        deadline: 5.0 * PATIENCE.as_secs_f64(),
     }
 }
 

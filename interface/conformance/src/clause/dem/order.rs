@@ -55,8 +55,7 @@ pub const CLAUSES: &[Clause] = &[
         "W-2a",
         "does not look at what a message does not use",
         unused,
-    )
-    .after(&["T-6a"]),
+    ),
     Clause::must("C-4a", "the header counts the records that follow", counts),
     Clause::must("F-2a", "forces carry step and epoch", forces_of_step),
     Clause::must(

@@ -1,0 +1,205 @@
+//! `tandem conformance`: the built-in solver passes, a mutant does not, and what the kit says can be read by programs.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use assert_cmd::Command;
+use serde_json::Value;
+
+fn tandem(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_tandem"));
+    command.args(arguments).env("NO_COLOR", "1");
+    command
+}
+
+/// The command of a solver that is this program.
+fn solver(subcommand: &str) -> String {
+    format!("'{}' {subcommand}", env!("CARGO_BIN_EXE_tandem"))
+}
+
+/// Runs the kit; returns its exit status and its verdicts, id by id.
+fn verdicts(dir: &Path, arguments: &[&str]) -> (i32, Vec<(String, String)>) {
+    let file = dir.join("verdicts.json");
+    let mut command = tandem(&["conformance", "--json", file.to_str().unwrap()]);
+    let status = command.args(arguments).output().unwrap().status.code();
+    let text = fs::read_to_string(&file).unwrap();
+    let document: Value = serde_json::from_str(&text).unwrap();
+    let word = |value: &Value| value.as_str().unwrap().to_string();
+    let clauses = document["clauses"].as_array().unwrap().iter();
+    let verdicts = clauses.map(|clause| (word(&clause["id"]), word(&clause["verdict"])));
+    (status.unwrap(), verdicts.collect())
+}
+
+fn none_fails(verdicts: &[(String, String)]) {
+    let failed: Vec<_> = verdicts
+        .iter()
+        .filter(|(_, verdict)| verdict != "pass" && verdict != "not_applicable")
+        .collect();
+    assert!(failed.is_empty(), "{failed:?}");
+}
+
+#[test]
+fn the_bodies_side_passes_as_a_process() {
+    let dir = tempfile::tempdir().unwrap();
+    let (status, verdicts) = verdicts(dir.path(), &["--dem", &solver("dem"), "--strict"]);
+    none_fails(&verdicts);
+    assert_eq!(status, 0);
+    assert!(
+        verdicts.iter().all(|(_, verdict)| verdict == "pass"),
+        "{verdicts:?}"
+    );
+    assert!(verdicts.len() > 100);
+}
+
+#[test]
+fn the_bodies_side_passes_in_process_with_any_window() {
+    let dir = tempfile::tempdir().unwrap();
+    for window in ["1", "64"] {
+        let arguments = ["--dem", "built-in", "--in-process", "--window", window];
+        let (status, verdicts) = verdicts(dir.path(), &arguments);
+        none_fails(&verdicts);
+        assert_eq!(status, 0);
+    }
+}
+
+#[test]
+fn a_broken_clause_is_told_to_people_programs_and_build_servers() {
+    let dir = tempfile::tempdir().unwrap();
+    let junit = dir.path().join("junit.xml");
+    let traces = dir.path().join("traces");
+    let output = tandem(&[
+        "conformance",
+        "--only",
+        "S-2a,F-7a,F-7b",
+        "--dem",
+        &solver("mutant F-7a"),
+    ])
+    .args([
+        "--junit",
+        junit.to_str().unwrap(),
+        "--trace",
+        traces.to_str().unwrap(),
+    ])
+    .output()
+    .unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let text = String::from_utf8(output.stdout).unwrap();
+    assert!(text.contains("F-7a   MUST   FAIL"), "{text}");
+    assert!(
+        text.contains("F-7b   MUST   blocked") && text.contains("by F-7a"),
+        "{text}"
+    );
+    assert!(
+        !text.contains('\x1b'),
+        "colours although nobody asked for them"
+    );
+
+    let xml = fs::read_to_string(&junit).unwrap();
+    let mut elements = std::collections::BTreeMap::new();
+    let mut reader = quick_xml::Reader::from_str(&xml);
+    loop {
+        match reader.read_event().unwrap() {
+            quick_xml::events::Event::Eof => break,
+            quick_xml::events::Event::Start(e) | quick_xml::events::Event::Empty(e) => {
+                let name = AsRef::<str>::as_ref(&e.name()).to_string();
+                *elements.entry(name).or_insert(0) += 1;
+            }
+            _ => {}
+        }
+    }
+    assert_eq!(
+        (
+            elements["testcase"],
+            elements["failure"],
+            elements["skipped"]
+        ),
+        (3, 1, 1)
+    );
+
+    let trace = fs::read_to_string(traces.join("F-7a.jsonl")).unwrap();
+    let lines: Vec<Value> = trace
+        .lines()
+        .map(|l| serde_json::from_str(l).unwrap())
+        .collect();
+    assert!(lines.iter().any(|line| line["kind"] == "Forces"), "{trace}");
+}
+
+#[test]
+fn a_waiver_holds_until_it_expires() {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("waivers.toml");
+    let status = |expires: &str, clause: &str| {
+        let waiver =
+            format!("[[waiver]]\nclause = \"{clause}\"\nreason = \"known\"\nexpires = {expires}\n");
+        fs::write(&file, waiver).unwrap();
+        tandem(&[
+            "conformance",
+            "--only",
+            "S-6a",
+            "--dem",
+            &solver("mutant S-6a"),
+        ])
+        .args(["--waivers", file.to_str().unwrap()])
+        .output()
+        .unwrap()
+        .status
+        .code()
+    };
+    assert_eq!(status("2999-01-01", "S-6a"), Some(0));
+    assert_eq!(status("2020-01-01", "S-6a"), Some(1));
+    assert_eq!(status("2999-01-01", "S-99"), Some(2));
+}
+
+#[test]
+fn what_cannot_be_judged_has_its_own_status() {
+    let code = |arguments: &[&str]| tandem(arguments).output().unwrap().status.code();
+    assert_eq!(code(&["conformance", "--dem", "/no/such/solver"]), Some(3));
+    assert_eq!(code(&["conformance"]), Some(2));
+    assert_eq!(
+        code(&["conformance", "--dem", &solver("dem"), "--only", "Z-1"]),
+        Some(2)
+    );
+    // A command that is no solver: nothing but the first clause can be judged.
+    assert_eq!(
+        code(&["conformance", "--dem", "true", "--only", "S-2a,F-7a"]),
+        Some(1)
+    );
+}
+
+/// docs/conformance.md has a row for every clause and mutant, as the program lists them.
+#[test]
+fn the_manual_lists_every_clause_with_its_mutant() {
+    let manual =
+        fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/conformance.md"))
+            .unwrap();
+    let rows: BTreeSet<&str> = manual
+        .lines()
+        .filter(|line| line.starts_with("| "))
+        .collect();
+    let listed = |arguments: &[&str]| {
+        let output = tandem(arguments).output().unwrap();
+        assert!(output.status.success());
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let clauses = listed(&["conformance", "--list"]);
+    let judged = clauses
+        .lines()
+        .filter(|line| line.contains("MUST") || line.contains("SHOULD"));
+    let mut count = 0;
+    for line in judged {
+        count += 1;
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let (id, title) = (words[0], words[2..].join(" "));
+        let row = format!("| {id} | {} | {title} | ", words[1]);
+        assert!(rows.iter().any(|r| r.starts_with(&row)), "no row `{row}`");
+    }
+    assert!(count > 100, "{clauses}");
+    for line in listed(&["mutant"]).lines() {
+        let what = line.trim().split_once(' ').unwrap().1.trim();
+        assert!(
+            rows.iter().any(|row| row.contains(what)),
+            "no mutant `{what}`"
+        );
+    }
+}
