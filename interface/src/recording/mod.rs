@@ -44,8 +44,8 @@ const CHECK: usize = 8;
 const BLOCK_HEADER: usize = 12;
 /// Bytes of a message before its payload.
 const MESSAGE_HEADER: usize = 1 + 4 + size_of::<StepHeader>();
-/// A block is closed when it has this many bytes. One message may be longer.
-const BLOCK: usize = 1 << 20;
+/// A block is closed when it has this many bytes. One message may be longer. What is lost of a torn file is a block.
+const BLOCK: usize = 1 << 16;
 
 /// What a recording is of.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -10,6 +10,17 @@ use interface::wire::{Number, Record};
 /// Numbers of a report that tell of the machine, not of the run.
 const OF_THE_MACHINE: [&str; 4] = ["compute_ns", "exchange_ns", "wait_ns", "cpu_ns"];
 
+/// The field whose size a field is measured by: what dissipates nothing yet is small against the energies, not against
+/// itself.
+fn scale_of(name: &'static str) -> &'static str {
+    match name {
+        "kinetic_rotation" | "elastic" | "gravity" | "contact" | "friction_work"
+        | "viscous_work" | "plastic_work" | "driven_work" => "kinetic",
+        "applied_impulse" | "contact_impulse" => "momentum",
+        name => name,
+    }
+}
+
 /// How alike the answers are.
 #[derive(Debug)]
 pub struct Comparison {
@@ -255,7 +266,7 @@ impl Comparison {
         self.numbers += 1;
         let apart = match (then, now) {
             (Number::Real(then), Number::Real(now)) => {
-                let scale = self.scales.entry((kind, name)).or_default();
+                let scale = self.scales.entry((kind, scale_of(name))).or_default();
                 *scale = scale.max(then.abs());
                 if then.to_bits() == now.to_bits() {
                     return;
