@@ -10,15 +10,25 @@ use interface::wire::{Number, Record};
 /// Numbers of a report that tell of the machine, not of the run.
 const OF_THE_MACHINE: [&str; 4] = ["compute_ns", "exchange_ns", "wait_ns", "cpu_ns"];
 
-/// The field whose size a field is measured by: what dissipates nothing yet is small against the energies, not against
-/// itself.
-fn scale_of(name: &'static str) -> &'static str {
+/// What a field is measured by: the largest number of its unit. What is small against the others of its unit, such as the
+/// energy lost where nothing is, is rounding of theirs and not to be measured by itself.
+fn unit_of(name: &'static str) -> &'static str {
     match name {
-        "kinetic_rotation" | "elastic" | "gravity" | "contact" | "friction_work"
-        | "viscous_work" | "plastic_work" | "driven_work" => "kinetic",
-        "applied_impulse" | "contact_impulse" => "momentum",
+        "position" | "travel" | "lower" | "upper" | "reach" | "radius" | "radius_min" => "length",
+        "velocity" | "speed" | "spin" => "velocity",
+        "kinetic" | "kinetic_rotation" | "elastic" | "gravity" | "contact" | "friction_work"
+        | "viscous_work" | "plastic_work" | "driven_work" => "energy",
+        "momentum" | "applied_impulse" | "contact_impulse" => "impulse",
+        "force" | "contact_force" | "point_force" | "body_force" | "point_torque"
+        | "body_torque" => "force",
+        "omega_sq" | "contact_omega_sq" => "frequency",
         name => name,
     }
+}
+
+/// The least that a field is measured by: an angle by one radian.
+fn least_scale(name: &'static str) -> f64 {
+    if name == "angle" { 1.0 } else { 0.0 }
 }
 
 /// How alike the answers are.
@@ -32,9 +42,9 @@ pub struct Comparison {
     pub differing: u64,
     /// The first difference.
     pub first: Option<Difference>,
-    /// The largest difference of all numbers that are not counts, relative to the largest of its field so far.
+    /// The largest difference of all numbers that are not counts, relative to the largest of its unit so far.
     pub largest: f64,
-    scales: BTreeMap<(Kind, &'static str), f64>,
+    scales: BTreeMap<&'static str, f64>,
     /// Ids of the IMPs, slot by slot.
     set: Vec<u64>,
 }
@@ -266,8 +276,8 @@ impl Comparison {
         self.numbers += 1;
         let apart = match (then, now) {
             (Number::Real(then), Number::Real(now)) => {
-                let scale = self.scales.entry((kind, scale_of(name))).or_default();
-                *scale = scale.max(then.abs());
+                let scale = self.scales.entry(unit_of(name)).or_default();
+                *scale = scale.max(then.abs()).max(least_scale(name));
                 if then.to_bits() == now.to_bits() {
                     return;
                 }

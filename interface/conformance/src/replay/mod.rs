@@ -76,7 +76,7 @@ pub struct Outcome {
 /// How a recording is replayed.
 #[derive(Debug, Clone, Default)]
 pub struct Options {
-    /// Largest difference of a number, relative to the largest of its field (of all energies, of all momenta) so far in
+    /// Largest difference of a number, relative to the largest of its unit (all energies, all lengths, ...) so far in
     /// the recording; 0: the same bits.
     pub tolerance: f64,
     /// Values of the solver's configuration other than those recorded, as `key.key=JSON`.
