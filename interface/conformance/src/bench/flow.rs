@@ -4,13 +4,14 @@
 use interface::config::MpmConfig;
 use interface::control::{Configure, Order, Ready};
 use interface::stage::{Kind, Message, Payload};
-use interface::step::{Clock, Step};
+use interface::step::Step;
 use interface::wire::{
     EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, PointState, Report, StepHeader,
     flags,
 };
 
-use super::{Bench, Budget, Session, configure};
+use super::timeline::{Budget, Timeline};
+use super::{Bench, Session, configure};
 use crate::verdict::{Unmet, broken};
 
 /// The states that the continuum sent in a step.
@@ -71,8 +72,7 @@ pub struct Flow<'b> {
     pub flags: u64,
     /// The IMPs, slot by slot.
     pub set: Vec<ImpInfo>,
-    clock: Clock,
-    epoch: u64,
+    timeline: Timeline,
     generation: u64,
     coupled: bool,
 }
@@ -128,8 +128,7 @@ impl Bench {
             travel: 0.0,
             flags: 0,
             set: Vec::new(),
-            clock: Clock::new(0.0),
-            epoch: 0,
+            timeline: Timeline::new(),
             generation: 0,
             coupled: order.coupled,
         })
@@ -139,12 +138,12 @@ impl Bench {
 impl Flow<'_> {
     /// Number of the step that comes next.
     pub fn next(&self) -> u64 {
-        self.clock.index()
+        self.timeline.clock.index()
     }
 
     /// Present time in s.
     pub fn time(&self) -> f64 {
-        self.clock.time()
+        self.timeline.clock.time()
     }
 
     /// Generation of the IMP set.
@@ -154,29 +153,12 @@ impl Flow<'_> {
 
     /// The next grant: of `steps` steps of `dt` (s). A measured one begins an epoch, as one with another step does.
     pub fn next_grant(&mut self, dt: f64, steps: u64, measure: bool) -> Grant {
-        if measure || self.epoch == 0 || dt != self.clock.dt() {
-            self.begin_epoch(dt);
-        }
-        let (epoch_start, steps_in_epoch, dt_before_epoch) = self.clock.epoch();
-        Grant {
-            epoch: self.epoch,
-            first: self.clock.index(),
-            steps,
-            flags: if measure { flags::MEASURE } else { 0 },
-            epoch_start,
-            steps_in_epoch,
-            dt_before_epoch,
-            dt,
-            budget_omega_sq: self.budget.omega_sq,
-            budget_speed: self.budget.speed,
-            budget_damping: self.budget.damping,
-        }
+        self.timeline.next_grant(dt, steps, measure, &self.budget)
     }
 
     /// Begins an epoch of steps of `dt` (s), as the coupler does after a halt.
     pub fn begin_epoch(&mut self, dt: f64) {
-        self.clock.begin_epoch(dt);
-        self.epoch += 1;
+        self.timeline.begin_epoch(dt);
     }
 
     /// Sends a grant.
@@ -192,11 +174,7 @@ impl Flow<'_> {
     /// # Errors
     /// [`Unmet::Broken`] when the solver takes nothing.
     pub fn send_grants(&mut self, grants: &[Grant]) -> Result<(), Unmet> {
-        let header = StepHeader {
-            epoch: self.epoch,
-            step: self.clock.index(),
-            ..StepHeader::default()
-        };
+        let header = self.timeline.header();
         self.session
             .send(&Message::new(header, Payload::Grant(grants.to_vec())))
     }
@@ -213,12 +191,10 @@ impl Flow<'_> {
     /// Header of a message of the bodies in the next step.
     pub fn header(&self) -> StepHeader {
         StepHeader {
-            epoch: self.epoch,
-            step: self.clock.index(),
             flags: self.flags,
             travel: self.travel,
             set: self.generation,
-            ..StepHeader::default()
+            ..self.timeline.header()
         }
     }
 
@@ -227,7 +203,7 @@ impl Flow<'_> {
     /// # Errors
     /// [`Unmet::Broken`] when nothing comes.
     pub fn next_states(&mut self) -> Result<(StepHeader, Vec<ImpState>), Unmet> {
-        let step = self.clock.index();
+        let step = self.timeline.clock.index();
         let message = self.session.expect(Kind::States).map_err(|e| e.at(step))?;
         match message.payload {
             Payload::States(states) => Ok((message.header, states)),
@@ -255,7 +231,7 @@ impl Flow<'_> {
     /// # Errors
     /// [`Unmet::Broken`] when nothing comes, or a halt, or fewer than there are points in the set.
     pub fn states(&mut self) -> Result<Shown, Unmet> {
-        let step = self.clock.step(false);
+        let step = self.timeline.clock.step(false);
         let mut asked = Vec::new();
         let (header, states) = loop {
             let (header, states) = self.next_states()?;
@@ -310,7 +286,7 @@ impl Flow<'_> {
     /// [`Unmet::Broken`] when the solver takes nothing.
     pub fn send_forces(&mut self, message: &Message) -> Result<(), Unmet> {
         self.session.send(message)?;
-        self.clock.advance();
+        self.timeline.clock.advance();
         Ok(())
     }
 
@@ -334,7 +310,7 @@ impl Flow<'_> {
     /// # Errors
     /// [`Unmet::Broken`] when nothing comes.
     pub fn report(&mut self) -> Result<Told, Unmet> {
-        let step = self.clock.index();
+        let step = self.timeline.clock.index();
         let message = self.session.expect(Kind::Report).map_err(|e| e.at(step))?;
         // Sent before the report, so it is there.
         let groups = self.session.take(Kind::Groups)?;
@@ -369,7 +345,7 @@ impl Flow<'_> {
             self.forces(&forces)?;
             Some(shown)
         } else {
-            self.clock.advance();
+            self.timeline.clock.advance();
             None
         };
         Ok((shown, self.report()?))
@@ -405,7 +381,7 @@ impl Flow<'_> {
                     let forces = press(self, &shown)?;
                     self.forces(&forces)?;
                 } else {
-                    self.clock.advance();
+                    self.timeline.clock.advance();
                 }
             }
             let report = self.report()?.report;
@@ -427,7 +403,7 @@ impl Flow<'_> {
 
     /// Takes note of steps that were done otherwise.
     pub fn done(&mut self, steps: u64) {
-        self.clock.advance_by(steps);
+        self.timeline.clock.advance_by(steps);
     }
 
     /// Asks for the end; returns the final points with their header. Close is left to the clause.

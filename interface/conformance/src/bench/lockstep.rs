@@ -5,33 +5,14 @@ use std::time::{Duration, Instant};
 
 use interface::control::Order;
 use interface::stage::{Kind, Message, Payload};
-use interface::step::{Clock, Step};
+use interface::step::Step;
 use interface::wire::{
     BodyState, EnvelopeVertex, Grant, ImpForce, ImpInfo, ImpState, Report, StepHeader, flags,
 };
 
+use super::timeline::{Budget, Timeline};
 use super::{Points, Session};
 use crate::verdict::{Unmet, broken};
-
-/// What a grant allows the solver's limits to be.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Budget {
-    /// 1/s^2.
-    pub omega_sq: f64,
-    /// m/s.
-    pub speed: f64,
-    /// Damping ratio.
-    pub damping: f64,
-}
-
-impl Budget {
-    /// Nothing limits.
-    pub const ALL: Self = Self {
-        omega_sq: f64::MAX,
-        speed: f64::MAX,
-        damping: f64::MAX,
-    };
-}
 
 /// What the solver answered to the states of a step.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,8 +58,7 @@ pub struct Play<'b> {
     pub window: u64,
     /// Of the grants to come.
     pub budget: Budget,
-    clock: Clock,
-    epoch: u64,
+    timeline: Timeline,
     generation: u64,
     set: Vec<ImpInfo>,
     /// The set has not been sent.
@@ -92,8 +72,7 @@ impl<'b> Play<'b> {
             session,
             window,
             budget: Budget::ALL,
-            clock: Clock::new(0.0),
-            epoch: 0,
+            timeline: Timeline::new(),
             generation: 0,
             set: Vec::new(),
             fresh: false,
@@ -102,12 +81,12 @@ impl<'b> Play<'b> {
 
     /// Number of the step that comes next.
     pub fn next(&self) -> u64 {
-        self.clock.index()
+        self.timeline.clock.index()
     }
 
     /// Present time in s.
     pub fn time(&self) -> f64 {
-        self.clock.time()
+        self.timeline.clock.time()
     }
 
     /// Announces a new IMP set with the next states.
@@ -118,24 +97,7 @@ impl<'b> Play<'b> {
 
     /// The next grant: of `steps` steps of `dt` (s). A measured one begins an epoch, as one with another step does.
     pub fn next_grant(&mut self, dt: f64, steps: u64, measure: bool) -> Grant {
-        if measure || self.epoch == 0 || dt != self.clock.dt() {
-            self.clock.begin_epoch(dt);
-            self.epoch += 1;
-        }
-        let (epoch_start, steps_in_epoch, dt_before_epoch) = self.clock.epoch();
-        Grant {
-            epoch: self.epoch,
-            first: self.clock.index(),
-            steps,
-            flags: if measure { flags::MEASURE } else { 0 },
-            epoch_start,
-            steps_in_epoch,
-            dt_before_epoch,
-            dt,
-            budget_omega_sq: self.budget.omega_sq,
-            budget_speed: self.budget.speed,
-            budget_damping: self.budget.damping,
-        }
+        self.timeline.next_grant(dt, steps, measure, &self.budget)
     }
 
     /// Sends a grant.
@@ -164,10 +126,8 @@ impl<'b> Play<'b> {
     /// Header of a message of the next step.
     pub fn header(&self) -> StepHeader {
         StepHeader {
-            epoch: self.epoch,
-            step: self.clock.index(),
             set: self.generation,
-            ..StepHeader::default()
+            ..self.timeline.header()
         }
     }
 
@@ -202,7 +162,7 @@ impl<'b> Play<'b> {
     /// # Errors
     /// [`Unmet::Broken`] when nothing comes, or fewer than there are points.
     pub fn forces(&mut self) -> Result<Answer, Unmet> {
-        let step = self.clock.step(false);
+        let step = self.timeline.clock.step(false);
         let message = loop {
             let message = self.session.expect(Kind::Forces);
             let message = message.map_err(|e| e.at(step.index))?;
@@ -218,7 +178,7 @@ impl<'b> Play<'b> {
             let expected = format_args!("{} forces", self.set.len());
             return Err(broken(expected, forces.len()).at(step.index));
         }
-        self.clock.advance();
+        self.timeline.clock.advance();
         Ok(Answer {
             step,
             header: message.header,
@@ -240,7 +200,7 @@ impl<'b> Play<'b> {
     /// # Errors
     /// [`Unmet::Broken`] when nothing comes.
     pub fn report(&mut self) -> Result<Measured, Unmet> {
-        let step = self.clock.index();
+        let step = self.timeline.clock.index();
         let message = self.session.expect(Kind::Report).map_err(|e| e.at(step))?;
         // Sent before the report, so it is there.
         let bodies = self.session.take(Kind::Bodies)?;

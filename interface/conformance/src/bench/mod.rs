@@ -7,6 +7,7 @@ mod flow;
 mod lockstep;
 mod points;
 mod subject;
+mod timeline;
 
 use std::cell::{Cell, RefCell};
 use std::time::{Duration, Instant};
@@ -18,9 +19,10 @@ use interface::stage::{Kind, Message, Stage};
 use interface::wait::{Patience, wait};
 
 pub use flow::{Flow, Shown, Told, around_all, outline};
-pub use lockstep::{Answer, Budget, Measured, Play};
+pub use lockstep::{Answer, Measured, Play};
 pub use points::Points;
 pub use subject::{Solve, Start, Subject, Worker};
+pub use timeline::Budget;
 
 use crate::trace::{Trace, Way};
 use crate::verdict::{Unmet, broken};
