@@ -44,8 +44,13 @@ pub fn join(id: &str, serve: impl FnOnce(&Domain) -> Result<(), SessionError>) -
 
 /// The same for one that knows its exit status, and may end on Ctrl-C (X-5 says that it shall not).
 pub fn join_as(id: &str, ends_on_interrupt: bool, serve: impl FnOnce(&Domain) -> u8) -> ExitCode {
-    if !ends_on_interrupt && let Err(error) = leave_interrupts_to_the_coupler() {
-        tracing::warn!("Ctrl-C will end this solver: {error}");
+    let answer = if ends_on_interrupt {
+        end_on_interrupt()
+    } else {
+        leave_interrupts_to_the_coupler()
+    };
+    if let Err(error) = answer {
+        tracing::warn!("what Ctrl-C does to this solver is left as it was: {error}");
     }
     match Domain::join(id) {
         Ok(domain) => ExitCode::from(serve(&domain)),
@@ -59,6 +64,12 @@ pub fn join_as(id: &str, ends_on_interrupt: bool, serve: impl FnOnce(&Domain) ->
 /// Clause X-5. The terminal's Ctrl-C does not reach a process group of its own, but `kill -INT` and some queues do.
 fn leave_interrupts_to_the_coupler() -> io::Result<()> {
     signal_hook::flag::register(signal_hook::consts::SIGINT, Arc::default()).map(|_| ())
+}
+
+/// The opposite. It has to be said: a program that a shell started in the background inherits that SIGINT is ignored.
+fn end_on_interrupt() -> io::Result<()> {
+    use signal_hook::{consts::SIGINT, flag::register_conditional_shutdown};
+    register_conditional_shutdown(SIGINT, 130, Arc::new(true.into())).map(|_| ())
 }
 
 fn with_run(
