@@ -107,7 +107,7 @@ fn wrong_arrows(arrows: &Arrows) -> Vec<String> {
         ("coupler", &["interface"][..]),
         ("conformance", &["interface"][..]),
         ("study", &["coupler", "interface"][..]),
-        // Its tests run scenes; the solver itself sees the contract, and the masses of swept outlines.
+        // Its tests run scenes; the solver itself sees the contract.
         (
             "rapier-dem",
             &["interface", "dem-proc", "coupler", "mpm-proc"][..],

@@ -34,26 +34,6 @@ impl Body {
     pub fn yields(&self) -> bool {
         self.yielding != [0.0; 3]
     }
-
-    /// Force (N/m) and torque (N) from outside at a time (s).
-    pub fn push(&self, time: f64) -> (Vec2, f64) {
-        match self.motion {
-            Motion::Pushed {
-                force,
-                torque,
-                ramp,
-                until,
-            } if until.is_none_or(|end| time < end) => {
-                let share = if time < ramp {
-                    (time / ramp).max(0.0)
-                } else {
-                    1.0
-                };
-                (Vec2::from(force) * share, torque * share)
-            }
-            _ => (Vec2::zeros(), 0.0),
-        }
-    }
 }
 
 /// State of a body: position at `t_n`, velocity at `t_{n-1/2}`; with the constants that every contact needs beside it.
@@ -376,15 +356,7 @@ fn place(
         let text = "fixed, but velocity or spin is not zero; write motion = \"driven\"".to_owned();
         return Err(("motion", text));
     }
-    let yielding = match body.motion {
-        Motion::Free | Motion::Pushed { .. } => [1.0; 3],
-        Motion::Fixed | Motion::Driven => [0.0; 3],
-        Motion::Guided {
-            hold_x,
-            hold_y,
-            hold_angle,
-        } => [hold_x, hold_y, hold_angle].map(|held| if held { 0.0 } else { 1.0 }),
-    };
+    let yielding = body.motion.yielding();
     let free = yielding != [0.0; 3];
     if let Motion::Pushed {
         force,
@@ -412,13 +384,11 @@ fn place(
             Err((key, format!("{value} {unit}: expected a positive number")))
         }
     };
-    let mass = match body.inertia {
+    match body.inertia {
         BodyInertia::Mass(mass) => positive("inertia.mass", mass, "kg/m")?,
-        BodyInertia::Density(rho) => {
-            positive("inertia.density", rho, "kg/m^3")? * shape.moments.area
-        }
+        BodyInertia::Density(rho) => positive("inertia.density", rho, "kg/m^3")?,
     };
-    let inertia = mass * shape.moments.polar / shape.moments.area;
+    let (mass, inertia) = shape.moments.mass(body.inertia);
     if !(inertia.is_finite() && inertia > 0.0) {
         let text =
             format!("the moment of inertia comes out as {inertia} kg m; check sizes and density");

@@ -1,6 +1,7 @@
 //! From the configuration to a solver: every check, and the one `match` that chooses the contact laws.
 
 use interface::Vec2;
+use interface::books::Totals;
 use interface::config::{ContactLaw, DemConfig, OverlapMeasure};
 use interface::solver::{DemMeasurement, Readiness, Refusal};
 use interface::surfaces::ContactPair;
@@ -14,7 +15,6 @@ use crate::law::normal::Linear;
 use crate::law::table::Surfaces;
 use crate::law::tangent::Smooth;
 use crate::law::{Contact, Law};
-use crate::ledger::Totals;
 use crate::load::{Load, PairLoad};
 use crate::nearest::NearestEdge;
 use crate::overlap::OverlapArea;

@@ -47,7 +47,6 @@ pub mod convex;
 pub mod law;
 pub mod ledger;
 pub mod load;
-pub mod mass;
 pub mod meeting;
 pub mod nearest;
 pub mod neighbours;
@@ -62,7 +61,7 @@ pub mod shape;
 mod step;
 pub mod threads;
 
-pub use interface::generate;
+pub use interface::{generate, mass};
 
 /// The spheropolygon solver: without bodies until it is configured.
 #[derive(Debug, Default)]

@@ -4,8 +4,9 @@
 //! The distance is signed, as for points: a vertex driven past the bare outline is pushed back the way it came. The
 //! history of a contact belongs to the vertex and the other body, so it goes round corners by itself.
 
+use interface::outline::{contact_point, see};
+
 use crate::body::Bodies;
-use crate::contact::{contact_point, see};
 use crate::convex::{Candidate, Measure, Spot};
 use crate::shape::edge_count;
 

@@ -4,10 +4,10 @@
 use std::fmt::Debug;
 
 use interface::Vec2;
+use interface::outline::{contact_point, see};
 use interface::wire::{ImpForce, ImpInfo, ImpState};
 
 use crate::body::{Bodies, Odometer};
-use crate::contact::{contact_point, see};
 use crate::law::{Law, Loss, Mates, Past, Touch};
 use crate::load::Load;
 use crate::mass::cross;

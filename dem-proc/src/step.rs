@@ -9,7 +9,7 @@ use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, Recor
 use crate::Sdem;
 use crate::configure::{System, configure};
 use crate::law::Past;
-use crate::ledger::{Kick, Totals, measure};
+use crate::ledger::{Kick, measure};
 use crate::load::Load;
 use crate::points::Interval;
 
@@ -169,7 +169,7 @@ impl System {
         for &b in &self.bodies.special {
             let b = b as usize;
             let (state, body) = (&self.bodies.state[b], &self.bodies.fixed[b]);
-            let (force, torque) = body.push(step.time);
+            let (force, torque) = body.motion.push(step.time);
             let (velocity, spin) = &mut self.kicked[b];
             *velocity += force * (state.inverse_mass * kick);
             *spin += torque * state.inverse_inertia * kick;
@@ -273,7 +273,7 @@ impl System {
         if opening(step) {
             return;
         }
-        self.totals = self.totals_after(step);
+        self.totals = self.kick_of(step).after(&self.totals);
         self.speed = self.kicked_speed;
         self.points.commit(imps);
         if let Some(pairs) = &mut self.pairs {
@@ -291,23 +291,22 @@ impl System {
         }
     }
 
-    /// What has been accumulated at the end of this step's kick.
-    pub(crate) fn totals_after(&self, step: &Step) -> Totals {
-        self.totals.after(&Kick {
+    /// This step's kick, for the books.
+    pub(crate) fn kick_of(&self, step: &Step) -> Kick<'_> {
+        let pairs = self.pairs.as_ref();
+        Kick {
             length: step.kick(),
             time: step.time,
             kicked: &self.kicked,
             bodies: &self.bodies,
             gravity: self.gravity,
-            point_loads: &self.point_loads,
             coupled: self.pushed_by_points,
+            point_loads: &self.point_loads,
             body_loads: &self.body_loads,
             losses: [
                 self.points.loss(),
-                self.pairs
-                    .as_ref()
-                    .map_or_else(Default::default, |p| p.loss()),
+                pairs.map_or_else(Default::default, |pairs| pairs.loss()),
             ],
-        })
+        }
     }
 }

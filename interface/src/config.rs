@@ -7,6 +7,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::Vec2;
 pub use crate::material::{Frictional, MaterialConfig, MaterialModel};
 use crate::surfaces::ContactPair;
 
@@ -473,6 +474,41 @@ pub enum Motion {
         /// Time in s after which it is gone; it stays for good where there is none.
         until: Option<f64>,
     },
+}
+
+impl Motion {
+    /// 1 along x, along y and for the angle where forces move the body, 0 where they do not.
+    pub fn yielding(&self) -> [f64; 3] {
+        match *self {
+            Self::Free | Self::Pushed { .. } => [1.0; 3],
+            Self::Fixed | Self::Driven => [0.0; 3],
+            Self::Guided {
+                hold_x,
+                hold_y,
+                hold_angle,
+            } => [hold_x, hold_y, hold_angle].map(|held| if held { 0.0 } else { 1.0 }),
+        }
+    }
+
+    /// Force (N/m) and torque (N) from outside at a time (s).
+    pub fn push(&self, time: f64) -> (Vec2, f64) {
+        match *self {
+            Self::Pushed {
+                force,
+                torque,
+                ramp,
+                until,
+            } if until.is_none_or(|end| time < end) => {
+                let share = if time < ramp {
+                    (time / ramp).max(0.0)
+                } else {
+                    1.0
+                };
+                (Vec2::from(force) * share, torque * share)
+            }
+            _ => (Vec2::zeros(), 0.0),
+        }
+    }
 }
 
 /// Contact law. Stiffness in N/m per metre of thickness.

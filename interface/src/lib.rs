@@ -4,6 +4,7 @@
 //! cross, [`config`] what a solver is told, [`solver`] what a solver is, [`step`] time. `PROTOCOL.md` beside this crate
 //! is the normative text; its clause numbers stand in the code where they are kept.
 
+pub mod books;
 mod channel;
 mod codec;
 pub mod config;
@@ -12,10 +13,12 @@ pub mod domain;
 pub mod expression;
 pub mod generate;
 pub mod impulse;
+pub mod mass;
 pub mod material;
 pub mod outline;
 pub mod process;
 pub mod recording;
+pub mod rigid;
 pub mod session;
 pub mod solver;
 pub mod stage;

@@ -1,4 +1,5 @@
-//! Area, centroid and moment of inertia of a swept shape (PHYSICS.md section 5).
+//! Area, centroid and moment of inertia of a swept shape (PHYSICS.md section 5): what mass and inertia of a body are by
+//! PROTOCOL.md section 10, for every solver that is given a density.
 //!
 //! The Minkowski sum of a simple polygon and a disc of radius `a` is cut into the polygon, a rectangle `L x a` on the
 //! outside of every edge, a circular sector at every convex corner, and at every reflex corner a kite that the two
@@ -10,7 +11,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use interface::Vec2;
+use crate::Vec2;
+use crate::config::BodyInertia;
 
 /// The z component of the cross product of two plane vectors.
 #[inline]
@@ -27,6 +29,17 @@ pub struct AreaMoments {
     pub centroid: Vec2,
     /// Polar second moment of area about the centroid in m^4.
     pub polar: f64,
+}
+
+impl AreaMoments {
+    /// Mass (kg/m) of a body of this shape and its moment of inertia (kg m) about the centroid; not checked.
+    pub fn mass(&self, inertia: BodyInertia) -> (f64, f64) {
+        let mass = match inertia {
+            BodyInertia::Mass(mass) => mass,
+            BodyInertia::Density(density) => density * self.area,
+        };
+        (mass, mass * self.polar / self.area)
+    }
 }
 
 /// Area, first moment and polar moment about a common origin, which pieces add up.
@@ -59,7 +72,7 @@ impl Sum {
 /// Moments of the shape swept by a disc of radius `a` (m) along the polygon `vertices` (m), which is simple and in
 /// counter-clockwise order (one vertex: a disc; two: a rounded segment).
 ///
-/// Exact while no piece of the outline is hidden by another: see [`crate::shape`] for the check.
+/// Exact while no piece of the outline is hidden by another, as a sphero-radius too large for a notch does.
 pub fn swept(vertices: &[Vec2], a: f64) -> AreaMoments {
     let n = vertices.len();
     // About the first vertex instead of the origin of the body's coordinates, which may be far away.
@@ -100,6 +113,7 @@ pub fn swept(vertices: &[Vec2], a: f64) -> AreaMoments {
 }
 
 /// Unit normal on the outside of an edge of a counter-clockwise polygon.
+#[inline]
 pub fn outward(edge: Vec2) -> Vec2 {
     Vec2::new(edge.y, -edge.x) / edge.norm()
 }

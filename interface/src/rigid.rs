@@ -1,0 +1,318 @@
+//! Rigid bodies for a solver that brings its own contact between them but knows nothing of material points: what the
+//! contract asks of a bodies' side besides. The four things that go wrong most often (docs/solver-authors.md) are done
+//! here: the kick of unequal steps (T-1), the points' forces negated (F-7), stiffness before contact (F-6), and how far
+//! surfaces have gone (F-9). Plain and for few bodies: every point looks at every edge.
+//!
+//! In a step: [`Springs::press`] for each point and body, [`Body::kick`], [`Body::entry`] into the
+//! [books](crate::books), then [`Body::drift`], or [`Body::moved_to`] where the solver has moved it.
+
+use crate::Vec2;
+use crate::books::Entry;
+use crate::config::{BodyConfig, BodyShape, ContactLaw, Motion};
+use crate::mass::{cross, swept};
+use crate::outline::{contact_point, see};
+use crate::solver::{Fault, Refusal};
+use crate::step::Step;
+use crate::wire::{BodyState, EnvelopeVertex};
+
+/// A disc, a rounded segment or a convex spheropolygon. Its frame lies at its centre of mass.
+#[derive(Debug, Clone)]
+pub struct Body {
+    /// Name in the scene.
+    pub name: String,
+    /// Vertices in its frame in m, counter-clockwise.
+    pub outline: Vec<Vec2>,
+    /// Sphero-radius in m.
+    pub radius: f64,
+    /// Largest distance of its surface from the centre of mass in m.
+    pub extent: f64,
+    /// What the books know of it: where it is and what the points do to it at `t_n`, velocities before and after the
+    /// kick.
+    pub entry: Entry,
+    /// Bound of the squared frequency that the contacts in reach give it, `sum k (1/m + (r x n)^2/I)`, in 1/s^2 (L-2).
+    pub rate: f64,
+    /// `sum (1/m + (r x n)^2/I)` over them in 1/kg.
+    pub mobility: f64,
+    motion: Motion,
+    /// The same outline where it is at `t_n`.
+    placed: Vec<Vec2>,
+    /// Shift (m) and turn (rad) over the last step.
+    moved: (Vec2, f64),
+    /// Position and angle when the envelope was last asked for.
+    published: (Vec2, f64),
+}
+
+impl Body {
+    /// Body `index` of a configuration.
+    ///
+    /// # Errors
+    /// A [`Refusal`] of numbers that make no body, of clusters and of outlines that are not convex.
+    pub fn new(index: usize, config: &BodyConfig) -> Result<Self, Refusal> {
+        let refusal =
+            |key: &str, text: &str| Refusal::new(format!("dem.bodies[{index}].{key}"), text);
+        if matches!(config.shape, BodyShape::Cluster { .. }) {
+            let text = "no clusters here: discs, segments and convex polygons";
+            return Err(refusal("shape", text));
+        }
+        let mut outline: Vec<Vec2> = config
+            .shape
+            .vertices()
+            .into_iter()
+            .map(Vec2::from)
+            .collect();
+        let n = outline.len();
+        if n > 2 {
+            let [a, b, c] = [0, 1, 2].map(|k| outline[k]);
+            if cross(b - a, c - b) < 0.0 {
+                outline.reverse();
+            }
+            let turn = |i: usize| {
+                let [a, b, c] = [0, 1, 2].map(|k| outline[(i + k) % n]);
+                cross(b - a, c - b)
+            };
+            if !(0..n).all(|i| turn(i) > 0.0) {
+                let text = "a polygon with a notch or a straight corner: only convex ones here";
+                return Err(refusal("shape", text));
+            }
+        }
+        let radius = config.sphero_radius;
+        let moments = swept(&outline, radius);
+        let (mass, inertia) = moments.mass(config.inertia);
+        if !(mass > 0.0 && inertia > 0.0 && inertia.is_finite() && radius >= 0.0) {
+            let text = "mass and moment of inertia must be positive and finite";
+            return Err(refusal("inertia", text));
+        }
+        for v in &mut outline {
+            *v -= moments.centroid;
+        }
+        let center = Vec2::from(config.position) + turned(moments.centroid, config.angle);
+        let mut body = Self {
+            name: config.name.clone(),
+            radius,
+            extent: outline.iter().map(Vec2::norm).fold(0.0, f64::max) + radius,
+            entry: Entry {
+                body: BodyState {
+                    mass,
+                    inertia,
+                    ..BodyState::default()
+                },
+                velocity: config.velocity,
+                spin: config.spin,
+                yielding: config.motion.yielding(),
+            },
+            rate: 0.0,
+            mobility: 0.0,
+            motion: config.motion,
+            placed: outline.clone(),
+            outline,
+            moved: (Vec2::zeros(), 0.0),
+            published: (center, config.angle),
+        };
+        body.place(center, config.angle);
+        if config.motion == Motion::Fixed && body.speed() != 0.0 {
+            return Err(refusal("motion", "fixed, but velocity or spin is not zero"));
+        }
+        if !(body.speed() + center.norm() + config.angle.abs()).is_finite() {
+            return Err(refusal("position", "a number that is not finite"));
+        }
+        body.begin();
+        Ok(body)
+    }
+
+    /// Whether forces move it.
+    pub fn yields(&self) -> bool {
+        self.entry.yields()
+    }
+
+    /// Centre of mass in m.
+    pub fn center(&self) -> Vec2 {
+        self.entry.body.position.into()
+    }
+
+    /// 1/m along x and y, 1/I; 0 where forces do not move it.
+    pub fn inverse(&self) -> [f64; 3] {
+        let (mass, inertia) = (self.entry.body.mass, self.entry.body.inertia);
+        let [x, y, angle] = self.entry.yielding;
+        [x / mass, y / mass, angle / inertia]
+    }
+
+    /// Largest speed of a point of its surface after the kick in m/s.
+    pub fn speed(&self) -> f64 {
+        Vec2::from(self.entry.velocity).norm() + self.entry.spin.abs() * self.extent
+    }
+
+    /// Largest displacement of a point of its surface since its envelope was last asked for, in m.
+    pub fn travelled(&self) -> f64 {
+        let (position, angle) = self.published;
+        (self.center() - position).norm() + (self.entry.body.angle - angle).abs() * self.extent
+    }
+
+    /// Its records of the envelopes, from now on the origin of [`Self::travelled`]; `index` is its own.
+    pub fn envelope(&mut self, index: usize) -> impl Iterator<Item = EnvelopeVertex> {
+        self.published = (self.center(), self.entry.body.angle);
+        let reach = self.radius;
+        self.placed.iter().map(move |&vertex| EnvelopeVertex {
+            body: index as u64,
+            position: vertex.into(),
+            reach,
+        })
+    }
+
+    /// Before the contacts of a step: what was after the last kick is before this one, and nothing presses.
+    pub fn begin(&mut self) {
+        let b = &mut self.entry.body;
+        (b.velocity, b.spin) = (self.entry.velocity, self.entry.spin);
+        (b.point_force, b.point_torque, b.contacts) = ([0.0; 2], 0.0, 0);
+        (self.rate, self.mobility) = (0.0, 0.0);
+    }
+
+    /// The kick of T-1 by all that acts at `t_n`, in `gravity` (m/s^2).
+    ///
+    /// # Errors
+    /// [`Fault::NotFinite`].
+    pub fn kick(&mut self, step: &Step, gravity: Vec2) -> Result<(), Fault> {
+        let (push, torque) = self.push(step);
+        let (b, inverse) = (&self.entry.body, self.inverse());
+        for i in 0..2 {
+            let force = b.point_force[i] + b.body_force[i] + push[i];
+            let weight = gravity[i] * self.entry.yielding[i];
+            self.entry.velocity[i] = b.velocity[i] + (force * inverse[i] + weight) * step.kick();
+        }
+        let torque = b.point_torque + b.body_torque + torque;
+        self.entry.spin = b.spin + torque * inverse[2] * step.kick();
+        if self.speed().is_finite() {
+            return Ok(());
+        }
+        Err(Fault::NotFinite {
+            what: "velocity".into(),
+            item: format!("body `{}`", self.name),
+        })
+    }
+
+    /// The push on it from outside at `t_n` (N/m and N), for the books.
+    pub fn push(&self, step: &Step) -> (Vec2, f64) {
+        self.motion.push(step.time)
+    }
+
+    /// The drift of T-1.
+    pub fn drift(&mut self, dt: f64) {
+        let shift = Vec2::from(self.entry.velocity) * dt;
+        self.moved_to(self.center() + shift, self.entry.spin * dt);
+    }
+
+    /// It has moved to this position (m) by this turn (rad).
+    pub fn moved_to(&mut self, position: Vec2, turn: f64) {
+        self.moved = (position - self.center(), turn);
+        self.place(position, self.entry.body.angle + turn);
+    }
+
+    fn place(&mut self, center: Vec2, angle: f64) {
+        (self.entry.body.position, self.entry.body.angle) = (center.into(), angle);
+        for (placed, &v) in self.placed.iter_mut().zip(&self.outline) {
+            *placed = center + turned(v, angle);
+        }
+    }
+}
+
+fn turned(v: Vec2, angle: f64) -> Vec2 {
+    let (sin, cos) = angle.sin_cos();
+    Vec2::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y)
+}
+
+/// The law `linear` between points and bodies, without dashpots, and the sums of a step.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Springs {
+    /// k_n in N/m.
+    pub normal: f64,
+    /// k_t in N/m; 0 where there is no friction.
+    pub tangential: f64,
+    /// mu.
+    pub friction: f64,
+    /// Energy in all springs at `t_n` in J/m.
+    pub energy: f64,
+    /// Dissipated by sliding over the step before in J/m.
+    pub loss: f64,
+}
+
+impl Springs {
+    /// The springs of a law between points and bodies.
+    ///
+    /// # Errors
+    /// A [`Refusal`] of other laws, of dashpots, and of numbers that make no spring.
+    pub fn new(law: &ContactLaw) -> Result<Self, Refusal> {
+        let refuse =
+            |key: &str, text: &str| Err(Refusal::new(format!("dem.point_contact{key}"), text));
+        let ContactLaw::Linear {
+            normal_stiffness: normal,
+            tangential_stiffness: tangential,
+            friction,
+            damping_ratio,
+        } = *law
+        else {
+            return refuse("", "only `linear` is known here");
+        };
+        if damping_ratio != 0.0 {
+            let text = "there are no dashpots here: 0 is accepted";
+            return refuse(".linear.damping_ratio", text);
+        }
+        if !(normal >= 0.0 && friction >= 0.0 && (normal + tangential + friction).is_finite()) {
+            return refuse(".linear", "expected finite numbers that are not negative");
+        }
+        if friction > 0.0 && tangential <= 0.0 {
+            return refuse(
+                ".linear.tangential_stiffness",
+                "friction needs a positive one",
+            );
+        }
+        Ok(Self {
+            normal,
+            tangential: if friction > 0.0 { tangential } else { 0.0 },
+            friction,
+            ..Self::default()
+        })
+    }
+
+    /// Force (N/m) of a body on a point of `radius` that is `at` a place and has come by `moved`, with its tangential `spring` (all
+    /// in m; section 7); the negative goes to the body. `None` out of reach (F-6).
+    pub fn press(
+        &mut self,
+        body: &mut Body,
+        radius: f64,
+        at: Vec2,
+        moved: Vec2,
+        spring: &mut f64,
+    ) -> Option<Vec2> {
+        let before = core::mem::take(spring);
+        let seen = see(&body.placed, 0..body.placed.len(), at);
+        let overlap = body.radius + radius - seen.distance;
+        if overlap <= -0.5 * radius {
+            return None;
+        }
+        let normal = seen.normal;
+        let tangent = Vec2::new(-normal.y, normal.x);
+        let arm = contact_point(at, radius, overlap, normal) - body.center();
+        let [x_yields, y_yields, turns] = body.inverse();
+        let mobility = |along: &Vec2| x_yields.max(y_yields) + turns * cross(arm, *along).powi(2);
+        body.rate += self.normal * mobility(&normal) + self.tangential * mobility(&tangent);
+        body.mobility += mobility(&normal);
+        let (shift, turn) = body.moved;
+        let material = shift + arm - turned(arm, -turn);
+        let slid = (moved - material).dot(&tangent);
+        // A contact that has opened is one whose spring is cut to nothing.
+        let depth = overlap.max(0.0);
+        let pressing = self.normal * depth;
+        if self.tangential > 0.0 {
+            let longest = self.friction * pressing / self.tangential;
+            *spring = (before + slid).clamp(-longest, longest);
+        }
+        self.loss += 0.5 * self.tangential * (*spring + before) * (slid - (*spring - before));
+        self.energy += 0.5 * (pressing * depth + self.tangential * *spring * *spring);
+        let force = normal * pressing - tangent * (self.tangential * *spring);
+        let b = &mut body.entry.body;
+        b.point_force[0] -= force.x;
+        b.point_force[1] -= force.y;
+        b.point_torque -= cross(arm, force);
+        b.contacts += u64::from(overlap > 0.0);
+        Some(force)
+    }
+}
