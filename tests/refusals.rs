@@ -248,3 +248,22 @@ fn a_refusal_by_a_solver_names_the_key() {
     }
     ended.says(&["the mpm refused its part of the scene"]);
 }
+
+/// Each solver in the place of the other: the run ends at once, and says of both sides what is wrong.
+#[test]
+fn a_solver_of_the_other_side_is_refused_by_name() {
+    let program = env!("CARGO_BIN_EXE_tandem");
+    for (expected, given) in [("dem", "mpm"), ("mpm", "dem")] {
+        let place = Place::new();
+        let command = format!("'{program}' {given}");
+        let option = format!("--{expected}");
+        let more = ["--variant", "quick", &option, &command];
+        let start = std::time::Instant::now();
+        let ended = place.start_run("out", &scene(HARD), &more).end().expect(3);
+        let took = start.elapsed().as_secs_f64();
+        assert!(took < 20.0, "it took {took:.1} s");
+        let what = format!("what was started as the {expected} is `tandem-{given}");
+        place.assert_clean(&ended.runs);
+        ended.says(&[&what, &format!("it may be given by `--{given}`")]);
+    }
+}

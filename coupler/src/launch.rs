@@ -66,28 +66,27 @@ impl Crew {
         start: &Start,
         domain: &Domain,
     ) -> Result<(), StartError> {
-        let work =
-            match start {
-                Start::Process(command) => process::start(command, domain)
-                    .map(Work::Process)
+        let work = match start {
+            Start::Process(command) => process::start(command, party, domain)
+                .map(Work::Process)
+                .map_err(|source| StartError {
+                    party,
+                    command: command.join(" "),
+                    source,
+                })?,
+            Start::Thread(solve) => {
+                let (solve, domain) = (*solve, domain.clone());
+                std::thread::Builder::new()
+                    .name(party.name().to_string())
+                    .spawn(move || solve(&domain))
+                    .map(|handle| Work::Thread(Some(handle)))
                     .map_err(|source| StartError {
                         party,
-                        command: command.join(" "),
+                        command: "a thread".into(),
                         source,
-                    })?,
-                Start::Thread(solve) => {
-                    let (solve, domain) = (*solve, domain.clone());
-                    std::thread::Builder::new()
-                        .name(party.name().to_string())
-                        .spawn(move || solve(&domain))
-                        .map(|handle| Work::Thread(Some(handle)))
-                        .map_err(|source| StartError {
-                            party,
-                            command: "a thread".into(),
-                            source,
-                        })?
-                }
-            };
+                    })?
+            }
+        };
         self.members.push(Member {
             party,
             work,

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use rustix::process::{Pid, Signal, kill_process_group};
 
 use crate::SharedMemory;
+use crate::control::Party;
 use crate::domain::Domain;
 use crate::session::{SessionError, dem, mpm};
 use crate::solver::{DemSolver, MpmSolver};
@@ -88,12 +89,15 @@ fn with_run(
     }
 }
 
-/// Starts `command --join RUN` as O-1 says: standard input closed, in a process group of its own, so that Ctrl-C at the
+/// In the environment of a solver: the party that it is started as (O-1).
+pub(crate) const STARTED_AS: &str = "TANDEM_PARTY";
+
+/// Starts `command --join RUN` as the solver `party`, as O-1 says: standard input closed, in a process group of its own, so that Ctrl-C at the
 /// terminal reaches the coupler alone.
 ///
 /// # Errors
 /// Why it cannot be started.
-pub fn start(command: &[String], domain: &Domain) -> io::Result<Child> {
+pub fn start(command: &[String], party: Party, domain: &Domain) -> io::Result<Child> {
     let [program, arguments @ ..] = command else {
         return Err(io::Error::new(
             io::ErrorKind::InvalidInput,
@@ -103,6 +107,7 @@ pub fn start(command: &[String], domain: &Domain) -> io::Result<Child> {
     Command::new(program)
         .args(arguments)
         .args(["--join", domain.id()])
+        .env(STARTED_AS, party.name())
         .stdin(Stdio::null())
         .process_group(0)
         .spawn()

@@ -349,6 +349,17 @@ def serve_dem(solver, arguments=None):
     return serve(_Dem, solver, arguments)
 
 
+def _say_on_the_wrong_side(run_id, expected, hello):
+    """Clause O-1: says Hello where the coupler listens for another party, and waits for the end of the session."""
+    run = Run(run_id, expected)
+    notices, rope = run.outlet(f"{expected}/notices", ctypes.c_uint8, 65536), run.rope(expected, "coupler")
+    notices.send(wire.StepHeader(), len(hello), hello)
+    rope.notify()
+    end = time.monotonic() + 2.0
+    while run.coupler_lives() and time.monotonic() < end:
+        time.sleep(0.01)
+
+
 def serve(side, solver, arguments):
     """As [`serve_dem`], for any side."""
     arguments = sys.argv[1:] if arguments is None else arguments
@@ -358,7 +369,11 @@ def serve(side, solver, arguments):
     # Clause X-5: Ctrl-C is the coupler's.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     seat = None
+    expected = os.environ.get("TANDEM_PARTY", side.PARTY)
     try:
+        if expected != side.PARTY:
+            _say_on_the_wrong_side(arguments[1], expected, control.hello(side.PARTY, solver.identity, os.getpid()))
+            return 3
         seat = side(Run(arguments[1], side.PARTY), solver)
         seat.serve()
         return 0

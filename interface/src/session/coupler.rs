@@ -119,7 +119,11 @@ impl<S: Service + 'static> Session<S> {
                 party,
                 "S-2",
                 0,
-                format!("the {} took its seat", hello.party),
+                format!(
+                    "what was started as the {party} is `{}`, which says that it is the {}: it may be given by `--{}` \
+                     only",
+                    hello.identity, hello.party, hello.party
+                ),
             ));
         }
         let ((theirs, _), (ours, _)) = (hello.protocol, PROTOCOL);

@@ -1,22 +1,26 @@
 //! A solver's end of its line to the coupler.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use iceoryx2::prelude::Service;
 use serde::de::DeserializeOwned;
 
 use super::stopwatch::{Activity, Stopwatch, cpu_ns};
 use super::{PATIENCE_WITH_WAITERS, SessionError};
-use crate::channel::{Bell, Inlet, Outlet, Post, Rope, Seat};
+use crate::channel::{Bell, Inlet, Outlet, Post, Rope, Seat, seat};
 use crate::codec::{decode, encode};
 use crate::control::{Configure, Failure, Hello, Notice, Order, PROTOCOL, Party, Ready};
 use crate::domain::Domain;
+use crate::process::STARTED_AS;
 use crate::solver::{Readiness, Refusal};
 use crate::wait::{Patience, wait};
 use crate::wire::{Grant, ImpInfo, Record, Report, StepHeader};
 
 /// Longest wait for the coupler while the session is being set up: the other solver may be filling a large scene.
 const SETUP: Duration = Duration::from_mins(2);
+
+/// Longest that a solver on the wrong side waits for the coupler to end the session.
+const GRACE: Duration = Duration::from_secs(2);
 
 /// What the coupler wants next.
 pub(crate) enum Next {
@@ -51,6 +55,15 @@ impl<S: Service + 'static> Desk<S> {
         identity: String,
         own_process: bool,
     ) -> Result<Self, SessionError> {
+        let hello = Hello {
+            protocol: PROTOCOL,
+            party: seat.party,
+            identity,
+            pid: std::process::id(),
+        };
+        if own_process && let Some(expected) = started_as().filter(|&party| party != seat.party) {
+            return Err(wrong_side::<S>(domain, expected, hello));
+        }
         let post = Post::open(domain, seat.party)?;
         let desk = Self {
             party: seat.party,
@@ -68,12 +81,6 @@ impl<S: Service + 'static> Desk<S> {
             bytes: Vec::new(),
             granted: Vec::new(),
             post,
-        };
-        let hello = Hello {
-            protocol: PROTOCOL,
-            party: seat.party,
-            identity,
-            pid: std::process::id(),
         };
         desk.notify(&Notice::Hello(hello))?;
         Ok(desk)
@@ -260,6 +267,36 @@ impl<S: Service + 'static> Desk<S> {
         )?;
         self.rope.ring();
         Ok(())
+    }
+}
+
+/// The party that the coupler has started this process as, if it says so (O-1).
+fn started_as() -> Option<Party> {
+    let name = std::env::var(STARTED_AS).ok()?;
+    let solvers = [Party::Mpm, Party::Dem];
+    solvers.into_iter().find(|party| party.name() == name)
+}
+
+/// Says Hello where the coupler listens for another party than this one is, and lives until that has been heard (D-2).
+fn wrong_side<S: Service + 'static>(
+    domain: &Domain,
+    expected: Party,
+    hello: Hello,
+) -> SessionError {
+    let own = hello.party;
+    let said = Post::<S>::open(domain, expected).and_then(|post| {
+        let notices = post.outlet(&seat(expected).notices)?;
+        notices.send(StepHeader::default(), &encode(&Notice::Hello(hello)))?;
+        post.rope(expected, Party::Coupler)?.ring();
+        let start = Instant::now();
+        while domain.coupler_lives() && start.elapsed() < GRACE {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        Ok(())
+    });
+    match said {
+        Ok(()) => broken(own, "O-1", 0, format!("started as the {expected}")),
+        Err(error) => error.into(),
     }
 }
 

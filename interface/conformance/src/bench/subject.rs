@@ -54,7 +54,9 @@ impl Subject {
     /// Why it cannot be started.
     pub fn start(&self, domain: &Domain) -> std::io::Result<Worker> {
         match &self.start {
-            Start::Command(command) => process::start(command, domain).map(Worker::Process),
+            Start::Command(command) => {
+                process::start(command, self.party, domain).map(Worker::Process)
+            }
             Start::Thread(solve) => {
                 let (solve, domain) = (solve.clone(), domain.clone());
                 std::thread::Builder::new()
