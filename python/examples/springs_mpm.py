@@ -35,6 +35,27 @@ def distance(outline, x, y):
     return 0.0 if inside and n > 2 else best
 
 
+def lattice(fill, spacing, cell):
+    """Distance of the points in m, and their positions by row and column; none where it is no square lattice."""
+    h, places = spacing.get("distance") or cell / math.sqrt(spacing.get("per_cell", 1.0)), {}
+    if "rectangle" in fill:
+        (left, bottom), (right, top) = fill["rectangle"]["lower"], fill["rectangle"]["upper"]
+        columns, rows = spacing.get("counts") or (round((right - left) / h), round((top - bottom) / h))
+        h = (right - left) / columns
+        if abs((top - bottom) / rows - h) <= 1e-9 * h:
+            boxes = [(row, column) for row in range(rows) for column in range(columns)]
+            places = {(r, c): (left + (c + 0.5) * h, bottom + (r + 0.5) * h) for r, c in boxes}
+    elif "disc" in fill and "counts" not in spacing:
+        (x, y), radius = fill["disc"]["center"], fill["disc"]["radius"]
+        n = math.ceil(radius / h)
+        boxes = [(row, column) for row in range(-n, n) for column in range(-n, n)]
+        within = [(r, c) for r, c in boxes if math.hypot((c + 0.5) * h, (r + 0.5) * h) <= radius]
+        places = {(r, c): (x + (c + 0.5) * h, y + (r + 0.5) * h) for r, c in within}
+    elif "points" in fill and "counts" not in spacing:  # nobody's neighbours
+        places = {(2 * i, 2 * i): tuple(at) for i, at in enumerate(fill["points"]["positions"])}
+    return h, places
+
+
 class Springs:
     """Positions `x` at t_n, velocities `v` at t_{n-1/2}, by point; ids are their places in these lists."""
 
@@ -47,7 +68,12 @@ class Springs:
                 raise Refusal(f"mpm.{key}", f"there is no grid here: {accepted[0]} is accepted")
         self.domain, self.gravity, self.skin = config["domain"], config["gravity"], config["skin"]
         self.x, self.v, self.mass, self.radius, self.group, self.springs = [], [], [], [], [], []
+        if not config["cell"] > 0.0:
+            raise Refusal("mpm.cell", f"{config['cell']} m: expected a positive length")
+        self.courant_time = math.inf
         for index, group in enumerate(config["groups"]):
+            if group["material"] >= len(config["materials"]):
+                raise Refusal(f"mpm.groups[{index}].material", f"there is no material {group['material']}")
             self.fill(index, group, config["materials"][group["material"]], config["cell"])
         self.count = len(config["groups"])
         stiffness = [0.0] * len(self.x)
@@ -58,28 +84,23 @@ class Springs:
         self.omega_sq = max(2.0 * k / m for k, m in zip(stiffness, self.mass))
         self.selected, self.travelled, self.impulse, self.fallen = [], 0.0, [0.0, 0.0], 0.0
         notes = ["no grid: cell is for spacing only; shape, transfer and stress_update are not used; one thread"]
-        return Readiness(items=len(self.x), mass_min=min(self.mass), notes=notes)
+        return Readiness(items=len(self.x), mass_min=min(self.mass), courant_time=self.courant_time, notes=notes)
 
     def fill(self, index, group, material, cell):
         key = f"mpm.groups[{index}]"
         model = material["model"].get("linear_elastic")
         if model is None or abs(model["bulk_modulus"] / model["shear_modulus"] - 5.0 / 3.0) > 1e-9:
             raise Refusal(f"{key}.material", "springs are `linear_elastic` with bulk_modulus = 5/3 shear_modulus")
+        wave = math.sqrt(3.0 * model["shear_modulus"] / material["density"])  # K + 4/3 G = 3 G
+        self.courant_time = min(self.courant_time, cell / wave)
         if group.get("rigid") or any((group.get("fields") or {}).values()):
             raise Refusal(key, "neither `rigid` nor initial fields are known here")
-        spacing, fill = group["spacing"], group["fill"]
-        h = spacing.get("distance") or (cell / math.sqrt(spacing["per_cell"]) if "per_cell" in spacing else None)
-        if h is None or "disc" not in fill:
-            raise Refusal(f"{key}.fill", "only `disc`, with spacing `per_cell` or `distance`")
-        (cx, cy), r = fill["disc"]["center"], fill["disc"]["radius"]
-        n, first, at = math.ceil(r / h), len(self.x), {}
-        for row in range(-n, n):
-            for column in range(-n, n):
-                dx, dy = (column + 0.5) * h, (row + 0.5) * h
-                if math.hypot(dx, dy) <= r:
-                    at[row, column] = len(self.x)
-                    self.x.append((cx + dx, cy + dy))
-        added = len(self.x) - first
+        h, places = lattice(group["fill"], group["spacing"], cell)
+        if not places:
+            raise Refusal(f"{key}.fill", "only `disc`, `points` and `rectangle`, with points as far apart along x as along y")
+        first, added = len(self.x), len(places)
+        at = {place: first + i for i, place in enumerate(places)}
+        self.x += places.values()
         self.v += [tuple(group["velocity"])] * added
         self.mass += [material["density"] * h * h] * added
         self.radius += [group["contact_radius"] or 0.5 * h] * added
