@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use harness::{Place, RunFiles, root, scene, signal, until};
+use harness::{Place, RunFiles, root, scene};
 use interface::recording::{End, Playback};
 use interface::wire::flags;
 
@@ -126,17 +126,7 @@ fn a_solver_in_python_is_recorded_for_nothing() {
 #[test]
 fn a_killed_run_leaves_a_prefix() {
     let place = Place::new();
-    let long = ["--set", "time.end=20", "--set", "check=[]", "--record"];
-    let mut run = place.start_run("out", &scene(HARD), &[&QUICK[..], &long].concat());
-    run.stepping("out");
-    let file = recording(&place, "out");
-    let grown = until(harness::PATIENCE, || {
-        let size = fs::metadata(&file).map_or(0, |file| file.len());
-        (size > 100_000).then_some(())
-    });
-    assert!(grown.is_some(), "nothing is written while the run goes on");
-    signal(run.pid(), "KILL");
-    assert_eq!(run.end().signal(), Some(9));
+    let file = place.recording_of_a_killed_run("out", &scene(HARD));
     let (messages, end) = content(&file);
     assert!(matches!(end, End::Torn { .. }), "{end:?}");
     assert!(messages["imp/forces"] > 10, "{messages:?}");

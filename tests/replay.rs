@@ -7,7 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use harness::{Ended, Place, RunFiles, root, scene, signal, until};
+use harness::{Ended, Place, RunFiles, root, scene};
 use interface::recording::{End, Playback};
 
 const HARD: &str = "jiang2020/collision_hard";
@@ -189,19 +189,10 @@ fn one_solver_alone_is_recorded_too() {
 #[test]
 fn a_killed_run_leaves_a_prefix_that_replays() {
     let place = Place::new();
-    let long = ["--set", "time.end=20", "--set", "check=[]", "--record"];
-    let mut run = place.start_run("out", &scene(HARD), &[&QUICK[..], &long].concat());
-    run.stepping("out");
-    let file = recording(&place, "out");
-    let grown = until(harness::PATIENCE, || {
-        let size = fs::metadata(&file).map_or(0, |file| file.len());
-        (size > 100_000).then_some(())
-    });
-    assert!(grown.is_some(), "nothing is written while the run goes on");
-    signal(run.pid(), "KILL");
-    assert_eq!(run.end().signal(), Some(9));
+    let file = place.recording_of_a_killed_run("out", &scene(HARD));
+    let file = file.to_str().expect("a UTF-8 path");
     for side in ["--dem", "--mpm"] {
-        let ended = place.start(&["replay", &file, side]).end().expect(0);
+        let ended = place.start(&["replay", file, side]).end().expect(0);
         tells(&ended, &["the same, to the bit", "ends in the middle"]);
     }
 }
