@@ -330,6 +330,9 @@ pub struct ConformanceArgs {
     /// Most steps granted at once.
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
     pub window: u32,
+    /// Longest wait for Hello and for Ready in seconds; how long a solver takes to start is not judged.
+    #[arg(long, value_name = "SECONDS", default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..))]
+    pub startup: u16,
     /// Write the verdicts as JSON.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,

@@ -4,6 +4,7 @@ use std::io::IsTerminal;
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
+use std::time::Duration;
 
 use conformance::bench::{Solve, Start, Subject};
 use conformance::mutant::{self, Host};
@@ -47,6 +48,7 @@ pub fn judge(args: &ConformanceArgs) -> ExitCode {
     let options = Options {
         only: args.only.clone(),
         window: args.window.into(),
+        startup: Duration::from_secs(args.startup.into()),
         trace: args.trace.is_some(),
     };
     let show = |judged: &Judged| say(row(judged, &waivers, Paint(colour)));

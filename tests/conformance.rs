@@ -167,6 +167,30 @@ fn what_cannot_be_judged_has_its_own_status() {
     );
 }
 
+/// How long a solver takes to start is not judged; one that never speaks is not awaited for ever, nor in every clause.
+#[test]
+fn a_slow_start_is_no_fault_and_an_endless_one_is_found_soon() {
+    let code = |command: &str, startup: &str| {
+        let clauses = ["--only", "S-2a,S-6a,S-9a,F-7a", "--startup", startup];
+        let start = std::time::Instant::now();
+        let output = tandem(&["conformance", "--dem", command])
+            .args(clauses)
+            .output()
+            .unwrap();
+        (output.status.code(), start.elapsed().as_secs_f64())
+    };
+    // Longer than the kit waits for an answer.
+    let late = format!(
+        "sh -c 'sleep 2.5; exec {} \"$@\"' late",
+        solver("dem").replace('\'', "")
+    );
+    assert_eq!(code(&late, "20").0, Some(0));
+    let (status, took) = code("sh -c 'sleep 60' silent", "3");
+    assert_eq!(status, Some(1));
+    // 3 s at first, 2 s for the first clause, which blocks the others.
+    assert!(took < 15.0, "{took:.1} s");
+}
+
 /// docs/conformance.md has a row for every clause and mutant, as the program lists them.
 #[test]
 fn the_manual_lists_every_clause_with_its_mutant() {

@@ -57,12 +57,15 @@ use trace::Trace;
 use verdict::Verdict;
 
 /// How the kit is used.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Options {
     /// Ids of the clauses to judge; all when empty.
     pub only: Vec<String>,
     /// Most steps granted at once.
     pub window: u64,
+    /// Longest wait for Hello and for Ready. A solver that has been awaited for so long once is awaited for
+    /// [`bench::PATIENCE`] from then on, so that one that never comes is judged in bounded time.
+    pub startup: Duration,
     /// Whether the messages of each clause are kept.
     pub trace: bool,
 }
@@ -140,7 +143,11 @@ pub fn examine(
             party: subject.party,
         });
     }
-    let identity = identity(subject)?;
+    let mut startup = options.startup;
+    let (identity, came) = identity(subject, startup)?;
+    if !came {
+        startup = startup.min(bench::PATIENCE);
+    }
     // What the first clause asks for, that a solver comes and says Hello, every other one needs.
     let first = all.first().map(|clause| clause.id);
     let mut broken: BTreeMap<&str, &str> = BTreeMap::new();
@@ -157,14 +164,19 @@ pub fn examine(
         } else {
             Trace::default()
         };
-        let outcome = match by {
-            Some(by) => Judged {
+        let outcome = if let Some(by) = by {
+            Judged {
                 clause,
                 verdict: Verdict::Blocked { by },
                 wall: Duration::ZERO,
                 trace,
-            },
-            None => judge(subject, options, clause, trace),
+            }
+        } else {
+            let (judged, awaited) = judge(subject, options.window, startup, clause, trace);
+            if awaited {
+                startup = startup.min(bench::PATIENCE);
+            }
+            judged
         };
         match outcome.verdict {
             Verdict::Fail(_) => broken.insert(clause.id, clause.id),
@@ -181,49 +193,62 @@ pub fn examine(
     })
 }
 
-fn judge(subject: &Subject, options: &Options, clause: &'static Clause, trace: Trace) -> Judged {
+/// Judges a clause; returns also whether the solver was awaited in vain at its start.
+fn judge(
+    subject: &Subject,
+    window: u64,
+    startup: Duration,
+    clause: &'static Clause,
+    trace: Trace,
+) -> (Judged, bool) {
     let start = Instant::now();
     if clause.of_processes && !subject.is_process() {
         let reason = "it can be seen of a process only".into();
-        return Judged {
+        let judged = Judged {
             clause,
             verdict: Verdict::NotApplicable { reason },
             wall: Duration::ZERO,
             trace,
         };
+        return (judged, false);
     }
-    let bench = Bench::new(subject.clone(), options.window.max(1), trace);
+    let bench = Bench::new(subject.clone(), window.max(1), startup, trace);
     let verdict = match (clause.judge)(&bench) {
         Ok(measured) => Verdict::Pass { measured },
         Err(unmet) => unmet.into(),
     };
-    Judged {
+    let awaited = bench.was_kept_waiting();
+    let judged = Judged {
         clause,
         verdict,
         wall: start.elapsed(),
         trace: bench.into_trace(),
-    }
+    };
+    (judged, awaited)
 }
 
-/// Starts the solver once, to learn whether it can be started and what it is called; empty when it does not say.
-fn identity(subject: &Subject) -> Result<String, ExamineError> {
+/// Starts the solver once, to learn whether it can be started and what it is called, empty when it does not say; and
+/// whether it spoke or ended within `startup`.
+fn identity(subject: &Subject, startup: Duration) -> Result<(String, bool), ExamineError> {
     let stage = interface::stage::Stage::open(subject.medium(), subject.party)?;
     let mut worker = subject.start(stage.domain()).map_err(ExamineError::Start)?;
     let start = Instant::now();
-    let mut identity = String::new();
-    while start.elapsed() < bench::PATIENCE {
+    let (mut identity, mut came) = (String::new(), false);
+    while start.elapsed() < startup {
         if let Some(message) = stage.receive(interface::stage::Kind::Notice)? {
             if let Ok(Notice::Hello(hello)) = message.as_notice() {
                 identity = hello.identity;
             }
+            came = true;
             break;
         }
         if worker.ended().is_some() {
+            came = true;
             break;
         }
         stage.sleep(interface::stage::Kind::Notice, Duration::from_millis(2));
     }
     stage.release();
     worker.dismiss();
-    Ok(identity)
+    Ok((identity, came))
 }

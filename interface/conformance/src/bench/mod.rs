@@ -1,8 +1,9 @@
 //! Where a clause is judged: sessions with the solver under test, in which the kit is the coupler and the peer.
 //!
-//! Nothing here can hang: the kit waits in [`Session::expect`] only, for [`PATIENCE`] at most, and not beyond the
-//! clause's [`LIMIT`].
+//! Nothing here can hang: the kit waits for a message for [`PATIENCE`] at most, and not beyond the clause's [`LIMIT`];
+//! for Hello and Ready as long as [`Bench::startup`] says, which is not counted into it.
 
+mod echo;
 mod flow;
 mod lockstep;
 mod points;
@@ -18,6 +19,7 @@ use interface::solver::Refusal;
 use interface::stage::{Kind, Message, Stage};
 use interface::wait::{Patience, wait};
 
+pub use echo::echo;
 pub use flow::{Flow, Shown, Told, around_all, outline};
 pub use lockstep::{Answer, Measured, Play};
 pub use points::Points;
@@ -29,7 +31,10 @@ use crate::verdict::{Unmet, broken};
 
 /// Longest silence of a solver that is to answer.
 pub const PATIENCE: Duration = Duration::from_secs(2);
-/// Longest time that a clause takes in all: a solver that answers every time, but late, does not hold up the kit.
+/// Longest wait for Hello and for Ready where nothing else is asked for: an interpreter may have much to load, and the
+/// coupler waits longer (S-11).
+pub const STARTUP: Duration = Duration::from_secs(20);
+/// Longest time that a clause takes in all, start-up left out: a solver that answers every time, but late, does not hold up the kit.
 pub const LIMIT: Duration = Duration::from_secs(20);
 /// Hash of the kit's scenes.
 pub const HASH: &str = "00c0ffee";
@@ -40,19 +45,25 @@ pub struct Bench {
     pub subject: Subject,
     /// Most steps granted at once.
     pub window: u64,
+    /// Longest wait for Hello and for Ready.
+    pub startup: Duration,
     trace: RefCell<Trace>,
     started: Instant,
+    /// Time spent waiting for Hello and Ready.
+    starting: Cell<Duration>,
     sessions: Cell<u32>,
 }
 
 impl Bench {
     /// A bench whose clock starts now.
-    pub fn new(subject: Subject, window: u64, trace: Trace) -> Self {
+    pub fn new(subject: Subject, window: u64, startup: Duration, trace: Trace) -> Self {
         Self {
             subject,
             window,
+            startup,
             trace: RefCell::new(trace),
             started: Instant::now(),
+            starting: Cell::new(Duration::ZERO),
             sessions: Cell::new(0),
         }
     }
@@ -90,12 +101,17 @@ impl Bench {
         Ok(Play::new(session, self.window))
     }
 
+    /// Whether the solver was awaited at its start for as long as it may be.
+    pub(crate) fn was_kept_waiting(&self) -> bool {
+        self.starting.get() >= self.startup
+    }
+
     pub(crate) fn into_trace(self) -> Trace {
         self.trace.into_inner()
     }
 
     fn left(&self) -> Duration {
-        LIMIT.saturating_sub(self.started.elapsed())
+        (LIMIT + self.starting.get()).saturating_sub(self.started.elapsed())
     }
 }
 
@@ -172,9 +188,13 @@ impl Session<'_> {
     /// # Errors
     /// [`Unmet::Broken`] when a notice comes instead, the solver ends, or nothing comes.
     pub fn expect(&mut self, kind: Kind) -> Result<Message, Unmet> {
+        self.expect_within(kind, PATIENCE.min(self.bench.left()))
+    }
+
+    fn expect_within(&mut self, kind: Kind, deadline: Duration) -> Result<Message, Unmet> {
         let patience = Patience {
-            nap: Duration::from_millis(2),
-            ..Patience::until(PATIENCE.min(self.bench.left()))
+            nap: Duration::from_micros(500),
+            ..Patience::until(deadline)
         };
         let mut ended = None;
         let (stage, worker) = (&self.stage, &mut self.worker);
@@ -216,7 +236,11 @@ impl Session<'_> {
     /// # Errors
     /// [`Unmet::Broken`], also when it does not decode (S-1).
     pub fn notice(&mut self) -> Result<Notice, Unmet> {
-        let message = self.expect(Kind::Notice)?;
+        self.notice_within(PATIENCE.min(self.bench.left()))
+    }
+
+    fn notice_within(&mut self, deadline: Duration) -> Result<Notice, Unmet> {
+        let message = self.expect_within(Kind::Notice, deadline)?;
         message.as_notice().map_err(|e| {
             broken(
                 "a notice as section 3 says",
@@ -225,12 +249,21 @@ impl Session<'_> {
         })
     }
 
+    /// Waits for what a solver says while it starts, whose time is not counted.
+    fn starting(&mut self) -> Result<Notice, Unmet> {
+        let start = Instant::now();
+        let notice = self.notice_within(self.bench.startup);
+        let starting = &self.bench.starting;
+        starting.set(starting.get() + start.elapsed());
+        notice
+    }
+
     /// Waits for Hello.
     ///
     /// # Errors
     /// [`Unmet::Broken`].
     pub fn hello(&mut self) -> Result<Hello, Unmet> {
-        match self.notice()? {
+        match self.starting()? {
             Notice::Hello(hello) => Ok(hello),
             other => Err(broken("Hello", format_args!("{other:?}"))),
         }
@@ -242,7 +275,7 @@ impl Session<'_> {
     /// [`Unmet::Broken`].
     pub fn configure(&mut self, configure: &Configure) -> Result<Reply, Unmet> {
         self.order(&Order::Configure(configure.clone()))?;
-        match self.notice()? {
+        match self.starting()? {
             Notice::Ready(ready) => Ok(Reply::Ready(ready)),
             Notice::Refused(refusal) => Ok(Reply::Refused(refusal)),
             other => Err(broken("Ready or Refused", format_args!("{other:?}"))),
@@ -265,7 +298,15 @@ impl Session<'_> {
     /// # Errors
     /// [`Unmet::Broken`] when it says something else, or nothing.
     pub fn failure(&mut self) -> Result<Failure, Unmet> {
-        match self.notice()? {
+        self.failure_within(PATIENCE.min(self.bench.left()))
+    }
+
+    /// The same, where it may take longer than an answer.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`] when it says something else, or nothing.
+    pub fn failure_within(&mut self, deadline: Duration) -> Result<Failure, Unmet> {
+        match self.notice_within(deadline)? {
             Notice::Failed(failure) => Ok(failure),
             other => Err(broken("Failed", format_args!("{other:?}"))),
         }

@@ -1,6 +1,7 @@
 //! Clauses as data: an id, a level, and a function that judges.
 
 pub mod dem;
+mod machine;
 pub mod mpm;
 mod session;
 
@@ -122,7 +123,7 @@ pub const NOT_CHECKED: &[(&str, &str)] = &[
     ),
     (
         "S-11",
-        "the waits of 30 s and 120 s: too long for a kit; those of `Configure.deadline` are judged",
+        "the waits of 30 s and 120 s: too long for a kit; those that come from `Configure.deadline` are judged",
     ),
     (
         "S-8",

@@ -14,6 +14,8 @@ use interface::domain::Domain;
 use interface::session::SessionError;
 use interface::stage::{ChannelError, Kind, Medium, Message, Payload, Seat, Stage};
 use interface::wire::{BodyState, EnvelopeVertex, Grant, ImpForce, ImpState, Report, StepHeader};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 
 /// The solver that a mutant hosts: joins a run over [`Medium::Threads`].
 #[derive(Debug, Clone, Copy)]
@@ -90,6 +92,8 @@ pub struct Manners {
     pub never_looks_up_in_a_step: bool,
     /// Removes the run's lock when it ends.
     pub removes_the_lock: bool,
+    /// Waits for the next grant for ever.
+    pub waits_for_ever: bool,
     /// Ends on Ctrl-C.
     pub ends_on_interrupt: bool,
 }
@@ -150,14 +154,24 @@ impl Flaw {
         })
     }
 
-    /// Spoils the bodies' configuration, where it parses.
-    pub fn bodies_config(mut spoil: impl FnMut(&mut DemConfig) + 'static) -> Self {
+    /// Spoils a configuration, where it parses; one that is left as it was keeps its bytes.
+    pub fn config<C: Clone + PartialEq + Serialize + DeserializeOwned>(
+        mut spoil: impl FnMut(&mut C) + 'static,
+    ) -> Self {
         Self::configure(move |configure| {
-            if let Ok(mut config) = serde_json::from_str(&configure.config) {
-                spoil(&mut config);
-                configure.config = serde_json::to_string(&config).expect("it was JSON before");
+            if let Ok(config) = serde_json::from_str::<C>(&configure.config) {
+                let mut spoilt = config.clone();
+                spoil(&mut spoilt);
+                if spoilt != config {
+                    configure.config = serde_json::to_string(&spoilt).expect("it was JSON before");
+                }
             }
         })
+    }
+
+    /// Spoils the bodies' configuration, where it parses.
+    pub fn bodies_config(spoil: impl FnMut(&mut DemConfig) + 'static) -> Self {
+        Self::config(spoil)
     }
 }
 
@@ -201,6 +215,16 @@ const NAP: Duration = Duration::from_micros(100);
 const LATE: Duration = Duration::from_millis(20);
 /// Longest time between two looks whether the coupler lives.
 const LIFE: Duration = Duration::from_millis(10);
+/// Of how many points on a mutant naps: those of the clause on latency, and of few others.
+const MANY: usize = 100;
+
+/// Sleeps for longer than the nap of B-3 where there are many points.
+fn nap_for_many(points: usize) {
+    if points >= MANY {
+        std::thread::sleep(Duration::from_millis(15));
+    }
+}
+
 /// Joins the run of `domain` as the hosted solver with a flaw; returns its exit status.
 pub fn relay(medium: Medium, domain: &Domain, host: Host, flaw: Flaw) -> u8 {
     let manners = flaw.manners;
@@ -215,6 +239,10 @@ pub fn relay(medium: Medium, domain: &Domain, host: Host, flaw: Flaw) -> u8 {
     }
 }
 
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is a moment of the session"
+)]
 struct Relay {
     seat: Seat,
     stage: Stage,
@@ -225,6 +253,8 @@ struct Relay {
     in_step: bool,
     /// Bye has been said.
     said_bye: bool,
+    /// It waits for ever.
+    stuck: bool,
 }
 
 impl Relay {
@@ -241,6 +271,7 @@ impl Relay {
             coupled: false,
             in_step: false,
             said_bye: false,
+            stuck: false,
         })
     }
 
@@ -252,7 +283,7 @@ impl Relay {
             // The end is looked for first: what was sent before it is passed on after.
             let ended = self.hosted.is_finished();
             let mut passed = self.pass_out()?;
-            if ended {
+            if ended && !self.stuck {
                 return Ok(matches!(self.hosted.join(), Ok(Ok(()))));
             }
             let manners = self.flaw.manners;
@@ -343,6 +374,13 @@ impl Relay {
         for message in taken.into_iter().rev() {
             let notice = message.as_notice();
             let ready = matches!(notice, Ok(Notice::Ready(_)));
+            if self.flaw.manners.waits_for_ever
+                && let Ok(Notice::Failed(failure)) = &notice
+                && failure.message.contains("the next grant")
+            {
+                self.stuck = true;
+                continue;
+            }
             self.said_bye |= matches!(notice, Ok(Notice::Bye));
             self.in_step &= message.kind() != Kind::Report;
             if ready && self.coupled {

@@ -8,8 +8,8 @@ use interface::stage::{Kind, Message};
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::scene::one_disc;
-use crate::bench::{Bench, Session, Start, configure};
-use crate::clause::Clause;
+use crate::bench::{Bench, Play, Session, Start, configure};
+use crate::clause::{Clause, machine};
 use crate::verdict::{Judgement, Unmet, broken, require};
 
 pub const CLAUSES: &[Clause] = &[
@@ -34,6 +34,13 @@ pub const CLAUSES: &[Clause] = &[
         silent_peer,
     )
     .covers(&["C29"]),
+    Clause::must(
+        "S-11b",
+        "names the coupler when it is silent, at the deadline",
+        silent_coupler,
+    )
+    .covers(&["C29"])
+    .after(&["S-11a"]),
     Clause::must("D-2a", "lives until Close", lives_till_close),
     Clause::must("X-1a", "a failure names clause and step", named).covers(&["C36"]),
     Clause::must("X-2a", "ends with status 0 after Close", closed).of_processes(),
@@ -54,7 +61,7 @@ pub const CLAUSES: &[Clause] = &[
 const SOON: Duration = Duration::from_secs(1);
 
 /// The session after a measured opening step.
-fn begun(bench: &Bench) -> Result<crate::bench::Play<'_>, Unmet> {
+fn begun(bench: &Bench) -> Result<Play<'_>, Unmet> {
     let mut play = bench.play(&one_disc())?;
     play.step(0.0, &[])?;
     Ok(play)
@@ -105,22 +112,35 @@ fn orphan_in_step(bench: &Bench) -> Judgement {
     ends_silently(play.session)
 }
 
-fn silent_peer(bench: &Bench) -> Judgement {
-    let deadline = 0.2;
+/// Of the clauses on silence, in s.
+const DEADLINE: f64 = 0.2;
+
+/// A run with [`DEADLINE`].
+fn impatient(bench: &Bench) -> Result<Play<'_>, Unmet> {
     let mut session = bench.session()?;
     session.hello()?;
     let mut order = configure(&one_disc());
-    order.deadline = deadline;
+    order.deadline = DEADLINE;
     session.ready(&order)?;
-    let mut play = crate::bench::Play::new(session, 1);
+    Ok(Play::new(session, 1))
+}
+
+fn silent_coupler(bench: &Bench) -> Judgement {
+    let mut play = impatient(bench)?;
+    play.step(0.0, &[])?;
+    machine::silent_coupler(&mut play.session, DEADLINE)
+}
+
+fn silent_peer(bench: &Bench) -> Judgement {
+    let mut play = impatient(bench)?;
     play.grant(0.0, 1, true)?;
     let start = Instant::now();
     let failure = play.session.failure()?;
     let waited = start.elapsed().as_secs_f64();
-    let in_time = waited > 0.8 * deadline && waited < deadline + SOON.as_secs_f64();
+    let in_time = waited > 0.8 * DEADLINE && waited < DEADLINE + SOON.as_secs_f64();
     require(
         in_time,
-        format_args!("Failed after {deadline} s"),
+        format_args!("Failed after {DEADLINE} s"),
         format_args!("after {waited:.2} s"),
     )?;
     require(

@@ -6,8 +6,9 @@ use interface::wire::StepHeader;
 use serde_json::{Value, json};
 
 use super::scene::one_disc;
-use crate::bench::{Bench, HASH, Session, configure};
-use crate::clause::{Clause, session};
+use crate::bench::{Bench, Session, configure};
+use crate::clause::Clause;
+use crate::clause::session::{self, rejection};
 use crate::verdict::{Judgement, Unmet, broken, require};
 
 pub const CLAUSES: &[Clause] = &[
@@ -45,7 +46,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "S-4a",
         "refuses a first order other than Configure",
-        drain_first,
+        session::no_configuration,
     ),
     Clause::must("S-3a", "refuses a second Configure", second_configure).covers(&["C28"]),
     Clause::should(
@@ -68,29 +69,11 @@ pub const CLAUSES: &[Clause] = &[
 ];
 
 fn hash(bench: &Bench) -> Judgement {
-    let mut session = bench.session()?;
-    session.hello()?;
-    let ready = session.ready(&configure(&one_disc()))?;
-    require(ready.scene_hash == HASH, HASH, &ready.scene_hash)?;
-    Ok(ready.scene_hash)
+    session::hash(bench, &one_disc())
 }
 
 fn opened(bench: &Bench) -> Judgement {
-    let mut session = bench.session()?;
-    session.hello()?;
-    let of_line = |name: &&str| {
-        let later = ["imp/", "mpm-dem", "dem-mpm", "dem/bodies"];
-        !later.iter().any(|part| name.contains(part))
-    };
-    let unopened = session.stage.unopened();
-    let missing: Vec<&str> = unopened.into_iter().filter(of_line).collect();
-    let got = format_args!("closed: {missing:?}");
-    require(missing.is_empty(), "its line open at Hello", got)?;
-    session.ready(&configure(&one_disc()))?;
-    let missing = session.stage.unopened();
-    let got = format_args!("closed: {missing:?}");
-    require(missing.is_empty(), "all open at Ready", got)?;
-    Ok("all open".into())
+    session::opened(bench, &one_disc())
 }
 
 fn notices(bench: &Bench) -> Judgement {
@@ -114,15 +97,6 @@ fn notices(bench: &Bench) -> Judgement {
 
 /// How long the kit listens for what should not be said.
 const GRACE: std::time::Duration = std::time::Duration::from_millis(10);
-
-/// Waits for Failed or Refused in answer to what cannot be taken.
-fn rejection(session: &mut Session) -> Judgement {
-    match session.notice()? {
-        Notice::Failed(failure) => Ok(failure.message),
-        Notice::Refused(refusal) => Ok(refusal.to_string()),
-        other => Err(broken("Failed or Refused", format_args!("{other:?}"))),
-    }
-}
 
 /// Sends bytes as the first order.
 fn first_order(bench: &Bench, spoil: impl FnOnce(&mut Vec<u8>)) -> Judgement {
@@ -148,13 +122,6 @@ fn absurd(bench: &Bench) -> Judgement {
     })
 }
 
-fn drain_first(bench: &Bench) -> Judgement {
-    let mut session = bench.session()?;
-    session.hello()?;
-    session.order(&Order::Drain)?;
-    rejection(&mut session)
-}
-
 fn second_configure(bench: &Bench) -> Judgement {
     let mut play = bench.play(&one_disc())?;
     play.step(0.0, &[])?;
@@ -165,18 +132,11 @@ fn second_configure(bench: &Bench) -> Judgement {
 
 /// Hands over the configuration of a disc after `spoil`.
 fn spoilt(bench: &Bench, spoil: impl FnOnce(&mut Value)) -> Result<Session<'_>, Unmet> {
-    let mut session = bench.session()?;
-    session.hello()?;
-    let mut config = serde_json::to_value(one_disc()).expect("a configuration is JSON");
-    spoil(&mut config);
-    session.order(&Order::Configure(configure(&config)))?;
-    Ok(session)
+    session::spoilt(bench, &one_disc(), spoil)
 }
 
 fn unknown_field(bench: &Bench) -> Judgement {
-    rejection(&mut spoilt(bench, |config| {
-        config["buoyancy"] = json!(1.0);
-    })?)
+    session::unknown_field(bench, &one_disc())
 }
 
 fn missing_field(bench: &Bench) -> Judgement {

@@ -7,6 +7,7 @@ mod force;
 mod friction;
 mod handshake;
 mod limits;
+mod machine;
 mod motion;
 mod order;
 mod scene;
@@ -27,6 +28,7 @@ pub fn clauses() -> impl Iterator<Item = &'static Clause> {
         motion::CLAUSES,
         limits::CLAUSES,
         books::CLAUSES,
+        machine::CLAUSES,
         time::OPENING,
     ]
     .into_iter()

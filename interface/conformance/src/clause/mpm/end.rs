@@ -9,7 +9,7 @@ use rustix::process::{Pid, Signal, kill_process};
 
 use super::scene::{DT, IN_BLOCK, block, scene, single};
 use crate::bench::{Bench, Flow, Session, configure};
-use crate::clause::Clause;
+use crate::clause::{Clause, machine};
 use crate::verdict::{Judgement, Largest, Unmet, broken, require};
 
 pub const CLAUSES: &[Clause] = &[
@@ -37,6 +37,13 @@ pub const CLAUSES: &[Clause] = &[
         silence,
     )
     .covers(&["C29"]),
+    Clause::must(
+        "S-11b",
+        "gives up a silent coupler at the deadline, by name",
+        silent_coupler,
+    )
+    .covers(&["C29"])
+    .after(&["S-11a"]),
     Clause::must("X-3a", "ends when its coupler is gone", orphan).covers(&["C29"]),
     Clause::must("X-5a", "does not end on Ctrl-C by itself", interrupt)
         .of_processes()
@@ -154,10 +161,24 @@ fn silent(bench: &Bench) -> Judgement {
     Ok("nothing".into())
 }
 
-fn silence(bench: &Bench) -> Judgement {
+/// Of the clauses on silence, in s.
+const DEADLINE: f64 = 0.3;
+
+/// A run with [`DEADLINE`].
+fn impatient(bench: &Bench) -> Result<Flow<'_>, Unmet> {
     let mut order = configure(&single([0.0; 2]));
-    order.deadline = 0.3;
-    let mut flow = bench.flow_by(&order)?;
+    order.deadline = DEADLINE;
+    bench.flow_by(&order)
+}
+
+fn silent_coupler(bench: &Bench) -> Judgement {
+    let mut flow = impatient(bench)?;
+    flow.free_step(0.0)?;
+    machine::silent_coupler(&mut flow.session, DEADLINE)
+}
+
+fn silence(bench: &Bench) -> Judgement {
+    let mut flow = impatient(bench)?;
     flow.grant(DT, 4, false)?;
     flow.states()?;
     let failure = flow.session.failure()?;

@@ -1,12 +1,11 @@
 //! Sections 2 and 3: from Hello to Ready.
 
 use interface::config::{Fill, GroupConfig};
-use interface::control::Order;
 use interface::stage::{Message, Payload};
 use interface::wire::StepHeader;
 
 use super::scene::{DENSITY, MASS, MODULI, SPACING, block, group, material, points, scene, single};
-use crate::bench::{Bench, HASH, Reply, configure};
+use crate::bench::{Bench, Reply, configure};
 use crate::clause::{Clause, session};
 use crate::verdict::{Judgement, broken, near, require};
 
@@ -68,39 +67,16 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "S-4a",
         "the first order is Configure or nothing",
-        no_configuration,
+        session::no_configuration,
     ),
 ];
 
 fn hash(bench: &Bench) -> Judgement {
-    let ready = bench.flow(&single([0.0; 2]))?.ready;
-    require(ready.scene_hash == HASH, HASH, &ready.scene_hash)?;
-    Ok(ready.scene_hash)
+    session::hash(bench, &single([0.0; 2]))
 }
 
 fn opened(bench: &Bench) -> Judgement {
-    let mut session = bench.session()?;
-    session.hello()?;
-    let line = |name: &&str| {
-        ["orders", "notices", "grants", "reports", "coupler"]
-            .iter()
-            .any(|part| name.contains(part))
-    };
-    let unopened = session.stage.unopened();
-    let missing: Vec<&str> = unopened.into_iter().filter(line).collect();
-    require(
-        missing.is_empty(),
-        "its line open at Hello",
-        format_args!("closed: {missing:?}"),
-    )?;
-    session.ready(&configure(&single([0.0; 2])))?;
-    let missing = session.stage.unopened();
-    require(
-        missing.is_empty(),
-        "all open at Ready",
-        format_args!("closed: {missing:?}"),
-    )?;
-    Ok("all open".into())
+    session::opened(bench, &single([0.0; 2]))
 }
 
 fn items(bench: &Bench) -> Judgement {
@@ -167,17 +143,7 @@ fn no_material(bench: &Bench) -> Judgement {
 }
 
 fn unknown(bench: &Bench) -> Judgement {
-    let config = serde_json::to_value(single([0.0; 2])).expect("a configuration is JSON");
-    let mut config = config;
-    config["surface_tension"] = 0.07.into();
-    let mut session = bench.session()?;
-    session.hello()?;
-    session.order(&Order::Configure(configure(&config)))?;
-    match session.notice()? {
-        interface::control::Notice::Refused(refusal) => Ok(refusal.to_string()),
-        interface::control::Notice::Failed(failure) => Ok(failure.message),
-        other => Err(broken("Refused or Failed", format_args!("{other:?}"))),
-    }
+    session::unknown_field(bench, &single([0.0; 2]))
 }
 
 fn garbled(bench: &Bench) -> Judgement {
@@ -185,12 +151,5 @@ fn garbled(bench: &Bench) -> Judgement {
     session.hello()?;
     let bytes = vec![0, 0, 0, 0, 255, 255, 255, 255, 255, 255, 255, 255];
     session.send(&Message::new(StepHeader::default(), Payload::Order(bytes)))?;
-    Ok(session.failure()?.message)
-}
-
-fn no_configuration(bench: &Bench) -> Judgement {
-    let mut session = bench.session()?;
-    session.hello()?;
-    session.order(&Order::Drain)?;
     Ok(session.failure()?.message)
 }

@@ -8,6 +8,7 @@ mod handshake;
 mod imps;
 mod ledger;
 mod limits;
+mod machine;
 mod order;
 mod scene;
 mod time;
@@ -26,6 +27,7 @@ pub fn clauses() -> impl Iterator<Item = &'static Clause> {
         limits::CLAUSES,
         halt::CLAUSES,
         ledger::CLAUSES,
+        machine::CLAUSES,
         end::CLAUSES,
     ]
     .into_iter()

@@ -4,6 +4,7 @@ use interface::control::{Notice, Order, Party};
 use interface::stage::{Kind, Payload};
 use serde_json::{Value, json};
 
+use super::super::nap_for_many;
 use super::spoil::{hello, json_config, manners, orders, shared};
 use crate::mutant::{Flaw, Mutant};
 
@@ -133,6 +134,9 @@ pub const MUTANTS: &[Mutant] = &[
     Mutant::new("S-11a", "waits for ever", || {
         Flaw::configure(|configure| configure.deadline = 600.0)
     }),
+    Mutant::new("S-11b", "waits for the coupler for ever", || {
+        manners(|m| m.waits_for_ever = true)
+    }),
     Mutant::new("D-2a", "goes after Bye", || {
         manners(|m| m.goes_at_bye = true)
     }),
@@ -156,6 +160,16 @@ pub const MUTANTS: &[Mutant] = &[
     ),
     Mutant::new("X-5a", "ends on Ctrl-C", || {
         manners(|m| m.ends_on_interrupt = true)
+    }),
+    Mutant::new("X-6a", "keeps all that it is told", || {
+        let mut kept = Vec::new();
+        Flaw::inbound(move |message| {
+            kept.push(message.clone());
+            vec![message]
+        })
+    }),
+    Mutant::new("G-10a", "takes a nap before it answers many points", || {
+        Flaw::forces(|_, forces| nap_for_many(forces.len()))
     }),
     Mutant::new("O-6a", "removes the run's lock", || {
         manners(|m| m.removes_the_lock = true)

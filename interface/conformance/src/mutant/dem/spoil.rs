@@ -47,10 +47,9 @@ pub fn orders(mut mend: impl FnMut(&mut Vec<u8>) + 'static) -> Flaw {
 
 /// Changes the configuration's JSON.
 pub fn json_config(mut spoil: impl FnMut(&mut serde_json::Map<String, Value>) + 'static) -> Flaw {
-    Flaw::configure(move |configure| {
-        if let Ok(Value::Object(mut fields)) = serde_json::from_str(&configure.config) {
-            spoil(&mut fields);
-            configure.config = Value::Object(fields).to_string();
+    Flaw::config(move |config| {
+        if let Value::Object(fields) = config {
+            spoil(fields);
         }
     })
 }

@@ -3,6 +3,7 @@
 use interface::control::{Notice, Order, Party};
 use interface::stage::Payload;
 
+use super::super::nap_for_many;
 use super::spoil::{config, deaf_to, each_grant, first, grants, points, ready, words};
 use crate::mutant::{Flaw, Manners, Mutant};
 
@@ -78,7 +79,7 @@ pub const MUTANTS: &[Mutant] = &[
         Flaw::configure(|configure| {
             let value = serde_json::from_str::<serde_json::Value>(&configure.config);
             if let Ok(serde_json::Value::Object(mut object)) = value
-                && object.remove("surface_tension").is_some()
+                && object.remove("buoyancy").is_some()
             {
                 configure.config = serde_json::Value::Object(object).to_string();
             }
@@ -162,6 +163,27 @@ pub const MUTANTS: &[Mutant] = &[
     }),
     Mutant::new("S-11a", "does not say who is silent", || {
         words("dem", "other")
+    }),
+    Mutant::new("S-11b", "waits for the coupler for ever", || {
+        Flaw::manners(Manners {
+            waits_for_ever: true,
+            ..Manners::default()
+        })
+    }),
+    Mutant::new("X-6a", "keeps all that it is told", || {
+        let mut kept = Vec::new();
+        Flaw::inbound(move |message| {
+            kept.push(message.clone());
+            vec![message]
+        })
+    }),
+    Mutant::new("G-10a", "takes a nap before it sends many points", || {
+        Flaw::outbound(|message| {
+            if let Payload::States(states) = &message.payload {
+                nap_for_many(states.len());
+            }
+            vec![message]
+        })
     }),
     Mutant::new("X-3a", "lives on without its coupler", || {
         Flaw::manners(Manners {

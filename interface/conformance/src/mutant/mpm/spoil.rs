@@ -66,13 +66,8 @@ pub fn each_grant(mut spoil: impl FnMut(&mut Grant) + 'static) -> Flaw {
 }
 
 /// The configuration, where it parses.
-pub fn config(mut spoil: impl FnMut(&mut MpmConfig) + 'static) -> Flaw {
-    Flaw::configure(move |configure| {
-        if let Ok(mut config) = serde_json::from_str(&configure.config) {
-            spoil(&mut config);
-            configure.config = serde_json::to_string(&config).expect("it was JSON before");
-        }
-    })
+pub fn config(spoil: impl FnMut(&mut MpmConfig) + 'static) -> Flaw {
+    Flaw::config(spoil)
 }
 
 pub fn ready(spoil: fn(&mut interface::solver::Readiness)) -> Flaw {
