@@ -78,6 +78,20 @@ const TABLE: &[(&str, &str, End)] = &[
     ("rest", "frictionless", LEFT),
     ("spin", "plain", Holds),
     ("bodies_only", "plain", Holds),
+    ("thin_floor", "plain", Holds),
+    (
+        "thin_floor",
+        "crushed",
+        Stops(
+            3,
+            &[
+                "the dem stopped at step",
+                "is near the middle of body 0 (floor)",
+                "with an overlap of",
+                "stiffer contact",
+            ],
+        ),
+    ),
     ("leaving", "plain", LEFT),
     ("leaving", "thrown", LEFT),
     ("leaving", "remove", Holds),
@@ -177,6 +191,7 @@ scenes! {
     rest,
     spin,
     bodies_only,
+    thin_floor,
     leaving,
     empty,
     forced,

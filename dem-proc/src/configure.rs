@@ -7,6 +7,7 @@ use interface::solver::{DemMeasurement, Readiness, Refusal};
 use interface::surfaces::ContactPair;
 use interface::wire::EnvelopeVertex;
 
+use crate::approach::{first_contact, outer_acceleration};
 use crate::body::{Bodies, Odometer};
 use crate::convex::{ConvexContacts, Measure};
 use crate::law::choice::{Between, ForLaw, check_law, with_law, with_table};
@@ -45,6 +46,10 @@ pub struct System {
     pub kicked: Vec<(Vec2, f64)>,
     /// Largest surface speed after the kick in each part of the bodies, in m/s.
     pub fastest: Vec<f64>,
+    /// Most that gravity and forces from outside accelerate any surface, in m/s^2.
+    pub outer_acceleration: f64,
+    /// Bound of the squared frequency of two bodies that touch, wherever they do, in 1/s^2.
+    pub first_contact: f64,
     /// Upper bound of the speed of any surface over the last step, in m/s.
     pub speed: f64,
     /// The same after the kick, not yet taken over.
@@ -80,6 +85,8 @@ impl Default for System {
             pushed_by_points: false,
             kicked: Vec::new(),
             fastest: Vec::new(),
+            outer_acceleration: 0.0,
+            first_contact: 0.0,
             speed: 0.0,
             kicked_speed: 0.0,
             published: Odometer::default(),
@@ -170,12 +177,15 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
     let bodies = Bodies::new(config)?;
     // Where the stiffness depends on the overlap: at a hundredth of the smallest sphero-radius.
     let radii = bodies.state.iter().map(|s| s.radius);
-    let overlap = 0.01 * radii.reduce(f64::min).unwrap_or(0.0);
+    let radius = radii.reduce(f64::min).unwrap_or(0.0);
+    let overlap = 0.01 * radius;
     let between = Between::PointsAndBodies;
     let mut point_stiffness =
         check_law("dem.point_contact", &config.point_contact, between, overlap)?;
+    // Of a first touch nobody knows how deep it will be: not deeper than the smallest sphero-radius.
+    let mut body_stiffness: f64 = 0.0;
     if let Some(law) = &config.body_contact {
-        check_law("dem.body_contact", law, Between::Bodies, overlap)?;
+        body_stiffness = check_law("dem.body_contact", law, Between::Bodies, radius)?;
     }
     if let Some(fault) = config.table_faults().first() {
         let key = format!("dem.contact_pairs[{}].{}", fault.pair, fault.key);
@@ -190,7 +200,8 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         point_stiffness = point_stiffness.max(stiffness);
     }
     for (i, pair) in config.body_pairs() {
-        check_law(&key(i), &pair.law, Between::Bodies, overlap)?;
+        let stiffness = check_law(&key(i), &pair.law, Between::Bodies, radius)?;
+        body_stiffness = body_stiffness.max(stiffness);
     }
     check_overlap(config, &bodies)?;
     let threads = Threads::new(config.threads)
@@ -229,6 +240,8 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         body_loads: vec![PairLoad::default(); n],
         kicked: vec![(Vec2::zeros(), 0.0); n],
         speed: bodies.initial_speed(),
+        outer_acceleration: outer_acceleration(&bodies, config.gravity.into()),
+        first_contact: first_contact(&bodies, body_stiffness),
         skin: config.skin,
         bodies,
         ..System::default()
@@ -262,6 +275,21 @@ fn check_overlap(config: &DemConfig, bodies: &Bodies) -> Result<(), Refusal> {
             );
             return Err(Refusal::new(key("sphero_radius"), text));
         }
+    }
+    let bare = |b: &crate::body::Body| b.shape.radius == 0.0;
+    let mut all_bare = bodies.fixed.iter().filter(|b| bare(b));
+    let free_and_bare = bodies.fixed.iter().position(|b| bare(b) && b.yields());
+    if config.overlap == OverlapMeasure::EachEdge
+        && config.body_contact.is_some()
+        && let (Some(i), Some(_)) = (free_and_bare, all_bare.nth(1))
+    {
+        let text = format!(
+            "0: with the overlap measure `{name}` two bodies without one never touch; write a radius, or the measure \
+             `{}`",
+            OverlapMeasure::NearestEdge.name()
+        );
+        let key = format!("dem.body[{i}] ({}).sphero_radius", bodies.fixed[i].name);
+        return Err(Refusal::new(key, text));
     }
     let other = |law: &ContactLaw| !matches!(law, ContactLaw::Linear { .. });
     if config.overlap == OverlapMeasure::Area

@@ -12,11 +12,13 @@ use std::fmt::Debug;
 
 use interface::Vec2;
 
-use crate::body::{Bodies, Frame, Odometer};
+use crate::approach::{Ahead, Near, Watch, crossing_rate};
+use crate::body::{Bodies, Frame};
 use crate::law::{Law, Loss, Mates, Past, Touch, reduced};
 use crate::load::PairLoad;
 use crate::mass::cross;
 use crate::pairs::BodySide;
+use crate::passage::{Passage, PassedBodies, TURN};
 
 /// What may touch: a part of one body, and another body. In the order of the list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -46,10 +48,21 @@ pub struct Spot {
 pub trait Measure: Debug + Send + Sync {
     /// Bound of `(d^2 E / du^2) / (d^2 E / dxi^2)` along `N`, for springs no softer than linear ones.
     const STIFFENS: f64;
-    /// Appends whatever of the two bodies could come within `skin` (m).
-    fn list(&self, bodies: &Bodies, pair: [u32; 2], skin: f64, candidates: &mut Vec<Candidate>);
+    /// Appends whatever of the two bodies could come within `margin` (m).
+    fn list(&self, bodies: &Bodies, pair: [u32; 2], margin: f64, candidates: &mut Vec<Candidate>);
+    /// How much nearer a candidate may come from touch on until its force has the wrong sign, in m.
+    fn length(&self, bodies: &Bodies, candidate: Candidate) -> f64;
     /// How a candidate meets; `None` if it is farther than `closing` (m).
     fn meet(&mut self, bodies: &Bodies, candidate: Candidate, closing: f64) -> Option<Spot>;
+    /// Whether a candidate that presses has gone too far ([`crate::passage`]); `turned`: its normal has, since the step
+    /// before, as the second body sees it.
+    fn passage(
+        &self,
+        bodies: &Bodies,
+        candidate: Candidate,
+        spot: &Spot,
+        turned: bool,
+    ) -> Option<Passage>;
 }
 
 /// Contact between convex bodies by the law `L`, measured by `M`.
@@ -57,18 +70,22 @@ pub trait Measure: Debug + Send + Sync {
 pub struct ConvexContacts<L: Law, M> {
     law: L,
     measure: M,
-    skin: f64,
+    watch: Watch,
     list: Vec<Candidate>,
+    /// [`Measure::length`] of each.
+    lengths: Vec<f64>,
     constants: Vec<L::Pair>,
     history: Vec<L::History>,
     next: Vec<L::History>,
     /// Depths of the last evaluation in m, 0 where there is no contact.
     depths: Vec<f64>,
-    /// Bodies of the candidates in reach.
-    in_reach: Vec<[u32; 2]>,
+    /// Normals of the last evaluation, zero where there was no contact.
+    normals: Vec<Vec2>,
+    /// The candidates in reach.
+    in_reach: Vec<Near>,
+    passed: Option<PassedBodies>,
     presses: usize,
     loss: Loss,
-    odometer: Option<Odometer>,
 }
 
 impl<L: Law, M: Measure> ConvexContacts<L, M> {
@@ -77,32 +94,38 @@ impl<L: Law, M: Measure> ConvexContacts<L, M> {
         Self {
             law,
             measure,
-            skin,
+            watch: Watch::new(skin),
             list: Vec::new(),
+            lengths: Vec::new(),
             constants: Vec::new(),
             history: Vec::new(),
             next: Vec::new(),
             depths: Vec::new(),
+            normals: Vec::new(),
+            passed: None,
             in_reach: Vec::new(),
             presses: 0,
             loss: Loss::default(),
-            odometer: None,
         }
     }
 
     /// Builds the list, and moves the histories to it.
     fn build(&mut self, bodies: &Bodies) {
         let old = std::mem::take(&mut self.list);
-        let (measure, skin, list) = (&self.measure, self.skin, &mut self.list);
-        crate::neighbours::close_pairs(bodies, skin, |pair| {
-            measure.list(bodies, pair, skin, list);
+        let (measure, list) = (&self.measure, &mut self.list);
+        crate::neighbours::close_pairs(bodies, &self.watch, |pair, margin| {
+            measure.list(bodies, pair, margin, list);
         });
         list.sort_unstable();
+        let length = |candidate: &Candidate| measure.length(bodies, *candidate);
+        self.lengths.clear();
+        self.lengths.extend(list.iter().map(length));
+        let old_place = |candidate| old.binary_search(candidate).ok();
         let carried = self.list.iter().map(|candidate| {
-            let found = old.binary_search(candidate);
-            found.map_or_else(|_| L::History::default(), |i| self.history[i])
+            let was = old_place(candidate).map(|i| (self.history[i], self.normals[i]));
+            was.unwrap_or((L::History::default(), Vec2::zeros()))
         });
-        self.history = carried.collect();
+        (self.history, self.normals) = carried.unzip();
         self.next = vec![L::History::default(); self.list.len()];
         self.depths = vec![0.0; self.list.len()];
         self.constants.clear();
@@ -115,7 +138,6 @@ impl<L: Law, M: Measure> ConvexContacts<L, M> {
                 surfaces: candidate.bodies.map(|b| bodies.fixed[b as usize].surface),
             })
         }));
-        self.odometer.get_or_insert_default().reset(bodies);
     }
 }
 
@@ -141,10 +163,9 @@ fn touch(bodies: &Bodies, past: Past, spot: &Spot, pair: [u32; 2], arms: [Vec2; 
 }
 
 impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
-    fn update_list(&mut self, bodies: &Bodies) {
-        // Both bodies of a pair may move, so each may use half of the skin.
-        let safe = |o: &mut Odometer| o.stays_below(0.5 * self.skin, bodies);
-        if !self.odometer.as_mut().is_some_and(safe) {
+    fn update_list(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64) {
+        if !self.watch.holds(bodies, ahead, speed) {
+            self.watch.begin(bodies, ahead, speed);
             self.build(bodies);
         }
     }
@@ -160,15 +181,23 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         loads.fill(PairLoad::default());
         self.in_reach.clear();
         self.presses = 0;
+        self.passed = None;
         self.loss = Loss::default();
         for (k, candidate) in self.list.iter().enumerate() {
             self.next[k] = L::History::default();
             self.depths[k] = 0.0;
+            let normal = std::mem::take(&mut self.normals[k]);
+            let pair = candidate.bodies;
+            let closing = self.watch.closing(pair).unwrap_or(closing);
             let Some(spot) = self.measure.meet(bodies, *candidate, closing) else {
                 continue;
             };
-            let pair = candidate.bodies;
-            self.in_reach.push(pair);
+            self.in_reach.push(Near {
+                bodies: pair,
+                normal: spot.normal,
+                point: spot.point,
+                length: self.lengths[k],
+            });
             let frames = pair.map(|b| &bodies.frames[b as usize]);
             let arms = frames.map(|frame| spot.point - frame.center);
             let touch = touch(bodies, past, &spot, pair, arms);
@@ -183,6 +212,16 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
             if spot.depth <= 0.0 {
                 self.loss += self.law.part(constants, &touch, before);
                 continue;
+            }
+            let turned = frames[1].turned(normal).dot(&spot.normal) < TURN;
+            self.normals[k] = spot.normal;
+            if self.passed.is_none() {
+                let passage = self.measure.passage(bodies, *candidate, &spot, turned);
+                self.passed = passage.map(|passage| PassedBodies {
+                    bodies: pair,
+                    passage,
+                    overlap: spot.depth,
+                });
             }
             let press = self.law.press(constants, &touch, before);
             let (f_n, f_t) = (spot.gain * press.normal, spot.gain * press.tangential);
@@ -206,8 +245,21 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
     /// As for pairs of vertices and edges: see [`crate::pairs`].
     fn omega_sq(&self, loads: &[PairLoad]) -> f64 {
         let pairs = self.in_reach.iter();
-        let sums = pairs.map(|&[a, b]| loads[a as usize].rate + loads[b as usize].rate);
+        let sums = pairs.map(|near| {
+            let [a, b] = near.bodies.map(|b| loads[b as usize].rate);
+            a + b
+        });
         sums.fold(0.0, f64::max)
+    }
+
+    fn crossing(&self, bodies: &Bodies, kicked: &[(Vec2, f64)], _: f64, known: f64) -> f64 {
+        let rates = self.in_reach.iter();
+        let rates = rates.map(|near| crossing_rate(bodies, kicked, near));
+        rates.fold(known, f64::max)
+    }
+
+    fn passed(&self, _: &Bodies) -> Option<PassedBodies> {
+        self.passed
     }
 
     fn loss(&self) -> Loss {
@@ -240,13 +292,11 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
     }
 
     fn advance(&mut self, speed: f64, dt: f64) {
-        if let Some(odometer) = &mut self.odometer {
-            odometer.advance(speed, dt);
-        }
+        self.watch.advance(speed, dt);
     }
 
     fn bytes(&self) -> usize {
-        self.list.capacity() * (size_of::<Candidate>() + size_of::<f64>())
+        self.list.capacity() * (size_of::<Candidate>() + 2 * size_of::<f64>() + size_of::<Vec2>())
             + self.constants.capacity() * size_of::<L::Pair>()
             + 2 * self.history.capacity() * size_of::<L::History>()
     }

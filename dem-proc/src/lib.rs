@@ -34,11 +34,11 @@
 //!   that does not spin. So the friction force, the torque that it exerts (eq. 50) and the energy that it dissipates
 //!   belong together, and a wheel rolls on its own radius.
 //! - Mass properties of a free body are exact or the body is refused (a sphero-radius too large for a notch).
-//! - The outlines of bodies that have already passed through one another are pushed by the unsigned distance, as in
-//!   the paper; a point inside an outline is pushed back out, and one that has gone through a body ends the run
-//!   ([`passage`]).
+//! - The distance of a vertex from an edge has no sign, as in the paper; a point inside an outline is pushed back out. A
+//!   point or a body that has gone through a body, or as good as, ends the run ([`passage`]).
 #![forbid(unsafe_code)]
 
+pub mod approach;
 pub mod body;
 pub mod cells;
 pub mod configure;

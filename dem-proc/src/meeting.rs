@@ -17,6 +17,7 @@ use crate::contact::normal_on;
 use crate::law::{Past, Touch};
 use crate::load::PairLoad;
 use crate::neighbours::VertexEdge;
+use crate::passage::DEEP;
 use crate::threads::CHUNK;
 
 /// One number of each of four pairs.
@@ -77,7 +78,12 @@ pub struct Apart {
     close: Vec<u32>,
     /// How many of either.
     counts: [usize; 2],
+    /// Whether a pair presses too deep.
+    any_deep: bool,
 }
+
+/// Square of the share of a contact distance at which a vertex is too near to an edge.
+const TOO_NEAR_SQ: f64 = (1.0 - DEEP) * (1.0 - DEEP);
 
 impl Apart {
     /// Bytes on the heap.
@@ -97,7 +103,7 @@ impl Apart {
         let (x, y) = (&mut self.x[..CHUNK], &mut self.y[..CHUNK]);
         let distance_sq = &mut self.distance_sq[..CHUNK];
         let (pressing, close) = (&mut self.pressing[..=CHUNK], &mut self.close[..=CHUNK]);
-        let mut counts = [0; 2];
+        let (mut counts, mut deep) = ([0; 2], 0);
         for (q, quad) in pairs.chunks(LANES).enumerate() {
             let last = quad.len() - 1;
             let of = |l: usize| &quad[l.min(last)];
@@ -121,7 +127,11 @@ impl Apart {
             let reach = gather(|l| of(l).reach);
             let far = reach + Lanes::splat(closing);
             let exist = (2 << last) - 1;
-            let presses = sq.simd_lt(reach * reach).to_bitmask() & exist;
+            let reach_sq = reach * reach;
+            let presses = sq.simd_lt(reach_sq).to_bitmask() & exist;
+            deep |= sq
+                .simd_lt(reach_sq * Lanes::splat(TOO_NEAR_SQ))
+                .to_bitmask();
             let is_close = sq.simd_lt(far * far).to_bitmask() & exist & !presses;
             for l in 0..LANES {
                 let number = (q * LANES + l) as u32;
@@ -137,6 +147,41 @@ impl Apart {
             }
         }
         self.counts = counts;
+        self.any_deep = deep != 0;
+    }
+
+    /// The first pair that presses too deep ([`crate::passage`]), and by how much in m.
+    #[inline(always)]
+    pub fn deep(&self, pairs: &[VertexEdge]) -> Option<(u32, f64)> {
+        if self.any_deep {
+            self.first_deep(pairs)
+        } else {
+            None
+        }
+    }
+
+    #[cold]
+    fn first_deep(&self, pairs: &[VertexEdge]) -> Option<(u32, f64)> {
+        let sq = |k: &u32| self.distance_sq[*k as usize];
+        let reach = |k: &u32| pairs[*k as usize].reach;
+        let mut pressing = self.pressing().iter().copied();
+        let deep = pressing.find(|k| sq(k) < TOO_NEAR_SQ * reach(k) * reach(k));
+        deep.map(|k| (k, reach(&k) - sq(&k).sqrt()))
+    }
+
+    /// Keeps those in reach that are also within a distance (m) of their own, asked for by their bodies.
+    #[cold]
+    pub fn keep_close(&mut self, pairs: &[VertexEdge], closing: impl Fn([u32; 2]) -> f64) {
+        let mut kept = 0;
+        for i in 0..self.counts[1] {
+            let k = self.close[i];
+            let pair = &pairs[k as usize];
+            if self.distance_sq[k as usize].sqrt() < pair.reach + closing(pair.bodies) {
+                self.close[kept] = k;
+                kept += 1;
+            }
+        }
+        self.counts[1] = kept;
     }
 
     /// The numbers of the pairs that press.

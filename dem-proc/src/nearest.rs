@@ -6,8 +6,10 @@
 
 use interface::outline::{contact_point, see};
 
+use crate::approach::thickness;
 use crate::body::Bodies;
 use crate::convex::{Candidate, Measure, Spot};
+use crate::passage::{Passage, admissible_depth, goes_through};
 use crate::shape::edge_count;
 
 /// The measure.
@@ -17,7 +19,7 @@ pub struct NearestEdge;
 impl Measure for NearestEdge {
     const STIFFENS: f64 = 1.0;
 
-    fn list(&self, bodies: &Bodies, pair: [u32; 2], skin: f64, candidates: &mut Vec<Candidate>) {
+    fn list(&self, bodies: &Bodies, pair: [u32; 2], margin: f64, candidates: &mut Vec<Candidate>) {
         let edges = |b: u32| bodies.fixed[b as usize].shape.has_edges;
         let [i, j] = pair;
         for [v, e] in [[i, j], [j, i]] {
@@ -30,7 +32,7 @@ impl Measure for NearestEdge {
             let first = bodies.fixed[v as usize].first_vertex as u32;
             for (k, p) in (first..).zip(vertices) {
                 let seen = see(outline, 0..edge_count(outline.len()), *p);
-                if seen.distance <= radii[0] + radii[1] + skin {
+                if seen.distance <= radii[0] + radii[1] + margin {
                     candidates.push(Candidate {
                         bodies: [v, e],
                         vertex: k,
@@ -38,6 +40,13 @@ impl Measure for NearestEdge {
                 }
             }
         }
+    }
+
+    /// Up to the middle of the body that has the edges.
+    fn length(&self, bodies: &Bodies, candidate: Candidate) -> f64 {
+        let [v, e] = candidate.bodies.map(|b| b as usize);
+        let outline = bodies.outline_of(e);
+        bodies.state[v].radius + bodies.state[e].radius + 0.5 * thickness(outline)
     }
 
     fn meet(&mut self, bodies: &Bodies, candidate: Candidate, closing: f64) -> Option<Spot> {
@@ -53,5 +62,30 @@ impl Measure for NearestEdge {
             point: contact_point(vertex, v.radius, depth, seen.normal),
             half_width: 0.0,
         })
+    }
+
+    fn passage(
+        &self,
+        bodies: &Bodies,
+        candidate: Candidate,
+        spot: &Spot,
+        turned: bool,
+    ) -> Option<Passage> {
+        let [v, e] = candidate.bodies.map(|b| b as usize);
+        let of_vertex = bodies.state[v].radius;
+        let through = || {
+            let now = bodies.outline[candidate.vertex as usize];
+            let [own, other] = [v, e].map(|b| &bodies.frames[b]);
+            let moved = own.displacement(now - own.center) - other.displacement(now - other.center);
+            let reach = of_vertex + bodies.state[e].radius;
+            goes_through(bodies.outline_of(e), now - other.turned(moved), now, reach)
+        };
+        if turned && through() {
+            Some(Passage::Through)
+        } else if spot.depth - of_vertex > admissible_depth(bodies, e, 0) {
+            Some(Passage::Deep)
+        } else {
+            None
+        }
     }
 }

@@ -2,12 +2,14 @@
 //!
 //! A list holds every pair that is closer than its contact distance plus the skin `V_d`. The distance of two things
 //! cannot shrink faster than both move, so while the largest displacement on either side since the build (rotation
-//! and the points' own motion included) does not add up to more than the skin, no unlisted pair can touch.
+//! and the points' own motion included) does not add up to more than the skin, no unlisted pair can touch. The list of
+//! bodies reaches farther, since it also tells what may touch soon ([`crate::approach`]).
 
 use interface::Vec2;
 use interface::outline::{crosses_ray, nearest_on_edge};
 use interface::wire::{ImpInfo, ImpState};
 
+use crate::approach::Watch;
 use crate::body::Bodies;
 use crate::cells::Cells;
 use crate::contact::vertex_edge;
@@ -183,12 +185,12 @@ impl VertexEdge {
     }
 }
 
-/// Calls `found` for every two bodies whose boxes come within `skin` (m) of one another and of which at least one can
-/// be moved by forces, in ascending order.
-pub fn close_pairs(bodies: &Bodies, skin: f64, mut found: impl FnMut([u32; 2])) {
+/// Calls `found` for every two bodies whose boxes come within their margins of one another and of which at least one can
+/// be moved by forces, in ascending order, with the sum of the margins in m.
+pub fn close_pairs(bodies: &Bodies, watch: &Watch, mut found: impl FnMut([u32; 2], f64)) {
     let around = |b: usize| {
         let outline = Bounds::around(bodies.outline_of(b).iter().copied());
-        outline.grown(bodies.state[b].radius + 0.5 * skin)
+        outline.grown(bodies.state[b].radius + watch.margin(b))
     };
     let boxes: Vec<Bounds> = (0..bodies.len()).map(around).collect();
     let cells = Cells::new(&boxes);
@@ -199,11 +201,12 @@ pub fn close_pairs(bodies: &Bodies, skin: f64, mut found: impl FnMut([u32; 2])) 
         cells.above(i as u32, &boxes, &mut near);
         for &j in &near {
             let [a, b] = [i, j as usize].map(|b| &bodies.state[b]);
+            let margin = watch.margin(i) + watch.margin(j as usize);
             // Boxes that meet at a corner, mostly: the circles around the two bodies do not.
-            let together = a.extent + b.extent + skin;
+            let together = a.extent + b.extent + margin;
             let apart = (a.center - b.center).norm_squared() > together * together;
             if !apart && (free(i) || free(j as usize)) {
-                found([i as u32, j]);
+                found([i as u32, j], margin);
             }
         }
     }
@@ -214,34 +217,38 @@ pub fn close_pairs(bodies: &Bodies, skin: f64, mut found: impl FnMut([u32; 2])) 
 pub struct BodyList {
     /// Vertex-edge pairs in the order of [`VertexEdge::key`].
     pub pairs: Vec<VertexEdge>,
+    /// The smallest contact distance among them in m; infinite where there are none.
+    pub smallest_reach: f64,
     near: Vec<u32>,
     vertices: Vec<u32>,
 }
 
 impl BodyList {
-    /// Finds all vertex-edge pairs within contact distance plus `skin` (m) of bodies of which at least one can be
-    /// moved by forces.
-    pub fn build(&mut self, bodies: &Bodies, skin: f64) {
+    /// Finds all vertex-edge pairs within contact distance plus margins of bodies of which at least one can be moved by
+    /// forces.
+    pub fn build(&mut self, bodies: &Bodies, watch: &Watch) {
         self.pairs.clear();
-        close_pairs(bodies, skin, |[i, j]| {
-            self.add_bodies(bodies, [i, j], skin);
+        close_pairs(bodies, watch, |[i, j], margin| {
+            self.add_bodies(bodies, [i, j], margin);
             // Discs have no edges, so two of them touch once, vertex on vertex.
             let edges = |b: u32| bodies.fixed[b as usize].shape.has_edges;
             if edges(i) || edges(j) {
-                self.add_bodies(bodies, [j, i], skin);
+                self.add_bodies(bodies, [j, i], margin);
             }
         });
+        let reaches = self.pairs.iter().map(|pair| pair.reach);
+        self.smallest_reach = reaches.fold(f64::INFINITY, f64::min);
     }
 
     /// The vertices of the first body against the edges of the second (one of the two sums of eq. 39).
-    fn add_bodies(&mut self, bodies: &Bodies, pair: [u32; 2], skin: f64) {
+    fn add_bodies(&mut self, bodies: &Bodies, pair: [u32; 2], margin: f64) {
         let [v, e] = pair.map(|b| b as usize);
         let outline = bodies.outline_of(e);
         let [of_vertex, of_edge] = [v, e].map(|b| &bodies.fixed[b].shape);
         if of_vertex.has_edges && !of_edge.has_edges {
             return; // discs have no edges; their centres are the vertices of the other sum
         }
-        let reach = bodies.state[v].radius + bodies.state[e].radius + skin;
+        let reach = bodies.state[v].radius + bodies.state[e].radius + margin;
         let first = [v, e].map(|b| bodies.fixed[b].first_vertex as u32);
         let inverse_length_sq = &bodies.inverse_length_sq[first[1] as usize..];
         let mut vertices = std::mem::take(&mut self.vertices);
@@ -266,7 +273,7 @@ impl BodyList {
                 let (vertex, edge) = (first[0] + k, [i, j].map(|i| first[1] + i as u32));
                 let radius = bodies.radii[vertex as usize];
                 let touching = radius + bodies.radii[edge[0] as usize];
-                let within = touching + skin;
+                let within = touching + margin;
                 if distance_sq <= within * within {
                     self.pairs.push(VertexEdge {
                         bodies: pair,

@@ -10,10 +10,16 @@
 
 use interface::Vec2;
 
+use crate::approach::thickness;
 use crate::body::Bodies;
 use crate::convex::{Candidate, Measure, Spot};
 use crate::mass::cross;
+use crate::passage::Passage;
 use crate::seam::{Gap, gap};
+
+/// Smallest width of an overlap over the root of its area with which it still pushes the right way: half of it is the
+/// root of `tan(alpha / 2)` for a corner of the angle `alpha`.
+const NARROW: f64 = 0.2;
 
 /// A vertex of an overlap, and whether the edge that begins there is of the second outline.
 type Corner = (Vec2, bool);
@@ -123,6 +129,13 @@ impl Measure for OverlapArea {
         });
     }
 
+    /// Through the thinner of the two.
+    fn length(&self, bodies: &Bodies, candidate: Candidate) -> f64 {
+        let [a, b] = candidate.bodies;
+        let [a, b] = [a, b].map(|b| thickness(bodies.outline_of(b as usize)));
+        a.min(b)
+    }
+
     fn meet(&mut self, bodies: &Bodies, candidate: Candidate, closing: f64) -> Option<Spot> {
         let pair = candidate.bodies;
         let [a, b] = pair.map(|b| bodies.outline_of(b as usize));
@@ -164,6 +177,24 @@ impl Measure for OverlapArea {
                     half_width,
                 })
             }
+        }
+    }
+
+    fn passage(
+        &self,
+        bodies: &Bodies,
+        candidate: Candidate,
+        spot: &Spot,
+        turned: bool,
+    ) -> Option<Passage> {
+        let length = pair_length(bodies, candidate.bodies);
+        let (area, width) = (spot.depth * length, spot.gain * length);
+        if turned {
+            Some(Passage::Through)
+        } else if width < NARROW * area.sqrt() {
+            Some(Passage::Deep)
+        } else {
+            None
         }
     }
 }

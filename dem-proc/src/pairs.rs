@@ -12,20 +12,22 @@ use std::fmt::Debug;
 
 use interface::Vec2;
 
-use crate::body::{Bodies, Odometer};
+use crate::approach::{Ahead, Near, Watch, crossing_rate};
+use crate::body::Bodies;
 use crate::contact::vertex_edge;
 use crate::law::{Law, Loss, Mates, Past, reduced};
 use crate::load::PairLoad;
 use crate::meeting::{Answers, Apart, LANES, Lanes, first};
 use crate::neighbours::{BodyList, VertexEdge};
+use crate::passage::{Passage, PassedBodies};
 use crate::threads::{CHUNK, Threads};
 
 /// What the step needs from the contact between bodies, whatever the law.
 pub trait BodySide: Debug + Send + Sync {
-    /// Builds the list anew if a pair that is not in it could touch.
-    fn update_list(&mut self, bodies: &Bodies);
-    /// Evaluates every pair of the list. `closing` is how far two surfaces can come together before the next evaluation,
-    /// in m: pairs within it count in the step limit. On one thread it puts the sums of force and torque on each body
+    /// Builds the list anew if a pair that is not in it could touch within two steps, with surfaces up to `speed` (m/s).
+    fn update_list(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64);
+    /// Evaluates every pair of the list. `closing` is how far two surfaces can come together within two steps, in m:
+    /// pairs within it count in the step limit. On one thread it puts the sums of force and torque on each body
     /// (eqs. 39, 40) into `loads` at once, while they are in the cache.
     fn evaluate(
         &mut self,
@@ -39,6 +41,11 @@ pub trait BodySide: Debug + Send + Sync {
     fn sum(&self, first: usize, loads: &mut [PairLoad]);
     /// Bound of the squared frequency, from the summed loads, in 1/s^2.
     fn omega_sq(&self, loads: &[PairLoad]) -> f64;
+    /// The largest [`crossing_rate`] of a pair in reach in 1/s, or anything not above `known` where none is larger.
+    /// Velocities and spins `kicked`, surfaces up to `speed` (m/s).
+    fn crossing(&self, bodies: &Bodies, kicked: &[(Vec2, f64)], speed: f64, known: f64) -> f64;
+    /// The first two bodies, in the order of the list, that the last evaluation found too far in one another.
+    fn passed(&self, bodies: &Bodies) -> Option<PassedBodies>;
     /// Energy dissipated over the last step.
     fn loss(&self) -> Loss;
     /// Energy in the contact springs in J/m.
@@ -59,7 +66,7 @@ pub trait BodySide: Debug + Send + Sync {
 #[derive(Debug)]
 pub struct BodyContacts<L: Law> {
     law: L,
-    skin: f64,
+    watch: Watch,
     list: BodyList,
     constants: Vec<L::Pair>,
     history: Vec<L::History>,
@@ -71,7 +78,8 @@ pub struct BodyContacts<L: Law> {
     outcomes: Vec<Outcomes>,
     /// Whether the loads of the bodies have still to be summed from `outcomes`.
     to_be_summed: bool,
-    odometer: Option<Odometer>,
+    /// As it was given to the last evaluation.
+    closing: f64,
 }
 
 impl<L: Law> BodyContacts<L> {
@@ -79,7 +87,7 @@ impl<L: Law> BodyContacts<L> {
     pub fn new(law: L, skin: f64) -> Self {
         Self {
             law,
-            skin,
+            watch: Watch::new(skin),
             list: BodyList::default(),
             constants: Vec::new(),
             history: Vec::new(),
@@ -88,14 +96,14 @@ impl<L: Law> BodyContacts<L> {
             aparts: Vec::new(),
             outcomes: Vec::new(),
             to_be_summed: false,
-            odometer: None,
+            closing: 0.0,
         }
     }
 
     /// Builds the list, and moves the histories to it: both lists are in the same order, so one walk finds them.
     fn build(&mut self, bodies: &Bodies) {
         let old = std::mem::take(&mut self.list.pairs);
-        self.list.build(bodies, self.skin);
+        self.list.build(bodies, &self.watch);
         let pairs = self.list.pairs.iter();
         if size_of::<L::History>() > 0 {
             // `next` holds nothing between steps; it becomes the new history.
@@ -126,7 +134,6 @@ impl<L: Law> BodyContacts<L> {
         };
         self.spans.clear();
         self.spans.extend(self.list.pairs.chunks(CHUNK).map(span));
-        self.odometer.get_or_insert_default().reset(bodies);
     }
 }
 
@@ -150,6 +157,8 @@ struct Outcomes {
     loss: [Lanes; 2],
     /// Pairs that press on one another.
     presses: usize,
+    /// The first pair that presses too deep.
+    deep: Option<PassedBodies>,
 }
 
 impl Outcomes {
@@ -196,6 +205,7 @@ struct Chunk<'a, L: Law> {
     bodies: &'a Bodies,
     past: Past,
     closing: f64,
+    watch: &'a Watch,
 }
 
 impl<L: Law> Chunk<'_, L> {
@@ -204,7 +214,16 @@ impl<L: Law> Chunk<'_, L> {
     fn evaluate(&self, next: &mut [L::History], apart: &mut Apart, outcomes: &mut Outcomes) {
         next.fill(L::History::default());
         apart.find(self.bodies, self.pairs, self.closing);
+        if self.watch.is_by_body() {
+            let closing = |pair| self.watch.closing(pair).unwrap_or(self.closing);
+            apart.keep_close(self.pairs, closing);
+        }
         outcomes.clear();
+        outcomes.deep = apart.deep(self.pairs).map(|(k, overlap)| PassedBodies {
+            bodies: self.pairs[k as usize].bodies,
+            passage: Passage::Deep,
+            overlap,
+        });
         for quad in apart.pressing().chunks(LANES) {
             self.quad::<true>(apart, quad, next, outcomes);
         }
@@ -271,10 +290,9 @@ impl<L: Law> Chunk<'_, L> {
 }
 
 impl<L: Law> BodySide for BodyContacts<L> {
-    fn update_list(&mut self, bodies: &Bodies) {
-        // Both bodies of a pair may move, so each may use half of the skin.
-        let safe = |o: &mut Odometer| o.stays_below(0.5 * self.skin, bodies);
-        if !self.odometer.as_mut().is_some_and(safe) {
+    fn update_list(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64) {
+        if !self.watch.holds(bodies, ahead, speed) {
+            self.watch.begin(bodies, ahead, speed);
             self.build(bodies);
         }
     }
@@ -305,6 +323,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
                 bodies,
                 past,
                 closing,
+                watch: &self.watch,
             };
             chunk.evaluate(next, apart, outcomes);
         };
@@ -326,6 +345,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
         self.aparts = aparts;
         self.outcomes = outcomes;
         self.to_be_summed = shared;
+        self.closing = closing;
     }
 
     /// The list is in the order of bodies, so most chunks are of no concern to a few bodies; each body's sum has the
@@ -362,6 +382,36 @@ impl<L: Law> BodySide for BodyContacts<L> {
             }
         }
         largest
+    }
+
+    fn crossing(&self, bodies: &Bodies, kicked: &[(Vec2, f64)], speed: f64, known: f64) -> f64 {
+        // Twice the speed, and as much again for what rotation bends, which is less while a step is a share of the reach.
+        let most = 4.0 * (2.0 * 2.0 * speed) / self.list.smallest_reach;
+        if most <= known || self.outcomes.iter().all(|found| found.count == 0) {
+            return known;
+        }
+        let rate = |pair: &VertexEdge| {
+            let (away, sq) = separation(bodies, pair);
+            let distance = sq.sqrt();
+            let closing = self.watch.closing(pair.bodies).unwrap_or(self.closing);
+            let in_reach = distance > 0.0 && distance < pair.reach + closing;
+            if in_reach {
+                let near = Near {
+                    bodies: pair.bodies,
+                    normal: away / distance,
+                    point: bodies.outline[pair.vertex as usize],
+                    length: pair.reach,
+                };
+                crossing_rate(bodies, kicked, &near)
+            } else {
+                0.0
+            }
+        };
+        self.list.pairs.iter().map(rate).fold(known, f64::max)
+    }
+
+    fn passed(&self, _: &Bodies) -> Option<PassedBodies> {
+        self.outcomes.iter().find_map(|found| found.deep)
     }
 
     fn loss(&self) -> Loss {
@@ -405,9 +455,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
     }
 
     fn advance(&mut self, speed: f64, dt: f64) {
-        if let Some(odometer) = &mut self.odometer {
-            odometer.advance(speed, dt);
-        }
+        self.watch.advance(speed, dt);
     }
 
     fn bytes(&self) -> usize {

@@ -1,4 +1,4 @@
-//! Whether a point has gone through a body.
+//! Whether a point, or another body, has gone through a body.
 //!
 //! A penalty force knows where a point is, not where it came from. Beyond the middle of a body, which is the skeleton of
 //! a thin one and the medial axis of a polygon, it pushes to the other side: finite, balanced, and wrong. So a point may
@@ -17,6 +17,17 @@
 //!
 //! A single point may slip by both, past the middle of a disc at between a quarter of its radius and all of it. The
 //! points of a continuum are nearer to one another than that, as long as the disc is not smaller than they are.
+//!
+//! Two bodies pass through one another vertex by vertex and edge by edge, since outlines that are apart cannot cross but
+//! where a vertex of one comes onto an edge of the other. What tells depends on how their overlap is measured:
+//!
+//! - *Each edge* ([`crate::pairs`]): the distance of a vertex from an edge has no sign, so the force turns round where it
+//!   is zero. A vertex may use up three quarters of its contact distance, the sum of the sphero-radii. The kinematic
+//!   limit lets it come nearer by half of that in a step, so none gets from one side to the other unseen.
+//! - *Nearest edge* ([`crate::nearest`]): signed, so a vertex is judged as a point is, by both signs.
+//! - *Area* ([`crate::overlap`]): the width of the overlap along which it pushes vanishes when a body spans a thin one,
+//!   and points back from then on. So a width below a fifth of the root of the area tells, which is that of a corner of
+//!   1.1 degrees, and a normal that has turned.
 
 use interface::Vec2;
 use interface::outline::{Feature, Nearest, nearest};
@@ -29,8 +40,9 @@ use crate::shape::edge_count;
 /// Cosine of the angle by which a normal may turn in one step, relative to the body: of 100 degrees.
 pub const TURN: f64 = -0.173_648_177_666_930_36;
 
-/// Share of the radius of the disc with the body's area that the centre of a point may be deep.
-const DEEP: f64 = 0.75;
+/// Share of the radius of the disc with the body's area that the centre of a point may be deep, and of the contact
+/// distance of a vertex and an edge that they may overlap.
+pub const DEEP: f64 = 0.75;
 
 /// How a point went too far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,6 +52,20 @@ pub enum Passage {
     /// It is near the middle.
     Deep,
 }
+
+impl Passage {
+    /// What it is said to have done, before the name of the body.
+    fn words(self) -> &'static str {
+        match self {
+            Self::Through => "has passed through",
+            Self::Deep => "is near the middle of",
+        }
+    }
+}
+
+/// What can be done about it.
+const ADVICE: &str = "a contact force would push it to the wrong side; write a stiffer contact, a slower drive or a \
+                      shorter time.max_step";
 
 /// A point that has gone too far into a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,14 +86,32 @@ impl Passed {
         let Self {
             id, body, overlap, ..
         } = self;
-        let name = &bodies.fixed[*body].name;
-        let how = match self.passage {
-            Passage::Through => "has passed through",
-            Passage::Deep => "is near the middle of",
-        };
+        let (name, how) = (&bodies.fixed[*body].name, self.passage.words());
         Fault::Other(format!(
-            "point {id} {how} body {body} ({name}) with an overlap of {overlap:.3e} m: a contact force would push it to \
-             the wrong side; write a stiffer contact, a slower drive or a shorter time.max_step"
+            "point {id} {how} body {body} ({name}) with an overlap of {overlap:.3e} m: {ADVICE}"
+        ))
+    }
+}
+
+/// Two bodies that have gone too far into one another.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PassedBodies {
+    /// The one whose vertex went too far, and the other.
+    pub bodies: [u32; 2],
+    /// How.
+    pub passage: Passage,
+    /// Overlap `xi` in m.
+    pub overlap: f64,
+}
+
+impl PassedBodies {
+    /// What the user is told.
+    pub fn fault(&self, bodies: &Bodies) -> Fault {
+        let [one, other] = self.bodies;
+        let [own, its] = self.bodies.map(|b| &bodies.fixed[b as usize].name);
+        let (how, overlap) = (self.passage.words(), self.overlap);
+        Fault::Other(format!(
+            "body {one} ({own}) {how} body {other} ({its}) with an overlap of {overlap:.3e} m: {ADVICE}"
         ))
     }
 }

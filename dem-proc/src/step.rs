@@ -7,6 +7,7 @@ use interface::step::Step;
 use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, Record};
 
 use crate::Sdem;
+use crate::approach::Ahead;
 use crate::configure::{System, configure};
 use crate::law::Past;
 use crate::ledger::{Kick, measure};
@@ -53,17 +54,9 @@ impl DemSolver for Sdem {
     ) -> Result<Answer, Fault> {
         let s = &mut self.system;
         s.check_states(imps, forces)?;
-        s.update_lists(imps); //                          Verlet lists of bodies and of points
-        s.body_contact(step); //                          eqs. 38 to 41, 43
-        s.point_contact(step, imps, forces); //           eqs. 44, 46, 49, 50
-        s.no_point_passed(imps)?; //                      crate::passage
-        s.kick(step)?; //                                 eq. 42, v^{n-1/2} -> v^{n+1/2}
-        if step.measure {
-            s.measurement = measure(s, step, imps); //    PHYSICS.md section 7
-        }
-        let answer = s.answer(step); //                   PHYSICS.md section 4
-        s.commit(step, imps);
-        Ok(answer)
+        s.meet(step, imps, forces); //                    lists and forces
+        s.none_passed(imps)?; //                          crate::passage
+        s.respond(step, imps)
     }
 
     fn advance(&mut self, step: &Step) -> Result<(), Fault> {
@@ -84,6 +77,25 @@ fn opening(step: &Step) -> bool {
 }
 
 impl System {
+    /// Contact forces at `t_n`, of bodies on one another and on the points.
+    pub(crate) fn meet(&mut self, step: &Step, imps: &[ImpState], forces: &mut [ImpForce]) {
+        let ahead = Ahead::new(step.kick(), step.dt, self.outer_acceleration);
+        self.update_lists(&ahead, imps); //               Verlet lists of bodies and of points
+        self.body_contact(step, &ahead); //               eqs. 38 to 41, 43
+        self.point_contact(step, imps, forces); //        eqs. 44, 46, 49, 50
+    }
+
+    /// What the bodies do under these forces.
+    pub(crate) fn respond(&mut self, step: &Step, imps: &[ImpState]) -> Result<Answer, Fault> {
+        self.kick(step)?; //                              eq. 42, v^{n-1/2} -> v^{n+1/2}
+        if step.measure {
+            self.measurement = measure(self, step, imps); // PHYSICS.md section 7
+        }
+        let answer = self.answer(step); //                PHYSICS.md section 4
+        self.commit(step, imps);
+        Ok(answer)
+    }
+
     /// Refuses numbers that are not finite before anything has changed.
     fn check_states(&self, imps: &[ImpState], forces: &[ImpForce]) -> Result<(), Fault> {
         let set = self.points.set();
@@ -105,22 +117,19 @@ impl System {
         Ok(())
     }
 
-    fn update_lists(&mut self, imps: &[ImpState]) {
+    fn update_lists(&mut self, ahead: &Ahead, imps: &[ImpState]) {
         if let Some(pairs) = &mut self.pairs {
-            pairs.update_list(&self.bodies);
+            pairs.update_list(&self.bodies, ahead, self.speed);
         }
         self.points.update_list(&self.bodies, imps);
     }
 
-    fn body_contact(&mut self, step: &Step) {
+    fn body_contact(&mut self, step: &Step, ahead: &Ahead) {
         if let Some(pairs) = &mut self.pairs {
-            // Two surfaces come together by at most twice the largest speed times the step; the step may grow by a
-            // tenth, and the kick may add speed: three times is ample.
-            let closing = 3.0 * self.speed * step.dt.max(step.dt_before);
             pairs.evaluate(
                 &self.bodies,
                 Past::new(step.dt_before),
-                closing,
+                2.0 * ahead.way(self.speed),
                 &self.threads,
                 &mut self.body_loads,
             );
@@ -149,10 +158,14 @@ impl System {
         );
     }
 
-    /// Refuses to go on with a point on the wrong side of a body.
-    fn no_point_passed(&self, imps: &[ImpState]) -> Result<(), Fault> {
-        match self.points.passed(&self.bodies, imps) {
-            Some(passed) => Err(passed.fault(&self.bodies)),
+    /// Refuses to go on with a point or a body on the wrong side of a body.
+    fn none_passed(&self, imps: &[ImpState]) -> Result<(), Fault> {
+        let bodies = &self.bodies;
+        if let Some(passed) = self.pairs.as_ref().and_then(|pairs| pairs.passed(bodies)) {
+            return Err(passed.fault(bodies));
+        }
+        match self.points.passed(bodies, imps) {
+            Some(passed) => Err(passed.fault(bodies)),
             None => Ok(()),
         }
     }
@@ -250,7 +263,14 @@ impl System {
         let (mut damping, mut omega_sq) = (0.0, 0.0);
         if let Some(pairs) = &self.pairs {
             damping = pairs.damping_ratio();
-            omega_sq = pairs.omega_sq(&self.body_loads);
+            let stiff = pairs.omega_sq(&self.body_loads).sqrt();
+            let (kicked, speed) = (&self.kicked, self.kicked_speed);
+            let omega = pairs.crossing(&self.bodies, kicked, speed, stiff);
+            omega_sq = omega * omega;
+            let moves = speed > 0.0 || self.outer_acceleration > 0.0;
+            if opening(step) && moves {
+                omega_sq = omega_sq.max(self.first_contact);
+            }
         }
         // A quarter of the skin: below it nobody rebuilds anything, so a coarse bound does no harm.
         let gone = self.published.bound(0.25 * self.skin, &self.bodies);

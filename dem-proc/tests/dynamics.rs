@@ -311,22 +311,21 @@ fn one_and_two_threads_give_the_same_bits() {
 
 /// Enough bodies, in a mixed order, that every loop over bodies or pairs is shared, and chunks of pairs of all parts.
 fn heap(threads: usize) -> Vec<f64> {
-    let packing = |grain| Packing {
+    let packing = |grain, largest: f64| Packing {
         grain,
         sizes: Sizes::Uniform {
-            from: 0.008,
-            to: 0.01,
+            from: 0.9 * largest,
+            to: largest,
         },
         density: 2000.0,
-        looseness: 0.0,
+        looseness: 0.01 / largest - 1.0,
         seed: 1,
     };
     let mut bodies = open_box(1.0, 3.0, 0.01);
-    let discs = packing(Grain::Disc).rows(2000, 1.0);
-    let mut pentagons = packing(Grain::PENTAGON).rows(2000, 1.0);
+    let discs = packing(Grain::Disc, 0.01).rows(3000, 1.0);
+    let mut pentagons = packing(Grain::PENTAGON, 0.005).rows(3000, 1.0);
     for pentagon in &mut pentagons {
-        pentagon.position[0] += 1e-3;
-        pentagon.position[1] += 0.01; // into the discs
+        pentagon.position[1] += 0.02 / 3.0_f64.sqrt(); // into the holes between three discs, which are too small for it
     }
     bodies.extend(discs);
     bodies.extend(pentagons);

@@ -1,11 +1,12 @@
-//! A point that goes through a body ends the run with a reason; one that only rolls round it, or presses deep, does not.
+//! A point or a body that goes through a body ends the run with a reason; one that only rolls round it, or presses deep,
+//! does not.
 
 mod small_scenes;
 
 use std::f64::consts::{PI, TAU};
 
 use interface::Vec2;
-use interface::config::{BodyConfig, BodyShape, DemConfig, Motion};
+use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig, Motion, OverlapMeasure};
 use interface::solver::DemSolver;
 use interface::step::Step;
 use interface::wire::{ImpForce, ImpState};
@@ -243,4 +244,181 @@ fn a_new_set_forgets_nothing() {
         reason.contains("point 7 has passed through") && p.y > -0.3 * RADIUS,
         "{p} {reason}"
     );
+}
+
+/// A driven body that comes down on one that can hardly be moved, a share of `length` in each step: the lowest point of
+/// its outline when the solver refuses to go on, and the reason.
+fn driven_into(
+    mover: BodyConfig,
+    floor: BodyConfig,
+    overlap: OverlapMeasure,
+    step_by: f64,
+    way: f64,
+) -> Option<(f64, String)> {
+    let mover = BodyConfig {
+        name: "mover".into(),
+        motion: Motion::Driven,
+        velocity: [0.0, -step_by / DT],
+        ..mover
+    };
+    let floor = BodyConfig {
+        name: "floor".into(),
+        inertia: BodyInertia::Mass(1e12),
+        ..floor
+    };
+    let config = DemConfig {
+        overlap,
+        ..scene(vec![mover, floor], spring(1e4))
+    };
+    let mut dem = configured(&config);
+    for i in 0..(way / step_by) as usize {
+        let step = step(if i == 0 { 0.0 } else { DT }, DT);
+        if let Err(fault) = dem.contact(&step, &[], &mut []) {
+            let outline = dem.bodies().outline_of(0).iter();
+            let lowest = outline.map(|p| p.y).fold(f64::INFINITY, f64::min);
+            return Some((lowest, fault.to_string()));
+        }
+        dem.advance(&step).unwrap();
+    }
+    None
+}
+
+fn square(half: f64) -> BodyShape {
+    polygon(&[[-half, -half], [half, -half], [half, half], [-half, half]])
+}
+
+fn high(shape: BodyShape, a: f64) -> BodyConfig {
+    BodyConfig {
+        position: [0.013, 0.6],
+        ..body(shape, a)
+    }
+}
+
+#[test]
+fn a_body_driven_through_a_body_is_named_whatever_the_measure() {
+    use OverlapMeasure::{Area, EachEdge, NearestEdge};
+    let plate = polygon(&[[-1.0, -0.02], [1.0, -0.02], [1.0, 0.02], [-1.0, 0.02]]);
+    let needle = polygon(&[[-0.1, 0.3], [0.0, -0.3], [0.1, 0.3]]);
+    let cluster = BodyShape::Cluster {
+        centers: vec![[-0.1, 0.0], [0.1, 0.0]],
+        radii: vec![0.04, 0.05],
+    };
+    let disc = BodyShape::Disc;
+    // The length in which the force has the right sign, and the lowest place of the outline that is not too late.
+    let cases = [
+        (
+            "disc",
+            high(disc.clone(), 0.05),
+            body(segment(), 0.02),
+            EachEdge,
+            0.07,
+            0.0,
+        ),
+        (
+            "square",
+            high(square(0.2), 0.01),
+            body(segment(), 0.02),
+            EachEdge,
+            0.03,
+            0.0,
+        ),
+        (
+            "on a plate",
+            high(square(0.2), 0.01),
+            body(plate.clone(), 0.01),
+            EachEdge,
+            0.02,
+            0.02,
+        ),
+        (
+            "needle",
+            high(needle.clone(), 0.005),
+            body(segment(), 0.005),
+            EachEdge,
+            0.01,
+            0.0,
+        ),
+        (
+            "cluster",
+            high(cluster, 0.0),
+            body(segment(), 0.01),
+            EachEdge,
+            0.05,
+            0.0,
+        ),
+        (
+            "disc on disc",
+            high(disc.clone(), 0.05),
+            body(disc, 0.1),
+            EachEdge,
+            0.15,
+            0.0,
+        ),
+        (
+            "nearest",
+            high(square(0.2), 0.01),
+            body(plate.clone(), 0.0),
+            NearestEdge,
+            0.03,
+            -0.02,
+        ),
+        (
+            "nearest needle",
+            high(needle.clone(), 0.01),
+            body(plate.clone(), 0.01),
+            NearestEdge,
+            0.04,
+            -0.02,
+        ),
+        (
+            "area",
+            high(square(0.2), 0.0),
+            body(plate.clone(), 0.0),
+            Area,
+            0.04,
+            -0.05,
+        ),
+        (
+            "area of a needle",
+            high(needle, 0.0),
+            body(plate, 0.0),
+            Area,
+            0.04,
+            -0.6, // a wedge is pushed back until its base comes
+        ),
+    ];
+    for (name, mover, floor, measure, length, lowest) in cases {
+        for share in [0.5, 0.13, 0.01] {
+            let by = share * length;
+            let told = driven_into(mover.clone(), floor.clone(), measure, by, 1.2);
+            let (y, reason) = told.unwrap_or_else(|| panic!("{name}, {share}: it went through"));
+            assert!(y > lowest - by, "{name}, {share}: told at {y}: {reason}");
+            let phrases = ["(mover)", "(floor)", "overlap of", "stiffer contact"];
+            assert!(phrases.iter().all(|p| reason.contains(p)), "{reason}");
+        }
+    }
+}
+
+/// Seven tenths of the contact distance, a corner past a bare face, a plate half sunk in: pushed the right way.
+#[test]
+fn a_deep_contact_of_bodies_goes_on() {
+    use OverlapMeasure::{Area, EachEdge, NearestEdge};
+    let square = square(0.2);
+    let block = polygon(&[[-1.0, -0.3], [1.0, -0.3], [1.0, 0.3], [-1.0, 0.3]]);
+    for (measure, a, way) in [
+        (EachEdge, 0.02, 0.1 - 0.04 * 0.3),
+        (NearestEdge, 0.01, 0.2),
+        (Area, 0.0, 0.25),
+    ] {
+        for angle in [0.0, 0.5] {
+            let lowest = 0.2 * (f64::cos(angle) + f64::sin(angle));
+            let mover = BodyConfig {
+                position: [0.013, 0.3 + lowest + 0.1],
+                angle,
+                ..body(square.clone(), a)
+            };
+            let told = driven_into(mover, body(block.clone(), a), measure, 1e-3, way);
+            assert_eq!(told, None, "{measure:?}, {angle}");
+        }
+    }
 }
