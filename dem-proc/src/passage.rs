@@ -40,6 +40,10 @@ use crate::shape::edge_count;
 /// Cosine of the angle by which a normal may turn in one step, relative to the body: of 100 degrees.
 pub const TURN: f64 = -0.173_648_177_666_930_36;
 
+/// How near to the outline, as a share of its radius, a point is in the step in which it comes to the other side: it moves
+/// by half its radius at most, and a little is for rounding.
+pub const CROSSING: f64 = 0.55;
+
 /// Share of the radius of the disc with the body's area that the centre of a point may be deep, and of the contact
 /// distance of a vertex and an edge that they may overlap.
 pub const DEEP: f64 = 0.75;

@@ -12,7 +12,8 @@ use crate::law::{Law, Loss, Mates, Past, Touch};
 use crate::load::Load;
 use crate::mass::cross;
 use crate::neighbours::{PointList, PointPair, REACH};
-use crate::passage::{Passage, Passed, TURN, admissible_depth, goes_through};
+use crate::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
+use crate::shape::edge_count;
 use crate::threads::Threads;
 
 /// The intervals around `t_n`, as contact sees them.
@@ -83,15 +84,6 @@ struct Outcome {
     passed: Option<Passage>,
 }
 
-/// What is left of a pair until the next step.
-#[derive(Debug, Clone, Copy, Default)]
-struct Trace<H> {
-    /// Normal, 0 where the pair was out of reach.
-    normal: Vec2,
-    /// What the law remembers.
-    history: H,
-}
-
 /// Contact between points and bodies by the law `L`.
 #[derive(Debug)]
 pub struct PointContacts<L: Law> {
@@ -104,8 +96,8 @@ pub struct PointContacts<L: Law> {
     replaced: Option<Vec<ImpInfo>>,
     list: PointList,
     constants: Vec<L::Pair>,
-    history: Vec<Trace<L::History>>,
-    next: Vec<Trace<L::History>>,
+    history: Vec<L::History>,
+    next: Vec<L::History>,
     buffers: Vec<Vec<Outcome>>,
     /// Positions of the points one step before; empty if there was no step.
     previous: Vec<Vec2>,
@@ -147,7 +139,7 @@ impl<L: Law> PointContacts<L> {
         self.carry_history(&old_pairs, states);
         self.replaced = None;
         let pairs = &self.list.pairs;
-        self.next.resize(pairs.len(), Trace::default());
+        self.next.resize(pairs.len(), L::History::default());
         self.constants.clear();
         self.constants.extend(pairs.iter().map(|pair| {
             let (info, body) = (
@@ -195,7 +187,7 @@ impl<L: Law> PointContacts<L> {
                         .binary_search_by_key(&k, |p| (p.slot, p.body, p.part))
                         .ok()
                 });
-                index.map_or_else(Trace::default, |i| old_history[i])
+                index.map_or_else(L::History::default, |i| old_history[i])
             })
             .collect();
         if !self.previous.is_empty() && replaced {
@@ -236,7 +228,7 @@ impl<L: Law> PointContacts<L> {
         past: Past,
         closing: f64,
         k: usize,
-    ) -> Option<(Outcome, Trace<L::History>)> {
+    ) -> Option<(Outcome, L::History)> {
         let PointPair { slot, body, .. } = self.list.pairs[k];
         let (state, info) = (&states[slot as usize], &self.set[slot as usize]);
         let rigid = &bodies.frames[body as usize];
@@ -267,7 +259,7 @@ impl<L: Law> PointContacts<L> {
                 touch.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
             }
         }
-        let (constants, before) = (&self.constants[k], &self.history[k].history);
+        let (constants, before) = (&self.constants[k], &self.history[k]);
         let passed = self.passage(bodies, x, k, overlap, normal);
         let k = self.law.stiffness(constants, overlap + closing);
         let (m, i) = (rigid.inverse_mass, rigid.inverse_inertia);
@@ -284,23 +276,19 @@ impl<L: Law> PointContacts<L> {
             presses: overlap > 0.0,
             passed,
         };
-        let mut trace = Trace {
-            normal,
-            history: L::History::default(),
-        };
         if overlap <= 0.0 {
             outcome.loss = self.law.part(constants, &touch, before);
-            return Some((outcome, trace));
+            return Some((outcome, L::History::default()));
         }
         let press = self.law.press(constants, &touch, before);
         outcome.force = normal * press.normal + tangent * press.tangential;
         outcome.torque = -(r_n * press.normal + r_t * press.tangential);
         outcome.loss = press.loss;
-        trace.history = press.history;
-        Some((outcome, trace))
+        Some((outcome, press.history))
     }
 
-    /// Whether the point of pair `k`, now at `x`, is too far inside the body ([`crate::passage`]).
+    /// Whether the point of pair `k`, now at `x`, is too far inside the body ([`crate::passage`]). Nearly none is so deep
+    /// that it has to be looked at.
     #[inline]
     fn passage(
         &self,
@@ -313,14 +301,15 @@ impl<L: Law> PointContacts<L> {
         let PointPair {
             slot, body, part, ..
         } = self.list.pairs[k];
-        let frame = &bodies.frames[body as usize];
-        let turned = frame.turned(self.history[k].normal).dot(&normal) < TURN;
-        let info = &self.set[slot as usize];
-        let depth = overlap - info.radius;
-        if !turned && depth <= 0.0 {
+        let (radius, own) = (
+            self.set[slot as usize].radius,
+            bodies.radius_at(body as usize, part),
+        );
+        let (depth, distance) = (overlap - radius, own + radius - overlap);
+        if depth <= 0.0 && distance > CROSSING * radius {
             return None;
         }
-        if turned && self.went_through(bodies, x, k) {
+        if self.went_through(bodies, x, k, normal) {
             Some(Passage::Through)
         } else if depth > admissible_depth(bodies, body as usize, part) {
             Some(Passage::Deep)
@@ -329,9 +318,10 @@ impl<L: Law> PointContacts<L> {
         }
     }
 
-    /// Whether the way of a point over the last step, as the body sees it, leads through its outline.
+    /// Whether the way of a point over the last step, as the body sees it, leads through its outline to where the normal
+    /// is another.
     #[cold]
-    fn went_through(&self, bodies: &Bodies, x: Vec2, k: usize) -> bool {
+    fn went_through(&self, bodies: &Bodies, x: Vec2, k: usize, normal: Vec2) -> bool {
         let PointPair {
             slot, body, part, ..
         } = self.list.pairs[k];
@@ -341,9 +331,15 @@ impl<L: Law> PointContacts<L> {
         let b = body as usize;
         let frame = &bodies.frames[b];
         let moved = x - was - frame.displacement(x - frame.center);
+        let from = x - frame.turned(moved);
         let reach = bodies.radius_at(b, part) + self.set[slot as usize].radius;
-        !bodies.fixed[b].shape.has_edges
-            || goes_through(bodies.outline_of(b), x - frame.turned(moved), x, reach)
+        let mut outline = bodies.outline_of(b);
+        let has_edges = bodies.fixed[b].shape.has_edges;
+        if !has_edges {
+            outline = &outline[part as usize..=part as usize];
+        }
+        let before = see(outline, 0..edge_count(outline.len()), from);
+        before.normal.dot(&normal) < TURN && (!has_edges || goes_through(outline, from, x, reach))
     }
 }
 
@@ -386,13 +382,14 @@ impl<L: Law> PointSide for PointContacts<L> {
         let (mut loss, mut any_in_reach, mut passed) = (Loss::default(), false, None);
         let mut next = std::mem::take(&mut self.next);
         let mut buffers = std::mem::take(&mut self.buffers);
-        let chunk = |from: usize, next: &mut [Trace<L::History>], outcomes: &mut Vec<Outcome>| {
+        let chunk = |from: usize, next: &mut [L::History], outcomes: &mut Vec<Outcome>| {
             outcomes.clear();
             for (k, next) in next.iter_mut().enumerate() {
-                *next = Trace::default();
-                if let Some((outcome, trace)) = self.pair(bodies, states, past, closing, from + k) {
+                *next = L::History::default();
+                if let Some((outcome, history)) = self.pair(bodies, states, past, closing, from + k)
+                {
                     outcomes.push(outcome);
-                    *next = trace;
+                    *next = history;
                 }
             }
         };
@@ -448,8 +445,7 @@ impl<L: Law> PointSide for PointContacts<L> {
             let x = states[self.list.pairs[k].slot as usize].position.into();
             let (overlap, _) = self.overlap(bodies, x, k);
             if overlap > 0.0 {
-                self.law
-                    .energy(&self.constants[k], overlap, &self.next[k].history)
+                self.law.energy(&self.constants[k], overlap, &self.next[k])
             } else {
                 0.0
             }
@@ -481,7 +477,7 @@ impl<L: Law> PointSide for PointContacts<L> {
             + self.list.edges.capacity() * size_of::<u32>()
             + self.constants.capacity() * size_of::<L::Pair>()
             + self.buffers.iter().map(Vec::capacity).sum::<usize>() * size_of::<Outcome>()
-            + 2 * self.history.capacity() * size_of::<Trace<L::History>>()
+            + 2 * self.history.capacity() * size_of::<L::History>()
             + self.previous.capacity() * size_of::<Vec2>()
             + self.set.capacity() * size_of::<ImpInfo>()
     }
