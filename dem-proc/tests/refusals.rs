@@ -3,7 +3,9 @@
 mod small_scenes;
 
 use dem_proc::Sdem;
-use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
+use interface::config::{
+    BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, OverlapMeasure,
+};
 use interface::solver::DemSolver;
 use small_scenes::{body, fixed, scene, spring};
 
@@ -217,4 +219,31 @@ fn no_body_at_all_is_fine() {
         (0, 0.0, 0.0)
     );
     assert!(dem.envelopes().is_empty());
+}
+
+/// The distance of a vertex from an edge is not below 0: without a sphero-radius nothing ever touches.
+#[test]
+fn two_bare_bodies_that_would_never_touch_are_refused() {
+    let square = || BodyShape::Rectangle {
+        width: 1.0,
+        height: 1.0,
+    };
+    let bare = scene(vec![fixed(square(), 0.0), body(square(), 0.0)], spring(1.0));
+    let (key, message) = refusal(&bare);
+    assert_eq!(key, "dem.body[1] (body).sphero_radius");
+    assert!(
+        message.contains("never touch") && message.contains("nearest_edge"),
+        "{message}"
+    );
+    // They may be points' alone, or rounded on one side, or held, or measured otherwise.
+    let mut dem = Sdem::default();
+    let mut taken = |change: &dyn Fn(&mut DemConfig)| {
+        let mut config = bare.clone();
+        change(&mut config);
+        dem.configure(&config).unwrap();
+    };
+    taken(&|c| c.body_contact = None);
+    taken(&|c| c.bodies[0].sphero_radius = 0.1);
+    taken(&|c| c.bodies[1].motion = Motion::Fixed);
+    taken(&|c| c.overlap = OverlapMeasure::NearestEdge);
 }
