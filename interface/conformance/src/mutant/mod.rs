@@ -208,7 +208,7 @@ spoil! {
 }
 
 /// Looks of an idle relay before it sleeps between them.
-const LOOKS: u32 = 100;
+const LOOKS: u32 = 20;
 /// Its sleep.
 const NAP: Duration = Duration::from_micros(100);
 /// How much later than Ready a mutant opens what it should have opened before.
@@ -218,10 +218,10 @@ const LIFE: Duration = Duration::from_millis(10);
 /// Of how many points on a mutant naps: those of the clause on latency, and of few others.
 const MANY: usize = 100;
 
-/// Sleeps for longer than the nap of B-3 where there are many points.
+/// Sleeps for several naps of B-3 where there are many points.
 fn nap_for_many(points: usize) {
     if points >= MANY {
-        std::thread::sleep(Duration::from_millis(15));
+        std::thread::sleep(Duration::from_millis(60));
     }
 }
 

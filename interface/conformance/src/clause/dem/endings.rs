@@ -227,10 +227,11 @@ fn unjoined(bench: &Bench) -> Judgement {
                 require(status.code() == Some(2), "ended with exit status 2", &got)?;
                 return Ok(got);
             }
-            _ if start.elapsed() > Duration::from_secs(2) => {
+            _ if start.elapsed() > bench.startup => {
                 let _ = child.kill();
                 let _ = child.wait();
-                return Err(broken("its end", "it lives 2 s later"));
+                let got = format_args!("it lives {:?} later", bench.startup);
+                return Err(broken("its end", got));
             }
             _ => std::thread::sleep(Duration::from_millis(1)),
         }

@@ -1,0 +1,173 @@
+//! What a solver gets that leaves points, kick and books to the contract crate, against closed forms.
+
+use interface::Vec2;
+use interface::books::{Totals, measure};
+use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, Motion};
+use interface::rigid::{Body, Springs};
+use interface::step::Step;
+
+const MASS: f64 = 1.5;
+const RADIUS: f64 = 0.02;
+const POINT: f64 = 0.01;
+
+fn config(shape: BodyShape, motion: Motion) -> BodyConfig {
+    BodyConfig {
+        name: "body".into(),
+        shape,
+        sphero_radius: RADIUS,
+        inertia: BodyInertia::Mass(MASS),
+        position: [0.1, 0.2],
+        angle: 0.0,
+        velocity: [0.0; 2],
+        spin: 0.0,
+        motion,
+        surface: String::new(),
+    }
+}
+
+fn springs(tangential_stiffness: f64, friction: f64) -> Springs {
+    let law = ContactLaw::Linear {
+        normal_stiffness: 6e4,
+        tangential_stiffness,
+        friction,
+        damping_ratio: 0.0,
+    };
+    Springs::new(&law).unwrap()
+}
+
+fn step(dt_before: f64, dt: f64) -> Step {
+    Step {
+        index: 1,
+        time: 0.0,
+        dt_before,
+        dt,
+        measure: true,
+    }
+}
+
+/// A point on the right of the disc, pressed in by `overlap` (m).
+fn at(overlap: f64) -> Vec2 {
+    Vec2::new(0.1 + RADIUS + POINT - overlap, 0.2)
+}
+
+#[test]
+fn a_point_is_pushed_by_k_xi_and_the_body_back_by_the_same() {
+    let mut disc = Body::new(0, &config(BodyShape::Disc, Motion::Free)).unwrap();
+    let mut law = springs(0.0, 0.0);
+    let force = law.press(&mut disc, POINT, at(1e-3), Vec2::zeros(), &mut 0.0);
+    let force = force.expect("within reach");
+    assert!((force - Vec2::new(60.0, 0.0)).norm() < 1e-10, "{force}");
+    let b = disc.entry.body;
+    assert_eq!(b.point_force, [-force.x, -force.y]);
+    assert!(b.point_torque.abs() < 1e-12 && b.contacts == 1);
+    // L-2 of a central contact: k/m; energy k xi^2/2.
+    assert!(
+        (disc.rate - 6e4 / MASS).abs() < 1e-9 * disc.rate,
+        "{}",
+        disc.rate
+    );
+    assert!((law.energy - 0.03).abs() < 1e-13);
+    // F-6: in reach and not yet pressed, then out of reach.
+    disc.begin();
+    let near = law.press(&mut disc, POINT, at(-0.4 * POINT), Vec2::zeros(), &mut 0.0);
+    assert_eq!(near, Some(Vec2::zeros()));
+    assert!(disc.rate > 0.0 && disc.entry.body.contacts == 0);
+    let far = law.press(&mut disc, POINT, at(-0.6 * POINT), Vec2::zeros(), &mut 0.0);
+    assert_eq!(far, None);
+}
+
+#[test]
+fn friction_is_a_spring_up_to_mu_f_n_and_what_slides_is_lost() {
+    let mut disc = Body::new(0, &config(BodyShape::Disc, Motion::Fixed)).unwrap();
+    let (mut law, mut spring) = (springs(2e4, 0.5), 0.0);
+    let slid = Vec2::new(0.0, 1e-4);
+    let force = law.press(&mut disc, POINT, at(1e-3), slid, &mut spring);
+    assert!((force.unwrap().y + 2.0).abs() < 1e-10 && law.loss.abs() < 1e-15);
+    // mu F_n = 30 N/m at 1.5 mm of spring; 2 mm further 0.6 mm slip under a force that rises from 2 to 30 N/m.
+    let slid = Vec2::new(0.0, 2e-3);
+    let force = law.press(&mut disc, POINT, at(1e-3), slid, &mut spring);
+    assert!((force.unwrap().y + 30.0).abs() < 1e-10 && (spring - 1.5e-3).abs() < 1e-15);
+    assert!(
+        (law.loss - 0.5 * (2.0 + 30.0) * 0.6e-3).abs() < 1e-14,
+        "{}",
+        law.loss
+    );
+}
+
+#[test]
+fn the_kick_is_half_of_both_steps_and_the_books_close_over_it() {
+    let gravity = Vec2::new(0.0, -9.81);
+    let mut disc = Body::new(0, &config(BodyShape::Disc, Motion::Free)).unwrap();
+    let mut law = springs(0.0, 0.0);
+    law.press(&mut disc, POINT, at(1e-3), Vec2::zeros(), &mut 0.0);
+    let step = step(1e-3, 3e-3);
+    disc.kick(&step, gravity).unwrap();
+    let expected = [-60.0 / MASS * 2e-3, -9.81 * 2e-3];
+    for (got, want) in disc.entry.velocity.iter().zip(expected) {
+        assert!((got - want).abs() < 1e-12);
+    }
+    let mut totals = Totals::default();
+    totals.add(&disc.entry, gravity, disc.push(&step), step.kick());
+    let entries = std::iter::once(disc.entry);
+    let measured = measure(
+        &step,
+        gravity,
+        law.energy,
+        [&Totals::default(), &totals],
+        entries,
+    );
+    let ledger = measured.ledger;
+    for i in 0..2 {
+        let kept = ledger.momentum[i] - ledger.applied_impulse[i] - ledger.contact_impulse[i];
+        assert!(kept.abs() < 1e-15, "{ledger:?}");
+    }
+    // T-5: a quarter of the time of the kick lies before t_n, so a quarter of what the velocity gained.
+    let speed = 0.25 * expected[0].hypot(expected[1]).powi(2);
+    assert!(
+        (ledger.kinetic - 0.5 * MASS * speed).abs() < 1e-12,
+        "{ledger:?}"
+    );
+    disc.drift(step.dt);
+    let gone = Vec2::from(disc.entry.velocity).norm() * 3e-3;
+    assert!((disc.travelled() - gone).abs() < 1e-15);
+}
+
+#[test]
+fn what_holds_a_body_takes_up_what_points_do_to_it() {
+    let mut disc = Body::new(0, &config(BodyShape::Disc, Motion::Fixed)).unwrap();
+    let mut law = springs(0.0, 0.0);
+    law.press(&mut disc, POINT, at(1e-3), Vec2::zeros(), &mut 0.0);
+    let (step, gravity) = (step(1e-3, 1e-3), Vec2::new(0.0, -9.81));
+    disc.kick(&step, gravity).unwrap();
+    assert_eq!(disc.entry.velocity, [0.0; 2]);
+    let mut totals = Totals::default();
+    totals.add(&disc.entry, gravity, disc.push(&step), step.kick());
+    let [applied, contact] = [totals.applied_impulse, totals.contact_impulse].map(|i| i.value());
+    assert!((applied[0] - 60.0 * 1e-3).abs() < 1e-12 && applied[1] == 0.0);
+    assert_eq!(contact, applied.map(|x| -x));
+}
+
+#[test]
+fn what_is_no_convex_body_is_refused_by_its_key() {
+    let refusal = |shape| {
+        let refused = Body::new(3, &config(shape, Motion::Free)).unwrap_err();
+        refused.key
+    };
+    let notch = vec![[0.0, 0.0], [0.2, 0.0], [0.04, 0.04], [0.0, 0.2]];
+    assert_eq!(
+        refusal(BodyShape::Polygon { vertices: notch }),
+        "dem.bodies[3].shape"
+    );
+    let mut moving = config(BodyShape::Disc, Motion::Fixed);
+    moving.velocity = [1.0, 0.0];
+    assert_eq!(
+        Body::new(0, &moving).unwrap_err().key,
+        "dem.bodies[0].motion"
+    );
+    let mut massless = config(BodyShape::Disc, Motion::Free);
+    massless.inertia = BodyInertia::Mass(0.0);
+    assert_eq!(
+        Body::new(0, &massless).unwrap_err().key,
+        "dem.bodies[0].inertia"
+    );
+}
