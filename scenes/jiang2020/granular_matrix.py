@@ -14,6 +14,12 @@ file.
 import argparse
 import math
 import random
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from polygons import corners  # noqa: E402
 
 SIDE = 0.61  # container, m (Jiang 2020 figure 22)
 ROWS = 8
@@ -31,11 +37,8 @@ def pentagons():
         for column in range(ROWS):
             radius = (0.5 * square - SPHERO - 0.0005) * rng.uniform(0.88, 1.0)
             start = rng.uniform(0.0, 2.0 * math.pi)
-            corners = []
-            for k in range(5):
-                angle = start + 2.0 * math.pi * (k + rng.uniform(-0.2, 0.2)) / 5.0
-                corners.append((round(radius * math.cos(angle), 5), round(radius * math.sin(angle), 5)))
-            yield (round((column + 0.5) * square, 5), round((row + 0.5) * square, 5)), corners
+            pentagon = [(round(x, 5), round(y, 5)) for x, y in corners(rng, 5, radius, start)]
+            yield (round((column + 0.5) * square, 5), round((row + 0.5) * square, 5)), pentagon
 
 
 def distance(p, a, b):
@@ -48,11 +51,11 @@ def distance(p, a, b):
 def gap(p, bodies):
     """From p to the nearest surface of a grain or wall; negative inside."""
     free = min(p[0], p[1], SIDE - p[0], SIDE - p[1])
-    for (cx, cy), corners in bodies:
+    for (cx, cy), pentagon in bodies:
         if math.hypot(p[0] - cx, p[1] - cy) > 0.5 * SIDE / ROWS + 0.03:
             continue
         q = (p[0] - cx, p[1] - cy)
-        edges = list(zip(corners, corners[1:] + corners[:1]))
+        edges = list(zip(pentagon, pentagon[1:] + pentagon[:1]))
         inside = all((b[0] - a[0]) * (q[1] - a[1]) - (b[1] - a[1]) * (q[0] - a[0]) > 0.0 for a, b in edges)
         if inside:
             return -1.0
@@ -87,8 +90,8 @@ def main():
                       positions=listed(contents["fines_middle"]), counts=", ".join(
                           f"{name} {len(c)}, {100 * 1500 * len(c) * args.spacing ** 2 / solid(bodies):.1f} %"
                           for name, c in contents.items())), end="")
-    for k, ((x, y), corners) in enumerate(bodies):
-        print(f'\n[[dem.body]]\nname = "grain{k}"\nshape.polygon = {{ vertices = {listed(corners)} }}\n'
+    for k, ((x, y), pentagon) in enumerate(bodies):
+        print(f'\n[[dem.body]]\nname = "grain{k}"\nshape.polygon = {{ vertices = {listed(pentagon)} }}\n'
               f"sphero_radius = {SPHERO}\ndensity = 2200.0\nposition = [{x}, {y}]")
     print(TAIL, end="")
     for name, positions in contents.items():
@@ -101,8 +104,8 @@ def main():
 def solid(bodies):
     """Mass of the grains, kg/m."""
     total = 0.0
-    for _, corners in bodies:
-        for a, b in zip(corners, corners[1:] + corners[:1]):
+    for _, pentagon in bodies:
+        for a, b in zip(pentagon, pentagon[1:] + pentagon[:1]):
             total += 0.5 * (a[0] * b[1] - b[0] * a[1]) + SPHERO * math.dist(a, b)
         total += math.pi * SPHERO ** 2
     return 2200.0 * total

@@ -10,6 +10,12 @@ standard library is used; the same arguments give the same file.
 import argparse
 import math
 import random
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from polygons import corners  # noqa: E402
 
 SEED = 1000
 CELL = 0.01  # m
@@ -36,9 +42,8 @@ def body(rng, name, center, radius, velocity):
     elif kind == 2:
         shape = f"{{ width = {1.6 * core:.4f}, height = {1.2 * core:.4f} }}"
     else:
-        corners = rng.randrange(3, 7)
-        angles = [2.0 * math.pi * (k + rng.uniform(-0.2, 0.2)) / corners for k in range(corners)]
-        shape = "{ vertices = [" + ", ".join(f"[{core * math.cos(a):.5f}, {core * math.sin(a):.5f}]" for a in angles) + "] }"
+        polygon = corners(rng, rng.randrange(3, 7), core)
+        shape = "{ vertices = [" + ", ".join(f"[{x:.5f}, {y:.5f}]" for x, y in polygon) + "] }"
     key = ["shape", "shape.segment", "shape.rectangle", "shape.polygon"][kind]
     return (f'\n[[dem.body]]\nname = "{name}"\n{key} = {shape}\nsphero_radius = {sphero:.4f}\n'
             f"density = {rng.uniform(500.0, 4000.0):.0f}.0\nposition = [{center[0]:.5f}, {center[1]:.5f}]\n"
