@@ -80,8 +80,10 @@ struct Outcome {
     loss: Loss,
     /// Whether the two press on one another.
     presses: bool,
-    /// Whether the point is too far inside the body.
-    passed: Option<Passage>,
+    /// Whether the point is so deep that it may be on the wrong side.
+    deep: bool,
+    /// Of the list.
+    pair: u32,
 }
 
 /// Contact between points and bodies by the law `L`.
@@ -260,7 +262,9 @@ impl<L: Law> PointContacts<L> {
             }
         }
         let (constants, before) = (&self.constants[k], &self.history[k]);
-        let passed = self.passage(bodies, x, k, overlap, normal);
+        let own = bodies.radius_at(body as usize, self.list.pairs[k].part);
+        let deep = overlap > info.radius.min(own + (1.0 - CROSSING) * info.radius);
+        let pair = k as u32;
         let k = self.law.stiffness(constants, overlap + closing);
         let (m, i) = (rigid.inverse_mass, rigid.inverse_inertia);
         let mobility = m + i * r_n * r_n;
@@ -274,7 +278,8 @@ impl<L: Law> PointContacts<L> {
             rate: k.normal * mobility + k.tangential * (m + i * r_t * r_t),
             loss: Loss::default(),
             presses: overlap > 0.0,
-            passed,
+            deep,
+            pair,
         };
         if overlap <= 0.0 {
             outcome.loss = self.law.part(constants, &touch, before);
@@ -287,31 +292,19 @@ impl<L: Law> PointContacts<L> {
         Some((outcome, press.history))
     }
 
-    /// Whether the point of pair `k`, now at `x`, is too far inside the body ([`crate::passage`]). Nearly none is so deep
-    /// that it has to be looked at.
-    #[inline]
-    fn passage(
-        &self,
-        bodies: &Bodies,
-        x: Vec2,
-        k: usize,
-        overlap: f64,
-        normal: Vec2,
-    ) -> Option<Passage> {
+    /// Whether the point of pair `k` is too far inside the body ([`crate::passage`]). Nearly none is so deep that it has to
+    /// be looked at.
+    #[cold]
+    fn passage(&self, bodies: &Bodies, states: &[ImpState], k: usize) -> Option<Passage> {
         let PointPair {
             slot, body, part, ..
         } = self.list.pairs[k];
-        let (radius, own) = (
-            self.set[slot as usize].radius,
-            bodies.radius_at(body as usize, part),
-        );
-        let (depth, distance) = (overlap - radius, own + radius - overlap);
-        if depth <= 0.0 && distance > CROSSING * radius {
-            return None;
-        }
+        let x = Vec2::from(states[slot as usize].position);
+        let (overlap, normal) = self.overlap(bodies, x, k);
+        let radius = self.set[slot as usize].radius;
         if self.went_through(bodies, x, k, normal) {
             Some(Passage::Through)
-        } else if depth > admissible_depth(bodies, body as usize, part) {
+        } else if overlap - radius > admissible_depth(bodies, body as usize, part) {
             Some(Passage::Deep)
         } else {
             None
@@ -320,7 +313,6 @@ impl<L: Law> PointContacts<L> {
 
     /// Whether the way of a point over the last step, as the body sees it, leads through its outline to where the normal
     /// is another.
-    #[cold]
     fn went_through(&self, bodies: &Bodies, x: Vec2, k: usize, normal: Vec2) -> bool {
         let PointPair {
             slot, body, part, ..
@@ -407,8 +399,9 @@ impl<L: Law> PointSide for PointContacts<L> {
                 load.contacts += u32::from(outcome.presses);
                 loss += outcome.loss;
                 any_in_reach = true;
-                if let (Some(passage), None) = (outcome.passed, passed) {
-                    passed = Some((outcome.slot, outcome.body, passage));
+                if outcome.deep && passed.is_none() {
+                    let passage = self.passage(bodies, states, outcome.pair as usize);
+                    passed = passage.map(|passage| (outcome.slot, outcome.body, passage));
                 }
             }
         });
