@@ -244,7 +244,7 @@ pub struct StabilityArgs {
 /// Arguments of `plot`.
 #[derive(Debug, Args)]
 pub struct PlotArgs {
-    /// Run directories, of which history.csv is read, and CSV files, each with its name in the legend if need be.
+    /// Run directories, of which history.csv or frames are read, and CSV files, each with its name in the legend if need be.
     #[arg(required = true, value_name = "[LABEL=]DATA")]
     pub data: Vec<String>,
     /// Figure to write.
@@ -253,11 +253,38 @@ pub struct PlotArgs {
     /// Expression of columns; may be repeated.
     #[arg(
         long,
-        required = true,
+        required_unless_present = "frames",
         value_name = "[LABEL=]EXPRESSION",
         allow_hyphen_values = true
     )]
     pub y: Vec<String>,
+    /// Pictures of the runs' frames of these times in s instead.
+    #[arg(
+        long,
+        value_name = "TIME,...",
+        value_delimiter = ',',
+        conflicts_with = "y"
+    )]
+    pub frames: Vec<f64>,
+    /// What colours of points say in them: an expression of `x y vx vy speed stress_xx stress_yy stress_zz stress_xy
+    /// pressure volume mass group id`.
+    #[arg(
+        long,
+        value_name = "[LABEL=]EXPRESSION",
+        default_value = "speed",
+        requires = "frames",
+        allow_hyphen_values = true
+    )]
+    pub colour: String,
+    /// Values of the first and the last colour; those that the points have by default.
+    #[arg(long, value_name = "LOW,HIGH", value_parser = numbers::<2>, requires = "frames", allow_hyphen_values = true)]
+    pub between: Option<[f64; 2]>,
+    /// What is shown of the plane, in m; all by default.
+    #[arg(long, value_name = "LEFT,BOTTOM,RIGHT,TOP", value_parser = numbers::<4>, requires = "frames", allow_hyphen_values = true)]
+    pub window: Option<[f64; 4]>,
+    /// Pictures in a row.
+    #[arg(long, value_name = "N", default_value_t = 2, requires = "frames")]
+    pub columns: usize,
     /// Expression of columns.
     #[arg(
         long,
@@ -293,6 +320,15 @@ pub struct PlotArgs {
     /// What stands beside; the expression and its unit by default.
     #[arg(long)]
     pub beside: Option<String>,
+}
+
+/// Reads numbers with commas between them.
+fn numbers<const N: usize>(text: &str) -> Result<[f64; N], String> {
+    let all: Result<Vec<f64>, _> = text.split(',').map(|n| n.trim().parse()).collect();
+    let all = all.map_err(|e| format!("{e}"))?;
+    let count = all.len();
+    all.try_into()
+        .map_err(|_| format!("{count} numbers, expected {N} with commas between them"))
 }
 
 /// Arguments of a solver process.

@@ -9,6 +9,7 @@ use study::StudyError;
 use study::case::Source;
 use study::plot::{Labelled, PlotOptions};
 use study::runner::RunnerOptions;
+use study::snapshots::SnapshotOptions;
 use study::stability::edge::Search;
 use study::stability::{MapOptions, maps, table};
 use study::vary::Vary;
@@ -97,6 +98,21 @@ pub fn plot(args: &PlotArgs) -> ExitCode {
             .file_stem()
             .map(|n| n.to_string_lossy().into_owned())
     };
+    let title = args.title.clone().or_else(named_after).unwrap_or_default();
+    if !args.frames.is_empty() {
+        let options = SnapshotOptions {
+            runs: labelled(&args.data),
+            at: args.frames.clone(),
+            colour: Labelled::parse(&args.colour),
+            between: args.between,
+            window: args
+                .window
+                .map(|[left, bottom, right, top]| [[left, bottom], [right, top]]),
+            columns: args.columns,
+            title,
+        };
+        return drawn(args, study::snapshots::snapshots(&options, &args.out));
+    }
     let options = PlotOptions {
         data: labelled(&args.data),
         x: args.x.clone(),
@@ -106,10 +122,14 @@ pub fn plot(args: &PlotArgs) -> ExitCode {
         slope: args.slope,
         within: [args.from, args.to],
         dots: args.dots,
-        title: args.title.clone().or_else(named_after).unwrap_or_default(),
+        title,
         words: [args.below.clone(), args.beside.clone()],
     };
-    match study::plot::plot(&options, &args.out) {
+    drawn(args, study::plot::plot(&options, &args.out))
+}
+
+fn drawn(args: &PlotArgs, drawn: Result<(), StudyError>) -> ExitCode {
+    match drawn {
         Ok(()) => {
             say(args.out.display());
             ExitCode::SUCCESS

@@ -7,12 +7,14 @@
 //! | [`stability`], [`pace`] | the composed step limit, and the layout of steps between outputs |
 //! | [`launch`], [`run`], [`failure`] | solvers as processes or threads, the run from open to closed, and why it ended early |
 //! | [`ledger`], [`quantity`], [`check`] | energies and momenta, what can be asked of a run, what it must show |
-//! | [`summary`], [`rundir`], [`progress`] | what a run leaves behind, and what it shows meanwhile |
+//! | [`summary`], [`rundir`], [`frames`], [`progress`] | what a run leaves behind, and what it shows meanwhile |
 #![forbid(unsafe_code)]
 
+mod account;
 pub mod check;
 pub mod diagnostic;
 pub mod failure;
+pub mod frames;
 pub mod launch;
 pub mod ledger;
 pub mod pace;

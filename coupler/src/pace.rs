@@ -80,6 +80,11 @@ impl Pace {
         }
     }
 
+    /// Outputs done.
+    pub fn outputs(&self) -> u64 {
+        self.outputs
+    }
+
     /// The output that was next is done.
     pub fn output_done(&mut self) {
         self.outputs += 1;

@@ -9,21 +9,20 @@ use interface::control::{Configure, Party};
 use interface::recording::{self, About};
 use interface::session::{SessionError, coupler::Session};
 use interface::solver::Readiness;
-use interface::step::Clock;
-use interface::wire::{BodyState, Grant, GroupState, Ledger, Report, flags};
+use interface::wire::{BodyState, Grant, GroupState, Ledger, PointState, flags};
 use interface::{OneProcess, SharedMemory, Transport};
 
-use crate::check::Recorder;
+use crate::account::Account;
 use crate::failure::RunError;
+use crate::frames::{Frames, Instant as FrameInstant};
 use crate::launch::{Crew, Start};
-use crate::ledger::Balance;
-use crate::pace::{Collapsed, Epoch, Pace};
+use crate::pace::{Collapsed, Epoch};
 use crate::progress::{Progress, Standing};
 use crate::quantity::{Measured, Sample};
 use crate::rundir::{History, RunDir, RunDirError};
 use crate::scene::Scene;
-use crate::stability::{Bound, Criteria, Sides, Stability};
-use crate::summary::{Status, Summary, WallParts, state_hash};
+use crate::stability::{Bound, Sides, Stability};
+use crate::summary::{Summary, state_hash};
 
 /// A window is cut so that it takes about this long: the bar moves and Ctrl-C is heard.
 const WINDOW_TIME: Duration = Duration::from_millis(200);
@@ -113,126 +112,6 @@ fn parties(scene: &Scene) -> Vec<Party> {
     parties
 }
 
-/// What is known of a run at any time: enough for a summary, however it ends.
-struct Account {
-    scene: String,
-    scene_hash: String,
-    recorder: Recorder,
-    balance: Balance,
-    pace: Pace,
-    criteria: Criteria,
-    clock: Clock,
-    reports: BTreeMap<Party, Report>,
-    imps_max: u64,
-    grants: u64,
-    epochs: u64,
-    waited: Duration,
-    cpu_at_start: Duration,
-    state_hash: Option<String>,
-    interrupted: bool,
-}
-
-impl Account {
-    fn new(scene: &Scene) -> Self {
-        Self {
-            scene: scene.name.clone(),
-            scene_hash: scene.hash.clone(),
-            recorder: Recorder::new(scene),
-            balance: Balance::default(),
-            pace: Pace::new(scene.time, scene.output.every),
-            criteria: Criteria::default(),
-            clock: Clock::new(0.0),
-            reports: BTreeMap::new(),
-            imps_max: 0,
-            grants: 0,
-            epochs: 0,
-            waited: Duration::ZERO,
-            cpu_at_start: interface::session::cpu_time(),
-            state_hash: None,
-            interrupted: false,
-        }
-    }
-
-    fn summarise(self, ended: &Result<(), RunError>, wall: Duration) -> Summary {
-        let whole = ended.is_ok() && !self.interrupted;
-        let checks = if whole {
-            self.recorder.finish()
-        } else {
-            Vec::new()
-        };
-        let failed = checks.iter().any(|check| !check.pass);
-        let status = match ended {
-            Err(error) => error.status(),
-            Ok(()) if self.interrupted => Status::Interrupted,
-            Ok(()) if failed => Status::CheckFailed,
-            Ok(()) => Status::Done,
-        };
-        let reason = match ended {
-            Err(error) => Some(format!("{error} ({})", error.advice())),
-            Ok(()) if self.interrupted => {
-                Some(format!("interrupted at t = {:.6e} s", self.clock.time()))
-            }
-            Ok(()) => None,
-        };
-        let mut wall_by_part = BTreeMap::new();
-        let mut cpu_s = BTreeMap::new();
-        let seconds = |ns: u64| ns as f64 * 1e-9;
-        for (party, report) in &self.reports {
-            let parts = WallParts {
-                compute: seconds(report.compute_ns),
-                exchange: seconds(report.exchange_ns),
-                wait: seconds(report.wait_ns),
-            };
-            wall_by_part.insert(party.name(), parts);
-            cpu_s.insert(party.name(), seconds(report.cpu_ns));
-        }
-        let wait = self.waited.as_secs_f64();
-        let coupler = WallParts {
-            compute: wall.as_secs_f64() - wait,
-            exchange: 0.0,
-            wait,
-        };
-        wall_by_part.insert(Party::Coupler.name(), coupler);
-        let cpu = interface::session::cpu_time().saturating_sub(self.cpu_at_start);
-        cpu_s.insert(Party::Coupler.name(), cpu.as_secs_f64());
-        let items = |party| {
-            self.reports
-                .get(&party)
-                .map_or(0, |report: &Report| report.items)
-        };
-        let mut summary = Summary {
-            scene: self.scene,
-            scene_hash: self.scene_hash,
-            status,
-            reason,
-            steps: self.pace.bound_by.values().sum(),
-            time: self.clock.time(),
-            dt_min: self.pace.range.map(|(low, _)| low),
-            dt_max: self.pace.range.map(|(_, high)| high),
-            dt_bound_by: self.pace.bound_by,
-            criteria: self.criteria,
-            grants: self.grants,
-            epochs: self.epochs,
-            rebuilds: self
-                .reports
-                .get(&Party::Mpm)
-                .map_or(0, |report| report.rebuilds),
-            wall_s: wall.as_secs_f64(),
-            wall_by_part,
-            cpu_s,
-            points: items(Party::Mpm),
-            imps_max: self.imps_max,
-            bodies: items(Party::Dem),
-            momentum_error: 0.0,
-            energy: crate::summary::EnergyLedger::default(),
-            state_hash: self.state_hash,
-            checks,
-        };
-        summary.set_balance(&self.balance);
-        summary
-    }
-}
-
 /// A run in progress.
 struct Run<'a, S: Transport> {
     scene: &'a Scene,
@@ -244,10 +123,12 @@ struct Run<'a, S: Transport> {
     stability: Stability,
     dir: &'a RunDir,
     history: History,
+    frames: Option<Frames>,
     progress: Progress,
     sides: Sides,
     groups: Vec<GroupState>,
     bodies: Vec<BodyState>,
+    points: Vec<PointState>,
     sample: Sample,
     /// Wall time of a step in the last window.
     step_time: Option<Duration>,
@@ -265,6 +146,7 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
     ) -> Result<Self, RunError> {
         let parties = parties(scene);
         let history = dir.history(&account.recorder.header())?;
+        let frames = Frames::begin(dir, scene)?;
         for &party in &parties {
             let start = if party == Party::Mpm {
                 &options.mpm
@@ -327,10 +209,12 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
             stability,
             dir,
             history,
+            frames,
             progress,
             sides: Sides::default(),
             groups: Vec::new(),
             bodies: Vec::new(),
+            points: Vec::new(),
             sample: Sample::default(),
             step_time: None,
         })
@@ -341,21 +225,15 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
         let stepped = self.step_to_the_end();
         self.progress.finish();
         self.history.flush()?;
+        let framed = self.frames.as_mut().map_or(Ok(()), Frames::finish);
         stepped?;
+        framed?;
         let points = watched(self.session, self.crew, |session, alarm| {
             session.drain(alarm)
         })?;
-        let known = self
-            .account
-            .reports
-            .get(&Party::Mpm)
-            .map_or(0, |report| report.items);
-        let ordered = points.windows(2).all(|pair| pair[0].id < pair[1].id);
-        if points.len() as u64 > known || !ordered {
-            let step = self.session.step_of(Party::Mpm);
-            let message = format!("{} points of {known}, ids rising: {ordered}", points.len());
-            return Err(broken(Party::Mpm, "D-1", step, message));
-        }
+        let reports = &self.account.reports;
+        let known = reports.get(&Party::Mpm).map_or(0, |report| report.items);
+        whole_cloud(&points, known, "D-1", self.session.step_of(Party::Mpm))?;
         if !self.account.interrupted {
             self.account.state_hash = Some(state_hash(&points, &self.bodies));
             if let Some(dem) = &self.scene.dem {
@@ -374,8 +252,9 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
             lands: false,
             bound: Bound::Output,
         };
-        self.epoch(&opening, true)?;
-        let mut measure = false; // the opening step has measured the start
+        let ends = self.asked(true);
+        self.epoch(&opening, ends)?;
+        let mut asked = 0; // the opening step has measured the start
         while self.account.clock.time() < self.scene.time.end && !self.interrupted() {
             let time = self.account.clock.time();
             self.stability
@@ -385,7 +264,7 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
                 .pace
                 .epoch(time, &self.stability, &self.sides)
                 .map_err(|e| self.collapsed(e))?;
-            measure = self.epoch(&epoch, measure)?;
+            asked = self.epoch(&epoch, asked)?;
         }
         // Closing: the last half kick brings the velocities to the time of the positions.
         let closing = Epoch {
@@ -394,7 +273,7 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
             lands: false,
             bound: Bound::Output,
         };
-        self.epoch(&closing, true)?;
+        self.epoch(&closing, ends)?;
         Ok(())
     }
 
@@ -403,9 +282,18 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
         self.account.interrupted
     }
 
-    /// The steps of one epoch, until a limit changes or it is done. `measure`: the first step is to be measured.
-    /// Returns whether the first step of the next epoch is.
-    fn epoch(&mut self, epoch: &Epoch, mut measure: bool) -> Result<bool, RunError> {
+    /// What is asked for at an output, as flags of its grant: the measurement, and a frame if one is `due`.
+    fn asked(&self, due: bool) -> u64 {
+        if due && self.frames.is_some() {
+            flags::MEASURE | flags::FRAME
+        } else {
+            flags::MEASURE
+        }
+    }
+
+    /// The steps of one epoch, until a limit changes or it is done. `asked`: the flags of its first grant. Returns those
+    /// of the next epoch's.
+    fn epoch(&mut self, epoch: &Epoch, mut asked: u64) -> Result<u64, RunError> {
         self.account.clock.begin_epoch(epoch.dt);
         self.account.epochs += 1;
         let budgets = self.stability.budgets(&self.sides, epoch.dt);
@@ -418,7 +306,7 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
                 epoch: self.account.epochs,
                 first: self.account.clock.index(),
                 steps: window,
-                flags: if measure { flags::MEASURE } else { 0 },
+                flags: asked,
                 epoch_start,
                 steps_in_epoch,
                 dt_before_epoch,
@@ -444,15 +332,15 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
             self.account.grants += 1;
             let within = self.collect(&grants)?;
             let advanced = self.advanced(&grant)?;
-            let at = self.account.clock.step(measure);
+            let at = self.account.clock.step(asked != 0);
             self.account.clock.advance_by(advanced);
             done += advanced;
             if epoch.dt > 0.0 {
                 self.account.pace.book(epoch, advanced);
             }
-            if measure {
-                self.record(at.time, epoch)?;
-                measure = false;
+            if asked != 0 {
+                self.record(at.time, epoch, asked & flags::FRAME != 0)?;
+                asked = 0;
             }
             self.step_time = Some(start.elapsed() / advanced.max(1) as u32);
             self.show(epoch);
@@ -464,9 +352,12 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
             self.account.clock.land_on(self.account.pace.next_output());
             self.account.pace.output_done();
             // At the end the closing step measures.
-            return Ok(self.account.clock.time() < self.scene.time.end);
+            let every = self.scene.output.frames;
+            let due = every.is_some_and(|rows| self.account.pace.outputs() % rows == 0);
+            let goes_on = self.account.clock.time() < self.scene.time.end;
+            return Ok(if goes_on { self.asked(due) } else { 0 });
         }
-        Ok(measure)
+        Ok(asked)
     }
 
     /// Steps that fit the time of a window; before anything is known of their cost, one.
@@ -516,6 +407,10 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
                     return Err(broken(*party, "R-3", step, message));
                 }
             }
+            if grant.flags & flags::FRAME != 0 && *party == Party::Mpm {
+                self.session.points(grant.first, &mut self.points)?;
+                whole_cloud(&self.points, report.items, "R-5", grant.first)?;
+            }
             within &= report.halted == 0 && grant.allows(&report.limits);
             self.account.imps_max = self.account.imps_max.max(report.imps);
             self.account.reports.insert(*party, report);
@@ -536,7 +431,7 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
     }
 
     /// Takes the measurement of the first step of the last grant.
-    fn record(&mut self, time: f64, epoch: &Epoch) -> Result<(), RunError> {
+    fn record(&mut self, time: f64, epoch: &Epoch, frame: bool) -> Result<(), RunError> {
         let account = &mut *self.account;
         let ledger = |party| {
             account
@@ -561,6 +456,13 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
         self.scene.quantities.fill(&mut self.sample, &measured);
         account.recorder.record(&self.sample);
         self.history.row(account.recorder.row())?;
+        if frame && let Some(frames) = &mut self.frames {
+            frames.take(FrameInstant {
+                time,
+                points: std::mem::take(&mut self.points),
+                bodies: self.bodies.clone(),
+            })?;
+        }
         let residual = account.balance.residual_relative();
         // Sums of numbers that are finite each can still be beyond all bounds.
         if residual > BLOW_UP || !residual.is_finite() {
@@ -596,6 +498,21 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
             min_step: self.scene.time.min_step,
         }
     }
+}
+
+/// All points that are left, in order of their ids (clauses D-1, R-5).
+fn whole_cloud(
+    points: &[PointState],
+    known: u64,
+    clause: &'static str,
+    step: u64,
+) -> Result<(), RunError> {
+    let ordered = points.windows(2).all(|pair| pair[0].id < pair[1].id);
+    if points.len() as u64 <= known && ordered {
+        return Ok(());
+    }
+    let message = format!("{} points of {known}, ids rising: {ordered}", points.len());
+    Err(broken(Party::Mpm, clause, step, message))
 }
 
 /// Sum of the magnitudes of the momenta of all groups and bodies in N s/m.

@@ -27,7 +27,7 @@ const ROWS: usize = 64 << 10;
 const UNWRITTEN: Duration = Duration::from_secs(1);
 
 /// A run directory in use.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct RunDir {
     path: PathBuf,
 }
@@ -48,7 +48,7 @@ impl RunDir {
             return Err(fail("write in the run directory", path)(source));
         }
         // What tells of a whole run must not be there before this one has made its own.
-        for name in ["summary.json", RECORDING] {
+        for name in ["summary.json", RECORDING, crate::frames::LIST] {
             let file = path.join(name);
             match fs::remove_file(&file) {
                 Err(source) if source.kind() != io::ErrorKind::NotFound => {
@@ -141,7 +141,7 @@ impl RunDir {
     }
 
     /// Writes a file as a whole: a reader sees the old one or the new one, never half of either.
-    fn write_whole(&self, name: &str, bytes: &[u8]) -> Result<(), RunDirError> {
+    pub(crate) fn write_whole(&self, name: &str, bytes: &[u8]) -> Result<(), RunDirError> {
         let path = self.path.join(name);
         let write = || {
             let mut file = tempfile::NamedTempFile::new_in(&self.path)?;
@@ -197,7 +197,7 @@ impl History {
     }
 }
 
-fn fail(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RunDirError {
+pub(crate) fn fail(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RunDirError {
     let path = path.to_path_buf();
     move |source| RunDirError {
         action,

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::solver::{Fault, Readiness, Refusal};
 
 /// Version of the protocol. Another major version is refused, another minor one accepted.
-pub const PROTOCOL: (u32, u32) = (1, 0);
+pub const PROTOCOL: (u32, u32) = (2, 0);
 
 /// The parties of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -151,7 +151,7 @@ pub trait MpmSolver {
     fn measurement(&self) -> &MpmMeasurement;
 
     /// All points in order of their ids: positions at `t_n`, velocities at `t_{n-1/2}` (after a closing step: at the
-    /// end).
+    /// end), stress and volume as they were last updated.
     fn points(&self) -> Vec<PointState>;
 }
 

@@ -155,6 +155,8 @@ pub mod flags {
     pub const NEW_SET: u64 = 8;
     /// `GRANT`: measure the first step of the window.
     pub const MEASURE: u64 = 16;
+    /// `GRANT`, with [`MEASURE`] only: send all points as they are before the first step of the window.
+    pub const FRAME: u64 = 32;
 }
 
 record! {
@@ -398,14 +400,25 @@ record! {
 
 record! {
     /// One material point, for the state hash and for frames.
-    PointState, "tandem/PointState", 40 {
+    PointState, "tandem/PointState", 96 {
         /// Identity.
         id: u64 = 0,
         /// Position in m.
         position: [f64; 2] = 8,
         /// Velocity in m/s.
         velocity: [f64; 2] = 24,
+        /// Cauchy stress xx, yy, zz, xy in Pa, tension positive, as it was last updated.
+        stress: [f64; 4] = 40,
+        /// Volume in m^2, likewise.
+        volume: f64 = 72,
+        /// Mass in kg/m.
+        mass: f64 = 80,
+        /// Index of the point group.
+        group: u32 = 88,
+        /// Zero.
+        reserved: u32 = 92,
     }
+    at least zero: volume, mass
 }
 
 impl Grant {

@@ -226,17 +226,25 @@ where
     }
 
     fn points(&self) -> Vec<PointState> {
-        let point = |cloud: &Cloud<W, S, T::Affine>, (i, &lane): (usize, &u32)| PointState {
-            id: cloud.first_id + i as u64,
-            position: self.grid.geometry.entered(cloud.position(lane as usize)),
-            velocity: cloud.velocity(lane as usize),
+        let point = |group: usize, cloud: &Cloud<W, S, T::Affine>, (i, &lane): (usize, &u32)| {
+            let (stress, volume) = cloud.material.strained(lane as usize);
+            PointState {
+                id: cloud.first_id + i as u64,
+                position: self.grid.geometry.entered(cloud.position(lane as usize)),
+                velocity: cloud.velocity(lane as usize),
+                stress,
+                volume: volume * cloud.volume,
+                mass: cloud.mass,
+                group: group as u32,
+                reserved: 0,
+            }
         };
-        self.clouds
-            .iter()
-            .flat_map(|c| {
+        let clouds = self.clouds.iter().enumerate();
+        clouds
+            .flat_map(|(group, c)| {
                 let stays = |l: &(usize, &u32)| *l.1 != NO_POINT;
                 let lanes = c.lane_of.iter().enumerate().filter(stays);
-                lanes.map(move |l| point(c, l))
+                lanes.map(move |l| point(group, c, l))
             })
             .collect()
     }

@@ -67,7 +67,7 @@ class Springs:
             if config.get(key, accepted[0]) not in accepted:
                 raise Refusal(f"mpm.{key}", f"there is no grid here: {accepted[0]} is accepted")
         self.domain, self.gravity, self.skin = config["domain"], config["gravity"], config["skin"]
-        self.x, self.v, self.mass, self.radius, self.group, self.springs = [], [], [], [], [], []
+        self.x, self.v, self.mass, self.volume, self.radius, self.group, self.springs = [], [], [], [], [], [], []
         if not config["cell"] > 0.0:
             raise Refusal("mpm.cell", f"{config['cell']} m: expected a positive length")
         self.courant_time = math.inf
@@ -103,6 +103,7 @@ class Springs:
         self.x += places.values()
         self.v += [tuple(group["velocity"])] * added
         self.mass += [material["density"] * h * h] * added
+        self.volume += [h * h] * added
         self.radius += [group["contact_radius"] or 0.5 * h] * added
         self.group += [index] * added
         for (row, column), i in at.items():
@@ -204,7 +205,21 @@ class Springs:
         return self.measured
 
     def points(self):
-        return [(i, *x, *v) for i, (x, v) in enumerate(zip(self.x, self.v))]
+        """With the stress of the springs that meet at a point: half the sum of pull times span, over its volume. Out of
+        the plane lambda = G has a quarter of xx + yy."""
+        virial = [[0.0, 0.0, 0.0] for _ in self.x]
+        for i, j, length, k in self.springs:
+            dx, dy = self.x[j][0] - self.x[i][0], self.x[j][1] - self.x[i][1]
+            now = math.hypot(dx, dy)
+            half = 0.5 * k * (now - length) / now
+            for end in (i, j):
+                for c, span in enumerate((dx * dx, dy * dy, dx * dy)):
+                    virial[end][c] += half * span
+        rows = zip(self.x, self.v, virial, self.volume, self.mass, self.group)
+        return [
+            (i, *x, *v, xx / volume, yy / volume, (xx + yy) / (4.0 * volume), xy / volume, volume, m, group)
+            for i, (x, v, (xx, yy, xy), volume, m, group) in enumerate(rows)
+        ]
 
 
 if __name__ == "__main__":

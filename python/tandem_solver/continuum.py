@@ -10,7 +10,8 @@ A continuum solver is an object with
     states()                        (x, y, vx, vy) of those who are identified, as they were selected
     step(step, forces) -> Limits    to t_{n+1}; `forces()` is called once and gives (fx, fy, stiffness) of each slot
     measurement() -> Measurement    of the last step with `step.measure`
-    points()                        (id, x, y, vx, vy) of all points, ids rising
+    points()                        of all points, ids rising: (id, x, y, vx, vy, xx, yy, zz, xy, volume, mass, group),
+                                    stresses in Pa, volume in m^2, mass in kg/m
 """
 
 import math
@@ -36,19 +37,25 @@ class _Mpm(Seat):
             # Clause I-6. Any point may become identified: the kinematic limit counts them all.
             self.allowed_travel = config["skin"] - 0.5 * max(radii, default=0.0)
             self.radius_min = min(radii, default=0.0)
-            self.fastest = max((math.hypot(*point[3:]) for point in self.solver.points()), default=0.0)
+            self.fastest = max((math.hypot(*point[3:5]) for point in self.solver.points()), default=0.0)
             self.bodies_travel, self.halt_after = 0.0, False
 
     def drain(self):
         """All points that are left (clause D-1)."""
+        self.send_points("D-1")
+
+    def send_points(self, clause):
+        """The whole cloud as it is before the next step."""
         points = self.solver.points()
-        if not wire.finite(points):
-            raise self.broken("mpm", "D-1", "a point's state is not finite")
-        data = b"".join(wire.PointState.FLAT.pack(*point) for point in points)
+        if not wire.finite(points) or any(min(point[9:11]) < 0.0 for point in points):
+            raise self.broken("mpm", clause, "a point's state is not finite, or its volume or mass negative")
+        data = b"".join(wire.PointState.FLAT.pack(*point, 0) for point in points)
         self.points_out.send(wire.StepHeader(step=self.step), len(points), data)
 
     def window(self, grant):
         halted, limits = False, None
+        if grant.flags & wire.FRAME:
+            self.send_points("R-5")
         for step, left in self.steps(grant):
             if limits is not None and not allows(grant, limits):
                 halted = True

@@ -28,13 +28,14 @@ GroupState:104{mass:f64@0;position:[f64; 2]@8;velocity:[f64; 2]@24;kinetic:f64@4
 lower:[f64; 2]@64;upper:[f64; 2]@80;contacts:u64@96;}
 BodyState:120{position:[f64; 2]@0;velocity:[f64; 2]@16;angle:f64@32;spin:f64@40;mass:f64@48;inertia:f64@56;\
 point_force:[f64; 2]@64;point_torque:f64@80;body_force:[f64; 2]@88;body_torque:f64@104;contacts:u64@112;}
-PointState:40{id:u64@0;position:[f64; 2]@8;velocity:[f64; 2]@24;}"""
+PointState:96{id:u64@0;position:[f64; 2]@8;velocity:[f64; 2]@24;stress:[f64; 4]@40;volume:f64@72;mass:f64@80;\
+group:u32@88;reserved:u32@92;}"""
 
 # Of the BLAKE3 hash of LAYOUT (clause C-3); a constant because Python's standard library has no BLAKE3.
-LAYOUT_HASH = "831e63e126184612"
+LAYOUT_HASH = "5ef55786bd9d881f"
 
 # Bits of StepHeader.flags and Grant.flags.
-HALT_BEFORE, HALT_AFTER, WANT_ENVELOPES, NEW_SET, MEASURE = 1, 2, 4, 8, 16
+HALT_BEFORE, HALT_AFTER, WANT_ENVELOPES, NEW_SET, MEASURE, FRAME = 1, 2, 4, 8, 16, 32
 
 # Fields that may not be negative (clause W-1).
 _NOT_NEGATIVE = {
@@ -43,6 +44,7 @@ _NOT_NEGATIVE = {
     "EnvelopeVertex": ("reach",),
     "Grant": ("dt", "dt_before_epoch", "budget_omega_sq", "budget_speed", "budget_damping"),
     "Limits": ("omega_sq", "contact_omega_sq", "damping", "speed", "radius_min", "mobility"),
+    "PointState": ("volume", "mass"),
 }
 
 _SCALARS = {"f64": (ctypes.c_double, "d"), "u64": (ctypes.c_uint64, "Q"), "u32": (ctypes.c_uint32, "I")}

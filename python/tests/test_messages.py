@@ -9,7 +9,7 @@ from tandem_solver import BODY, DEM, Readiness, Refusal, check_fields, control, 
 
 class Control(unittest.TestCase):
     def test_the_bytes_of_the_protocol_page(self):
-        hello = "00000000 01000000 00000000 02000000 0800000000000000 6469736320302e31 67120000"
+        hello = "00000000 02000000 00000000 02000000 0800000000000000 6469736320302e31 67120000"
         self.assertEqual(control.hello("dem", "disc 0.1", 4711), bytes.fromhex(hello))
         order = control.decode_order(bytes.fromhex(
             "00000000 0400000000000000 61623132 0200000000000000 7b7d 01 0000000000003e40"))

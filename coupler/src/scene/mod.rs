@@ -164,6 +164,8 @@ pub enum Measurand {
 pub struct Output {
     /// Simulated time between rows of the history in s.
     pub every: f64,
+    /// Intervals of the history between frames; `None`: there are none.
+    pub frames: Option<u64>,
     /// Columns after the time.
     pub columns: Vec<Column>,
 }

@@ -147,6 +147,7 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         directory,
     };
     let every = history_interval(problems, written.output.every, time.end);
+    let frames = frame_interval(problems, written.output.frames, every);
     let mut columns = Vec::new();
     for (i, column) in written.output.column.iter().enumerate() {
         columns.extend(context.column(problems, &format!("output.column.{i}"), column));
@@ -178,7 +179,11 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         dem,
         solvers,
         coupling,
-        output: Output { every, columns },
+        output: Output {
+            every,
+            frames,
+            columns,
+        },
         checks,
         constants,
         quantities,
@@ -299,6 +304,26 @@ fn history_interval(problems: &mut Problems, every: f64, end: f64) -> f64 {
         );
     }
     every
+}
+
+/// Intervals of the history between frames.
+fn frame_interval(problems: &mut Problems, written: Option<f64>, every: f64) -> Option<u64> {
+    let between = written?;
+    problems.above_zero("output.frames", between, "a time");
+    let rows = (between / every).round();
+    // As far as rounding of the two numbers can put a multiple off.
+    if between > 0.0 && every > 0.0 && (rows < 1.0 || (between / every - rows).abs() > 1e-9 * rows)
+    {
+        problems.refuse(
+            "output.frames",
+            format!("frames every {between} s do not fall on rows of the history, every {every} s"),
+            format!(
+                "give a whole multiple of `output.every`, such as {}",
+                rows.max(1.0) * every
+            ),
+        );
+    }
+    Some(rows as u64)
 }
 
 fn coupling(

@@ -154,6 +154,12 @@ fn runs(scene: &Scene) -> Vec<String> {
         scene.output.every,
         scene.checks.len()
     ));
+    if let Some(rows) = scene.output.frames {
+        runs.push(format!(
+            "frames: all points and bodies every {} s",
+            rows as f64 * scene.output.every
+        ));
+    }
     runs
 }
 
@@ -272,6 +278,11 @@ fn left_out(scene: &Scene) -> Vec<LeftOut> {
         scene.output.columns.is_empty(),
         "columns of the history but the time",
         "the scene has no `[[output.column]]`",
+    );
+    out(
+        scene.output.frames.is_none(),
+        "frames",
+        "the scene has no `output.frames`",
     );
     list
 }

@@ -267,6 +267,9 @@ pub(crate) struct CouplingWritten {
 pub(crate) struct OutputWritten {
     /// Simulated time between rows of the history in s.
     pub every: f64,
+    /// Simulated time between frames in s: all points and bodies, as VTK files. A whole multiple of `every`; no frames by
+    /// default.
+    pub frames: Option<f64>,
     /// Columns of history.csv after the time.
     #[serde(default)]
     pub column: Vec<ColumnWritten>,

@@ -7,6 +7,7 @@
 //! | [`precision`], [`work`] | Pareto fronts and orders; `tandem study`: error against run time |
 //! | [`stability`] | `tandem stability`: where a step becomes unstable, and what criteria say of it |
 //! | [`table`], [`plot`] | what was written as CSV; `tandem plot`: curves out of it |
+//! | [`snapshots`] | `tandem plot --frames`: pictures of the points and bodies of a run |
 //! | [`figure`] | all of these as SVG |
 //!
 //! This crate knows the coupler for its scenes and its words of a summary. It sees no solver and starts none: a run is
@@ -20,6 +21,7 @@ pub mod outcome;
 pub mod plot;
 pub mod precision;
 pub mod runner;
+pub mod snapshots;
 pub mod stability;
 pub mod table;
 pub mod vary;

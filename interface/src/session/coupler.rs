@@ -257,7 +257,7 @@ impl<S: Service + 'static> Session<S> {
     /// # Errors
     /// [`SessionError::Contract`] when they were not sent before the report.
     pub fn groups(&mut self, step: u64, groups: &mut Vec<GroupState>) -> Result<(), SessionError> {
-        sent_before_report(self.groups.as_ref(), Party::Mpm, step, groups)
+        sent_before_report(self.groups.as_ref(), (Party::Mpm, "R-3"), step, groups)
     }
 
     /// The bodies of the measured step of the last grant.
@@ -265,7 +265,17 @@ impl<S: Service + 'static> Session<S> {
     /// # Errors
     /// [`SessionError::Contract`] when they were not sent before the report.
     pub fn bodies(&mut self, step: u64, bodies: &mut Vec<BodyState>) -> Result<(), SessionError> {
-        sent_before_report(self.bodies.as_ref(), Party::Dem, step, bodies)
+        sent_before_report(self.bodies.as_ref(), (Party::Dem, "R-3"), step, bodies)
+    }
+
+    /// All points as they were before the first step of the last grant, if it asked for them ([`flags::FRAME`]).
+    ///
+    /// # Errors
+    /// [`SessionError::Contract`] when they were not sent before the report.
+    ///
+    /// [`flags::FRAME`]: crate::wire::flags::FRAME
+    pub fn points(&mut self, step: u64, points: &mut Vec<PointState>) -> Result<(), SessionError> {
+        sent_before_report(self.points.as_ref(), (Party::Mpm, "R-5"), step, points)
     }
 
     /// Ends the session in order: returns all points, in order of their ids.
@@ -452,7 +462,7 @@ impl<S: Service + 'static> Line<S> {
 
 fn sent_before_report<S: Service, T: Record>(
     inlet: Option<&Inlet<S, T>>,
-    party: Party,
+    (party, clause): (Party, &'static str),
     step: u64,
     records: &mut Vec<T>,
 ) -> Result<(), SessionError> {
@@ -461,16 +471,16 @@ fn sent_before_report<S: Service, T: Record>(
         return Ok(());
     };
     match inlet.receive(records)? {
-        Some(header) if header.step == step => check(party, "R-3", step, records),
+        Some(header) if header.step == step => check(party, clause, step, records),
         Some(header) => Err(broken(
             party,
-            "R-3",
+            clause,
             step,
-            format!("a measurement of step {}", header.step),
+            format!("{} of step {}", inlet.name(), header.step),
         )),
         None => Err(broken(
             party,
-            "R-3",
+            clause,
             step,
             format!("nothing on {} before the report", inlet.name()),
         )),

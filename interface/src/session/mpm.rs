@@ -14,7 +14,7 @@ use crate::domain::Domain;
 use crate::solver::{ContactForces, Fault, MpmSolver};
 use crate::step::{Clock, Step};
 use crate::wait::wait;
-use crate::wire::{EnvelopeVertex, Grant, ImpForce, Limits, Report, StepHeader, flags};
+use crate::wire::{EnvelopeVertex, Grant, ImpForce, Limits, PointState, Report, StepHeader, flags};
 
 /// Joins the run of `domain` and serves until the session is closed.
 ///
@@ -62,6 +62,9 @@ fn serve<S: Service + 'static, M: MpmSolver>(
     loop {
         match desk.next()? {
             Next::Steps(grant) => {
+                if grant.flags & flags::FRAME != 0 {
+                    send_points(desk, solver, &points, "R-5")?;
+                }
                 let mut report = window(desk, solver, bodies.as_mut(), &grant)?;
                 report.items = items;
                 if report.measured == 1 {
@@ -79,17 +82,30 @@ fn serve<S: Service + 'static, M: MpmSolver>(
                 desk.report(report)?;
             }
             Next::Drain => {
-                points.send(
-                    StepHeader {
-                        step: desk.step,
-                        ..StepHeader::default()
-                    },
-                    &solver.points(),
-                )?;
+                send_points(desk, solver, &points, "D-1")?;
                 return desk.close();
             }
         }
     }
+}
+
+/// Sends the whole cloud as it is before the next step.
+fn send_points<S: Service + 'static, M: MpmSolver>(
+    desk: &mut Desk<S>,
+    solver: &M,
+    outlet: &Outlet<S, PointState>,
+    clause: &'static str,
+) -> Result<(), SessionError> {
+    let points = solver.points();
+    check(Party::Mpm, clause, desk.step, &points)?;
+    desk.watch.lap(Activity::Compute);
+    let header = StepHeader {
+        step: desk.step,
+        ..StepHeader::default()
+    };
+    outlet.send(header, &points)?;
+    desk.watch.lap(Activity::Exchange);
+    Ok(())
 }
 
 /// The steps of one grant, or as many of them as the limits allow.

@@ -156,6 +156,7 @@ impl MpmSolver for Points {
             id,
             position: [x, 0.0],
             velocity: [v, 0.0],
+            ..PointState::default()
         };
         (0..).zip(self.x.iter().zip(&self.v)).map(state).collect()
     }

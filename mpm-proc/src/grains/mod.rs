@@ -215,7 +215,13 @@ where
     }
 
     fn points(&self) -> Vec<PointState> {
-        self.all.iter().flat_map(|g| g.continuum.points()).collect()
+        // A grain is a group.
+        let of = |(group, grain): (usize, &Grain<W, S, T>)| {
+            let mut points = grain.continuum.points();
+            points.iter_mut().for_each(|p| p.group = group as u32);
+            points
+        };
+        self.all.iter().enumerate().flat_map(of).collect()
     }
 
     fn bytes(&self) -> usize {

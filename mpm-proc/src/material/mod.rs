@@ -189,6 +189,9 @@ pub trait Constitutive<const W: usize, S: Shape<W>>: Send + Sync {
     /// Why the model cannot have it.
     fn prestress(&mut self, lane: usize, stress: [f64; 4]) -> Result<(), String>;
 
+    /// Stress `xx, yy, zz, xy` (Pa) of a lane's point, and its volume over the initial one.
+    fn strained(&self, lane: usize) -> ([f64; 4], f64);
+
     /// Whether a point's volume has vanished or turned inside out.
     fn collapsed(&self, lane: usize) -> bool;
 
@@ -255,8 +258,15 @@ impl<const W: usize, S: Shape<W>, M: Material> Constitutive<W, S> for MaterialPo
         Ok(())
     }
 
+    fn strained(&self, lane: usize) -> ([f64; 4], f64) {
+        let Point { stress, volume, .. } = &self.points[lane / LANES];
+        let of = |lanes: &Lanes| lanes.as_array()[lane % LANES];
+        let Stress { xx, yy, zz, xy } = stress;
+        ([xx, yy, zz, xy].map(of), of(volume))
+    }
+
     fn collapsed(&self, lane: usize) -> bool {
-        let volume = self.points[lane / LANES].volume.to_array()[lane % LANES];
+        let (_, volume) = Constitutive::<W, S>::strained(self, lane);
         volume.is_nan() || volume <= 0.0
     }
 

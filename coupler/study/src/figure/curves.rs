@@ -114,12 +114,18 @@ pub fn draw(path: &Path, words: &Words, curves: &[Curve]) -> Result<(), StudyErr
 }
 
 /// A linear axis with round ticks.
-struct Linear {
+pub(super) struct Linear {
     range: Range<f64>,
     ticks: Vec<f64>,
 }
 
 impl Linear {
+    /// Just this range.
+    pub(super) fn over(range: Range<f64>) -> Self {
+        let ticks = ticks(&range);
+        Self { range, ticks }
+    }
+
     /// A range around numbers, 3 % wider on either side; one around 0 where there is none.
     fn around(numbers: impl IntoIterator<Item = f64>) -> Self {
         let none = (f64::INFINITY, f64::NEG_INFINITY);
@@ -132,9 +138,7 @@ impl Linear {
         } else {
             low.abs().max(1.0)
         };
-        let range = low - margin..high + margin;
-        let ticks = ticks(&range);
-        Self { range, ticks }
+        Self::over(low - margin..high + margin)
     }
 }
 

@@ -2,6 +2,7 @@
 
 pub mod curves;
 pub mod map;
+pub mod panels;
 pub mod precision;
 
 use std::ops::Range;

@@ -38,6 +38,8 @@ pub struct Told {
     pub report: Report,
     /// Header and records of the groups, if they were sent before it.
     pub groups: Option<(StepHeader, Vec<GroupState>)>,
+    /// The same of all points.
+    pub points: Option<(StepHeader, Vec<PointState>)>,
 }
 
 impl Told {
@@ -318,12 +320,18 @@ impl Flow<'_> {
             Payload::Groups(groups) => (message.header, groups),
             _ => unreachable!("only groups come on their channel"),
         });
+        let points = self.session.take(Kind::Points)?;
+        let points = points.map(|message| match message.payload {
+            Payload::Points(points) => (message.header, points),
+            _ => unreachable!("only points come on their channel"),
+        });
         let header = message.header;
         match message.payload {
             Payload::Report(reports) if !reports.is_empty() => Ok(Told {
                 header,
                 report: reports[0],
                 groups,
+                points,
             }),
             other => Err(broken("a report", format_args!("{other:?}")).at(step)),
         }

@@ -235,6 +235,9 @@ impl Player<'_> {
         if grant.flags & flags::MEASURE != 0 {
             self.compare_sent(self.measurement())?;
         }
+        if grant.flags & flags::FRAME != 0 && self.party == Party::Mpm {
+            self.compare_sent(Kind::Points)?;
+        }
         if let Payload::Report(reports) = &report.payload
             && let [report] = reports[..]
         {

@@ -7,6 +7,7 @@ use interface::stage::Kind;
 
 use rustix::process::{Pid, Signal, kill_process};
 
+use super::ledger::{frame, stressed};
 use super::scene::{DT, IN_BLOCK, block, scene, single};
 use crate::bench::{Bench, Flow, Session, configure};
 use crate::clause::{Clause, machine};
@@ -24,6 +25,15 @@ pub const CLAUSES: &[Clause] = &[
         "the final points are numbered and of the next step",
         header,
     ),
+    Clause::must(
+        "R-5a",
+        "with FRAME all points, as they are before the window, before the report",
+        frame,
+    )
+    .after(&[
+        "I-2a", "I-2b", "I-9a", "T-6b", "T-1a", "R-3b", "D-1a", "D-1b",
+    ]),
+    Clause::must("R-5b", "stress and volume of a point are right", stressed).after(&["R-5a"]),
     Clause::must("D-2a", "lives on after Bye until Close", lives).of_processes(),
     Clause::must("X-2a", "ends with status 0 after Close", closed).of_processes(),
     Clause::must("X-2b", "ends with status 3 after a failure", failed)

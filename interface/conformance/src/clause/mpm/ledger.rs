@@ -1,12 +1,12 @@
 //! Sections 4 and 9: the report and what is measured.
 
 use interface::config::{GroupConfig, InitialFields};
-use interface::wire::{GroupState, Ledger};
+use interface::wire::{GroupState, Ledger, PointState, StepHeader, flags};
 
 use super::scene::{DT, IN_BLOCK, MASS, MODULI, SPACING, block, points, push, scene, single};
-use crate::bench::{Bench, Told};
+use crate::bench::{Bench, Flow, Shown, Told};
 use crate::clause::Clause;
-use crate::verdict::{Judgement, Largest, Unmet, near, require};
+use crate::verdict::{Judgement, Largest, Unmet, broken, near, require};
 
 pub const CLAUSES: &[Clause] = &[
     Clause::must(
@@ -117,7 +117,12 @@ fn unmeasured(bench: &Bench) -> Judgement {
     flow.grant(DT, 2, false)?;
     flow.exchange()?;
     flow.exchange()?;
-    let Told { report, groups, .. } = flow.report()?;
+    let Told {
+        report,
+        groups,
+        points,
+        ..
+    } = flow.report()?;
     require(report.measured == 0, "measured 0", report.measured)?;
     require(
         report.ledger == Ledger::default(),
@@ -125,6 +130,7 @@ fn unmeasured(bench: &Bench) -> Judgement {
         format_args!("{:?}", report.ledger),
     )?;
     require(groups.is_none(), "no groups", format_args!("{groups:?}"))?;
+    require(points.is_none(), "no points", format_args!("{points:?}"))?;
     Ok("a report alone".into())
 }
 
@@ -137,7 +143,7 @@ fn three() -> interface::config::MpmConfig {
     ])
 }
 
-fn measured(bench: &Bench) -> Result<(u64, Vec<GroupState>, interface::wire::StepHeader), Unmet> {
+fn measured(bench: &Bench) -> Result<(u64, Vec<GroupState>, StepHeader), Unmet> {
     let mut flow = bench.flow(&three())?;
     flow.coast(DT, 2)?;
     // Measured is the first step of the window; others follow before the report.
@@ -294,21 +300,89 @@ fn contact(bench: &Bench) -> Judgement {
     Ok(format!("42 contacts, within {largest}"))
 }
 
+/// A window of steps of `dt` (s) with a frame: what was shown of its first step, and the points.
+fn framed(
+    flow: &mut Flow,
+    dt: f64,
+    steps: u64,
+) -> Result<(Shown, StepHeader, Vec<PointState>), Unmet> {
+    let mut grant = flow.next_grant(dt, steps, true);
+    grant.flags |= flags::FRAME;
+    flow.send_grant(&grant)?;
+    let first = flow.exchange()?;
+    for _ in 1..steps {
+        flow.exchange()?;
+    }
+    match flow.report()?.points {
+        Some((header, points)) => Ok((first, header, points)),
+        None => Err(broken("all points before the report", "none")),
+    }
+}
+
+pub(super) fn frame(bench: &Bench) -> Judgement {
+    let mut flow = bench.flow(&three())?;
+    flow.coast(DT, 2)?;
+    let (first, header, points) = framed(&mut flow, DT, 2)?;
+    let said = (header.step, header.count);
+    require(
+        said == (2, IN_BLOCK + 3),
+        format_args!("{} points of step 2", IN_BLOCK + 3),
+        format_args!("{} of step {}", said.1, said.0),
+    )?;
+    for ((point, info), state) in points.iter().zip(&flow.set).zip(&first.states) {
+        let said = (point.id, point.group);
+        let expected = (info.id, info.group);
+        require(
+            said == expected,
+            format_args!("point and group {expected:?}"),
+            format_args!("{said:?}"),
+        )?;
+        near("mass in kg/m", point.mass, info.mass, 1e-12 * info.mass)?;
+        // What the states of the step say, to the bit: nothing has happened in between.
+        require(
+            (point.position, point.velocity) == (state.position, state.velocity),
+            format_args!("{state:?}"),
+            format_args!("{point:?}"),
+        )?;
+    }
+    Ok("67 points as the states have them".into())
+}
+
+/// Plane strain with its stress out of plane, and shear, in Pa.
+const STRESS: [f64; 4] = [-3e3, 1e3, -500.0, 800.0];
+
+pub(super) fn stressed(bench: &Bench) -> Judgement {
+    let mut flow = bench.flow(&scene(vec![under_stress()]))?;
+    let (_, _, points) = framed(&mut flow, 0.0, 1)?;
+    for point in &points {
+        for (said, expected) in point.stress.iter().zip(STRESS) {
+            near("stress in Pa", *said, expected, 1e-9)?;
+        }
+        let volume = SPACING * SPACING;
+        near("volume in m^2", point.volume, volume, 1e-12 * volume)?;
+    }
+    Ok(format!("{} points", points.len()))
+}
+
+/// A block under [`STRESS`].
+fn under_stress() -> GroupConfig {
+    GroupConfig {
+        fields: InitialFields {
+            velocity: None,
+            stress: Some(STRESS.map(|s: f64| format!("{s}"))),
+        },
+        ..block([0.4; 2], [0.0; 2])
+    }
+}
+
 fn elastic(bench: &Bench) -> Judgement {
-    // Plane strain with its stress out of plane, and shear: u = (p^2/K + s:s/(2G))/2.
-    let [xx, yy, zz, xy]: [f64; 4] = [-3e3, 1e3, -500.0, 800.0];
+    // u = (p^2/K + s:s/(2G))/2.
+    let [xx, yy, zz, xy] = STRESS;
     let [k, g] = MODULI;
     let p = (xx + yy + zz) / 3.0;
     let square = (xx - p).powi(2) + (yy - p).powi(2) + (zz - p).powi(2) + 2.0 * xy * xy;
     let density = 0.5 * (p * p / k + square / (2.0 * g));
-    let stressed = GroupConfig {
-        fields: InitialFields {
-            velocity: None,
-            stress: Some([xx, yy, zz, xy].map(|s: f64| format!("{s}"))),
-        },
-        ..block([0.4; 2], [0.0; 2])
-    };
-    let mut flow = bench.flow(&scene(vec![stressed]))?;
+    let mut flow = bench.flow(&scene(vec![under_stress()]))?;
     let said = flow.free_step(0.0)?.1.report.ledger.elastic;
     let expected = density * (8.0 * SPACING).powi(2);
     near("elastic energy in J/m", said, expected, 1e-10 * expected)?;

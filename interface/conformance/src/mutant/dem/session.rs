@@ -14,7 +14,7 @@ pub const MUTANTS: &[Mutant] = &[
         hello(|hello| hello.party = Party::Mpm)
     }),
     Mutant::new("V-1a", "speaks another major version", || {
-        hello(|hello| hello.protocol = (2, 0))
+        hello(|hello| hello.protocol.0 += 1)
     }),
     Mutant::new("O-1a", "gives another process's id", || {
         hello(|hello| hello.pid += 1)

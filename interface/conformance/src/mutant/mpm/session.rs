@@ -16,10 +16,10 @@ pub const MUTANTS: &[Mutant] = &[
             }
         })
     }),
-    Mutant::new("V-1a", "speaks protocol 2.0", || {
+    Mutant::new("V-1a", "speaks another major version", || {
         Flaw::notices(|notice| {
             if let Notice::Hello(hello) = notice {
-                hello.protocol = (2, 0);
+                hello.protocol.0 += 1;
             }
         })
     }),
@@ -129,6 +129,14 @@ pub const MUTANTS: &[Mutant] = &[
     }),
     Mutant::new("D-1b", "leaves the step out of the final header", || {
         points(|header, _| header.step = 0)
+    }),
+    Mutant::new(
+        "R-5a",
+        "says that all points are of the first group",
+        || points(|_, points| points.iter_mut().for_each(|p| p.group = 0)),
+    ),
+    Mutant::new("R-5b", "turns shear stress round", || {
+        points(|_, points| points.iter_mut().for_each(|p| p.stress[3] *= -1.0))
     }),
     Mutant::new("D-2a", "goes after Bye", || {
         Flaw::manners(Manners {

@@ -1,0 +1,352 @@
+//! Frames: all points and all bodies at an instant, as VTK files in the run directory (DESIGN.md section 6).
+//!
+//! `frames/points_0003.vtu` has a vertex for each material point, `frames/bodies_0003.vtu` a polygon for each body (one a disc
+//! for a cluster), `frames/frames.pvd` their times. A thread of its own writes them: a slow disk does not hold up the step
+//! before [`WAITING`] frames wait for it.
+
+mod outline;
+pub mod vtu;
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread::JoinHandle;
+use std::{fs, io, thread};
+
+use interface::wire::{BodyState, PointState};
+use quick_xml::events::{BytesStart, Event};
+use quick_xml::{Writer, XmlVersion};
+use thiserror::Error;
+
+use crate::rundir::{RunDir, RunDirError};
+use crate::scene::Scene;
+use vtu::{Array, Cell, Mesh};
+
+/// The folder of a run directory, and in it the list of what is there.
+const FOLDER: &str = "frames";
+pub(crate) const LIST: &str = "frames/frames.pvd";
+/// Frames in memory that have not been written.
+const WAITING: usize = 4;
+
+/// What is where at an instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Instant {
+    /// t_n in s.
+    pub time: f64,
+    /// Positions at t_n, velocities at t_{n-1/2}.
+    pub points: Vec<PointState>,
+    /// Of the measurement at t_n.
+    pub bodies: Vec<BodyState>,
+}
+
+/// Takes the frames of a run.
+#[derive(Debug)]
+pub struct Frames {
+    queue: Option<SyncSender<Instant>>,
+    writer: Option<JoinHandle<Result<(), RunDirError>>>,
+}
+
+impl Frames {
+    /// Of a scene that asks for them; those of an earlier run are removed.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub fn begin(dir: &RunDir, scene: &Scene) -> Result<Option<Self>, RunDirError> {
+        if scene.output.frames.is_none() {
+            return Ok(None);
+        }
+        let folder = dir.path().join(FOLDER);
+        let emptied = match fs::remove_dir_all(&folder) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+            _ => fs::create_dir(&folder),
+        };
+        emptied.map_err(crate::rundir::fail("empty", &folder))?;
+        let bodies = scene.dem.iter().flat_map(|dem| &dem.bodies);
+        let outlines = bodies.map(outline::outlines).collect();
+        let (queue, taken) = sync_channel(WAITING);
+        let series = Series {
+            dir: dir.clone(),
+            has: [scene.mpm.is_some(), scene.dem.is_some()],
+            outlines,
+            start: Vec::new(),
+            times: Vec::new(),
+        };
+        Ok(Some(Self {
+            queue: Some(queue),
+            writer: Some(thread::spawn(move || series.write_all(&taken))),
+        }))
+    }
+
+    /// Takes a frame, to be written soon.
+    ///
+    /// # Errors
+    /// [`RunDirError`] when an earlier one could not be written.
+    pub fn take(&mut self, instant: Instant) -> Result<(), RunDirError> {
+        let sent = self.queue.as_ref().map(|queue| queue.send(instant));
+        match sent {
+            Some(Ok(())) => Ok(()),
+            // Nobody takes it: the writer has ended, and says why.
+            _ => self.finish(),
+        }
+    }
+
+    /// Everything taken so far is in its file.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub fn finish(&mut self) -> Result<(), RunDirError> {
+        self.queue = None;
+        match self.writer.take() {
+            Some(writer) => writer.join().expect("the writer of frames does not panic"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Drop for Frames {
+    fn drop(&mut self) {
+        // A run that has failed: its error is told, not that of its last frame.
+        let _ = self.finish();
+    }
+}
+
+/// The writer's side.
+struct Series {
+    dir: RunDir,
+    /// Points, bodies.
+    has: [bool; 2],
+    /// Of each body, where the scene puts it.
+    outlines: Vec<Vec<Vec<[f64; 2]>>>,
+    /// The bodies at the first frame, which is of the start.
+    start: Vec<BodyState>,
+    times: Vec<f64>,
+}
+
+impl Series {
+    fn write_all(mut self, taken: &Receiver<Instant>) -> Result<(), RunDirError> {
+        for instant in taken {
+            if self.times.is_empty() {
+                self.start.clone_from(&instant.bodies);
+            }
+            let number = self.times.len();
+            if self.has[0] {
+                self.write(&file("points", number), &points(&instant.points))?;
+            }
+            if self.has[1] {
+                let bodies = bodies(&self.outlines, &self.start, &instant.bodies);
+                self.write(&file("bodies", number), &bodies)?;
+            }
+            self.times.push(instant.time);
+            self.dir.write_whole(LIST, &self.list())?;
+        }
+        Ok(())
+    }
+
+    fn write(&self, file: &str, mesh: &Mesh) -> Result<(), RunDirError> {
+        let name = format!("{FOLDER}/{file}");
+        self.dir.write_whole(&name, &mesh.to_xml())
+    }
+
+    /// ParaView's list of the files and their times.
+    fn list(&self) -> Vec<u8> {
+        let mut xml = Writer::new_with_indent(Vec::new(), b' ', 1);
+        let about = [
+            ("type", "Collection"),
+            ("version", "1.0"),
+            ("byte_order", "LittleEndian"),
+        ];
+        let written = xml
+            .create_element("VTKFile")
+            .with_attributes(about)
+            .write_inner_content(|xml| {
+                let collection = xml.create_element("Collection");
+                collection.write_inner_content(|xml| {
+                    for (number, time) in self.times.iter().enumerate() {
+                        let parts = ["points", "bodies"].into_iter().zip(self.has);
+                        for (part, (name, _)) in parts.filter(|(_, has)| *has).enumerate() {
+                            let (time, part) = (time.to_string(), part.to_string());
+                            let file = file(name, number);
+                            let set = [("timestep", time.as_str()), ("part", &part)];
+                            let which = [("name", name), ("file", &file)];
+                            xml.create_element("DataSet")
+                                .with_attributes(set.into_iter().chain(which))
+                                .write_empty()?;
+                        }
+                    }
+                    Ok(())
+                })?;
+                Ok(())
+            });
+        written.expect("memory takes what is written");
+        xml.into_inner()
+    }
+}
+
+fn file(name: &str, number: usize) -> String {
+    format!("{name}_{number:04}.vtu")
+}
+
+/// An array of what `numbers` gives of each item.
+fn array<T, const N: usize>(name: &str, of: &[T], numbers: impl Fn(&T) -> [f64; N]) -> Array {
+    Array {
+        name: name.into(),
+        components: N,
+        values: of.iter().flat_map(numbers).collect(),
+    }
+}
+
+/// A vertex for each point. Stress in VTK's order of a symmetric tensor: xx, yy, zz, xy, yz, xz.
+fn points(points: &[PointState]) -> Mesh {
+    Mesh {
+        cell: Cell::Vertex,
+        points: points.iter().map(|p| p.position).collect(),
+        ends: (1..=points.len()).collect(),
+        of_points: vec![
+            array("id", points, |p| [p.id as f64]),
+            array("group", points, |p| [f64::from(p.group)]),
+            array("velocity", points, |p| [p.velocity[0], p.velocity[1], 0.0]),
+            array("stress", points, |p| {
+                let [xx, yy, zz, xy] = p.stress;
+                [xx, yy, zz, xy, 0.0, 0.0]
+            }),
+            array("volume", points, |p| [p.volume]),
+            array("mass", points, |p| [p.mass]),
+        ],
+        of_cells: Vec::new(),
+    }
+}
+
+/// A polygon for each outline, moved as its body has since the start.
+fn bodies(outlines: &[Vec<Vec<[f64; 2]>>], start: &[BodyState], now: &[BodyState]) -> Mesh {
+    let mut mesh = Mesh {
+        cell: Cell::Polygon,
+        points: Vec::new(),
+        ends: Vec::new(),
+        of_points: Vec::new(),
+        of_cells: Vec::new(),
+    };
+    let mut owners: Vec<(usize, &BodyState)> = Vec::new();
+    let moved = outlines.iter().zip(start.iter().zip(now)).enumerate();
+    for (body, (outlines, (start, now))) in moved {
+        let (sin, cos) = (now.angle - start.angle).sin_cos();
+        let ([sx, sy], [nx, ny]) = (start.position, now.position);
+        for outline in outlines {
+            mesh.points.extend(outline.iter().map(|[x, y]| {
+                let (x, y) = (x - sx, y - sy);
+                [nx + cos * x - sin * y, ny + sin * x + cos * y]
+            }));
+            mesh.ends.push(mesh.points.len());
+            owners.push((body, now));
+        }
+    }
+    mesh.of_cells = vec![
+        array("body", &owners, |(body, _)| [*body as f64]),
+        array("velocity", &owners, |(_, b)| {
+            [b.velocity[0], b.velocity[1], 0.0]
+        }),
+        array("angle", &owners, |(_, b)| [b.angle]),
+        array("spin", &owners, |(_, b)| [b.spin]),
+    ];
+    mesh
+}
+
+/// A frame as it was written.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// In s.
+    pub time: f64,
+    /// The points, if the run had any.
+    pub points: Option<Mesh>,
+    /// The bodies, likewise.
+    pub bodies: Option<Mesh>,
+}
+
+/// Why a frame cannot be read.
+#[derive(Debug, Error)]
+#[error("{}: {what}", path.display())]
+pub struct FrameError {
+    path: PathBuf,
+    what: String,
+}
+
+impl Frame {
+    /// The frame of this time (s) of a run directory.
+    ///
+    /// # Errors
+    /// [`FrameError`]: there is none, or it cannot be read.
+    pub fn read(run: &Path, time: f64) -> Result<Self, FrameError> {
+        let list = run.join(LIST);
+        let fail = |path: &Path, what: String| FrameError {
+            path: path.to_path_buf(),
+            what,
+        };
+        let text = fs::read_to_string(&list).map_err(|e| {
+            fail(
+                &list,
+                format!("{e}; frames are kept of a run with `output.frames`"),
+            )
+        })?;
+        let entries = entries(&text).map_err(|what| fail(&list, what))?;
+        let away = |entry: &&Entry| (entry.time - time).abs();
+        let nearest = entries.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
+        let last = entries.last().map_or(0.0, |entry| entry.time);
+        let nearest = match nearest {
+            // What is printed of a time in a caption is not all of its digits.
+            Some(nearest) if away(&nearest) <= 1e-6 * last.max(time) => nearest.time,
+            Some(nearest) => {
+                let what = format!("no frame at {time} s; the nearest is at {} s", nearest.time);
+                return Err(fail(&list, what));
+            }
+            None => return Err(fail(&list, "no frames".into())),
+        };
+        let part = |name: &str| {
+            let found = entries.iter().find(|e| e.time == nearest && e.name == name);
+            found
+                .map(|entry| {
+                    let path = run.join(FOLDER).join(&entry.file);
+                    let xml = fs::read(&path).map_err(|e| fail(&path, e.to_string()))?;
+                    Mesh::from_xml(&xml).map_err(|what| fail(&path, what))
+                })
+                .transpose()
+        };
+        Ok(Self {
+            time: nearest,
+            points: part("points")?,
+            bodies: part("bodies")?,
+        })
+    }
+}
+
+/// A line of the list.
+struct Entry {
+    time: f64,
+    name: String,
+    file: String,
+}
+
+fn entries(text: &str) -> Result<Vec<Entry>, String> {
+    let mut reader = quick_xml::Reader::from_str(text);
+    let mut entries = Vec::new();
+    loop {
+        match reader.read_event().map_err(|e| e.to_string())? {
+            Event::Eof => return Ok(entries),
+            Event::Empty(element) if element.name().as_ref() == "DataSet" => {
+                let attribute = |name: &str| attribute(&element, name);
+                let time = attribute("timestep")?;
+                entries.push(Entry {
+                    time: time.parse().map_err(|e| format!("{time}: {e}"))?,
+                    name: attribute("name")?,
+                    file: attribute("file")?,
+                });
+            }
+            _ => {}
+        }
+    }
+}
+
+/// The text of an attribute.
+fn attribute(element: &BytesStart, name: &str) -> Result<String, String> {
+    let found = element.try_get_attribute(name).map_err(|e| e.to_string())?;
+    let found = found.ok_or_else(|| format!("an element without `{name}`"))?;
+    let value = found.normalized_value(XmlVersion::Implicit1_0);
+    Ok(value.map_err(|e| e.to_string())?.into_owned())
+}

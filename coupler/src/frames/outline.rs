@@ -1,0 +1,124 @@
+//! The outline of a body as it is drawn: of the polygon with the disc that is swept along it.
+
+use core::f64::consts::{PI, TAU};
+
+use interface::config::{BodyConfig, BodyShape};
+
+/// Edges that a whole turn of a rounded corner is drawn with.
+const EDGES_A_TURN: f64 = 48.0;
+
+/// Outlines of what a body is made of, each of which closes by itself, counter-clockwise, in the scene's coordinates (m) at
+/// the start: one of a spheropolygon, one a disc of a cluster.
+pub(super) fn outlines(body: &BodyConfig) -> Vec<Vec<[f64; 2]>> {
+    let (sin, cos) = body.angle.sin_cos();
+    let place = |[x, y]: [f64; 2]| {
+        let [px, py] = body.position;
+        [px + cos * x - sin * y, py + sin * x + cos * y]
+    };
+    let vertices: Vec<[f64; 2]> = body.shape.vertices().into_iter().map(place).collect();
+    match &body.shape {
+        BodyShape::Cluster { radii, .. } => {
+            let radius = |i| radii.get(i).copied().unwrap_or(body.sphero_radius);
+            let discs = vertices.iter().enumerate();
+            discs
+                .map(|(i, &center)| swept(&[center], radius(i)))
+                .collect()
+        }
+        _ => vec![swept(&vertices, body.sphero_radius)],
+    }
+}
+
+/// The outline of a polygon (m) with a disc of `radius` (m) swept along it; one vertex is a disc, two a rounded segment. Where
+/// the polygon turns inwards the edges moved out meet in a corner.
+fn swept(vertices: &[[f64; 2]], radius: f64) -> Vec<[f64; 2]> {
+    let around = |[x, y]: [f64; 2], from: f64, turn: f64| {
+        let edges = (turn / TAU * EDGES_A_TURN).ceil().max(1.0);
+        let at = move |k: u32| from + turn * f64::from(k) / edges;
+        (0..=edges as u32).map(move |k| [x + radius * at(k).cos(), y + radius * at(k).sin()])
+    };
+    let mut vertices = vertices.to_vec();
+    if let [center] = vertices[..] {
+        let mut circle: Vec<[f64; 2]> = around(center, 0.0, TAU).collect();
+        circle.pop(); // where it began
+        return circle;
+    }
+    let n = vertices.len();
+    let edge = |v: &[[f64; 2]], i: usize| {
+        let ([ax, ay], [bx, by]) = (v[i % n], v[(i + 1) % n]);
+        [bx - ax, by - ay]
+    };
+    let doubled: f64 = (0..n)
+        .map(|i| {
+            let ([ax, ay], [bx, by]) = (vertices[i], vertices[(i + 1) % n]);
+            ax * by - ay * bx
+        })
+        .sum();
+    if doubled < 0.0 {
+        vertices.reverse();
+    }
+    if radius == 0.0 {
+        return vertices;
+    }
+    let mut outline = Vec::new();
+    for i in 0..n {
+        let ([ax, ay], [bx, by]) = (edge(&vertices, i + n - 1), edge(&vertices, i));
+        let turn = if n == 2 {
+            PI
+        } else {
+            (ax * by - ay * bx).atan2(ax * bx + ay * by)
+        };
+        // Outside is to the right of an edge.
+        let outside = (-ax).atan2(ay);
+        if turn >= 0.0 {
+            outline.extend(around(vertices[i], outside, turn));
+        } else {
+            let [x, y] = vertices[i];
+            let (middle, reach) = (outside + 0.5 * turn, radius / (0.5 * turn).cos());
+            outline.push([x + reach * middle.cos(), y + reach * middle.sin()]);
+        }
+    }
+    outline
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(outline: &[[f64; 2]]) -> f64 {
+        let next = outline.iter().cycle().skip(1);
+        let parts = outline.iter().zip(next);
+        0.5 * parts.map(|(a, b)| a[0] * b[1] - a[1] * b[0]).sum::<f64>()
+    }
+
+    /// Area of a disc as drawn.
+    fn disc(radius: f64) -> f64 {
+        0.5 * EDGES_A_TURN * (TAU / EDGES_A_TURN).sin() * radius * radius
+    }
+
+    #[test]
+    fn the_area_is_that_of_the_swept_shape() {
+        let a = 0.3;
+        // Steiner: A + P a + pi a^2 of a convex one, in either sense.
+        let square = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]];
+        let reversed: Vec<[f64; 2]> = square.into_iter().rev().collect();
+        for square in [&square[..], &reversed] {
+            assert!((area(&swept(square, a)) - (4.0 + 8.0 * a + disc(a))).abs() < 1e-12);
+        }
+        let segment = [[0.0, 0.0], [3.0, 4.0]];
+        assert!((area(&swept(&segment, a)) - (10.0 * a + disc(a))).abs() < 1e-12);
+        assert!((area(&swept(&[[7.0, -1.0]], a)) - disc(a)).abs() < 1e-12);
+        // An L of three unit squares: its five outer corners make a disc and a quarter, the inner one loses a square of a
+        // that the two strips there would count twice.
+        let l = [
+            [0.0, 0.0],
+            [2.0, 0.0],
+            [2.0, 1.0],
+            [1.0, 1.0],
+            [1.0, 2.0],
+            [0.0, 2.0],
+        ];
+        let expected = 3.0 + 8.0 * a + 1.25 * disc(a) - a * a;
+        assert!((area(&swept(&l, a)) - expected).abs() < 1e-12);
+        assert_eq!(swept(&l, 0.0), l);
+    }
+}

@@ -1,0 +1,241 @@
+//! `tandem plot --frames`: pictures of a run's frames.
+
+use std::path::Path;
+
+use coupler::frames::Frame;
+use coupler::frames::vtu::Mesh;
+use interface::expression::{Expression, Meaning};
+
+use crate::StudyError;
+use crate::figure::panels::{Dot, Layout, Panel, draw};
+use crate::plot::Labelled;
+
+/// What can be said of a point, and its unit, in the order of [`numbers`].
+const FIELDS: [(&str, &str); 14] = [
+    ("x", "m"),
+    ("y", "m"),
+    ("vx", "m/s"),
+    ("vy", "m/s"),
+    ("speed", "m/s"),
+    ("stress_xx", "Pa"),
+    ("stress_yy", "Pa"),
+    ("stress_zz", "Pa"),
+    ("stress_xy", "Pa"),
+    ("pressure", "Pa"),
+    ("volume", "m^2"),
+    ("mass", "kg/m"),
+    ("group", "1"),
+    ("id", "1"),
+];
+
+/// What is asked for.
+#[derive(Debug, Clone)]
+pub struct SnapshotOptions {
+    /// Run directories.
+    pub runs: Vec<Labelled>,
+    /// Times of the frames in s.
+    pub at: Vec<f64>,
+    /// What colours say: an expression of the fields of a point.
+    pub colour: Labelled,
+    /// Values of the first and the last colour; what the points have, where it is left out.
+    pub between: Option<[f64; 2]>,
+    /// Lower left and upper right corner in m; all that there is, where it is left out.
+    pub window: Option<[[f64; 2]; 2]>,
+    /// Panels in a row.
+    pub columns: usize,
+    /// Above the figure.
+    pub title: String,
+}
+
+/// Draws the frames to `path`.
+///
+/// # Errors
+/// [`StudyError::Asked`]: a frame cannot be read, or the expression is none; [`StudyError::Figure`] and
+/// [`StudyError::File`].
+pub fn snapshots(options: &SnapshotOptions, path: &Path) -> Result<(), StudyError> {
+    let colour = compile(&options.colour.what)?;
+    if !options.between.is_none_or(|[low, high]| low < high) {
+        return Err(StudyError::asked(
+            "--between: not in order",
+            "give LOW,HIGH",
+        ));
+    }
+    let upright = |[[left, bottom], [right, top]]: [[f64; 2]; 2]| left < right && bottom < top;
+    if !options.window.is_none_or(upright) {
+        return Err(StudyError::asked(
+            "--window: not in order",
+            "give LEFT,BOTTOM,RIGHT,TOP in m",
+        ));
+    }
+    let mut panels = Vec::new();
+    for run in &options.runs {
+        for &time in &options.at {
+            let frame = Frame::read(Path::new(&run.what), time).map_err(|error| {
+                StudyError::asked(
+                    error.to_string(),
+                    "give `output.frames`, run, and name one of its times",
+                )
+            })?;
+            let label = run.label.as_ref().map(|label| format!("{label}, "));
+            let caption = format!("{}t = {time} s", label.unwrap_or_default());
+            panels.push(panel(caption, &frame, &colour)?);
+        }
+    }
+    let dots = || panels.iter().flat_map(|panel| &panel.dots);
+    let between = options
+        .between
+        .unwrap_or_else(|| ends(dots().map(|d| d.value)));
+    let window = options.window.unwrap_or_else(|| {
+        let outlines = panels
+            .iter()
+            .flat_map(|panel| panel.outlines.iter().flatten());
+        let places: Vec<[f64; 2]> = dots().map(|d| d.at).chain(outlines.copied()).collect();
+        let [x, y] = [0, 1].map(|axis| ends(places.iter().map(|place| place[axis])));
+        [[x[0], y[0]], [x[1], y[1]]]
+    });
+    let legend = match (
+        &options.colour.label,
+        FIELDS.iter().find(|f| f.0 == options.colour.what),
+    ) {
+        (Some(label), _) => label.clone(),
+        (None, Some((name, unit))) => format!("{name} [{unit}]"),
+        (None, None) => options.colour.what.clone(),
+    };
+    let layout = Layout {
+        title: options.title.clone(),
+        legend,
+        columns: options.columns,
+        window,
+        between,
+    };
+    draw(path, &layout, &panels)
+}
+
+fn compile(text: &str) -> Result<Expression, StudyError> {
+    let slot = |name: &str| {
+        FIELDS
+            .iter()
+            .position(|field| field.0 == name)
+            .map(Meaning::Slot)
+    };
+    Expression::compile(text, &slot).map_err(|error| {
+        let names = FIELDS.map(|field| field.0).join(", ");
+        StudyError::asked(
+            format!("`{text}`: {}", error.message),
+            format!("a point has {names}"),
+        )
+    })
+}
+
+/// The smallest and the largest number, apart even where there is only one.
+fn ends(numbers: impl Iterator<Item = f64>) -> [f64; 2] {
+    let none = (f64::INFINITY, f64::NEG_INFINITY);
+    let (low, high) = numbers.fold(none, |(low, high), n| (low.min(n), high.max(n)));
+    match (low < high, low.is_finite()) {
+        (true, _) => [low, high],
+        (false, true) => [low, low + low.abs().max(1.0)],
+        (false, false) => [0.0, 1.0],
+    }
+}
+
+fn panel(caption: String, frame: &Frame, colour: &Expression) -> Result<Panel, StudyError> {
+    let bodies = frame.bodies.iter().flat_map(Mesh::cells);
+    Ok(Panel {
+        caption,
+        dots: frame
+            .points
+            .as_ref()
+            .map_or(Ok(Vec::new()), |points| dots(points, colour))?,
+        outlines: bodies.map(<[_]>::to_vec).collect(),
+    })
+}
+
+fn dots(points: &Mesh, colour: &Expression) -> Result<Vec<Dot>, StudyError> {
+    let missing = |name: &str| StudyError::Figure(format!("the frame has no `{name}` of points"));
+    let array = |name: &str| points.array(name).ok_or_else(|| missing(name));
+    let [velocity, stress, volume, mass, group, id] =
+        ["velocity", "stress", "volume", "mass", "group", "id"].map(array);
+    let (velocity, stress, volume) = (velocity?, stress?, volume?);
+    let (mass, group, id) = (mass?, group?, id?);
+    let rows = points.points.iter().enumerate().map(|(k, &[x, y])| {
+        let of = |array: &coupler::frames::vtu::Array, component: usize| {
+            array.values[k * array.components + component]
+        };
+        let [vx, vy] = [0, 1].map(|c| of(velocity, c));
+        let [xx, yy, zz, xy] = [0, 1, 2, 3].map(|c| of(stress, c));
+        let pressure = -(xx + yy + zz) / 3.0;
+        let volume = of(volume, 0);
+        let row = [
+            x,
+            y,
+            vx,
+            vy,
+            vx.hypot(vy),
+            xx,
+            yy,
+            zz,
+            xy,
+            pressure,
+            volume,
+            of(mass, 0),
+            of(group, 0),
+            of(id, 0),
+        ];
+        Dot {
+            at: [x, y],
+            side: volume.sqrt(),
+            value: colour.evaluate(&row),
+        }
+    });
+    Ok(rows.collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use coupler::frames::vtu::{Array, Cell};
+
+    #[test]
+    fn a_point_has_the_fields_that_the_manual_names() {
+        let array = |name: &str, components, values: &[f64]| Array {
+            name: name.into(),
+            components,
+            values: values.to_vec(),
+        };
+        let mesh = Mesh {
+            cell: Cell::Vertex,
+            points: vec![[1.0, 2.0]],
+            ends: vec![1],
+            of_points: vec![
+                array("velocity", 3, &[3.0, 4.0, 0.0]),
+                array("stress", 6, &[-1.0, -2.0, -6.0, 8.0, 0.0, 0.0]),
+                array("volume", 1, &[0.25]),
+                array("mass", 1, &[7.0]),
+                array("group", 1, &[1.0]),
+                array("id", 1, &[5.0]),
+            ],
+            of_cells: Vec::new(),
+        };
+        for (name, value) in [
+            ("x + 10*y", 21.0),
+            ("vx + 10*vy", 43.0),
+            ("speed", 5.0),
+            ("pressure", 3.0),
+            (
+                "stress_xx + 10*stress_yy + 100*stress_zz + 1000*stress_xy",
+                7379.0,
+            ),
+            ("mass/volume", 28.0),
+            ("group + 10*id", 51.0),
+        ] {
+            let dots = dots(&mesh, &compile(name).unwrap()).unwrap();
+            assert_eq!((dots[0].value, dots[0].side), (value, 0.5), "{name}");
+        }
+        assert!(
+            compile("sigma")
+                .unwrap_err()
+                .to_string()
+                .contains("stress_xx")
+        );
+    }
+}
