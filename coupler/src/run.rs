@@ -353,7 +353,7 @@ impl<'a, S: Transport + 'static> Run<'a, S> {
             self.account.pace.output_done();
             // At the end the closing step measures.
             let every = self.scene.output.frames;
-            let due = every.is_some_and(|rows| self.account.pace.outputs() % rows == 0);
+            let due = every.is_some_and(|rows| self.account.pace.outputs().is_multiple_of(rows));
             let goes_on = self.account.clock.time() < self.scene.time.end;
             return Ok(if goes_on { self.asked(due) } else { 0 });
         }

@@ -192,10 +192,8 @@ impl Mesh {
                     .map(|word| u64::from_le_bytes(*word) as usize)
                     .collect();
             }
-            ("Cells", "types") => {
-                if bytes.first() == Some(&Cell::Polygon.number()) {
-                    self.cell = Cell::Polygon;
-                }
+            ("Cells", "types") if bytes.first() == Some(&Cell::Polygon.number()) => {
+                self.cell = Cell::Polygon;
             }
             ("PointData" | "CellData", _) => {
                 let array = Array {

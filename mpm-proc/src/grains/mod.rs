@@ -218,7 +218,9 @@ where
         // A grain is a group.
         let of = |(group, grain): (usize, &Grain<W, S, T>)| {
             let mut points = grain.continuum.points();
-            points.iter_mut().for_each(|p| p.group = group as u32);
+            for p in &mut points {
+                p.group = group as u32;
+            }
             points
         };
         self.all.iter().enumerate().flat_map(of).collect()

@@ -182,7 +182,7 @@ pub fn draw(path: &Path, layout: &Layout, panels: &[Panel]) -> Result<(), StudyE
             area.draw(&step).map_err(failed)?;
         }
         let end = start + width * i32::from(STEPS);
-        for (share, x) in [(0.0, start), (0.5, (start + end) / 2), (1.0, end)] {
+        for (share, x) in [(0.0, start), (0.5, i32::midpoint(start, end)), (1.0, end)] {
             let text = super::label(rounded(from + share * (to - from), to - from));
             write(area, &text, 14, (x - 4, below + 20))?;
         }
