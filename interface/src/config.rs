@@ -27,6 +27,9 @@ pub struct MpmConfig {
     pub transfer: Transfer,
     /// When stresses are updated within the step.
     pub stress_update: StressUpdate,
+    /// With which velocity points move.
+    #[serde(default)]
+    pub drift: Drift,
     /// Plane strain or plane stress.
     pub plane: Plane,
     /// Conditions on the four walls of the domain.
@@ -176,6 +179,18 @@ pub enum StressUpdate {
     Usl,
     /// Modified update stress last: velocities are mapped to the grid once more after the kick.
     Musl,
+}
+
+/// With which velocity points move to their new places.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Drift {
+    /// With that of the nodes right after the kick, `sum_I S_Ip v_I^{n+1/2}`, as is usual.
+    #[default]
+    Nodal,
+    /// The same, but points that bodies press on with what the nodes will have of the points' new velocities: contact
+    /// then neither creates nor loses energy in first order of the step (docs/energy.md).
+    Mapped,
 }
 
 /// Plane strain or plane stress.

@@ -1,7 +1,8 @@
 //! What a configuration is refused for: each check names the key, the value and what would do.
 
 use interface::config::{
-    MaterialModel, MpmConfig, Plane, ShapeFunction, StressUpdate, Transfer as TransferConfig, Wall,
+    Drift, MaterialModel, MpmConfig, Plane, ShapeFunction, StressUpdate,
+    Transfer as TransferConfig, Wall,
 };
 use interface::solver::Refusal;
 
@@ -131,6 +132,21 @@ pub fn check_scalars(config: &MpmConfig) -> Result<(), Refusal> {
             "mpm.walls",
             "periodic walls do not go with grid_contact: grains would not feel each other across them",
         ));
+    }
+    if config.drift == Drift::Mapped {
+        let instead = if config.stress_update == StressUpdate::Usl {
+            Some("usl, which strains by the velocities of the nodes after the kick")
+        } else if config.grid_contact.is_some() {
+            Some("grid_contact, which presses on nodes and not on points")
+        } else {
+            None
+        };
+        if let Some(what) = instead {
+            return Err(Refusal::new(
+                "mpm.drift",
+                format!("mapped does not go with {what}; write \"nodal\", or leave it out"),
+            ));
+        }
     }
     for (g, group) in config.groups.iter().enumerate() {
         check_rigid(config, g)?;

@@ -236,10 +236,11 @@ impl<'a> Parts<'a> {
             spread: self.spread.clone(),
             outside: Outside::new(self.config.leaving),
             stress_update: self.config.stress_update,
+            drift: self.config.drift,
             loads_of_nodes: Vec::new(),
             stages: self.stages.clone(),
             threads: Threads::default(),
-            drift: 0.0,
+            moved: 0.0,
             clouds,
         };
         continuum.sort();

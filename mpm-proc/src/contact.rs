@@ -6,21 +6,31 @@ use interface::wire::ImpForce;
 use crate::continuum::Continuum;
 use crate::grid::owner;
 use crate::images::NodeAt;
+use crate::imps::Member;
 use crate::lanes::LANES;
 use crate::points::LaneCopy;
 use crate::shape::Shape;
 use crate::tiles::pitch;
 use crate::transfer::Transfer;
 
+/// A point that a body presses on.
+#[derive(Debug, Clone, Copy)]
+pub struct Loaded {
+    /// Which.
+    pub member: Member,
+    /// Stiffness of its contacts in N/m.
+    pub stiffness: f64,
+}
+
 /// A node that a loaded point touches.
 #[derive(Debug, Clone, Copy)]
 pub struct Touch {
     /// Where the force is.
-    at: NodeAt,
+    pub at: NodeAt,
     /// The node that moves by it: the same, or what it is an image of.
     of: NodeAt,
     /// `S_Ip`, through which the point takes velocities.
-    gather: f64,
+    pub gather: f64,
     /// `T_Ip`, through which it gives forces ([`crate::spread`]).
     scatter: f64,
 }
@@ -74,8 +84,8 @@ where
         }
         let mut load = ContactLoad::default();
         let (mut gather, mut scatter): (f64, f64) = (0.0, 0.0);
-        for (slot, touches) in self.touches.chunks_exact(W * W).enumerate() {
-            let stiffness = self.loaded[slot];
+        for (point, touches) in self.loaded.iter().zip(self.touches.chunks_exact(W * W)) {
+            let stiffness = point.stiffness;
             if stiffness > 0.0 {
                 let mut sums = [0.0; 2];
                 for t in touches {
@@ -162,7 +172,7 @@ where
                 });
             }
         }
-        self.loaded.push(stiffness);
+        self.loaded.push(Loaded { member, stiffness });
         Ok(())
     }
 

@@ -1,10 +1,10 @@
 //! The continuum: clouds of points over one grid, for one shape function and one transfer.
 
-use interface::config::StressUpdate;
+use interface::config::{Drift, StressUpdate};
 use interface::solver::{Fault, MpmMeasurement};
 use interface::wire::{EnvelopeVertex, ImpInfo, ImpState, PointState};
 
-use crate::contact::Touch;
+use crate::contact::{Loaded, Touch};
 
 use crate::grid::{Grid, NODES};
 use crate::imps::Imps;
@@ -35,18 +35,20 @@ where
     pub transfer: T,
     /// The identified material points.
     pub imps: Imps,
-    /// Nodes that the loaded points of the present step touch, and the stiffness on each such point.
+    /// Points that bodies press on in the present step.
+    pub loaded: Vec<Loaded>,
+    /// Nodes that they touch, `W^2` each.
     pub touches: Vec<Touch>,
     /// How a contact force reaches the grid.
     pub spread: Spread,
-    /// Stiffness on each of those points in N/m.
-    pub loaded: Vec<f64>,
     /// Points that leave the domain.
     pub outside: Outside,
     /// Sums that go on through the run, and the last measurement.
     pub books: Books,
     /// When stresses are updated.
     pub stress_update: StressUpdate,
+    /// With which velocity points move.
+    pub drift: Drift,
     /// Sums over nodes for the step limit of linear hats; empty for other shapes.
     pub loads_of_nodes: Vec<[f64; NODES]>,
     /// Stages of loading.
@@ -54,7 +56,7 @@ where
     /// Threads.
     pub threads: Threads,
     /// Upper bound of the displacement of any point since points were last sorted, in m.
-    pub drift: f64,
+    pub moved: f64,
 }
 
 impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
@@ -63,7 +65,7 @@ where
 {
     /// Sorts the points and lays out the grid, if they could have left their tiles' windows.
     pub fn keep_sorted(&mut self) {
-        if self.drift > SORT_AFTER * self.grid.geometry.cell {
+        if self.moved > SORT_AFTER * self.grid.geometry.cell {
             self.sort();
         }
     }
@@ -75,7 +77,7 @@ where
             cloud.sort(&self.grid.geometry);
         }
         self.grid.cover(&mut self.clouds);
-        self.drift = 0.0;
+        self.moved = 0.0;
     }
 
     /// Longest list of tiles that one thread keeps to itself.
@@ -123,7 +125,7 @@ where
             }
         }
         let moved = speed_sq.sqrt() * dt;
-        self.drift += moved;
+        self.moved += moved;
         self.imps.travel += moved;
         Ok(())
     }

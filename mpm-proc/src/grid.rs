@@ -57,11 +57,13 @@ struct Overlap {
     run: [u8; 2],
 }
 
-/// What the grid sees of velocities that a filter works on ([`crate::xpic`]).
+/// What the grid sees of velocities that points have between two steps ([`crate::xpic`], [`crate::drift`]).
 #[derive(Debug, Clone)]
 pub struct SeenTile {
     /// Number of the node tile.
     tile: u32,
+    /// Whether anybody asks.
+    pub wanted: bool,
     /// Velocities of its nodes in m/s.
     pub velocity: [[f64; 2]; NODES],
     /// Impulse of the walls in N s/m.
@@ -101,7 +103,7 @@ pub struct Grid {
     pub tiles: Vec<NodeTile>,
     /// Contact of each node tile, or nothing where there are no IMPs.
     pub contact: Vec<ContactNodes>,
-    /// What a filter of velocities sees of each node tile; empty where there is none.
+    /// What is seen of velocities between two steps, for each node tile; empty where nobody asks.
     pub seen: Vec<SeenTile>,
     /// Nodes that are images of others.
     pub images: Images,
@@ -146,6 +148,7 @@ impl Grid {
         }
         wanted.sort_unstable_by_key(|(at, o)| (*at, o.cloud, o.tile));
         self.tiles.clear();
+        let seen = !self.seen.is_empty();
         self.seen.clear();
         self.overlaps.clear();
         let mut places: Vec<[i32; 2]> = wanted.iter().map(|(at, _)| *at).collect();
@@ -183,6 +186,9 @@ impl Grid {
         if !self.contact.is_empty() {
             self.contact.clear();
             self.hold_contact();
+        }
+        if seen {
+            self.hold_seen();
         }
     }
 
@@ -229,8 +235,8 @@ impl Grid {
         }
     }
 
-    /// Velocities `p_I / m_I` of the nodes from the clouds' windows, walls obeyed, into [`Self::seen`], without touching
-    /// the nodes' own.
+    /// Velocities `p_I / m_I` of the nodes from the clouds' windows, walls obeyed, into [`Self::seen`] where wanted,
+    /// without touching the nodes' own.
     pub fn project<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
         &mut self,
         grain: usize,
@@ -238,6 +244,9 @@ impl Grid {
     ) {
         let (walls, overlaps, tiles) = (&self.walls, &self.overlaps, &self.tiles);
         over_items(grain, &mut self.seen, &|seen: &mut SeenTile| {
+            if !seen.wanted {
+                return;
+            }
             let tile = &tiles[seen.tile as usize];
             let mut sum = [[0.0; 4]; NODES];
             for o in tile.overlapping(overlaps) {
@@ -256,7 +265,7 @@ impl Grid {
             self.images.gather_vectors(&mut self.seen);
             over_items(grain, &mut self.seen, &|seen: &mut SeenTile| {
                 let tile = &tiles[seen.tile as usize];
-                if tile.imaged {
+                if tile.imaged && seen.wanted {
                     seen.divide_momentum(tile, walls);
                 }
             });
@@ -268,11 +277,36 @@ impl Grid {
     pub fn hold_seen(&mut self) {
         let tile = |tile| SeenTile {
             tile,
+            wanted: false,
             velocity: [[0.0; 2]; NODES],
             impulse: [0.0; 2],
         };
         let held = self.seen.len() as u32;
         self.seen.extend((held..self.tiles.len() as u32).map(tile));
+    }
+
+    /// Wants the velocities of a node tile and of all others that they depend on; tells `of_points` of each cloud and
+    /// tile of it whose points count.
+    ///
+    /// Where a node is an image, or has one, all images are wanted: they may stand anywhere along the walls.
+    pub fn want(&mut self, tile: usize, mut of_points: impl FnMut(usize, usize)) {
+        if self.seen[tile].wanted {
+            return;
+        }
+        let those = if self.tiles[tile].imaged {
+            0..self.tiles.len()
+        } else {
+            tile..tile + 1
+        };
+        for t in those {
+            if t != tile && !self.tiles[t].imaged || self.seen[t].wanted {
+                continue;
+            }
+            self.seen[t].wanted = true;
+            for o in self.tiles[t].overlapping(&self.overlaps) {
+                of_points(o.cloud as usize, o.tile as usize);
+            }
+        }
     }
 
     /// `v_I^{n+1/2} = v_I^{n-1/2} + (f_I^int + f_I^cont + m_I g) / m_I kick`, walls obeyed (eqs. 17, 48).

@@ -2,14 +2,14 @@
 
 use crate::grid::{NodeTile, fill_window};
 use crate::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
-use crate::points::{Cloud, LaneCopy, TileReport};
+use crate::points::{Cloud, LaneCopy, TileReport, Which};
 use crate::shape::Shape;
 use crate::threads::{PerBlock, PerTile, over_tiles};
 use crate::tiles::{Place, pitch};
 use crate::transfer::{AffineState, Transfer};
 use crate::window::{NO_VECTORS, VectorWindow, gather_row};
 
-/// Takes the points of a cloud over an interval of `dt` (s), with the velocities of the nodes.
+/// Takes the points of a cloud, in `which` of its tiles, over an interval of `dt` (s), with the velocities of the nodes.
 ///
 /// `KICK`: velocities are updated; `DRIFT`: points move. Both at once but where something comes between.
 pub fn grid_to_points<
@@ -21,6 +21,7 @@ pub fn grid_to_points<
 >(
     grain: usize,
     cloud: &mut Cloud<W, S, T::Affine>,
+    which: Which,
     nodes: &[NodeTile],
     transfer: T,
     dt: f64,
@@ -45,6 +46,9 @@ pub fn grid_to_points<
         share,
         || [NO_VECTORS; 2],
         &|tile, part, windows: &mut [VectorWindow; 2]| {
+            if !which.has(tile) {
+                return;
+            }
             let (x, motion, report) = part;
             let [velocity, increment] = windows;
             fill_window::<W>(velocity, nodes, tile, |t| &t.after);

@@ -49,6 +49,7 @@ mod checks;
 mod configure;
 mod contact;
 mod continuum;
+mod drift;
 mod fields;
 mod fill;
 mod grains;

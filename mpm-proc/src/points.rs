@@ -33,6 +33,30 @@ pub struct Tile {
     pub frame: Frame,
     /// The node tiles that own the window: the 3 x 3 around it, row by row from below.
     pub around: [u32; 9],
+    /// Whether its points count where bodies press in this step ([`crate::drift`]).
+    pub near_load: bool,
+}
+
+/// Tiles that a pass is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Which {
+    /// All.
+    All,
+    /// Those near a load, [`Tile::near_load`].
+    NearLoad,
+    /// The others.
+    Elsewhere,
+}
+
+impl Which {
+    /// Whether a tile is among them.
+    pub fn has(self, tile: &Tile) -> bool {
+        match self {
+            Self::All => true,
+            Self::NearLoad => tile.near_load,
+            Self::Elsewhere => !tile.near_load,
+        }
+    }
 }
 
 impl Tile {
@@ -302,6 +326,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
                 points: run.len(),
                 frame: grid.frame(at, offset),
                 around: [0; 9],
+                near_load: false,
             });
             for block in 0..blocks {
                 ids.push([0, 1, 2, 3].map(|k| {

@@ -1,17 +1,18 @@
 //! Points to grid: mass and momentum (Jiang 2020 eqs. 18, 19, 30).
 
 use crate::lanes::{LANES, Lanes, ZERO, splat};
-use crate::points::{Cloud, LaneCopy, Motion};
+use crate::points::{Cloud, LaneCopy, Motion, Which};
 use crate::shape::Shape;
 use crate::threads::{PerTile, over_tiles};
 use crate::tiles::{Place, pitch};
 use crate::transfer::AffineState;
 use crate::window::{NodalWindow, add_numbers, add_product};
 
-/// Sums mass and momentum of a cloud's points into the windows of their tiles.
+/// Sums mass and momentum of a cloud's points into the windows of their tiles, of `which`.
 pub fn points_to_grid<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
     grain: usize,
     cloud: &mut Cloud<W, S, A>,
+    which: Which,
 ) {
     let (shape, x, motion, mass) = (cloud.shape, &cloud.x, &cloud.motion, cloud.mass);
     let share = PerTile {
@@ -19,6 +20,9 @@ pub fn points_to_grid<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
         stride: 1,
     };
     over_tiles(grain, &cloud.tiles, share, || (), &|tile, window, ()| {
+        if !which.has(tile) {
+            return;
+        }
         let nodes = &mut window.items[0];
         nodes.0.fill(0.0);
         for b in 0..tile.blocks {

@@ -1,7 +1,7 @@
 //! The oracle: the paper transcribed plainly. Every point looks at every node of a small dense grid; nothing is shared
 //! with the fast path but the configuration. Slow on purpose.
 
-use interface::config::{StressUpdate, Transfer, Wall, Walls};
+use interface::config::{Drift, StressUpdate, Transfer, Wall, Walls};
 
 /// A shape function of the distance from a node in cells, and its derivative, as the paper prints them.
 #[derive(Debug, Clone, Copy)]
@@ -72,6 +72,7 @@ pub struct Reference {
     pub gravity: [f64; 2],
     pub walls: Walls,
     pub stress_update: StressUpdate,
+    pub drift: Drift,
     pub bulk: f64,
     pub shear: f64,
     /// Impulse of the walls on the points in the last step.
@@ -204,7 +205,7 @@ impl Reference {
         let nodes = self.nodes();
         let (mass, before) = self.map(&nodes, inertia);
         if self.stress_update == StressUpdate::Usf {
-            self.strain(&nodes, &before, dt_before);
+            self.strain(&nodes, &before, dt_before, 0.5);
         }
         let mut after = vec![[0.0; 2]; nodes.len()];
         for (n, node) in nodes.iter().enumerate() {
@@ -231,9 +232,9 @@ impl Reference {
             self.filter(&nodes, order, inertia);
         }
         if self.stress_update == StressUpdate::Usl {
-            self.strain(&nodes, &after, dt);
+            self.strain(&nodes, &after, dt, -0.5);
         }
-        let drift: Vec<[f64; 2]> = (0..self.points.len())
+        let mut drift: Vec<[f64; 2]> = (0..self.points.len())
             .map(|i| {
                 let p = self.points[i];
                 let (mut v, mut dv, mut b) = ([0.0; 2], [0.0; 2], [[0.0; 2]; 2]);
@@ -260,9 +261,23 @@ impl Reference {
                 v
             })
             .collect();
+        let (_, again) = self.map(&nodes, inertia);
         if self.stress_update == StressUpdate::Musl {
-            let (_, again) = self.map(&nodes, inertia);
-            self.strain(&nodes, &again, dt);
+            self.strain(&nodes, &again, dt, -0.5);
+        }
+        if self.drift == Drift::Mapped {
+            for (i, p) in self.points.iter().enumerate() {
+                if forces[i] != [0.0; 2] {
+                    drift[i] = [0, 1].map(|a| {
+                        let places = nodes.iter().zip(&again).flat_map(|(node, v)| {
+                            node.places
+                                .iter()
+                                .map(move |(place, sign)| (place, sign[a] * v[a]))
+                        });
+                        places.map(|(place, v)| self.weight(p, *place) * v).sum()
+                    });
+                }
+            }
         }
         // Whatever changed the momentum that was not gravity and contact is the walls.
         let end = self.momentum();
@@ -328,8 +343,9 @@ impl Reference {
         (mass, velocity)
     }
 
-    /// Strains every point by the velocities of the nodes over `dt` (21) ... (24).
-    fn strain(&mut self, nodes: &[Node], velocity: &[[f64; 2]], dt: f64) {
+    /// Strains every point by the velocities of the nodes over `dt` (21) ... (24), with gradients of the middle of the
+    /// interval; `half` is how much of it is past where the points stand.
+    fn strain(&mut self, nodes: &[Node], velocity: &[[f64; 2]], dt: f64, half: f64) {
         for i in 0..self.points.len() {
             let p = self.points[i];
             let mut l = [[0.0; 2]; 2];
@@ -343,15 +359,21 @@ impl Reference {
                     }
                 }
             }
-            self.stress(i, l);
+            let [[xx, xy], [yx, yy]] = l;
+            let at = nalgebra::Matrix2::new(xx, xy, yx, yy);
+            let middle = at
+                * (nalgebra::Matrix2::identity() - at * half)
+                    .try_inverse()
+                    .expect("regular");
+            self.stress(i, middle);
         }
     }
 
     /// Elasticity with the rotation of Hughes and Winget in matrix form (24), (25), (36).
-    fn stress(&mut self, i: usize, l: [[f64; 2]; 2]) {
+    fn stress(&mut self, i: usize, l: nalgebra::Matrix2<f64>) {
         use nalgebra::Matrix3;
         let p = &mut self.points[i];
-        let l = Matrix3::new(l[0][0], l[0][1], 0.0, l[1][0], l[1][1], 0.0, 0.0, 0.0, 0.0);
+        let l = Matrix3::new(l.m11, l.m12, 0.0, l.m21, l.m22, 0.0, 0.0, 0.0, 0.0);
         let strain = (l + l.transpose()) * 0.5;
         let spin = (l - l.transpose()) * 0.5;
         let one = Matrix3::identity();

@@ -1,6 +1,6 @@
 //! The step, as the paper has it (Jiang 2020 section 2.2 and eqs. 46 to 48; PHYSICS.md section 3).
 
-use interface::config::StressUpdate;
+use interface::config::{Drift, StressUpdate};
 use interface::solver::{ContactForces, Fault};
 use interface::step::Step;
 use interface::wire::Limits;
@@ -8,10 +8,10 @@ use interface::wire::Limits;
 use crate::contact::ContactLoad;
 use crate::continuum::Continuum;
 use crate::grid_to_points::grid_to_points;
-use crate::points::LaneCopy;
+use crate::points::{LaneCopy, Which};
 use crate::points_to_grid::points_to_grid;
 use crate::shape::Shape;
-use crate::stress::{StressPass, Velocity};
+use crate::stress::{Standing, StressPass, Velocity};
 use crate::transfer::Transfer;
 
 impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
@@ -77,7 +77,7 @@ where
             StressUpdate::Usf => {}
             StressUpdate::Usl => self.stress_pass(dt, Velocity::After, true, false),
             StressUpdate::Musl => {
-                self.transfer_pass::<true, false>(0.0);
+                self.transfer_pass::<true, false>(Which::All, 0.0);
                 self.points_to_grid();
                 self.stress_pass(dt, Velocity::Before, true, false);
             }
@@ -85,10 +85,23 @@ where
     }
 
     fn grid_to_points(&mut self, dt: f64) -> Result<(), Fault> {
+        let mapped = self.drift == Drift::Mapped && !self.loaded.is_empty();
         match self.stress_update {
-            StressUpdate::Usf | StressUpdate::Usl => self.transfer_pass::<true, true>(dt),
-            // The velocities have been taken before.
-            StressUpdate::Musl => self.transfer_pass::<false, true>(dt),
+            // The velocities have been taken, and mapped, before.
+            StressUpdate::Musl => self.transfer_pass::<false, true>(Which::All, dt),
+            StressUpdate::Usf if mapped => {
+                self.look_near_loads();
+                self.transfer_pass::<true, false>(Which::NearLoad, 0.0);
+                self.map_near_loads();
+                self.transfer_pass::<false, true>(Which::NearLoad, dt);
+                self.transfer_pass::<true, true>(Which::Elsewhere, dt);
+            }
+            StressUpdate::Usf | StressUpdate::Usl => {
+                self.transfer_pass::<true, true>(Which::All, dt);
+            }
+        }
+        if mapped {
+            self.move_loaded_points(dt);
         }
         self.check_points(dt)
     }
@@ -98,7 +111,7 @@ where
         let (clouds, grid, transfer) = (&mut self.clouds, &mut self.grid, self.transfer);
         self.threads.run(|| {
             for cloud in &mut *clouds {
-                points_to_grid(grain, cloud);
+                points_to_grid(grain, cloud, Which::All);
             }
             grid.sum_momentum(grain, clouds, transfer.pic_fraction());
         });
@@ -106,6 +119,10 @@ where
 
     fn stress_pass(&mut self, dt: f64, velocity: Velocity, strain: bool, load: bool) {
         let grain = self.grain();
+        let standing = match self.stress_update {
+            StressUpdate::Usf => Standing::End,
+            StressUpdate::Usl | StressUpdate::Musl => Standing::Start,
+        };
         let (clouds, grid) = (&mut self.clouds, &self.grid);
         self.threads.run(|| {
             for cloud in clouds {
@@ -119,6 +136,7 @@ where
                     x: &cloud.x,
                     nodes: &grid.tiles,
                     velocity,
+                    standing,
                     strain,
                     load,
                     force: &mut cloud.force,
@@ -135,12 +153,19 @@ where
             .run(|| grid.update(grain, clouds, kick, damping));
     }
 
-    fn transfer_pass<const KICK: bool, const DRIFT: bool>(&mut self, dt: f64) {
+    fn transfer_pass<const KICK: bool, const DRIFT: bool>(&mut self, which: Which, dt: f64) {
         let grain = self.grain();
         let (clouds, grid, transfer) = (&mut self.clouds, &self.grid, self.transfer);
         self.threads.run(|| {
             for cloud in clouds {
-                grid_to_points::<W, KICK, DRIFT, S, T>(grain, cloud, &grid.tiles, transfer, dt);
+                grid_to_points::<W, KICK, DRIFT, S, T>(
+                    grain,
+                    cloud,
+                    which,
+                    &grid.tiles,
+                    transfer,
+                    dt,
+                );
             }
         });
     }

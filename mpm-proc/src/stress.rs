@@ -18,6 +18,15 @@ pub enum Velocity {
     After,
 }
 
+/// Where the points stand within the interval that they are strained over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Standing {
+    /// At its start.
+    Start,
+    /// At its end.
+    End,
+}
+
 /// What updating the stress of a tile tells.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct StressReport {
@@ -47,6 +56,8 @@ pub struct StressPass<'a, const W: usize, S: Shape<W>> {
     pub nodes: &'a [NodeTile],
     /// Which velocities of the nodes strain the points.
     pub velocity: Velocity,
+    /// Where `x_p` is within the interval.
+    pub standing: Standing,
     /// Whether the stress is brought on by `dt`.
     pub strain: bool,
     /// Whether internal forces are summed.
@@ -74,6 +85,7 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
         x,
         nodes,
         velocity,
+        standing,
         strain,
         load: loads,
         force,
@@ -81,6 +93,10 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
     } = pass;
     let scale = splat(dt * per_cell);
     let per_dt = if dt > 0.0 { 1.0 / dt } else { 0.0 };
+    let half = splat(match standing {
+        Standing::Start => -0.5,
+        Standing::End => 0.5,
+    });
     let load = -volume * per_cell;
     let share = (
         PerBlock(points),
@@ -117,7 +133,8 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
                 if strain {
                     for (x, by) in x.iter().zip(&mut memory.by).take(points.len()) {
                         let place = tile.frame.locate(x, pitch);
-                        *by = deformation(&memory.velocity, &place, &shape, scale);
+                        let gradient = deformation(&memory.velocity, &place, &shape, scale);
+                        *by = gradient.in_the_middle(half);
                     }
                     for (b, (point, by)) in points.iter_mut().zip(&memory.by).enumerate() {
                         let dissipated = model.update(point, by, per_dt);

@@ -8,7 +8,7 @@
 
 use crate::continuum::Continuum;
 use crate::grid::fill_window;
-use crate::points::{LaneCopy, Motion};
+use crate::points::{LaneCopy, Motion, Which};
 use crate::points_to_grid::points_to_grid;
 use crate::shape::Shape;
 use crate::threads::{PerBlock, over_tiles};
@@ -27,13 +27,17 @@ where
             return;
         }
         self.grid.hold_seen();
+        self.grid
+            .seen
+            .iter_mut()
+            .for_each(|seen| seen.wanted = true);
         self.over_motion(|motion| T::set_aside(&motion.v, &mut motion.affine));
         let grain = self.grain();
         for _ in 0..self.transfer.order() {
             let (clouds, grid) = (&mut self.clouds, &mut self.grid);
             self.threads.run(|| {
                 for cloud in &mut *clouds {
-                    points_to_grid(grain, cloud);
+                    points_to_grid(grain, cloud, Which::All);
                 }
                 grid.project(grain, clouds);
             });

@@ -30,7 +30,7 @@ LINEAR = ("normal_stiffness:number", "tangential_stiffness:number friction:numbe
 MPM = (
     "domain:list cell:number gravity:pair shape:any transfer:any stress_update:text plane:text walls:any "
     "materials:list groups:list skin:number threads:count",
-    "contact_force:text forcing:any constants:any leaving:text grid_contact:any",
+    "drift:text contact_force:text forcing:any constants:any leaving:text grid_contact:any",
 )
 
 

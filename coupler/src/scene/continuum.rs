@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use interface::config::{
-    Fill, GroupConfig, InitialFields, MaterialConfig, MpmConfig, Spacing, Transfer, Wall,
+    Drift, Fill, GroupConfig, InitialFields, MaterialConfig, MpmConfig, Spacing, StressUpdate,
+    Transfer, Wall,
 };
 
 use super::forcing;
@@ -76,6 +77,7 @@ pub(super) fn continuum(
         shape: written.shape,
         transfer: written.transfer,
         stress_update: written.stress_update,
+        drift: written.drift.unwrap_or_else(|| drift(written)),
         plane: written.plane,
         walls: written.walls,
         materials: written.material.clone(),
@@ -88,6 +90,16 @@ pub(super) fn continuum(
         skin: 0.0,
         threads: 1,
     })
+}
+
+/// What goes with the rest of the scheme: strains by the nodes' velocities after the kick want points to move with the
+/// same, and contact on the grid does nothing to single points.
+fn drift(written: &MpmWritten) -> Drift {
+    if written.stress_update == StressUpdate::Usl || written.grid_contact.is_some() {
+        Drift::Nodal
+    } else {
+        Drift::Mapped
+    }
 }
 
 fn grid(problems: &mut Problems, written: &MpmWritten) {

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use interface::config::{
-    BodyShape, ContactForceScheme, ContactLaw, Fill, GridContact, Leaving, MaterialConfig, Motion,
-    OverlapMeasure, Plane, ShapeFunction, Spacing, Stage, StressUpdate, Transfer, Walls,
+    BodyShape, ContactForceScheme, ContactLaw, Drift, Fill, GridContact, Leaving, MaterialConfig,
+    Motion, OverlapMeasure, Plane, ShapeFunction, Spacing, Stage, StressUpdate, Transfer, Walls,
 };
 use interface::generate::BodyFill;
 use interface::surfaces::ContactPair;
@@ -122,6 +122,9 @@ pub(crate) struct MpmWritten {
     /// When stresses are updated within the step; first by default.
     #[serde(default)]
     pub stress_update: StressUpdate,
+    /// With which velocity points move; by default `"mapped"` where stress is updated first or by `musl` and bodies are
+    /// another solver's, `"nodal"` otherwise.
+    pub drift: Option<Drift>,
     /// Plane strain (default) or plane stress.
     #[serde(default)]
     pub plane: Plane,

@@ -252,6 +252,7 @@ pub fn mpm_config() -> MpmConfig {
         shape: ShapeFunction::Linear,
         transfer: Transfer::Flip,
         stress_update: StressUpdate::Usf,
+        drift: interface::config::Drift::default(),
         plane: Plane::Strain,
         walls: Walls::default(),
         materials: Vec::new(),

@@ -1,7 +1,7 @@
 //! The whole step against the oracle, on random clouds under random contact forces.
 
 use interface::config::{
-    Fill, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall, Walls,
+    Drift, Fill, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall, Walls,
 };
 use interface::solver::MpmSolver;
 use interface::wire::{EnvelopeVertex, ImpForce};
@@ -67,6 +67,7 @@ fn oracle(config: &MpmConfig, positions: &[[f64; 2]], side: f64) -> Reference {
         gravity: config.gravity,
         walls: config.walls,
         stress_update: config.stress_update,
+        drift: config.drift,
         bulk: BULK,
         shear: SHEAR,
         wall_impulse: [0.0; 2],
@@ -87,6 +88,9 @@ fn compare_at(
     config.shape = shape;
     config.transfer = transfer;
     config.stress_update = stress_update;
+    if stress_update == StressUpdate::Usl {
+        config.drift = Drift::Nodal;
+    }
     config.gravity = [1.0, -9.81];
     config.walls = walls;
     let [low, high] = within;

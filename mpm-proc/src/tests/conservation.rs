@@ -105,6 +105,7 @@ fn affine_transfers_conserve_angular_momentum() {
             gravity: [0.0; 2],
             walls: interface::config::Walls::default(),
             stress_update: interface::config::StressUpdate::Usf,
+            drift: interface::config::Drift::Nodal,
             bulk: 5e5,
             shear: 3e5,
             wall_impulse: [0.0; 2],

@@ -1,6 +1,6 @@
 //! Bodies of points that touch on the grid (Bardenhagen 2000; Jiang 2020 section 5.4).
 
-use interface::config::{Fill, GridContact, GroupConfig, MpmConfig, Spacing, Transfer};
+use interface::config::{Drift, Fill, GridContact, GroupConfig, MpmConfig, Spacing, Transfer};
 use interface::solver::MpmSolver;
 use interface::wire::PointState;
 
@@ -11,6 +11,7 @@ use crate::Mpm;
 fn pair(rigid: [bool; 2]) -> MpmConfig {
     let mut config = block();
     config.transfer = Transfer::Flip;
+    config.drift = Drift::Nodal;
     config.grid_contact = Some(GridContact { friction: 0.3 });
     config.groups = [("left", 0.0, 1.0), ("right", 0.3, 0.0)]
         .into_iter()

@@ -5,6 +5,7 @@ mod closed_forms;
 mod conservation;
 mod contact_schemes;
 mod convergence;
+mod drift;
 mod forcing;
 mod grid_contact;
 mod leaving;
@@ -56,6 +57,7 @@ pub fn block() -> MpmConfig {
         shape: ShapeFunction::QuadraticBspline,
         transfer: Transfer::Apic,
         stress_update: StressUpdate::Usf,
+        drift: interface::config::Drift::Mapped,
         plane: Plane::Strain,
         walls: Walls::default(),
         materials: vec![MaterialConfig {

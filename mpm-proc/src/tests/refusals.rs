@@ -45,6 +45,16 @@ fn bad_configurations_are_refused_with_key_and_reason() {
     );
     refused(|c| c.skin = -1.0, "mpm.skin", "0 or more");
     refused(
+        |c| c.stress_update = StressUpdate::Usl,
+        "mpm.drift",
+        "mapped does not go with usl",
+    );
+    refused(
+        |c| c.grid_contact = Some(GridContact { friction: 0.0 }),
+        "mpm.drift",
+        "mapped does not go with grid_contact",
+    );
+    refused(
         |c| {
             c.shape = ShapeFunction::Ugimp;
             c.grid_contact = Some(GridContact { friction: 0.0 });
