@@ -1,8 +1,8 @@
 //! What is refused, and that it is told where and why; and what stops a run.
 
 use interface::config::{
-    Fill, GridContact, MaterialModel, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer,
-    Wall,
+    Drift, Fill, GridContact, MaterialModel, MpmConfig, ShapeFunction, Spacing, StressUpdate,
+    Transfer, Wall,
 };
 use interface::solver::{Fault, MpmSolver};
 use interface::wire::ImpForce;
@@ -94,7 +94,10 @@ fn bad_configurations_are_refused_with_key_and_reason() {
         "above 0",
     );
     refused(|c| c.groups[0].rigid = true, "mpm.points.0.rigid", "needs");
-    let touching = |c: &mut MpmConfig, friction| c.grid_contact = Some(GridContact { friction });
+    let touching = |c: &mut MpmConfig, friction| {
+        c.drift = Drift::Nodal;
+        c.grid_contact = Some(GridContact { friction });
+    };
     refused(
         |c| touching(c, -0.1),
         "mpm.grid_contact.friction",
