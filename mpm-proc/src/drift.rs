@@ -33,19 +33,21 @@ where
             self.grid.hold_seen();
         }
         for seen in &mut self.grid.seen {
-            seen.wanted = false;
+            seen.wanted = 0;
         }
         for cloud in &mut self.clouds {
             for tile in &mut cloud.tiles {
                 tile.near_load = false;
             }
         }
-        let clouds = &mut self.clouds;
         for touch in &self.touches {
-            self.grid.want(touch.at.split().0, |cloud, tile| {
-                clouds[cloud].tiles[tile].near_load = true;
-            });
+            let (tile, node) = touch.at.split();
+            self.grid.seen[tile].wanted |= 1 << node;
         }
+        let clouds = &mut self.clouds;
+        self.grid.points_behind::<W>(|cloud, tile| {
+            clouds[cloud].tiles[tile].near_load = true;
+        });
     }
 
     /// Maps the new velocities to those nodes.

@@ -13,6 +13,10 @@ use crate::window::VectorWindow;
 /// Nodes of a tile.
 pub const NODES: usize = TILE * TILE;
 
+/// [`SeenTile::wanted`] of a whole tile.
+pub const ALL_NODES: u64 = u64::MAX;
+const _: () = assert!(NODES == u64::BITS as usize);
+
 /// Below this mass (kg/m) a node counts as empty. Far below any mass that a shape function can give while its
 /// quotients keep their digits.
 const EMPTY: f64 = 1e-250;
@@ -62,8 +66,8 @@ struct Overlap {
 pub struct SeenTile {
     /// Number of the node tile.
     tile: u32,
-    /// Whether anybody asks.
-    pub wanted: bool,
+    /// Which of its nodes somebody asks for, a bit for each.
+    pub wanted: u64,
     /// Velocities of its nodes in m/s.
     pub velocity: [[f64; 2]; NODES],
     /// Impulse of the walls in N s/m.
@@ -244,7 +248,7 @@ impl Grid {
     ) {
         let (walls, overlaps, tiles) = (&self.walls, &self.overlaps, &self.tiles);
         over_items(grain, &mut self.seen, &|seen: &mut SeenTile| {
-            if !seen.wanted {
+            if seen.wanted == 0 {
                 return;
             }
             let tile = &tiles[seen.tile as usize];
@@ -265,7 +269,7 @@ impl Grid {
             self.images.gather_vectors(&mut self.seen);
             over_items(grain, &mut self.seen, &|seen: &mut SeenTile| {
                 let tile = &tiles[seen.tile as usize];
-                if tile.imaged && seen.wanted {
+                if tile.imaged && seen.wanted != 0 {
                     seen.divide_momentum(tile, walls);
                 }
             });
@@ -277,7 +281,7 @@ impl Grid {
     pub fn hold_seen(&mut self) {
         let tile = |tile| SeenTile {
             tile,
-            wanted: false,
+            wanted: 0,
             velocity: [[0.0; 2]; NODES],
             impulse: [0.0; 2],
         };
@@ -285,26 +289,28 @@ impl Grid {
         self.seen.extend((held..self.tiles.len() as u32).map(tile));
     }
 
-    /// Wants the velocities of a node tile and of all others that they depend on; tells `of_points` of each cloud and
-    /// tile of it whose points count.
+    /// Tells `of_points` the cloud and tile of all points that the wanted velocities depend on.
     ///
     /// Where a node is an image, or has one, all images are wanted: they may stand anywhere along the walls.
-    pub fn want(&mut self, tile: usize, mut of_points: impl FnMut(usize, usize)) {
-        if self.seen[tile].wanted {
-            return;
+    pub fn points_behind<const W: usize>(&mut self, mut of_points: impl FnMut(usize, usize)) {
+        let imaged = |(tile, seen): (&NodeTile, &SeenTile)| tile.imaged && seen.wanted != 0;
+        if self.tiles.iter().zip(&self.seen).any(imaged) {
+            for (tile, seen) in self.tiles.iter().zip(&mut self.seen) {
+                if tile.imaged {
+                    seen.wanted = ALL_NODES;
+                }
+            }
         }
-        let those = if self.tiles[tile].imaged {
-            0..self.tiles.len()
-        } else {
-            tile..tile + 1
-        };
-        for t in those {
-            if t != tile && !self.tiles[t].imaged || self.seen[t].wanted {
+        let covered = const { covered(W) };
+        for (tile, seen) in self.tiles.iter().zip(&self.seen) {
+            if seen.wanted == 0 {
                 continue;
             }
-            self.seen[t].wanted = true;
-            for o in self.tiles[t].overlapping(&self.overlaps) {
-                of_points(o.cloud as usize, o.tile as usize);
+            for o in tile.overlapping(&self.overlaps) {
+                let [x, y] = o.run.map(usize::from);
+                if seen.wanted & covered[y][x] != 0 {
+                    of_points(o.cloud as usize, o.tile as usize);
+                }
             }
         }
     }
@@ -460,6 +466,24 @@ const RUNS_AROUND: [[u8; 2]; 9] = [
     [1, 2],
     [2, 2],
 ];
+
+/// The nodes of a tile that each run of a window along y and x covers, a bit for each.
+const fn covered(w: usize) -> [[u64; 3]; 3] {
+    let runs = runs(w);
+    let mut covered = [[0; 3]; 3];
+    let mut i = 0;
+    while i < 9 * NODES {
+        let (y, x, node) = (i / NODES / 3, i / NODES % 3, i % NODES);
+        let (row, column) = (node / TILE, node % TILE);
+        let within_y = runs[y].own <= row && row < runs[y].own + runs[y].length;
+        let within_x = runs[x].own <= column && column < runs[x].own + runs[x].length;
+        if within_y && within_x {
+            covered[y][x] |= 1 << node;
+        }
+        i += 1;
+    }
+    covered
+}
 
 /// The first node of a tile.
 pub fn first_node(at: [i32; 2]) -> [i64; 2] {

@@ -7,7 +7,7 @@
 //! then the increment of the grid, as in FLIP. With m = 1 this is PIC; the larger m, the less is filtered out.
 
 use crate::continuum::Continuum;
-use crate::grid::fill_window;
+use crate::grid::{ALL_NODES, fill_window};
 use crate::points::{LaneCopy, Motion, Which};
 use crate::points_to_grid::points_to_grid;
 use crate::shape::Shape;
@@ -30,7 +30,7 @@ where
         self.grid
             .seen
             .iter_mut()
-            .for_each(|seen| seen.wanted = true);
+            .for_each(|seen| seen.wanted = ALL_NODES);
         self.over_motion(|motion| T::set_aside(&motion.v, &mut motion.affine));
         let grain = self.grain();
         for _ in 0..self.transfer.order() {
