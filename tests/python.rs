@@ -8,7 +8,9 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use harness::{Ended, History, Place, RunFiles, lives, root, scene, signal, until};
+use harness::{
+    Ended, History, Place, RunFiles, lives, python_can_join, root, scene, signal, until,
+};
 use interface::wire::{LAYOUT, layout_hash};
 
 const HARD: &str = "jiang2020/collision_hard";
@@ -21,15 +23,6 @@ fn python(arguments: &[&str]) -> bool {
     python.args(arguments).stdout(Stdio::null());
     python.stderr(Stdio::null());
     python.status().is_ok_and(|status| status.success())
-}
-
-/// Whether solvers in Python can run here; tells if not.
-fn can_run() -> bool {
-    let can = python(&["-c", "import iceoryx2"]);
-    if !can {
-        println!("skipped: python3 cannot import iceoryx2 (python/README.md says how to get it)");
-    }
-    can
 }
 
 fn example() -> PathBuf {
@@ -70,7 +63,7 @@ fn records_in_python_are_laid_out_as_in_rust() {
 
 #[test]
 fn the_python_package_passes_its_own_tests() {
-    if !can_run() {
+    if !python_can_join() {
         return;
     }
     let folder = root().join("python");
@@ -141,7 +134,7 @@ fn same_physics_of(name: &str, command: &str, more: &[&str]) {
 
 #[test]
 fn discs_in_python_collide_as_the_built_in_ones_do() {
-    if can_run() {
+    if python_can_join() {
         same_physics(&disc_dem(), &[]);
     }
 }
@@ -155,7 +148,7 @@ const OBLIQUE: [&str; 4] = [
 
 #[test]
 fn discs_in_python_slide_and_spin_as_the_built_in_ones_do() {
-    if can_run() {
+    if python_can_join() {
         let falling = ["--set", "gravity=[0,-9.81]"];
         same_physics(&disc_dem(), &[&OBLIQUE[..], &falling].concat());
     }
@@ -164,7 +157,7 @@ fn discs_in_python_slide_and_spin_as_the_built_in_ones_do() {
 /// The Python block of `docs/solver-authors.md` is a solver that works.
 #[test]
 fn the_solver_of_the_guide_holds_discs_as_the_built_in_one_does() {
-    if !can_run() {
+    if !python_can_join() {
         return;
     }
     let guide = std::fs::read_to_string(root().join("docs/solver-authors.md")).unwrap();
@@ -186,7 +179,7 @@ fn the_solver_of_the_guide_holds_discs_as_the_built_in_one_does() {
 
 #[test]
 fn what_the_python_solver_cannot_do_it_refuses_by_its_key() {
-    if !can_run() {
+    if !python_can_join() {
         return;
     }
     let place = Place::new();
@@ -198,7 +191,7 @@ fn what_the_python_solver_cannot_do_it_refuses_by_its_key() {
 
 #[test]
 fn a_python_solver_in_the_wrong_seat_says_where_it_belongs() {
-    if !can_run() {
+    if !python_can_join() {
         return;
     }
     let place = Place::new();
@@ -223,7 +216,7 @@ fn run_changed(place: &Place, change: &str) -> Ended {
 
 #[test]
 fn a_velocity_that_is_not_finite_is_told_with_its_body() {
-    if !can_run() {
+    if !python_can_join() {
         return;
     }
     let place = Place::new();
@@ -241,7 +234,7 @@ disc_dem.Discs.advance = spoilt";
 
 #[test]
 fn forces_that_are_not_finite_never_leave_the_python_solver() {
-    if !can_run() {
+    if !python_can_join() {
         return;
     }
     let place = Place::new();
@@ -259,7 +252,7 @@ disc_dem.Discs.contact = spoilt";
 
 #[test]
 fn the_python_solver_ends_when_its_coupler_is_killed() {
-    if !can_run() {
+    if !python_can_join() {
         return;
     }
     let place = Place::new();
@@ -286,7 +279,7 @@ fn the_python_solver_ends_when_its_coupler_is_killed() {
 /// A continuum of another kind, points joined by springs, gives the collision of an elastic disc but for its waves.
 #[test]
 fn springs_in_python_take_the_place_of_the_continuum() {
-    if !can_run() {
+    if !python_can_join() {
         return;
     }
     let springs = root().join("python/examples/springs_mpm.py");

@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use harness::{Place, RunFiles, root, scene};
+use harness::{Place, RunFiles, python_can_join, root, scene};
 use interface::recording::{End, Playback};
 use interface::wire::flags;
 
@@ -105,11 +105,7 @@ fn every_step_of_a_channel_is_there_in_its_order() {
 
 #[test]
 fn a_solver_in_python_is_recorded_for_nothing() {
-    let python = Command::new("python3")
-        .args(["-c", "import iceoryx2"])
-        .output();
-    if !python.is_ok_and(|python| python.status.success()) {
-        println!("skipped: python3 cannot import iceoryx2 (python/README.md says how to get it)");
+    if !python_can_join() {
         return;
     }
     let place = Place::new();

@@ -5,9 +5,8 @@ mod harness;
 
 use std::fs;
 use std::path::Path;
-use std::process::Command;
 
-use harness::{Ended, Place, RunFiles, root, scene};
+use harness::{Ended, Place, RunFiles, python_can_join, root, scene};
 use interface::recording::{End, Playback};
 
 const HARD: &str = "jiang2020/collision_hard";
@@ -127,11 +126,7 @@ fn what_is_damaged_or_different_is_named() {
 
 #[test]
 fn a_solver_in_python_is_recorded_and_compared_for_nothing() {
-    let python = Command::new("python3")
-        .args(["-c", "import iceoryx2"])
-        .output();
-    if !python.is_ok_and(|python| python.status.success()) {
-        println!("skipped: python3 cannot import iceoryx2 (python/README.md says how to get it)");
+    if !python_can_join() {
         return;
     }
     let place = Place::new();

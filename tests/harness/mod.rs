@@ -19,6 +19,18 @@ pub const PATIENCE: Duration = Duration::from_mins(2);
 /// Time between two looks.
 const LOOK: Duration = Duration::from_millis(2);
 
+/// Whether solvers in Python can run here; tells if not.
+pub fn python_can_join() -> bool {
+    let python = Command::new("python3")
+        .args(["-c", "import iceoryx2"])
+        .output();
+    let can = python.is_ok_and(|python| python.status.success());
+    if !can {
+        println!("skipped: python3 cannot import iceoryx2 (python/README.md says how to get it)");
+    }
+    can
+}
+
 /// The root of the workspace.
 pub fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

@@ -11,7 +11,7 @@ use interface::wire::{
 };
 
 use super::timeline::{Budget, Timeline};
-use super::{Bench, Session, configure};
+use super::{Bench, Session, configure, sent};
 use crate::verdict::{Unmet, broken};
 
 /// The states that the continuum sent in a step.
@@ -48,11 +48,7 @@ impl Told {
     /// # Errors
     /// [`Unmet::Broken`] when they were not sent, or are fewer than `count`.
     pub fn groups(&self, count: usize) -> Result<&[GroupState], Unmet> {
-        match &self.groups {
-            Some((_, groups)) if groups.len() >= count => Ok(groups),
-            Some((_, groups)) => Err(broken(format_args!("{count} groups"), groups.len())),
-            None => Err(broken("groups before the report", "none")),
-        }
+        sent(self.groups.as_ref(), count, "groups")
     }
 }
 

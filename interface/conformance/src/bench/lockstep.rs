@@ -11,7 +11,7 @@ use interface::wire::{
 };
 
 use super::timeline::{Budget, Timeline};
-use super::{Points, Session};
+use super::{Points, Session, sent};
 use crate::verdict::{Unmet, broken};
 
 /// What the solver answered to the states of a step.
@@ -42,11 +42,7 @@ impl Measured {
     /// # Errors
     /// [`Unmet::Broken`] when they were not sent, or are fewer than `count`.
     pub fn bodies(&self, count: usize) -> Result<&[BodyState], Unmet> {
-        match &self.bodies {
-            Some((_, bodies)) if bodies.len() >= count => Ok(bodies),
-            Some((_, bodies)) => Err(broken(format_args!("{count} bodies"), bodies.len())),
-            None => Err(broken("bodies before the report", "none")),
-        }
+        sent(self.bodies.as_ref(), count, "bodies")
     }
 }
 

@@ -18,6 +18,7 @@ use interface::control::{Configure, Failure, Hello, Notice, Order, Ready};
 use interface::solver::Refusal;
 use interface::stage::{Kind, Message, Stage};
 use interface::wait::{Patience, wait};
+use interface::wire::StepHeader;
 
 pub use echo::echo;
 pub use flow::{Flow, Shown, Told, around_all, outline};
@@ -123,6 +124,19 @@ pub fn configure<C: serde::Serialize>(config: &C) -> Configure {
         coupled: true,
         // Longer than the kit waits, so that a solver's own deadline is not taken for its answer.
         deadline: 5.0 * PATIENCE.as_secs_f64(),
+    }
+}
+
+/// At least `count` of what a side sends before its report on a measured step, named `what`.
+fn sent<'a, T>(
+    records: Option<&'a (StepHeader, Vec<T>)>,
+    count: usize,
+    what: &str,
+) -> Result<&'a [T], Unmet> {
+    match records {
+        Some((_, records)) if records.len() >= count => Ok(records),
+        Some((_, records)) => Err(broken(format_args!("{count} {what}"), records.len())),
+        None => Err(broken(format_args!("{what} before the report"), "none")),
     }
 }
 
