@@ -2,7 +2,7 @@
 
 use interface::Vec2;
 use interface::books::Totals;
-use interface::config::{ContactLaw, DemConfig, OverlapMeasure};
+use interface::config::{ContactLaw, DemConfig, Interface, OverlapMeasure};
 use interface::solver::{DemMeasurement, Readiness, Refusal};
 use interface::surfaces::ContactPair;
 use interface::wire::EnvelopeVertex;
@@ -173,6 +173,14 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
     }
     if config.threads == 0 {
         return Err(Refusal::new("dem.threads", "0: expected 1 or more"));
+    }
+    if !config.group_pairs.is_empty() {
+        let text = "contact between groups of points is not built (capability `pairs`)";
+        return Err(Refusal::new("dem.group_pairs", text));
+    }
+    if config.interface == Interface::Segments {
+        let text = "contact with segments is not built (capability `segments`); use \"points\"";
+        return Err(Refusal::new("dem.interface", text));
     }
     let bodies = Bodies::new(config)?;
     // Where the stiffness depends on the overlap: at a hundredth of the smallest sphero-radius.

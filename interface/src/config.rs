@@ -53,10 +53,27 @@ pub struct MpmConfig {
     /// Contact between the groups of points on the grid; without it all groups are one continuum.
     #[serde(default)]
     pub grid_contact: Option<GridContact>,
+    /// Whether each group has a grid layer of its own (Chen 2023; capability `layers`).
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub layers: bool,
+    /// What the bodies meet of the groups.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub interface: Interface,
     /// Verlet skin `V_d` in m: a point within `reach + r_p + V_d` of a body is an IMP.
     pub skin: f64,
     /// Threads of the solver.
     pub threads: usize,
+}
+
+/// What the bodies meet of the continuum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Interface {
+    /// Its points, each a disc of its contact radius (Jiang 2020).
+    #[default]
+    Points,
+    /// The segments between the markers of its boundary (Singer 2022; capability `segments`).
+    Segments,
 }
 
 /// How a contact force reaches the grid.
@@ -335,10 +352,26 @@ pub struct DemConfig {
     /// Surface of each point group, in the order of the groups: the name of its material.
     #[serde(default)]
     pub point_surfaces: Vec<String>,
+    /// Laws between the points of two groups, by their indices (Chen 2023; capability `pairs`).
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub group_pairs: Vec<GroupPair>,
+    /// What the bodies meet of the groups of points.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub interface: Interface,
     /// Verlet skin `V_d` in m beyond contact distance.
     pub skin: f64,
     /// Threads of the solver.
     pub threads: usize,
+}
+
+/// Contact between the points of two groups.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GroupPair {
+    /// Indices of the two groups.
+    pub between: [usize; 2],
+    /// Law between their points.
+    pub law: ContactLaw,
 }
 
 /// What the overlap of two bodies is.
@@ -653,4 +686,9 @@ impl ContactLaw {
 
 fn one() -> f64 {
     1.0
+}
+
+/// A field that has its default is not sent: what a scene does not need is not said (PROTOCOL.md clause J-2).
+fn is_default<T: Default + PartialEq>(value: &T) -> bool {
+    *value == T::default()
 }

@@ -2,10 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::capability::Capabilities;
 use crate::solver::{Fault, Readiness, Refusal};
 
 /// Version of the protocol. Another major version is refused, another minor one accepted.
-pub const PROTOCOL: (u32, u32) = (2, 0);
+pub const PROTOCOL: (u32, u32) = (3, 0);
 
 /// The parties of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -87,6 +88,8 @@ pub struct Hello {
     pub identity: String,
     /// Its process id, for messages.
     pub pid: u32,
+    /// What it can do and what it takes.
+    pub capabilities: Capabilities,
 }
 
 /// The configuration is taken.
@@ -122,6 +125,7 @@ mod tests {
                 party: Party::Dem,
                 identity: "x 1".into(),
                 pid: 7,
+                capabilities: Capabilities::of(&["save"]),
             }),
             Notice::Ready(Ready {
                 scene_hash: "ab".into(),

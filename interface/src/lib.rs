@@ -5,6 +5,7 @@
 //! is the normative text; its clause numbers stand in the code where they are kept.
 
 pub mod books;
+pub mod capability;
 mod channel;
 mod codec;
 pub mod config;

@@ -4,6 +4,7 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::capability::Capabilities;
 use crate::config::{DemConfig, MpmConfig};
 use crate::step::Step;
 use crate::wire::{
@@ -102,28 +103,15 @@ pub struct DemMeasurement {
     pub bodies: Vec<BodyState>,
 }
 
-/// The other side as the continuum sees it within a step: where the contact forces come from.
-///
-/// `()` is the uncoupled continuum.
-pub trait ContactForces {
-    /// The forces at `t_n` on the IMPs, slot by slot. Called once in a step, when the internal forces are done;
-    /// waits for the bodies' side if it is not ready.
-    ///
-    /// # Errors
-    /// [`Fault::Exchange`] when the other side does not answer.
-    fn receive(&mut self) -> Result<&[ImpForce], Fault>;
-}
-
-impl ContactForces for () {
-    fn receive(&mut self) -> Result<&[ImpForce], Fault> {
-        Ok(&[])
-    }
-}
-
-/// A continuum solver.
+/// A continuum solver. A step is one call of [`Self::predict`] and then one of [`Self::correct`].
 pub trait MpmSolver {
     /// Name and version, such as `tandem-mpm 0.1.0`.
     fn identity(&self) -> String;
+
+    /// What the solver can do and what it takes, for Hello. A solver that says nothing takes what it does not refuse.
+    fn capabilities(&self) -> Capabilities {
+        Capabilities::default()
+    }
 
     /// Takes its part of the scene.
     ///
@@ -141,11 +129,29 @@ pub trait MpmSolver {
     /// Positions at `t_n` and velocities at `t_{n-1/2}` of the IMPs, in the order of the last selection.
     fn imp_states(&mut self) -> &[ImpState];
 
-    /// One step to `t_{n+1}` ([`Step`]). Returns the limits for the next.
+    /// The part of a step to `t_{n+1}` ([`Step`]) that needs no contact force, up to the internal forces. The bodies'
+    /// side computes the contact forces meanwhile.
     ///
     /// # Errors
     /// A [`Fault`], after which the run ends.
-    fn step<C: ContactForces>(&mut self, step: &Step, contact: &mut C) -> Result<Limits, Fault>;
+    fn predict(&mut self, step: &Step) -> Result<(), Fault>;
+
+    /// The rest of the step, with the contact forces at `t_n` on the IMPs, slot by slot (none in an uncoupled run).
+    /// Returns the limits for the next step. `radius_min`, and the speed of points that are no IMPs, are the session's
+    /// to add.
+    ///
+    /// # Errors
+    /// A [`Fault`], after which the run ends.
+    fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault>;
+
+    /// A whole step with forces that are known beforehand.
+    ///
+    /// # Errors
+    /// A [`Fault`], after which the run ends.
+    fn step(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault> {
+        self.predict(step)?;
+        self.correct(step, forces)
+    }
 
     /// The measurement of the last step that had [`Step::measure`].
     fn measurement(&self) -> &MpmMeasurement;
@@ -153,6 +159,26 @@ pub trait MpmSolver {
     /// All points in order of their ids: positions at `t_n`, velocities at `t_{n-1/2}` (after a closing step: at the
     /// end), stress and volume as they were last updated.
     fn points(&self) -> Vec<PointState>;
+
+    /// The state before the next step, whole, so that [`Self::restore`] in a fresh solver of the same configuration goes
+    /// on to the same bits. Called only where [`Capabilities`] have `save`.
+    ///
+    /// # Errors
+    /// A [`Fault`], after which the run ends.
+    fn save(&self) -> Result<Vec<u8>, Fault> {
+        Err(Fault::Other("this solver cannot save its state".into()))
+    }
+
+    /// Takes over the state that [`Self::save`] gave. The solver has been configured and has done no step.
+    ///
+    /// # Errors
+    /// A [`Refusal`]: the bytes are not a state of this solver and configuration.
+    fn restore(&mut self, _saved: &[u8]) -> Result<(), Refusal> {
+        Err(Refusal::new(
+            "restore",
+            "this solver cannot restore a state",
+        ))
+    }
 }
 
 /// What the bodies' side answers in a step, besides the forces.
@@ -165,10 +191,15 @@ pub struct Answer {
     pub travel: f64,
 }
 
-/// A rigid-body solver.
+/// A rigid-body solver. A step is one call of [`Self::contact`] and then one of [`Self::advance`].
 pub trait DemSolver {
     /// Name and version, such as `tandem-dem 0.1.0`.
     fn identity(&self) -> String;
+
+    /// What the solver can do and what it takes, for Hello. A solver that says nothing takes what it does not refuse.
+    fn capabilities(&self) -> Capabilities {
+        Capabilities::default()
+    }
 
     /// Takes its part of the scene.
     ///
@@ -182,8 +213,9 @@ pub trait DemSolver {
     /// The IMP set was rebuilt: slots are now ordered as `set`. Contact history follows the ids.
     fn imp_set(&mut self, set: &[ImpInfo]);
 
-    /// The forces at `t_n` on the IMPs, written to `forces` slot by slot, and the kick of the bodies by the very same
-    /// numbers, negated.
+    /// The forces at `t_n` on the IMPs, written to `forces` slot by slot, and the limits that hold once the bodies have
+    /// been kicked by the very same numbers, negated. Evaluates only: the state of bodies, contacts and books stays what
+    /// it was until [`Self::advance`], so it may be called again with other states.
     ///
     /// # Errors
     /// A [`Fault`], after which the run ends.
@@ -194,7 +226,8 @@ pub trait DemSolver {
         forces: &mut [ImpForce],
     ) -> Result<Answer, Fault>;
 
-    /// Moves the bodies to `t_{n+1}`. Called after the forces have been sent, while the continuum uses them.
+    /// Kicks the bodies by the forces of the last [`Self::contact`], takes over the history of contacts and the books,
+    /// and moves the bodies to `t_{n+1}`. Called after the forces have been sent, while the continuum uses them.
     ///
     /// # Errors
     /// A [`Fault`], after which the run ends.
@@ -202,4 +235,24 @@ pub trait DemSolver {
 
     /// The measurement of the last step that had [`Step::measure`].
     fn measurement(&self) -> &DemMeasurement;
+
+    /// The state before the next step, whole, so that [`Self::restore`] in a fresh solver of the same configuration goes
+    /// on to the same bits. Called only where [`Capabilities`] have `save`.
+    ///
+    /// # Errors
+    /// A [`Fault`], after which the run ends.
+    fn save(&self) -> Result<Vec<u8>, Fault> {
+        Err(Fault::Other("this solver cannot save its state".into()))
+    }
+
+    /// Takes over the state that [`Self::save`] gave. The solver has been configured and has done no step.
+    ///
+    /// # Errors
+    /// A [`Refusal`]: the bytes are not a state of this solver and configuration.
+    fn restore(&mut self, _saved: &[u8]) -> Result<(), Refusal> {
+        Err(Refusal::new(
+            "restore",
+            "this solver cannot restore a state",
+        ))
+    }
 }

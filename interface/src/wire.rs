@@ -157,6 +157,10 @@ pub mod flags {
     pub const MEASURE: u64 = 16;
     /// `GRANT`, with [`MEASURE`] only: send all points as they are before the first step of the window.
     pub const FRAME: u64 = 32;
+    /// `GRANT`: send the state as it is before the first step of the window (capability `save`).
+    pub const CHECKPOINT: u64 = 64;
+    /// `SAVED`, `RESTORE`: the last piece; its payload is the BLAKE3 hash of all bytes before.
+    pub const LAST: u64 = 128;
 }
 
 record! {
@@ -180,8 +184,9 @@ record! {
         mass: f64 = 16,
         /// Index of the point group, by which contact laws are looked up.
         group: u32 = 24,
-        /// Zero.
-        reserved: u32 = 28,
+        /// 0: a point by itself. k: a segment of its boundary goes from this slot to slot k - 1, material on the left
+        /// (capability `segments`; nobody else looks at it).
+        next: u32 = 28,
     }
 }
 
@@ -350,7 +355,7 @@ nested!(Limits Ledger);
 
 record! {
     /// Sums over one point group at `t_n` of a measured step.
-    GroupState, "tandem/GroupState", 104 {
+    GroupState, "tandem/GroupState", 136 {
         /// Mass in kg/m.
         mass: f64 = 0,
         /// Centre of mass in m.
@@ -367,6 +372,10 @@ record! {
         upper: [f64; 2] = 80,
         /// Points with a non-zero contact force.
         contacts: u64 = 96,
+        /// Smallest coordinates of the points with a non-zero contact force, in m; zero where there is none.
+        loaded_lower: [f64; 2] = 104,
+        /// Largest coordinates of the same, likewise.
+        loaded_upper: [f64; 2] = 120,
     }
 }
 
@@ -421,6 +430,22 @@ record! {
     at least zero: volume, mass
 }
 
+record! {
+    /// One contact of a body at `t_n` of a measured step with a frame (capability `contacts`).
+    ContactState, "tandem/ContactState", 56 {
+        /// Index of the body.
+        body: u64 = 0,
+        /// Whom it touches: index of another body, or identity of a point.
+        other: u64 = 8,
+        /// What `other` is: 0 a body, 1 a point.
+        with: u64 = 16,
+        /// Contact point in m.
+        position: [f64; 2] = 24,
+        /// Force on the body in N/m.
+        force: [f64; 2] = 40,
+    }
+}
+
 impl Grant {
     /// Whether a side with these limits may go on with the granted step.
     pub fn allows(&self, limits: &Limits) -> bool {
@@ -431,7 +456,7 @@ impl Grant {
 }
 
 /// The layouts of all records, in the order of this file. Its hash is the `layout` attribute of every channel.
-pub const LAYOUT: [&str; 12] = [
+pub const LAYOUT: [&str; 13] = [
     StepHeader::LAYOUT,
     ImpState::LAYOUT,
     ImpInfo::LAYOUT,
@@ -444,6 +469,7 @@ pub const LAYOUT: [&str; 12] = [
     GroupState::LAYOUT,
     BodyState::LAYOUT,
     PointState::LAYOUT,
+    ContactState::LAYOUT,
 ];
 
 /// First 16 hexadecimal digits of the BLAKE3 hash of [`LAYOUT`], joined by newlines.

@@ -62,6 +62,8 @@ pub fn column(points: usize, threads: usize, model: MaterialModel) -> MpmConfig 
         constants: std::collections::BTreeMap::new(),
         leaving: interface::config::Leaving::default(),
         grid_contact: None,
+        layers: false,
+        interface: interface::config::Interface::Points,
         skin: 0.0,
         threads,
     }

@@ -49,7 +49,7 @@ fn cost(points: usize, threads: usize, model: MaterialModel) -> (f64, f64, f64) 
     while samples < 10 || begin.elapsed() < Duration::from_secs(4) {
         let (cpu, wall) = (cpu_seconds(), Instant::now());
         for _ in 0..per_sample {
-            mpm.step(&step, &mut ()).expect("a sound step");
+            mpm.step(&step, &[]).expect("a sound step");
             step.index += 1;
             step.time += dt;
         }

@@ -4,7 +4,7 @@
 use core::ops::Range;
 
 use interface::config::{
-    GridContact, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing,
+    GridContact, Interface, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing,
     Transfer as TransferConfig,
 };
 use interface::solver::{Readiness, Refusal};
@@ -38,6 +38,15 @@ use crate::walls::WallNodes;
 /// # Errors
 /// A [`Refusal`] that names the key.
 pub fn build(config: &MpmConfig) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
+    if config.layers {
+        let text = "grid layers of the groups' own are not built (capability `layers`)";
+        return Err(Refusal::new("mpm.layers", text));
+    }
+    if config.interface == Interface::Segments {
+        let text =
+            "chains of boundary markers are not built (capability `segments`); use \"points\"";
+        return Err(Refusal::new("mpm.interface", text));
+    }
     let parts = Parts::new(config)?;
     match (config.shape, parts.transfer()) {
         (ShapeFunction::QuadraticBspline, t) => match t {
@@ -239,6 +248,7 @@ impl<'a> Parts<'a> {
             drift: self.config.drift,
             loads_of_nodes: Vec::new(),
             stages: self.stages.clone(),
+            damping: 0.0,
             threads: Threads::default(),
             moved: 0.0,
             clouds,

@@ -2,7 +2,8 @@
 
 use interface::config::{Drift, StressUpdate};
 use interface::solver::{Fault, MpmMeasurement};
-use interface::wire::{EnvelopeVertex, ImpInfo, ImpState, PointState};
+use interface::step::Step;
+use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
 
 use crate::contact::{Loaded, Touch};
 
@@ -53,6 +54,8 @@ where
     pub loads_of_nodes: Vec<[f64; NODES]>,
     /// Stages of loading.
     pub stages: Stages,
+    /// Mass-proportional damping of the present step in 1/s.
+    pub damping: f64,
     /// Threads.
     pub threads: Threads,
     /// Upper bound of the displacement of any point since points were last sorted, in m.
@@ -168,12 +171,11 @@ impl<const W: usize, S: Shape<W>, A: crate::transfer::AffineState + LaneCopy> Cl
 
 /// What the solver asks of a continuum, whatever its shape function and transfer.
 pub trait Scheme: Send {
-    /// One step.
-    fn step(
-        &mut self,
-        step: &interface::step::Step,
-        contact: &mut dyn interface::solver::ContactForces,
-    ) -> Result<interface::wire::Limits, Fault>;
+    /// The part of a step that needs no contact force.
+    fn predict(&mut self, step: &Step) -> Result<(), Fault>;
+
+    /// The rest of the step, with the forces on the IMPs.
+    fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault>;
 
     /// Chooses the IMPs anew.
     fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo];
@@ -198,12 +200,12 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Continuum<W, S, T>
 where
     T::Affine: LaneCopy,
 {
-    fn step(
-        &mut self,
-        step: &interface::step::Step,
-        contact: &mut dyn interface::solver::ContactForces,
-    ) -> Result<interface::wire::Limits, Fault> {
-        Continuum::step(self, step, contact)
+    fn predict(&mut self, step: &Step) -> Result<(), Fault> {
+        Continuum::predict(self, step)
+    }
+
+    fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault> {
+        Continuum::correct(self, step, forces)
     }
 
     fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo] {

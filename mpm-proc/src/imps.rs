@@ -68,7 +68,7 @@ impl Imps {
                 radius: cloud.radius,
                 mass: cloud.mass,
                 group: m.cloud,
-                reserved: 0,
+                next: 0,
             }
         }));
         self.forces.clear();

@@ -1,9 +1,9 @@
 //! The solver as the session sees it.
 
 use interface::config::MpmConfig;
-use interface::solver::{ContactForces, Fault, MpmMeasurement, MpmSolver, Readiness, Refusal};
+use interface::solver::{Fault, MpmMeasurement, MpmSolver, Readiness, Refusal};
 use interface::step::Step;
-use interface::wire::{EnvelopeVertex, ImpInfo, ImpState, Limits, PointState};
+use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
 
 use crate::configure::build;
 use crate::continuum::Scheme;
@@ -24,6 +24,13 @@ impl Mpm {
     /// Bytes of memory that the state takes at present.
     pub fn bytes(&self) -> usize {
         self.scheme.as_ref().map_or(0, |s| s.bytes())
+    }
+
+    fn configured(&mut self) -> Result<&mut dyn Scheme, Fault> {
+        match &mut self.scheme {
+            Some(scheme) => Ok(&mut **scheme),
+            None => Err(Fault::Other("the solver has not been configured".into())),
+        }
     }
 }
 
@@ -52,11 +59,12 @@ impl MpmSolver for Mpm {
         self.scheme.as_mut().map_or(&[], |s| s.imp_states())
     }
 
-    fn step<C: ContactForces>(&mut self, step: &Step, contact: &mut C) -> Result<Limits, Fault> {
-        match &mut self.scheme {
-            Some(scheme) => scheme.step(step, contact),
-            None => Err(Fault::Other("the solver has not been configured".into())),
-        }
+    fn predict(&mut self, step: &Step) -> Result<(), Fault> {
+        self.configured()?.predict(step)
+    }
+
+    fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault> {
+        self.configured()?.correct(step, forces)
     }
 
     fn measurement(&self) -> &MpmMeasurement {

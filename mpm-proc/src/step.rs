@@ -1,9 +1,9 @@
 //! The step, as the paper has it (Jiang 2020 section 2.2 and eqs. 46 to 48; PHYSICS.md section 3).
 
 use interface::config::{Drift, StressUpdate};
-use interface::solver::{ContactForces, Fault};
+use interface::solver::Fault;
 use interface::step::Step;
-use interface::wire::Limits;
+use interface::wire::{ImpForce, Limits};
 
 use crate::contact::ContactLoad;
 use crate::continuum::Continuum;
@@ -18,38 +18,42 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
 where
     T::Affine: LaneCopy,
 {
-    /// One step from `t_n` to `t_{n+1}`.
+    /// The first part of a step from `t_n` to `t_{n+1}`: all that needs no contact force. The bodies' side computes
+    /// the forces meanwhile.
     ///
     /// # Errors
-    /// A [`Fault`] that names the point, or that of the exchange.
-    pub fn step(&mut self, step: &Step, contact: &mut dyn ContactForces) -> Result<Limits, Fault> {
-        let load = self.move_nodes(step, contact)?;
-        self.move_points(step, load)
-    }
-
-    /// The first half of the step: everything up to the velocities of the nodes.
-    ///
-    /// # Errors
-    /// As [`Self::step`].
-    pub fn move_nodes(
-        &mut self,
-        step: &Step,
-        contact: &mut dyn ContactForces,
-    ) -> Result<ContactLoad, Fault> {
-        let damping = self.begin_stage(step.time);
+    /// A [`Fault`] that names the point.
+    pub fn predict(&mut self, step: &Step) -> Result<(), Fault> {
+        self.damping = self.begin_stage(step.time);
         self.points_to_grid(); //                          m_I, p_I^{n-1/2}, v_I^{n-1/2}        (18) (19) (20) (30)
         self.update_stress_first(step.dt_before); //       D, W, sigma^n, f_I^int               (21) ... (25), (13)
         self.apply_loads(step)?; //                        f_I^ext                              (14)
-        let forces = contact.receive()?; //                f_p^n of the bodies                  (46)
+        Ok(())
+    }
+
+    /// The second part, with the forces `f_p^n` of the bodies (46) on the IMPs; empty where there are none.
+    ///
+    /// # Errors
+    /// A [`Fault`] that names the point.
+    pub fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault> {
+        let load = self.move_nodes(step, forces)?;
+        self.move_points(step, load)
+    }
+
+    /// The nodes take the forces of the bodies and move.
+    ///
+    /// # Errors
+    /// A [`Fault`] that names the point.
+    pub fn move_nodes(&mut self, step: &Step, forces: &[ImpForce]) -> Result<ContactLoad, Fault> {
         let load = self.apply_contact(forces)?; //         f_I^cont                             (47)
-        self.update_grid(step.kick(), damping); //         v_I^{n+1/2}                          (17) (48)
+        self.update_grid(step.kick(), self.damping); //    v_I^{n+1/2}                          (17) (48)
         Ok(load)
     }
 
-    /// The second half: the points take the velocities of the nodes and move.
+    /// The points take the velocities of the nodes and move.
     ///
     /// # Errors
-    /// As [`Self::step`].
+    /// A [`Fault`] that names the point.
     pub fn move_points(&mut self, step: &Step, load: ContactLoad) -> Result<Limits, Fault> {
         self.keep_books(step); //                          impulses; energies if asked for
         if step.dt_before + step.dt > 0.0 {

@@ -3,7 +3,7 @@
 import struct
 from dataclasses import dataclass, field
 
-PROTOCOL = (2, 0)
+PROTOCOL = (3, 0)
 PARTIES = {"coupler": 0, "mpm": 1, "dem": 2}
 # Clause M-1.
 MAX_BYTES = 256 << 20
@@ -124,8 +124,9 @@ class NotFinite(Fault):
         return struct.pack("<I", 0) + _string(self.what) + _string(self.item)
 
 
-def hello(party, identity, pid):
-    return struct.pack("<4I", 0, *PROTOCOL, PARTIES[party]) + _string(identity) + struct.pack("<I", pid)
+def hello(party, identity, pid, capabilities=()):
+    said = struct.pack("<4I", 0, *PROTOCOL, PARTIES[party]) + _string(identity) + struct.pack("<I", pid)
+    return said + struct.pack("<Q", len(capabilities)) + b"".join(_string(name) for name in capabilities)
 
 
 def ready(scene_hash, r):

@@ -13,7 +13,7 @@ from itertools import chain
 LAYOUT = """\
 StepHeader:48{epoch:u64@0;step:u64@8;count:u64@16;flags:u64@24;travel:f64@32;set:u64@40;}
 ImpState:32{position:[f64; 2]@0;velocity:[f64; 2]@16;}
-ImpInfo:32{id:u64@0;radius:f64@8;mass:f64@16;group:u32@24;reserved:u32@28;}
+ImpInfo:32{id:u64@0;radius:f64@8;mass:f64@16;group:u32@24;next:u32@28;}
 ImpForce:24{force:[f64; 2]@0;stiffness:f64@16;}
 EnvelopeVertex:32{body:u64@0;position:[f64; 2]@8;reach:f64@24;}
 Grant:88{epoch:u64@0;first:u64@8;steps:u64@16;flags:u64@24;epoch_start:f64@32;steps_in_epoch:u64@40;\

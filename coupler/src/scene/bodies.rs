@@ -97,6 +97,7 @@ pub(super) fn bodies(
         point_surfaces: points.map(|group| group.material.clone()).collect(),
         skin: 0.0,
         threads: 1,
+        ..DemConfig::default()
     };
     for fault in config.table_faults() {
         let path = format!("contact_pair.{}.{}", fault.pair, fault.key);

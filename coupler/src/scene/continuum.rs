@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use interface::config::{
-    Drift, Fill, GroupConfig, InitialFields, MaterialConfig, MpmConfig, Spacing, StressUpdate,
-    Transfer, Wall,
+    Drift, Fill, GroupConfig, InitialFields, Interface, MaterialConfig, MpmConfig, Spacing,
+    StressUpdate, Transfer, Wall,
 };
 
 use super::forcing;
@@ -87,6 +87,8 @@ pub(super) fn continuum(
         constants: constants.clone(),
         leaving: written.leaving,
         grid_contact: written.grid_contact,
+        layers: false,
+        interface: Interface::Points,
         skin: 0.0,
         threads: 1,
     })

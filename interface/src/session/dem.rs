@@ -29,7 +29,12 @@ pub fn run<S: Service + 'static, D: DemSolver>(
     solver: &mut D,
     own_process: bool,
 ) -> Result<(), SessionError> {
-    let mut desk = Desk::<S>::open(domain, &DEM_SEAT, solver.identity(), own_process)?;
+    let mut desk = Desk::<S>::open(
+        domain,
+        &DEM_SEAT,
+        (solver.identity(), solver.capabilities()),
+        own_process,
+    )?;
     let served = serve(&mut desk, solver);
     if let Err(error) = &served {
         desk.lament(error);

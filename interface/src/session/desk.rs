@@ -7,6 +7,7 @@ use serde::de::DeserializeOwned;
 
 use super::stopwatch::{Activity, Stopwatch, cpu_ns};
 use super::{PATIENCE_WITH_WAITERS, SessionError};
+use crate::capability::Capabilities;
 use crate::channel::{Bell, Inlet, Outlet, Post, Rope, Seat, seat};
 use crate::codec::{decode, encode};
 use crate::control::{Configure, Failure, Hello, Notice, Order, PROTOCOL, Party, Ready};
@@ -52,7 +53,7 @@ impl<S: Service + 'static> Desk<S> {
     pub(crate) fn open(
         domain: &Domain,
         seat: &Seat,
-        identity: String,
+        (identity, capabilities): (String, Capabilities),
         own_process: bool,
     ) -> Result<Self, SessionError> {
         let hello = Hello {
@@ -60,6 +61,7 @@ impl<S: Service + 'static> Desk<S> {
             party: seat.party,
             identity,
             pid: std::process::id(),
+            capabilities,
         };
         if own_process && let Some(expected) = started_as().filter(|&party| party != seat.party) {
             return Err(wrong_side::<S>(domain, expected, hello));

@@ -11,7 +11,7 @@ use crate::channel::{
 use crate::config::MpmConfig;
 use crate::control::Party;
 use crate::domain::Domain;
-use crate::solver::{ContactForces, Fault, MpmSolver};
+use crate::solver::MpmSolver;
 use crate::step::{Clock, Step};
 use crate::wait::wait;
 use crate::wire::{EnvelopeVertex, Grant, ImpForce, Limits, PointState, Report, StepHeader, flags};
@@ -27,7 +27,12 @@ pub fn run<S: Service + 'static, M: MpmSolver>(
     solver: &mut M,
     own_process: bool,
 ) -> Result<(), SessionError> {
-    let mut desk = Desk::<S>::open(domain, &MPM_SEAT, solver.identity(), own_process)?;
+    let mut desk = Desk::<S>::open(
+        domain,
+        &MPM_SEAT,
+        (solver.identity(), solver.capabilities()),
+        own_process,
+    )?;
     let served = serve(&mut desk, solver);
     if let Err(error) = &served {
         desk.lament(error);
@@ -136,7 +141,7 @@ fn window<S: Service + 'static, M: MpmSolver>(
         limits = match &mut bodies {
             Some(line) => line.coupled_step(desk, solver, grant, &step)?,
             None => solver
-                .step(&step, &mut ())
+                .step(&step, &[])
                 .map_err(|fault| SessionError::Fault {
                     step: step.index,
                     fault,
@@ -263,31 +268,15 @@ impl<S: Service + 'static> BodiesLine<S> {
         self.rope.ring();
         desk.watch.lap(Activity::Exchange);
 
-        let mut contact = Forces {
-            line: self,
-            desk,
-            epoch: grant.epoch,
+        let failed = |fault| SessionError::Fault {
             step: step.index,
-            received: false,
-            error: None,
+            fault,
         };
-        let stepped = solver.step(step, &mut contact);
-        let (received, error) = (contact.received, contact.error);
+        solver.predict(step).map_err(failed)?;
+        self.await_forces(desk, grant, step.index)?;
+        let limits = solver.correct(step, &self.forces).map_err(failed)?;
         desk.watch.lap(Activity::Compute);
-        match (stepped, error) {
-            (_, Some(error)) => Err(error),
-            (Err(fault), None) => Err(SessionError::Fault {
-                step: step.index,
-                fault,
-            }),
-            (Ok(_), None) if !received => Err(broken(
-                Party::Mpm,
-                "F-1",
-                step.index,
-                "the contact forces were not taken".into(),
-            )),
-            (Ok(limits), None) => Ok(self.with_approach(limits, solver.travel() - travel, step)),
-        }
+        Ok(self.with_approach(limits, solver.travel() - travel, step))
     }
 
     /// The solver's limits with what the kinematic limit needs to know before there is an IMP: any point may become
@@ -351,19 +340,15 @@ impl<S: Service + 'static> BodiesLine<S> {
     }
 }
 
-/// The forces of one step, for the solver to take when it needs them.
-struct Forces<'a, S: Service> {
-    line: &'a mut BodiesLine<S>,
-    desk: &'a mut Desk<S>,
-    epoch: u64,
-    step: u64,
-    received: bool,
-    error: Option<SessionError>,
-}
-
-impl<S: Service + 'static> Forces<'_, S> {
-    fn await_forces(&mut self) -> Result<(), SessionError> {
-        let (line, desk, step) = (&mut *self.line, &mut *self.desk, self.step);
+impl<S: Service + 'static> BodiesLine<S> {
+    /// Waits for the forces of this step.
+    fn await_forces(
+        &mut self,
+        desk: &mut Desk<S>,
+        grant: &Grant,
+        step: u64,
+    ) -> Result<(), SessionError> {
+        let line = self;
         desk.watch.lap(Activity::Compute);
         let (inlet, forces) = (&line.forces_in, &mut line.forces);
         let header = wait(
@@ -380,7 +365,7 @@ impl<S: Service + 'static> Forces<'_, S> {
         )?;
         desk.watch.lap(Activity::Wait);
         let complain = |clause, message| Err(broken(Party::Dem, clause, step, message));
-        if header.step != step || header.epoch != self.epoch {
+        if header.step != step || header.epoch != grant.epoch {
             return complain(
                 "F-2",
                 format!("forces of step {} epoch {}", header.step, header.epoch),
@@ -409,18 +394,5 @@ impl<S: Service + 'static> Forces<'_, S> {
         line.halt_after = header.flags & flags::HALT_AFTER != 0;
         desk.watch.lap(Activity::Exchange);
         Ok(())
-    }
-}
-
-impl<S: Service + 'static> ContactForces for Forces<'_, S> {
-    fn receive(&mut self) -> Result<&[ImpForce], Fault> {
-        if !self.received {
-            if let Err(error) = self.await_forces() {
-                self.error = Some(error);
-                return Err(Fault::Exchange);
-            }
-            self.received = true;
-        }
-        Ok(&self.line.forces)
     }
 }

@@ -4,8 +4,7 @@ use interface::config::{
     ContactLaw, DemConfig, MpmConfig, Plane, ShapeFunction, StressUpdate, Transfer, Walls,
 };
 use interface::solver::{
-    Answer, ContactForces, DemMeasurement, DemSolver, Fault, MpmMeasurement, MpmSolver, Readiness,
-    Refusal,
+    Answer, DemMeasurement, DemSolver, Fault, MpmMeasurement, MpmSolver, Readiness, Refusal,
 };
 use interface::step::Step;
 use interface::wire::{
@@ -103,7 +102,7 @@ impl MpmSolver for Points {
         &self.states
     }
 
-    fn step<C: ContactForces>(&mut self, step: &Step, contact: &mut C) -> Result<Limits, Fault> {
+    fn predict(&mut self, step: &Step) -> Result<(), Fault> {
         if self.fail_at == Some(step.index) {
             return Err(Fault::NotFinite {
                 what: "velocity".into(),
@@ -113,7 +112,10 @@ impl MpmSolver for Points {
         if let Some((_, pause)) = self.pause.filter(|(at, _)| *at == step.index) {
             std::thread::sleep(pause);
         }
-        let forces = contact.receive()?;
+        Ok(())
+    }
+
+    fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault> {
         let kinetic = |v: &[f64]| 0.5 * v.iter().map(|v| v * v).sum::<f64>();
         let before = kinetic(&self.v);
         for (i, (x, v)) in self.x.iter_mut().zip(&mut self.v).enumerate() {
@@ -262,6 +264,8 @@ pub fn mpm_config() -> MpmConfig {
         constants: std::collections::BTreeMap::new(),
         leaving: interface::config::Leaving::default(),
         grid_contact: None,
+        layers: false,
+        interface: interface::config::Interface::Points,
         skin: 0.02,
         threads: 1,
     }

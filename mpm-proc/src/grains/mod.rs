@@ -11,9 +11,9 @@ mod density;
 mod onto_rigid;
 mod rigid;
 
-use interface::solver::{ContactForces, Fault, MpmMeasurement};
+use interface::solver::{Fault, MpmMeasurement};
 use interface::step::Step;
-use interface::wire::{EnvelopeVertex, ImpInfo, ImpState, Ledger, Limits, PointState};
+use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState};
 
 use crate::contact::ContactLoad;
 use crate::continuum::{Continuum, Scheme};
@@ -81,8 +81,9 @@ where
         }
     }
 
-    /// One step: every grain by itself to its nodes, contact between the nodes, every grain back to its points.
-    fn step(&mut self, step: &Step) -> Result<Limits, Fault> {
+    /// What of a step is left after the prediction: every grain moves its nodes, contact between the nodes, every grain
+    /// back to its points.
+    fn correct(&mut self, step: &Step) -> Result<Limits, Fault> {
         self.each(&|grain| grain.move_nodes(step))?; //  v_g^L                                 Bardenhagen (8) ... (11)
         let slid = if step.kick() > 0.0 {
             self.touch() //                              v_g~                                  Bardenhagen (12) ... (24)
@@ -170,7 +171,7 @@ where
     T::Affine: LaneCopy,
 {
     fn move_nodes(&mut self, step: &Step) -> Result<Limits, Fault> {
-        self.load = self.continuum.move_nodes(step, &mut ())?;
+        self.load = self.continuum.move_nodes(step, &[])?;
         Ok(Limits::default())
     }
 
@@ -186,15 +187,19 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Grains<W, S, T>
 where
     T::Affine: LaneCopy,
 {
-    fn step(&mut self, step: &Step, contact: &mut dyn ContactForces) -> Result<Limits, Fault> {
+    fn predict(&mut self, step: &Step) -> Result<(), Fault> {
+        self.each(&|grain| grain.continuum.predict(step).map(|()| Limits::default()))?;
+        Ok(())
+    }
+
+    fn correct(&mut self, step: &Step, _: &[ImpForce]) -> Result<Limits, Fault> {
         if self.strangers {
             return Err(Fault::Other(
                 "contact on the grid (mpm.grid_contact) does not go with bodies of another solver; leave one of them out"
                     .into(),
             ));
         }
-        contact.receive()?;
-        Grains::step(self, step)
+        Grains::correct(self, step)
     }
 
     fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo] {

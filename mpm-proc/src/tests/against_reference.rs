@@ -6,7 +6,7 @@ use interface::config::{
 use interface::solver::MpmSolver;
 use interface::wire::{EnvelopeVertex, ImpForce};
 
-use super::{BULK, Given, Random, SHEAR, Stepper, block, configured};
+use super::{BULK, Random, SHEAR, Stepper, block, configured};
 use crate::reference::{Kernel, RefPoint, Reference};
 
 /// An outline so large that every point is an IMP.
@@ -127,7 +127,7 @@ fn compare_at(
             stiffness: 0.0,
         });
         stepper
-            .step(&mut mpm, dt, true, &mut Given(given.collect()))
+            .step(&mut mpm, dt, true, &given.collect::<Vec<_>>())
             .expect("a sound step");
         reference.step(before, dt, &forces);
         for a in 0..2 {

@@ -5,7 +5,7 @@ use interface::solver::MpmSolver;
 use interface::wire::ImpForce;
 
 use super::against_reference::everywhere;
-use super::{Given, Random, Stepper, bits, block, configured};
+use super::{Random, Stepper, bits, block, configured};
 use crate::Mpm;
 
 fn random_cloud(shape: ShapeFunction, transfer: Transfer, threads: usize) -> (Mpm, Random) {
@@ -26,14 +26,14 @@ fn random_cloud(shape: ShapeFunction, transfer: Transfer, threads: usize) -> (Mp
 }
 
 fn kick(mpm: &mut Mpm, stepper: &mut Stepper, random: &mut Random) {
-    let forces = (0..700)
+    let forces: Vec<ImpForce> = (0..700)
         .map(|_| ImpForce {
             force: [random.between(-900.0, 900.0), random.between(-900.0, 900.0)],
             stiffness: 0.0,
         })
         .collect();
     stepper
-        .step(mpm, 2e-4, false, &mut Given(forces))
+        .step(mpm, 2e-4, false, &forces)
         .expect("a sound step");
 }
 

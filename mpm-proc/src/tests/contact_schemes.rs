@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::against_reference::everywhere;
 use super::limits::{largest_eigenvalue, matrices, opening};
-use super::{Given, Random, Stepper, block, configured};
+use super::{Random, Stepper, block, configured};
 use crate::reference::Kernel;
 
 const SCHEMES: [ContactForceScheme; 3] = [
@@ -52,7 +52,7 @@ fn momentum_is_exact_and_a_point_alone_gets_its_force() {
                     }
                 }
                 stepper
-                    .step(&mut mpm, 2e-4, true, &mut Given(forces))
+                    .step(&mut mpm, 2e-4, true, &forces)
                     .expect("a sound step");
                 let ledger = mpm.measurement().ledger;
                 for a in 0..2 {
@@ -84,7 +84,7 @@ fn each_scheme_is_another() {
         let mut forces = vec![ImpForce::default(); count];
         forces[17].force = [50.0, 20.0];
         Stepper::new()
-            .step(&mut mpm, 2e-4, false, &mut Given(forces))
+            .step(&mut mpm, 2e-4, false, &forces)
             .expect("a sound step");
         mpm.points()
             .iter()

@@ -5,7 +5,7 @@ use interface::solver::MpmSolver;
 use interface::wire::ImpForce;
 
 use super::against_reference::everywhere;
-use super::{BULK, Given, SHEAR, Stepper, block, configured};
+use super::{BULK, SHEAR, Stepper, block, configured};
 
 /// Where the wall is, on the left of the block, in m.
 const WALL: f64 = 0.1;
@@ -40,7 +40,7 @@ fn imbalance(
             stiffness: if *o > 0.0 { stiffness } else { 0.0 },
         });
         stepper
-            .step(&mut mpm, dt, true, &mut Given(forces.collect()))
+            .step(&mut mpm, dt, true, &forces.collect::<Vec<_>>())
             .expect("a sound step");
         let ledger = mpm.measurement().ledger;
         let contact: f64 = overlaps.iter().map(|o| 0.5 * stiffness * o * o).sum();

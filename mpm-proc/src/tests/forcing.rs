@@ -51,7 +51,7 @@ fn balance(mpm: &Mpm) -> f64 {
 }
 
 fn measured(stepper: &mut Stepper, mpm: &mut Mpm, dt: f64) -> interface::wire::Ledger {
-    stepper.step(mpm, dt, true, &mut ()).expect("a sound step");
+    stepper.step(mpm, dt, true, &[]).expect("a sound step");
     mpm.measurement().ledger
 }
 
@@ -258,7 +258,7 @@ fn a_formula_without_a_number_names_its_point() {
     config.forcing.body_force = Some(texts(["sqrt(0.01-t)*0", "0"]));
     let mut mpm = configured(&config);
     let mut stepper = Stepper::new();
-    let fault = (0..300).find_map(|_| stepper.step(&mut mpm, 1e-4, false, &mut ()).err());
+    let fault = (0..300).find_map(|_| stepper.step(&mut mpm, 1e-4, false, &[]).err());
     let expected = Fault::NotFinite {
         what: "body force".into(),
         item: "point 0".into(),

@@ -28,7 +28,7 @@ fn points_outside_are_removed_with_their_momentum_and_energy() {
     for _ in 0..140 {
         stepper.run(&mut mpm, 2e-4, 9);
         stepper
-            .step(&mut mpm, 2e-4, true, &mut ())
+            .step(&mut mpm, 2e-4, true, &[])
             .expect("a sound step");
         let l = mpm.measurement().ledger;
         let p = [0, 1].map(|a| l.momentum[a] - l.applied_impulse[a]);

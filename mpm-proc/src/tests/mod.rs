@@ -19,7 +19,7 @@ use interface::config::{
     Fill, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing,
     StressUpdate, Transfer, Wall, Walls,
 };
-use interface::solver::{ContactForces, Fault, MpmSolver};
+use interface::solver::{Fault, MpmSolver};
 use interface::step::Step;
 use interface::wire::{ImpForce, Limits};
 
@@ -86,6 +86,8 @@ pub fn block() -> MpmConfig {
         constants: std::collections::BTreeMap::new(),
         leaving: interface::config::Leaving::default(),
         grid_contact: None,
+        layers: false,
+        interface: interface::config::Interface::Points,
         skin: 0.01,
         threads: 1,
     }
@@ -133,7 +135,7 @@ impl Stepper {
         mpm: &mut Mpm,
         dt: f64,
         measure: bool,
-        contact: &mut impl ContactForces,
+        forces: &[ImpForce],
     ) -> Result<Limits, Fault> {
         let step = Step {
             index: self.index,
@@ -145,22 +147,13 @@ impl Stepper {
         self.index += 1;
         self.time += dt;
         self.before = dt;
-        mpm.step(&step, contact)
+        mpm.step(&step, forces)
     }
 
     pub fn run(&mut self, mpm: &mut Mpm, dt: f64, steps: usize) {
         for _ in 0..steps {
-            self.step(mpm, dt, false, &mut ()).expect("a sound step");
+            self.step(mpm, dt, false, &[]).expect("a sound step");
         }
-    }
-}
-
-/// Contact forces given beforehand.
-pub struct Given(pub Vec<ImpForce>);
-
-impl ContactForces for Given {
-    fn receive(&mut self) -> Result<&[ImpForce], Fault> {
-        Ok(&self.0)
     }
 }
 

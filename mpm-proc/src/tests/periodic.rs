@@ -5,7 +5,7 @@ use interface::solver::{Fault, MpmSolver};
 use interface::wire::ImpForce;
 
 use super::against_reference::everywhere;
-use super::{Given, Stepper, bits, block, configured};
+use super::{Stepper, bits, block, configured};
 
 const AROUND: Walls = Walls {
     left: Wall::Periodic,
@@ -46,7 +46,7 @@ fn a_disc_that_crosses_moves_as_one_that_does_not() {
             let mut stepper = Stepper::new();
             stepper.run(&mut mpm, 2e-4, 299);
             stepper
-                .step(&mut mpm, 2e-4, true, &mut ())
+                .step(&mut mpm, 2e-4, true, &[])
                 .expect("a sound step");
             mpm
         };
@@ -90,7 +90,7 @@ fn energy_of_a_fall_through_periodic_walls_is_booked() {
     for _ in 0..40 {
         stepper.run(&mut mpm, 1e-3, 9);
         stepper
-            .step(&mut mpm, 1e-3, true, &mut ())
+            .step(&mut mpm, 1e-3, true, &[])
             .expect("a sound step");
         let l = mpm.measurement().ledger;
         energies.push(l.kinetic + l.elastic + l.gravity - l.driven_work);
@@ -124,10 +124,10 @@ fn a_body_at_a_periodic_wall_stops_the_run() {
     forces[far].force = [1.0, 0.0];
     let mut stepper = Stepper::new();
     stepper
-        .step(&mut mpm, 1e-4, false, &mut Given(forces.clone()))
+        .step(&mut mpm, 1e-4, false, &forces)
         .expect("far from the wall");
     forces[id].stiffness = 1.0;
-    match stepper.step(&mut mpm, 1e-4, false, &mut Given(forces)) {
+    match stepper.step(&mut mpm, 1e-4, false, &forces) {
         Err(Fault::Other(message)) => assert!(message.contains("periodic wall"), "{message}"),
         other => panic!("{other:?}"),
     }

@@ -8,7 +8,7 @@ use interface::solver::{Fault, MpmSolver};
 use interface::wire::ImpForce;
 
 use super::against_reference::everywhere;
-use super::{Given, Stepper, block, configured};
+use super::{Stepper, block, configured};
 use crate::Mpm;
 
 fn refused(change: impl Fn(&mut MpmConfig), key: &str, says: &str) {
@@ -211,7 +211,7 @@ fn a_force_that_is_not_finite_names_its_point() {
     let count = mpm.select_imps(&everywhere()).len();
     let mut forces = vec![ImpForce::default(); count];
     forces[17].force[1] = f64::NAN;
-    let fault = Stepper::new().step(&mut mpm, 1e-4, false, &mut Given(forces));
+    let fault = Stepper::new().step(&mut mpm, 1e-4, false, &forces);
     assert_eq!(
         fault,
         Err(Fault::NotFinite {
@@ -230,10 +230,9 @@ fn a_run_that_blows_up_is_stopped_before_anything_is_returned() {
     let mut forces = vec![ImpForce::default(); count];
     forces[5].force = [1e6, 2e5];
     let mut stepper = Stepper::new();
-    let mut contact = Given(forces);
     let fault = (0..1000).find_map(|_| {
-        let result = stepper.step(&mut mpm, 0.02, true, &mut contact);
-        contact.0[5].force = [0.0; 2];
+        let result = stepper.step(&mut mpm, 0.02, true, &forces);
+        forces[5].force = [0.0; 2];
         if result.is_ok() {
             let sound = |x: [f64; 2]| x.iter().all(|x| x.is_finite());
             assert!(
@@ -256,7 +255,7 @@ fn a_point_that_leaves_is_named() {
     config.groups[0].velocity = [-10.0, 0.0];
     let mut mpm = configured(&config);
     let mut stepper = Stepper::new();
-    let fault = (0..1000).find_map(|_| stepper.step(&mut mpm, 1e-3, false, &mut ()).err());
+    let fault = (0..1000).find_map(|_| stepper.step(&mut mpm, 1e-3, false, &[]).err());
     let Some(Fault::LeftDomain { id, x, .. }) = fault else {
         panic!("{fault:?}");
     };
@@ -267,11 +266,6 @@ fn a_point_that_leaves_is_named() {
 fn forces_for_another_set_are_an_error() {
     let mut mpm = configured(&block());
     mpm.select_imps(&everywhere());
-    let fault = Stepper::new().step(
-        &mut mpm,
-        1e-4,
-        false,
-        &mut Given(vec![ImpForce::default(); 3]),
-    );
+    let fault = Stepper::new().step(&mut mpm, 1e-4, false, &[ImpForce::default(); 3]);
     assert!(matches!(fault, Err(Fault::Other(m)) if m.contains("3 contact forces")));
 }

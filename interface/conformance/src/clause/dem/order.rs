@@ -259,7 +259,7 @@ fn unused(bench: &Bench) -> Judgement {
     let odd = answer(|set, states| {
         set.header.travel = 1.0;
         states.header.travel = 2.0;
-        set_of(set)[0].reserved = 7;
+        set_of(set)[0].next = 7;
     })?;
     for (plain, odd) in plain.forces.iter().zip(&odd.forces) {
         for i in 0..2 {

@@ -55,6 +55,8 @@ pub fn scene(groups: Vec<GroupConfig>) -> MpmConfig {
         constants: std::collections::BTreeMap::new(),
         leaving: interface::config::Leaving::default(),
         grid_contact: None,
+        layers: false,
+        interface: interface::config::Interface::Points,
         skin: SKIN,
         threads: 1,
     }

@@ -159,7 +159,7 @@ pub const MUTANTS: &[Mutant] = &[
     }),
     Mutant::new("W-2a", "takes a reserved field for something", || {
         let (seen, used) = shared(false);
-        let mut flaw = sets(move |set| seen.set(set.iter().any(|info| info.reserved != 0)));
+        let mut flaw = sets(move |set| seen.set(set.iter().any(|info| info.next != 0)));
         flaw.outbound = Flaw::forces(move |_, forces| {
             if used.get() {
                 scale(forces, 2.0);

@@ -1,0 +1,67 @@
+//! What a solver says in Hello that it can do (PROTOCOL.md section 12).
+//!
+//! A capability is a short name. Verbs of the session stand alone: [`SAVE`], [`SEGMENTS`], [`PAIRS`], [`LAYERS`],
+//! [`CONTACTS`]. What a solver takes of a configuration is `family:member`, such as `shape:disc` or `law:linear`. A solver
+//! that names one member of a family takes those that it names and no others; of a family that it does not name, it says
+//! nothing, and refuses in answer to Configure what it does not take.
+
+use serde::{Deserialize, Serialize};
+
+/// The solver saves its state and restores it (section 12, K-3).
+pub const SAVE: &str = "save";
+/// Bodies meet the segments between IMPs that follow one another in a chain.
+pub const SEGMENTS: &str = "segments";
+/// Points of paired groups meet one another.
+pub const PAIRS: &str = "pairs";
+/// Each group of points has a grid layer of its own.
+pub const LAYERS: &str = "layers";
+/// A frame has the contacts of bodies: who, where, with which force.
+pub const CONTACTS: &str = "contacts";
+
+/// The capabilities of one solver.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Capabilities(pub Vec<String>);
+
+impl Capabilities {
+    /// These.
+    pub fn of(names: &[&str]) -> Self {
+        Self(names.iter().map(ToString::to_string).collect())
+    }
+
+    /// Whether the solver has the verb `name`.
+    pub fn has(&self, name: &str) -> bool {
+        self.0.iter().any(|known| known == name)
+    }
+
+    /// Whether the solver takes `member` of `family`: it names it, or says nothing of that family.
+    pub fn takes(&self, family: &str, member: &str) -> bool {
+        let mut named = self.members(family).peekable();
+        named.peek().is_none() || named.any(|known| known == member)
+    }
+
+    /// What the solver names of `family`.
+    pub fn members(&self, family: &str) -> impl Iterator<Item = &str> {
+        let of = move |name: &'_ String| name.split_once(':').is_some_and(|(f, _)| f == family);
+        self.0
+            .iter()
+            .filter(move |name| of(name))
+            .filter_map(|name| name.split_once(':').map(|(_, member)| member))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_family_that_is_named_is_closed_and_one_that_is_not_is_open() {
+        let discs = Capabilities::of(&["save", "shape:disc", "shape:segment"]);
+        assert!(discs.has(SAVE) && !discs.has(PAIRS));
+        assert!(discs.takes("shape", "disc") && !discs.takes("shape", "polygon"));
+        assert!(discs.takes("law", "hertz_mindlin"));
+        assert_eq!(
+            discs.members("shape").collect::<Vec<_>>(),
+            ["disc", "segment"]
+        );
+    }
+}
