@@ -14,6 +14,29 @@ pub const MAX_BYTES: usize = 256 << 20;
 #[error("not a control message of this protocol: {0}")]
 pub struct DecodeError(String);
 
+/// The bytes of a saved state, which may be larger than a control message.
+///
+/// # Panics
+/// If `state` has a part that serde cannot serialise: an assertion, no state has.
+pub fn encode_state<T: Serialize>(state: &T) -> Vec<u8> {
+    bincode::serde::encode_to_vec(state, bincode::config::legacy()).expect("states serialise")
+}
+
+/// The state in `bytes`, all of which must be used.
+///
+/// # Errors
+/// [`DecodeError`] when bytes are missing, left over or out of range.
+pub fn decode_state<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError> {
+    match bincode::serde::decode_from_slice(bytes, bincode::config::legacy()) {
+        Ok((state, used)) if used == bytes.len() => Ok(state),
+        Ok((_, used)) => Err(DecodeError(format!(
+            "{} bytes left over",
+            bytes.len() - used
+        ))),
+        Err(e) => Err(DecodeError(e.to_string())),
+    }
+}
+
 fn layout() -> impl bincode::config::Config {
     bincode::config::legacy().with_limit::<MAX_BYTES>()
 }

@@ -20,6 +20,7 @@ pub mod outline;
 pub mod process;
 pub mod recording;
 pub mod rigid;
+pub mod saved;
 pub mod session;
 pub mod solver;
 pub mod stage;
