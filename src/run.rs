@@ -6,8 +6,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use coupler::launch::Start;
-use coupler::run::{RunOptions, run as run_scene};
+use coupler::run::{RunOptions, Solvers, run as run_scene};
 use coupler::rundir::RunDir;
 use coupler::scene::{Scene, solver_override};
 use coupler::summary::{Status, Summary};
@@ -101,26 +100,25 @@ fn default_out(scene: &Scene, variant: Option<&str>) -> PathBuf {
 }
 
 fn options(args: &RunArgs, scene: &Scene) -> Result<RunOptions, String> {
-    let (mpm, dem) = if args.in_process {
+    let solvers = if args.in_process {
         let others = [("mpm", &scene.solvers.mpm), ("dem", &scene.solvers.dem)];
         if let Some((side, _)) = others.iter().find(|(_, command)| command.is_some()) {
             return Err(format!(
                 "--in-process: the scene has a solver that is a process; `--set solvers.{side}=built-in` leaves it out"
             ));
         }
-        (
-            Start::Thread(solvers::mpm_thread),
-            Start::Thread(solvers::dem_thread),
-        )
+        Solvers::Here {
+            mpm: solvers::mpm,
+            dem: solvers::dem,
+        }
     } else {
-        (
-            process(scene.solvers.mpm.as_ref(), "mpm")?,
-            process(scene.solvers.dem.as_ref(), "dem")?,
-        )
+        Solvers::Processes {
+            mpm: process(scene.solvers.mpm.as_ref(), "mpm")?,
+            dem: process(scene.solvers.dem.as_ref(), "dem")?,
+        }
     };
     Ok(RunOptions {
-        mpm,
-        dem,
+        solvers,
         threads: args.threads.into(),
         window: args.window,
         record: args.record,
@@ -145,10 +143,10 @@ pub fn interrupt() -> Result<Arc<AtomicBool>, String> {
 }
 
 /// The command of a solver: the scene's, or this program again.
-fn process(command: Option<&Vec<String>>, subcommand: &str) -> Result<Start, String> {
+fn process(command: Option<&Vec<String>>, subcommand: &str) -> Result<Vec<String>, String> {
     match command {
-        Some(command) => Ok(Start::Process(command.clone())),
-        None => this_program(subcommand).map(Start::Process),
+        Some(command) => Ok(command.clone()),
+        None => this_program(subcommand),
     }
 }
 

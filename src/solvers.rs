@@ -1,33 +1,44 @@
-//! The built-in solvers, as processes and as threads.
+//! The built-in solvers: in processes and threads of their own, or for this thread.
 
 use std::process::ExitCode;
 
 use interface::domain::Domain;
 use interface::process;
-use interface::session::{SessionError, dem, mpm};
-use interface::{OneProcess, SharedMemory};
+use interface::session::{SessionError, serve_dem, serve_mpm};
+use interface::solver::{DemSolver, MpmSolver};
+use interface::transport::iceoryx::Medium;
 
 use crate::cli::JoinArgs;
 use crate::logging;
 
+/// The continuum solver.
+pub fn mpm() -> Box<dyn MpmSolver> {
+    Box::new(mpm_proc::Mpm::default())
+}
+
+/// The rigid-body solver.
+pub fn dem() -> Box<dyn DemSolver> {
+    Box::new(dem_proc::Sdem::default())
+}
+
 /// The continuum solver in a process of its own.
 pub fn mpm_process(domain: &Domain) -> Result<(), SessionError> {
-    mpm::run::<SharedMemory, _>(domain, &mut mpm_proc::Mpm::default(), true)
+    serve_mpm(Medium::Processes, domain, &mut *mpm(), true)
 }
 
 /// The continuum solver in a thread.
 pub fn mpm_thread(domain: &Domain) -> Result<(), SessionError> {
-    mpm::run::<OneProcess, _>(domain, &mut mpm_proc::Mpm::default(), false)
+    serve_mpm(Medium::Threads, domain, &mut *mpm(), false)
 }
 
 /// The rigid-body solver in a process of its own.
 pub fn dem_process(domain: &Domain) -> Result<(), SessionError> {
-    dem::run::<SharedMemory, _>(domain, &mut dem_proc::Sdem::default(), true)
+    serve_dem(Medium::Processes, domain, &mut *dem(), true)
 }
 
 /// The rigid-body solver in a thread.
 pub fn dem_thread(domain: &Domain) -> Result<(), SessionError> {
-    dem::run::<OneProcess, _>(domain, &mut dem_proc::Sdem::default(), false)
+    serve_dem(Medium::Threads, domain, &mut *dem(), false)
 }
 
 /// Joins a run as a solver.

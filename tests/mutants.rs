@@ -12,18 +12,27 @@ use conformance::clause::{self, Clause};
 use conformance::mutant::{self, Flaw, Host, Manners, Mutant, Pass, relay};
 use conformance::verdict::Verdict;
 use conformance::{Examination, Options, examine};
-use interface::OneProcess;
 use interface::control::Party;
 use interface::domain::Domain;
-use interface::session::{SessionError, dem, mpm};
+use interface::session::{SessionError, serve_dem, serve_mpm};
 use interface::stage::{Medium, Message};
 
 fn bodies(domain: &Domain) -> Result<(), SessionError> {
-    dem::run::<OneProcess, _>(domain, &mut dem_proc::Sdem::default(), false)
+    serve_dem(
+        Medium::Threads,
+        domain,
+        &mut dem_proc::Sdem::default(),
+        false,
+    )
 }
 
 fn continuum(domain: &Domain) -> Result<(), SessionError> {
-    mpm::run::<OneProcess, _>(domain, &mut mpm_proc::Mpm::default(), false)
+    serve_mpm(
+        Medium::Threads,
+        domain,
+        &mut mpm_proc::Mpm::default(),
+        false,
+    )
 }
 
 fn host(party: Party) -> Host {

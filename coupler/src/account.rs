@@ -32,10 +32,12 @@ pub(crate) struct Account {
     pub cpu_at_start: Duration,
     pub state_hash: Option<String>,
     pub interrupted: bool,
+    /// The solvers compute in the coupler's thread.
+    shared_thread: bool,
 }
 
 impl Account {
-    pub fn new(scene: &Scene) -> Self {
+    pub fn new(scene: &Scene, shared_thread: bool) -> Self {
         Self {
             scene: scene.name.clone(),
             scene_hash: scene.hash.clone(),
@@ -52,6 +54,7 @@ impl Account {
             cpu_at_start: interface::session::cpu_time(),
             state_hash: None,
             interrupted: false,
+            shared_thread,
         }
     }
 
@@ -96,7 +99,12 @@ impl Account {
         };
         wall_by_part.insert(Party::Coupler.name(), coupler);
         let cpu = interface::session::cpu_time().saturating_sub(self.cpu_at_start);
-        cpu_s.insert(Party::Coupler.name(), cpu.as_secs_f64());
+        let others: f64 = if self.shared_thread {
+            cpu_s.values().sum()
+        } else {
+            0.0
+        };
+        cpu_s.insert(Party::Coupler.name(), (cpu.as_secs_f64() - others).max(0.0));
         let items = |party| {
             self.reports
                 .get(&party)

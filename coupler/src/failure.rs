@@ -51,6 +51,9 @@ pub enum RunError {
         /// What bound it.
         bound: &'static str,
     },
+    /// A defect of this program, met where the solvers share its thread.
+    #[error("this program has a defect: {0}")]
+    Panicked(String),
     /// Asked to end before the solvers were ready.
     #[error("interrupted before the first step")]
     Interrupted,
@@ -70,6 +73,7 @@ impl RunError {
             Self::BlowUp { .. } => {
                 "lower time.safety or time.max_step, and prefer criterion = \"composed\""
             }
+            Self::Panicked(_) => "please report it, with the scene",
             Self::Interrupted => "what was recorded until then is kept",
             Self::Output(_) => "make room, or give another directory with --out",
             Self::Session(error) => match error {
@@ -102,7 +106,9 @@ impl RunError {
                 Status::Unstable
             }
             Self::Interrupted => Status::Interrupted,
-            Self::Session(_) | Self::Start(_) | Self::Output(_) => Status::Failed,
+            Self::Session(_) | Self::Start(_) | Self::Output(_) | Self::Panicked(_) => {
+                Status::Failed
+            }
         }
     }
 }

@@ -16,6 +16,7 @@ pub mod diagnostic;
 pub mod failure;
 pub mod frames;
 pub mod launch;
+mod lead;
 pub mod ledger;
 pub mod pace;
 pub mod progress;

@@ -14,6 +14,13 @@ pub const MAX_BYTES: usize = 256 << 20;
 #[error("not a control message of this protocol: {0}")]
 pub struct DecodeError(String);
 
+impl DecodeError {
+    /// Bytes after the message.
+    pub(crate) fn left_over(bytes: usize) -> Self {
+        Self(format!("{bytes} bytes left over"))
+    }
+}
+
 /// The bytes of a saved state, which may be larger than a control message.
 ///
 /// # Panics
@@ -29,10 +36,7 @@ pub fn encode_state<T: Serialize>(state: &T) -> Vec<u8> {
 pub fn decode_state<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError> {
     match bincode::serde::decode_from_slice(bytes, bincode::config::legacy()) {
         Ok((state, used)) if used == bytes.len() => Ok(state),
-        Ok((_, used)) => Err(DecodeError(format!(
-            "{} bytes left over",
-            bytes.len() - used
-        ))),
+        Ok((_, used)) => Err(DecodeError::left_over(bytes.len() - used)),
         Err(e) => Err(DecodeError(e.to_string())),
     }
 }
@@ -54,14 +58,18 @@ pub fn encode<T: Serialize>(message: &T) -> Vec<u8> {
 /// # Errors
 /// [`DecodeError`] when bytes are missing, left over or out of range.
 pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError> {
-    match bincode::serde::decode_from_slice(bytes, layout()) {
-        Ok((message, used)) if used == bytes.len() => Ok(message),
-        Ok((_, used)) => Err(DecodeError(format!(
-            "{} bytes left over",
-            bytes.len() - used
-        ))),
-        Err(e) => Err(DecodeError(e.to_string())),
+    match decode_beginning(bytes)? {
+        (message, used) if used == bytes.len() => Ok(message),
+        (_, used) => Err(DecodeError::left_over(bytes.len() - used)),
     }
+}
+
+/// The message at the beginning of `bytes`, and how many of them it takes.
+///
+/// # Errors
+/// [`DecodeError`] when bytes are missing or out of range.
+pub fn decode_beginning<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, usize), DecodeError> {
+    bincode::serde::decode_from_slice(bytes, layout()).map_err(|e| DecodeError(e.to_string()))
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::capability::Capabilities;
+use crate::codec::{DecodeError, decode_beginning};
 use crate::solver::{Fault, Readiness, Refusal};
 
 /// Version of the protocol. Another major version is refused, another minor one accepted.
@@ -60,6 +61,8 @@ pub struct Configure {
     pub coupled: bool,
     /// Longest wait for another party within a step, in s.
     pub deadline: f64,
+    /// Whether the solver goes on from a saved state, which follows on its channel for it (clause K-4).
+    pub restore: bool,
 }
 
 /// From a solver to the coupler.
@@ -75,6 +78,20 @@ pub enum Notice {
     Failed(Failure),
     /// Last message of an orderly session.
     Bye,
+}
+
+impl Notice {
+    /// The notice in `bytes`. A Hello may have more at its end than this version knows (clause V-2).
+    ///
+    /// # Errors
+    /// [`DecodeError`] when bytes are missing, left over or out of range.
+    pub fn decode(bytes: &[u8]) -> Result<Self, DecodeError> {
+        match decode_beginning(bytes)? {
+            (hello @ Self::Hello(_), _) => Ok(hello),
+            (notice, used) if used == bytes.len() => Ok(notice),
+            (_, used) => Err(DecodeError::left_over(bytes.len() - used)),
+        }
+    }
 }
 
 /// A solver's first words.
@@ -144,13 +161,23 @@ mod tests {
             Notice::Bye,
         ];
         for notice in notices {
-            assert_eq!(decode::<Notice>(&encode(&notice)).unwrap(), notice);
+            let mut bytes = encode(&notice);
+            assert_eq!(Notice::decode(&bytes).unwrap(), notice);
+            // What a later version adds at the end of Hello is not looked at.
+            bytes.extend([1, 2, 3]);
+            let longer = Notice::decode(&bytes);
+            assert_eq!(
+                longer.is_ok(),
+                matches!(notice, Notice::Hello(_)),
+                "{longer:?}"
+            );
         }
         let configure = Configure {
             scene_hash: "ab".into(),
             config: "{}".into(),
             coupled: true,
             deadline: 30.0,
+            restore: false,
         };
         for order in [
             Order::Configure(configure),

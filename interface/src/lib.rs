@@ -6,16 +6,17 @@
 
 pub mod books;
 pub mod capability;
-mod channel;
 mod codec;
 pub mod config;
 pub mod control;
+pub mod core;
 pub mod domain;
 pub mod expression;
 pub mod generate;
 pub mod impulse;
 pub mod mass;
 pub mod material;
+pub mod message;
 pub mod outline;
 pub mod process;
 pub mod recording;
@@ -26,15 +27,9 @@ pub mod solver;
 pub mod stage;
 pub mod step;
 pub mod surfaces;
+pub mod transport;
 pub mod wait;
 pub mod wire;
-
-/// Transport between processes: POSIX shared memory.
-pub type SharedMemory = iceoryx2::prelude::ipc::Service;
-/// Transport between threads of one process; the same code over process-local memory.
-pub type OneProcess = iceoryx2::prelude::local::Service;
-/// What both transports are.
-pub use iceoryx2::prelude::Service as Transport;
 
 /// A vector in the plane.
 pub type Vec2 = nalgebra::Vector2<f64>;

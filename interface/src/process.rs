@@ -8,11 +8,11 @@ use std::sync::Arc;
 
 use rustix::process::{Pid, Signal, kill_process_group};
 
-use crate::SharedMemory;
 use crate::control::Party;
 use crate::domain::Domain;
-use crate::session::{SessionError, dem, mpm};
+use crate::session::{self, SessionError};
 use crate::solver::{DemSolver, MpmSolver};
+use crate::transport::iceoryx::Medium;
 
 /// The session has failed; the coupler knows why.
 const FAILED: u8 = 3;
@@ -20,14 +20,14 @@ const FAILED: u8 = 3;
 /// Joins the run that the arguments name (`--join RUN`) as the continuum.
 pub fn serve_mpm<M: MpmSolver>(mut solver: M) -> ExitCode {
     with_run(std::env::args().skip(1), |domain| {
-        mpm::run::<SharedMemory, _>(domain, &mut solver, true)
+        session::serve_mpm(Medium::Processes, domain, &mut solver, true)
     })
 }
 
 /// Joins the run that the arguments name (`--join RUN`) as the bodies.
 pub fn serve_dem<D: DemSolver>(mut solver: D) -> ExitCode {
     with_run(std::env::args().skip(1), |domain| {
-        dem::run::<SharedMemory, _>(domain, &mut solver, true)
+        session::serve_dem(Medium::Processes, domain, &mut solver, true)
     })
 }
 
@@ -90,7 +90,14 @@ fn with_run(
 }
 
 /// In the environment of a solver: the party that it is started as (O-1).
-pub(crate) const STARTED_AS: &str = "TANDEM_PARTY";
+const STARTED_AS: &str = "TANDEM_PARTY";
+
+/// The party that the coupler has started this process as, if it says so (O-1).
+pub(crate) fn started_as() -> Option<Party> {
+    let name = std::env::var(STARTED_AS).ok()?;
+    let solvers = [Party::Mpm, Party::Dem];
+    solvers.into_iter().find(|party| party.name() == name)
+}
 
 /// Starts `command --join RUN` as the solver `party`, as O-1 says: standard input closed, in a process group of its own, so that Ctrl-C at the
 /// terminal reaches the coupler alone.

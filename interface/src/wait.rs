@@ -3,6 +3,11 @@
 
 use std::time::{Duration, Instant};
 
+/// How long to poll, yielding the processor between looks, before sleeping.
+pub const POLL: Duration = Duration::from_micros(50);
+/// Longest sleep before looking again. iceoryx2 0.10 can lose a wakeup, so none is trusted.
+pub const NAP: Duration = Duration::from_millis(10);
+
 /// How to wait.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Patience {
@@ -19,8 +24,8 @@ impl Patience {
     /// Polls for 50 us, naps for 10 ms at most, gives up after `deadline`.
     pub fn until(deadline: Duration) -> Self {
         Self {
-            poll: Duration::from_micros(50),
-            nap: Duration::from_millis(10),
+            poll: POLL,
+            nap: NAP,
             deadline,
         }
     }

@@ -123,6 +123,23 @@ macro_rules! record {
     };
 }
 
+/// Plain bytes are a record too: control messages and saved states are slices of them.
+impl Record for u8 {
+    const LAYOUT: &'static str = "u8:1{}";
+    fn check(&self) -> Result<(), &'static str> {
+        Ok(())
+    }
+    fn write(&self, bytes: &mut [u8]) {
+        bytes[0] = *self;
+    }
+    fn read(bytes: &[u8]) -> Self {
+        bytes[0]
+    }
+    fn visit(&self, see: &mut dyn FnMut(&'static str, Number)) {
+        see("byte", Number::Count((*self).into()));
+    }
+}
+
 record! {
     /// Header of every message between the solvers (user header of the sample).
     StepHeader, "tandem/StepHeader", 48 {

@@ -8,24 +8,34 @@ use coupler::run::{RunOptions, run};
 use coupler::rundir::RunDir;
 use coupler::scene::Scene;
 use coupler::summary::{Status, Summary};
-use interface::OneProcess;
 use interface::config::DemConfig;
 use interface::domain::Domain;
-use interface::session::{SessionError, dem, mpm};
+use interface::session::{SessionError, serve_dem, serve_mpm};
 use interface::solver::DemSolver;
+use interface::transport::iceoryx::Medium;
 use rapier_dem::Rapier;
 use tempfile::TempDir;
 
 fn mpm_thread(domain: &Domain) -> Result<(), SessionError> {
-    mpm::run::<OneProcess, _>(domain, &mut mpm_proc::Mpm::default(), false)
+    serve_mpm(
+        Medium::Threads,
+        domain,
+        &mut mpm_proc::Mpm::default(),
+        false,
+    )
 }
 
 fn rapier(domain: &Domain) -> Result<(), SessionError> {
-    dem::run::<OneProcess, _>(domain, &mut Rapier::default(), false)
+    serve_dem(Medium::Threads, domain, &mut Rapier::default(), false)
 }
 
 fn built_in(domain: &Domain) -> Result<(), SessionError> {
-    dem::run::<OneProcess, _>(domain, &mut dem_proc::Sdem::default(), false)
+    serve_dem(
+        Medium::Threads,
+        domain,
+        &mut dem_proc::Sdem::default(),
+        false,
+    )
 }
 
 fn catalogue(name: &str) -> PathBuf {

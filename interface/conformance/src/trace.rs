@@ -91,6 +91,10 @@ fn decoded(message: &Message) -> (String, String) {
     match &message.payload {
         Payload::Order(bytes) => (either(message.as_order()), hex(bytes)),
         Payload::Notice(bytes) => (either(message.as_notice()), hex(bytes)),
+        Payload::Saved(bytes) | Payload::Restore(bytes) => {
+            (format!("{} bytes", bytes.len()), hex(bytes))
+        }
+        Payload::Contacts(records) => (format!("{records:?}"), String::new()),
         Payload::Grant(records) => (format!("{records:?}"), String::new()),
         Payload::Report(records) => (format!("{records:?}"), String::new()),
         Payload::Groups(records) => (format!("{records:?}"), String::new()),

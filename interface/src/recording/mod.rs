@@ -28,11 +28,11 @@ use std::path::{Path, PathBuf};
 pub use playback::{End, Message, Playback};
 pub use recorder::{Recorder, Tape};
 use serde::{Deserialize, Serialize};
-pub(crate) use tap::Tap;
+pub use tap::Tap;
 use thiserror::Error;
 
-use crate::channel::CHANNELS;
 use crate::control::PROTOCOL;
+use crate::message::Channel;
 use crate::wire::{LAYOUT, StepHeader, layout_hash};
 
 const MAGIC: &[u8; 8] = b"TANDEMRC";
@@ -76,7 +76,7 @@ impl About {
             protocol: PROTOCOL,
             layout: layout_hash(),
             records: LAYOUT.map(String::from).to_vec(),
-            channels: CHANNELS.map(String::from).to_vec(),
+            channels: channel_names(),
         }
     }
 }
@@ -126,6 +126,11 @@ impl RecordingError {
             reason: e.to_string(),
         }
     }
+}
+
+/// Names of all channels, by number.
+fn channel_names() -> Vec<String> {
+    Channel::ALL.map(|channel| channel.name().into()).to_vec()
 }
 
 fn check(parts: &[&[u8]]) -> [u8; CHECK] {

@@ -5,7 +5,7 @@ use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use super::{About, BLOCK_HEADER, CHECK, FORMAT, MAGIC, MESSAGE_HEADER, RecordingError, check};
-use crate::channel::CHANNELS;
+use crate::message::Channel;
 use crate::wire::{Record, StepHeader, layout_hash};
 
 /// Longest description of a run.
@@ -47,7 +47,7 @@ pub enum End {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Message {
     /// Its channel.
-    pub channel: &'static str,
+    pub channel: Channel,
     /// Its header.
     pub header: StepHeader,
     /// Its payload, as it was.
@@ -98,7 +98,7 @@ impl Playback {
         }
         let about: About = serde_json::from_slice(about).map_err(|e| foreign(e.to_string()))?;
         let ours = layout_hash();
-        if about.layout != ours || about.channels != CHANNELS {
+        if about.layout != ours || about.channels != super::channel_names() {
             let theirs = &about.layout;
             return Err(foreign(format!("layout {theirs}, this is {ours}")));
         }
@@ -152,7 +152,7 @@ impl Playback {
         }
         let (header, rest) = bytes.split_at(MESSAGE_HEADER);
         let length = u32_at(header, 1) as usize;
-        let Some(&channel) = CHANNELS.get(usize::from(header[0])) else {
+        let Some(&channel) = Channel::ALL.get(usize::from(header[0])) else {
             return Err(damaged);
         };
         let Some(payload) = rest.get(..length) else {

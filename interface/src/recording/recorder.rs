@@ -8,6 +8,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use super::{About, BLOCK, FORMAT, MAGIC, MESSAGE_HEADER, RecordingError, check};
+use crate::message::{Channel, Records};
 use crate::wire::{Record, StepHeader};
 
 /// Longest time that a message waits in memory while the run goes on: what a killed run loses at most.
@@ -132,8 +133,8 @@ impl Drop for Recorder {
 }
 
 impl Tape {
-    /// Notes a message of the channel with this number. Waits only when the disk is [`WAITING`] bytes behind.
-    pub(crate) fn note<T: Record>(&self, channel: u8, header: &StepHeader, records: &[T]) {
+    /// Notes a message. Waits only when the disk is [`WAITING`] bytes behind.
+    pub(crate) fn note(&self, channel: Channel, header: &StepHeader, records: Records<'_>) {
         let Shared { work, room, .. } = &*self.0;
         let mut state = self.0.lock();
         while state.pending.len() > WAITING && state.failure.is_none() {
@@ -142,19 +143,15 @@ impl Tape {
         if state.failure.is_some() {
             return; // it is told elsewhere
         }
-        let (size, begin) = (size_of::<T>(), state.pending.len());
-        let payload = begin + MESSAGE_HEADER;
         let pending = &mut state.pending;
-        pending.push(channel);
-        pending.extend(((size * records.len()) as u32).to_le_bytes());
-        pending.resize(payload + size * records.len(), 0);
-        header.write(&mut pending[payload - size_of::<StepHeader>()..payload]);
-        for (record, bytes) in records
-            .iter()
-            .zip(pending[payload..].chunks_exact_mut(size))
-        {
-            record.write(bytes);
-        }
+        let begin = pending.len();
+        let payload = begin + MESSAGE_HEADER;
+        pending.push(channel.number() as u8);
+        pending.resize(payload, 0);
+        header.write(&mut pending[payload - size_of::<StepHeader>()..]);
+        records.write(pending);
+        let length = (pending.len() - payload) as u32;
+        pending[begin + 1..begin + 5].copy_from_slice(&length.to_le_bytes());
         // The writer looks by itself when little is there.
         if begin < BLOCK && pending.len() >= BLOCK {
             work.notify_one();

@@ -3,7 +3,9 @@ use std::fs;
 use super::*;
 use crate::wire::ImpState;
 
-const STATES: u8 = 12;
+fn states_channel() -> Channel {
+    Channel::of(Party::Mpm, Kind::States)
+}
 
 fn about() -> About {
     About::run("scene", "hash", "test")
@@ -28,7 +30,11 @@ fn state(step: u64) -> ImpState {
 fn write(path: &Path, messages: u64, ended: bool) {
     let recorder = Recorder::create(path, &about()).unwrap();
     for step in 0..messages {
-        recorder.tape().note(STATES, &header(step), &[state(step)]);
+        recorder.tape().note(
+            states_channel(),
+            &header(step),
+            Records::States(&[state(step)]),
+        );
     }
     if ended {
         recorder.finish().unwrap();
@@ -46,7 +52,7 @@ fn read(path: &Path) -> (Vec<Message>, End) {
 
 fn assert_first(messages: &[Message]) {
     for (step, message) in (0..).zip(messages) {
-        assert_eq!(message.channel, "imp/states");
+        assert_eq!(message.channel.name(), "imp/states");
         assert_eq!(message.header, header(step));
         let [read] = message.records::<ImpState>().unwrap()[..] else {
             panic!("{message:?}");
@@ -78,7 +84,9 @@ fn a_message_longer_than_a_block_is_one_block() {
     let recorder = Recorder::create(&path, &about()).unwrap();
     let states: Vec<_> = (0..100_000).map(state).collect();
     for _ in 0..3 {
-        recorder.tape().note(STATES, &header(0), &states);
+        recorder
+            .tape()
+            .note(states_channel(), &header(0), Records::States(&states));
     }
     recorder.finish().unwrap();
     let (messages, end) = read(&path);
@@ -171,7 +179,7 @@ fn after_an_error_nothing_waits_for_the_disk() {
     tape.fail(RecordingError::Tap("deaf".into()));
     let states = vec![state(0); 1 << 20];
     for _ in 0..4 {
-        tape.note(STATES, &header(0), &states);
+        tape.note(states_channel(), &header(0), Records::States(&states));
     }
     assert!(tape.failure().unwrap().to_string().contains("deaf"));
     assert!(recorder.finish().is_err());

@@ -1,33 +1,38 @@
 //! A session: open, configure, step, drain, closed; abort from any of them (PROTOCOL.md section 2).
 //!
-//! [`mpm::run`] and [`dem::run`] drive a solver through it; [`coupler::Session`] is the coupler's end.
+//! The machines of [`crate::core`] say what to do next; here it is done. A party takes [turns]: each does one thing that
+//! its machine asks for, or finds that there is nothing to do but wait. [`turns::drive`] lets one party take turns until
+//! its session is over, waiting as a process does; [`together`] lets all three take turns in one thread; a simulation
+//! decides by itself whose turn it is.
 
-pub mod coupler;
-pub mod dem;
-mod desk;
-pub mod mpm;
+pub mod leader;
+pub mod solver;
 mod stopwatch;
+pub mod together;
+pub mod turns;
 
 use std::time::Duration;
 
+pub use leader::{Lead, Leader, Stop};
+pub use solver::{DemSide, MpmSide, serve_dem, serve_mpm};
 pub use stopwatch::cpu_time;
 use thiserror::Error;
 
-use crate::channel::ChannelError;
 use crate::control::{Failure, Party};
 use crate::recording::RecordingError;
 use crate::solver::{Fault, Refusal};
+use crate::transport::TransportError;
 
 /// Clause S-11: who waits for a party that itself waits for another is this much more patient with it, so that the one
 /// who waits for the silent party is the first to lose patience and names the right one.
-const PATIENCE_WITH_WAITERS: Duration = Duration::from_secs(1);
+pub(crate) const PATIENCE_WITH_WAITERS: Duration = Duration::from_secs(1);
 
 /// Why a session ended before it was closed.
 #[derive(Debug, Error)]
 pub enum SessionError {
     /// A channel could not be made, opened or used.
     #[error(transparent)]
-    Channel(#[from] ChannelError),
+    Channel(#[from] TransportError),
     /// What crosses cannot be recorded.
     #[error(transparent)]
     Recording(#[from] RecordingError),

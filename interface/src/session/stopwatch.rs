@@ -14,16 +14,18 @@ pub(crate) enum Activity {
 
 #[derive(Debug)]
 pub(crate) struct Stopwatch {
-    mark: Instant,
+    /// When the present lap began; nothing where somebody else measures.
+    mark: Option<Instant>,
     pub(crate) compute_ns: u64,
     pub(crate) exchange_ns: u64,
     pub(crate) wait_ns: u64,
 }
 
 impl Stopwatch {
-    pub(crate) fn start() -> Self {
+    /// Starts; it runs if it is to measure by itself.
+    pub(crate) fn start(runs: bool) -> Self {
         Self {
-            mark: Instant::now(),
+            mark: runs.then(Instant::now),
             compute_ns: 0,
             exchange_ns: 0,
             wait_ns: 0,
@@ -32,9 +34,12 @@ impl Stopwatch {
 
     /// Books the time since the last lap on `activity`.
     pub(crate) fn lap(&mut self, activity: Activity) {
+        let Some(mark) = &mut self.mark else {
+            return;
+        };
         let now = Instant::now();
-        let spent = now.duration_since(self.mark).as_nanos() as u64;
-        self.mark = now;
+        let spent = now.duration_since(*mark).as_nanos() as u64;
+        *mark = now;
         match activity {
             Activity::Compute => self.compute_ns += spent,
             Activity::Exchange => self.exchange_ns += spent,
@@ -48,8 +53,8 @@ pub fn cpu_time() -> std::time::Duration {
     std::time::Duration::from_nanos(cpu_ns(false))
 }
 
-/// CPU time in ns that this party has used: its process's, or, when all parties share one process, its thread's
-/// (then the threads of a solver's pool are not counted).
+/// CPU time in ns that this party has used: its process's, or its thread's (then the threads of a solver's pool are not
+/// counted).
 pub(crate) fn cpu_ns(whole_process: bool) -> u64 {
     let clock = if whole_process {
         ClockId::ProcessCPUTime

@@ -3,12 +3,16 @@
 use interface::config::{
     ContactLaw, DemConfig, MpmConfig, Plane, ShapeFunction, StressUpdate, Transfer, Walls,
 };
+use interface::control::{Configure, Party};
+use interface::core::coupler::{Coupler, Decision, Part, Question};
+use interface::session::{Lead, Stop};
 use interface::solver::{
     Answer, DemMeasurement, DemSolver, Fault, MpmMeasurement, MpmSolver, Readiness, Refusal,
 };
-use interface::step::Step;
+use interface::step::{Clock, Step};
 use interface::wire::{
-    BodyState, EnvelopeVertex, GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState,
+    BodyState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits,
+    PointState, Report, flags,
 };
 
 /// Points of mass 1 kg/m that fly freely along x, and their misbehaviour.
@@ -174,6 +178,8 @@ pub struct HalfPlane {
     pub nan_at: Option<u64>,
     /// Reports a surface that is too fast from this step on.
     pub fast_at: Option<u64>,
+    /// Time that taking the configuration takes.
+    pub configures_for: std::time::Duration,
 }
 
 impl DemSolver for HalfPlane {
@@ -182,6 +188,7 @@ impl DemSolver for HalfPlane {
     }
 
     fn configure(&mut self, _: &DemConfig) -> Result<Readiness, Refusal> {
+        std::thread::sleep(self.configures_for);
         self.stiffness = 1e4;
         Ok(Readiness {
             items: 1,
@@ -287,5 +294,110 @@ pub fn dem_config() -> DemConfig {
         skin: 0.02,
         threads: 1,
         ..DemConfig::default()
+    }
+}
+
+/// Leads a run of equal steps of 0.1 ms that measures the first step of each window.
+pub struct Steps {
+    /// How many steps.
+    pub steps: u64,
+    /// Steps of a grant.
+    pub window: u64,
+    /// Whether windows are measured.
+    pub measures: bool,
+    /// Budget of squared frequencies in 1/s^2.
+    pub budget: f64,
+    /// Reports of the continuum and of the bodies, window by window.
+    pub reports: Vec<(Report, Report)>,
+    /// The points at the end.
+    pub finals: Vec<PointState>,
+    clock: Clock,
+    epoch: u64,
+}
+
+impl Steps {
+    /// This many.
+    pub fn new(steps: u64, window: u64) -> Self {
+        let mut clock = Clock::new(0.0);
+        clock.begin_epoch(1e-4);
+        Self {
+            steps,
+            window,
+            measures: true,
+            budget: 1e6,
+            reports: Vec::new(),
+            finals: Vec::new(),
+            clock,
+            epoch: 0,
+        }
+    }
+
+    fn parts() -> Vec<Part> {
+        let part = |config: String| Part {
+            configure: Configure {
+                scene_hash: "hash".into(),
+                config,
+                coupled: true,
+                deadline: 2.0,
+                restore: false,
+            },
+            measured: 1,
+            restore: None,
+        };
+        vec![
+            part(serde_json::to_string(&mpm_config()).unwrap()),
+            part(serde_json::to_string(&dem_config()).unwrap()),
+        ]
+    }
+
+    fn next(&mut self) -> Decision {
+        if self.clock.index() == self.steps {
+            return Decision::Drain;
+        }
+        let (epoch_start, steps_in_epoch, dt_before_epoch) = self.clock.epoch();
+        let grant = Grant {
+            epoch: self.epoch,
+            first: self.clock.index(),
+            steps: self.window.min(self.steps - self.clock.index()),
+            flags: if self.measures { flags::MEASURE } else { 0 },
+            epoch_start,
+            steps_in_epoch,
+            dt_before_epoch,
+            dt: self.clock.dt(),
+            ..Grant::default()
+        };
+        Decision::Grant(grant, vec![[self.budget, 10.0, 0.0]; 2])
+    }
+
+    fn collected(&mut self, coupler: &mut Coupler) {
+        let steps = coupler.round().steps;
+        self.clock.advance_by(steps);
+        let [mpm, dem] = [Party::Mpm, Party::Dem].map(|party| *coupler.report(party).unwrap());
+        if mpm.halted + dem.halted > 0 {
+            self.epoch += 1;
+            let dt = self.clock.dt();
+            self.clock.begin_epoch(dt);
+        }
+        if self.measures {
+            self.reports.push((mpm, dem));
+        }
+    }
+}
+
+impl Lead for Steps {
+    fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop> {
+        Ok(match question {
+            Question::Configure => Decision::Configure(Self::parts()),
+            Question::Ready => Decision::Noted,
+            Question::Next => self.next(),
+            Question::Collected => {
+                self.collected(coupler);
+                Decision::Noted
+            }
+            Question::Drained => {
+                self.finals.clone_from(&coupler.round().points);
+                Decision::Noted
+            }
+        })
     }
 }

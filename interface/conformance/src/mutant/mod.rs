@@ -383,11 +383,8 @@ impl Relay {
             }
             self.said_bye |= matches!(notice, Ok(Notice::Bye));
             self.in_step &= message.kind() != Kind::Report;
-            if ready && self.coupled {
-                self.seat.open_exchange()?;
-            }
             if ready && !self.flaw.manners.opens_late {
-                self.seat.open_measurement()?;
+                self.seat.open(self.coupled)?;
             }
             for message in (self.flaw.outbound)(message) {
                 if self.flaw.manners.rings_no_bell {
@@ -398,7 +395,7 @@ impl Relay {
             }
             if ready && self.flaw.manners.opens_late {
                 std::thread::sleep(LATE);
-                self.seat.open_measurement()?;
+                self.seat.open(self.coupled)?;
             }
         }
         Ok(passed)

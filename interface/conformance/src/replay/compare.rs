@@ -4,7 +4,7 @@ use core::fmt::{self, Display};
 use std::collections::BTreeMap;
 
 use interface::control::{Party, Ready};
-use interface::stage::{Kind, Message, Payload};
+use interface::stage::{Channel, Kind, Message, Payload};
 use interface::wire::{Number, Record};
 
 /// Numbers of a report that tell of the machine, not of the run.
@@ -155,7 +155,7 @@ impl Comparison {
     /// Two answers in words that differ.
     pub(super) fn words(&mut self, step: u64, recorded: String, replayed: String) {
         self.differing += 1;
-        let place = Kind::Notice.channel(self.party).to_string();
+        let place = Channel::of(self.party, Kind::Notice).name().to_string();
         self.first.get_or_insert(Difference {
             step,
             place,
@@ -299,7 +299,7 @@ impl Comparison {
                 Number::Count(n) => n.to_string(),
                 Number::Real(x) => format!("{x:e}"),
             };
-            let channel = kind.channel(self.party);
+            let channel = Channel::of(self.party, kind).name();
             self.first = Some(Difference {
                 step,
                 place: format!("{channel}, {}{field}", place(self)),

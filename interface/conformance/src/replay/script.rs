@@ -5,7 +5,7 @@ use std::path::Path;
 
 use interface::control::Party;
 use interface::recording::Playback;
-use interface::stage::{Kind, Message};
+use interface::stage::{Kind, Message, Payload};
 
 use super::{ReplayError, Stop};
 
@@ -58,12 +58,17 @@ impl Script {
     fn read(&mut self) -> Result<bool, ReplayError> {
         while let Some(recorded) = self.playback.message()? {
             let channel = recorded.channel;
-            let Some(kind) = Kind::of_channel(channel, self.party) else {
+            if !channel.is_of(self.party) {
                 continue;
-            };
-            let message = Message::recorded(kind, &recorded).ok_or_else(|| {
-                ReplayError::Senseless(format!("a part of a record on {channel}"))
+            }
+            let kind = channel.kind;
+            let payload = Payload::read(kind, &recorded.payload).ok_or_else(|| {
+                ReplayError::Senseless(format!("a part of a record on {}", channel.name()))
             })?;
+            let message = Message {
+                header: recorded.header,
+                payload,
+            };
             if matches!(kind, Kind::Order | Kind::Grant) {
                 self.lead.push_back(message);
             } else {

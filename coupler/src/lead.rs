@@ -1,0 +1,482 @@
+//! What a run decides: what each solver is told, which steps come next, and what is kept of their reports.
+
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use interface::config::{DemConfig, MpmConfig};
+use interface::control::{Configure, Party};
+use interface::core::coupler::{Coupler, Decision, Part, Question, Round};
+use interface::recording::Tape;
+use interface::session::{Lead, SessionError, Stop};
+use interface::wire::{BodyState, Grant, GroupState, Ledger, flags};
+
+use crate::account::Account;
+use crate::failure::RunError;
+use crate::frames::{Frames, Instant as FrameInstant};
+use crate::launch::Crew;
+use crate::pace::{Collapsed, Epoch};
+use crate::progress::{Progress, Standing};
+use crate::quantity::{Measured, Sample};
+use crate::run::RunOptions;
+use crate::rundir::{History, RunDir};
+use crate::scene::Scene;
+use crate::stability::{Bound, Budgets, Sides, Stability};
+use crate::summary::state_hash;
+
+/// A window is cut so that it takes about this long: the bar moves and Ctrl-C is heard.
+const WINDOW_TIME: Duration = Duration::from_millis(200);
+/// A positive energy residual beyond this share of the energy in play is an instability, not an error of the scheme.
+const BLOW_UP: f64 = 0.5;
+/// The opening and the closing step have no length: forces, limits and energies of the start and of the end.
+const STANDSTILL: Epoch = Epoch {
+    dt: 0.0,
+    steps: 1,
+    lands: false,
+    bound: Bound::Output,
+};
+
+/// Where a run is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    /// The opening step comes next: nothing moves.
+    Opening,
+    /// Steps to the end.
+    Stepping,
+    /// The closing step comes next: the last half kick brings the velocities to the time of the positions.
+    Closing,
+    /// No more steps.
+    Done,
+}
+
+/// An epoch under way.
+#[derive(Debug, Clone, Copy)]
+struct UnderWay {
+    epoch: Epoch,
+    budgets: Budgets,
+    /// Steps of it that are done.
+    done: u64,
+}
+
+/// A run in progress.
+pub(crate) struct Run<'a> {
+    scene: &'a Scene,
+    options: &'a RunOptions,
+    account: &'a mut Account,
+    dir: &'a RunDir,
+    /// The solvers that are processes.
+    pub(crate) crew: Crew,
+    /// Where everything that crosses is noted.
+    pub(crate) tape: Option<Tape>,
+    parties: Vec<Party>,
+    history: History,
+    frames: Option<Frames>,
+    progress: Progress,
+    stability: Option<Stability>,
+    sides: Sides,
+    sample: Sample,
+    bodies: Vec<BodyState>,
+    phase: Phase,
+    under_way: Option<UnderWay>,
+    /// Flags of the next grant.
+    asked: u64,
+    /// When the last grant was decided on, and when the session was last given something to wait for.
+    granted: Instant,
+    /// Wall time of a step in the last window.
+    step_time: Option<Duration>,
+    failure: Option<RunError>,
+}
+
+impl<'a> Run<'a> {
+    /// A run that has not begun.
+    pub(crate) fn new(
+        scene: &'a Scene,
+        options: &'a RunOptions,
+        dir: &'a RunDir,
+        account: &'a mut Account,
+    ) -> Result<Self, RunError> {
+        let mut parties = Vec::new();
+        parties.extend(scene.mpm.is_some().then_some(Party::Mpm));
+        parties.extend(scene.dem.is_some().then_some(Party::Dem));
+        let history = dir.history(&account.recorder.header())?;
+        let frames = Frames::begin(dir, scene)?;
+        let asked = if frames.is_some() {
+            flags::MEASURE | flags::FRAME
+        } else {
+            flags::MEASURE
+        };
+        Ok(Self {
+            scene,
+            options,
+            account,
+            dir,
+            crew: Crew::default(),
+            tape: None,
+            parties,
+            history,
+            frames,
+            progress: Progress::new(scene.time.end, options.progress),
+            stability: None,
+            sides: Sides::default(),
+            sample: Sample::default(),
+            bodies: Vec::new(),
+            phase: Phase::Opening,
+            under_way: None,
+            asked,
+            granted: Instant::now(),
+            step_time: None,
+            failure: None,
+        })
+    }
+
+    /// The solvers that take part.
+    pub(crate) fn parties(&self) -> &[Party] {
+        &self.parties
+    }
+
+    /// The session has ended so; finishes what is written meanwhile.
+    pub(crate) fn end(mut self, led: Result<(), RunError>) -> Result<(), RunError> {
+        self.progress.finish();
+        let flushed = self.history.flush();
+        let framed = self.frames.as_mut().map_or(Ok(()), Frames::finish);
+        // What the run itself has found comes first: the session ended because of it.
+        if let Some(failure) = self.failure {
+            return Err(failure);
+        }
+        led?;
+        flushed?;
+        framed?;
+        Ok(())
+    }
+
+    fn parts(&self) -> Vec<Part> {
+        let (threads, coupled) = (self.options.threads, self.parties.len() == 2);
+        let part = |config: String, measured| Part {
+            configure: Configure {
+                scene_hash: self.scene.hash.clone(),
+                config,
+                coupled,
+                deadline: self.scene.coupling.deadline.as_secs_f64(),
+                restore: false,
+            },
+            measured,
+            restore: None,
+        };
+        let mpm = self.scene.mpm.clone().map(|config| {
+            let groups = config.groups.len();
+            part(to_json(&MpmConfig { threads, ..config }), groups)
+        });
+        let dem = self.scene.dem.clone().map(|config| {
+            let bodies = config.bodies.len();
+            part(to_json(&DemConfig { threads, ..config }), bodies)
+        });
+        mpm.into_iter().chain(dem).collect()
+    }
+
+    fn configure(&self, coupler: &Coupler) -> Vec<Part> {
+        for &party in &self.parties {
+            if let Some(hello) = coupler.hello(party) {
+                tracing::info!(%party, identity = hello.identity, pid = hello.pid, "joined");
+            }
+        }
+        self.parts()
+    }
+
+    fn ready(&mut self, coupler: &Coupler) {
+        for &party in &self.parties {
+            let Some(ready) = coupler.readiness(party) else {
+                continue;
+            };
+            tracing::info!(%party, items = ready.items, bytes = ready.bytes, "ready");
+            for note in &ready.notes {
+                tracing::info!(%party, "{note}");
+            }
+        }
+        let [mpm, dem] = [Party::Mpm, Party::Dem].map(|party| coupler.readiness(party));
+        self.stability = Some(Stability::new(&self.scene.time, mpm, dem));
+    }
+
+    fn stability(&self) -> &Stability {
+        self.stability.as_ref().expect("all solvers are ready")
+    }
+
+    /// The next grant, or the end of them.
+    fn next(&mut self) -> Result<Decision, RunError> {
+        if let Some(error) = self.tape.as_ref().and_then(Tape::failure) {
+            return Err(SessionError::from(error).into());
+        }
+        let under_way = match self.under_way {
+            Some(under_way) => under_way,
+            None => match self.next_epoch()? {
+                Some(epoch) => self.begin(epoch),
+                None => return Ok(Decision::Drain),
+            },
+        };
+        let window = self.window().min(under_way.epoch.steps - under_way.done);
+        let (epoch_start, steps_in_epoch, dt_before_epoch) = self.account.clock.epoch();
+        let grant = Grant {
+            epoch: self.account.epochs,
+            first: self.account.clock.index(),
+            steps: window,
+            flags: self.asked,
+            epoch_start,
+            steps_in_epoch,
+            dt_before_epoch,
+            dt: under_way.epoch.dt,
+            ..Grant::default()
+        };
+        let Budgets { mpm, dem } = under_way.budgets;
+        let budget = |party: &Party| {
+            let budget = if *party == Party::Mpm { mpm } else { dem };
+            [budget.omega_sq, budget.speed, budget.damping]
+        };
+        let budgets = self.parties.iter().map(budget).collect();
+        self.account.grants += 1;
+        self.granted = Instant::now();
+        Ok(Decision::Grant(grant, budgets))
+    }
+
+    fn begin(&mut self, epoch: Epoch) -> UnderWay {
+        self.account.clock.begin_epoch(epoch.dt);
+        self.account.epochs += 1;
+        let under_way = UnderWay {
+            budgets: self.stability().budgets(&self.sides, epoch.dt),
+            epoch,
+            done: 0,
+        };
+        self.under_way = Some(under_way);
+        under_way
+    }
+
+    /// The epoch that comes next, if there is one.
+    fn next_epoch(&mut self) -> Result<Option<Epoch>, RunError> {
+        if self.phase == Phase::Stepping {
+            let time = self.account.clock.time();
+            if time < self.scene.time.end && !self.interrupted() {
+                let stability = *self.stability();
+                stability.compare(&self.sides, &mut self.account.criteria);
+                let epoch = self.account.pace.epoch(time, &stability, &self.sides);
+                return epoch.map(Some).map_err(|e| self.collapsed(e));
+            }
+            self.phase = Phase::Closing;
+            self.asked = self.asked_at_output(true);
+        }
+        match self.phase {
+            Phase::Opening => {
+                self.phase = Phase::Stepping;
+                Ok(Some(STANDSTILL))
+            }
+            Phase::Closing => {
+                self.phase = Phase::Done;
+                Ok(Some(STANDSTILL))
+            }
+            Phase::Stepping | Phase::Done => Ok(None),
+        }
+    }
+
+    fn interrupted(&mut self) -> bool {
+        self.account.interrupted |= self.options.interrupt.load(Ordering::Relaxed);
+        self.account.interrupted
+    }
+
+    /// What is asked for at an output, as flags of its grant: the measurement, and a frame if one is `due`.
+    fn asked_at_output(&self, due: bool) -> u64 {
+        if due && self.frames.is_some() {
+            flags::MEASURE | flags::FRAME
+        } else {
+            flags::MEASURE
+        }
+    }
+
+    /// Steps that fit the time of a window; before anything is known of their cost, one.
+    fn window(&self) -> u64 {
+        let most = self.options.window.unwrap_or(self.scene.coupling.window);
+        let time = WINDOW_TIME.min(self.scene.coupling.deadline / 4);
+        match self.step_time {
+            Some(t) => (time.as_nanos() / t.as_nanos().max(1)).clamp(1, most.into()) as u64,
+            None => 1,
+        }
+    }
+
+    /// Takes the reports on the last grant.
+    fn collected(&mut self, coupler: &mut Coupler) -> Result<(), RunError> {
+        self.account.waited += self.granted.elapsed();
+        for &party in &self.parties {
+            let report = *coupler.report(party).expect("a solver of this session");
+            match party {
+                Party::Mpm => self.sides.mpm = report.limits,
+                _ => self.sides.dem = report.limits,
+            }
+            self.account.imps_max = self.account.imps_max.max(report.imps);
+            self.account.reports.insert(party, report);
+        }
+        let round = coupler.round();
+        let mut under_way = self.under_way.take().expect("a grant was given");
+        let epoch = under_way.epoch;
+        let asked = std::mem::take(&mut self.asked);
+        let at = self.account.clock.step(asked != 0);
+        self.account.clock.advance_by(round.steps);
+        under_way.done += round.steps;
+        if epoch.dt > 0.0 {
+            self.account.pace.book(&epoch, round.steps);
+        }
+        if asked != 0 {
+            self.record(at.time, &epoch, asked & flags::FRAME != 0, round)?;
+        }
+        self.step_time = Some(self.granted.elapsed() / round.steps.max(1) as u32);
+        self.show(&epoch);
+        let whole = under_way.done == epoch.steps;
+        if !whole && round.within && !self.interrupted() {
+            self.under_way = Some(under_way);
+        }
+        if epoch.lands && whole {
+            self.land();
+        }
+        Ok(())
+    }
+
+    /// The epoch has ended on an output.
+    fn land(&mut self) {
+        self.account.clock.land_on(self.account.pace.next_output());
+        self.account.pace.output_done();
+        // At the end the closing step measures.
+        let every = self.scene.output.frames;
+        let due = every.is_some_and(|rows| self.account.pace.outputs().is_multiple_of(rows));
+        if self.account.clock.time() < self.scene.time.end {
+            self.asked = self.asked_at_output(due);
+        }
+    }
+
+    /// Takes the measurement of the first step of the last grant.
+    fn record(
+        &mut self,
+        time: f64,
+        epoch: &Epoch,
+        frame: bool,
+        round: &mut Round,
+    ) -> Result<(), RunError> {
+        self.bodies.clone_from(&round.bodies);
+        let account = &mut *self.account;
+        let ledger = |party| {
+            account
+                .reports
+                .get(&party)
+                .map_or_else(Ledger::default, |report| report.ledger)
+        };
+        let (mpm, dem) = (ledger(Party::Mpm), ledger(Party::Dem));
+        account
+            .balance
+            .take(&mpm, &dem, moving(&round.groups, &round.bodies));
+        let measured = Measured {
+            time,
+            mpm: &mpm,
+            dem: &dem,
+            groups: &round.groups,
+            bodies: &round.bodies,
+            momentum_error: account.balance.momentum_error,
+            energy_residual: account.balance.residual,
+            energy_residual_relative: account.balance.residual_relative(),
+        };
+        self.scene.quantities.fill(&mut self.sample, &measured);
+        account.recorder.record(&self.sample);
+        self.history.row(account.recorder.row())?;
+        if frame && let Some(frames) = &mut self.frames {
+            frames.take(FrameInstant {
+                time,
+                points: std::mem::take(&mut round.points),
+                bodies: round.bodies.clone(),
+            })?;
+        }
+        let residual = account.balance.residual_relative();
+        // Sums of numbers that are finite each can still be beyond all bounds.
+        if residual > BLOW_UP || !residual.is_finite() {
+            // The opening and the closing step have no length: the one that led here is the last that had.
+            let (dt, bound) = account.pace.last().unwrap_or((epoch.dt, epoch.bound));
+            return Err(RunError::BlowUp {
+                time,
+                step: account.clock.index(),
+                percent: 100.0 * residual,
+                dt,
+                bound: bound.name(),
+            });
+        }
+        Ok(())
+    }
+
+    fn show(&mut self, epoch: &Epoch) {
+        let standing = Standing {
+            step: self.account.clock.index(),
+            time: self.account.clock.time(),
+            dt: epoch.dt,
+            bound: epoch.bound.name(),
+        };
+        self.progress.show(&standing);
+    }
+
+    fn collapsed(&self, collapsed: Collapsed) -> RunError {
+        RunError::Collapsed {
+            time: self.account.clock.time(),
+            step: self.account.clock.index(),
+            bound: collapsed.bound,
+            dt: collapsed.dt,
+            min_step: self.scene.time.min_step,
+        }
+    }
+
+    /// All points are there, at the end.
+    fn drained(&mut self, round: &Round) -> Result<(), RunError> {
+        if self.account.interrupted {
+            return Ok(());
+        }
+        self.account.state_hash = Some(state_hash(&round.points, &self.bodies));
+        if let Some(dem) = &self.scene.dem {
+            let names = dem.bodies.iter().map(|body| body.name.as_str());
+            self.dir.write_bodies(names, &self.bodies)?;
+        }
+        Ok(())
+    }
+}
+
+impl Lead for Run<'_> {
+    fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop> {
+        let decision = match question {
+            Question::Configure => Ok(Decision::Configure(self.configure(coupler))),
+            Question::Ready => {
+                self.ready(coupler);
+                Ok(Decision::Noted)
+            }
+            Question::Next => self.next(),
+            Question::Collected => self.collected(coupler).map(|()| Decision::Noted),
+            Question::Drained => self.drained(coupler.round()).map(|()| Decision::Noted),
+        };
+        decision.map_err(|error| {
+            let reason = error.to_string();
+            self.failure = Some(error);
+            Stop(reason)
+        })
+    }
+
+    fn gone(&mut self) -> Option<(Party, String)> {
+        self.crew.casualty()
+    }
+
+    /// Before the first step there is nothing to drain yet, so an interrupt ends the session.
+    fn interrupted(&mut self) -> Option<Stop> {
+        if !self.options.interrupt.load(Ordering::Relaxed) {
+            return None;
+        }
+        self.failure = Some(RunError::Interrupted);
+        Some(Stop("interrupted".into()))
+    }
+}
+
+/// Sum of the magnitudes of the momenta of all groups and bodies in N s/m.
+fn moving(groups: &[GroupState], bodies: &[BodyState]) -> f64 {
+    let groups = groups.iter().map(|g| (g.mass, g.velocity));
+    let bodies = bodies.iter().map(|b| (b.mass, b.velocity));
+    let all = groups.chain(bodies);
+    all.map(|(mass, [x, y])| mass * x.hypot(y)).sum()
+}
+
+fn to_json<T: serde::Serialize>(config: &T) -> String {
+    serde_json::to_string(config).expect("configurations have string keys only")
+}

@@ -1,0 +1,82 @@
+//! What can go wrong, where.
+
+use interface::control::Party;
+use serde::{Deserialize, Serialize};
+
+use crate::world::Time;
+
+/// Something that goes wrong when a party does its `at`-th thing (sends a message or does a task), counted from 1.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Fault {
+    /// Whose.
+    pub party: Party,
+    /// At which of its events.
+    pub at: u64,
+    /// What.
+    pub kind: FaultKind,
+}
+
+/// What goes wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum FaultKind {
+    /// The process ends at once.
+    Die,
+    /// The process stops, and goes on after so many ns of virtual time, or never.
+    Freeze(Option<Time>),
+    /// The message that is being sent is wrong.
+    Spoil(Spoil),
+}
+
+/// How a message is wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Spoil {
+    /// Another step in its header.
+    Step,
+    /// Another epoch.
+    Epoch,
+    /// Another generation of the IMP set.
+    Set,
+    /// Another number of records.
+    Count,
+    /// HALT_AFTER where it is not, or not where it is.
+    Flags,
+    /// A number that is not finite, or bytes that do not decode.
+    Records,
+    /// It is not sent.
+    Drop,
+    /// It is sent twice.
+    Twice,
+}
+
+impl Spoil {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Step,
+        Self::Epoch,
+        Self::Set,
+        Self::Count,
+        Self::Flags,
+        Self::Records,
+        Self::Drop,
+        Self::Twice,
+    ];
+}
+
+impl FaultKind {
+    /// Name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Die => "death",
+            Self::Freeze(None) => "freeze",
+            Self::Freeze(Some(_)) => "freeze and thaw",
+            Self::Spoil(Spoil::Step) => "wrong step",
+            Self::Spoil(Spoil::Epoch) => "wrong epoch",
+            Self::Spoil(Spoil::Set) => "wrong set",
+            Self::Spoil(Spoil::Count) => "wrong count",
+            Self::Spoil(Spoil::Flags) => "wrong halt flag",
+            Self::Spoil(Spoil::Records) => "wrong records",
+            Self::Spoil(Spoil::Drop) => "lost message",
+            Self::Spoil(Spoil::Twice) => "message sent twice",
+        }
+    }
+}

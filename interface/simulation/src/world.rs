@@ -1,0 +1,309 @@
+//! The machine that the parties of a simulated session share: virtual time, messages on their way, bells, deaths.
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+use std::time::Duration;
+
+use interface::control::Party;
+use interface::generate::Random;
+use interface::message::{CHANNELS, Channel, Kind, Payload, Records};
+use interface::transport::{Transport, TransportError};
+use interface::wire::{StepHeader, flags};
+
+use crate::fault::{Fault, FaultKind, Spoil};
+
+/// Virtual time in ns.
+pub type Time = u64;
+
+/// A second.
+pub const SECOND: Time = 1_000_000_000;
+/// Messages that may wait in a channel (clause C-7).
+const ROOM: usize = 4;
+/// How long a sender waits for room.
+const FULL: Time = 10 * SECOND;
+
+/// The parties, in the order of their numbers.
+pub const PARTIES: [Party; 3] = [Party::Coupler, Party::Mpm, Party::Dem];
+
+/// Number of a party.
+pub fn number(party: Party) -> usize {
+    match party {
+        Party::Coupler => 0,
+        Party::Mpm => 1,
+        Party::Dem => 2,
+    }
+}
+
+struct Sent {
+    arrives: Time,
+    header: StepHeader,
+    payload: Payload,
+}
+
+/// What has happened that must not.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Breach(pub String);
+
+/// The shared machine.
+pub struct World {
+    /// Now.
+    pub now: Time,
+    pub(crate) random: Random,
+    queues: [VecDeque<Sent>; CHANNELS],
+    spare: [Vec<Payload>; CHANNELS],
+    /// When the last message from one party to another arrives: shared memory keeps their order.
+    last: [[Time; 3]; 3],
+    /// Longest delay of a message in ns.
+    delay: Time,
+    /// Chance that a bell is lost.
+    lost_bells: f64,
+    /// When a party would be woken by a message or a bell.
+    pub(crate) wake: [Time; 3],
+    /// Sends and tasks of each party so far.
+    pub(crate) events: [u64; 3],
+    pub(crate) faults: Vec<Fault>,
+    /// What has struck: the party, its event, and when.
+    pub(crate) struck: Vec<(Fault, Time)>,
+    /// Until when each party does nothing; for ever if dead.
+    pub(crate) stopped: [Stopped; 3],
+    /// Who has been told that the session is over.
+    released: [bool; 3],
+    pub(crate) breaches: Vec<Breach>,
+    /// To the solvers the coupler is gone.
+    pub(crate) coupler_gone: bool,
+    /// Messages of each channel so far.
+    pub(crate) crossed: [u64; CHANNELS],
+}
+
+/// Whether a party gets turns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stopped {
+    /// It does.
+    No,
+    /// Not before then.
+    Until(Time),
+    /// Never again, though nobody sees that it has ended.
+    Frozen,
+    /// It is dead, and its end can be seen.
+    Dead,
+}
+
+impl World {
+    /// A machine on which messages take up to `delay` ns and bells are lost with this chance.
+    pub fn new(seed: u64, delay: Time, lost_bells: f64, faults: Vec<Fault>) -> Self {
+        Self {
+            now: 0,
+            random: Random::new(seed),
+            queues: [const { VecDeque::new() }; CHANNELS],
+            spare: [const { Vec::new() }; CHANNELS],
+            last: [[0; 3]; 3],
+            delay,
+            lost_bells,
+            wake: [Time::MAX; 3],
+            events: [0; 3],
+            faults,
+            struck: Vec::new(),
+            stopped: [Stopped::No; 3],
+            released: [false; 3],
+            breaches: Vec::new(),
+            coupler_gone: false,
+            crossed: [0; CHANNELS],
+        }
+    }
+
+    /// A party does something; a fault that is due strikes. Whether the party goes on.
+    pub(crate) fn event(&mut self, party: Party) -> Option<FaultKind> {
+        let n = number(party);
+        self.events[n] += 1;
+        let event = self.events[n];
+        let due = |f: &Fault| f.party == party && f.at == event;
+        let fault = *self.faults.iter().find(|f| due(f))?;
+        self.struck.push((fault, self.now));
+        match fault.kind {
+            FaultKind::Die => {
+                self.stopped[n] = Stopped::Dead;
+                self.coupler_gone |= party == Party::Coupler;
+            }
+            FaultKind::Freeze(None) => self.stopped[n] = Stopped::Frozen,
+            FaultKind::Freeze(Some(time)) => self.stopped[n] = Stopped::Until(self.now + time),
+            FaultKind::Spoil(_) => {}
+        }
+        Some(fault.kind)
+    }
+
+    fn send(
+        &mut self,
+        channel: Channel,
+        header: &StepHeader,
+        records: Records<'_>,
+    ) -> Result<(), TransportError> {
+        let (from, to) = (channel.from(), channel.to());
+        let spoil = match self.event(from) {
+            Some(FaultKind::Spoil(spoil)) => Some(spoil),
+            // What a party does at the moment of its death is not seen any more.
+            Some(FaultKind::Die) => return Ok(()),
+            _ => None,
+        };
+        if self.released[number(from)] {
+            self.breaches.push(Breach(format!(
+                "the {from} sends on {} after the end of its session",
+                channel.name()
+            )));
+        }
+        let queue = &self.queues[channel.number()];
+        if queue.len() >= ROOM {
+            self.now += FULL;
+            return Err(TransportError::Full {
+                channel: channel.name().into(),
+            });
+        }
+        let mut payload = match self.spare[channel.number()].pop() {
+            Some(mut payload) => {
+                payload.copy_from(records);
+                payload
+            }
+            None => records.to_payload(),
+        };
+        let mut header = *header;
+        let mut copies = 1;
+        if let Some(spoil) = spoil {
+            copies = spoil.apply(&mut header, &mut payload);
+        }
+        let [i, j] = [from, to].map(number);
+        let delay = (self.random.unit() * self.delay as f64) as Time;
+        let arrives = self.last[i][j].max(self.now + delay);
+        self.last[i][j] = arrives;
+        self.crossed[channel.number()] += copies;
+        for _ in 0..copies {
+            self.queues[channel.number()].push_back(Sent {
+                arrives,
+                header,
+                payload: payload.clone(),
+            });
+        }
+        let rung = channel.rings() && self.random.unit() >= self.lost_bells;
+        if rung {
+            self.wake[j] = self.wake[j].min(arrives);
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self, channel: Channel, into: &mut Payload) -> Option<StepHeader> {
+        let now = self.now;
+        let queue = &mut self.queues[channel.number()];
+        if queue.front().is_none_or(|sent| sent.arrives > now) {
+            return None;
+        }
+        let sent = queue.pop_front()?;
+        let old = core::mem::replace(into, sent.payload);
+        self.spare[channel.number()].push(old);
+        if channel.kind == Kind::Order && is_end(into) {
+            self.released[number(channel.to())] = true;
+        }
+        Some(sent.header)
+    }
+
+    /// When the next message for `party` arrives, if one is on its way.
+    pub(crate) fn next_arrival(&self, party: Party) -> Option<Time> {
+        let fronts = Channel::ALL
+            .into_iter()
+            .filter(|channel| channel.to() == party)
+            .filter_map(|channel| self.queues[channel.number()].front());
+        fronts.map(|sent| sent.arrives).min()
+    }
+}
+
+/// Whether an order ends the session of who gets it: Close (2) or Abort (3).
+fn is_end(payload: &Payload) -> bool {
+    matches!(payload, Payload::Order(bytes) if matches!(bytes.first(), Some(2 | 3)))
+}
+
+impl Spoil {
+    /// Does it to a message; how often the message is sent then.
+    fn apply(self, header: &mut StepHeader, payload: &mut Payload) -> u64 {
+        match self {
+            Self::Step => header.step = header.step.wrapping_add(1),
+            Self::Epoch => header.epoch = header.epoch.wrapping_add(1),
+            Self::Set => header.set = header.set.wrapping_add(1),
+            Self::Count => header.count = header.count.wrapping_add(1),
+            Self::Drop => return 0,
+            Self::Twice => return 2,
+            Self::Flags => header.flags ^= flags::HALT_AFTER,
+            Self::Records => spoil_records(payload),
+        }
+        1
+    }
+}
+
+/// A number that is not finite, or bytes that mean nothing.
+fn spoil_records(payload: &mut Payload) {
+    match payload {
+        Payload::Order(bytes)
+        | Payload::Notice(bytes)
+        | Payload::Saved(bytes)
+        | Payload::Restore(bytes) => {
+            if let Some(byte) = bytes.last_mut() {
+                *byte ^= 0xff;
+            }
+            bytes.push(7);
+        }
+        Payload::Grant(grants) => grants.iter_mut().for_each(|g| g.dt = f64::NAN),
+        Payload::Report(reports) => reports.iter_mut().for_each(|r| r.limits.speed = f64::NAN),
+        Payload::Groups(groups) => groups.iter_mut().for_each(|g| g.mass = f64::NAN),
+        Payload::Points(points) => points.iter_mut().for_each(|p| p.position[0] = f64::NAN),
+        Payload::Bodies(bodies) => bodies.iter_mut().for_each(|b| b.angle = f64::NAN),
+        Payload::Contacts(contacts) => contacts.iter_mut().for_each(|c| c.force[0] = f64::NAN),
+        Payload::Set(set) => set.iter_mut().for_each(|imp| imp.radius = -1.0),
+        Payload::States(states) => states
+            .iter_mut()
+            .for_each(|s| s.position[0] = f64::INFINITY),
+        Payload::Forces(forces) => forces.iter_mut().for_each(|f| f.force[1] = f64::NAN),
+        Payload::Envelopes(outlines) => outlines.iter_mut().for_each(|e| e.reach = f64::NAN),
+    }
+}
+
+/// One party's ends on the shared machine.
+pub struct Ends {
+    /// Whose they are.
+    pub party: Party,
+    /// The machine.
+    pub world: Rc<RefCell<World>>,
+}
+
+impl Transport for Ends {
+    fn open(&mut self, _: bool) -> Result<(), TransportError> {
+        Ok(())
+    }
+
+    fn send(
+        &mut self,
+        channel: Channel,
+        header: &StepHeader,
+        records: Records<'_>,
+    ) -> Result<(), TransportError> {
+        let mut world = self.world.borrow_mut();
+        if world.stopped[number(self.party)] == Stopped::Dead {
+            return Ok(());
+        }
+        world.send(channel, header, records)
+    }
+
+    fn receive(
+        &mut self,
+        channel: Channel,
+        into: &mut Payload,
+    ) -> Result<Option<StepHeader>, TransportError> {
+        Ok(self.world.borrow_mut().receive(channel, into))
+    }
+
+    fn ring(&mut self, _: Party) {}
+
+    fn sleep(&mut self, _: Party, _: Duration) -> u64 {
+        0
+    }
+
+    fn coupler_lives(&self) -> bool {
+        !self.world.borrow().coupler_gone
+    }
+}

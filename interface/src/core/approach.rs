@@ -1,0 +1,77 @@
+//! What the continuum's side must know before a point touches: when the IMP set is too old (I-6), and how fast a point
+//! may come that is no IMP yet (L-2).
+
+use crate::config::MpmConfig;
+use crate::wire::{Limits, PointState};
+
+/// The skin rule and the kinematic limit.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct Approach {
+    /// Travel of points and surfaces together after which the set is built anew, in m: the skin less half the largest
+    /// radius, so that whatever may begin to touch within a step is in the set, and in the step limit, before it does.
+    allowed_travel: f64,
+    /// Smallest contact radius of any group in m; 0 where the configuration leaves radii to the solver.
+    radius_min: f64,
+    /// Speed of the fastest point of all in m/s.
+    pub(crate) fastest: f64,
+    /// Travel of the points since the last selection in m.
+    pub(crate) points: f64,
+    /// Travel of the bodies' surfaces since their envelopes were published, in m.
+    pub(crate) bodies: f64,
+}
+
+impl Approach {
+    /// By a configuration.
+    pub(crate) fn new(config: &MpmConfig) -> Self {
+        let radii = || {
+            config
+                .groups
+                .iter()
+                .filter_map(|group| group.contact_radius)
+        };
+        let radius_min = radii().fold(f64::INFINITY, f64::min);
+        Self {
+            allowed_travel: config.skin - 0.5 * radii().fold(0.0, f64::max),
+            radius_min: if radius_min.is_finite() {
+                radius_min
+            } else {
+                0.0
+            },
+            ..Self::default()
+        }
+    }
+
+    /// I-6: whether the set may lack a point that could touch within the step.
+    pub(crate) fn set_is_old(&self) -> bool {
+        self.points + self.bodies > self.allowed_travel
+    }
+
+    /// The set has been chosen anew.
+    pub(crate) fn selected(&mut self) {
+        self.points = 0.0;
+        self.bodies = 0.0;
+    }
+
+    /// The points have gone on: their travel is now `travel` (m). Returns the solver's limits with what the kinematic
+    /// limit needs to know before there is an IMP: any point may become one, so the fastest of all counts, as far as its
+    /// travel tells, and the smallest radius of any. A travel that has become infinite asks for a new set and tells no
+    /// speed.
+    pub(crate) fn moved(&mut self, limits: Limits, travel: f64, dt: f64) -> Limits {
+        let travelled = travel - self.points;
+        self.points = travel;
+        if dt > 0.0 && travelled.is_finite() {
+            self.fastest = travelled / dt;
+        }
+        Limits {
+            speed: limits.speed.max(self.fastest),
+            radius_min: self.radius_min,
+            ..limits
+        }
+    }
+}
+
+/// Speed of the fastest of `points` in m/s.
+pub(crate) fn fastest(points: &[PointState]) -> f64 {
+    let speeds = points.iter().map(|p| p.velocity[0].hypot(p.velocity[1]));
+    speeds.fold(0.0, f64::max)
+}

@@ -1,0 +1,870 @@
+//! The coupler's side of a session: who has said what, and what comes next (PROTOCOL.md sections 2, 5 and 9).
+
+use std::time::Duration;
+
+use super::pieces::{Incoming, Outgoing};
+use super::{Action, Wait, broken, check};
+use crate::capability::{CONTACTS, SAVE};
+use crate::codec::encode;
+use crate::control::{Configure, Hello, Notice, Order, PROTOCOL, Party};
+use crate::message::{Channel, Kind, Records};
+use crate::session::{PATIENCE_WITH_WAITERS, SessionError};
+use crate::solver::Readiness;
+use crate::transport::TransportError;
+use crate::wire::{
+    BodyState, ContactState, Grant, GroupState, PointState, Report, StepHeader, flags,
+};
+
+/// Longest wait for a solver to come and say hello.
+const ARRIVAL: Duration = Duration::from_secs(30);
+/// Longest wait for a solver to take its configuration: it may fill millions of points.
+const CONFIGURATION: Duration = Duration::from_mins(2);
+
+/// What has happened to the coupler.
+#[derive(Debug)]
+pub enum Event<'a> {
+    /// A message has come.
+    Received(Channel, StepHeader, Records<'a>),
+    /// A message that should have been there ([`Action::Take`]) is not.
+    Absent(Channel),
+    /// What was to be sent has been sent.
+    Sent,
+    /// The time of a [`Wait`] is over.
+    Expired(Duration),
+    /// A solver is gone; how.
+    Gone(Party, String),
+    /// A channel failed.
+    Broken(TransportError),
+    /// The run cannot go on, for this reason.
+    Stopped(String),
+    /// The run has done what it was asked.
+    Done(Decision),
+}
+
+/// What the run is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Question {
+    /// All solvers have said hello: what is each told?
+    Configure,
+    /// All solvers are ready.
+    Ready,
+    /// What next?
+    Next,
+    /// The reports on the last grant have come.
+    Collected,
+    /// All points are there, at the end.
+    Drained,
+}
+
+/// What the run has decided.
+#[derive(Debug)]
+pub enum Decision {
+    /// What each solver is told, in the order of the solvers.
+    Configure(Vec<Part>),
+    /// Steps; and the budgets of each solver, in their order.
+    Grant(Grant, Vec<[f64; 3]>),
+    /// No more steps.
+    Drain,
+    /// Noted.
+    Noted,
+}
+
+/// What one solver is told.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    /// Its part of the scene.
+    pub configure: Configure,
+    /// Groups or bodies in it: records of a measurement.
+    pub measured: usize,
+    /// The saved state that it goes on from.
+    pub restore: Option<Vec<u8>>,
+}
+
+/// What the solvers have said of the last grant.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Round {
+    /// The grant, without budgets.
+    pub grant: Grant,
+    /// Steps that both have done.
+    pub steps: u64,
+    /// Whether both may go on with the same step (clause L-5).
+    pub within: bool,
+    /// Point groups, if measured.
+    pub groups: Vec<GroupState>,
+    /// Bodies, if measured.
+    pub bodies: Vec<BodyState>,
+    /// All points, if a frame was asked for, and at the end.
+    pub points: Vec<PointState>,
+    /// Contacts, if a frame was asked for and the bodies' side tells them.
+    pub contacts: Vec<ContactState>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum State {
+    /// Hellos are awaited.
+    Hello,
+    /// The run decides what the solvers are told.
+    Configuring,
+    /// Configure is being sent to this solver.
+    Telling(usize),
+    /// A state is being sent to this solver.
+    Restoring(usize),
+    /// Readies are awaited.
+    Ready,
+    /// The run takes note that all are ready.
+    Beginning,
+    /// The run decides what next.
+    Deciding,
+    /// The grant is being sent to this solver.
+    Granting(usize),
+    /// The report of this solver is awaited.
+    Report(usize),
+    /// What this solver has sent before its report is taken.
+    Taking(usize),
+    /// The run takes note of the reports.
+    Collecting,
+    /// Drain is being sent to this solver.
+    Draining(usize),
+    /// Byes are awaited.
+    Bye,
+    /// All points are taken.
+    Points,
+    /// The run takes note of them.
+    Noting,
+    /// Close is being sent to this solver.
+    Closing(usize),
+    /// Abort is being sent to this solver.
+    Aborting(usize),
+    /// The session is over.
+    Ended,
+}
+
+/// The coupler's line to one solver.
+#[derive(Debug)]
+struct Line {
+    party: Party,
+    hello: Option<Hello>,
+    readiness: Option<Readiness>,
+    scene_hash: String,
+    /// The bytes of its Configure, until it is sent.
+    told: Vec<u8>,
+    measured: usize,
+    restore: Option<Outgoing>,
+    deadline: Duration,
+    /// First step that is not reported.
+    step: u64,
+    grant: [Grant; 1],
+    report: Report,
+    incoming: Incoming,
+    saved: Option<Vec<u8>>,
+    bye: bool,
+}
+
+impl Line {
+    fn new(party: Party) -> Self {
+        Self {
+            party,
+            hello: None,
+            readiness: None,
+            scene_hash: String::new(),
+            told: Vec::new(),
+            measured: 0,
+            restore: None,
+            deadline: CONFIGURATION,
+            step: 0,
+            grant: [Grant::default()],
+            report: Report::default(),
+            incoming: Incoming::default(),
+            saved: None,
+            bye: false,
+        }
+    }
+
+    fn has(&self, capability: &str) -> bool {
+        self.hello
+            .as_ref()
+            .is_some_and(|h| h.capabilities.has(capability))
+    }
+
+    fn channel(&self, kind: Kind) -> Channel {
+        Channel::of(self.party, kind)
+    }
+
+    fn broke(&self, clause: &'static str, message: String) -> SessionError {
+        broken(self.party, clause, self.step, message)
+    }
+}
+
+/// The coupler's side of a session.
+#[derive(Debug)]
+pub struct Coupler {
+    lines: Vec<Line>,
+    state: State,
+    order: Vec<u8>,
+    round: Round,
+    /// What is still to be taken that was sent before the report.
+    to_take: Vec<Channel>,
+    verdict: Option<Result<(), SessionError>>,
+}
+
+impl Coupler {
+    /// Leads these solvers.
+    pub fn new(solvers: &[Party]) -> Self {
+        Self {
+            lines: solvers.iter().map(|&party| Line::new(party)).collect(),
+            state: State::Hello,
+            order: Vec::new(),
+            round: Round::default(),
+            to_take: Vec::new(),
+            verdict: None,
+        }
+    }
+
+    /// What to do first.
+    pub fn start(&mut self) -> Action<Question> {
+        self.await_notices()
+    }
+
+    /// How the session ended; `None` before it has.
+    pub fn verdict(&self) -> Option<&Result<(), SessionError>> {
+        self.verdict.as_ref()
+    }
+
+    /// How the session ended, given away.
+    pub fn take_verdict(&mut self) -> Option<Result<(), SessionError>> {
+        self.verdict.take()
+    }
+
+    /// The notices of all solvers: looked at during every long wait.
+    pub fn notices(&self) -> impl Iterator<Item = Channel> {
+        self.lines.iter().map(|line| line.channel(Kind::Notice))
+    }
+
+    /// Whether no grant has been sent yet: an interrupt then ends the session at once.
+    pub fn is_arriving(&self) -> bool {
+        matches!(self.state, State::Hello | State::Ready)
+    }
+
+    /// What `party` has said of itself first.
+    pub fn hello(&self, party: Party) -> Option<&Hello> {
+        self.line(party).and_then(|line| line.hello.as_ref())
+    }
+
+    /// What `party` has said when it was ready.
+    pub fn readiness(&self, party: Party) -> Option<&Readiness> {
+        self.line(party).and_then(|line| line.readiness.as_ref())
+    }
+
+    /// Its last report.
+    pub fn report(&self, party: Party) -> Option<&Report> {
+        self.line(party).map(|line| &line.report)
+    }
+
+    /// The state that it has saved, if the last grant asked for it.
+    pub fn take_saved(&mut self, party: Party) -> Option<Vec<u8>> {
+        let line = self.lines.iter_mut().find(|line| line.party == party);
+        line.and_then(|line| line.saved.take())
+    }
+
+    /// First step that `party` has not reported.
+    pub fn step_of(&self, party: Party) -> u64 {
+        self.line(party).map_or(0, |line| line.step)
+    }
+
+    /// What the solvers have said of the last grant.
+    pub fn round(&mut self) -> &mut Round {
+        &mut self.round
+    }
+
+    /// Records of the message that is to be sent.
+    pub fn ready_to_send(&self, channel: Channel) -> Records<'_> {
+        let line = self.line(channel.to()).expect("a solver of this session");
+        match channel.kind {
+            Kind::Grant => Records::Grant(&line.grant),
+            Kind::Restore => {
+                let state = line.restore.as_ref().expect("a state is being sent");
+                Records::Restore(state.piece().0)
+            }
+            _ => Records::Order(&self.order),
+        }
+    }
+
+    fn line(&self, party: Party) -> Option<&Line> {
+        self.lines.iter().find(|line| line.party == party)
+    }
+
+    /// What to do now that this has happened.
+    pub fn on(&mut self, event: Event<'_>) -> Action<Question> {
+        if self.state == State::Ended {
+            return Action::End;
+        }
+        match self.react(event) {
+            Ok(action) => action,
+            Err(error) => self.fail(error),
+        }
+    }
+
+    fn fail(&mut self, error: SessionError) -> Action<Question> {
+        if let State::Aborting(i) = self.state {
+            // One that cannot be told is not worth another error.
+            return self.abort(i + 1);
+        }
+        let reason = match &error {
+            SessionError::Aborted(reason) => reason.clone(),
+            other => other.to_string(),
+        };
+        self.order = encode(&Order::Abort(reason));
+        self.verdict = Some(Err(error));
+        self.abort(0)
+    }
+
+    /// Tells the solvers from the i-th on that the session is over.
+    fn abort(&mut self, i: usize) -> Action<Question> {
+        if i == self.lines.len() {
+            self.state = State::Ended;
+            return Action::End;
+        }
+        self.state = State::Aborting(i);
+        self.send_order(i)
+    }
+
+    fn react(&mut self, event: Event<'_>) -> Result<Action<Question>, SessionError> {
+        match event {
+            Event::Received(channel, header, records) => self.received(channel, &header, records),
+            Event::Absent(channel) => Err(self.absent(channel)),
+            Event::Sent => Ok(self.sent()),
+            Event::Expired(waited) => Err(self.late(waited)),
+            Event::Gone(who, how) => Err(SessionError::Vanished {
+                who,
+                how,
+                step: self.step_of(who),
+            }),
+            Event::Broken(error) => Err(error.into()),
+            Event::Stopped(reason) => Err(SessionError::Aborted(reason)),
+            Event::Done(decision) => self.decided(decision),
+        }
+    }
+
+    fn received(
+        &mut self,
+        channel: Channel,
+        header: &StepHeader,
+        records: Records<'_>,
+    ) -> Result<Action<Question>, SessionError> {
+        let i = self
+            .lines
+            .iter()
+            .position(|line| line.party == channel.from())
+            .expect("a solver of this session");
+        match records {
+            Records::Notice(bytes) => self.noticed(i, bytes),
+            Records::Report(reports) => self.reported(i, reports),
+            Records::Saved(piece) => self.piece(i, header, piece),
+            Records::Groups(groups) => {
+                self.measured(i, header, records)?;
+                self.round.groups.clear();
+                self.round.groups.extend_from_slice(groups);
+                self.take_next(i)
+            }
+            Records::Bodies(bodies) => {
+                self.measured(i, header, records)?;
+                self.round.bodies.clear();
+                self.round.bodies.extend_from_slice(bodies);
+                self.take_next(i)
+            }
+            Records::Contacts(contacts) => {
+                self.before_report(i, "R-6", header, records)?;
+                self.round.contacts.clear();
+                self.round.contacts.extend_from_slice(contacts);
+                self.take_next(i)
+            }
+            Records::Points(points) => self.points(i, header, points),
+            _ => unreachable!("{channel:?} does not lead to the coupler"),
+        }
+    }
+
+    fn noticed(&mut self, i: usize, bytes: &[u8]) -> Result<Action<Question>, SessionError> {
+        let line = &mut self.lines[i];
+        let notice = Notice::decode(bytes).map_err(|e| line.broke("S-1", e.to_string()))?;
+        match (self.state, notice) {
+            (_, Notice::Failed(failure)) => {
+                return Err(SessionError::Failed {
+                    who: line.party,
+                    failure,
+                });
+            }
+            (State::Hello, Notice::Hello(hello)) if line.hello.is_none() => line.greet(hello)?,
+            (State::Telling(_) | State::Restoring(_) | State::Ready, Notice::Ready(ready))
+                if line.readiness.is_none() =>
+            {
+                if ready.scene_hash != line.scene_hash {
+                    let (theirs, ours) = (ready.scene_hash, &line.scene_hash);
+                    let message = format!("ready for scene {theirs}, the coupler's is {ours}");
+                    return Err(line.broke("S-6", message));
+                }
+                line.readiness = Some(ready.readiness);
+            }
+            (State::Telling(_) | State::Restoring(_) | State::Ready, Notice::Refused(refusal)) => {
+                return Err(SessionError::Refused {
+                    who: line.party,
+                    refusal,
+                });
+            }
+            (State::Draining(_) | State::Bye, Notice::Bye) if !line.bye => line.bye = true,
+            (State::Aborting(_) | State::Ended, _) => {}
+            (_, notice) => return Err(line.broke("S-2", format!("{notice:?} out of turn"))),
+        }
+        Ok(self.await_notices())
+    }
+
+    /// Goes on waiting for notices, or with what follows when all have come.
+    fn await_notices(&mut self) -> Action<Question> {
+        let missing = self.missing().map(|line| line.party);
+        match (self.state, missing) {
+            (State::Hello, None) => {
+                self.state = State::Configuring;
+                Action::Do(Question::Configure)
+            }
+            (State::Ready, None) => {
+                self.state = State::Beginning;
+                Action::Do(Question::Ready)
+            }
+            (State::Bye, None) => {
+                if self.line(Party::Mpm).is_some() {
+                    self.state = State::Points;
+                    return Action::Take(Channel::of(Party::Mpm, Kind::Points));
+                }
+                self.round.points.clear();
+                self.state = State::Noting;
+                Action::Do(Question::Drained)
+            }
+            (_, Some(party)) => {
+                let mut notices = self.notices();
+                let at_most = if self.state == State::Hello {
+                    ARRIVAL
+                } else {
+                    CONFIGURATION
+                };
+                Action::Wait(Wait {
+                    on: [notices.next(), notices.next(), None],
+                    from: party,
+                    at_most,
+                })
+            }
+            (state, None) => unreachable!("no notice is awaited in {state:?}"),
+        }
+    }
+
+    /// The first solver that has not said what is awaited.
+    fn missing(&self) -> Option<&Line> {
+        let state = self.state;
+        self.lines.iter().find(|line| match state {
+            State::Hello => line.hello.is_none(),
+            State::Ready => line.readiness.is_none(),
+            State::Bye => !line.bye,
+            _ => false,
+        })
+    }
+
+    fn decided(&mut self, decision: Decision) -> Result<Action<Question>, SessionError> {
+        match (self.state, decision) {
+            (State::Configuring, Decision::Configure(parts)) => {
+                for (line, part) in self.lines.iter_mut().zip(parts) {
+                    line.scene_hash.clone_from(&part.configure.scene_hash);
+                    line.measured = part.measured;
+                    // A solver waits for the other one.
+                    line.deadline =
+                        Duration::from_secs_f64(part.configure.deadline) + PATIENCE_WITH_WAITERS;
+                    line.restore = part.restore.map(Outgoing::new);
+                    line.grant = [Grant::default()];
+                    let configure = Configure {
+                        restore: line.restore.is_some(),
+                        ..part.configure
+                    };
+                    line.configure(configure)?;
+                }
+                Ok(self.tell(0))
+            }
+            (State::Beginning, Decision::Noted) => {
+                self.state = State::Deciding;
+                Ok(Action::Do(Question::Next))
+            }
+            (State::Deciding, Decision::Grant(grant, budgets)) => {
+                self.round.grant = grant;
+                for (line, [omega_sq, speed, damping]) in self.lines.iter_mut().zip(budgets) {
+                    line.grant = [Grant {
+                        budget_omega_sq: omega_sq,
+                        budget_speed: speed,
+                        budget_damping: damping,
+                        ..grant
+                    }];
+                    check::number(Party::Coupler, "G-2", grant.first, &line.grant[0])?;
+                }
+                Ok(self.grant(0))
+            }
+            (State::Deciding, Decision::Drain) => {
+                self.order = encode(&Order::Drain);
+                Ok(self.drain(0))
+            }
+            (State::Collecting, Decision::Noted) => {
+                self.state = State::Deciding;
+                Ok(Action::Do(Question::Next))
+            }
+            (State::Noting, Decision::Noted) => {
+                self.order = encode(&Order::Close);
+                Ok(self.close(0))
+            }
+            (state, decision) => unreachable!("{decision:?} in {state:?}"),
+        }
+    }
+
+    fn sent(&mut self) -> Action<Question> {
+        match self.state {
+            State::Telling(i) if self.lines[i].restore.is_some() => {
+                self.state = State::Restoring(i);
+                self.send_piece(i)
+            }
+            State::Telling(i) => self.tell(i + 1),
+            State::Restoring(i) => {
+                let state = self.lines[i].restore.as_mut();
+                if state.is_some_and(Outgoing::sent) {
+                    return self.send_piece(i);
+                }
+                self.lines[i].restore = None;
+                self.tell(i + 1)
+            }
+            State::Granting(i) => self.grant(i + 1),
+            State::Draining(i) => self.drain(i + 1),
+            State::Closing(i) => self.close(i + 1),
+            State::Aborting(i) => self.abort(i + 1),
+            state => unreachable!("something sent in {state:?}"),
+        }
+    }
+
+    fn tell(&mut self, i: usize) -> Action<Question> {
+        if i == self.lines.len() {
+            self.state = State::Ready;
+            return self.await_notices();
+        }
+        self.state = State::Telling(i);
+        self.order = core::mem::take(&mut self.lines[i].told);
+        self.send_order(i)
+    }
+
+    fn grant(&mut self, i: usize) -> Action<Question> {
+        if i == self.lines.len() {
+            self.round.within = true;
+            return self.await_report(0);
+        }
+        self.state = State::Granting(i);
+        let grant = &self.lines[i].grant[0];
+        let header = StepHeader {
+            epoch: grant.epoch,
+            step: grant.first,
+            count: 1,
+            ..StepHeader::default()
+        };
+        Action::Send(self.lines[i].channel(Kind::Grant), header)
+    }
+
+    fn drain(&mut self, i: usize) -> Action<Question> {
+        if i == self.lines.len() {
+            self.state = State::Bye;
+            return self.await_notices();
+        }
+        self.state = State::Draining(i);
+        self.send_order(i)
+    }
+
+    fn close(&mut self, i: usize) -> Action<Question> {
+        if i == self.lines.len() {
+            self.verdict = Some(Ok(()));
+            self.state = State::Ended;
+            return Action::End;
+        }
+        self.state = State::Closing(i);
+        self.send_order(i)
+    }
+
+    fn send_order(&self, i: usize) -> Action<Question> {
+        let header = StepHeader {
+            count: self.order.len() as u64,
+            ..StepHeader::default()
+        };
+        Action::Send(self.lines[i].channel(Kind::Order), header)
+    }
+
+    fn send_piece(&self, i: usize) -> Action<Question> {
+        let state = self.lines[i]
+            .restore
+            .as_ref()
+            .expect("a state is being sent");
+        let (piece, flags) = state.piece();
+        let header = StepHeader {
+            flags,
+            count: piece.len() as u64,
+            ..StepHeader::default()
+        };
+        Action::Send(self.lines[i].channel(Kind::Restore), header)
+    }
+
+    fn await_report(&mut self, i: usize) -> Action<Question> {
+        if i == self.lines.len() {
+            return match self.stopped_alike() {
+                Ok(steps) => {
+                    self.round.steps = steps;
+                    self.state = State::Collecting;
+                    Action::Do(Question::Collected)
+                }
+                Err(error) => self.fail(error),
+            };
+        }
+        self.state = State::Report(i);
+        let line = &self.lines[i];
+        let mut on = [Some(line.channel(Kind::Report)), None, None];
+        if self.round.grant.flags & flags::CHECKPOINT != 0 {
+            for (slot, line) in on[1..].iter_mut().zip(&self.lines) {
+                *slot = Some(line.channel(Kind::Saved));
+            }
+        }
+        Action::Wait(Wait {
+            on,
+            from: line.party,
+            at_most: line.deadline,
+        })
+    }
+
+    /// R-1, R-2, R-3; then what was sent before the report.
+    fn reported(&mut self, i: usize, reports: &[Report]) -> Result<Action<Question>, SessionError> {
+        let asked = self.round.grant.flags;
+        let line = &mut self.lines[i];
+        let [report] = *reports else {
+            let message = format!("{} reports in one message", reports.len());
+            return Err(line.broke("R-1", message));
+        };
+        check::number(line.party, "R-2", line.step, &report)?;
+        let grant = &line.grant[0];
+        let last = grant.first + grant.steps;
+        let whole = report.next == last && report.halted == 0
+            || (report.halted == 1 && report.next > grant.first && report.next < last);
+        if report.epoch != grant.epoch || !whole {
+            let message = format!(
+                "report of epoch {} up to step {}, halted {}; granted {grant:?}",
+                report.epoch, report.next, report.halted
+            );
+            return Err(line.broke("R-1", message));
+        }
+        let wanted = asked & flags::MEASURE != 0;
+        if wanted != (report.measured == 1) {
+            let message = format!("measured is {}, asked for: {wanted}", report.measured);
+            return Err(broken(line.party, "R-3", grant.first, message));
+        }
+        if asked & flags::CHECKPOINT != 0 && line.has(SAVE) && line.saved.is_none() {
+            // The pieces were sent before the report, and nobody has looked at them since.
+            self.to_take.push(line.channel(Kind::Saved));
+        }
+        self.round.within &= report.halted == 0 && grant.allows(&report.limits);
+        line.step = report.next;
+        line.report = report;
+        let frame = asked & flags::FRAME != 0;
+        if wanted {
+            let kind = if line.party == Party::Mpm {
+                Kind::Groups
+            } else {
+                Kind::Bodies
+            };
+            self.to_take.push(line.channel(kind));
+        }
+        if frame && line.party == Party::Mpm {
+            self.to_take.push(line.channel(Kind::Points));
+        }
+        if frame && line.party == Party::Dem && line.has(CONTACTS) {
+            self.to_take.push(line.channel(Kind::Contacts));
+        }
+        self.to_take.reverse();
+        self.state = State::Taking(i);
+        self.take_next(i)
+    }
+
+    fn take_next(&mut self, i: usize) -> Result<Action<Question>, SessionError> {
+        Ok(match self.to_take.pop() {
+            Some(channel) => Action::Take(channel),
+            None => self.await_report(i + 1),
+        })
+    }
+
+    fn piece(
+        &mut self,
+        i: usize,
+        header: &StepHeader,
+        piece: &[u8],
+    ) -> Result<Action<Question>, SessionError> {
+        let asked = self.round.grant.flags & flags::CHECKPOINT != 0;
+        let line = &mut self.lines[i];
+        let whole = match line.incoming.take(header, piece) {
+            Ok(whole) if asked && line.saved.is_none() => whole,
+            Ok(_) => return Err(line.broke("K-3", "a saved state that nobody asked for".into())),
+            Err(message) => return Err(line.broke("K-3", message)),
+        };
+        let channel = line.channel(Kind::Saved);
+        let ended = whole.is_some();
+        if ended {
+            line.saved = whole;
+        }
+        match self.state {
+            State::Taking(_) if ended => self.take_next(i),
+            State::Taking(_) => Ok(Action::Take(channel)),
+            State::Report(j) => Ok(self.await_report(j)),
+            state => unreachable!("a piece of a state in {state:?}"),
+        }
+    }
+
+    /// R-3: the step, the number of records, the numbers.
+    fn measured(
+        &self,
+        i: usize,
+        header: &StepHeader,
+        records: Records<'_>,
+    ) -> Result<(), SessionError> {
+        self.before_report(i, "R-3", header, records)?;
+        let (got, expected) = (records.len(), self.lines[i].measured);
+        if got == expected {
+            return Ok(());
+        }
+        let message = format!("{got} records of a measurement, expected {expected}");
+        let step = self.round.grant.first;
+        Err(broken(self.lines[i].party, "R-3", step, message))
+    }
+
+    fn before_report(
+        &self,
+        i: usize,
+        clause: &'static str,
+        header: &StepHeader,
+        records: Records<'_>,
+    ) -> Result<(), SessionError> {
+        let (party, step) = (self.lines[i].party, self.round.grant.first);
+        if header.step != step || !check::counted(header, records) {
+            let name = Channel::of(party, records.kind()).name();
+            let message = format!(
+                "{name} of step {} with {} records announced, {} there",
+                header.step,
+                header.count,
+                records.len()
+            );
+            return Err(broken(party, clause, step, message));
+        }
+        check::numbers(party, clause, step, records)
+    }
+
+    /// R-5 and D-1: all points that are left, in order of their ids.
+    fn points(
+        &mut self,
+        i: usize,
+        header: &StepHeader,
+        points: &[PointState],
+    ) -> Result<Action<Question>, SessionError> {
+        let records = Records::Points(points);
+        let frame = matches!(self.state, State::Taking(_));
+        let (clause, step) = if frame {
+            ("R-5", self.round.grant.first)
+        } else {
+            ("D-1", self.lines[i].step)
+        };
+        if frame {
+            self.before_report(i, clause, header, records)?;
+        }
+        check::numbers(Party::Mpm, clause, step, records)?;
+        let ordered = points.windows(2).all(|pair| pair[0].id < pair[1].id);
+        let known = self.lines[i].report.items;
+        if points.len() as u64 > known || !ordered {
+            let message = format!("{} points of {known}, ids rising: {ordered}", points.len());
+            return Err(broken(Party::Mpm, clause, step, message));
+        }
+        self.round.points.clear();
+        self.round.points.extend_from_slice(points);
+        if frame {
+            return self.take_next(i);
+        }
+        self.state = State::Noting;
+        Ok(Action::Do(Question::Drained))
+    }
+
+    /// R-4: the sides stop at one boundary.
+    fn stopped_alike(&self) -> Result<u64, SessionError> {
+        let mut ends = self.lines.iter().map(|line| line.report.next);
+        let first = self.round.grant.first;
+        let end = ends.next().unwrap_or(first);
+        match ends.find(|&other| other != end) {
+            None => Ok(end - first),
+            Some(other) => {
+                let message = format!("the sides stopped at steps {end} and {other}");
+                Err(broken(Party::Mpm, "R-4", first, message))
+            }
+        }
+    }
+
+    fn absent(&self, channel: Channel) -> SessionError {
+        let (clause, before) = match (channel.kind, self.state) {
+            (Kind::Points, State::Points) => ("D-1", "goodbye"),
+            (Kind::Points, _) => ("R-5", "report"),
+            (Kind::Contacts, _) => ("R-6", "report"),
+            (Kind::Saved, _) => ("K-3", "report"),
+            _ => ("R-3", "report"),
+        };
+        let message = format!("nothing on {} before the {before}", channel.name());
+        let step = match self.state {
+            State::Points => self.step_of(channel.from()),
+            _ => self.round.grant.first,
+        };
+        broken(channel.from(), clause, step, message)
+    }
+
+    fn late(&self, waited: Duration) -> SessionError {
+        let (line, awaited) = match self.state {
+            State::Report(i) => (Some(&self.lines[i]), "its report"),
+            State::Hello => (self.missing(), "its hello"),
+            State::Ready => (self.missing(), "that it is ready"),
+            _ => (self.missing(), "its goodbye"),
+        };
+        SessionError::Late {
+            who: line.map_or(Party::Coupler, |line| line.party),
+            awaited,
+            step: line.map_or(0, |line| line.step),
+            waited,
+        }
+    }
+}
+
+impl Line {
+    /// S-2, V-1.
+    fn greet(&mut self, hello: Hello) -> Result<(), SessionError> {
+        if hello.party != self.party {
+            let (own, theirs, who) = (self.party, hello.party, &hello.identity);
+            let message = format!(
+                "what was started as the {own} is `{who}`, which says that it is the {theirs}: it may be given by \
+                 `--{theirs}` only"
+            );
+            return Err(self.broke("S-2", message));
+        }
+        let ((theirs, _), (ours, _)) = (hello.protocol, PROTOCOL);
+        if theirs != ours {
+            let message = format!(
+                "`{}` speaks protocol {theirs}, this coupler speaks {ours}",
+                hello.identity
+            );
+            return Err(self.broke("V-1", message));
+        }
+        self.hello = Some(hello);
+        Ok(())
+    }
+
+    fn configure(&mut self, configure: Configure) -> Result<(), SessionError> {
+        if configure.restore && !self.has(SAVE) {
+            let message = "a state to restore, and no capability `save`".into();
+            return Err(broken(Party::Coupler, "K-4", self.step, message));
+        }
+        self.told = encode(&Order::Configure(configure));
+        Ok(())
+    }
+}

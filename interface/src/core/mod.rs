@@ -1,0 +1,187 @@
+//! The protocol without I/O: state machines for the three parties of a session.
+//!
+//! A machine is told what has happened ([`Event`]) and says what to do next ([`Action`]). It knows every clause of
+//! PROTOCOL.md, the order of messages and how long to wait for what; it knows nothing of channels, threads, clocks or
+//! files. So the same machines run between processes, in one thread, and in simulation ([`crate::session`] has the ones
+//! who do what they say), and a clause is checked here, once, whatever the transport.
+//!
+//! [`continuum::Continuum`] and [`bodies::Bodies`] are the two solvers' sides; what both have in common is their
+//! [`line::Line`] to the coupler. [`coupler::Coupler`] leads.
+
+mod approach;
+pub mod bodies;
+mod check;
+pub mod continuum;
+pub mod coupler;
+mod line;
+mod pieces;
+
+use std::time::Duration;
+
+pub(crate) use approach::fastest;
+
+use crate::control::Party;
+use crate::message::{Channel, Records};
+use crate::session::SessionError;
+use crate::solver::{Answer, Fault, Readiness, Refusal};
+use crate::step::Step;
+use crate::transport::TransportError;
+use crate::wire::{
+    EnvelopeVertex, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState, StepHeader,
+};
+
+/// What has happened to a solver's side.
+#[derive(Debug)]
+pub enum Event<'a> {
+    /// A message has come.
+    Received(StepHeader, Records<'a>),
+    /// The channels that were to be opened are open.
+    Opened,
+    /// A message that should have been there ([`Action::Take`]) is not.
+    Absent,
+    /// What was to be sent has been sent.
+    Sent,
+    /// The time of a [`Wait`] is over.
+    Expired(Duration),
+    /// The coupler is gone.
+    CouplerGone,
+    /// A channel failed.
+    Broken(TransportError),
+    /// The solver has done its task.
+    Done(Done<'a>),
+}
+
+/// What a party does next; `T` is what its solver, or the run, is asked to do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Action<T = Task> {
+    /// Open the channels that S-7 asks for before Ready.
+    Open {
+        /// Also those to the other solver.
+        coupled: bool,
+    },
+    /// Send a message. Its records are what the last task gave, or what the machine itself has ready.
+    Send(Channel, StepHeader),
+    /// Wait for a message.
+    Wait(Wait),
+    /// Take a message that was sent before the one that has just come.
+    Take(Channel),
+    /// Something for the solver, or for the run.
+    Do(T),
+    /// The session is over; the machine has its verdict.
+    End,
+}
+
+/// What is waited for, and how long.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wait {
+    /// On these channels.
+    pub on: [Option<Channel>; 3],
+    /// From whom.
+    pub from: Party,
+    /// At most so long (clause S-11).
+    pub at_most: Duration,
+}
+
+impl Wait {
+    /// Waits on one channel.
+    pub fn on(channel: Channel, at_most: Duration) -> Self {
+        Self {
+            on: [Some(channel), None, None],
+            from: channel.from(),
+            at_most,
+        }
+    }
+}
+
+/// Something for a solver to do.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Task {
+    /// Take the configuration that the machine has.
+    Configure,
+    /// Take over the saved state that the machine has.
+    Restore,
+    /// Give the state before the next step.
+    Save,
+    /// Give all points (continuum).
+    Points,
+    /// Give the measurement of the window's first step.
+    Measure,
+    /// Choose the IMPs anew from the envelopes that have come (continuum).
+    Select,
+    /// Give the states of the IMPs (continuum).
+    States,
+    /// The part of the step that needs no forces (continuum).
+    Predict(Step),
+    /// The rest of it, with the forces that have come, or none in an uncoupled run (continuum).
+    Correct(Step),
+    /// Give the envelopes of the bodies (bodies).
+    Envelopes,
+    /// Take the IMP set that has come (bodies).
+    TakeSet,
+    /// Evaluate contact with the states that have come, or none in an uncoupled run (bodies).
+    Contact(Step),
+    /// Kick and move the bodies (bodies).
+    Advance(Step),
+}
+
+/// What came of a [`Task`].
+#[derive(Debug)]
+pub enum Done<'a> {
+    /// The configuration is taken; `fastest` is the speed of the fastest point in m/s (0 for bodies).
+    Configured {
+        /// What the solver says of itself.
+        readiness: Readiness,
+        /// Speed of the fastest point in m/s.
+        fastest: f64,
+    },
+    /// The configuration, or the saved state, is not taken.
+    Refused(Refusal),
+    /// The state is taken over; the travel of the points since the last selection is this, in m.
+    Restored(f64),
+    /// The state.
+    Saved(Vec<u8>),
+    /// All points.
+    Points(&'a [PointState]),
+    /// The measurement: its ledger, and groups or bodies.
+    Measured(&'a Ledger, Records<'a>),
+    /// The IMPs.
+    Selected(&'a [ImpInfo]),
+    /// Their states.
+    States(&'a [ImpState]),
+    /// The internal forces are there.
+    Predicted,
+    /// The step is done; the travel of the points since the last selection is now this, in m.
+    Corrected(Limits, f64),
+    /// The envelopes.
+    Envelopes(&'a [EnvelopeVertex]),
+    /// The IMP set is taken.
+    SetTaken,
+    /// Contact is evaluated.
+    Contacts(Answer, &'a [ImpForce]),
+    /// The bodies have moved.
+    Advanced,
+    /// The solver cannot go on.
+    Failed(Fault),
+}
+
+/// A solver's side of a session, whichever it is.
+pub trait Machine {
+    /// What to do first.
+    fn start(&mut self) -> Action;
+    /// What to do now that this has happened.
+    fn on(&mut self, event: Event<'_>) -> Action;
+    /// What both sides have in common.
+    fn line(&self) -> &line::Line;
+    /// What both sides have in common.
+    fn line_mut(&mut self) -> &mut line::Line;
+}
+
+/// A clause that somebody broke.
+pub(crate) fn broken(who: Party, clause: &'static str, step: u64, message: String) -> SessionError {
+    SessionError::Contract {
+        who,
+        clause,
+        step,
+        message,
+    }
+}

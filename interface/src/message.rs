@@ -1,0 +1,441 @@
+//! What crosses between the parties: which channels there are, and what a message on one carries.
+//!
+//! A channel has one sender, one receiver and one type of record. [`Channel`] lists them; every other list of channels
+//! follows from it.
+
+use serde::Serialize;
+
+use crate::codec::{DecodeError, decode, encode};
+use crate::control::{Notice, Order, Party};
+use crate::wire::{Record, StepHeader};
+
+/// What a channel carries.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+pub enum Kind {
+    /// From the coupler: control messages.
+    Order,
+    /// To the coupler: control messages.
+    Notice,
+    /// From the coupler: steps.
+    Grant,
+    /// To the coupler: what a grant has led to.
+    Report,
+    /// To the coupler: pieces of a saved state.
+    Saved,
+    /// From the coupler: pieces of a state to restore.
+    Restore,
+    /// From the continuum to the coupler: sums over point groups.
+    Groups,
+    /// From the continuum to the coupler: all points.
+    Points,
+    /// From the bodies to the coupler: all bodies.
+    Bodies,
+    /// From the bodies to the coupler: contacts of a frame.
+    Contacts,
+    /// From the continuum to the bodies: who the IMPs are.
+    Set,
+    /// From the continuum to the bodies: their states.
+    States,
+    /// From the bodies to the continuum: forces on them.
+    Forces,
+    /// From the bodies to the continuum: outlines.
+    Envelopes,
+}
+
+/// One channel of a run: what it carries, and of which solver it is (for those between the solvers: of the continuum).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Channel {
+    /// What it carries.
+    pub kind: Kind,
+    solver: Party,
+}
+
+/// How many channels there are.
+pub const CHANNELS: usize = 20;
+
+impl Channel {
+    /// All channels; the place in this list is the channel's number in a recording.
+    pub const ALL: [Self; CHANNELS] = {
+        const fn of(solver: Party, kind: Kind) -> Channel {
+            Channel { kind, solver }
+        }
+        [
+            of(Party::Mpm, Kind::Order),
+            of(Party::Mpm, Kind::Notice),
+            of(Party::Mpm, Kind::Grant),
+            of(Party::Mpm, Kind::Report),
+            of(Party::Mpm, Kind::Saved),
+            of(Party::Mpm, Kind::Restore),
+            of(Party::Dem, Kind::Order),
+            of(Party::Dem, Kind::Notice),
+            of(Party::Dem, Kind::Grant),
+            of(Party::Dem, Kind::Report),
+            of(Party::Dem, Kind::Saved),
+            of(Party::Dem, Kind::Restore),
+            of(Party::Mpm, Kind::Groups),
+            of(Party::Mpm, Kind::Points),
+            of(Party::Dem, Kind::Bodies),
+            of(Party::Dem, Kind::Contacts),
+            of(Party::Mpm, Kind::Set),
+            of(Party::Mpm, Kind::States),
+            of(Party::Mpm, Kind::Forces),
+            of(Party::Mpm, Kind::Envelopes),
+        ]
+    };
+
+    /// The channel of this kind in the session of `solver`.
+    pub const fn of(solver: Party, kind: Kind) -> Self {
+        let solver = match kind {
+            Kind::Order
+            | Kind::Notice
+            | Kind::Grant
+            | Kind::Report
+            | Kind::Saved
+            | Kind::Restore => solver,
+            Kind::Bodies | Kind::Contacts => Party::Dem,
+            _ => Party::Mpm,
+        };
+        Self { kind, solver }
+    }
+
+    /// Its place in [`Self::ALL`].
+    pub const fn number(self) -> usize {
+        let line = match self.kind {
+            Kind::Order => 0,
+            Kind::Notice => 1,
+            Kind::Grant => 2,
+            Kind::Report => 3,
+            Kind::Saved => 4,
+            Kind::Restore => 5,
+            Kind::Groups => return 12,
+            Kind::Points => return 13,
+            Kind::Bodies => return 14,
+            Kind::Contacts => return 15,
+            Kind::Set => return 16,
+            Kind::States => return 17,
+            Kind::Forces => return 18,
+            Kind::Envelopes => return 19,
+        };
+        match self.solver {
+            Party::Dem => 6 + line,
+            _ => line,
+        }
+    }
+
+    /// Name of its service.
+    pub const fn name(self) -> &'static str {
+        const NAMES: [&str; CHANNELS] = [
+            "mpm/orders",
+            "mpm/notices",
+            "mpm/grants",
+            "mpm/reports",
+            "mpm/saved",
+            "mpm/restore",
+            "dem/orders",
+            "dem/notices",
+            "dem/grants",
+            "dem/reports",
+            "dem/saved",
+            "dem/restore",
+            "mpm/groups",
+            "mpm/points",
+            "dem/bodies",
+            "dem/contacts",
+            "imp/set",
+            "imp/states",
+            "imp/forces",
+            "imp/envelopes",
+        ];
+        NAMES[self.number()]
+    }
+
+    /// The channel of this name.
+    pub fn named(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|channel| channel.name() == name)
+    }
+
+    /// Who sends.
+    pub const fn from(self) -> Party {
+        match self.kind {
+            Kind::Order | Kind::Grant | Kind::Restore => Party::Coupler,
+            Kind::Notice | Kind::Report | Kind::Saved => self.solver,
+            Kind::Groups | Kind::Points | Kind::Set | Kind::States => Party::Mpm,
+            Kind::Bodies | Kind::Contacts | Kind::Forces | Kind::Envelopes => Party::Dem,
+        }
+    }
+
+    /// Who receives.
+    pub const fn to(self) -> Party {
+        match self.kind {
+            Kind::Order | Kind::Grant | Kind::Restore => self.solver,
+            Kind::Set | Kind::States => Party::Dem,
+            Kind::Forces | Kind::Envelopes => Party::Mpm,
+            _ => Party::Coupler,
+        }
+    }
+
+    /// Whether a party sends or receives on it.
+    pub fn is_of(self, party: Party) -> bool {
+        self.from() == party || self.to() == party
+    }
+
+    /// Whether it runs between the two solvers.
+    pub const fn is_between_solvers(self) -> bool {
+        matches!(
+            self.kind,
+            Kind::Set | Kind::States | Kind::Forces | Kind::Envelopes
+        )
+    }
+
+    /// Whether a bell follows its messages (clause B-2): the others are followed at once by a message that has one.
+    pub const fn rings(self) -> bool {
+        !matches!(
+            self.kind,
+            Kind::Set | Kind::Groups | Kind::Points | Kind::Bodies | Kind::Contacts
+        )
+    }
+}
+
+impl Kind {
+    /// All kinds.
+    pub const ALL: [Self; 14] = [
+        Self::Order,
+        Self::Notice,
+        Self::Grant,
+        Self::Report,
+        Self::Saved,
+        Self::Restore,
+        Self::Groups,
+        Self::Points,
+        Self::Bodies,
+        Self::Contacts,
+        Self::Set,
+        Self::States,
+        Self::Forces,
+        Self::Envelopes,
+    ];
+}
+
+/// Does the same with the records of every kind.
+macro_rules! each_kind {
+    ($do:ident) => {
+        $do! {
+            Order: u8, Notice: u8, Grant: $crate::wire::Grant, Report: $crate::wire::Report, Saved: u8, Restore: u8, Groups: $crate::wire::GroupState,
+            Points: $crate::wire::PointState, Bodies: $crate::wire::BodyState, Contacts: $crate::wire::ContactState, Set: $crate::wire::ImpInfo, States: $crate::wire::ImpState,
+            Forces: $crate::wire::ImpForce, Envelopes: $crate::wire::EnvelopeVertex
+        }
+    };
+}
+pub(crate) use each_kind;
+
+macro_rules! define {
+    ($($kind:ident: $record:ty),*) => {
+        /// The records of a message, borrowed.
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        pub enum Records<'a> {
+            $(#[doc = concat!("Of [`Kind::", stringify!($kind), "`].")] $kind(&'a [$record])),*
+        }
+
+        /// The records of a message.
+        #[derive(Debug, Clone, PartialEq)]
+        pub enum Payload {
+            $(#[doc = concat!("Of [`Kind::", stringify!($kind), "`].")] $kind(Vec<$record>)),*
+        }
+
+        impl Records<'_> {
+            /// What they are.
+            pub fn kind(&self) -> Kind {
+                match self { $(Self::$kind(_) => Kind::$kind),* }
+            }
+
+            /// How many.
+            pub fn len(&self) -> usize {
+                match self { $(Self::$kind(records) => records.len()),* }
+            }
+
+            /// The same, owned.
+            pub fn to_payload(self) -> Payload {
+                match self { $(Self::$kind(records) => Payload::$kind(records.to_vec())),* }
+            }
+
+            /// Whether every number is allowed on the wire (clause W-1).
+            ///
+            /// # Errors
+            /// The record and the name of the field that is not.
+            pub fn check(&self) -> Result<(), (usize, &'static str)> {
+                match self { $(Self::$kind(records) => check_all(records)),* }
+            }
+
+            /// Their bytes, as on the wire, after what `bytes` has.
+            pub fn write(&self, bytes: &mut Vec<u8>) {
+                match self { $(Self::$kind(records) => write_all(records, bytes)),* }
+            }
+        }
+
+        impl Payload {
+            /// No records of this kind.
+            pub fn empty(kind: Kind) -> Self {
+                match kind { $(Kind::$kind => Self::$kind(Vec::new())),* }
+            }
+
+            /// The records.
+            pub fn records(&self) -> Records<'_> {
+                match self { $(Self::$kind(records) => Records::$kind(records)),* }
+            }
+
+            /// Takes over a copy of `records`; the memory stays where the kind does.
+            pub fn copy_from(&mut self, records: Records<'_>) {
+                match (self, records) {
+                    $((Self::$kind(own), Records::$kind(new)) => { own.clear(); own.extend_from_slice(new); })*
+                    (own, other) => *own = other.to_payload(),
+                }
+            }
+
+            /// The records of `kind` in `bytes`, as on the wire; `None` if they are not whole records.
+            pub fn read(kind: Kind, bytes: &[u8]) -> Option<Self> {
+                Some(match kind { $(Kind::$kind => Self::$kind(read_all(bytes)?)),* })
+            }
+        }
+    };
+}
+each_kind!(define);
+
+fn check_all<T: Record>(records: &[T]) -> Result<(), (usize, &'static str)> {
+    for (slot, record) in records.iter().enumerate() {
+        record.check().map_err(|field| (slot, field))?;
+    }
+    Ok(())
+}
+
+fn write_all<T: Record>(records: &[T], bytes: &mut Vec<u8>) {
+    let (size, begin) = (size_of::<T>(), bytes.len());
+    bytes.resize(begin + size * records.len(), 0);
+    for (record, bytes) in records.iter().zip(bytes[begin..].chunks_exact_mut(size)) {
+        record.write(bytes);
+    }
+}
+
+fn read_all<T: Record>(bytes: &[u8]) -> Option<Vec<T>> {
+    let size = size_of::<T>();
+    (bytes.len() % size == 0).then(|| bytes.chunks_exact(size).map(T::read).collect())
+}
+
+impl Payload {
+    /// What it is.
+    pub fn kind(&self) -> Kind {
+        self.records().kind()
+    }
+
+    /// How many records.
+    pub fn len(&self) -> usize {
+        self.records().len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+impl Records<'_> {
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// A message as it is on the wire.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Message {
+    /// As sent, or to be sent as it is: `count` may be wrong.
+    pub header: StepHeader,
+    /// What follows.
+    pub payload: Payload,
+}
+
+impl Message {
+    /// A message whose header has the right count.
+    pub fn new(header: StepHeader, payload: Payload) -> Self {
+        let count = payload.len() as u64;
+        Self {
+            header: StepHeader { count, ..header },
+            payload,
+        }
+    }
+
+    /// An order as a coupler sends it.
+    pub fn order(order: &Order) -> Self {
+        Self::new(StepHeader::default(), Payload::Order(encode(order)))
+    }
+
+    /// A notice as a solver sends it at `step`.
+    pub fn notice(step: u64, notice: &Notice) -> Self {
+        let header = StepHeader {
+            step,
+            ..StepHeader::default()
+        };
+        Self::new(header, Payload::Notice(encode(notice)))
+    }
+
+    /// What it carries.
+    pub fn kind(&self) -> Kind {
+        self.payload.kind()
+    }
+
+    /// The order in it.
+    ///
+    /// # Errors
+    /// Why it is none.
+    pub fn as_order(&self) -> Result<Order, String> {
+        match &self.payload {
+            Payload::Order(bytes) => decode(bytes).map_err(|e: DecodeError| e.to_string()),
+            other => Err(format!("{:?} instead of an order", other.kind())),
+        }
+    }
+
+    /// The notice in it.
+    ///
+    /// # Errors
+    /// Why it is none.
+    pub fn as_notice(&self) -> Result<Notice, String> {
+        match &self.payload {
+            Payload::Notice(bytes) => Notice::decode(bytes).map_err(|e| e.to_string()),
+            other => Err(format!("{:?} instead of a notice", other.kind())),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::wire::ImpState;
+
+    #[test]
+    fn every_channel_has_its_number_and_name() {
+        for (number, channel) in Channel::ALL.into_iter().enumerate() {
+            assert_eq!(channel.number(), number);
+            assert_eq!(Channel::named(channel.name()), Some(channel));
+            assert_ne!(channel.from(), channel.to());
+            assert_eq!(Channel::of(channel.solver, channel.kind), channel);
+        }
+        assert_eq!(
+            Channel::of(Party::Dem, Kind::Set),
+            Channel::of(Party::Mpm, Kind::Set)
+        );
+    }
+
+    #[test]
+    fn records_are_copied_and_read_back() {
+        let states = [ImpState {
+            position: [1.0, -0.0],
+            velocity: [2.0, 3.0],
+        }];
+        let mut payload = Payload::empty(Kind::Bodies);
+        payload.copy_from(Records::States(&states));
+        assert_eq!(payload.records(), Records::States(&states));
+        let mut bytes = Vec::new();
+        payload.records().write(&mut bytes);
+        assert_eq!(Payload::read(Kind::States, &bytes), Some(payload));
+        assert_eq!(Payload::read(Kind::States, &bytes[1..]), None);
+    }
+}

@@ -1,0 +1,167 @@
+//! The coupler's side of a session: its machine, the run that decides what it asks, and what has come.
+
+use std::time::Duration;
+
+use super::SessionError;
+use super::turns::{Inbox, Turn, Turns};
+use crate::control::Party;
+use crate::core::Action;
+use crate::core::coupler::{Coupler, Decision, Event, Question};
+use crate::message::Channel;
+use crate::transport::Transport;
+
+/// The run cannot go on; the solvers are told this reason.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Stop(pub String);
+
+/// Who decides what a session is about.
+pub trait Lead {
+    /// Answers a question of the machine, which has what the solvers have said.
+    ///
+    /// # Errors
+    /// [`Stop`] ends the session.
+    fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop>;
+
+    /// Asked during every long wait: a solver that is gone, and how it ended.
+    fn gone(&mut self) -> Option<(Party, String)> {
+        None
+    }
+
+    /// Asked during every long wait before the first grant: why the session is to end now.
+    fn interrupted(&mut self) -> Option<Stop> {
+        None
+    }
+}
+
+/// The coupler's side of a session.
+pub struct Leader<'a> {
+    machine: Coupler,
+    lead: &'a mut dyn Lead,
+    action: Action<Question>,
+    inbox: Inbox,
+}
+
+impl<'a> Leader<'a> {
+    /// Leads `solvers` as `lead` decides.
+    pub fn new(solvers: &[Party], lead: &'a mut dyn Lead) -> Self {
+        let mut machine = Coupler::new(solvers);
+        let action = machine.start();
+        Self {
+            machine,
+            lead,
+            action,
+            inbox: Inbox::new(),
+        }
+    }
+
+    /// What the solvers have said.
+    pub fn coupler(&self) -> &Coupler {
+        &self.machine
+    }
+
+    /// How the session ended.
+    ///
+    /// # Errors
+    /// Any [`SessionError`]: that of the session, or that it has not ended.
+    pub fn take_verdict(&mut self) -> Result<(), SessionError> {
+        let verdict = self.machine.take_verdict();
+        verdict.unwrap_or_else(|| Err(SessionError::Aborted("the session has not ended".into())))
+    }
+
+    /// Ends the session for this reason, as soon as it gets a turn.
+    pub fn stop(&mut self, reason: String) {
+        if self.machine.verdict().is_none() {
+            self.on(Event::Stopped(reason));
+        }
+    }
+
+    fn on(&mut self, event: Event<'_>) {
+        self.action = self.machine.on(event);
+    }
+
+    fn take(&mut self, channel: Channel, transport: &mut dyn Transport) -> bool {
+        let into = self.inbox.of(channel.kind);
+        match transport.receive(channel, into) {
+            Ok(None) => return false,
+            Ok(Some(header)) => {
+                let event = Event::Received(channel, header, into.records());
+                self.action = self.machine.on(event);
+            }
+            Err(error) => self.on(Event::Broken(error)),
+        }
+        true
+    }
+
+    /// Takes a notice that nobody waits for; whether there was one.
+    fn take_notice(&mut self, transport: &mut dyn Transport) -> bool {
+        let mut notices = self.machine.notices();
+        let both = [notices.next(), notices.next()];
+        drop(notices);
+        both.into_iter()
+            .flatten()
+            .any(|channel| self.take(channel, transport))
+    }
+}
+
+impl Turns for Leader<'_> {
+    fn turn(&mut self, transport: &mut dyn Transport) -> Turn {
+        match self.action {
+            Action::Wait(wait) => {
+                for channel in wait.on.into_iter().flatten() {
+                    if self.take(channel, transport) {
+                        return Turn::Went;
+                    }
+                }
+                return Turn::Waits(wait);
+            }
+            Action::Do(question) => {
+                let event = match self.lead.decide(question, &mut self.machine) {
+                    Ok(decision) => Event::Done(decision),
+                    Err(Stop(reason)) => Event::Stopped(reason),
+                };
+                self.on(event);
+            }
+            Action::Send(channel, header) => {
+                let records = self.machine.ready_to_send(channel);
+                let event = match transport.send(channel, &header, records) {
+                    Ok(()) => Event::Sent,
+                    Err(error) => Event::Broken(error),
+                };
+                transport.ring(channel.to());
+                self.on(event);
+            }
+            Action::Take(channel) => {
+                if !self.take(channel, transport) {
+                    self.on(Event::Absent(channel));
+                }
+            }
+            Action::Open { .. } => unreachable!("the coupler has opened its channels"),
+            Action::End => return Turn::Ended,
+        }
+        Turn::Went
+    }
+
+    fn look_up(&mut self, transport: &mut dyn Transport) -> bool {
+        if self.machine.is_arriving()
+            && let Some(Stop(reason)) = self.lead.interrupted()
+        {
+            self.on(Event::Stopped(reason));
+            return true;
+        }
+        // Last words before the end of a process: whoever has gone may have said why.
+        if self.take_notice(transport) {
+            return true;
+        }
+        let Some((who, how)) = self.lead.gone() else {
+            return false;
+        };
+        if !self.take_notice(transport) {
+            self.on(Event::Gone(who, how));
+        }
+        true
+    }
+
+    fn expire(&mut self, waited: Duration) {
+        self.on(Event::Expired(waited));
+    }
+}

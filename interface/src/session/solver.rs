@@ -1,0 +1,526 @@
+//! A solver's side of a session: its machine, the solver that does what the machine asks for, and what has come.
+
+use std::time::{Duration, Instant};
+
+use super::SessionError;
+use super::stopwatch::{Activity, Stopwatch, cpu_ns};
+use super::turns::{Inbox, Turn, Turns, drive};
+use crate::codec::encode;
+use crate::control::{Hello, Notice, PROTOCOL, Party};
+use crate::core::bodies::Bodies;
+use crate::core::continuum::Continuum;
+use crate::core::{Action, Done, Event, Machine, Task, broken, fastest};
+use crate::domain::Domain;
+use crate::message::{Channel, Kind, Payload, Records};
+use crate::process::started_as;
+use crate::solver::{DemSolver, MpmSolver};
+use crate::transport::Transport;
+use crate::transport::iceoryx::{self, Medium, ROOM};
+use crate::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, StepHeader};
+
+/// Longest that a solver on the wrong side waits for the coupler to end the session.
+const GRACE: Duration = Duration::from_secs(2);
+
+/// Whose CPU time a report tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Clocked {
+    /// The process is the solver's alone.
+    Process,
+    /// The thread is.
+    Thread,
+    /// All parties share a thread: who lets them take turns books their time.
+    Shared,
+}
+
+/// Joins the run of `domain` as the continuum and serves until the session is closed.
+///
+/// # Errors
+/// Any [`SessionError`]; the coupler has been told.
+pub fn serve_mpm(
+    medium: Medium,
+    domain: &Domain,
+    solver: &mut dyn MpmSolver,
+    own_process: bool,
+) -> Result<(), SessionError> {
+    let clocked = clocked(own_process);
+    serve(medium, domain, MpmSide::new(solver, clocked), own_process)
+}
+
+/// Joins the run of `domain` as the bodies and serves until the session is closed.
+///
+/// # Errors
+/// Any [`SessionError`]; the coupler has been told.
+pub fn serve_dem(
+    medium: Medium,
+    domain: &Domain,
+    solver: &mut dyn DemSolver,
+    own_process: bool,
+) -> Result<(), SessionError> {
+    let clocked = clocked(own_process);
+    serve(medium, domain, DemSide::new(solver, clocked), own_process)
+}
+
+fn clocked(own_process: bool) -> Clocked {
+    if own_process {
+        Clocked::Process
+    } else {
+        Clocked::Thread
+    }
+}
+
+fn serve<P: Perform>(
+    medium: Medium,
+    domain: &Domain,
+    mut side: Side<P>,
+    own_process: bool,
+) -> Result<(), SessionError> {
+    let party = side.party();
+    if own_process && let Some(expected) = started_as().filter(|&expected| expected != party) {
+        return Err(say_on_the_wrong_side(
+            domain,
+            expected,
+            side.performer.hello(),
+        ));
+    }
+    let mut transport = iceoryx::join(medium, domain, party, &[], ROOM)?;
+    drive(&mut side, &mut *transport);
+    side.take_verdict()
+}
+
+/// Says Hello where the coupler listens for another party than this one is, and lives until that has been heard (O-1,
+/// D-2).
+fn say_on_the_wrong_side(domain: &Domain, expected: Party, hello: Hello) -> SessionError {
+    let own = hello.party;
+    let notice = encode(&Notice::Hello(hello));
+    let header = StepHeader {
+        count: notice.len() as u64,
+        ..StepHeader::default()
+    };
+    match iceoryx::say_as(domain, expected, &header, &notice) {
+        Ok(_ends) => {
+            let start = Instant::now();
+            while domain.coupler_lives() && start.elapsed() < GRACE {
+                std::thread::sleep(Duration::from_millis(10));
+            }
+            broken(own, "O-1", 0, format!("started as the {expected}"))
+        }
+        Err(error) => error.into(),
+    }
+}
+
+/// The continuum's side.
+pub type MpmSide<'a> = Side<MpmPerformer<'a>>;
+/// The bodies' side.
+pub type DemSide<'a> = Side<DemPerformer<'a>>;
+
+/// A solver's side of a session.
+pub struct Side<P: Perform> {
+    performer: P,
+    action: Action,
+    inbox: Inbox,
+    watch: Stopwatch,
+    clocked: Clocked,
+}
+
+/// A machine and the solver that does what it asks for.
+pub trait Perform {
+    /// The machine.
+    type Machine: Machine;
+    /// The machine.
+    fn machine(&mut self) -> &mut Self::Machine;
+    /// What the solver says of itself.
+    fn hello(&self) -> Hello;
+    /// Has the solver do a task with what has come, tells the machine, and sends what the solver has given if the
+    /// machine says so.
+    fn perform(&mut self, task: Task, desk: &mut Desk<'_>) -> Action;
+}
+
+/// What a task may use: what has come, and where to send.
+pub struct Desk<'a> {
+    inbox: &'a mut Inbox,
+    transport: &'a mut dyn Transport,
+    watch: &'a mut Stopwatch,
+}
+
+impl Desk<'_> {
+    fn forces(&mut self) -> &[ImpForce] {
+        match self.inbox.of(Kind::Forces) {
+            Payload::Forces(forces) => forces,
+            _ => &[],
+        }
+    }
+
+    fn states(&mut self) -> &[ImpState] {
+        match self.inbox.of(Kind::States) {
+            Payload::States(states) => states,
+            _ => &[],
+        }
+    }
+
+    fn set(&mut self) -> &[ImpInfo] {
+        match self.inbox.of(Kind::Set) {
+            Payload::Set(set) => set,
+            _ => &[],
+        }
+    }
+
+    fn envelopes(&mut self) -> &[EnvelopeVertex] {
+        match self.inbox.of(Kind::Envelopes) {
+            Payload::Envelopes(envelopes) => envelopes,
+            _ => &[],
+        }
+    }
+
+    /// The solver has given `records`, and the machine has said `action`: sends them if it is about them.
+    fn send(&mut self, machine: &mut impl Machine, action: Action, records: Records<'_>) -> Action {
+        match action {
+            Action::Send(channel, header) if channel.kind == records.kind() => {
+                self.watch.lap(Activity::Compute);
+                let event = sent(self.transport, channel, &header, records);
+                self.watch.lap(Activity::Exchange);
+                machine.on(event)
+            }
+            other => other,
+        }
+    }
+}
+
+/// Sends a message with its bell.
+fn sent(
+    transport: &mut dyn Transport,
+    channel: Channel,
+    header: &StepHeader,
+    records: Records<'_>,
+) -> Event<'static> {
+    match transport.send(channel, header, records) {
+        Ok(()) => {
+            if channel.rings() {
+                transport.ring(channel.to());
+            }
+            Event::Sent
+        }
+        Err(error) => Event::Broken(error),
+    }
+}
+
+impl<P: Perform> Side<P> {
+    fn with(mut performer: P, clocked: Clocked) -> Self {
+        let action = performer.machine().start();
+        let watch = Stopwatch::start(clocked != Clocked::Shared);
+        Self {
+            performer,
+            action,
+            inbox: Inbox::new(),
+            watch,
+            clocked,
+        }
+    }
+
+    /// Which side it is.
+    pub fn party(&mut self) -> Party {
+        self.performer.machine().line().party()
+    }
+
+    /// First step that is not done.
+    pub fn step(&mut self) -> u64 {
+        self.performer.machine().line().step()
+    }
+
+    /// How the session ended.
+    ///
+    /// # Errors
+    /// Any [`SessionError`]: that of the session, or that it has not ended.
+    pub fn take_verdict(&mut self) -> Result<(), SessionError> {
+        let verdict = self.performer.machine().line_mut().take_verdict();
+        verdict.unwrap_or_else(|| Err(SessionError::Aborted("the session has not ended".into())))
+    }
+
+    /// Books time that somebody else has measured, for a side that is [`Clocked::Shared`].
+    pub fn book(&mut self, computed: Duration) {
+        self.watch.compute_ns += computed.as_nanos() as u64;
+    }
+
+    fn on(&mut self, event: Event<'_>) {
+        self.action = self.performer.machine().on(event);
+    }
+
+    /// Takes the next message of `channel`, if it is there; whether it was.
+    fn take(&mut self, channel: Channel, transport: &mut dyn Transport) -> bool {
+        let into = self.inbox.of(channel.kind);
+        match transport.receive(channel, into) {
+            Ok(None) => return false,
+            Ok(Some(header)) => {
+                self.watch.lap(Activity::Wait);
+                let event = Event::Received(header, into.records());
+                self.action = self.performer.machine().on(event);
+            }
+            Err(error) => self.on(Event::Broken(error)),
+        }
+        true
+    }
+
+    fn send(&mut self, channel: Channel, header: &StepHeader, transport: &mut dyn Transport) {
+        self.watch.lap(Activity::Compute);
+        let line = self.performer.machine().line_mut();
+        if channel.kind == Kind::Report {
+            let cpu = match self.clocked {
+                Clocked::Process => cpu_ns(true),
+                Clocked::Thread => cpu_ns(false),
+                Clocked::Shared => self.watch.compute_ns,
+            };
+            line.stamp(|report| {
+                report.compute_ns = self.watch.compute_ns;
+                report.exchange_ns = self.watch.exchange_ns;
+                report.wait_ns = self.watch.wait_ns;
+                report.cpu_ns = cpu;
+            });
+        }
+        // A message without records of a kind that the solver otherwise gives: HALT_BEFORE, WANT_ENVELOPES.
+        let empty = Payload::empty(channel.kind);
+        let records = line
+            .ready_to_send(channel.kind)
+            .unwrap_or_else(|| empty.records());
+        let event = sent(transport, channel, header, records);
+        self.on(event);
+        self.watch.lap(Activity::Exchange);
+    }
+}
+
+impl<P: Perform> Turns for Side<P> {
+    fn turn(&mut self, transport: &mut dyn Transport) -> Turn {
+        match self.action {
+            Action::Wait(wait) => {
+                for channel in wait.on.into_iter().flatten() {
+                    if self.take(channel, transport) {
+                        return Turn::Went;
+                    }
+                }
+                return Turn::Waits(wait);
+            }
+            Action::Do(task) => {
+                let mut desk = Desk {
+                    inbox: &mut self.inbox,
+                    transport,
+                    watch: &mut self.watch,
+                };
+                self.action = self.performer.perform(task, &mut desk);
+                self.watch.lap(Activity::Compute);
+            }
+            Action::Send(channel, header) => self.send(channel, &header, transport),
+            Action::Take(channel) => {
+                if !self.take(channel, transport) {
+                    self.on(Event::Absent);
+                }
+            }
+            Action::Open { coupled } => {
+                let event = match transport.open(coupled) {
+                    Ok(()) => Event::Opened,
+                    Err(error) => Event::Broken(error),
+                };
+                self.on(event);
+            }
+            Action::End => return Turn::Ended,
+        }
+        Turn::Went
+    }
+
+    fn look_up(&mut self, transport: &mut dyn Transport) -> bool {
+        let orders = Channel::of(self.party(), Kind::Order);
+        if self.take(orders, transport) {
+            return true;
+        }
+        let gone = !transport.coupler_lives();
+        if gone {
+            self.on(Event::CouplerGone);
+        }
+        gone
+    }
+
+    fn expire(&mut self, waited: Duration) {
+        self.on(Event::Expired(waited));
+    }
+}
+
+/// The continuum's machine and solver.
+pub struct MpmPerformer<'a> {
+    machine: Continuum,
+    solver: &'a mut dyn MpmSolver,
+}
+
+impl<'a> MpmSide<'a> {
+    /// The side of `solver`.
+    pub fn new(solver: &'a mut dyn MpmSolver, clocked: Clocked) -> Self {
+        let machine = Continuum::new(solver.identity(), solver.capabilities());
+        Side::with(MpmPerformer { machine, solver }, clocked)
+    }
+}
+
+fn hello(party: Party, identity: String, capabilities: crate::capability::Capabilities) -> Hello {
+    Hello {
+        protocol: PROTOCOL,
+        party,
+        identity,
+        pid: std::process::id(),
+        capabilities,
+    }
+}
+
+impl Perform for MpmPerformer<'_> {
+    type Machine = Continuum;
+
+    fn machine(&mut self) -> &mut Continuum {
+        &mut self.machine
+    }
+
+    fn hello(&self) -> Hello {
+        hello(
+            Party::Mpm,
+            self.solver.identity(),
+            self.solver.capabilities(),
+        )
+    }
+
+    fn perform(&mut self, task: Task, desk: &mut Desk<'_>) -> Action {
+        let (machine, solver) = (&mut self.machine, &mut *self.solver);
+        let done = match task {
+            Task::Configure => match solver.configure(machine.config()) {
+                Ok(readiness) => Done::Configured {
+                    readiness,
+                    fastest: fastest(&solver.points()),
+                },
+                Err(refusal) => Done::Refused(refusal),
+            },
+            Task::Restore => match solver.restore(machine.restored()) {
+                Ok(()) => Done::Restored(solver.travel()),
+                Err(refusal) => Done::Refused(refusal),
+            },
+            Task::Save => solver.save().map_or_else(Done::Failed, Done::Saved),
+            Task::Points => {
+                let points = solver.points();
+                let action = machine.on(Event::Done(Done::Points(&points)));
+                return desk.send(machine, action, Records::Points(&points));
+            }
+            Task::Measure => {
+                let measurement = solver.measurement();
+                let groups = Records::Groups(&measurement.groups);
+                let measured = Done::Measured(&measurement.ledger, groups);
+                let action = machine.on(Event::Done(measured));
+                return desk.send(machine, action, groups);
+            }
+            Task::Select => {
+                let set = solver.select_imps(desk.envelopes());
+                let action = machine.on(Event::Done(Done::Selected(set)));
+                return desk.send(machine, action, Records::Set(set));
+            }
+            Task::States => {
+                let states = solver.imp_states();
+                let action = machine.on(Event::Done(Done::States(states)));
+                return desk.send(machine, action, Records::States(states));
+            }
+            Task::Predict(step) => match solver.predict(&step) {
+                Ok(()) => Done::Predicted,
+                Err(fault) => Done::Failed(fault),
+            },
+            Task::Correct(step) => match solver.correct(&step, desk.forces()) {
+                Ok(limits) => Done::Corrected(limits, solver.travel()),
+                Err(fault) => Done::Failed(fault),
+            },
+            Task::Envelopes | Task::TakeSet | Task::Contact(_) | Task::Advance(_) => {
+                unreachable!("{task:?} is for bodies")
+            }
+        };
+        machine.on(Event::Done(done))
+    }
+}
+
+/// The bodies' machine and solver.
+pub struct DemPerformer<'a> {
+    machine: Bodies,
+    solver: &'a mut dyn DemSolver,
+    forces: Vec<ImpForce>,
+}
+
+impl<'a> DemSide<'a> {
+    /// The side of `solver`.
+    pub fn new(solver: &'a mut dyn DemSolver, clocked: Clocked) -> Self {
+        let machine = Bodies::new(solver.identity(), solver.capabilities());
+        let performer = DemPerformer {
+            machine,
+            solver,
+            forces: Vec::new(),
+        };
+        Side::with(performer, clocked)
+    }
+}
+
+impl Perform for DemPerformer<'_> {
+    type Machine = Bodies;
+
+    fn machine(&mut self) -> &mut Bodies {
+        &mut self.machine
+    }
+
+    fn hello(&self) -> Hello {
+        hello(
+            Party::Dem,
+            self.solver.identity(),
+            self.solver.capabilities(),
+        )
+    }
+
+    fn perform(&mut self, task: Task, desk: &mut Desk<'_>) -> Action {
+        let (machine, solver) = (&mut self.machine, &mut *self.solver);
+        let done = match task {
+            Task::Configure => match solver.configure(machine.config()) {
+                Ok(readiness) => Done::Configured {
+                    readiness,
+                    fastest: 0.0,
+                },
+                Err(refusal) => Done::Refused(refusal),
+            },
+            Task::Restore => match solver.restore(machine.restored()) {
+                Ok(()) => Done::Restored(0.0),
+                Err(refusal) => Done::Refused(refusal),
+            },
+            Task::Save => solver.save().map_or_else(Done::Failed, Done::Saved),
+            Task::Measure => {
+                let measurement = solver.measurement();
+                let bodies = Records::Bodies(&measurement.bodies);
+                let measured = Done::Measured(&measurement.ledger, bodies);
+                let action = machine.on(Event::Done(measured));
+                return desk.send(machine, action, bodies);
+            }
+            Task::Envelopes => {
+                let envelopes = solver.envelopes();
+                let action = machine.on(Event::Done(Done::Envelopes(envelopes)));
+                return desk.send(machine, action, Records::Envelopes(envelopes));
+            }
+            Task::TakeSet => {
+                solver.imp_set(desk.set());
+                Done::SetTaken
+            }
+            Task::Contact(step) => {
+                // Forces never accumulate from one step to the next (F-8).
+                let forces = &mut self.forces;
+                forces.clear();
+                forces.resize(machine.imps(), ImpForce::default());
+                let states = desk.states();
+                match solver.contact(&step, &states[..forces.len().min(states.len())], forces) {
+                    Ok(answer) => {
+                        let action = machine.on(Event::Done(Done::Contacts(answer, forces)));
+                        return desk.send(machine, action, Records::Forces(forces));
+                    }
+                    Err(fault) => Done::Failed(fault),
+                }
+            }
+            Task::Advance(step) => match solver.advance(&step) {
+                Ok(()) => Done::Advanced,
+                Err(fault) => Done::Failed(fault),
+            },
+            Task::Points | Task::Select | Task::States | Task::Predict(_) | Task::Correct(_) => {
+                unreachable!("{task:?} is for the continuum")
+            }
+        };
+        machine.on(Event::Done(done))
+    }
+}

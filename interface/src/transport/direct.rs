@@ -1,0 +1,122 @@
+//! Parties that take turns in one thread: a message is a vector that changes hands, a bell is nothing.
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+use std::time::Duration;
+
+use super::{Transport, TransportError};
+use crate::control::Party;
+use crate::message::{CHANNELS, Channel, Payload, Records};
+use crate::wire::StepHeader;
+
+/// What is on its way between the parties of one thread.
+#[derive(Debug, Default)]
+struct Hub {
+    queues: [VecDeque<(StepHeader, Payload)>; CHANNELS],
+    /// Vectors to be used again, channel by channel.
+    spare: [Vec<Payload>; CHANNELS],
+    coupler_gone: bool,
+}
+
+/// One party's ends within the thread.
+#[derive(Debug, Clone, Default)]
+pub struct Direct(Rc<RefCell<Hub>>);
+
+impl Direct {
+    /// The ends of all parties: clones of one another.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// To the others the coupler is gone from now on.
+    pub fn release(&self) {
+        self.0.borrow_mut().coupler_gone = true;
+    }
+}
+
+impl Transport for Direct {
+    fn open(&mut self, _: bool) -> Result<(), TransportError> {
+        Ok(())
+    }
+
+    fn send(
+        &mut self,
+        channel: Channel,
+        header: &StepHeader,
+        records: Records<'_>,
+    ) -> Result<(), TransportError> {
+        let hub = &mut *self.0.borrow_mut();
+        let number = channel.number();
+        let payload = match hub.spare[number].pop() {
+            Some(mut payload) => {
+                payload.copy_from(records);
+                payload
+            }
+            None => records.to_payload(),
+        };
+        hub.queues[number].push_back((*header, payload));
+        Ok(())
+    }
+
+    fn receive(
+        &mut self,
+        channel: Channel,
+        into: &mut Payload,
+    ) -> Result<Option<StepHeader>, TransportError> {
+        let hub = &mut *self.0.borrow_mut();
+        let number = channel.number();
+        let Some((header, payload)) = hub.queues[number].pop_front() else {
+            return Ok(None);
+        };
+        hub.spare[number].push(core::mem::replace(into, payload));
+        Ok(Some(header))
+    }
+
+    fn ring(&mut self, _: Party) {}
+
+    fn sleep(&mut self, _: Party, _: Duration) -> u64 {
+        0
+    }
+
+    fn coupler_lives(&self) -> bool {
+        !self.0.borrow().coupler_gone
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::Kind;
+    use crate::wire::ImpState;
+
+    #[test]
+    fn messages_arrive_in_order_and_memory_is_used_again() {
+        let mut mpm = Direct::new();
+        let mut dem = mpm.clone();
+        let channel = Channel::of(Party::Mpm, Kind::States);
+        let state = |x| ImpState {
+            position: [x, 0.0],
+            velocity: [0.0; 2],
+        };
+        let mut into = Payload::empty(Kind::States);
+        for step in 0..5 {
+            let header = StepHeader {
+                step,
+                ..StepHeader::default()
+            };
+            mpm.send(channel, &header, Records::States(&[state(step as f64)]))
+                .unwrap();
+            mpm.send(channel, &header, Records::States(&[])).unwrap();
+            let got = dem.receive(channel, &mut into).unwrap().unwrap();
+            assert_eq!(got.step, step);
+            assert_eq!(into.records(), Records::States(&[state(step as f64)]));
+            assert!(dem.receive(channel, &mut into).unwrap().is_some());
+            assert!(into.is_empty());
+            assert_eq!(dem.receive(channel, &mut into).unwrap(), None);
+        }
+        assert!(dem.coupler_lives());
+        mpm.release();
+        assert!(!dem.coupler_lives());
+    }
+}

@@ -1,0 +1,627 @@
+//! Channels and bells over iceoryx2: shared memory between processes, or within one. The only file that names it, but
+//! for [`crate::wire`], whose records cross as they are, and [`crate::domain`], which configures it.
+//!
+//! A channel has one sender and one receiver, carries slices of one record type with a [`StepHeader`], never drops and
+//! never overwrites. Lockstep keeps at most a few messages in flight, so a full channel means that the receiver is
+//! gone, and sending then fails after the deadline instead of blocking for ever.
+//!
+//! Each ordered pair of parties has one bell. iceoryx2 0.10 loses wakeups when a listener has two notifiers; with one
+//! it does not, and every wait looks again after a nap anyway.
+
+use std::time::Duration;
+
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::{BackpressureAction, BackpressureInfo};
+use iceoryx2::prelude::{
+    AllocationStrategy, AttributeSpecifier, AttributeVerifier, BackpressureStrategy, Node,
+    NodeBuilder, Service, SignalHandlingMode, ipc, local,
+};
+use iceoryx2::service::builder::{event, publish_subscribe};
+use iceoryx2::service::port_factory::{self, PortFactory as _};
+
+use super::{Transport, TransportError};
+use crate::control::Party;
+use crate::domain::Domain;
+use crate::message::{CHANNELS, Channel, Kind, Payload, Records, each_kind};
+use crate::wire::{Record, StepHeader, layout_hash};
+
+/// Over what the parties talk.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Medium {
+    /// Between processes.
+    Processes,
+    /// Between threads of this process: the same code over process-local memory.
+    Threads,
+}
+
+/// Messages that may wait in a channel. Lockstep needs two; a failure notice and a goodbye may follow a report.
+const BUFFER: usize = 4;
+/// The same between the solvers of a recorded run: more than cross while the tap sleeps.
+const RECORDED_BUFFER: usize = 64;
+/// Records of the first segment of a channel; it grows by doubling.
+const FIRST_LENGTH: usize = 64;
+/// The same of notices, more than any takes: a message for which the segment must grow is lost when its sender ends
+/// before the receiver has seen the new segment, and last words are notices (clause C-6). The memory is reserved, not
+/// touched.
+const NOTICE_BYTES: usize = 64 << 10;
+const LAYOUT_KEY: &str = "layout";
+/// Longest that a send waits for room (clause C-7). In lockstep there always is room, unless the receiver takes nothing
+/// any more.
+pub const ROOM: Duration = Duration::from_secs(10);
+
+fn refused<E: core::fmt::Debug>(
+    channel: &str,
+    action: &'static str,
+) -> impl FnOnce(E) -> TransportError {
+    move |e| TransportError::Refused {
+        channel: channel.to_string(),
+        action,
+        reason: format!("{e:?}"),
+    }
+}
+
+/// Creates every channel and bell of a run with these solvers (the coupler's privilege), to be kept for as long as the
+/// run lasts. In a `recorded` run a second subscriber may listen between the solvers.
+///
+/// # Errors
+/// [`TransportError`].
+pub fn create(
+    medium: Medium,
+    domain: &Domain,
+    solvers: &[Party],
+    recorded: bool,
+) -> Result<Created, TransportError> {
+    match medium {
+        Medium::Processes => create_over::<ipc::Service>(domain, solvers, recorded),
+        Medium::Threads => create_over::<local::Service>(domain, solvers, recorded),
+    }
+}
+
+/// The ends of `party` in a run that has been created. A solver's line to the coupler is open at once, the rest after
+/// [`Transport::open`]; the coupler's lines to `solvers` are open at once. A send waits for room for `room` at most.
+///
+/// # Errors
+/// [`TransportError`].
+pub fn join(
+    medium: Medium,
+    domain: &Domain,
+    party: Party,
+    solvers: &[Party],
+    room: Duration,
+) -> Result<Box<dyn Transport>, TransportError> {
+    Ok(match medium {
+        Medium::Processes => Box::new(Ends::<ipc::Service>::join(domain, party, solvers, room)?),
+        Medium::Threads => Box::new(Ends::<local::Service>::join(domain, party, solvers, room)?),
+    })
+}
+
+/// A second receiver of everything between the solvers of a recorded run.
+///
+/// # Errors
+/// [`TransportError`].
+pub fn listen(medium: Medium, domain: &Domain) -> Result<Box<dyn Transport>, TransportError> {
+    Ok(match medium {
+        Medium::Processes => Box::new(Ends::<ipc::Service>::listen(domain)?),
+        Medium::Threads => Box::new(Ends::<local::Service>::listen(domain)?),
+    })
+}
+
+/// Says one message on the channel of `expected`, as a solver does that was started as another party (clause O-1).
+///
+/// # Errors
+/// [`TransportError`].
+pub fn say_as(
+    domain: &Domain,
+    expected: Party,
+    header: &StepHeader,
+    notice: &[u8],
+) -> Result<Box<dyn Transport>, TransportError> {
+    let mut ends = Ends::<ipc::Service>::new(domain, expected, ROOM)?;
+    let channel = Channel::of(expected, Kind::Notice);
+    ends.open_channel(channel)?;
+    ends.open_bells(expected, Party::Coupler)?;
+    ends.send(channel, header, Records::Notice(notice))?;
+    ends.ring(Party::Coupler);
+    Ok(Box::new(ends))
+}
+
+/// The channels and bells of a run. They exist for as long as somebody holds them.
+pub struct Created(Vec<Made>);
+
+struct Made {
+    name: String,
+    from: Party,
+    to: Party,
+    service: Box<dyn Opened>,
+}
+
+impl Created {
+    /// Channels and bells that `party` has not opened at its end.
+    pub fn unopened(&self, party: Party) -> Vec<&str> {
+        let not_open = |made: &&Made| {
+            let (senders, receivers) = made.service.ends();
+            (made.from == party && senders == 0) || (made.to == party && receivers == 0)
+        };
+        let made = self.0.iter().filter(not_open);
+        made.map(|made| made.name.as_str()).collect()
+    }
+}
+
+/// How many hold a sending and a receiving end at present.
+trait Opened {
+    fn ends(&self) -> (usize, usize);
+}
+
+impl<S: Service, T: Record> Opened
+    for port_factory::publish_subscribe::PortFactory<S, [T], StepHeader>
+{
+    fn ends(&self) -> (usize, usize) {
+        let open = self.dynamic_config();
+        (open.number_of_publishers(), open.number_of_subscribers())
+    }
+}
+
+impl<S: Service> Opened for port_factory::event::PortFactory<S> {
+    fn ends(&self) -> (usize, usize) {
+        let open = self.dynamic_config();
+        (open.number_of_notifiers(), open.number_of_listeners())
+    }
+}
+
+fn create_over<S: Service + 'static>(
+    domain: &Domain,
+    solvers: &[Party],
+    recorded: bool,
+) -> Result<Created, TransportError> {
+    let node = node::<S>(domain, Party::Coupler)?;
+    let mut made = Vec::new();
+    let takes_part = |party| party == Party::Coupler || solvers.contains(&party);
+    for channel in Channel::ALL {
+        if takes_part(channel.from()) && takes_part(channel.to()) {
+            made.push(create_channel(&node, channel, recorded)?);
+        }
+    }
+    let parties = [Party::Coupler, Party::Mpm, Party::Dem];
+    for from in parties.into_iter().filter(|&p| takes_part(p)) {
+        for to in parties.into_iter().filter(|&p| takes_part(p) && p != from) {
+            let name = bell_name(from, to);
+            let service = bell_service(&node, &name)?
+                .max_notifiers(1)
+                .max_listeners(1)
+                .max_nodes(3)
+                .create()
+                .map_err(refused(&name, "create it"))?;
+            made.push(Made {
+                name,
+                from,
+                to,
+                service: Box::new(service),
+            });
+        }
+    }
+    Ok(Created(made))
+}
+
+fn node<S: Service>(domain: &Domain, party: Party) -> Result<Node<S>, TransportError> {
+    let name = party.name().try_into();
+    NodeBuilder::new()
+        .name(&name.map_err(refused("node", "name it"))?)
+        .config(&domain.config()?)
+        .signal_handling_mode(SignalHandlingMode::Disabled)
+        .create::<S>()
+        .map_err(refused("node", "create it"))
+}
+
+/// The service of a channel, with the quality that clause C-1 asks for at least.
+fn service<S: Service, T: Record>(
+    node: &Node<S>,
+    channel: Channel,
+    recorded: bool,
+) -> Result<publish_subscribe::Builder<[T], StepHeader, S>, TransportError> {
+    let (subscribers, buffer) = if recorded && channel.is_between_solvers() {
+        (2, RECORDED_BUFFER)
+    } else {
+        (1, BUFFER)
+    };
+    let name = channel.name();
+    let name = name.try_into().map_err(refused(name, "name it"))?;
+    Ok(node
+        .service_builder(&name)
+        .publish_subscribe::<[T]>()
+        .user_header::<StepHeader>()
+        .max_publishers(1)
+        .max_subscribers(subscribers)
+        .max_nodes(2 + subscribers)
+        .subscriber_max_buffer_size(buffer)
+        .subscriber_max_borrowed_samples(1)
+        .history_size(0)
+        .enable_safe_overflow(false))
+}
+
+fn create_channel<S: Service + 'static>(
+    node: &Node<S>,
+    channel: Channel,
+    recorded: bool,
+) -> Result<Made, TransportError> {
+    fn of<S: Service + 'static, T: Record>(
+        node: &Node<S>,
+        channel: Channel,
+        recorded: bool,
+    ) -> Result<Box<dyn Opened>, TransportError> {
+        let hash = layout_hash();
+        let layout = AttributeSpecifier::new()
+            .define(
+                &LAYOUT_KEY.try_into().expect("a short ASCII key"),
+                &hash.as_str().try_into().expect("16 hexadecimal digits"),
+            )
+            .map_err(refused(channel.name(), "describe it"))?;
+        let service = service::<S, T>(node, channel, recorded)?
+            .create_with_attributes(&layout)
+            .map_err(refused(channel.name(), "create it"))?;
+        Ok(Box::new(service))
+    }
+    macro_rules! by_kind {
+        ($($kind:ident: $record:ty),*) => {
+            match channel.kind { $(Kind::$kind => of::<S, $record>(node, channel, recorded)?),* }
+        };
+    }
+    Ok(Made {
+        name: channel.name().to_string(),
+        from: channel.from(),
+        to: channel.to(),
+        service: each_kind!(by_kind),
+    })
+}
+
+fn open_service<S: Service, T: Record>(
+    node: &Node<S>,
+    channel: Channel,
+) -> Result<port_factory::publish_subscribe::PortFactory<S, [T], StepHeader>, TransportError> {
+    let hash = layout_hash();
+    let layout = AttributeVerifier::new()
+        .require(
+            &LAYOUT_KEY.try_into().expect("a short ASCII key"),
+            &hash.as_str().try_into().expect("16 hexadecimal digits"),
+        )
+        .map_err(refused(channel.name(), "describe it"))?;
+    service::<S, T>(node, channel, false)?
+        .open_with_attributes(&layout)
+        .map_err(refused(channel.name(), "open it"))
+}
+
+fn bell_name(from: Party, to: Party) -> String {
+    format!("bell/{from}-{to}")
+}
+
+fn bell_service<S: Service>(
+    node: &Node<S>,
+    name: &str,
+) -> Result<event::Builder<S>, TransportError> {
+    let service = name.try_into().map_err(refused(name, "name it"))?;
+    Ok(node.service_builder(&service).event())
+}
+
+/// A sending end, whatever it sends.
+trait Sender {
+    fn send(&self, header: &StepHeader, records: Records<'_>) -> Result<(), TransportError>;
+}
+
+struct SenderOf<S: Service, T: Record> {
+    publisher: Publisher<S, [T], StepHeader>,
+    channel: Channel,
+    pick: for<'a> fn(Records<'a>) -> Option<&'a [T]>,
+}
+
+impl<S: Service, T: Record> SenderOf<S, T> {
+    fn open(
+        node: &Node<S>,
+        channel: Channel,
+        room: Duration,
+        pick: for<'a> fn(Records<'a>) -> Option<&'a [T]>,
+    ) -> Result<Self, TransportError> {
+        let first = if channel.kind == Kind::Notice {
+            NOTICE_BYTES
+        } else {
+            FIRST_LENGTH
+        };
+        let publisher = open_service::<S, T>(node, channel)?
+            .publisher_builder()
+            .initial_max_slice_len(first)
+            .allocation_strategy(AllocationStrategy::PowerOfTwo)
+            .max_loaned_samples(1)
+            .backpressure_strategy(BackpressureStrategy::RetryUntilDelivered)
+            .set_backpressure_handler(move |info: &BackpressureInfo| {
+                if info.elapsed_time > room {
+                    BackpressureAction::DiscardDataAndFail
+                } else {
+                    BackpressureAction::Retry
+                }
+            })
+            .create()
+            .map_err(refused(channel.name(), "send on it"))?;
+        Ok(Self {
+            publisher,
+            channel,
+            pick,
+        })
+    }
+}
+
+impl<S: Service, T: Record> Sender for SenderOf<S, T> {
+    fn send(&self, header: &StepHeader, records: Records<'_>) -> Result<(), TransportError> {
+        let name = self.channel.name();
+        let records = (self.pick)(records).ok_or(TransportError::NotHere(name))?;
+        let mut sample = self
+            .publisher
+            .loan_slice_uninit(records.len())
+            .map_err(refused(name, "loan memory from it"))?;
+        *sample.user_header_mut() = *header;
+        match sample.write_from_slice(records).send() {
+            Ok(_) => Ok(()),
+            Err(_) => Err(TransportError::Full {
+                channel: name.to_string(),
+            }),
+        }
+    }
+}
+
+/// A receiving end, whatever it receives.
+trait Receiver {
+    fn receive(&self, into: &mut Payload) -> Result<Option<StepHeader>, TransportError>;
+}
+
+struct ReceiverOf<S: Service, T: Record> {
+    subscriber: Subscriber<S, [T], StepHeader>,
+    channel: Channel,
+    pick: for<'a> fn(&'a mut Payload) -> Option<&'a mut Vec<T>>,
+}
+
+impl<S: Service, T: Record> ReceiverOf<S, T> {
+    fn open(
+        node: &Node<S>,
+        channel: Channel,
+        pick: for<'a> fn(&'a mut Payload) -> Option<&'a mut Vec<T>>,
+    ) -> Result<Self, TransportError> {
+        let subscriber = open_service::<S, T>(node, channel)?
+            .subscriber_builder()
+            .create()
+            .map_err(refused(channel.name(), "receive from it"))?;
+        Ok(Self {
+            subscriber,
+            channel,
+            pick,
+        })
+    }
+}
+
+impl<S: Service, T: Record> Receiver for ReceiverOf<S, T> {
+    fn receive(&self, into: &mut Payload) -> Result<Option<StepHeader>, TransportError> {
+        let name = self.channel.name();
+        let sample = self
+            .subscriber
+            .receive()
+            .map_err(refused(name, "receive from it"))?;
+        let Some(sample) = sample else {
+            return Ok(None);
+        };
+        let records = (self.pick)(into).ok_or(TransportError::NotHere(name))?;
+        records.clear();
+        records.extend_from_slice(sample.payload());
+        Ok(Some(*sample.user_header()))
+    }
+}
+
+/// One party's ends.
+struct Ends<S: Service> {
+    party: Party,
+    domain: Domain,
+    room: Duration,
+    senders: [Option<Box<dyn Sender>>; CHANNELS],
+    receivers: [Option<Box<dyn Receiver>>; CHANNELS],
+    notifiers: Vec<(Party, Notifier<S>)>,
+    listeners: Vec<(Party, Listener<S>)>,
+    // Last: the node outlives its ports.
+    node: Node<S>,
+}
+
+impl<S: Service + 'static> Ends<S> {
+    fn new(domain: &Domain, party: Party, room: Duration) -> Result<Self, TransportError> {
+        Ok(Self {
+            party,
+            domain: domain.clone(),
+            room,
+            senders: [const { None }; CHANNELS],
+            receivers: [const { None }; CHANNELS],
+            notifiers: Vec::new(),
+            listeners: Vec::new(),
+            node: node::<S>(domain, party)?,
+        })
+    }
+
+    fn join(
+        domain: &Domain,
+        party: Party,
+        solvers: &[Party],
+        room: Duration,
+    ) -> Result<Self, TransportError> {
+        let mut ends = Self::new(domain, party, room)?;
+        if party == Party::Coupler {
+            for channel in Channel::ALL {
+                let solver = if channel.from() == party {
+                    channel.to()
+                } else {
+                    channel.from()
+                };
+                if channel.is_of(party) && solvers.contains(&solver) {
+                    ends.open_channel(channel)?;
+                }
+            }
+            for &solver in solvers {
+                ends.open_bells(party, solver)?;
+            }
+        } else {
+            for kind in [
+                Kind::Order,
+                Kind::Notice,
+                Kind::Grant,
+                Kind::Report,
+                Kind::Restore,
+            ] {
+                ends.open_channel(Channel::of(party, kind))?;
+            }
+            ends.open_bells(party, Party::Coupler)?;
+        }
+        Ok(ends)
+    }
+
+    fn listen(domain: &Domain) -> Result<Self, TransportError> {
+        let mut ends = Self::new(domain, Party::Coupler, ROOM)?;
+        for channel in Channel::ALL {
+            if channel.is_between_solvers() {
+                ends.open_receiver(channel)?;
+            }
+        }
+        Ok(ends)
+    }
+
+    /// Opens this party's end of a channel.
+    fn open_channel(&mut self, channel: Channel) -> Result<(), TransportError> {
+        if channel.from() != self.party {
+            return self.open_receiver(channel);
+        }
+        let (node, room) = (&self.node, self.room);
+        macro_rules! by_kind {
+            ($($kind:ident: $record:ty),*) => {
+                match channel.kind {
+                    $(Kind::$kind => Box::new(SenderOf::<S, $record>::open(node, channel, room, |records| {
+                        if let Records::$kind(records) = records { Some(records) } else { None }
+                    })?)),*
+                }
+            };
+        }
+        self.senders[channel.number()] = Some(each_kind!(by_kind));
+        Ok(())
+    }
+
+    fn open_receiver(&mut self, channel: Channel) -> Result<(), TransportError> {
+        let node = &self.node;
+        macro_rules! by_kind {
+            ($($kind:ident: $record:ty),*) => {
+                match channel.kind {
+                    $(Kind::$kind => Box::new(ReceiverOf::<S, $record>::open(node, channel, |payload| {
+                        if let Payload::$kind(records) = payload { Some(records) } else { None }
+                    })?)),*
+                }
+            };
+        }
+        self.receivers[channel.number()] = Some(each_kind!(by_kind));
+        Ok(())
+    }
+
+    /// The bells between this party and another one, both ways.
+    fn open_bells(&mut self, own: Party, other: Party) -> Result<(), TransportError> {
+        let name = bell_name(own, other);
+        let notifier = bell_service(&self.node, &name)?
+            .open()
+            .map_err(refused(&name, "open it"))?
+            .notifier_builder()
+            .create()
+            .map_err(refused(&name, "ring it"))?;
+        self.notifiers.push((other, notifier));
+        let name = bell_name(other, own);
+        let listener = bell_service(&self.node, &name)?
+            .open()
+            .map_err(refused(&name, "open it"))?
+            .listener_builder()
+            .create()
+            .map_err(refused(&name, "listen to it"))?;
+        self.listeners.push((other, listener));
+        Ok(())
+    }
+}
+
+impl<S: Service + 'static> Transport for Ends<S> {
+    fn open(&mut self, coupled: bool) -> Result<(), TransportError> {
+        let measurement: &[Kind] = match self.party {
+            Party::Mpm => &[Kind::Saved, Kind::Groups, Kind::Points],
+            Party::Dem => &[Kind::Saved, Kind::Bodies, Kind::Contacts],
+            Party::Coupler => return Ok(()),
+        };
+        for &kind in measurement {
+            self.open_channel(Channel::of(self.party, kind))?;
+        }
+        if coupled {
+            for channel in Channel::ALL {
+                if channel.is_between_solvers() {
+                    self.open_channel(channel)?;
+                }
+            }
+            let other = if self.party == Party::Mpm {
+                Party::Dem
+            } else {
+                Party::Mpm
+            };
+            self.open_bells(self.party, other)?;
+        }
+        Ok(())
+    }
+
+    fn send(
+        &mut self,
+        channel: Channel,
+        header: &StepHeader,
+        records: Records<'_>,
+    ) -> Result<(), TransportError> {
+        match &self.senders[channel.number()] {
+            Some(sender) => sender.send(header, records),
+            None => Err(TransportError::NotHere(channel.name())),
+        }
+    }
+
+    fn receive(
+        &mut self,
+        channel: Channel,
+        into: &mut Payload,
+    ) -> Result<Option<StepHeader>, TransportError> {
+        match &self.receivers[channel.number()] {
+            Some(receiver) => receiver.receive(into),
+            None => Ok(None),
+        }
+    }
+
+    fn ring(&mut self, to: Party) {
+        for (party, notifier) in &self.notifiers {
+            if *party == to
+                && let Err(e) = notifier.notify()
+            {
+                tracing::trace!("a bell did not ring: {e:?}");
+            }
+        }
+    }
+
+    fn sleep(&mut self, from: Party, at_most: Duration) -> u64 {
+        let Some((_, listener)) = self.listeners.iter().find(|(party, _)| *party == from) else {
+            std::thread::sleep(at_most);
+            return 0;
+        };
+        let mut rings = 0;
+        let waited = if at_most.is_zero() {
+            // A timed wait of zero is one without end: the transport hands it to a socket, as no timeout.
+            listener.try_wait(|_| rings += 1).map(|_| ())
+        } else {
+            listener.timed_wait(|_| rings += 1, at_most).map(|_| ())
+        };
+        if let Err(e) = waited {
+            tracing::trace!("a bell could not be waited for: {e:?}");
+            std::thread::sleep(Duration::from_millis(1).min(at_most));
+        }
+        rings
+    }
+
+    fn coupler_lives(&self) -> bool {
+        self.party == Party::Coupler || self.domain.coupler_lives()
+    }
+}

@@ -1,0 +1,127 @@
+//! How messages cross: one object-safe trait, and what carries them.
+//!
+//! [`iceoryx`] is shared memory between processes (the only file that names iceoryx2), [`direct`] a queue between parties
+//! that take turns in one thread, [`recorded`] a transport around another one that notes what passes. Simulated
+//! messages are the crate `simulation`'s.
+
+pub mod direct;
+pub mod iceoryx;
+pub mod recorded;
+
+use std::time::Duration;
+
+use thiserror::Error;
+
+use crate::control::Party;
+use crate::domain::DomainError;
+use crate::message::{Channel, Message, Payload, Records};
+use crate::wire::StepHeader;
+
+/// A channel could not be made, opened or used.
+#[derive(Debug, Error)]
+pub enum TransportError {
+    /// The run's names cannot be used.
+    #[error(transparent)]
+    Domain(#[from] DomainError),
+    /// The transport refused; its own words follow.
+    #[error("channel {channel}: cannot {action}: {reason}")]
+    Refused {
+        /// Name of the channel.
+        channel: String,
+        /// What was tried.
+        action: &'static str,
+        /// The transport's error.
+        reason: String,
+    },
+    /// This party does not send or receive on this channel, or has not opened it.
+    #[error("channel {0}: its end is not open here")]
+    NotHere(&'static str),
+    /// The receiver has not taken what was sent before.
+    #[error("channel {channel}: full; the receiver takes nothing")]
+    Full {
+        /// Name of the channel.
+        channel: String,
+    },
+}
+
+/// One party's ends of the channels of a run.
+pub trait Transport {
+    /// Opens the ends that are not needed before Hello: those for measurements, and, if `coupled`, those to the other
+    /// solver (clause S-7).
+    ///
+    /// # Errors
+    /// [`TransportError`].
+    fn open(&mut self, coupled: bool) -> Result<(), TransportError>;
+
+    /// Sends `records` under `header` as it is. What has been sent is there for the receiver at once, and in order
+    /// with all that this party has sent to the same receiver before.
+    ///
+    /// # Errors
+    /// [`TransportError::Full`] when the receiver takes nothing.
+    fn send(
+        &mut self,
+        channel: Channel,
+        header: &StepHeader,
+        records: Records<'_>,
+    ) -> Result<(), TransportError>;
+
+    /// Copies the next message of the channel, if there is one, to `into` and returns its header. A copy, because a peer
+    /// can write to shared memory at any time, and what has been checked must stay what it was (clause C-5).
+    ///
+    /// # Errors
+    /// [`TransportError`].
+    fn receive(
+        &mut self,
+        channel: Channel,
+        into: &mut Payload,
+    ) -> Result<Option<StepHeader>, TransportError>;
+
+    /// Rings the bell of `to`. A failure is not an error: the other side looks again by itself (clause B-3).
+    fn ring(&mut self, to: Party);
+
+    /// Sleeps until `from` rings, for `at_most` at most; returns how often it rang.
+    fn sleep(&mut self, from: Party, at_most: Duration) -> u64;
+
+    /// Whether the coupler lives (for a solver; clause O-4).
+    fn coupler_lives(&self) -> bool;
+}
+
+impl dyn Transport + '_ {
+    /// Sends a message as it is, without a bell.
+    ///
+    /// # Errors
+    /// As [`Transport::send`].
+    pub fn send_silently(
+        &mut self,
+        channel: Channel,
+        message: &Message,
+    ) -> Result<(), TransportError> {
+        self.send(channel, &message.header, message.payload.records())
+    }
+
+    /// Sends a message as it is, with the bell of B-2.
+    ///
+    /// # Errors
+    /// As [`Transport::send`].
+    pub fn send_and_ring(
+        &mut self,
+        channel: Channel,
+        message: &Message,
+    ) -> Result<(), TransportError> {
+        self.send_silently(channel, message)?;
+        if channel.rings() {
+            self.ring(channel.to());
+        }
+        Ok(())
+    }
+
+    /// The next message of the channel, if there is one.
+    ///
+    /// # Errors
+    /// As [`Transport::receive`].
+    pub fn take(&mut self, channel: Channel) -> Result<Option<Message>, TransportError> {
+        let mut payload = Payload::empty(channel.kind);
+        let header = self.receive(channel, &mut payload)?;
+        Ok(header.map(|header| Message { header, payload }))
+    }
+}

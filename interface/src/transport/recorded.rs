@@ -1,0 +1,102 @@
+//! A transport around another one that notes what passes.
+
+use std::time::Duration;
+
+use super::{Transport, TransportError};
+use crate::control::Party;
+use crate::message::{Channel, Payload, Records};
+use crate::recording::Tape;
+use crate::wire::StepHeader;
+
+/// Notes every message that is sent or received through it, of the channels that it is to note.
+pub struct Recorded<T> {
+    inner: T,
+    tape: Tape,
+    notes: fn(Channel) -> bool,
+}
+
+impl<T: Transport> Recorded<T> {
+    /// Around `inner`, noting on `tape` the channels that `notes` tells.
+    pub fn new(inner: T, tape: Tape, notes: fn(Channel) -> bool) -> Self {
+        Self { inner, tape, notes }
+    }
+}
+
+impl<T: Transport> Transport for Recorded<T> {
+    fn open(&mut self, coupled: bool) -> Result<(), TransportError> {
+        self.inner.open(coupled)
+    }
+
+    fn send(
+        &mut self,
+        channel: Channel,
+        header: &StepHeader,
+        records: Records<'_>,
+    ) -> Result<(), TransportError> {
+        if (self.notes)(channel) {
+            self.tape.note(channel, header, records);
+        }
+        self.inner.send(channel, header, records)
+    }
+
+    fn receive(
+        &mut self,
+        channel: Channel,
+        into: &mut Payload,
+    ) -> Result<Option<StepHeader>, TransportError> {
+        let header = self.inner.receive(channel, into)?;
+        if let Some(header) = &header
+            && (self.notes)(channel)
+        {
+            self.tape.note(channel, header, into.records());
+        }
+        Ok(header)
+    }
+
+    fn ring(&mut self, to: Party) {
+        self.inner.ring(to);
+    }
+
+    fn sleep(&mut self, from: Party, at_most: Duration) -> u64 {
+        self.inner.sleep(from, at_most)
+    }
+
+    fn coupler_lives(&self) -> bool {
+        self.inner.coupler_lives()
+    }
+}
+
+impl<T: Transport + ?Sized> Transport for Box<T> {
+    fn open(&mut self, coupled: bool) -> Result<(), TransportError> {
+        (**self).open(coupled)
+    }
+
+    fn send(
+        &mut self,
+        channel: Channel,
+        header: &StepHeader,
+        records: Records<'_>,
+    ) -> Result<(), TransportError> {
+        (**self).send(channel, header, records)
+    }
+
+    fn receive(
+        &mut self,
+        channel: Channel,
+        into: &mut Payload,
+    ) -> Result<Option<StepHeader>, TransportError> {
+        (**self).receive(channel, into)
+    }
+
+    fn ring(&mut self, to: Party) {
+        (**self).ring(to);
+    }
+
+    fn sleep(&mut self, from: Party, at_most: Duration) -> u64 {
+        (**self).sleep(from, at_most)
+    }
+
+    fn coupler_lives(&self) -> bool {
+        (**self).coupler_lives()
+    }
+}
