@@ -143,8 +143,10 @@ fn processes(
     drop(leader);
     // What is in the channels between the solvers is still recorded, before their senders end (D-2).
     tap.take();
-    // One that had not yet opened its channels has missed the Abort (S-7); it looks whether the coupler lives.
-    domain.release();
+    if verdict.is_err() {
+        // One that had not yet opened its channels has missed the Abort (S-7); it looks whether the coupler lives.
+        domain.release();
+    }
     run.crew.dismiss();
     Ok(verdict?)
 }

@@ -14,5 +14,6 @@
 
 pub mod fault;
 pub mod play;
+pub mod scenario;
 pub mod toys;
 pub mod world;

@@ -218,14 +218,17 @@ impl Lead for Toy<'_> {
     }
 
     fn gone(&mut self) -> Option<(Party, String)> {
-        let stopped = self.world.borrow().stopped;
-        let dead = [Party::Mpm, Party::Dem]
-            .into_iter()
-            .find(|&party| stopped[number(party)] == Stopped::Dead)?;
-        if self.seen == Some(dead) {
-            return Some((dead, "was killed".into()));
+        let world = self.world.borrow();
+        let ended = |party: &Party| {
+            let n = number(*party);
+            world.stopped[n] == Stopped::Dead || world.ended[n]
+        };
+        let gone = [Party::Mpm, Party::Dem].into_iter().find(ended)?;
+        // Told at the second look: what was said before the end has been looked for in between.
+        if self.seen == Some(gone) {
+            return Some((gone, "has ended".into()));
         }
-        self.seen = Some(dead);
+        self.seen = Some(gone);
         None
     }
 }
@@ -248,11 +251,7 @@ enum Doing {
 /// Plays a session of `plan` on `world`, from a checkpoint if one is given.
 pub fn play(plan: &Plan, world: World, from: Option<&Checkpoint>) -> Played {
     let world = Rc::new(RefCell::new(world));
-    let mut points = Points {
-        count: plan.points,
-        stiffens_at: plan.stiffens_at,
-        ..Points::default()
-    };
+    let mut points = Points::new(plan.points, plan.stiffens_at);
     let mut wall = Wall::new(plan.damps_at);
     let mut toy = Toy {
         plan,
@@ -325,7 +324,7 @@ impl<'w> Schedule<'w> {
 
     fn run(&mut self, leader: &mut Leader<'_>, mpm: &mut MpmSide<'_>, dem: &mut DemSide<'_>) {
         loop {
-            self.kill_what_stays();
+            self.kill_what_stays(matches!(leader.coupler().verdict(), Some(Err(_))));
             let Some((n, at)) = self.next() else {
                 return;
             };
@@ -353,11 +352,12 @@ impl<'w> Schedule<'w> {
     }
 
     /// The coupler sees its solvers off when its session is over; so does the world when the coupler is dead.
-    fn kill_what_stays(&mut self) {
+    fn kill_what_stays(&mut self, failed: bool) {
         let mut world = self.world.borrow_mut();
         if self.doing[0] == Doing::Ended {
-            world.coupler_gone = true;
             let late = self.ended[0] + GRACE;
+            // After a failure the lock is released at once: one that missed the Abort looks for it (S-7).
+            world.coupler_gone |= failed || world.now > late;
             for n in [1, 2] {
                 if self.doing[n] != Doing::Ended && world.stopped[n] != Stopped::Dead {
                     let frozen = world.stopped[n] == Stopped::Frozen
@@ -405,15 +405,20 @@ impl<'w> Schedule<'w> {
         let (now, waited) = {
             let mut world = self.world.borrow_mut();
             let waiting = matches!(self.doing[n], Doing::Waiting { .. });
+            if let Stopped::Until(thaw) = world.stopped[n]
+                && thaw <= world.now
+            {
+                world.stopped[n] = Stopped::No;
+            }
             if !waiting {
-                // A task, or a message: where a fault may strike. A message strikes again when it is sent.
-                world.event(who);
-                if world.stopped[n] != Stopped::No && world.stopped[n] != Stopped::Until(world.now)
-                {
+                world.event(who, false);
+                if world.stopped[n] != Stopped::No {
                     return;
                 }
             }
-            world.wake[n] = world.next_arrival(who).map_or(Time::MAX, |_| Time::MAX);
+            if world.wake[n] <= world.now {
+                world.wake[n] = Time::MAX;
+            }
             (world.now, waiting)
         };
         let turn = party.turn(&mut ends);
@@ -423,6 +428,7 @@ impl<'w> Schedule<'w> {
         self.doing[n] = match (turn, self.doing[n]) {
             (Turn::Ended, _) => {
                 self.ended[n] = world.now;
+                world.ended[n] = true;
                 Doing::Ended
             }
             (Turn::Went, _) => Doing::Ready(soon),
@@ -459,6 +465,5 @@ impl<'w> Schedule<'w> {
                 until: world.now + NAP,
             },
         };
-        let _ = &mut world;
     }
 }

@@ -46,10 +46,19 @@ pub struct Points {
     state: PointsState,
     states: Vec<ImpState>,
     measurement: MpmMeasurement,
-    /// How many there are.
-    pub count: usize,
-    /// The squared frequency of the points rises in this step.
-    pub stiffens_at: u64,
+    count: usize,
+    stiffens_at: u64,
+}
+
+impl Points {
+    /// This many, whose squared frequency rises in the step `stiffens_at`.
+    pub fn new(count: usize, stiffens_at: u64) -> Self {
+        Self {
+            count,
+            stiffens_at,
+            ..Self::default()
+        }
+    }
 }
 
 #[derive(Debug, Default, Clone, Serialize, Deserialize)]

@@ -72,8 +72,8 @@ pub struct World {
     pub(crate) breaches: Vec<Breach>,
     /// To the solvers the coupler is gone.
     pub(crate) coupler_gone: bool,
-    /// Messages of each channel so far.
-    pub(crate) crossed: [u64; CHANNELS],
+    /// Who has ended.
+    pub(crate) ended: [bool; 3],
 }
 
 /// Whether a party gets turns.
@@ -108,17 +108,22 @@ impl World {
             released: [false; 3],
             breaches: Vec::new(),
             coupler_gone: false,
-            crossed: [0; CHANNELS],
+            ended: [false; 3],
         }
     }
 
-    /// A party does something; a fault that is due strikes. Whether the party goes on.
-    pub(crate) fn event(&mut self, party: Party) -> Option<FaultKind> {
+    /// A party does something; a fault that is due strikes. One that spoils a message waits for the next that is sent.
+    pub(crate) fn event(&mut self, party: Party, sends: bool) -> Option<FaultKind> {
         let n = number(party);
         self.events[n] += 1;
         let event = self.events[n];
-        let due = |f: &Fault| f.party == party && f.at == event;
-        let fault = *self.faults.iter().find(|f| due(f))?;
+        let due = |f: &&mut Fault| f.party == party && f.at == event;
+        let fault = self.faults.iter_mut().find(due)?;
+        if !sends && matches!(fault.kind, FaultKind::Spoil(_)) {
+            fault.at += 1;
+            return None;
+        }
+        let fault = *fault;
         self.struck.push((fault, self.now));
         match fault.kind {
             FaultKind::Die => {
@@ -139,7 +144,7 @@ impl World {
         records: Records<'_>,
     ) -> Result<(), TransportError> {
         let (from, to) = (channel.from(), channel.to());
-        let spoil = match self.event(from) {
+        let spoil = match self.event(from, true) {
             Some(FaultKind::Spoil(spoil)) => Some(spoil),
             // What a party does at the moment of its death is not seen any more.
             Some(FaultKind::Die) => return Ok(()),
@@ -174,7 +179,6 @@ impl World {
         let delay = (self.random.unit() * self.delay as f64) as Time;
         let arrives = self.last[i][j].max(self.now + delay);
         self.last[i][j] = arrives;
-        self.crossed[channel.number()] += copies;
         for _ in 0..copies {
             self.queues[channel.number()].push_back(Sent {
                 arrives,
@@ -202,15 +206,6 @@ impl World {
             self.released[number(channel.to())] = true;
         }
         Some(sent.header)
-    }
-
-    /// When the next message for `party` arrives, if one is on its way.
-    pub(crate) fn next_arrival(&self, party: Party) -> Option<Time> {
-        let fronts = Channel::ALL
-            .into_iter()
-            .filter(|channel| channel.to() == party)
-            .filter_map(|channel| self.queues[channel.number()].front());
-        fronts.map(|sent| sent.arrives).min()
     }
 }
 

@@ -773,6 +773,14 @@ impl Coupler {
         };
         if frame {
             self.before_report(i, clause, header, records)?;
+        } else if header.step != step || !check::counted(header, records) {
+            let message = format!(
+                "{} points of step {} announced, {} there",
+                header.count,
+                header.step,
+                points.len()
+            );
+            return Err(broken(Party::Mpm, clause, step, message));
         }
         check::numbers(Party::Mpm, clause, step, records)?;
         let ordered = points.windows(2).all(|pair| pair[0].id < pair[1].id);

@@ -17,6 +17,10 @@ use crate::wire::{Grant, Limits, Report, StepHeader, flags};
 /// Longest wait for the coupler while the session is being set up: the other solver may be filling a large scene.
 const SETUP: Duration = Duration::from_mins(2);
 
+/// Longest wait for the coupler's answer to Failed, where the other solver is blamed for silence: without one the coupler
+/// is the silent one.
+const ANSWER: Duration = Duration::from_secs(2);
+
 /// Where the session is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
@@ -60,6 +64,8 @@ enum State {
     Refused,
     /// Failed is being sent.
     Failing,
+    /// The Abort that answers Failed is awaited, where the other solver is blamed for silence.
+    Blaming,
     /// The session is over.
     Ended,
 }
@@ -215,7 +221,7 @@ impl Line {
         };
         let told = matches!(
             self.state,
-            State::Failing | State::Ended | State::Refused | State::Refusing
+            State::Failing | State::Blaming | State::Ended | State::Refused | State::Refusing
         ) || matches!(
             error,
             SessionError::Aborted(_) | SessionError::CouplerGone { .. }
@@ -428,6 +434,10 @@ impl Line {
                 self.state = State::Refused;
                 self.await_order("the answer to its refusal", SETUP)
             }
+            State::Failing if self.blames_the_other() => {
+                self.state = State::Blaming;
+                self.await_order("the answer to its failure", ANSWER)
+            }
             State::Failing => {
                 self.state = State::Ended;
                 Action::End
@@ -504,6 +514,10 @@ impl Line {
             self.state = State::Ended;
             return Ok(Next::Act(Action::End));
         }
+        if self.state == State::Blaming {
+            // Nobody has answered: the coupler is the silent one, for which the other solver waits too.
+            self.verdict = None;
+        }
         let (awaited, who) = self.awaited;
         Err(SessionError::Late {
             who,
@@ -511,6 +525,11 @@ impl Line {
             step: self.step,
             waited,
         })
+    }
+
+    /// Whether the verdict is that the other solver has been silent.
+    fn blames_the_other(&self) -> bool {
+        matches!(&self.verdict, Some(Err(SessionError::Late { who, .. })) if *who != Party::Coupler)
     }
 
     fn ready(&self, readiness: Readiness) -> Vec<u8> {

@@ -1,6 +1,8 @@
 use std::fs;
 
 use super::*;
+use crate::control::Party;
+use crate::message::{Kind, Records};
 use crate::wire::ImpState;
 
 fn states_channel() -> Channel {
