@@ -47,12 +47,14 @@ const PATIENCE: Duration = Duration::from_mins(30);
 /// Runs at a time; each has three processes.
 const WORKERS: usize = 2;
 
-const HEADER: &str = "scene,variant,exit,steps,state_hash,history_blake3,wall_s";
+const HEADER: &str = "scene,variant,exit,steps,state_hash,history_lines,history_blake3,wall_s";
 /// The variant of a scene as it stands.
 const PLAIN: &str = "plain";
-/// State and steps of a run that did not reach its end: there is no state, and how many of the last window's steps were
-/// reported depends on the window.
+/// Stands for the state and the steps that a run does not have.
 const NONE: &str = "none";
+/// Exit status of a run that a solver has stopped. It stops within a window, of which nothing is reported: what was
+/// reported of the last steps depends on the window.
+const STOPPED: i32 = 3;
 
 /// A scene of the catalogue and one of its variants, or [`PLAIN`].
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -65,11 +67,13 @@ struct Case {
 #[derive(Debug, Clone, PartialEq)]
 struct Outcome {
     exit: i32,
-    /// Number of steps, or [`NONE`].
+    /// Number of steps; [`NONE`] if [`STOPPED`].
     steps: String,
-    /// `state_hash` of the summary, or [`NONE`].
+    /// `state_hash` of the summary; [`NONE`] if the end was not reached.
     state: String,
-    /// BLAKE3 of `history.csv`.
+    /// Lines of `history.csv` that the hash is of: all but those that depend on the window.
+    lines: usize,
+    /// BLAKE3 of these lines.
     history: String,
 }
 
@@ -85,13 +89,14 @@ struct Row {
 impl Row {
     fn parse(line: &str) -> Self {
         let fields: Vec<&str> = line.split(',').collect();
-        let &[scene, variant, exit, steps, state, history, wall] = &fields[..] else {
+        let &[scene, variant, exit, steps, state, lines, history, wall] = &fields[..] else {
             panic!("not `{HEADER}`: {line}");
         };
         let outcome = Outcome {
             exit: exit.parse().expect("an exit status"),
             steps: steps.into(),
             state: state.into(),
+            lines: lines.parse().expect("a count"),
             history: history.into(),
         };
         Self {
@@ -104,8 +109,8 @@ impl Row {
     fn line(&self) -> String {
         let (Case { scene, variant }, o) = (&self.case, &self.outcome);
         format!(
-            "{scene},{variant},{},{},{},{},{:.1}",
-            o.exit, o.steps, o.state, o.history, self.wall
+            "{scene},{variant},{},{},{},{},{},{:.1}",
+            o.exit, o.steps, o.state, o.lines, o.history, self.wall
         )
     }
 }
@@ -118,8 +123,9 @@ impl Case {
         }
     }
 
-    /// Runs it.
-    fn run(&self, way: &[&str]) -> Row {
+    /// Runs it. If a solver stops it, `lines` of the history are looked at; without, all but the last, which a shorter
+    /// or longer window may lack.
+    fn run(&self, way: &[&str], lines: Option<usize>) -> Row {
         let (place, path) = (Place::new(), scene(&self.scene));
         let out = place.path("out");
         let mut arguments = vec!["run", &path, "--out", out.to_str().unwrap()];
@@ -130,13 +136,19 @@ impl Case {
         let ended = place.start_as(&binary(), &arguments).end_within(PATIENCE);
         place.assert_clean(&ended.runs);
         let files = RunFiles::read(&out);
-        let history = fs::read(out.join("history.csv")).expect("a run leaves a history");
-        let state = files.summary["state_hash"].as_str();
+        let exit = ended.status.code().expect("it is not killed");
+        let steps = files.summary["steps"].to_string();
+        let history = fs::read_to_string(out.join("history.csv")).expect("a run leaves a history");
+        let mut rows: Vec<&str> = history.split_inclusive('\n').collect();
+        if exit == STOPPED {
+            rows.truncate(lines.unwrap_or(rows.len() - 1));
+        }
         let outcome = Outcome {
-            exit: ended.status.code().expect("it is not killed"),
-            steps: state.map_or(NONE.into(), |_| files.summary["steps"].to_string()),
-            state: state.unwrap_or(NONE).into(),
-            history: blake3::hash(&history).to_string(),
+            exit,
+            steps: if exit == STOPPED { NONE.into() } else { steps },
+            state: files.summary["state_hash"].as_str().unwrap_or(NONE).into(),
+            lines: rows.len(),
+            history: blake3::hash(rows.concat().as_bytes()).to_string(),
         };
         let (case, wall) = (self.clone(), files.number("wall_s"));
         Row {
@@ -160,6 +172,7 @@ impl Outcome {
         compare("exit status", &self.exit, &other.exit);
         compare("number of steps", &self.steps, &other.steps);
         compare("state", &self.state, &other.state);
+        compare("number of history's lines", &self.lines, &other.lines);
         compare("history", &self.history, &other.history);
         found
     }
@@ -231,7 +244,7 @@ fn assert_same_bits(work: &[(&Row, &[&str])]) {
     let complaints = all(work, |(row, way)| {
         let Case { scene, variant } = &row.case;
         let name = format!("{scene}, variant {variant}, way {way:?}");
-        let found = row.case.run(way);
+        let found = row.case.run(way, Some(row.outcome.lines));
         let differences = row.outcome.differences(&found.outcome);
         println!("{name}: {:.1} s, differences {differences:?}", found.wall);
         (!differences.is_empty()).then(|| format!("{name}: {}", differences.join("; ")))
@@ -283,15 +296,19 @@ fn every_scene_and_variant_has_a_row() {
 
 #[test]
 fn a_difference_says_what_differs() {
-    let line = "extreme/spin,plain,0,4200,ab,cd,1.4";
+    let line = "extreme/spin,plain,0,4200,ab,9,cd,1.4";
     let row = Row::parse(line);
     assert_eq!(row.line(), line);
     assert!(row.outcome.differences(&row.outcome).is_empty());
     for (other, what) in [
-        ("extreme/spin,plain,1,4200,ab,cd,1.4", "exit status is 1"),
-        ("extreme/spin,plain,0,4201,ab,cd,1.4", "number of steps is"),
-        ("extreme/spin,plain,0,4200,ac,cd,1.4", "state is ac"),
-        ("extreme/spin,plain,0,4200,ab,ce,1.4", "history is ce"),
+        ("extreme/spin,plain,1,4200,ab,9,cd,1.4", "exit status is 1"),
+        (
+            "extreme/spin,plain,0,4201,ab,9,cd,1.4",
+            "number of steps is",
+        ),
+        ("extreme/spin,plain,0,4200,ac,9,cd,1.4", "state is ac"),
+        ("extreme/spin,plain,0,4200,ab,8,cd,1.4", "number of history"),
+        ("extreme/spin,plain,0,4200,ab,9,ce,1.4", "history is ce"),
     ] {
         let found = row.outcome.differences(&Row::parse(other).outcome);
         assert!(found.len() == 1 && found[0].starts_with(what), "{found:?}");
@@ -307,7 +324,7 @@ fn retake() {
         return;
     };
     let cases: Vec<Case> = cases().into_iter().filter(wanted).collect();
-    let rows = all(&cases, |case| case.run(WAYS[0]).line());
+    let rows = all(&cases, |case| case.run(WAYS[0], None).line());
     let text = format!("{HEADER}\n{}\n", rows.join("\n"));
     fs::write(root().join(file), text).expect("the file can be written");
 }
