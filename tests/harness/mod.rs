@@ -119,7 +119,7 @@ impl Place {
 
     /// Starts the program with its streams in files of this place.
     pub fn start(&self, arguments: &[&str]) -> Running<'_> {
-        self.start_as(env!("CARGO_BIN_EXE_tandem"), arguments)
+        self.start_as(Path::new(env!("CARGO_BIN_EXE_tandem")), arguments)
     }
 
     /// `tandem run` of a scene with `--out` to the run directory `out`, and JSON logs.
@@ -159,7 +159,8 @@ impl Place {
         file
     }
 
-    fn start_as(&self, program: &str, arguments: &[&str]) -> Running<'_> {
+    /// As [`Self::start`], another build of the program.
+    pub fn start_as(&self, program: &Path, arguments: &[&str]) -> Running<'_> {
         let stream = |kind: &str| {
             let file = tempfile::Builder::new()
                 .prefix(&format!("stream-{kind}-"))

@@ -1,0 +1,330 @@
+//! The bits of every scene and variant are those of `tests/hashes/baseline.csv`, which the commit named there has left,
+//! however a run is made. [`determinism.rs`](determinism.rs) compares a run with other runs of the same binary; this
+//! compares it with another binary, so that a change of the structure is seen to have changed no number.
+//!
+//! The normal command runs every row that is quick in one way, the ways taking turns. Every row in every way takes
+//! about an hour:
+//!
+//!     cargo test --release --test hashes -- --ignored --nocapture every_row_in_every_way
+//!
+//! A change of arithmetic that is meant takes rows again, which then replace those of `baseline.csv` in a commit of its
+//! own that says what changed them:
+//!
+//!     TANDEM_RETAKE=rows.csv cargo test --release --test hashes -- --ignored retake
+//!
+//! Another compiler or C library may change last bits too (ARCHITECTURE.md, "Where determinism comes from"): where the
+//! build of the commit that the file names does not give its hashes, that build takes them again first.
+//!
+//! Environment: `TANDEM_BINARY` is the program to run, absolute or relative to the workspace's root, instead of the one
+//! that was built with this test. For the two commands above, `TANDEM_SCENES=silo` leaves out scenes without `silo` in
+//! their name; for the first of them, `TANDEM_LONGEST=20` leaves out rows that take more than 20 s.
+
+mod harness;
+
+use std::fs;
+use std::path::PathBuf;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
+use harness::{Place, RunFiles, catalogue, root, scene};
+
+/// Ways to run a scene that must not show in its result; the first is the one that the file was taken with.
+const WAYS: [&[&str]; 7] = [
+    &[],
+    &["--in-process"],
+    &["--threads", "2"],
+    &["--window", "1"],
+    &["--window", "7"],
+    &["--window", "64"],
+    &["--in-process", "--threads", "2", "--window", "7"],
+];
+
+/// Longest run in s, as the file has it, that the normal command makes.
+const QUICK: f64 = 3.0;
+/// Longest wait for a run: the slowest scene, in the slowest way, on a busy machine.
+const PATIENCE: Duration = Duration::from_mins(30);
+/// Runs at a time; each has three processes.
+const WORKERS: usize = 2;
+
+const HEADER: &str = "scene,variant,exit,steps,state_hash,history_lines,history_blake3,wall_s";
+/// The variant of a scene as it stands.
+const PLAIN: &str = "plain";
+/// Stands for the state and the steps that a run does not have.
+const NONE: &str = "none";
+/// Exit status of a run that a solver has stopped. It stops within a window, of which nothing is reported: what was
+/// reported of the last steps depends on the window.
+const STOPPED: i32 = 3;
+
+/// A scene of the catalogue and one of its variants, or [`PLAIN`].
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+struct Case {
+    scene: String,
+    variant: String,
+}
+
+/// What must be the same to the bit.
+#[derive(Debug, Clone, PartialEq)]
+struct Outcome {
+    exit: i32,
+    /// Number of steps; [`NONE`] if [`STOPPED`].
+    steps: String,
+    /// `state_hash` of the summary; [`NONE`] if the end was not reached.
+    state: String,
+    /// Lines of `history.csv` that the hash is of: all but those that depend on the window.
+    lines: usize,
+    /// BLAKE3 of these lines.
+    history: String,
+}
+
+/// A row of the file.
+#[derive(Debug, Clone, PartialEq)]
+struct Row {
+    case: Case,
+    outcome: Outcome,
+    /// Wall time of the run in s when it was taken: tells what is quick, and is not compared.
+    wall: f64,
+}
+
+impl Row {
+    fn parse(line: &str) -> Self {
+        let fields: Vec<&str> = line.split(',').collect();
+        let &[scene, variant, exit, steps, state, lines, history, wall] = &fields[..] else {
+            panic!("not `{HEADER}`: {line}");
+        };
+        let outcome = Outcome {
+            exit: exit.parse().expect("an exit status"),
+            steps: steps.into(),
+            state: state.into(),
+            lines: lines.parse().expect("a count"),
+            history: history.into(),
+        };
+        Self {
+            case: Case::new(scene, variant),
+            outcome,
+            wall: wall.parse().expect("a time"),
+        }
+    }
+
+    fn line(&self) -> String {
+        let (Case { scene, variant }, o) = (&self.case, &self.outcome);
+        format!(
+            "{scene},{variant},{},{},{},{},{},{:.1}",
+            o.exit, o.steps, o.state, o.lines, o.history, self.wall
+        )
+    }
+}
+
+impl Case {
+    fn new(scene: &str, variant: &str) -> Self {
+        Self {
+            scene: scene.into(),
+            variant: variant.into(),
+        }
+    }
+
+    /// Runs it. If a solver stops it, `lines` of the history are looked at; without, all but the last, which a shorter
+    /// or longer window may lack.
+    fn run(&self, way: &[&str], lines: Option<usize>) -> Row {
+        let (place, path) = (Place::new(), scene(&self.scene));
+        let out = place.path("out");
+        let mut arguments = vec!["run", &path, "--out", out.to_str().unwrap()];
+        if self.variant != PLAIN {
+            arguments.extend(["--variant", &self.variant]);
+        }
+        arguments.extend(way);
+        let ended = place.start_as(&binary(), &arguments).end_within(PATIENCE);
+        place.assert_clean(&ended.runs);
+        let files = RunFiles::read(&out);
+        let exit = ended.status.code().expect("it is not killed");
+        let steps = files.summary["steps"].to_string();
+        let history = fs::read_to_string(out.join("history.csv")).expect("a run leaves a history");
+        let mut rows: Vec<&str> = history.split_inclusive('\n').collect();
+        if exit == STOPPED {
+            rows.truncate(lines.unwrap_or(rows.len() - 1));
+        }
+        let outcome = Outcome {
+            exit,
+            steps: if exit == STOPPED { NONE.into() } else { steps },
+            state: files.summary["state_hash"].as_str().unwrap_or(NONE).into(),
+            lines: rows.len(),
+            history: blake3::hash(rows.concat().as_bytes()).to_string(),
+        };
+        let (case, wall) = (self.clone(), files.number("wall_s"));
+        Row {
+            case,
+            outcome,
+            wall,
+        }
+    }
+}
+
+impl Outcome {
+    /// What of it another one has otherwise.
+    fn differences(&self, other: &Self) -> Vec<String> {
+        let mut found = Vec::new();
+        let mut compare = |what: &str, ours: &dyn ToString, theirs: &dyn ToString| {
+            let (ours, theirs) = (ours.to_string(), theirs.to_string());
+            if ours != theirs {
+                found.push(format!("{what} is {theirs} instead of {ours}"));
+            }
+        };
+        compare("exit status", &self.exit, &other.exit);
+        compare("number of steps", &self.steps, &other.steps);
+        compare("state", &self.state, &other.state);
+        compare("number of history's lines", &self.lines, &other.lines);
+        compare("history", &self.history, &other.history);
+        found
+    }
+}
+
+/// The program to run.
+fn binary() -> PathBuf {
+    let given = std::env::var_os("TANDEM_BINARY");
+    given.map_or(env!("CARGO_BIN_EXE_tandem").into(), |given| {
+        root().join(given)
+    })
+}
+
+/// The rows of the file, which begins with comments and a line that names the columns.
+fn baseline() -> Vec<Row> {
+    let path = root().join("tests/hashes/baseline.csv");
+    let text = fs::read_to_string(path).expect("the file is there");
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    assert_eq!(lines.next(), Some(HEADER));
+    lines.map(Row::parse).collect()
+}
+
+/// Every scene of the catalogue, plain and with each of its variants.
+fn cases() -> Vec<Case> {
+    let folder = root().join("scenes");
+    let of_scene = |path: &PathBuf| {
+        let name = path.strip_prefix(&folder).unwrap().with_extension("");
+        let name = name.to_str().expect("scenes have UTF-8 names").to_string();
+        let table: toml::Table = fs::read_to_string(path).unwrap().parse().unwrap();
+        let variants = table.get("variant").and_then(toml::Value::as_table);
+        let variants: Vec<&String> = variants.into_iter().flat_map(toml::Table::keys).collect();
+        let plain = Case::new(&name, PLAIN);
+        let variants = variants
+            .into_iter()
+            .map(|variant| Case::new(&name, variant));
+        std::iter::once(plain).chain(variants).collect::<Vec<_>>()
+    };
+    catalogue().iter().flat_map(of_scene).collect()
+}
+
+/// Whether the environment asks for a scene.
+fn wanted(case: &Case) -> bool {
+    let part = std::env::var("TANDEM_SCENES").unwrap_or_default();
+    case.scene.contains(&part)
+}
+
+/// Does all of the work, [`WORKERS`] pieces at a time; results in the order of the work.
+fn all<W: Sync, R: Send>(work: &[W], one: impl Fn(&W) -> R + Sync) -> Vec<R> {
+    let (next, results) = (AtomicUsize::new(0), Mutex::new(Vec::new()));
+    std::thread::scope(|scope| {
+        for _ in 0..WORKERS {
+            scope.spawn(|| {
+                loop {
+                    let k = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(piece) = work.get(k) else { break };
+                    let result = one(piece);
+                    results.lock().unwrap().push((k, result));
+                }
+            });
+        }
+    });
+    let mut results = results.into_inner().unwrap();
+    results.sort_by_key(|(k, _)| *k);
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+/// Runs rows, each in its way, and asserts that they come out as the file says.
+fn assert_same_bits(work: &[(&Row, &[&str])]) {
+    let complaints = all(work, |(row, way)| {
+        let Case { scene, variant } = &row.case;
+        let name = format!("{scene}, variant {variant}, way {way:?}");
+        let found = row.case.run(way, Some(row.outcome.lines));
+        let differences = row.outcome.differences(&found.outcome);
+        println!("{name}: {:.1} s, differences {differences:?}", found.wall);
+        (!differences.is_empty()).then(|| format!("{name}: {}", differences.join("; ")))
+    });
+    let complaints: Vec<String> = complaints.into_iter().flatten().collect();
+    assert!(
+        complaints.is_empty(),
+        "{} of {} runs differ from tests/hashes/baseline.csv:\n{}",
+        complaints.len(),
+        work.len(),
+        complaints.join("\n")
+    );
+}
+
+#[test]
+fn every_quick_row_has_its_bits_in_one_way() {
+    let rows = baseline();
+    let quick = rows.iter().filter(|row| row.wall <= QUICK);
+    let work: Vec<_> = quick.zip(WAYS.into_iter().cycle()).collect();
+    assert!(work.len() > 50, "only {} rows are quick", work.len());
+    assert_same_bits(&work);
+}
+
+#[test]
+#[ignore = "takes an hour"]
+fn every_row_in_every_way() {
+    let longest = std::env::var("TANDEM_LONGEST").map_or(f64::INFINITY, |longest| {
+        longest.parse().expect("TANDEM_LONGEST is in s")
+    });
+    let rows = baseline();
+    let rows = rows
+        .iter()
+        .filter(|row| row.wall <= longest && wanted(&row.case));
+    let work: Vec<_> = rows
+        .flat_map(|row| WAYS.map(move |way| (row, way)))
+        .collect();
+    assert!(!work.is_empty(), "no row is left to run");
+    assert_same_bits(&work);
+}
+
+#[test]
+fn every_scene_and_variant_has_a_row() {
+    let mut listed: Vec<Case> = baseline().into_iter().map(|row| row.case).collect();
+    let mut there = cases();
+    listed.sort();
+    there.sort();
+    assert_eq!(listed, there);
+}
+
+#[test]
+fn a_difference_says_what_differs() {
+    let line = "extreme/spin,plain,0,4200,ab,9,cd,1.4";
+    let row = Row::parse(line);
+    assert_eq!(row.line(), line);
+    assert!(row.outcome.differences(&row.outcome).is_empty());
+    for (other, what) in [
+        ("extreme/spin,plain,1,4200,ab,9,cd,1.4", "exit status is 1"),
+        (
+            "extreme/spin,plain,0,4201,ab,9,cd,1.4",
+            "number of steps is",
+        ),
+        ("extreme/spin,plain,0,4200,ac,9,cd,1.4", "state is ac"),
+        ("extreme/spin,plain,0,4200,ab,8,cd,1.4", "number of history"),
+        ("extreme/spin,plain,0,4200,ab,9,ce,1.4", "history is ce"),
+    ] {
+        let found = row.outcome.differences(&Row::parse(other).outcome);
+        assert!(found.len() == 1 && found[0].starts_with(what), "{found:?}");
+    }
+}
+
+/// Writes rows as `baseline.csv` has them to the file that `TANDEM_RETAKE` names.
+#[test]
+#[ignore = "only for when arithmetic was meant to change"]
+fn retake() {
+    let Some(file) = std::env::var_os("TANDEM_RETAKE") else {
+        println!("skipped: TANDEM_RETAKE names no file");
+        return;
+    };
+    let cases: Vec<Case> = cases().into_iter().filter(wanted).collect();
+    let rows = all(&cases, |case| case.run(WAYS[0], None).line());
+    let text = format!("{HEADER}\n{}\n", rows.join("\n"));
+    fs::write(root().join(file), text).expect("the file can be written");
+}
