@@ -345,7 +345,8 @@ impl<'w> Schedule<'w> {
             }
             if !self.noted && !self.world.borrow().struck.is_empty() {
                 self.noted = true;
-                let told = leader.coupler().step_of(Party::Mpm);
+                let told = |party| leader.coupler().step_of(party);
+                let told = told(Party::Mpm).min(told(Party::Dem));
                 self.steps = [told, mpm.step(), dem.step()];
             }
         }

@@ -9,7 +9,7 @@ use interface::session::SessionError;
 use interface::wire::{BodyState, PointState};
 
 use crate::fault::{Fault, FaultKind, Spoil};
-use crate::play::{Plan, Played, play};
+use crate::play::{DEADLINE, Plan, Played, play};
 use crate::toys::MOST;
 use crate::world::{PARTIES, SECOND, Time, World, number};
 
@@ -139,12 +139,39 @@ impl Scenario {
             return Err(format!("{}; nobody is blamed", said()));
         };
         let culprits: Vec<Party> = played.struck.iter().map(|(f, _)| f.party).collect();
-        // A wrong halt flag shows as two sides that stop at different steps: which of them lied cannot be seen.
-        let either = |(f, _): &(Fault, Time)| {
-            f.kind == FaultKind::Spoil(Spoil::Flags) && f.party != Party::Coupler
+        // A wrong halt flag shows as two sides that stop at different steps, a message that was never sent as two that
+        // wait for one another: which of them it was cannot be seen.
+        let unseen = |kind: Spoil| {
+            played
+                .struck
+                .iter()
+                .any(|(f, _)| f.kind == FaultKind::Spoil(kind))
         };
+        if unseen(Spoil::Drop) || (blamed != Party::Coupler && unseen(Spoil::Flags)) {
+            return Ok(());
+        }
         let solver = blamed != Party::Coupler;
-        if !culprits.contains(&blamed) && !(solver && played.struck.iter().any(either)) {
+        // A solver that is slow more than once, but never too slow for the other one, holds up both reports: the coupler
+        // cannot see which of them.
+        let slow = played
+            .struck
+            .iter()
+            .filter(|(f, _)| matches!(f.kind, FaultKind::Freeze(_)));
+        if solver && slow.count() > 1 {
+            return Ok(());
+        }
+        // A coupler that stops between its two grants for little longer than a solver waits for the other one answers in
+        // time when that solver complains.
+        let briefly = |(f, _): &(Fault, Time)| {
+            let patience = (DEADLINE * SECOND as f64) as Time;
+            let brief = patience - SECOND / 5..patience + 4 * SECOND / 5;
+            f.party == Party::Coupler
+                && matches!(f.kind, FaultKind::Freeze(Some(time)) if brief.contains(&time))
+        };
+        if solver && played.struck.iter().any(briefly) {
+            return Ok(());
+        }
+        if !culprits.contains(&blamed) {
             return Err(format!("{}; the culprit is {culprits:?}", said()));
         }
         let Some(step) = step_of(error) else {
@@ -163,7 +190,7 @@ impl Scenario {
         let last = if late || thawed || played.struck.len() > 1 {
             self.plan.steps + 2
         } else {
-            mpm.max(dem) + 1
+            mpm.max(dem) + self.plan.window
         };
         if step < told.min(mpm).min(dem) || step > last {
             return Err(format!(

@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 use std::time::Duration;
 
-use interface::control::Party;
+use interface::control::{Order, Party};
 use interface::generate::Random;
-use interface::message::{CHANNELS, Channel, Kind, Payload, Records};
+use interface::message::{CHANNELS, Channel, Kind, Message, Payload, Records};
 use interface::transport::{Transport, TransportError};
 use interface::wire::{StepHeader, flags};
 
@@ -209,9 +209,18 @@ impl World {
     }
 }
 
-/// Whether an order ends the session of who gets it: Close (2) or Abort (3).
+/// Whether an order ends the session of who gets it: a whole Close or Abort.
 fn is_end(payload: &Payload) -> bool {
-    matches!(payload, Payload::Order(bytes) if matches!(bytes.first(), Some(2 | 3)))
+    let Payload::Order(bytes) = payload else {
+        return false;
+    };
+    let last = matches!(bytes.first(), Some(2 | 3));
+    last && matches!(decode(bytes), Ok(Order::Close | Order::Abort(_)))
+}
+
+fn decode(bytes: &[u8]) -> Result<Order, String> {
+    let payload = Payload::Order(bytes.to_vec());
+    Message::new(StepHeader::default(), payload).as_order()
 }
 
 impl Spoil {

@@ -44,6 +44,8 @@ pub struct Bodies {
     states: (StepHeader, usize),
     /// Limits that hold after the step under way.
     limits: Limits,
+    /// Whether the envelopes have been asked for in this step.
+    asked: bool,
 }
 
 impl Bodies {
@@ -56,6 +58,7 @@ impl Bodies {
             exchange: Exchange::Idle,
             states: (StepHeader::default(), 0),
             limits: Limits::default(),
+            asked: false,
         }
     }
 
@@ -94,6 +97,7 @@ impl Bodies {
         if self.line.window_done() || halted {
             return self.finish();
         }
+        self.asked = false;
         if self.coupled {
             return self.await_states();
         }
@@ -129,6 +133,10 @@ impl Bodies {
             return Ok(self.finish());
         }
         if header.flags & flags::WANT_ENVELOPES != 0 {
+            if core::mem::replace(&mut self.asked, true) {
+                let message = "the envelopes are asked for twice".into();
+                return Err(broken(Party::Mpm, "G-9", step, message));
+            }
             self.exchange = Exchange::Outlining;
             return Ok(Action::Do(Task::Envelopes));
         }

@@ -19,7 +19,7 @@ const SETUP: Duration = Duration::from_mins(2);
 
 /// Longest wait for the coupler's answer to Failed, where the other solver is blamed for silence: without one the coupler
 /// is the silent one.
-const ANSWER: Duration = Duration::from_secs(2);
+const ANSWER: Duration = Duration::from_millis(500);
 
 /// Where the session is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -428,7 +428,8 @@ impl Line {
             State::Draining => self.say(State::Bye, &Notice::Bye),
             State::Bye => {
                 self.state = State::Close;
-                self.await_order("leave to close", SETUP)
+                // The coupler waits for the other solver's goodbye.
+                self.await_order("leave to close", SETUP + 2 * PATIENCE_WITH_WAITERS)
             }
             State::Refusing => {
                 self.state = State::Refused;
@@ -597,11 +598,7 @@ impl Line {
         // The first grant comes when the other solver is ready too; later the coupler waits for a solver that waits for
         // the other one.
         let first = self.state == State::Ready;
-        let at_most = if first {
-            SETUP
-        } else {
-            self.deadline + 2 * PATIENCE_WITH_WAITERS
-        };
+        let at_most = 2 * PATIENCE_WITH_WAITERS + if first { SETUP } else { self.deadline };
         self.state = State::Grant;
         self.awaited = ("the next grant", Party::Coupler);
         let of = |kind| Some(Channel::of(self.party, kind));
