@@ -1,5 +1,5 @@
 //! What a coupled step costs besides physics: wall time of one step of two solvers that compute next to nothing, with
-//! the coupler granting windows of one and of 64 steps.
+//! the coupler granting windows of one and of 64 steps; and the copies that so many points need.
 //!
 //! `cargo bench -p interface --bench exchange`
 
@@ -10,77 +10,140 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use interface::control::{Configure, Party};
-use interface::session::{coupler, dem, mpm};
-use interface::step::Clock;
-use interface::wire::Grant;
-use interface::{OneProcess, SharedMemory, Transport};
-use toys::{HalfPlane, Points};
+use interface::control::Party;
+use interface::core::coupler::{Coupler, Decision, Question};
+use interface::domain::OwnedDomain;
+use interface::session::solver::Clocked;
+use interface::session::together::Together;
+use interface::session::turns::drive;
+use interface::session::{DemSide, Lead, Leader, MpmSide, Stop, serve_dem, serve_mpm};
+use interface::transport::direct::Direct;
+use interface::transport::iceoryx::{self, Medium, ROOM};
+use interface::wire::{ImpForce, ImpState};
+use toys::{HalfPlane, Points, Steps};
 
-/// Wall time of `steps` steps with `imps` IMPs. The parties are threads in either case; over `SharedMemory` they talk
-/// as processes do.
-fn lockstep<S: Transport + 'static>(imps: usize, window: u64, steps: u64) -> Duration {
-    let mut session = coupler::Session::<S>::open(&[Party::Mpm, Party::Dem]).expect("a session");
-    let (for_points, for_wall) = (session.domain().clone(), session.domain().clone());
-    std::thread::scope(|scope| {
-        scope.spawn(move || mpm::run::<S, _>(&for_points, &mut Points::new(imps), false));
-        scope.spawn(move || dem::run::<S, _>(&for_wall, &mut HalfPlane::default(), false));
-        let alarm = &mut || Ok(());
-        let configs = [
-            (Party::Mpm, serde_json::to_string(&toys::mpm_config())),
-            (Party::Dem, serde_json::to_string(&toys::dem_config())),
-        ];
-        for (party, config) in configs {
-            let config = config.expect("a configuration");
-            session.hello(party, alarm).expect("a hello");
-            let configure = Configure {
-                scene_hash: String::new(),
-                config,
-                coupled: true,
-                deadline: 10.0,
-            };
-            session.configure(party, &configure).expect("an order");
-            session.ready(party, "", alarm).expect("readiness");
+const BOTH: [Party; 2] = [Party::Mpm, Party::Dem];
+/// Steps before the clock starts.
+const WARM: u64 = 256;
+
+/// Steps so short that nothing moves far: no set after the first. Times those after the first [`WARM`].
+struct Timed {
+    steps: Steps,
+    from: Option<Instant>,
+    spent: Duration,
+}
+
+impl Timed {
+    fn new(steps: u64, window: u64) -> Self {
+        let mut steps = Steps::new(WARM + steps, window);
+        steps.measures = false;
+        steps.budget = f64::MAX;
+        steps.begin_epoch(1e-12);
+        Self {
+            steps,
+            from: None,
+            spent: Duration::ZERO,
         }
-        let mut clock = Clock::new(0.0);
-        // Steps so short that nothing moves far: no rebuild after the first.
-        clock.begin_epoch(1e-12);
-        let mut advance = |steps: u64| {
-            let end = clock.index() + steps;
-            while clock.index() < end {
-                let (epoch_start, steps_in_epoch, dt_before_epoch) = clock.epoch();
-                let grant = Grant {
-                    first: clock.index(),
-                    steps: window.min(end - clock.index()),
-                    epoch_start,
-                    steps_in_epoch,
-                    dt_before_epoch,
-                    dt: clock.dt(),
-                    budget_omega_sq: f64::MAX,
-                    budget_speed: f64::MAX,
-                    budget_damping: f64::MAX,
-                    ..Grant::default()
-                };
-                for party in [Party::Mpm, Party::Dem] {
-                    session.grant(party, &grant).expect("a grant");
-                }
-                for party in [Party::Mpm, Party::Dem] {
-                    black_box(
-                        session
-                            .report(party, &grant, &mut || Ok(()))
-                            .expect("a report"),
-                    );
-                }
-                clock.advance_by(grant.steps);
+    }
+}
+
+impl Lead for Timed {
+    fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop> {
+        if question == Question::Next {
+            if self.from.is_none() && self.steps.done() >= WARM {
+                self.from = Some(Instant::now());
             }
-        };
-        advance(200);
-        let start = Instant::now();
-        advance(steps);
-        let spent = start.elapsed();
-        session.drain(&mut || Ok(())).expect("an orderly end");
-        spent
-    })
+            if self.steps.is_done() {
+                self.spent = self.from.map_or(Duration::ZERO, |from| from.elapsed());
+            }
+        }
+        self.steps.decide(question, coupler)
+    }
+}
+
+/// Wall time of `steps` steps with `imps` IMPs over shared memory. The parties are threads, which talk as processes do.
+fn between_processes(imps: usize, window: u64, steps: u64) -> Duration {
+    let medium = Medium::Processes;
+    let domain = OwnedDomain::create().expect("a directory");
+    let names = domain.domain();
+    let _created = iceoryx::create(medium, names, &BOTH, false).expect("channels");
+    let mut transport =
+        iceoryx::join(medium, names, Party::Coupler, &BOTH, ROOM).expect("the coupler's ends");
+    let mut lead = Timed::new(steps, window);
+    std::thread::scope(|scope| {
+        scope.spawn(move || serve_mpm(medium, names, &mut Points::new(imps), false));
+        scope.spawn(move || serve_dem(medium, names, &mut HalfPlane::default(), false));
+        let mut leader = Leader::new(&BOTH, &mut lead);
+        drive(&mut leader, &mut *transport);
+        leader.take_verdict().expect("an orderly end");
+    });
+    lead.spent
+}
+
+/// The same in one thread, by direct calls.
+fn direct(imps: usize, window: u64, steps: u64) -> Duration {
+    let (mut points, mut wall) = (Points::new(imps), HalfPlane::default());
+    let mut mpm = MpmSide::new(&mut points, Clocked::Shared);
+    let mut dem = DemSide::new(&mut wall, Clocked::Shared);
+    let mut lead = Timed::new(steps, window);
+    let mut leader = Leader::new(&BOTH, &mut lead);
+    let hub = Direct::new();
+    Together {
+        leader: &mut leader,
+        mpm: Some(&mut mpm),
+        dem: Some(&mut dem),
+        transports: [&mut hub.clone(), &mut hub.clone(), &mut hub.clone()],
+    }
+    .run();
+    leader.take_verdict().expect("an orderly end");
+    lead.spent
+}
+
+/// What the toys compute by themselves in a step.
+fn computing(imps: usize, steps: u64) -> Duration {
+    use interface::solver::{DemSolver, MpmSolver};
+    let (mut points, mut wall) = (Points::new(imps), HalfPlane::default());
+    points
+        .configure(&toys::mpm_config())
+        .expect("a toy takes all");
+    wall.configure(&toys::dem_config())
+        .expect("a toy takes all");
+    points.select_imps(&[]);
+    let mut forces = vec![ImpForce::default(); imps];
+    let step = interface::step::Step {
+        index: 1,
+        time: 0.0,
+        dt_before: 1e-12,
+        dt: 1e-12,
+        measure: false,
+    };
+    let start = Instant::now();
+    for _ in 0..steps {
+        forces.fill(ImpForce::default());
+        let states = points.imp_states();
+        black_box(wall.contact(&step, states, &mut forces).expect("no fault"));
+        black_box(points.step(&step, &forces).expect("no fault"));
+    }
+    start.elapsed()
+}
+
+/// The copies that an exchange between processes needs: states and forces into shared memory, and out of it (C-5).
+fn copies(imps: usize, steps: u64) -> Duration {
+    let (states, forces) = (
+        vec![ImpState::default(); imps],
+        vec![ImpForce::default(); imps],
+    );
+    let (mut shared, mut own) = (states.clone(), states.clone());
+    let (mut shared_forces, mut own_forces) = (forces.clone(), forces.clone());
+    let start = Instant::now();
+    for _ in 0..steps {
+        shared.copy_from_slice(black_box(&states));
+        own.copy_from_slice(black_box(&shared));
+        shared_forces.copy_from_slice(black_box(&forces));
+        own_forces.copy_from_slice(black_box(&shared_forces));
+        black_box((&own, &own_forces));
+    }
+    start.elapsed()
 }
 
 fn exchange(criterion: &mut Criterion) {
@@ -91,21 +154,23 @@ fn exchange(criterion: &mut Criterion) {
         .warm_up_time(Duration::from_millis(200));
     for imps in [0, 100, 1_000, 10_000] {
         for window in [1, 64] {
-            group.bench_with_input(
-                BenchmarkId::new(format!("ipc window {window}"), imps),
-                &imps,
-                |b, &imps| {
-                    b.iter_custom(|steps| lockstep::<SharedMemory>(imps, window, steps));
-                },
-            );
+            let id = BenchmarkId::new(format!("processes, window {window}"), imps);
+            group.bench_with_input(id, &imps, |b, &imps| {
+                b.iter_custom(|steps| between_processes(imps, window, steps));
+            });
         }
-        group.bench_with_input(
-            BenchmarkId::new("local window 64", imps),
-            &imps,
-            |b, &imps| {
-                b.iter_custom(|steps| lockstep::<OneProcess>(imps, 64, steps));
-            },
-        );
+        let id = BenchmarkId::new("direct, window 64", imps);
+        group.bench_with_input(id, &imps, |b, &imps| {
+            b.iter_custom(|steps| direct(imps, 64, steps));
+        });
+        let id = BenchmarkId::new("the toys alone", imps);
+        group.bench_with_input(id, &imps, |b, &imps| {
+            b.iter_custom(|steps| computing(imps, steps));
+        });
+        let id = BenchmarkId::new("the copies alone", imps);
+        group.bench_with_input(id, &imps, |b, &imps| {
+            b.iter_custom(|steps| copies(imps, steps));
+        });
     }
     group.finish();
 }

@@ -1,5 +1,7 @@
 //! Two solvers in a page each: points that fly freely along x, and a fixed wall that repels them.
 
+#![allow(dead_code, reason = "tests and benches use different parts")]
+
 use interface::config::{
     ContactLaw, DemConfig, MpmConfig, Plane, ShapeFunction, StressUpdate, Transfer, Walls,
 };
@@ -332,6 +334,21 @@ impl Steps {
         }
     }
 
+    /// Goes on with steps of another length (s).
+    pub fn begin_epoch(&mut self, dt: f64) {
+        self.clock.begin_epoch(dt);
+    }
+
+    /// Steps that are done.
+    pub fn done(&self) -> u64 {
+        self.clock.index()
+    }
+
+    /// Whether all steps are done.
+    pub fn is_done(&self) -> bool {
+        self.done() == self.steps
+    }
+
     fn parts() -> Vec<Part> {
         let part = |config: String| Part {
             configure: Configure {
@@ -351,7 +368,7 @@ impl Steps {
     }
 
     fn next(&mut self) -> Decision {
-        if self.clock.index() == self.steps {
+        if self.is_done() {
             return Decision::Drain;
         }
         let (epoch_start, steps_in_epoch, dt_before_epoch) = self.clock.epoch();
