@@ -244,11 +244,17 @@ pub fn all() -> Vec<(&'static str, DemConfig)> {
         ("linear", linear),
         ("granular", scene(granular(0.0), Some(rolling), each)),
         ("hertz", hertz),
-        ("sticky hertz", scene(STICKY_HERTZ, Some(STICKY_HERTZ), each)),
+        (
+            "sticky hertz",
+            scene(STICKY_HERTZ, Some(STICKY_HERTZ), each),
+        ),
         ("area law", scene(AREA, Some(AREA), each)),
         ("one by one", scene(LINEAR, None, each)),
         ("nearest linear", scene(LINEAR, Some(LINEAR), nearest)),
-        ("nearest granular", scene(granular(0.0), Some(rolling), nearest)),
+        (
+            "nearest granular",
+            scene(granular(0.0), Some(rolling), nearest),
+        ),
         ("nearest hertz", scene(HERTZ, Some(HERTZ), nearest)),
         ("nearest area law", scene(AREA, Some(AREA), nearest)),
         ("area", scene(LINEAR, Some(LINEAR), OverlapMeasure::Area)),
@@ -264,7 +270,7 @@ pub struct World {
 }
 
 /// Points that obey Newton's law, and those of them that the solver knows of.
-#[derive(Clone)]
+#[derive(Clone, Default)]
 pub struct Cloud {
     infos: Vec<ImpInfo>,
     states: Vec<ImpState>,
@@ -272,27 +278,39 @@ pub struct Cloud {
 }
 
 impl Cloud {
-    /// Points in the gaps between the bodies of a scene.
+    /// Points in the gaps between the bodies of a [`scene`].
     pub fn new(count: usize) -> Self {
         let mut random = Random(11);
-        let (mut infos, mut states) = (Vec::new(), Vec::new());
-        for id in 0..count as u64 {
+        let mut cloud = Self::default();
+        for _ in 0..count {
             let cell = |x: f64| 0.108 * x.floor() + 0.054 + 0.02 * (x - x.floor() - 0.5);
             let place = [random.between(-1.0, 5.0), random.between(-0.6, 3.0)];
-            infos.push(ImpInfo {
-                group: (id % 2) as u32,
-                ..info(id, random.between(0.004, 0.008), 0.01)
-            });
-            states.push(ImpState {
-                position: place.map(cell),
-                velocity: [random.between(-2.0, 2.0), random.between(-2.0, 2.0)],
-            });
+            let radius = random.between(0.004, 0.008);
+            let velocity = [random.between(-2.0, 2.0), random.between(-2.0, 2.0)];
+            cloud.add(radius, place.map(cell), velocity);
         }
-        Self {
-            infos,
-            states,
-            chosen: Vec::new(),
+        cloud
+    }
+
+    /// A point in each gap of the [`crowd`], which touches all four discs around it.
+    pub fn in_gaps() -> Self {
+        let mut random = Random(13);
+        let mut cloud = Self::default();
+        for i in 0..39 * 39 {
+            let place = [(i % 39) as f64, (i / 39) as f64].map(|x| 0.0199 * (x + 0.5));
+            let velocity = [random.between(-0.1, 0.1), random.between(-0.1, 0.1)];
+            cloud.add(0.0042, place, velocity);
         }
+        cloud
+    }
+
+    fn add(&mut self, radius: f64, position: [f64; 2], velocity: [f64; 2]) {
+        let id = self.infos.len() as u64;
+        self.infos.push(ImpInfo {
+            group: (id % 2) as u32,
+            ..info(id, radius, 0.01)
+        });
+        self.states.push(ImpState { position, velocity });
     }
 
     /// Leaves out every fifth, others each time, and turns the order round now and then.
@@ -326,13 +344,13 @@ impl Cloud {
 }
 
 impl World {
-    /// Before the opening step; with so many points.
-    pub fn new(config: &DemConfig, count: usize) -> Self {
+    /// Before the opening step.
+    pub fn new(config: &DemConfig, points: Cloud) -> Self {
         let mut dem = Sdem::default();
         dem.configure(config).unwrap();
         Self {
             dem,
-            points: Cloud::new(count),
+            points,
             done: 0,
         }
     }
@@ -381,5 +399,31 @@ impl World {
         let bodies = &self.dem.bodies().state;
         let contacts = self.dem.contacts();
         format!("{forces:?} {answer:?} {measured:?} {bodies:?} {contacts}")
+    }
+}
+
+/// More contacts between bodies, and with points in the gaps, than one thread does alone.
+pub fn crowd() -> DemConfig {
+    let law = LINEAR;
+    let disc = |i: usize| BodyConfig {
+        name: format!("disc {i}"),
+        shape: BodyShape::Disc,
+        sphero_radius: 0.01,
+        inertia: BodyInertia::Density(500.0),
+        position: [0.0199 * (i % 40) as f64, 0.0199 * (i / 40) as f64],
+        angle: 0.0,
+        velocity: [0.2 * (i as f64).sin(), 0.2 * (i as f64).cos()],
+        spin: 5.0 * (i as f64).sin(),
+        motion: Motion::Free,
+        surface: String::new(),
+    };
+    DemConfig {
+        gravity: [0.0, -9.81],
+        bodies: (0..1600).map(disc).collect(),
+        point_contact: law,
+        body_contact: Some(law),
+        skin: 0.002,
+        threads: 1,
+        ..DemConfig::default()
     }
 }
