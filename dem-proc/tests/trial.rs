@@ -34,7 +34,8 @@ fn try_out(world: &mut World, random: &mut Random) -> bool {
     is_fault
 }
 
-fn compare(name: &str, config: &DemConfig, points: &Cloud, steps: u64) {
+/// Returns how many trials were faults.
+fn compare(name: &str, config: &DemConfig, points: &Cloud, steps: u64) -> usize {
     let world = || World::new(config, points.clone());
     let (mut once, mut often) = (world(), world());
     let mut random = Random(3);
@@ -51,14 +52,15 @@ fn compare(name: &str, config: &DemConfig, points: &Cloud, steps: u64) {
     assert!(pressing > 0 || config.body_contact.is_none(), "{name}");
     let pushed = once.dem.measurement().ledger.contact_impulse;
     assert!(pushed != [0.0; 2], "{name}: points met no body");
-    assert!(faults > 0, "{name}: no trial was a fault");
+    faults
 }
 
 #[test]
 fn an_evaluation_leaves_no_trace() {
-    for (name, config) in all() {
-        compare(name, &config, &Cloud::new(60), 201);
-    }
+    let each = all().into_iter();
+    let faults = each.map(|(name, config)| compare(name, &config, &Cloud::new(60), 201));
+    let faults: Vec<usize> = faults.collect();
+    assert!(faults.iter().sum::<usize>() > 100, "{faults:?}");
 }
 
 #[test]
