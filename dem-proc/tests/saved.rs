@@ -65,7 +65,7 @@ fn so_does_one_without_points_and_one_on_more_threads() {
     compare_without_points(&config);
     for threads in [1, 2] {
         let many = DemConfig { threads, ..crowd() };
-        compare("many", &many, Cloud::in_gaps(), 3, 40);
+        compare("many", &many, Cloud::in_gaps(), 9, 25);
     }
 }
 

@@ -292,14 +292,14 @@ impl Cloud {
         cloud
     }
 
-    /// A point in each gap of the [`crowd`], which touches all four discs around it.
+    /// A point in each gap of the [`crowd`], near all four discs around it.
     pub fn in_gaps() -> Self {
         let mut random = Random(13);
         let mut cloud = Self::default();
         for i in 0..39 * 39 {
-            let place = [(i % 39) as f64, (i / 39) as f64].map(|x| 0.0199 * (x + 0.5));
+            let place = [(i % 39) as f64, (i / 39) as f64].map(|x| CROWDED * (x + 0.5));
             let velocity = [random.between(-0.1, 0.1), random.between(-0.1, 0.1)];
-            cloud.add(0.0042, place, velocity);
+            cloud.add(0.0055, place, velocity);
         }
         cloud
     }
@@ -402,26 +402,31 @@ impl World {
     }
 }
 
-/// More contacts between bodies, and with points in the gaps, than one thread does alone.
+/// Distance of neighbours in the [`crowd`] in m.
+const CROWDED: f64 = 0.0215;
+
+/// More contacts between bodies, and with points in the gaps, than one thread does alone. Many are as far apart as the list
+/// reaches, so that no two lists are alike.
 pub fn crowd() -> DemConfig {
-    let law = LINEAR;
-    let disc = |i: usize| BodyConfig {
+    let mut random = Random(17);
+    let mut disc = |i: usize| BodyConfig {
         name: format!("disc {i}"),
         shape: BodyShape::Disc,
         sphero_radius: 0.01,
         inertia: BodyInertia::Density(500.0),
-        position: [0.0199 * (i % 40) as f64, 0.0199 * (i / 40) as f64],
+        position: [(i % 40) as f64, (i / 40) as f64]
+            .map(|x| CROWDED * x + random.between(-7e-4, 7e-4)),
         angle: 0.0,
-        velocity: [0.2 * (i as f64).sin(), 0.2 * (i as f64).cos()],
-        spin: 5.0 * (i as f64).sin(),
+        velocity: [random.between(-1.0, 1.0), random.between(-1.0, 1.0)],
+        spin: random.between(-5.0, 5.0),
         motion: Motion::Free,
         surface: String::new(),
     };
     DemConfig {
         gravity: [0.0, -9.81],
-        bodies: (0..1600).map(disc).collect(),
-        point_contact: law,
-        body_contact: Some(law),
+        bodies: (0..1600).map(&mut disc).collect(),
+        point_contact: LINEAR,
+        body_contact: Some(LINEAR),
         skin: 0.002,
         threads: 1,
         ..DemConfig::default()
