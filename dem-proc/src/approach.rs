@@ -18,9 +18,13 @@
 
 use interface::Vec2;
 use interface::config::Motion;
+use interface::solver::Refusal;
+use serde::{Deserialize, Serialize};
 
-use crate::body::{Bodies, Odometer};
+use crate::body::Bodies;
 use crate::mass::cross;
+use crate::odometer::{Odometer, SavedOdometer};
+use crate::saved::{count, finite};
 
 /// Most by which a step may be longer than the one before (PHYSICS.md section 4).
 const GROWTH: f64 = 1.1;
@@ -126,6 +130,58 @@ impl Watch {
     pub fn advance(&mut self, speed: f64, dt: f64) {
         self.odometer.advance(speed, dt);
     }
+
+    /// The bodies as they were where the list was built; `None` if there is no list yet.
+    pub fn bodies_then(&self, bodies: &Bodies) -> Option<Bodies> {
+        let poses = self.odometer.start();
+        (!poses.is_empty()).then(|| bodies.placed(poses.iter().copied()))
+    }
+
+    /// For a saved state.
+    pub fn save(&self) -> SavedWatch {
+        let Self {
+            skin: _, // of the configuration
+            limit,
+            margins,
+            odometer,
+        } = self;
+        SavedWatch {
+            limit: *limit,
+            margins: margins.clone(),
+            odometer: odometer.save(),
+        }
+    }
+
+    /// With the skin of this one, as it was saved.
+    ///
+    /// # Errors
+    /// A refusal if it is not of these bodies.
+    pub fn restored(&self, saved: &SavedWatch, bodies: &Bodies) -> Result<Self, Refusal> {
+        let SavedWatch {
+            limit,
+            margins,
+            odometer,
+        } = saved;
+        finite(|| "a margin".into(), margins)?;
+        finite(|| "a margin".into(), &[*limit])?;
+        if !margins.is_empty() {
+            count("margins", margins.len(), bodies.len())?;
+        }
+        Ok(Self {
+            skin: self.skin,
+            limit: *limit,
+            margins: margins.clone(),
+            odometer: Odometer::restored(odometer, bodies)?,
+        })
+    }
+}
+
+/// A [`Watch`] in a saved state, in m.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct SavedWatch {
+    limit: f64,
+    margins: Vec<f64>,
+    odometer: SavedOdometer,
 }
 
 /// Where two bodies are near one another.

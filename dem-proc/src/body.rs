@@ -3,8 +3,10 @@
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, DemConfig, Motion};
 use interface::solver::Refusal;
+use serde::{Deserialize, Serialize};
 
 use crate::law::table::Surfaces;
+use crate::saved::{count, finite};
 use crate::shape::Shape;
 use crate::threads::Threads;
 
@@ -176,6 +178,59 @@ impl Frame {
     }
 }
 
+/// A body in a saved state: units as in [`Rigid`] and [`Frame`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct SavedBody {
+    center: [f64; 2],
+    angle: f64,
+    velocity: [f64; 2],
+    spin: f64,
+    shift: [f64; 2],
+    sin: f64,
+    versine: f64,
+}
+
+impl SavedBody {
+    fn of(state: &Rigid, frame: &Frame) -> Self {
+        let Rigid {
+            center,
+            velocity,
+            angle,
+            spin,
+            // What never changes follows from the configuration.
+            inverse_mass: _,
+            inverse_inertia: _,
+            radius: _,
+            extent: _,
+            falls: _,
+            vertices: _,
+        } = *state;
+        let Frame {
+            center: _, // as above
+            shift,
+            sin,
+            versine,
+            inverse_mass: _,
+            inverse_inertia: _,
+        } = *frame;
+        Self {
+            center: center.into(),
+            angle,
+            velocity: velocity.into(),
+            spin,
+            shift: shift.into(),
+            sin,
+            versine,
+        }
+    }
+
+    fn numbers(&self) -> [f64; 10] {
+        let ([x, y], [v, w], [dx, dy]) = (self.center, self.velocity, self.shift);
+        let [angle, spin, sin, versine] = [self.angle, self.spin, self.sin, self.versine];
+        [x, y, angle, v, w, spin, dx, dy, sin, versine]
+    }
+}
+
 /// All bodies.
 #[derive(Debug, Clone, Default)]
 pub struct Bodies {
@@ -325,6 +380,57 @@ impl Bodies {
         });
     }
 
+    /// What of the bodies a step leaves behind.
+    pub fn save(&self) -> Vec<SavedBody> {
+        let Self {
+            state,
+            frames,
+            outline: _, // follows from the poses
+            // What never changes follows from the configuration.
+            fixed: _,
+            radii: _,
+            local: _,
+            held: _,
+            special: _,
+            free_mass: _,
+            inverse_length_sq: _,
+        } = self;
+        let both = state.iter().zip(frames);
+        both.map(|(state, frame)| SavedBody::of(state, frame))
+            .collect()
+    }
+
+    /// These bodies where and as fast as `saved` has them.
+    ///
+    /// # Errors
+    /// A refusal if they are others, or a number is not finite.
+    pub fn restored(&self, saved: &[SavedBody]) -> Result<Self, Refusal> {
+        count("bodies", saved.len(), self.len())?;
+        for (body, is) in self.fixed.iter().zip(saved) {
+            finite(|| format!("body `{}`", body.name), &is.numbers())?;
+        }
+        let poses = saved.iter().map(|is| (is.center.into(), is.angle));
+        let mut bodies = self.placed(poses);
+        for ((state, frame), is) in bodies.state.iter_mut().zip(&mut bodies.frames).zip(saved) {
+            (state.velocity, state.spin) = (is.velocity.into(), is.spin);
+            frame.center = state.center;
+            (frame.shift, frame.sin, frame.versine) = (is.shift.into(), is.sin, is.versine);
+        }
+        Ok(bodies)
+    }
+
+    /// These bodies in other poses: centres in m, angles in rad. Their frames stay behind.
+    pub fn placed(&self, poses: impl IntoIterator<Item = (Vec2, f64)>) -> Self {
+        let mut placed = self.clone();
+        for (state, (center, angle)) in placed.state.iter_mut().zip(poses) {
+            (state.center, state.angle) = (center, angle);
+            let [first, count] = state.vertices.map(|i| i as usize);
+            let here = first..first + count;
+            state.place_outline(&mut placed.outline[here.clone()], &placed.local[here]);
+        }
+        placed
+    }
+
     /// The largest surface speed at present, in m/s.
     pub fn initial_speed(&self) -> f64 {
         let speeds = self
@@ -425,63 +531,4 @@ fn place(
         surface,
     };
     Ok((what, state))
-}
-
-/// Where the bodies were at some moment, to tell how far their surfaces have moved since.
-#[derive(Debug, Clone, Default)]
-pub struct Reference(Vec<(Vec2, f64)>);
-
-impl Reference {
-    /// Remembers the present poses.
-    pub fn set(&mut self, bodies: &Bodies) {
-        self.0.clear();
-        self.0
-            .extend(bodies.state.iter().map(|s| (s.center, s.angle)));
-    }
-
-    /// Upper bound of the displacement of any body's surface since, in m: `|c - c_ref| + R |theta - theta_ref|`.
-    pub fn travelled(&self, bodies: &Bodies) -> f64 {
-        let moved = bodies.state.iter().zip(&self.0);
-        moved
-            .map(|(state, (center, angle))| {
-                (state.center - center).norm() + state.extent * (state.angle - angle).abs()
-            })
-            .fold(0.0, f64::max)
-    }
-}
-
-/// How far surfaces have gone since some moment, as cheaply as the answer needs.
-#[derive(Debug, Clone, Default)]
-pub struct Odometer {
-    start: Reference,
-    /// Upper bound of the largest displacement since `start` in m: largest speed times step, added up, and replaced by
-    /// the exact figure when that sum is no longer good enough.
-    bound: f64,
-}
-
-impl Odometer {
-    /// Begins anew here.
-    pub fn reset(&mut self, bodies: &Bodies) {
-        self.start.set(bodies);
-        self.bound = 0.0;
-    }
-
-    /// The bodies move with surface speeds up to `speed` (m/s) for `dt` (s).
-    pub fn advance(&mut self, speed: f64, dt: f64) {
-        self.bound += speed * dt;
-    }
-
-    /// Whether no surface has gone as far as `limit` (m).
-    pub fn stays_below(&mut self, limit: f64, bodies: &Bodies) -> bool {
-        if self.bound >= limit {
-            self.bound = self.start.travelled(bodies);
-        }
-        self.bound < limit
-    }
-
-    /// Upper bound in m of the displacement, exact where it is above `coarse` (m).
-    pub fn bound(&mut self, coarse: f64, bodies: &Bodies) -> f64 {
-        self.stays_below(coarse, bodies);
-        self.bound
-    }
 }

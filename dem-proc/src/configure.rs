@@ -8,7 +8,7 @@ use interface::surfaces::ContactPair;
 use interface::wire::EnvelopeVertex;
 
 use crate::approach::{first_contact, outer_acceleration};
-use crate::body::{Bodies, Odometer};
+use crate::body::Bodies;
 use crate::convex::{ConvexContacts, Measure};
 use crate::law::choice::{Between, ForLaw, check_law, with_law, with_table};
 use crate::law::dashpot::Elastic;
@@ -18,9 +18,11 @@ use crate::law::tangent::Smooth;
 use crate::law::{Contact, Law};
 use crate::load::{Load, PairLoad};
 use crate::nearest::NearestEdge;
+use crate::odometer::Odometer;
 use crate::overlap::OverlapArea;
 use crate::pairs::{BodyContacts, BodySide};
 use crate::points::{PointContacts, PointSide};
+use crate::saved::Marks;
 use crate::threads::Threads;
 
 /// A configured solver.
@@ -64,6 +66,8 @@ pub struct System {
     pub totals: Totals,
     /// The last measurement.
     pub measurement: DemMeasurement,
+    /// By what a saved state is known to be of this configuration.
+    pub marks: Marks,
 }
 
 impl Default for System {
@@ -94,6 +98,7 @@ impl Default for System {
             envelopes: Vec::new(),
             totals: Totals::default(),
             measurement: DemMeasurement::default(),
+            marks: Marks::default(),
         }
     }
 }
@@ -252,6 +257,7 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         first_contact: first_contact(&bodies, body_stiffness),
         skin: config.skin,
         bodies,
+        marks: Marks::new(config),
         ..System::default()
     };
     let free = || system.bodies.fixed.iter().filter(|b| b.yields());

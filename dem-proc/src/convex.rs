@@ -11,14 +11,16 @@
 use std::fmt::Debug;
 
 use interface::Vec2;
+use interface::solver::Refusal;
 
 use crate::approach::{Ahead, Near, Watch, crossing_rate};
 use crate::body::{Bodies, Frame};
 use crate::law::{Law, Loss, Mates, Past, Touch, reduced};
 use crate::load::PairLoad;
 use crate::mass::cross;
-use crate::pairs::BodySide;
+use crate::pairs::{BodySide, SavedPairs};
 use crate::passage::{Passage, PassedBodies, TURN};
+use crate::saved::{SavedHistories, count, finite};
 
 /// What may touch: a part of one body, and another body. In the order of the list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -65,22 +67,78 @@ pub trait Measure: Debug + Send + Sync {
     ) -> Option<Passage>;
 }
 
-/// Contact between convex bodies by the law `L`, measured by `M`.
+/// What is kept from one step to the next.
 #[derive(Debug)]
-pub struct ConvexContacts<L: Law, M> {
-    law: L,
-    measure: M,
+struct Kept<L: Law> {
     watch: Watch,
     list: Vec<Candidate>,
     /// [`Measure::length`] of each.
     lengths: Vec<f64>,
     constants: Vec<L::Pair>,
     history: Vec<L::History>,
+    /// Normals of the last step, zero where there was no contact.
+    normals: Vec<Vec2>,
+}
+
+impl<L: Law> Kept<L> {
+    fn new(skin: f64) -> Self {
+        Self {
+            watch: Watch::new(skin),
+            list: Vec::new(),
+            lengths: Vec::new(),
+            constants: Vec::new(),
+            history: Vec::new(),
+            normals: Vec::new(),
+        }
+    }
+
+    /// Builds the list of bodies as `watch` began with them.
+    fn build(&mut self, law: &L, measure: &impl Measure, bodies: &Bodies) {
+        let list = &mut self.list;
+        list.clear();
+        crate::neighbours::close_pairs(bodies, &self.watch, |pair, margin| {
+            measure.list(bodies, pair, margin, list);
+        });
+        list.sort_unstable();
+        let length = |candidate: &Candidate| measure.length(bodies, *candidate);
+        self.lengths.clear();
+        self.lengths.extend(list.iter().map(length));
+        self.constants.clear();
+        self.constants.extend(list.iter().map(|candidate| {
+            let [v, e] = candidate.bodies.map(|b| &bodies.state[b as usize]);
+            let inverse = v.inverse_mass + e.inverse_mass;
+            law.pair(&Mates {
+                mass: if inverse > 0.0 { 1.0 / inverse } else { 0.0 },
+                radius: reduced(v.radius, e.radius),
+                surfaces: candidate.bodies.map(|b| bodies.fixed[b as usize].surface),
+            })
+        }));
+    }
+
+    /// Histories and normals from an `old` list.
+    fn carry(&mut self, old: &Self) {
+        let carried = self.list.iter().map(|candidate| {
+            let was = old.list.binary_search(candidate);
+            let was = was.map(|i| (old.history[i], old.normals[i]));
+            was.unwrap_or((L::History::default(), Vec2::zeros()))
+        });
+        (self.history, self.normals) = carried.unzip();
+    }
+}
+
+/// Contact between convex bodies by the law `L`, measured by `M`. An evaluation commits nothing, as in [`crate::points`].
+#[derive(Debug)]
+pub struct ConvexContacts<L: Law, M> {
+    law: L,
+    measure: M,
+    kept: Kept<L>,
+    /// What is to be kept instead, where the last evaluation was of a list that it built.
+    fresh: Kept<L>,
+    rebuilt: bool,
     next: Vec<L::History>,
+    next_normals: Vec<Vec2>,
     /// Depths of the last evaluation in m, 0 where there is no contact.
     depths: Vec<f64>,
-    /// Normals of the last evaluation, zero where there was no contact.
-    normals: Vec<Vec2>,
     /// The candidates in reach.
     in_reach: Vec<Near>,
     passed: Option<PassedBodies>,
@@ -94,50 +152,26 @@ impl<L: Law, M: Measure> ConvexContacts<L, M> {
         Self {
             law,
             measure,
-            watch: Watch::new(skin),
-            list: Vec::new(),
-            lengths: Vec::new(),
-            constants: Vec::new(),
-            history: Vec::new(),
+            kept: Kept::new(skin),
+            fresh: Kept::new(skin),
+            rebuilt: false,
             next: Vec::new(),
+            next_normals: Vec::new(),
             depths: Vec::new(),
-            normals: Vec::new(),
-            passed: None,
             in_reach: Vec::new(),
+            passed: None,
             presses: 0,
             loss: Loss::default(),
         }
     }
 
-    /// Builds the list, and moves the histories to it.
-    fn build(&mut self, bodies: &Bodies) {
-        let old = std::mem::take(&mut self.list);
-        let (measure, list) = (&self.measure, &mut self.list);
-        crate::neighbours::close_pairs(bodies, &self.watch, |pair, margin| {
-            measure.list(bodies, pair, margin, list);
-        });
-        list.sort_unstable();
-        let length = |candidate: &Candidate| measure.length(bodies, *candidate);
-        self.lengths.clear();
-        self.lengths.extend(list.iter().map(length));
-        let old_place = |candidate| old.binary_search(candidate).ok();
-        let carried = self.list.iter().map(|candidate| {
-            let was = old_place(candidate).map(|i| (self.history[i], self.normals[i]));
-            was.unwrap_or((L::History::default(), Vec2::zeros()))
-        });
-        (self.history, self.normals) = carried.unzip();
-        self.next = vec![L::History::default(); self.list.len()];
-        self.depths = vec![0.0; self.list.len()];
-        self.constants.clear();
-        self.constants.extend(self.list.iter().map(|candidate| {
-            let [v, e] = candidate.bodies.map(|b| &bodies.state[b as usize]);
-            let inverse = v.inverse_mass + e.inverse_mass;
-            self.law.pair(&Mates {
-                mass: if inverse > 0.0 { 1.0 / inverse } else { 0.0 },
-                radius: reduced(v.radius, e.radius),
-                surfaces: candidate.bodies.map(|b| bodies.fixed[b as usize].surface),
-            })
-        }));
+    /// What an evaluation goes by.
+    fn now(&self) -> &Kept<L> {
+        if self.rebuilt {
+            &self.fresh
+        } else {
+            &self.kept
+        }
     }
 }
 
@@ -164,9 +198,11 @@ fn touch(bodies: &Bodies, past: Past, spot: &Spot, pair: [u32; 2], arms: [Vec2; 
 
 impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
     fn update_list(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64) {
-        if !self.watch.holds(bodies, ahead, speed) {
-            self.watch.begin(bodies, ahead, speed);
-            self.build(bodies);
+        self.rebuilt = !self.kept.watch.holds(bodies, ahead, speed);
+        if self.rebuilt {
+            self.fresh.watch.begin(bodies, ahead, speed);
+            self.fresh.build(&self.law, &self.measure, bodies);
+            self.fresh.carry(&self.kept);
         }
     }
 
@@ -183,12 +219,18 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         self.presses = 0;
         self.passed = None;
         self.loss = Loss::default();
-        for (k, candidate) in self.list.iter().enumerate() {
-            self.next[k] = L::History::default();
-            self.depths[k] = 0.0;
-            let normal = std::mem::take(&mut self.normals[k]);
+        let now = if self.rebuilt {
+            &self.fresh
+        } else {
+            &self.kept
+        };
+        let pairs = now.list.len();
+        refill(&mut self.next, pairs, L::History::default());
+        refill(&mut self.next_normals, pairs, Vec2::zeros());
+        refill(&mut self.depths, pairs, 0.0);
+        for (k, candidate) in now.list.iter().enumerate() {
             let pair = candidate.bodies;
-            let closing = self.watch.closing(pair).unwrap_or(closing);
+            let closing = now.watch.closing(pair).unwrap_or(closing);
             let Some(spot) = self.measure.meet(bodies, *candidate, closing) else {
                 continue;
             };
@@ -196,12 +238,12 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
                 bodies: pair,
                 normal: spot.normal,
                 point: spot.point,
-                length: self.lengths[k],
+                length: now.lengths[k],
             });
             let frames = pair.map(|b| &bodies.frames[b as usize]);
             let arms = frames.map(|frame| spot.point - frame.center);
             let touch = touch(bodies, past, &spot, pair, arms);
-            let (constants, before) = (&self.constants[k], &self.history[k]);
+            let (constants, before) = (&now.constants[k], &now.history[k]);
             let stiffness = self.law.stiffness(constants, spot.depth + closing);
             for i in 0..2 {
                 let load = &mut loads[pair[i] as usize];
@@ -213,8 +255,8 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
                 self.loss += self.law.part(constants, &touch, before);
                 continue;
             }
-            let turned = frames[1].turned(normal).dot(&spot.normal) < TURN;
-            self.normals[k] = spot.normal;
+            let turned = frames[1].turned(now.normals[k]).dot(&spot.normal) < TURN;
+            self.next_normals[k] = spot.normal;
             if self.passed.is_none() {
                 let passage = self.measure.passage(bodies, *candidate, &spot, turned);
                 self.passed = passage.map(|passage| PassedBodies {
@@ -268,15 +310,28 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
 
     /// Of the positions at which the contacts were last evaluated, which are those of the measurement.
     fn energy(&self, _: &Bodies) -> f64 {
-        let contacts = self.depths.iter().zip(&self.constants).zip(&self.next);
+        let contacts = self
+            .depths
+            .iter()
+            .zip(&self.now().constants)
+            .zip(&self.next);
         let pressing = contacts.filter(|((depth, _), _)| **depth > 0.0);
         let energy = pressing
             .map(|((depth, constants), history)| self.law.energy(constants, *depth, history));
         energy.sum()
     }
 
+    fn keep_list(&mut self) {
+        if self.rebuilt {
+            std::mem::swap(&mut self.kept, &mut self.fresh);
+            self.rebuilt = false;
+        }
+    }
+
     fn commit(&mut self) {
-        std::mem::swap(&mut self.history, &mut self.next);
+        self.keep_list();
+        std::mem::swap(&mut self.kept.history, &mut self.next);
+        std::mem::swap(&mut self.kept.normals, &mut self.next_normals);
     }
 
     fn damping_ratio(&self) -> f64 {
@@ -292,14 +347,78 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
     }
 
     fn advance(&mut self, speed: f64, dt: f64) {
-        self.watch.advance(speed, dt);
+        self.kept.watch.advance(speed, dt);
     }
 
     fn bytes(&self) -> usize {
-        self.list.capacity() * (size_of::<Candidate>() + 2 * size_of::<f64>() + size_of::<Vec2>())
-            + self.constants.capacity() * size_of::<L::Pair>()
-            + 2 * self.history.capacity() * size_of::<L::History>()
+        let listed = |kept: &Kept<L>| {
+            kept.list.capacity() * (size_of::<Candidate>() + size_of::<f64>() + size_of::<Vec2>())
+                + kept.constants.capacity() * size_of::<L::Pair>()
+                + kept.history.capacity() * size_of::<L::History>()
+        };
+        let each = size_of::<L::History>() + size_of::<Vec2>() + size_of::<f64>();
+        listed(&self.kept) + listed(&self.fresh) + self.next.capacity() * each
     }
+
+    fn save(&self) -> SavedPairs {
+        let Self {
+            kept,
+            // Of the configuration.
+            law: _,
+            measure: _,
+            // Of an evaluation, which begins each of them anew.
+            fresh: _,
+            rebuilt: _,
+            next: _,
+            next_normals: _,
+            depths: _,
+            in_reach: _,
+            passed: _,
+            presses: _,
+            loss: _,
+        } = self;
+        let Kept {
+            watch,
+            history,
+            normals,
+            list: _,      // follows from the watch's poses and margins
+            lengths: _,   // likewise
+            constants: _, // follow from the list
+        } = kept;
+        SavedPairs {
+            watch: watch.save(),
+            histories: SavedHistories::of(history),
+            normals: normals.iter().map(|&normal| normal.into()).collect(),
+        }
+    }
+
+    fn restore(&mut self, saved: &SavedPairs, bodies: &Bodies) -> Result<(), Refusal> {
+        let SavedPairs {
+            watch,
+            histories,
+            normals,
+        } = saved;
+        let watch = self.kept.watch.restored(watch, bodies)?;
+        let mut kept = Kept {
+            watch,
+            ..Kept::new(0.0)
+        };
+        if let Some(then) = kept.watch.bodies_then(bodies) {
+            kept.build(&self.law, &self.measure, &then);
+        }
+        count("normals", normals.len(), kept.list.len())?;
+        finite(|| "a normal".into(), normals.as_flattened())?;
+        kept.history = histories.restored(kept.list.len())?;
+        kept.normals = normals.iter().map(|&normal| normal.into()).collect();
+        (self.kept, self.rebuilt) = (kept, false);
+        Ok(())
+    }
+}
+
+/// `count` times `value`.
+fn refill<T: Clone>(kept: &mut Vec<T>, count: usize, value: T) {
+    kept.clear();
+    kept.resize(count, value);
 }
 
 /// Share of a contact in a body's `Load::rate`, the force anywhere on the contact's width and the gain at most 1.

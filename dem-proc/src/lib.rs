@@ -50,12 +50,14 @@ pub mod load;
 pub mod meeting;
 pub mod nearest;
 pub mod neighbours;
+pub mod odometer;
 pub mod overlap;
 pub mod pairs;
 pub mod passage;
 pub mod points;
 #[cfg(test)]
 mod reference;
+pub mod saved;
 pub mod seam;
 pub mod shape;
 mod step;

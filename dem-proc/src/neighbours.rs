@@ -7,7 +7,7 @@
 
 use interface::Vec2;
 use interface::outline::{crosses_ray, nearest_on_edge};
-use interface::wire::{ImpInfo, ImpState};
+use interface::wire::ImpInfo;
 
 use crate::approach::Watch;
 use crate::body::Bodies;
@@ -44,19 +44,18 @@ pub struct PointList {
 }
 
 impl PointList {
-    /// Finds all pairs within reach plus `skin` (m), and for each the edges that may become nearest.
+    /// Finds all pairs of points at `positions` (m) within reach plus `skin` (m), and for each the edges that may become nearest.
     ///
     /// An edge can become nearest only if it is now at most twice the skin farther than the nearest one: while both
     /// sides together move by the skin, distances to all edges change by the skin at most.
-    pub fn build(&mut self, bodies: &Bodies, set: &[ImpInfo], states: &[ImpState], skin: f64) {
+    pub fn build(&mut self, bodies: &Bodies, set: &[ImpInfo], positions: &[Vec2], skin: f64) {
         self.pairs.clear();
         self.edges.clear();
         let boxes = (0..bodies.len()).map(|b| {
             Bounds::around(bodies.outline_of(b).iter().copied()).grown(bodies.state[b].radius)
         });
         let tree = BoxTree::new(boxes);
-        for (slot, (info, state)) in set.iter().zip(states).enumerate() {
-            let p = Vec2::from(state.position);
+        for (slot, (info, &p)) in set.iter().zip(positions).enumerate() {
             let margin = (1.0 + REACH) * info.radius + skin;
             let mut found = std::mem::take(&mut self.found);
             found.clear();

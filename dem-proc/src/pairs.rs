@@ -2,6 +2,8 @@
 //!
 //! Every term is a function `k xi^2 / 2` of one distance, so the sum is conservative; at a corner a pair counts up to
 //! four times, at flush aligned edges eight times, which the step limit sees because it sums the same terms.
+//!
+//! An evaluation commits nothing, as in [`crate::points`].
 
 #![expect(
     clippy::inline_always,
@@ -11,8 +13,10 @@
 use std::fmt::Debug;
 
 use interface::Vec2;
+use interface::solver::Refusal;
+use serde::{Deserialize, Serialize};
 
-use crate::approach::{Ahead, Near, Watch, crossing_rate};
+use crate::approach::{Ahead, Near, SavedWatch, Watch, crossing_rate};
 use crate::body::Bodies;
 use crate::contact::vertex_edge;
 use crate::law::{Law, Loss, Mates, Past, reduced};
@@ -20,11 +24,13 @@ use crate::load::PairLoad;
 use crate::meeting::{Answers, Apart, LANES, Lanes, first};
 use crate::neighbours::{BodyList, VertexEdge};
 use crate::passage::{Passage, PassedBodies};
+use crate::saved::{SavedHistories, count};
 use crate::threads::{CHUNK, Threads};
 
 /// What the step needs from the contact between bodies, whatever the law.
 pub trait BodySide: Debug + Send + Sync {
-    /// Builds the list anew if a pair that is not in it could touch within two steps, with surfaces up to `speed` (m/s).
+    /// Makes a list anew if a pair that is not in the one that is kept could touch within two steps, with surfaces up to
+    /// `speed` (m/s).
     fn update_list(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64);
     /// Evaluates every pair of the list. `closing` is how far two surfaces can come together within two steps, in m:
     /// pairs within it count in the step limit. On one thread it puts the sums of force and torque on each body
@@ -50,7 +56,9 @@ pub trait BodySide: Debug + Send + Sync {
     fn loss(&self) -> Loss;
     /// Energy in the contact springs in J/m.
     fn energy(&self, bodies: &Bodies) -> f64;
-    /// Accepts what was evaluated as the history of the next step.
+    /// Keeps the list that was evaluated.
+    fn keep_list(&mut self);
+    /// Accepts what was evaluated as the history of the next step, and keeps the list.
     fn commit(&mut self);
     /// Largest damping ratio of a contact in reach; 0 where there is none.
     fn damping_ratio(&self) -> f64;
@@ -60,19 +68,46 @@ pub trait BodySide: Debug + Send + Sync {
     fn advance(&mut self, speed: f64, dt: f64);
     /// Bytes of memory.
     fn bytes(&self) -> usize;
+    /// For a saved state.
+    fn save(&self) -> SavedPairs;
+    /// Takes over what was saved, with bodies of the same configuration. After a refusal all is as it was.
+    ///
+    /// # Errors
+    /// A refusal if it is not of this configuration.
+    fn restore(&mut self, saved: &SavedPairs, bodies: &Bodies) -> Result<(), Refusal>;
+}
+
+/// Contact between bodies in a saved state. The list follows from where the bodies were when it was built.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct SavedPairs {
+    /// When the list was built, and how far it reaches.
+    pub watch: SavedWatch,
+    /// What the pairs remember.
+    pub histories: SavedHistories,
+    /// Normals of the last step, where the measure of overlap remembers them.
+    pub normals: Vec<[f64; 2]>,
+}
+
+/// What is kept from one step to the next.
+#[derive(Debug)]
+struct Kept<L: Law> {
+    watch: Watch,
+    list: BodyList,
+    constants: Vec<L::Pair>,
+    history: Vec<L::History>,
+    /// Smallest and largest number of a body in each chunk of the list.
+    spans: Vec<[u32; 2]>,
 }
 
 /// Contact between bodies by the law `L`.
 #[derive(Debug)]
 pub struct BodyContacts<L: Law> {
     law: L,
-    watch: Watch,
-    list: BodyList,
-    constants: Vec<L::Pair>,
-    history: Vec<L::History>,
+    kept: Kept<L>,
+    /// What is to be kept instead, where the last evaluation was of a list that it built.
+    fresh: Kept<L>,
+    rebuilt: bool,
     next: Vec<L::History>,
-    /// Smallest and largest number of a body in each chunk of the list.
-    spans: Vec<[u32; 2]>,
     aparts: Vec<Apart>,
     /// What was found in each chunk.
     outcomes: Vec<Outcomes>,
@@ -82,47 +117,26 @@ pub struct BodyContacts<L: Law> {
     closing: f64,
 }
 
-impl<L: Law> BodyContacts<L> {
-    /// No list yet.
-    pub fn new(law: L, skin: f64) -> Self {
+impl<L: Law> Kept<L> {
+    fn new(skin: f64) -> Self {
         Self {
-            law,
             watch: Watch::new(skin),
             list: BodyList::default(),
             constants: Vec::new(),
             history: Vec::new(),
-            next: Vec::new(),
             spans: Vec::new(),
-            aparts: Vec::new(),
-            outcomes: Vec::new(),
-            to_be_summed: false,
-            closing: 0.0,
         }
     }
 
-    /// Builds the list, and moves the histories to it: both lists are in the same order, so one walk finds them.
-    fn build(&mut self, bodies: &Bodies) {
-        let old = std::mem::take(&mut self.list.pairs);
+    /// Builds the list of bodies as `watch` began with them.
+    fn build(&mut self, law: &L, bodies: &Bodies) {
         self.list.build(bodies, &self.watch);
         let pairs = self.list.pairs.iter();
-        if size_of::<L::History>() > 0 {
-            // `next` holds nothing between steps; it becomes the new history.
-            let mut old = old.iter().zip(&self.history).peekable();
-            self.next.clear();
-            self.next.extend(pairs.clone().map(|pair| {
-                while old.next_if(|(o, _)| o.key() < pair.key()).is_some() {}
-                let same = old.next_if(|(o, _)| o.key() == pair.key());
-                same.map_or_else(L::History::default, |(_, history)| *history)
-            }));
-            std::mem::swap(&mut self.history, &mut self.next);
-        }
-        self.history.resize(pairs.len(), L::History::default());
-        self.next.resize(pairs.len(), L::History::default());
         self.constants.clear();
         self.constants.extend(pairs.map(|pair| {
             let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
             let inverse = v.inverse_mass + e.inverse_mass;
-            self.law.pair(&Mates {
+            law.pair(&Mates {
                 mass: if inverse > 0.0 { 1.0 / inverse } else { 0.0 }, // bodies that can only turn: no dashpot
                 radius: reduced(pair.radius, pair.reach - pair.radius),
                 surfaces: pair.bodies.map(|b| bodies.fixed[b as usize].surface),
@@ -134,6 +148,53 @@ impl<L: Law> BodyContacts<L> {
         };
         self.spans.clear();
         self.spans.extend(self.list.pairs.chunks(CHUNK).map(span));
+    }
+
+    /// Histories from an `old` list: both are in the same order, so one walk finds them.
+    fn carry(&mut self, old: &Self) {
+        let pairs = self.list.pairs.iter();
+        self.history.clear();
+        if size_of::<L::History>() > 0 {
+            let mut old = old.list.pairs.iter().zip(&old.history).peekable();
+            self.history.extend(pairs.clone().map(|pair| {
+                while old.next_if(|(o, _)| o.key() < pair.key()).is_some() {}
+                let same = old.next_if(|(o, _)| o.key() == pair.key());
+                same.map_or_else(L::History::default, |(_, history)| *history)
+            }));
+        }
+        self.history.resize(pairs.len(), L::History::default());
+    }
+
+    fn bytes(&self) -> usize {
+        self.list.pairs.capacity() * size_of::<VertexEdge>()
+            + self.constants.capacity() * size_of::<L::Pair>()
+            + self.history.capacity() * size_of::<L::History>()
+    }
+}
+
+impl<L: Law> BodyContacts<L> {
+    /// No list yet.
+    pub fn new(law: L, skin: f64) -> Self {
+        Self {
+            law,
+            kept: Kept::new(skin),
+            fresh: Kept::new(skin),
+            rebuilt: false,
+            next: Vec::new(),
+            aparts: Vec::new(),
+            outcomes: Vec::new(),
+            to_be_summed: false,
+            closing: 0.0,
+        }
+    }
+
+    /// What an evaluation goes by.
+    fn now(&self) -> &Kept<L> {
+        if self.rebuilt {
+            &self.fresh
+        } else {
+            &self.kept
+        }
     }
 }
 
@@ -291,9 +352,11 @@ impl<L: Law> Chunk<'_, L> {
 
 impl<L: Law> BodySide for BodyContacts<L> {
     fn update_list(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64) {
-        if !self.watch.holds(bodies, ahead, speed) {
-            self.watch.begin(bodies, ahead, speed);
-            self.build(bodies);
+        self.rebuilt = !self.kept.watch.holds(bodies, ahead, speed);
+        if self.rebuilt {
+            self.fresh.watch.begin(bodies, ahead, speed);
+            self.fresh.build(&self.law, bodies);
+            self.fresh.carry(&self.kept);
         }
     }
 
@@ -308,6 +371,8 @@ impl<L: Law> BodySide for BodyContacts<L> {
         let mut next = std::mem::take(&mut self.next);
         let mut aparts = std::mem::take(&mut self.aparts);
         let mut outcomes = std::mem::take(&mut self.outcomes);
+        let now = self.now();
+        next.resize(now.list.pairs.len(), L::History::default());
         let count = next.len().div_ceil(CHUNK);
         let shared = threads.shares(next.len());
         aparts.resize_with(if shared { count } else { 1 }, Apart::default);
@@ -317,13 +382,13 @@ impl<L: Law> BodySide for BodyContacts<L> {
             let here = i * CHUNK..i * CHUNK + next.len();
             let chunk = Chunk {
                 law: &self.law,
-                pairs: &self.list.pairs[here.clone()],
-                constants: &self.constants[here.clone()],
-                history: &self.history[here],
+                pairs: &now.list.pairs[here.clone()],
+                constants: &now.constants[here.clone()],
+                history: &now.history[here],
                 bodies,
                 past,
                 closing,
-                watch: &self.watch,
+                watch: &now.watch,
             };
             chunk.evaluate(next, apart, outcomes);
         };
@@ -355,7 +420,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
             return;
         }
         loads.fill(PairLoad::default());
-        for (found, &[lowest, highest]) in self.outcomes.iter().zip(&self.spans) {
+        for (found, &[lowest, highest]) in self.outcomes.iter().zip(&self.now().spans) {
             if highest as usize >= first && (lowest as usize) < first + loads.len() {
                 for (bodies, given) in found.each() {
                     for (b, given) in bodies.into_iter().zip(given) {
@@ -385,15 +450,16 @@ impl<L: Law> BodySide for BodyContacts<L> {
     }
 
     fn crossing(&self, bodies: &Bodies, kicked: &[(Vec2, f64)], speed: f64, known: f64) -> f64 {
+        let now = self.now();
         // Twice the speed, and as much again for what rotation bends, which is less while a step is a share of the reach.
-        let most = 4.0 * (2.0 * 2.0 * speed) / self.list.smallest_reach;
+        let most = 4.0 * (2.0 * 2.0 * speed) / now.list.smallest_reach;
         if most <= known || self.outcomes.iter().all(|found| found.count == 0) {
             return known;
         }
         let rate = |pair: &VertexEdge| {
             let (away, sq) = separation(bodies, pair);
             let distance = sq.sqrt();
-            let closing = self.watch.closing(pair.bodies).unwrap_or(self.closing);
+            let closing = now.watch.closing(pair.bodies).unwrap_or(self.closing);
             let in_reach = distance > 0.0 && distance < pair.reach + closing;
             if in_reach {
                 let near = Near {
@@ -407,7 +473,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
                 0.0
             }
         };
-        self.list.pairs.iter().map(rate).fold(known, f64::max)
+        now.list.pairs.iter().map(rate).fold(known, f64::max)
     }
 
     fn passed(&self, _: &Bodies) -> Option<PassedBodies> {
@@ -426,7 +492,8 @@ impl<L: Law> BodySide for BodyContacts<L> {
     }
 
     fn energy(&self, bodies: &Bodies) -> f64 {
-        let pairs = self.list.pairs.iter().zip(&self.constants).zip(&self.next);
+        let now = self.now();
+        let pairs = now.list.pairs.iter().zip(&now.constants).zip(&self.next);
         let energy = |((pair, constants), history): ((&VertexEdge, _), _)| {
             let overlap = pair.reach - separation(bodies, pair).1.sqrt();
             if overlap > 0.0 {
@@ -438,8 +505,16 @@ impl<L: Law> BodySide for BodyContacts<L> {
         pairs.map(energy).sum()
     }
 
+    fn keep_list(&mut self) {
+        if self.rebuilt {
+            std::mem::swap(&mut self.kept, &mut self.fresh);
+            self.rebuilt = false;
+        }
+    }
+
     fn commit(&mut self) {
-        std::mem::swap(&mut self.history, &mut self.next);
+        self.keep_list();
+        std::mem::swap(&mut self.kept.history, &mut self.next);
     }
 
     fn damping_ratio(&self) -> f64 {
@@ -455,14 +530,61 @@ impl<L: Law> BodySide for BodyContacts<L> {
     }
 
     fn advance(&mut self, speed: f64, dt: f64) {
-        self.watch.advance(speed, dt);
+        self.kept.watch.advance(speed, dt);
     }
 
     fn bytes(&self) -> usize {
-        self.list.pairs.capacity() * size_of::<VertexEdge>()
-            + self.constants.capacity() * size_of::<L::Pair>()
+        self.kept.bytes()
+            + self.fresh.bytes()
+            + self.next.capacity() * size_of::<L::History>()
             + self.aparts.len() * Apart::BYTES
             + self.outcomes.len() * CHUNK * size_of::<([u32; 2], [PairLoad; 2])>()
-            + 2 * self.history.capacity() * size_of::<L::History>()
+    }
+
+    fn save(&self) -> SavedPairs {
+        let Self {
+            kept,
+            law: _, // of the configuration
+            // Of an evaluation, which begins each of them anew.
+            fresh: _,
+            rebuilt: _,
+            next: _,
+            aparts: _,
+            outcomes: _,
+            to_be_summed: _,
+            closing: _,
+        } = self;
+        let Kept {
+            watch,
+            history,
+            list: _,      // follows from the watch's poses and margins
+            constants: _, // follow from the list
+            spans: _,     // likewise
+        } = kept;
+        SavedPairs {
+            watch: watch.save(),
+            histories: SavedHistories::of(history),
+            normals: Vec::new(),
+        }
+    }
+
+    fn restore(&mut self, saved: &SavedPairs, bodies: &Bodies) -> Result<(), Refusal> {
+        let SavedPairs {
+            watch,
+            histories,
+            normals,
+        } = saved;
+        count("normals", normals.len(), 0)?;
+        let watch = self.kept.watch.restored(watch, bodies)?;
+        let mut kept = Kept {
+            watch,
+            ..Kept::new(0.0)
+        };
+        if let Some(then) = kept.watch.bodies_then(bodies) {
+            kept.build(&self.law, &then);
+        }
+        kept.history = histories.restored(kept.list.pairs.len())?;
+        (self.kept, self.rebuilt) = (kept, false);
+        Ok(())
     }
 }

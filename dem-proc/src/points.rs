@@ -1,18 +1,26 @@
 //! Contact between material points and bodies: one signed contact per point and body (Jiang 2020 section 4.1 as
 //! PHYSICS.md section 5 reads it).
+//!
+//! An evaluation commits nothing. What is kept between steps ([`Kept`]) is one thing, and what an evaluation makes anew
+//! of it another: `next` for the memories, `positions` for where the points are, `fresh` for a list. [`PointSide::commit`]
+//! and [`PointSide::keep_list`] take them over.
 
 use std::fmt::Debug;
 
 use interface::Vec2;
 use interface::outline::{contact_point, see};
+use interface::solver::Refusal;
 use interface::wire::{ImpForce, ImpInfo, ImpState};
+use serde::{Deserialize, Serialize};
 
-use crate::body::{Bodies, Odometer};
+use crate::body::Bodies;
 use crate::law::{Law, Loss, Mates, Past, Touch};
 use crate::load::Load;
 use crate::mass::cross;
 use crate::neighbours::{PointList, PointPair, REACH};
+use crate::odometer::{Odometer, SavedOdometer};
 use crate::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
+use crate::saved::{SavedHistories, count, finite, refusal, restored_set, save_set};
 use crate::shape::edge_count;
 use crate::threads::Threads;
 
@@ -32,7 +40,7 @@ pub trait PointSide: Debug + Send {
     fn imp_set(&mut self, set: &[ImpInfo]);
     /// The present set.
     fn set(&self) -> &[ImpInfo];
-    /// Builds the list anew if a pair that is not in it could touch.
+    /// Points are at `states`: makes a list anew if a pair that is not in the one that is kept could touch.
     fn update_list(&mut self, bodies: &Bodies, states: &[ImpState]);
     /// Evaluates every pair of the list (eqs. 44, 43, 41) and sums the forces on the points slot by slot (eq. 46) and
     /// the same numbers negated on the bodies (eqs. 49, 50).
@@ -51,14 +59,37 @@ pub trait PointSide: Debug + Send {
     fn loss(&self) -> Loss;
     /// Energy in the contact springs in J/m.
     fn energy(&self, bodies: &Bodies, states: &[ImpState]) -> f64;
-    /// Accepts what was evaluated as the history of the next step.
-    fn commit(&mut self, states: &[ImpState]);
+    /// Keeps the list that was evaluated.
+    fn keep_list(&mut self);
+    /// Accepts what was evaluated as the history of the next step, and keeps the list.
+    fn commit(&mut self);
     /// Largest damping ratio of a contact in reach; 0 where there is none.
     fn damping_ratio(&self) -> f64;
     /// The bodies move on with surface speeds up to `speed` (m/s) for `dt` (s).
     fn advance(&mut self, speed: f64, dt: f64);
     /// Bytes of memory.
     fn bytes(&self) -> usize;
+    /// For a saved state.
+    fn save(&self) -> SavedPoints;
+    /// Takes over what was saved, with bodies of the same configuration. After a refusal all is as it was.
+    ///
+    /// # Errors
+    /// A refusal if it is not of this configuration.
+    fn restore(&mut self, saved: &SavedPoints, bodies: &Bodies) -> Result<(), Refusal>;
+}
+
+/// Contact with points in a saved state. The list follows from where points and bodies were when it was built.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct SavedPoints {
+    /// As records of the wire.
+    set: Vec<u8>,
+    replaced: Option<Vec<u8>>,
+    /// In m.
+    previous: Vec<[f64; 2]>,
+    /// In m.
+    built_at: Vec<[f64; 2]>,
+    odometer: SavedOdometer,
+    histories: SavedHistories,
 }
 
 /// One evaluated pair in reach.
@@ -86,6 +117,72 @@ struct Outcome {
     pair: u32,
 }
 
+/// What is kept from one step to the next.
+#[derive(Debug)]
+struct Kept<L: Law> {
+    list: PointList,
+    constants: Vec<L::Pair>,
+    history: Vec<L::History>,
+    /// Positions of the points one step before in m; empty if there was no step.
+    previous: Vec<Vec2>,
+    /// Positions of the points when the list was built in m.
+    built_at: Vec<Vec2>,
+    odometer: Odometer,
+}
+
+impl<L: Law> Default for Kept<L> {
+    fn default() -> Self {
+        Self {
+            list: PointList::default(),
+            constants: Vec::new(),
+            history: Vec::new(),
+            previous: Vec::new(),
+            built_at: Vec::new(),
+            odometer: Odometer::default(),
+        }
+    }
+}
+
+impl<L: Law> Kept<L> {
+    /// History and previous positions from an `old` list: they follow the ids from the set `replaced`, if there is one,
+    /// to `set`.
+    fn carry(&mut self, old: &Self, replaced: Option<&[ImpInfo]>, set: &[ImpInfo]) {
+        let mut by_id: Vec<(u64, u32)> = Vec::new();
+        if let Some(old_set) = replaced {
+            by_id.extend(old_set.iter().zip(0..).map(|(info, slot)| (info.id, slot)));
+            by_id.sort_unstable();
+        }
+        let old_slot = |slot: usize| {
+            if replaced.is_none() {
+                return Some(slot as u32);
+            }
+            let id = set[slot].id;
+            let found = by_id.binary_search_by_key(&id, |&(id, _)| id);
+            found.ok().map(|i| by_id[i].1)
+        };
+        self.history.clear();
+        self.history.extend(self.list.pairs.iter().map(|pair| {
+            let key = old_slot(pair.slot as usize).map(|slot| (slot, pair.body, pair.part));
+            let index = key.and_then(|k| {
+                let pairs = &old.list.pairs;
+                pairs
+                    .binary_search_by_key(&k, |p| (p.slot, p.body, p.part))
+                    .ok()
+            });
+            index.map_or_else(L::History::default, |i| old.history[i])
+        }));
+        self.previous.clear();
+        if !old.previous.is_empty() {
+            // A point that is new to the set touched nothing one step ago; where it was does not matter.
+            let at = |(slot, now): (usize, &Vec2)| {
+                old_slot(slot).map_or(*now, |old_slot| old.previous[old_slot as usize])
+            };
+            let now = self.built_at.iter().enumerate();
+            self.previous.extend(now.map(at));
+        }
+    }
+}
+
 /// Contact between points and bodies by the law `L`.
 #[derive(Debug)]
 pub struct PointContacts<L: Law> {
@@ -94,21 +191,20 @@ pub struct PointContacts<L: Law> {
     surfaces: Vec<u32>,
     skin: f64,
     set: Vec<ImpInfo>,
-    /// The set that list and history are still ordered by, where it was replaced since.
+    /// The set that what is kept is still ordered by, where it was replaced since.
     replaced: Option<Vec<ImpInfo>>,
-    list: PointList,
-    constants: Vec<L::Pair>,
-    history: Vec<L::History>,
+    kept: Kept<L>,
+    /// What is to be kept instead, where the last evaluation was of a list that it built.
+    fresh: Kept<L>,
+    rebuilt: bool,
     next: Vec<L::History>,
+    /// Of the points in the last evaluation in m.
+    positions: Vec<Vec2>,
     buffers: Vec<Vec<Outcome>>,
-    /// Positions of the points one step before; empty if there was no step.
-    previous: Vec<Vec2>,
     any_in_reach: bool,
     /// Slot, body and how, of the first point that is too far inside a body.
     passed: Option<(u32, u32, Passage)>,
     loss: Loss,
-    built_at: Vec<Vec2>,
-    odometer: Odometer,
 }
 
 impl<L: Law> PointContacts<L> {
@@ -120,34 +216,45 @@ impl<L: Law> PointContacts<L> {
             skin,
             set: Vec::new(),
             replaced: None,
-            list: PointList::default(),
-            constants: Vec::new(),
-            history: Vec::new(),
+            kept: Kept::default(),
+            fresh: Kept::default(),
+            rebuilt: false,
             next: Vec::new(),
+            positions: Vec::new(),
             buffers: Vec::new(),
-            previous: Vec::new(),
             any_in_reach: false,
             passed: None,
             loss: Loss::default(),
-            built_at: Vec::new(),
-            odometer: Odometer::default(),
         }
     }
 
-    /// Builds the list; history and previous positions follow the ids.
-    fn build(&mut self, bodies: &Bodies, states: &[ImpState]) {
-        let old_pairs = std::mem::take(&mut self.list.pairs);
-        self.list.build(bodies, &self.set, states, self.skin);
-        self.carry_history(&old_pairs, states);
-        self.replaced = None;
-        let pairs = &self.list.pairs;
-        self.next.resize(pairs.len(), L::History::default());
-        self.constants.clear();
-        self.constants.extend(pairs.iter().map(|pair| {
-            let (info, body) = (
-                &self.set[pair.slot as usize],
-                &bodies.state[pair.body as usize],
-            );
+    /// What an evaluation goes by.
+    fn now(&self) -> &Kept<L> {
+        if self.rebuilt {
+            &self.fresh
+        } else {
+            &self.kept
+        }
+    }
+
+    /// What an evaluation looks at.
+    fn view<'a>(&'a self, bodies: &'a Bodies, states: &'a [ImpState]) -> View<'a, L> {
+        View {
+            law: &self.law,
+            set: &self.set,
+            now: self.now(),
+            bodies,
+            states,
+        }
+    }
+
+    /// Builds a list for points of a set at these positions (m), with the constants of its pairs.
+    fn listed(&self, fresh: &mut Kept<L>, bodies: &Bodies, set: &[ImpInfo], positions: &[Vec2]) {
+        fresh.list.build(bodies, set, positions, self.skin);
+        let pairs = &fresh.list.pairs;
+        fresh.constants.clear();
+        fresh.constants.extend(pairs.iter().map(|pair| {
+            let (info, body) = (&set[pair.slot as usize], &bodies.state[pair.body as usize]);
             let of_point = self.surfaces.get(info.group as usize).copied().unwrap_or(0);
             self.law.pair(&Mates {
                 mass: 1.0 / (1.0 / info.mass + body.inverse_mass),
@@ -158,59 +265,42 @@ impl<L: Law> PointContacts<L> {
                 surfaces: [of_point, bodies.fixed[pair.body as usize].surface],
             })
         }));
-        self.built_at.clear();
-        self.built_at
-            .extend(states.iter().map(|s| Vec2::from(s.position)));
-        self.odometer.reset(bodies);
+        fresh.built_at.clear();
+        fresh.built_at.extend_from_slice(positions);
     }
 
-    fn carry_history(&mut self, old_pairs: &[PointPair], states: &[ImpState]) {
-        let old_history = std::mem::take(&mut self.history);
-        let mut by_id: Vec<(u64, u32)> = Vec::new();
-        if let Some(old_set) = &self.replaced {
-            by_id.extend(old_set.iter().zip(0..).map(|(info, slot)| (info.id, slot)));
-            by_id.sort_unstable();
-        }
-        let replaced = self.replaced.is_some();
-        let old_slot = |slot: usize| {
-            if !replaced {
-                return Some(slot as u32);
-            }
-            let id = self.set[slot].id;
-            let found = by_id.binary_search_by_key(&id, |&(id, _)| id);
-            found.ok().map(|i| by_id[i].1)
-        };
-        let pairs = self.list.pairs.iter();
-        self.history = pairs
-            .map(|pair| {
-                let key = old_slot(pair.slot as usize).map(|slot| (slot, pair.body, pair.part));
-                let index = key.and_then(|k| {
-                    old_pairs
-                        .binary_search_by_key(&k, |p| (p.slot, p.body, p.part))
-                        .ok()
-                });
-                index.map_or_else(L::History::default, |i| old_history[i])
-            })
-            .collect();
-        if !self.previous.is_empty() && replaced {
-            // A point that is new to the set touched nothing one step ago; where it was does not matter.
-            let at = |(slot, state): (usize, &ImpState)| {
-                old_slot(slot).map_or(state.position.into(), |old| self.previous[old as usize])
-            };
-            self.previous = states.iter().enumerate().map(at).collect();
-        }
+    /// Builds a list; history and previous positions follow the ids.
+    fn build(&mut self, bodies: &Bodies) {
+        let mut fresh = std::mem::take(&mut self.fresh);
+        self.listed(&mut fresh, bodies, &self.set, &self.positions);
+        fresh.carry(&self.kept, self.replaced.as_deref(), &self.set);
+        fresh.odometer.reset(bodies);
+        self.fresh = fresh;
+        self.rebuilt = true;
     }
+}
 
+/// Points, bodies and their pairs as an evaluation sees them.
+struct View<'a, L: Law> {
+    law: &'a L,
+    set: &'a [ImpInfo],
+    now: &'a Kept<L>,
+    bodies: &'a Bodies,
+    states: &'a [ImpState],
+}
+
+impl<L: Law> View<'_, L> {
     /// Overlap (eq. 44 with the signed distance) and normal of pair `k` for a point at `x`.
     #[inline]
-    fn overlap(&self, bodies: &Bodies, x: Vec2, k: usize) -> (f64, Vec2) {
+    fn overlap(&self, x: Vec2, k: usize) -> (f64, Vec2) {
+        let bodies = self.bodies;
         let PointPair {
             slot,
             body,
             part,
             edges,
-        } = self.list.pairs[k];
-        let candidates = &self.list.edges[edges[0] as usize..edges[1] as usize];
+        } = self.now.list.pairs[k];
+        let candidates = &self.now.list.edges[edges[0] as usize..edges[1] as usize];
         let mut outline = bodies.outline_of(body as usize);
         if !bodies.fixed[body as usize].shape.has_edges {
             outline = &outline[part as usize..=part as usize];
@@ -223,19 +313,13 @@ impl<L: Law> PointContacts<L> {
 
     /// One pair: geometry, law, contact point. `None` out of reach.
     #[inline]
-    fn pair(
-        &self,
-        bodies: &Bodies,
-        states: &[ImpState],
-        past: Past,
-        closing: f64,
-        k: usize,
-    ) -> Option<(Outcome, L::History)> {
-        let PointPair { slot, body, .. } = self.list.pairs[k];
-        let (state, info) = (&states[slot as usize], &self.set[slot as usize]);
+    fn pair(&self, past: Past, closing: f64, k: usize) -> Option<(Outcome, L::History)> {
+        let (bodies, now) = (self.bodies, self.now);
+        let PointPair { slot, body, .. } = self.now.list.pairs[k];
+        let (state, info) = (&self.states[slot as usize], &self.set[slot as usize]);
         let rigid = &bodies.frames[body as usize];
         let x = Vec2::from(state.position);
-        let (overlap, normal) = self.overlap(bodies, x, k);
+        let (overlap, normal) = self.overlap(x, k);
         if overlap <= -REACH * info.radius {
             return None;
         }
@@ -250,7 +334,11 @@ impl<L: Law> PointContacts<L> {
         if L::MOTION {
             // The velocity over the last step from positions, where there was one: that of the grid at the point,
             // which is what the surfaces really did (a FLIP point's own velocity is noisier).
-            let was = self.previous.get(slot as usize).filter(|_| past.dt > 0.0);
+            let was = self
+                .now
+                .previous
+                .get(slot as usize)
+                .filter(|_| past.dt > 0.0);
             if let Some(was) = was {
                 let moved = x - was - rigid.displacement(r);
                 touch.moved = [moved.dot(&normal), moved.dot(&tangent)];
@@ -261,8 +349,8 @@ impl<L: Law> PointContacts<L> {
                 touch.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
             }
         }
-        let (constants, before) = (&self.constants[k], &self.history[k]);
-        let own = bodies.radius_at(body as usize, self.list.pairs[k].part);
+        let (constants, before) = (&now.constants[k], &now.history[k]);
+        let own = bodies.radius_at(body as usize, self.now.list.pairs[k].part);
         let deep = overlap > info.radius.min(own + (1.0 - CROSSING) * info.radius);
         let pair = k as u32;
         let k = self.law.stiffness(constants, overlap + closing);
@@ -295,14 +383,15 @@ impl<L: Law> PointContacts<L> {
     /// Whether the point of pair `k` is too far inside the body ([`crate::passage`]). Nearly none is so deep that it has to
     /// be looked at.
     #[cold]
-    fn passage(&self, bodies: &Bodies, states: &[ImpState], k: usize) -> Option<Passage> {
+    fn passage(&self, k: usize) -> Option<Passage> {
+        let bodies = self.bodies;
         let PointPair {
             slot, body, part, ..
-        } = self.list.pairs[k];
-        let x = Vec2::from(states[slot as usize].position);
-        let (overlap, normal) = self.overlap(bodies, x, k);
+        } = self.now.list.pairs[k];
+        let x = Vec2::from(self.states[slot as usize].position);
+        let (overlap, normal) = self.overlap(x, k);
         let radius = self.set[slot as usize].radius;
-        if self.went_through(bodies, x, k, normal) {
+        if self.went_through(x, k, normal) {
             Some(Passage::Through)
         } else if overlap - radius > admissible_depth(bodies, body as usize, part) {
             Some(Passage::Deep)
@@ -313,11 +402,12 @@ impl<L: Law> PointContacts<L> {
 
     /// Whether the way of a point over the last step, as the body sees it, leads through its outline to where the normal
     /// is another.
-    fn went_through(&self, bodies: &Bodies, x: Vec2, k: usize, normal: Vec2) -> bool {
+    fn went_through(&self, x: Vec2, k: usize, normal: Vec2) -> bool {
+        let bodies = self.bodies;
         let PointPair {
             slot, body, part, ..
-        } = self.list.pairs[k];
-        let Some(was) = self.previous.get(slot as usize) else {
+        } = self.now.list.pairs[k];
+        let Some(was) = self.now.previous.get(slot as usize) else {
             return false;
         };
         let b = body as usize;
@@ -346,18 +436,22 @@ impl<L: Law> PointSide for PointContacts<L> {
     }
 
     fn update_list(&mut self, bodies: &Bodies, states: &[ImpState]) {
+        self.positions.clear();
+        let positions = states.iter().map(|s| Vec2::from(s.position));
+        self.positions.extend(positions);
+        self.rebuilt = false;
         if self.replaced.is_none() {
             if self.set.is_empty() {
                 return;
             }
-            let points = states.iter().zip(&self.built_at);
-            let points = points.map(|(s, at)| (Vec2::from(s.position) - at).norm_squared());
+            let points = self.positions.iter().zip(&self.kept.built_at);
+            let points = points.map(|(now, at)| (now - at).norm_squared());
             let left = self.skin - points.fold(0.0, f64::max).sqrt();
-            if left > 0.0 && self.odometer.stays_below(left, bodies) {
+            if left > 0.0 && self.kept.odometer.stays_below(left, bodies) {
                 return;
             }
         }
-        self.build(bodies, states);
+        self.build(bodies);
     }
 
     fn evaluate(
@@ -374,12 +468,13 @@ impl<L: Law> PointSide for PointContacts<L> {
         let (mut loss, mut any_in_reach, mut passed) = (Loss::default(), false, None);
         let mut next = std::mem::take(&mut self.next);
         let mut buffers = std::mem::take(&mut self.buffers);
+        let view = self.view(bodies, states);
+        next.resize(view.now.list.pairs.len(), L::History::default());
         let chunk = |from: usize, next: &mut [L::History], outcomes: &mut Vec<Outcome>| {
             outcomes.clear();
             for (k, next) in next.iter_mut().enumerate() {
                 *next = L::History::default();
-                if let Some((outcome, history)) = self.pair(bodies, states, past, closing, from + k)
-                {
+                if let Some((outcome, history)) = view.pair(past, closing, from + k) {
                     outcomes.push(outcome);
                     *next = history;
                 }
@@ -400,7 +495,7 @@ impl<L: Law> PointSide for PointContacts<L> {
                 loss += outcome.loss;
                 any_in_reach = true;
                 if outcome.deep && passed.is_none() {
-                    let passage = self.passage(bodies, states, outcome.pair as usize);
+                    let passage = view.passage(outcome.pair as usize);
                     passed = passage.map(|passage| (outcome.slot, outcome.body, passage));
                 }
             }
@@ -414,13 +509,12 @@ impl<L: Law> PointSide for PointContacts<L> {
 
     fn passed(&self, bodies: &Bodies, states: &[ImpState]) -> Option<Passed> {
         let (slot, body, passage) = self.passed?;
-        let of_pair = |&k: &usize| {
-            let pair = &self.list.pairs[k];
-            (pair.slot, pair.body) == (slot, body)
-        };
+        let view = self.view(bodies, states);
+        let pairs = &view.now.list.pairs;
+        let of_pair = |&k: &usize| (pairs[k].slot, pairs[k].body) == (slot, body);
         let x = Vec2::from(states[slot as usize].position);
-        let overlaps = (0..self.list.pairs.len()).filter(of_pair);
-        let overlaps = overlaps.map(|k| self.overlap(bodies, x, k).0);
+        let overlaps = (0..pairs.len()).filter(of_pair);
+        let overlaps = overlaps.map(|k| view.overlap(x, k).0);
         Some(Passed {
             id: self.set[slot as usize].id,
             body: body as usize,
@@ -434,23 +528,32 @@ impl<L: Law> PointSide for PointContacts<L> {
     }
 
     fn energy(&self, bodies: &Bodies, states: &[ImpState]) -> f64 {
+        let view = self.view(bodies, states);
+        let now = view.now;
         let energy = |k: usize| {
-            let x = states[self.list.pairs[k].slot as usize].position.into();
-            let (overlap, _) = self.overlap(bodies, x, k);
+            let x = states[now.list.pairs[k].slot as usize].position.into();
+            let (overlap, _) = view.overlap(x, k);
             if overlap > 0.0 {
-                self.law.energy(&self.constants[k], overlap, &self.next[k])
+                self.law.energy(&now.constants[k], overlap, &self.next[k])
             } else {
                 0.0
             }
         };
-        (0..self.list.pairs.len()).map(energy).sum()
+        (0..now.list.pairs.len()).map(energy).sum()
     }
 
-    fn commit(&mut self, states: &[ImpState]) {
-        std::mem::swap(&mut self.history, &mut self.next);
-        self.previous.clear();
-        self.previous
-            .extend(states.iter().map(|s| Vec2::from(s.position)));
+    fn keep_list(&mut self) {
+        if self.rebuilt {
+            std::mem::swap(&mut self.kept, &mut self.fresh);
+            self.replaced = None;
+            self.rebuilt = false;
+        }
+    }
+
+    fn commit(&mut self) {
+        self.keep_list();
+        std::mem::swap(&mut self.kept.history, &mut self.next);
+        std::mem::swap(&mut self.kept.previous, &mut self.positions);
     }
 
     fn damping_ratio(&self) -> f64 {
@@ -462,16 +565,98 @@ impl<L: Law> PointSide for PointContacts<L> {
     }
 
     fn advance(&mut self, speed: f64, dt: f64) {
-        self.odometer.advance(speed, dt);
+        self.kept.odometer.advance(speed, dt);
     }
 
     fn bytes(&self) -> usize {
-        self.list.pairs.capacity() * size_of::<PointPair>()
-            + self.list.edges.capacity() * size_of::<u32>()
-            + self.constants.capacity() * size_of::<L::Pair>()
+        let kept = |kept: &Kept<L>| {
+            kept.list.pairs.capacity() * size_of::<PointPair>()
+                + kept.list.edges.capacity() * size_of::<u32>()
+                + kept.constants.capacity() * size_of::<L::Pair>()
+                + kept.history.capacity() * size_of::<L::History>()
+                + (kept.previous.capacity() + kept.built_at.capacity()) * size_of::<Vec2>()
+        };
+        kept(&self.kept)
+            + kept(&self.fresh)
             + self.buffers.iter().map(Vec::capacity).sum::<usize>() * size_of::<Outcome>()
-            + 2 * self.history.capacity() * size_of::<L::History>()
-            + self.previous.capacity() * size_of::<Vec2>()
+            + self.next.capacity() * size_of::<L::History>()
+            + self.positions.capacity() * size_of::<Vec2>()
             + self.set.capacity() * size_of::<ImpInfo>()
+    }
+
+    fn save(&self) -> SavedPoints {
+        let Self {
+            set,
+            replaced,
+            kept,
+            // Of the configuration.
+            law: _,
+            surfaces: _,
+            skin: _,
+            // Of an evaluation, which begins each of them anew.
+            fresh: _,
+            rebuilt: _,
+            next: _,
+            positions: _,
+            buffers: _,
+            any_in_reach: _,
+            passed: _,
+            loss: _,
+        } = self;
+        let Kept {
+            list: _,      // follows from `built_at`, the set of that time and the odometer's poses
+            constants: _, // follow from the list
+            history,
+            previous,
+            built_at,
+            odometer,
+        } = kept;
+        let plain = |v: &Vec<Vec2>| v.iter().map(|&v| v.into()).collect();
+        SavedPoints {
+            set: save_set(set),
+            replaced: replaced.as_deref().map(save_set),
+            previous: plain(previous),
+            built_at: plain(built_at),
+            odometer: odometer.save(),
+            histories: SavedHistories::of(history),
+        }
+    }
+
+    fn restore(&mut self, saved: &SavedPoints, bodies: &Bodies) -> Result<(), Refusal> {
+        let SavedPoints {
+            set,
+            replaced,
+            previous,
+            built_at,
+            odometer,
+            histories,
+        } = saved;
+        let set = restored_set(set)?;
+        let replaced = replaced.as_deref().map(restored_set).transpose()?;
+        let listed = replaced.as_ref().unwrap_or(&set);
+        let odometer = Odometer::restored(odometer, bodies)?;
+        finite(|| "a point".into(), previous.as_flattened())?;
+        finite(|| "a point".into(), built_at.as_flattened())?;
+        if !previous.is_empty() {
+            count("points of the step before", previous.len(), listed.len())?;
+        }
+        let vectors = |v: &[[f64; 2]]| -> Vec<Vec2> { v.iter().map(|&v| v.into()).collect() };
+        let mut kept = Kept::default();
+        if odometer.start().is_empty() && !bodies.is_empty() {
+            // No list has been built: whatever set there is, it is to be listed in the next step.
+            count("points in no list", built_at.len(), 0)?;
+            if !(listed.is_empty() && previous.is_empty()) {
+                return Err(refusal("points without a list"));
+            }
+        } else {
+            count("points in a list", built_at.len(), listed.len())?;
+            let then = bodies.placed(odometer.start().iter().copied());
+            self.listed(&mut kept, &then, listed, &vectors(built_at));
+        }
+        kept.history = histories.restored(kept.list.pairs.len())?;
+        (kept.previous, kept.odometer) = (vectors(previous), odometer);
+        self.kept = kept;
+        (self.set, self.replaced, self.rebuilt) = (set, replaced, false);
+        Ok(())
     }
 }

@@ -1,7 +1,9 @@
 //! One coupled step, as Jiang 2020 section 4.2 lists it, in the leapfrog of [`interface::step::Step`].
 
 use interface::Vec2;
+use interface::capability::Capabilities;
 use interface::config::DemConfig;
+use interface::saved::{pack, unpack};
 use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
 use interface::step::Step;
 use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, Record};
@@ -13,10 +15,45 @@ use crate::law::Past;
 use crate::ledger::{Kick, measure};
 use crate::load::Load;
 use crate::points::Interval;
+use crate::saved::FORMAT;
+
+/// What the solver does and takes ([`interface::capability`]).
+const CAPABILITIES: [&str; 26] = [
+    interface::capability::SAVE,
+    "shape:disc",
+    "shape:segment",
+    "shape:polygon",
+    "shape:rectangle",
+    "shape:cluster",
+    "law:linear",
+    "law:granular",
+    "law:hertz_mindlin",
+    "law:area",
+    "motion:free",
+    "motion:fixed",
+    "motion:driven",
+    "motion:guided",
+    "motion:pushed",
+    "overlap:each_edge",
+    "overlap:nearest_edge",
+    "overlap:area",
+    "inertia:density",
+    "inertia:mass",
+    "feature:friction",
+    "feature:damping",
+    "feature:rolling_friction",
+    "feature:adhesion",
+    "feature:body_contact",
+    "feature:contact_pairs",
+];
 
 impl DemSolver for Sdem {
     fn identity(&self) -> String {
         format!("tandem-dem {}", env!("CARGO_PKG_VERSION"))
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        Capabilities::of(&CAPABILITIES)
     }
 
     fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal> {
@@ -45,7 +82,7 @@ impl DemSolver for Sdem {
         self.system.points.imp_set(set);
     }
 
-    /// Steps 1 of section 4.2: contact lists, contact forces, forces on the bodies.
+    /// Step 1 of section 4.2: contact lists, contact forces, forces on the bodies, and the velocities that they will have.
     fn contact(
         &mut self,
         step: &Step,
@@ -60,14 +97,25 @@ impl DemSolver for Sdem {
     }
 
     fn advance(&mut self, step: &Step) -> Result<(), Fault> {
+        let s = &mut self.system;
+        s.keep_lists();
         if !opening(step) {
-            self.system.drift(step.dt); //                eq. 42, x^n -> x^{n+1}
+            s.commit(step); //                            histories, books, v^{n+1/2}
+            s.drift(step.dt); //                          eq. 42, x^n -> x^{n+1}
         }
         Ok(())
     }
 
     fn measurement(&self) -> &DemMeasurement {
         &self.system.measurement
+    }
+
+    fn save(&self) -> Result<Vec<u8>, Fault> {
+        Ok(pack(FORMAT, &self.system.save()))
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
+        self.system.restore(&unpack(FORMAT, saved)?)
     }
 }
 
@@ -85,15 +133,14 @@ impl System {
         self.point_contact(step, imps, forces); //        eqs. 44, 46, 49, 50
     }
 
-    /// What the bodies do under these forces.
+    /// What the bodies will do under these forces. Nothing is taken over: until [`Self::commit`] all of it may be
+    /// evaluated again, with other points.
     pub(crate) fn respond(&mut self, step: &Step, imps: &[ImpState]) -> Result<Answer, Fault> {
         self.kick(step)?; //                              eq. 42, v^{n-1/2} -> v^{n+1/2}
         if step.measure {
             self.measurement = measure(self, step, imps); // PHYSICS.md section 7
         }
-        let answer = self.answer(step); //                PHYSICS.md section 4
-        self.commit(step, imps);
-        Ok(answer)
+        Ok(self.answer(step)) //                          PHYSICS.md section 4
     }
 
     /// Refuses numbers that are not finite before anything has changed.
@@ -170,7 +217,7 @@ impl System {
         }
     }
 
-    /// Newton and Euler for every free body; the others keep their velocity. Nothing is taken over yet.
+    /// Newton and Euler for every free body; the others keep their velocity.
     fn kick(&mut self, step: &Step) -> Result<(), Fault> {
         let kick = step.kick();
         let mut speed = self.kick_all(kick);
@@ -287,15 +334,19 @@ impl System {
         }
     }
 
-    /// Takes over what was computed, but for the velocities, which the drift takes over. Until here a fault leaves the
-    /// state as it was.
-    fn commit(&mut self, step: &Step, imps: &[ImpState]) {
-        if opening(step) {
-            return;
+    /// Keeps the lists of the last evaluation, also where nothing moves: the next step would build the same.
+    fn keep_lists(&mut self) {
+        self.points.keep_list();
+        if let Some(pairs) = &mut self.pairs {
+            pairs.keep_list();
         }
+    }
+
+    /// Takes over what the last evaluation found, but for the velocities, which the drift takes over.
+    fn commit(&mut self, step: &Step) {
         self.totals = self.kick_of(step).after(&self.totals);
         self.speed = self.kicked_speed;
-        self.points.commit(imps);
+        self.points.commit();
         if let Some(pairs) = &mut self.pairs {
             pairs.commit();
         }

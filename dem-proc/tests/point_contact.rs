@@ -288,29 +288,18 @@ fn history_survives_a_rebuilt_and_reordered_set_and_ends_with_the_contact() {
         info(1, RADIUS, 1.0),
         info(3, RADIUS, 1.0),
     ]);
-    dem.contact(
-        &step(dt, dt),
-        &[at(-0.5, y), at(3.0, 3.0), at(0.005, y)],
-        &mut f,
-    )
-    .unwrap();
+    let mut at_height = |third: f64| {
+        let states = [at(-0.5, y), at(3.0, 3.0), at(0.005, third)];
+        dem.contact(&step(dt, dt), &states, &mut f).unwrap();
+        dem.advance(&step(dt, dt)).unwrap();
+        f
+    };
+    let f = at_height(y);
     assert!((f[2].force[0] + 0.5 * K * 0.005).abs() < 1e-6, "{:?}", f[2]);
     assert_eq!(f[0].force[0], 0.0);
     // It lifts off, and comes back without memory.
-    dem.contact(
-        &step(dt, dt),
-        &[at(-0.5, y), at(3.0, 3.0), at(0.005, y + 0.02)],
-        &mut f,
-    )
-    .unwrap();
-    assert_eq!(f[2].force, [0.0, 0.0]);
-    dem.contact(
-        &step(dt, dt),
-        &[at(-0.5, y), at(3.0, 3.0), at(0.005, y)],
-        &mut f,
-    )
-    .unwrap();
-    assert_eq!(f[2].force[0], 0.0);
+    assert_eq!(at_height(y + 0.02)[2].force, [0.0, 0.0]);
+    assert_eq!(at_height(y)[2].force[0], 0.0);
 }
 
 #[test]

@@ -7,6 +7,8 @@
 //! `t_n` times the mean of the velocities before and after the kick, half a kick of which belongs to the time before
 //! `t_n`: all second order in the step (PHYSICS.md section 7).
 
+use serde::{Deserialize, Serialize};
+
 use crate::Vec2;
 use crate::impulse::Impulse;
 use crate::solver::DemMeasurement;
@@ -72,7 +74,7 @@ impl Entry {
 }
 
 /// Sums over a run, up to the end of a kick.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Totals {
     /// Dissipated by friction in J/m, up to `t_n`.
     pub friction_work: f64,

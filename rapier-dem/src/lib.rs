@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 
 use interface::Vec2;
 use interface::books::{self, Totals};
+use interface::capability::Capabilities;
 use interface::config::{ContactLaw, DemConfig, Motion};
 use interface::rigid::{Body, Springs};
 use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
@@ -18,6 +19,25 @@ use rapier2d_f64::prelude::*;
 /// Bodies that meet may pass speed on, and a far end may get more than the end that was hit; twice is ample for convex
 /// ones of even mass.
 const PASSED_ON: f64 = 2.0;
+
+/// Where each point was one step before, and its tangential spring on each body, in m.
+type Past = BTreeMap<u64, (Vec2, Vec<f64>)>;
+
+/// What the solver takes ([`interface::capability`]). Not `save`: rapier keeps of its contacts what it does not give. Of the
+/// family `overlap` nothing, since bodies meet by impulses, whatever the measure.
+const CAPABILITIES: [&str; 11] = [
+    "shape:disc",
+    "shape:segment",
+    "shape:polygon",
+    "shape:rectangle",
+    "law:linear",
+    "motion:free",
+    "motion:fixed",
+    "inertia:density",
+    "inertia:mass",
+    "feature:friction",
+    "feature:body_contact",
+];
 
 /// The solver: without bodies until it is configured.
 #[derive(Default)]
@@ -31,16 +51,25 @@ pub struct Rapier {
     meeting: bool,
     springs: Springs,
     set: Vec<ImpInfo>,
-    /// Where each point was one step before, and its tangential spring on each body, in m.
-    past: BTreeMap<u64, (Vec2, Vec<f64>)>,
+    /// Velocity (m/s) and spin (rad/s) of each body after the last step. Those in `bodies` are of the last evaluation.
+    reached: Vec<([f64; 2], f64)>,
+    past: Past,
+    /// What `past` is to be after the step that was last evaluated.
+    next_past: Past,
     envelopes: Vec<EnvelopeVertex>,
     totals: Totals,
+    /// Likewise.
+    next_totals: Totals,
     measured: DemMeasurement,
 }
 
 impl DemSolver for Rapier {
     fn identity(&self) -> String {
         format!("rapier-dem {}", env!("CARGO_PKG_VERSION"))
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        Capabilities::of(&CAPABILITIES)
     }
 
     fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal> {
@@ -77,6 +106,8 @@ impl DemSolver for Rapier {
                 Refusal::new(key, "rapier takes it for degenerate")
             })?;
         }
+        let velocities = self.bodies.iter().map(|b| &b.entry);
+        self.reached = velocities.map(|e| (e.velocity, e.spin)).collect();
         // Gravity is part of the kick. Lengths are those of the smallest body; nothing is slowed down or swept.
         self.world.gravity = Vector::ZERO;
         let parameters = &mut self.world.integration_parameters;
@@ -104,19 +135,24 @@ impl DemSolver for Rapier {
         self.set = set.to_vec();
     }
 
+    /// The forces on points and what these, gravity and pushes do to the bodies. All of it is worked out from where the last
+    /// step ended, so it may be asked for again; what bodies do to one another is rapier's and comes in [`Self::advance`].
     fn contact(
         &mut self,
         step: &Step,
         imps: &[ImpState],
         forces: &mut [ImpForce],
     ) -> Result<Answer, Fault> {
-        self.bodies.iter_mut().for_each(Body::begin);
+        for (b, reached) in self.bodies.iter_mut().zip(&self.reached) {
+            (b.entry.velocity, b.entry.spin) = *reached;
+            b.begin();
+        }
+        self.next_past.clear();
         (self.springs.energy, self.springs.loss) = (0.0, 0.0);
-        let past = std::mem::take(&mut self.past);
         for ((info, state), force) in self.set.iter().zip(imps).zip(forces) {
             let at = Vec2::from(state.position);
             // What is new, or has no interval behind it, has not moved.
-            let known = past.get(&info.id).filter(|_| step.dt_before > 0.0);
+            let known = self.past.get(&info.id).filter(|_| step.dt_before > 0.0);
             let (was, mut springs) = known
                 .cloned()
                 .unwrap_or_else(|| (at, vec![0.0; self.bodies.len()]));
@@ -128,30 +164,46 @@ impl DemSolver for Rapier {
                     force.stiffness += self.springs.normal;
                 }
             }
-            self.past.insert(info.id, (at, springs));
+            self.next_past.insert(info.id, (at, springs));
         }
         for body in &mut self.bodies {
             body.kick(step, self.gravity)?;
         }
-        let before = self.totals;
-        self.totals.friction_work += self.springs.loss;
+        self.next_totals = self.totals;
+        self.next_totals.friction_work += self.springs.loss;
         for b in &self.bodies {
-            self.totals
+            self.next_totals
                 .add(&b.entry, self.gravity, b.push(step), step.kick());
         }
         if step.measure {
-            let (energy, totals) = (self.springs.energy, [&before, &self.totals]);
+            let (energy, totals) = (self.springs.energy, [&self.totals, &self.next_totals]);
             let entries = self.bodies.iter().map(|b| b.entry);
             self.measured = books::measure(step, self.gravity, energy, totals, entries);
         }
         Ok(self.answer(step))
     }
 
-    /// rapier's step: impulses between the bodies, then the drift.
+    /// Takes over what was evaluated; then rapier's step.
     fn advance(&mut self, step: &Step) -> Result<(), Fault> {
-        if step.dt == 0.0 {
-            return Ok(());
+        self.totals = self.next_totals;
+        std::mem::swap(&mut self.past, &mut self.next_past);
+        if step.dt > 0.0 {
+            self.drift(step);
         }
+        for (b, reached) in self.bodies.iter().zip(&mut self.reached) {
+            *reached = (b.entry.velocity, b.entry.spin);
+        }
+        Ok(())
+    }
+
+    fn measurement(&self) -> &DemMeasurement {
+        &self.measured
+    }
+}
+
+impl Rapier {
+    /// rapier's step: impulses between the bodies, then the drift.
+    fn drift(&mut self, step: &Step) {
         for (b, handle) in self.bodies.iter().zip(&self.handles) {
             let body = &mut self.world.bodies[*handle];
             body.set_linvel(vector(b.entry.velocity), true);
@@ -188,15 +240,8 @@ impl DemSolver for Rapier {
                 self.totals.applied_impulse += taken;
             }
         }
-        Ok(())
     }
 
-    fn measurement(&self) -> &DemMeasurement {
-        &self.measured
-    }
-}
-
-impl Rapier {
     /// Puts the last of the bodies into rapier's world; a collider too if it has `friction` with others. `None` where
     /// rapier finds no area.
     fn insert(&mut self, friction: Option<f64>) -> Option<()> {

@@ -2,12 +2,12 @@
 
 use std::f64::consts::PI;
 
-use super::Plain;
+use super::{Numbers, Plain};
 
 /// Viscous part of a law.
 pub trait Dashpot: Plain {
     /// Memory: the forces along `N` and `T` at the last step, where there are any.
-    type State: Plain + Default;
+    type State: Numbers;
     /// What of a pair never changes.
     type Pair: Plain;
     /// Whether there is any.

@@ -114,10 +114,39 @@ impl std::ops::AddAssign for Loss {
 pub trait Plain: Copy + Send + Sync + std::fmt::Debug + 'static {}
 impl<T: Copy + Send + Sync + std::fmt::Debug + 'static> Plain for T {}
 
+/// What a law remembers, as numbers: for a saved state.
+pub trait Numbers: Plain + Default {
+    /// How many.
+    const COUNT: usize;
+    /// Appends them.
+    fn put(&self, numbers: &mut Vec<f64>);
+    /// Takes as many; what is missing is zero.
+    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self;
+}
+
+impl Numbers for () {
+    const COUNT: usize = 0;
+    fn put(&self, _: &mut Vec<f64>) {}
+    fn take(_: &mut impl Iterator<Item = f64>) {}
+}
+
+impl<const N: usize> Numbers for [f64; N]
+where
+    Self: Default,
+{
+    const COUNT: usize = N;
+    fn put(&self, numbers: &mut Vec<f64>) {
+        numbers.extend(self);
+    }
+    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
+        std::array::from_fn(|_| numbers.next().unwrap_or(0.0))
+    }
+}
+
 /// A contact law.
 pub trait Law: Clone + Send + Sync + std::fmt::Debug + 'static {
     /// Memory of one contact; `()` where there is none.
-    type History: Plain + Default;
+    type History: Numbers;
     /// What of a pair never changes, worked out when the pair enters a list.
     type Pair: Plain;
     /// Whether the law looks at motion: [`Touch::moved`], [`Touch::velocity`], [`Touch::rolled`].
@@ -149,6 +178,21 @@ pub struct Memory<S, D> {
     pub tangent: S,
     /// Viscous part.
     pub dashpot: D,
+}
+
+impl<S: Numbers, D: Numbers> Numbers for Memory<S, D> {
+    const COUNT: usize = S::COUNT + D::COUNT;
+    fn put(&self, numbers: &mut Vec<f64>) {
+        let Self { tangent, dashpot } = self;
+        tangent.put(numbers);
+        dashpot.put(numbers);
+    }
+    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
+        Self {
+            tangent: S::take(numbers),
+            dashpot: D::take(numbers),
+        }
+    }
 }
 
 /// A normal spring `N` with a tangential part `T` and a dashpot `D`.

@@ -1,7 +1,7 @@
 //! Rolling resistance: a moment on top of any law.
 
 use super::tangent::within;
-use super::{Law, Loss, Mates, Press, Stiffness, Touch};
+use super::{Law, Loss, Mates, Numbers, Press, Stiffness, Touch};
 
 /// Elastic-plastic rolling spring (Ai, Chen, Rotter, Ooi 2011, model C without its dashpot): moment `-k_r` times the
 /// relative rotation, at most `mu_r R* F_n`, with `k_r = 2.25 k_n (mu_r R*)^2` (Iwashita and Oda 1998).
@@ -30,6 +30,28 @@ impl<H> Rolled<H> {
             0.5 * self.moment * self.moment / self.stiffness
         } else {
             0.0
+        }
+    }
+}
+
+impl<H: Numbers> Numbers for Rolled<H> {
+    const COUNT: usize = H::COUNT + 2;
+    fn put(&self, numbers: &mut Vec<f64>) {
+        let Self {
+            law,
+            moment,
+            stiffness,
+        } = self;
+        law.put(numbers);
+        [*moment, *stiffness].put(numbers);
+    }
+    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
+        let law = H::take(numbers);
+        let [moment, stiffness] = Numbers::take(numbers);
+        Self {
+            law,
+            moment,
+            stiffness,
         }
     }
 }

@@ -1,11 +1,11 @@
 //! Friction: the tangential part of a law.
 
-use super::Plain;
+use super::{Numbers, Plain};
 
 /// Tangential part of a law.
 pub trait Tangent: Plain {
     /// Memory.
-    type State: Plain + Default;
+    type State: Numbers;
     /// Whether there is any.
     const ACTIVE: bool;
     /// `k_t` in N/m of a contact whose normal stiffness is `k_n`.
@@ -110,6 +110,18 @@ impl Coulomb {
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Elongation(pub f64);
 
+impl Numbers for Elongation {
+    const COUNT: usize = 1;
+    fn put(&self, numbers: &mut Vec<f64>) {
+        let Self(elongation) = *self;
+        [elongation].put(numbers);
+    }
+    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
+        let [elongation] = Numbers::take(numbers);
+        Self(elongation)
+    }
+}
+
 impl Tangent for Coulomb {
     type State = Elongation;
     const ACTIVE: bool = true;
@@ -176,6 +188,18 @@ pub struct Sheared {
     pub force: f64,
     /// `k_t` at the last step in N/m.
     pub stiffness: f64,
+}
+
+impl Numbers for Sheared {
+    const COUNT: usize = 2;
+    fn put(&self, numbers: &mut Vec<f64>) {
+        let Self { force, stiffness } = *self;
+        [force, stiffness].put(numbers);
+    }
+    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
+        let [force, stiffness] = Numbers::take(numbers);
+        Self { force, stiffness }
+    }
 }
 
 impl Tangent for Mindlin {

@@ -1,0 +1,118 @@
+//! How far surfaces have gone since some moment: by it lists are built anew, and envelopes asked for.
+
+use interface::Vec2;
+use interface::solver::Refusal;
+use serde::{Deserialize, Serialize};
+
+use crate::body::Bodies;
+use crate::saved::{count, finite};
+
+/// Where the bodies were at some moment, to tell how far their surfaces have moved since.
+#[derive(Debug, Clone, Default)]
+struct Reference(Vec<(Vec2, f64)>);
+
+impl Reference {
+    /// Remembers the present poses.
+    fn set(&mut self, bodies: &Bodies) {
+        self.0.clear();
+        self.0
+            .extend(bodies.state.iter().map(|s| (s.center, s.angle)));
+    }
+
+    /// Upper bound of the displacement of any body's surface since, in m: `|c - c_ref| + R |theta - theta_ref|`.
+    fn travelled(&self, bodies: &Bodies) -> f64 {
+        let moved = bodies.state.iter().zip(&self.0);
+        moved
+            .map(|(state, (center, angle))| {
+                (state.center - center).norm() + state.extent * (state.angle - angle).abs()
+            })
+            .fold(0.0, f64::max)
+    }
+}
+
+/// How far surfaces have gone since some moment, as cheaply as the answer needs.
+#[derive(Debug, Clone, Default)]
+pub struct Odometer {
+    start: Reference,
+    /// Upper bound of the largest displacement since `start` in m: largest speed times step, added up, and replaced by
+    /// the exact figure when that sum is no longer good enough.
+    bound: f64,
+    /// What was last answered. It replaces `bound` when the bodies move on and not before, so that a step that is
+    /// evaluated twice is answered twice from the same.
+    found: Option<f64>,
+}
+
+impl Odometer {
+    /// Begins anew here.
+    pub fn reset(&mut self, bodies: &Bodies) {
+        self.start.set(bodies);
+        (self.bound, self.found) = (0.0, None);
+    }
+
+    /// The bodies move with surface speeds up to `speed` (m/s) for `dt` (s).
+    pub fn advance(&mut self, speed: f64, dt: f64) {
+        self.bound = self.found.take().unwrap_or(self.bound) + speed * dt;
+    }
+
+    /// Whether no surface has gone as far as `limit` (m).
+    pub fn stays_below(&mut self, limit: f64, bodies: &Bodies) -> bool {
+        self.bound(limit, bodies) < limit
+    }
+
+    /// Upper bound in m of the displacement, exact where it is above `coarse` (m).
+    pub fn bound(&mut self, coarse: f64, bodies: &Bodies) -> f64 {
+        let mut bound = self.bound;
+        if bound >= coarse {
+            bound = self.start.travelled(bodies);
+        }
+        self.found = Some(bound);
+        bound
+    }
+
+    /// Poses of the bodies where it began; none if it has not.
+    pub fn start(&self) -> &[(Vec2, f64)] {
+        &self.start.0
+    }
+
+    /// For a saved state.
+    pub fn save(&self) -> SavedOdometer {
+        let Self {
+            start,
+            bound,
+            found: _, // of an evaluation that nothing has followed
+        } = self;
+        let poses = start.0.iter().map(|(c, angle)| [c.x, c.y, *angle]);
+        SavedOdometer {
+            poses: poses.collect(),
+            bound: *bound,
+        }
+    }
+
+    /// As it was saved.
+    ///
+    /// # Errors
+    /// A refusal if it is not of these bodies.
+    pub fn restored(saved: &SavedOdometer, bodies: &Bodies) -> Result<Self, Refusal> {
+        let SavedOdometer { poses, bound } = saved;
+        if !poses.is_empty() {
+            count("poses", poses.len(), bodies.len())?;
+        }
+        finite(|| "a pose".into(), poses.as_flattened())?;
+        finite(|| "a distance travelled".into(), &[*bound])?;
+        let poses = poses.iter().map(|&[x, y, angle]| (Vec2::new(x, y), angle));
+        Ok(Self {
+            start: Reference(poses.collect()),
+            bound: *bound,
+            found: None,
+        })
+    }
+}
+
+/// An [`Odometer`] in a saved state.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct SavedOdometer {
+    /// Centre (m) and angle (rad) of each body where it began; empty if it has not.
+    poses: Vec<[f64; 3]>,
+    /// In m.
+    bound: f64,
+}

@@ -1,0 +1,17 @@
+//! What the solver says that it takes is what it takes.
+
+mod capability_samples;
+
+use dem_proc::Sdem;
+use interface::capability::SAVE;
+use interface::solver::DemSolver;
+
+#[test]
+fn what_is_listed_is_taken_and_the_rest_refused() {
+    capability_samples::check::<Sdem>();
+    let capabilities = Sdem::default().capabilities();
+    assert!(capabilities.has(SAVE));
+    for family in ["shape", "law", "motion", "overlap", "inertia", "feature"] {
+        assert!(capabilities.members(family).next().is_some(), "{family}");
+    }
+}

@@ -1,0 +1,434 @@
+//! Small scenes in which everything that a contact remembers changes in every step, and a driver that tells the bits of
+//! what a solver answers.
+#![allow(dead_code)] // every test binary uses its own part of this
+
+use dem_proc::Sdem;
+use interface::config::{
+    BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, OverlapMeasure,
+};
+use interface::solver::DemSolver;
+use interface::step::Step;
+use interface::surfaces::ContactPair;
+use interface::wire::{ImpForce, ImpInfo, ImpState};
+
+use crate::small_scenes::{Random, info};
+
+/// Step in s.
+pub const DT: f64 = 1e-4;
+
+pub const LINEAR: ContactLaw = ContactLaw::Linear {
+    normal_stiffness: 1e5,
+    tangential_stiffness: 5e4,
+    friction: 0.3,
+    damping_ratio: 0.2,
+};
+
+const SMOOTH: ContactLaw = ContactLaw::Linear {
+    normal_stiffness: 1e5,
+    tangential_stiffness: 0.0,
+    friction: 0.0,
+    damping_ratio: 0.0,
+};
+
+pub const HERTZ: ContactLaw = ContactLaw::HertzMindlin {
+    hertz_constant: 2e6,
+    poisson_ratio: 0.3,
+    friction: 0.3,
+    restitution: 0.7,
+    adhesion: 0.0,
+};
+
+const STICKY_HERTZ: ContactLaw = ContactLaw::HertzMindlin {
+    hertz_constant: 2e6,
+    poisson_ratio: 0.2,
+    friction: 0.5,
+    restitution: 1.0,
+    adhesion: 50.0,
+};
+
+const AREA: ContactLaw = ContactLaw::Area {
+    area_stiffness: 3e7,
+    tangential_stiffness: 3e4,
+    friction: 0.4,
+};
+
+fn granular(rolling_friction: f64) -> ContactLaw {
+    ContactLaw::Granular {
+        normal_stiffness: 1e5,
+        tangential_stiffness: 5e4,
+        friction: 0.3,
+        damping_ratio: 0.1,
+        adhesion: 100.0,
+        rolling_friction,
+    }
+}
+
+fn polygon(n: usize, radius: f64) -> BodyShape {
+    let corner = |i: usize| {
+        let (sin, cos) = (std::f64::consts::TAU * i as f64 / n as f64).sin_cos();
+        [radius * cos, radius * sin]
+    };
+    BodyShape::Polygon {
+        vertices: (0..n).map(corner).collect(),
+    }
+}
+
+/// Shapes of about 0.05 m with their sphero-radii in m.
+fn shapes(overlap: OverlapMeasure) -> Vec<(BodyShape, f64)> {
+    let rectangle = |a: f64| BodyShape::Rectangle {
+        width: 0.09 - 2.0 * a,
+        height: 0.06 - 2.0 * a,
+    };
+    match overlap {
+        OverlapMeasure::Area => vec![
+            (polygon(5, 0.05), 0.0),
+            (rectangle(0.0), 0.0),
+            (polygon(20, 0.05), 0.0),
+        ],
+        OverlapMeasure::NearestEdge => vec![
+            (BodyShape::Disc, 0.045),
+            (segment(), 0.015),
+            (polygon(5, 0.04), 0.01),
+            (rectangle(0.01), 0.01),
+        ],
+        OverlapMeasure::EachEdge => vec![
+            (BodyShape::Disc, 0.045),
+            (segment(), 0.015),
+            (polygon(5, 0.04), 0.01),
+            (rectangle(0.01), 0.01),
+            (notched(), 0.005),
+            (polygon(20, 0.04), 0.01),
+            (
+                BodyShape::Cluster {
+                    centers: vec![[-0.02, 0.0], [0.02, 0.0], [0.0, 0.02]],
+                    radii: vec![0.02, 0.025, 0.015],
+                },
+                0.0,
+            ),
+        ],
+    }
+}
+
+fn segment() -> BodyShape {
+    BodyShape::Segment {
+        ends: [[-0.03, 0.0], [0.03, 0.01]],
+    }
+}
+
+fn notched() -> BodyShape {
+    BodyShape::Polygon {
+        vertices: vec![
+            [-0.04, -0.03],
+            [0.04, -0.03],
+            [0.04, 0.03],
+            [0.0, 0.01],
+            [-0.04, 0.03],
+        ],
+    }
+}
+
+/// All motions in turn, free ones most.
+fn motion(i: usize) -> Motion {
+    match i {
+        3 => Motion::Driven,
+        5 => Motion::Guided {
+            hold_x: false,
+            hold_y: true,
+            hold_angle: false,
+        },
+        7 => Motion::Guided {
+            hold_x: true,
+            hold_y: false,
+            hold_angle: true,
+        },
+        9 => Motion::Pushed {
+            force: [3.0, -2.0],
+            torque: 0.05,
+            ramp: 50.0 * DT,
+            until: Some(90.0 * DT),
+        },
+        10 => Motion::Fixed,
+        _ => Motion::Free,
+    }
+}
+
+/// Bodies of all shapes and motions on a grid, thrown at one another above a fixed floor.
+fn bodies(overlap: OverlapMeasure) -> Vec<BodyConfig> {
+    let shapes = shapes(overlap);
+    let mut random = Random(7);
+    let mut bodies = vec![BodyConfig {
+        name: "floor".into(),
+        shape: BodyShape::Rectangle {
+            width: 1.0,
+            height: 0.1,
+        },
+        sphero_radius: if overlap == OverlapMeasure::Area {
+            0.0
+        } else {
+            0.01
+        },
+        inertia: BodyInertia::Mass(1.0),
+        position: [0.2, -0.12],
+        angle: 0.0,
+        velocity: [0.0; 2],
+        spin: 0.0,
+        motion: Motion::Fixed,
+        surface: "rough".into(),
+    }];
+    for i in 0..14 {
+        let (shape, sphero_radius) = shapes[i % shapes.len()].clone();
+        let motion = motion(i);
+        let moves = if motion == Motion::Fixed { 0.0 } else { 1.0 };
+        bodies.push(BodyConfig {
+            name: format!("body {i}"),
+            shape,
+            sphero_radius,
+            inertia: if i % 2 == 0 {
+                BodyInertia::Density(20.0)
+            } else {
+                BodyInertia::Mass(0.1)
+            },
+            position: [0.108 * (i % 5) as f64, 0.108 * (i / 5) as f64],
+            angle: random.between(-3.0, 3.0),
+            velocity: [random.between(-2.0, 2.0), random.between(-2.0, 1.0)].map(|v| moves * v),
+            spin: moves * random.between(-20.0, 20.0),
+            motion,
+            surface: if i % 3 == 0 {
+                "rough".into()
+            } else {
+                String::new()
+            },
+        });
+    }
+    bodies
+}
+
+/// A scene of bodies of all kinds.
+pub fn scene(law: ContactLaw, between: Option<ContactLaw>, overlap: OverlapMeasure) -> DemConfig {
+    DemConfig {
+        gravity: [0.3, -9.81],
+        bodies: bodies(overlap),
+        point_contact: law,
+        body_contact: between,
+        overlap,
+        point_surfaces: vec!["sand".into(), "clay".into()],
+        skin: 0.004,
+        threads: 1,
+        ..DemConfig::default()
+    }
+}
+
+fn with_table(mut config: DemConfig, law: ContactLaw) -> DemConfig {
+    let pair = |a: &str, b: &str| ContactPair {
+        between: [a.into(), b.into()],
+        law,
+    };
+    config.contact_pairs = vec![pair("rough", "sand"), pair("rough", "rough")];
+    config
+}
+
+/// Every law with every measure of overlap that takes it, shapes and motions in each; with and without a table; and
+/// bodies that do not touch one another.
+pub fn all() -> Vec<(&'static str, DemConfig)> {
+    let (each, nearest) = (OverlapMeasure::EachEdge, OverlapMeasure::NearestEdge);
+    let linear = scene(LINEAR, Some(LINEAR), each);
+    let hertz = scene(HERTZ, Some(HERTZ), each);
+    let rolling = granular(0.2);
+    vec![
+        ("smooth", scene(SMOOTH, Some(SMOOTH), each)),
+        (
+            "table of granular",
+            with_table(linear.clone(), granular(0.0)),
+        ),
+        ("table of hertz", with_table(hertz.clone(), STICKY_HERTZ)),
+        ("linear", linear),
+        ("granular", scene(granular(0.0), Some(rolling), each)),
+        ("hertz", hertz),
+        (
+            "sticky hertz",
+            scene(STICKY_HERTZ, Some(STICKY_HERTZ), each),
+        ),
+        ("area law", scene(AREA, Some(AREA), each)),
+        ("one by one", scene(LINEAR, None, each)),
+        ("nearest linear", scene(LINEAR, Some(LINEAR), nearest)),
+        (
+            "nearest granular",
+            scene(granular(0.0), Some(rolling), nearest),
+        ),
+        ("nearest hertz", scene(HERTZ, Some(HERTZ), nearest)),
+        ("nearest area law", scene(AREA, Some(AREA), nearest)),
+        ("area", scene(LINEAR, Some(LINEAR), OverlapMeasure::Area)),
+    ]
+}
+
+/// A solver with points that fly by themselves and are chosen anew now and then.
+pub struct World {
+    pub dem: Sdem,
+    pub points: Cloud,
+    /// Steps done, the opening one among them.
+    pub done: u64,
+}
+
+/// Points that obey Newton's law, and those of them that the solver knows of.
+#[derive(Clone, Default)]
+pub struct Cloud {
+    infos: Vec<ImpInfo>,
+    states: Vec<ImpState>,
+    chosen: Vec<usize>,
+}
+
+impl Cloud {
+    /// Points in the gaps between the bodies of a [`scene`].
+    pub fn new(count: usize) -> Self {
+        let mut random = Random(11);
+        let mut cloud = Self::default();
+        for _ in 0..count {
+            let cell = |x: f64| 0.108 * x.floor() + 0.054 + 0.02 * (x - x.floor() - 0.5);
+            let place = [random.between(-1.0, 5.0), random.between(-0.6, 3.0)];
+            let radius = random.between(0.004, 0.008);
+            let velocity = [random.between(-2.0, 2.0), random.between(-2.0, 2.0)];
+            cloud.add(radius, place.map(cell), velocity);
+        }
+        cloud
+    }
+
+    /// A point in each gap of the [`crowd`], near all four discs around it.
+    pub fn in_gaps() -> Self {
+        let mut random = Random(13);
+        let mut cloud = Self::default();
+        for i in 0..39 * 39 {
+            let place = [(i % 39) as f64, (i / 39) as f64].map(|x| CROWDED * (x + 0.5));
+            let velocity = [random.between(-0.1, 0.1), random.between(-0.1, 0.1)];
+            cloud.add(0.0055, place, velocity);
+        }
+        cloud
+    }
+
+    fn add(&mut self, radius: f64, position: [f64; 2], velocity: [f64; 2]) {
+        let id = self.infos.len() as u64;
+        self.infos.push(ImpInfo {
+            group: (id % 2) as u32,
+            ..info(id, radius, 0.01)
+        });
+        self.states.push(ImpState { position, velocity });
+    }
+
+    /// Leaves out every fifth, others each time, and turns the order round now and then.
+    fn choose(&mut self, turn: usize) -> Vec<ImpInfo> {
+        self.chosen = (0..self.infos.len())
+            .filter(|i| i % 5 != turn % 5)
+            .collect();
+        if turn % 3 == 1 {
+            self.chosen.reverse();
+        }
+        self.chosen.iter().map(|&i| self.infos[i]).collect()
+    }
+
+    /// Of those chosen.
+    pub fn states(&self) -> Vec<ImpState> {
+        self.chosen.iter().map(|&i| self.states[i]).collect()
+    }
+
+    fn push(&mut self, forces: &[ImpForce], step: &Step) {
+        let mut force = vec![[0.0; 2]; self.infos.len()];
+        for (&i, f) in self.chosen.iter().zip(forces) {
+            force[i] = f.force;
+        }
+        for (i, state) in self.states.iter_mut().enumerate() {
+            for k in 0..2 {
+                state.velocity[k] += force[i][k] / self.infos[i].mass * step.kick();
+                state.position[k] += state.velocity[k] * step.dt;
+            }
+        }
+    }
+}
+
+impl World {
+    /// Before the opening step.
+    pub fn new(config: &DemConfig, points: Cloud) -> Self {
+        let mut dem = Sdem::default();
+        dem.configure(config).unwrap();
+        Self {
+            dem,
+            points,
+            done: 0,
+        }
+    }
+
+    /// The next step: the opening one, and others of unequal lengths.
+    pub fn next(&self) -> Step {
+        let length = |i: u64| match i {
+            0 => 0.0,
+            i if i % 20 < 10 => DT,
+            _ => 0.9 * DT,
+        };
+        Step {
+            index: self.done,
+            time: (1..self.done).map(length).sum(),
+            dt_before: self.done.checked_sub(1).map_or(0.0, length),
+            dt: length(self.done),
+            measure: self.done % 3 != 1,
+        }
+    }
+
+    /// Chooses the points anew where it is time to.
+    pub fn choose(&mut self) {
+        if self.done.is_multiple_of(17) {
+            let set = self.points.choose(self.done as usize / 17);
+            self.dem.envelopes();
+            self.dem.imp_set(&set);
+        }
+    }
+
+    /// Does a step; its answers, in which every bit shows.
+    pub fn step(&mut self) -> String {
+        self.choose();
+        self.finish()
+    }
+
+    /// Does a step with the points that are chosen.
+    pub fn finish(&mut self) -> String {
+        let step = self.next();
+        let states = self.points.states();
+        let mut forces = vec![ImpForce::default(); states.len()];
+        let answer = self.dem.contact(&step, &states, &mut forces).unwrap();
+        self.dem.advance(&step).unwrap();
+        self.points.push(&forces, &step);
+        self.done += 1;
+        let measured = step.measure.then(|| self.dem.measurement());
+        let bodies = &self.dem.bodies().state;
+        let contacts = self.dem.contacts();
+        format!("{forces:?} {answer:?} {measured:?} {bodies:?} {contacts}")
+    }
+}
+
+/// Distance of neighbours in the [`crowd`] in m.
+const CROWDED: f64 = 0.0215;
+
+/// More contacts between bodies, and with points in the gaps, than one thread does alone. Many are as far apart as the list
+/// reaches, so that no two lists are alike.
+pub fn crowd() -> DemConfig {
+    let mut random = Random(17);
+    let mut disc = |i: usize| BodyConfig {
+        name: format!("disc {i}"),
+        shape: BodyShape::Disc,
+        sphero_radius: 0.01,
+        inertia: BodyInertia::Density(500.0),
+        position: [(i % 40) as f64, (i / 40) as f64]
+            .map(|x| CROWDED * x + random.between(-7e-4, 7e-4)),
+        angle: 0.0,
+        velocity: [random.between(-1.0, 1.0), random.between(-1.0, 1.0)],
+        spin: random.between(-5.0, 5.0),
+        motion: Motion::Free,
+        surface: String::new(),
+    };
+    DemConfig {
+        gravity: [0.0, -9.81],
+        bodies: (0..1600).map(&mut disc).collect(),
+        point_contact: LINEAR,
+        body_contact: Some(LINEAR),
+        skin: 0.002,
+        threads: 1,
+        ..DemConfig::default()
+    }
+}

@@ -1,0 +1,201 @@
+//! A saved state is the whole state: a fresh solver that takes it over goes on to the same bits. Bytes that are no state of
+//! its configuration are refused by name, and nothing panics.
+
+mod mixtures;
+mod small_scenes;
+
+use dem_proc::Sdem;
+use interface::config::{DemConfig, OverlapMeasure};
+use interface::solver::{DemSolver, Refusal};
+use interface::wire::ImpForce;
+use mixtures::{Cloud, HERTZ, LINEAR, World, all, crowd, scene};
+use proptest::prelude::*;
+
+/// A run that is saved before each of `steps` steps, right after a new set where there is one, and is then resumed from
+/// each of these states and compared with the one that went on, over `after` steps.
+fn compare(name: &str, config: &DemConfig, points: Cloud, steps: u64, after: u64) {
+    let mut straight = World::new(config, points);
+    let mut saved = Vec::new();
+    let mut trace = Vec::new();
+    let mut pressing = 0;
+    for i in 0..steps + after {
+        straight.choose();
+        if i < steps {
+            saved.push((straight.dem.save().unwrap(), straight.points.clone()));
+        }
+        trace.push(straight.finish());
+        pressing += straight.dem.contacts();
+    }
+    assert!(pressing > 0 || config.body_contact.is_none(), "{name}");
+    let pushed = straight.dem.measurement().ledger.contact_impulse;
+    assert!(pushed != [0.0; 2], "{name}: points met no body");
+    for (from, (bytes, points)) in (0..).zip(saved) {
+        let mut dem = Sdem::default();
+        dem.configure(config).unwrap();
+        dem.restore(&bytes).unwrap();
+        assert!(
+            dem.save().unwrap() == bytes,
+            "{name}: saved again at {from}"
+        );
+        let mut resumed = World {
+            dem,
+            points,
+            done: from,
+        };
+        for i in from..from + after {
+            if i > from {
+                resumed.choose();
+            }
+            let same = resumed.finish() == trace[i as usize];
+            assert!(same, "{name}: saved before step {from}, step {i} differs");
+        }
+    }
+}
+
+#[test]
+fn a_run_that_is_resumed_goes_on_to_the_same_bits() {
+    for (name, config) in all() {
+        compare(name, &config, Cloud::new(60), 61, 100);
+    }
+}
+
+#[test]
+fn so_does_one_without_points_and_one_on_more_threads() {
+    let config = scene(LINEAR, Some(LINEAR), OverlapMeasure::EachEdge);
+    compare_without_points(&config);
+    for threads in [1, 2] {
+        let many = DemConfig { threads, ..crowd() };
+        compare("many", &many, Cloud::in_gaps(), 9, 25);
+    }
+}
+
+fn compare_without_points(config: &DemConfig) {
+    let mut straight = World::new(config, Cloud::default());
+    for _ in 0..120 {
+        straight.step();
+    }
+    let bytes = straight.dem.save().unwrap();
+    let mut resumed = World::new(config, Cloud::default());
+    resumed.dem.restore(&bytes).unwrap();
+    resumed.done = straight.done;
+    for i in 0..100 {
+        assert!(resumed.step() == straight.step(), "step {i} differs");
+    }
+}
+
+#[test]
+fn a_state_goes_from_one_thread_to_two() {
+    let two = DemConfig {
+        threads: 2,
+        ..crowd()
+    };
+    let mut straight = World::new(&crowd(), Cloud::in_gaps());
+    for _ in 0..20 {
+        straight.step();
+    }
+    let mut resumed = World::new(&two, Cloud::in_gaps());
+    resumed.dem.restore(&straight.dem.save().unwrap()).unwrap();
+    (resumed.points, resumed.done) = (straight.points.clone(), straight.done);
+    for i in 0..20 {
+        assert!(resumed.step() == straight.step(), "step {i} differs");
+    }
+}
+
+/// A state in the middle of a scene, with 60 points.
+fn state(config: &DemConfig) -> (Vec<u8>, World) {
+    let mut world = World::new(config, Cloud::new(60));
+    for _ in 0..30 {
+        world.step();
+    }
+    (world.dem.save().unwrap(), world)
+}
+
+fn refused(config: &DemConfig, bytes: &[u8]) -> Refusal {
+    let mut dem = Sdem::default();
+    dem.configure(config).unwrap();
+    let refusal = dem.restore(bytes).unwrap_err();
+    assert_eq!(refusal.key, "restore");
+    // As it was: no points are expected, and a step can be done.
+    let mut world = World::new(config, Cloud::default());
+    world.dem = dem;
+    world.done = 1;
+    world.finish();
+    refusal
+}
+
+#[test]
+fn the_state_of_another_configuration_is_refused_by_what_differs() {
+    let config = scene(LINEAR, Some(LINEAR), OverlapMeasure::EachEdge);
+    let (bytes, _) = state(&config);
+    let other = |change: &dyn Fn(&mut DemConfig)| {
+        let mut other = config.clone();
+        change(&mut other);
+        refused(&other, &bytes).message
+    };
+    let named = [
+        (other(&|c| c.gravity[0] = 0.0), "`dem.gravity`"),
+        (other(&|c| c.point_contact = HERTZ), "`dem.point_contact`"),
+        (other(&|c| c.body_contact = None), "`dem.body_contact`"),
+        (other(&|c| c.skin = 0.005), "`dem.skin`"),
+        (other(&|c| c.bodies[4].angle += 0.1), "`dem.body[4]`"),
+        (other(&|c| c.bodies.truncate(14)), "15 bodies, expected 14"),
+        (other(&|c| c.point_surfaces.clear()), "`dem.point_surfaces`"),
+    ];
+    for (message, what) in named {
+        assert!(message.contains(what), "{message}");
+    }
+    let unconfigured = Sdem::default().restore(&bytes).unwrap_err();
+    assert!(
+        unconfigured.message.contains("expected 0"),
+        "{unconfigured}"
+    );
+    let of_nobody = refused(&config, &Sdem::default().save().unwrap());
+    assert!(of_nobody.message.contains("0 bodies"), "{of_nobody}");
+    let of_another = interface::saved::pack("tandem-mpm 1", &0);
+    let message = refused(&config, &of_another).message;
+    assert!(message.contains("tandem-mpm 1"), "{message}");
+}
+
+/// Takes over bytes that may be no state, and does a step if they are one.
+fn try_out(config: &DemConfig, bytes: &[u8], world: &World) -> bool {
+    let mut dem = Sdem::default();
+    dem.configure(config).unwrap();
+    if dem.restore(bytes).is_err() {
+        return false;
+    }
+    let states = world.points.states();
+    let mut forces = vec![ImpForce::default(); states.len()];
+    let step = world.next();
+    for _ in 0..2 {
+        if dem.contact(&step, &states, &mut forces).is_err() {
+            break; // bodies that are elsewhere may be in one another
+        }
+        dem.advance(&step).unwrap();
+    }
+    true
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 300, failure_persistence: None, ..ProptestConfig::default() })]
+    #[test]
+    fn torn_bytes_never_panic(
+        scene in 0..14_usize,
+        cut in 0.0..1.0_f64,
+        flips in proptest::collection::vec((0.0..1.0_f64, 0..8_u32), 1..4),
+        noise in proptest::collection::vec(any::<u8>(), 0..200),
+    ) {
+        let (_, config) = &all()[scene];
+        let (bytes, world) = state(config);
+        let place = |share: f64| (share * bytes.len() as f64) as usize;
+        prop_assert!(!try_out(config, &bytes[..place(cut)], &world), "a part was taken");
+        prop_assert!(!try_out(config, &noise, &world), "noise was taken");
+        let mut spliced = bytes[..place(cut)].to_vec();
+        spliced.extend(&noise);
+        prop_assert!(!try_out(config, &spliced, &world), "a part with noise was taken");
+        let mut flipped = bytes.clone();
+        for (share, bit) in flips {
+            flipped[place(share)] ^= 1 << bit;
+        }
+        try_out(config, &flipped, &world);
+    }
+}

@@ -1,0 +1,85 @@
+//! `contact` evaluates and commits nothing: whoever asks twice gets the same bits as who asks once.
+
+mod mixtures;
+mod small_scenes;
+
+use interface::config::{DemConfig, OverlapMeasure};
+use interface::solver::DemSolver;
+use interface::step::Step;
+use interface::wire::ImpForce;
+use mixtures::{Cloud, LINEAR, World, all, crowd};
+use small_scenes::Random;
+
+/// Asks for forces on points that are elsewhere, in a step that is another.
+fn try_out(world: &mut World, random: &mut Random) -> bool {
+    let step = Step {
+        dt: 3.0 * world.next().dt * random.unit(),
+        measure: random.unit() < 0.5,
+        ..world.next()
+    };
+    // Beyond the skin in most steps, so that a list is built for it.
+    let far = if random.unit() < 0.3 { 0.001 } else { 0.03 };
+    let mut states = world.points.states();
+    for state in &mut states {
+        for k in 0..2 {
+            state.position[k] += random.between(-far, far);
+            state.velocity[k] += random.between(-1.0, 1.0);
+        }
+    }
+    let mut forces = vec![ImpForce::default(); states.len()];
+    let before = world.dem.save().unwrap();
+    // A point may be put deep into a body, which is a fault and leaves no trace either.
+    let is_fault = world.dem.contact(&step, &states, &mut forces).is_err();
+    assert!(before == world.dem.save().unwrap(), "a trial left a trace");
+    is_fault
+}
+
+/// Returns how many trials were faults.
+fn compare(name: &str, config: &DemConfig, points: &Cloud, steps: u64) -> usize {
+    let world = || World::new(config, points.clone());
+    let (mut once, mut often) = (world(), world());
+    let mut random = Random(3);
+    let (mut faults, mut pressing) = (0, 0);
+    for i in 0..steps {
+        once.choose();
+        often.choose();
+        for _ in 0..1 + i % 2 {
+            faults += usize::from(try_out(&mut often, &mut random));
+        }
+        assert!(once.finish() == often.finish(), "{name}: step {i} differs");
+        pressing += once.dem.contacts();
+    }
+    assert!(pressing > 0 || config.body_contact.is_none(), "{name}");
+    let pushed = once.dem.measurement().ledger.contact_impulse;
+    assert!(pushed != [0.0; 2], "{name}: points met no body");
+    faults
+}
+
+#[test]
+fn an_evaluation_leaves_no_trace() {
+    let each = all().into_iter();
+    let faults = each.map(|(name, config)| compare(name, &config, &Cloud::new(60), 201));
+    let faults: Vec<usize> = faults.collect();
+    assert!(faults.iter().sum::<usize>() > 100, "{faults:?}");
+}
+
+#[test]
+fn nor_does_one_without_points_or_on_two_threads() {
+    let config = mixtures::scene(LINEAR, Some(LINEAR), OverlapMeasure::EachEdge);
+    compare_bodies_alone(&config);
+    let threads = 2;
+    let many = DemConfig { threads, ..crowd() };
+    compare("two threads", &many, &Cloud::in_gaps(), 40);
+}
+
+/// Other steps alone make the trial.
+fn compare_bodies_alone(config: &DemConfig) {
+    let world = || World::new(config, Cloud::default());
+    let (mut once, mut often) = (world(), world());
+    let mut random = Random(5);
+    for i in 0..201 {
+        try_out(&mut often, &mut random);
+        assert!(once.step() == often.step(), "step {i} differs");
+    }
+    assert!(once.dem.contacts() > 0);
+}
