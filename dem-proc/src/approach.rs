@@ -18,12 +18,10 @@
 
 use interface::Vec2;
 use interface::config::Motion;
+use interface::step::GROWTH;
 
 use crate::body::{Bodies, Odometer};
 use crate::mass::cross;
-
-/// Most by which a step may be longer than the one before (PHYSICS.md section 4).
-const GROWTH: f64 = 1.1;
 
 /// Terms of the sum over vertices and edges in which two bodies can meet at once: flush squares with aligned corners
 /// (PHYSICS.md section 5).
