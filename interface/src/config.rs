@@ -14,7 +14,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Vec2;
-use crate::defaults::{are_zero, is_default, is_one, is_one_thread, is_zero, one, one_thread};
+use crate::defaults::{
+    are_zero, is_default, is_one, is_one_thread, is_zero, never, one, one_thread,
+};
 pub use crate::material::{Frictional, MaterialConfig, MaterialModel};
 use crate::surfaces::ContactPair;
 
@@ -149,9 +151,11 @@ pub struct Stage {
     pub from: f64,
     /// Mass-proportional damping of the nodal velocities in 1/s.
     #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(skip_serializing_if = "never")]
     pub damping: f64,
     /// Share of PIC in the transfer; needs `transfer = flip` or `blend`.
     #[serde(default, skip_serializing_if = "is_default")]
+    #[schemars(skip_serializing_if = "never")]
     pub pic_fraction: Option<f64>,
 }
 
@@ -244,15 +248,19 @@ pub enum Plane {
 pub struct Walls {
     /// At the smallest x.
     #[serde(skip_serializing_if = "is_default")]
+    #[schemars(skip_serializing_if = "never")]
     pub left: Wall,
     /// At the largest x.
     #[serde(skip_serializing_if = "is_default")]
+    #[schemars(skip_serializing_if = "never")]
     pub right: Wall,
     /// At the smallest y.
     #[serde(skip_serializing_if = "is_default")]
+    #[schemars(skip_serializing_if = "never")]
     pub bottom: Wall,
     /// At the largest y.
     #[serde(skip_serializing_if = "is_default")]
+    #[schemars(skip_serializing_if = "never")]
     pub top: Wall,
 }
 
@@ -489,6 +497,7 @@ pub enum BodyShape {
         centers: Vec<[f64; 2]>,
         /// Their radii in m, one for each; where it is left out, all have the sphero-radius.
         #[serde(default, skip_serializing_if = "is_default")]
+        #[schemars(skip_serializing_if = "never")]
         radii: Vec<f64>,
     },
 }
@@ -535,12 +544,15 @@ pub enum Motion {
     Guided {
         /// Held along x.
         #[serde(default, skip_serializing_if = "is_default")]
+        #[schemars(skip_serializing_if = "never")]
         hold_x: bool,
         /// Held along y.
         #[serde(default, skip_serializing_if = "is_default")]
+        #[schemars(skip_serializing_if = "never")]
         hold_y: bool,
         /// Held against turning.
         #[serde(default, skip_serializing_if = "is_default")]
+        #[schemars(skip_serializing_if = "never")]
         hold_angle: bool,
     },
     /// By the forces on it and one from outside, which acts at the centre of mass.
@@ -549,9 +561,11 @@ pub enum Motion {
         force: [f64; 2],
         /// In N.
         #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         torque: f64,
         /// Time in s over which it grows evenly from zero to its full size; 0: full from the start.
         #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         ramp: f64,
         /// Time in s after which it is gone; it stays for good where there is none.
         #[serde(default, skip_serializing_if = "is_default")]
@@ -604,13 +618,16 @@ pub enum ContactLaw {
         normal_stiffness: f64,
         /// k_t in N/m; needed where there is friction.
         #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         tangential_stiffness: f64,
         /// mu.
         #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         friction: f64,
         /// zeta of the contact, a fraction of critical damping of the pair: 0 elastic. Restitution e is
         /// `zeta = -ln e / sqrt(pi^2 + ln^2 e)`.
         #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         damping_ratio: f64,
     },
     /// Linear spring with adhesion and rolling resistance, both optional.
@@ -619,18 +636,23 @@ pub enum ContactLaw {
         normal_stiffness: f64,
         /// k_t in N/m; needed where there is friction.
         #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         tangential_stiffness: f64,
         /// mu.
         #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         friction: f64,
         /// zeta of the contact, as for `linear`.
         #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         damping_ratio: f64,
         /// Pulling stress in Pa over the width `2 sqrt(2 R* xi)` of the contact.
         #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         adhesion: f64,
         /// mu_r: the moment that resists rolling is at most `mu_r R* F_n`. Between bodies only.
         #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         rolling_friction: f64,
     },
     /// Hertz-Mindlin with dashpot (Singer 2022): `F_n = K xi^1.5`, `k_t = k_n 2 (1 - nu) / (2 - nu)`.
@@ -639,15 +661,19 @@ pub enum ContactLaw {
         hertz_constant: f64,
         /// nu, for the tangential stiffness.
         #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         poisson_ratio: f64,
         /// mu.
         #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         friction: f64,
         /// Coefficient of restitution e; 1: elastic.
         #[serde(default = "one", skip_serializing_if = "is_one")]
+        #[schemars(skip_serializing_if = "never")]
         restitution: f64,
         /// Pulling stress in Pa over the width `2 sqrt(2 R* xi)` of the contact.
         #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         adhesion: f64,
     },
     /// Force in proportion to the area of the overlap (Chen 2023 eq. 18): `F_n = k_A A`, A the circular segment of
@@ -657,9 +683,11 @@ pub enum ContactLaw {
         area_stiffness: f64,
         /// k_t in N/m; needed where there is friction.
         #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         tangential_stiffness: f64,
         /// mu.
         #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         friction: f64,
     },
 }
