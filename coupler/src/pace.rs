@@ -3,6 +3,8 @@
 
 use std::collections::BTreeMap;
 
+use interface::step::GROWTH;
+
 use crate::scene::TimePlan;
 use crate::stability::{Bound, Sides, Stability, StepLimit};
 
@@ -10,8 +12,6 @@ use crate::stability::{Bound, Sides, Stability, StepLimit};
 const EPOCH: u64 = 64;
 /// The same while the step is still growing towards its limit.
 const EPOCH_WHILE_GROWING: u64 = 4;
-/// Largest ratio of a step to the one before it.
-const GROWTH: f64 = 1.1;
 /// A new step takes this much of its limit, so that a limit that fluctuates does not end every epoch at once.
 const HEADROOM: f64 = 0.97;
 /// A step shortened to meet an output by more than this counts as bound by the output.
@@ -213,7 +213,7 @@ mod tests {
         let small = pace.epoch(1.0, &stability(), &sides(100.0)).unwrap();
         assert!(small.dt < slow.dt / 90.0);
         let grown = pace.epoch(2.0, &stability(), &sides(1.0)).unwrap();
-        assert!(grown.dt <= 1.1 * small.dt * (1.0 + 1e-6) && grown.bound == Bound::Growth);
+        assert!(grown.dt <= GROWTH * small.dt * (1.0 + 1e-6) && grown.bound == Bound::Growth);
         assert_eq!(grown.steps, EPOCH_WHILE_GROWING);
     }
 

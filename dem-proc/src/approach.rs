@@ -19,15 +19,13 @@
 use interface::Vec2;
 use interface::config::Motion;
 use interface::solver::Refusal;
+use interface::step::GROWTH;
 use serde::{Deserialize, Serialize};
 
 use crate::body::Bodies;
 use crate::mass::cross;
 use crate::odometer::{Odometer, SavedOdometer};
 use crate::saved::{count, finite};
-
-/// Most by which a step may be longer than the one before (PHYSICS.md section 4).
-const GROWTH: f64 = 1.1;
 
 /// Terms of the sum over vertices and edges in which two bodies can meet at once: flush squares with aligned corners
 /// (PHYSICS.md section 5).

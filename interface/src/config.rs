@@ -3,11 +3,20 @@
 //! The leaf types (shapes, transfers, material models, outlines, contact laws) are written in scene files exactly as
 //! they are here, so they carry the schema too. Travels as JSON inside the configure message, so that a solver in any
 //! language can read it.
+//!
+//! A field with a natural default is left out of the JSON where it has it, and filled in where it is read (PROTOCOL.md
+//! clause J-2, [`crate::defaults`]): a field that a later version adds reaches an older solver in those scenes alone
+//! that use it, and the solver refuses it by its name.
+
+use std::f64::consts::PI;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::Vec2;
+use crate::defaults::{
+    are_zero, is_default, is_one, is_one_thread, is_zero, never, one, one_thread,
+};
 pub use crate::material::{Frictional, MaterialConfig, MaterialModel};
 use crate::surfaces::ContactPair;
 
@@ -20,38 +29,46 @@ pub struct MpmConfig {
     /// Grid spacing `L` in m.
     pub cell: f64,
     /// Acceleration of gravity in m/s^2.
+    #[serde(default, skip_serializing_if = "are_zero")]
     pub gravity: [f64; 2],
     /// Shape function `S_Ip`.
     pub shape: ShapeFunction,
     /// Transfer of velocities between grid and points.
     pub transfer: Transfer,
     /// When stresses are updated within the step.
+    #[serde(default, skip_serializing_if = "is_default")]
     pub stress_update: StressUpdate,
     /// With which velocity points move.
-    #[serde(default)]
+    ///
+    /// The default is one constant, that of most schemes, since what a missing field means may not hang on other fields.
+    /// With `usl` or contact on the grid `mapped` is refused: a configuration of these says `nodal`, as the coupler does
+    /// where the scene leaves the choice to it.
+    #[serde(default, skip_serializing_if = "is_default")]
     pub drift: Drift,
     /// Plane strain or plane stress.
+    #[serde(default, skip_serializing_if = "is_default")]
     pub plane: Plane,
     /// Conditions on the four walls of the domain.
+    #[serde(default, skip_serializing_if = "is_default")]
     pub walls: Walls,
     /// Materials, referred to by index.
     pub materials: Vec<MaterialConfig>,
     /// Groups of points.
     pub groups: Vec<GroupConfig>,
     /// How a contact force reaches the grid.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub contact_force: ContactForceScheme,
     /// What acts on the continuum besides gravity, walls and bodies.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub forcing: Forcing,
     /// Names that expressions may use besides their variables.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub constants: std::collections::BTreeMap<String, f64>,
     /// What happens to a point that leaves the domain.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub leaving: Leaving,
     /// Contact between the groups of points on the grid; without it all groups are one continuum.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub grid_contact: Option<GridContact>,
     /// Whether each group has a grid layer of its own (Chen 2023; capability `layers`).
     #[serde(default, skip_serializing_if = "is_default")]
@@ -62,6 +79,7 @@ pub struct MpmConfig {
     /// Verlet skin `V_d` in m: a point within `reach + r_p + V_d` of a body is an IMP.
     pub skin: f64,
     /// Threads of the solver.
+    #[serde(default = "one_thread", skip_serializing_if = "is_one_thread")]
     pub threads: usize,
 }
 
@@ -103,12 +121,13 @@ pub struct GridContact {
 #[serde(deny_unknown_fields)]
 pub struct Forcing {
     /// Acceleration in m/s^2 as expressions in a point's initial position `x`, `y` (m) and the time `t` (s).
+    #[serde(default, skip_serializing_if = "is_default")]
     pub body_force: Option<[String; 2]>,
     /// Loads on surfaces.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub tractions: Vec<Traction>,
     /// Damping and transfer that change with time, in order of their beginning.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub stages: Vec<Stage>,
 }
 
@@ -131,10 +150,12 @@ pub struct Stage {
     /// When it begins, in s.
     pub from: f64,
     /// Mass-proportional damping of the nodal velocities in 1/s.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(skip_serializing_if = "never")]
     pub damping: f64,
     /// Share of PIC in the transfer; needs `transfer = flip` or `blend`.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
+    #[schemars(skip_serializing_if = "never")]
     pub pic_fraction: Option<f64>,
 }
 
@@ -203,10 +224,10 @@ pub enum StressUpdate {
 #[serde(rename_all = "snake_case")]
 pub enum Drift {
     /// With that of the nodes right after the kick, `sum_I S_Ip v_I^{n+1/2}`, as is usual.
-    #[default]
     Nodal,
     /// The same, but points that bodies press on with what the nodes will have of the points' new velocities: contact
     /// then neither creates nor loses energy in first order of the step (docs/energy.md).
+    #[default]
     Mapped,
 }
 
@@ -226,12 +247,20 @@ pub enum Plane {
 #[serde(deny_unknown_fields, default)]
 pub struct Walls {
     /// At the smallest x.
+    #[serde(skip_serializing_if = "is_default")]
+    #[schemars(skip_serializing_if = "never")]
     pub left: Wall,
     /// At the largest x.
+    #[serde(skip_serializing_if = "is_default")]
+    #[schemars(skip_serializing_if = "never")]
     pub right: Wall,
     /// At the smallest y.
+    #[serde(skip_serializing_if = "is_default")]
+    #[schemars(skip_serializing_if = "never")]
     pub bottom: Wall,
     /// At the largest y.
+    #[serde(skip_serializing_if = "is_default")]
+    #[schemars(skip_serializing_if = "never")]
     pub top: Wall,
 }
 
@@ -268,14 +297,16 @@ pub struct GroupConfig {
     /// How densely.
     pub spacing: Spacing,
     /// Initial velocity in m/s.
+    #[serde(default, skip_serializing_if = "are_zero")]
     pub velocity: [f64; 2],
     /// Initial fields that are not uniform.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub fields: InitialFields,
     /// Contact radius `r_p` in m; half the point spacing where the scene does not say.
+    #[serde(default, skip_serializing_if = "is_default")]
     pub contact_radius: Option<f64>,
     /// Whether the points move as one; goes with [`MpmConfig::grid_contact`] alone.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub rigid: bool,
 }
 
@@ -284,8 +315,10 @@ pub struct GroupConfig {
 #[serde(deny_unknown_fields)]
 pub struct InitialFields {
     /// Velocity in m/s, added to the uniform one.
+    #[serde(default, skip_serializing_if = "is_default")]
     pub velocity: Option<[String; 2]>,
     /// Stress `xx`, `yy`, `zz`, `xy` in Pa.
+    #[serde(default, skip_serializing_if = "is_default")]
     pub stress: Option<[String; 4]>,
 }
 
@@ -336,21 +369,24 @@ pub enum Spacing {
 #[serde(deny_unknown_fields)]
 pub struct DemConfig {
     /// Acceleration of gravity in m/s^2.
+    #[serde(default, skip_serializing_if = "are_zero")]
     pub gravity: [f64; 2],
     /// Bodies; their index is their identity on the wire.
     pub bodies: Vec<BodyConfig>,
     /// Law between points and bodies.
+    #[serde(default, skip_serializing_if = "is_default")]
     pub point_contact: ContactLaw,
     /// Law between bodies; `None`: bodies do not touch one another.
+    #[serde(default, skip_serializing_if = "is_default")]
     pub body_contact: Option<ContactLaw>,
     /// What the overlap of two bodies is.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub overlap: OverlapMeasure,
     /// Laws between surfaces, instead of these two.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub contact_pairs: Vec<ContactPair>,
     /// Surface of each point group, in the order of the groups: the name of its material.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub point_surfaces: Vec<String>,
     /// Laws between the points of two groups, by their indices (Chen 2023; capability `pairs`).
     #[serde(default, skip_serializing_if = "is_default")]
@@ -361,6 +397,7 @@ pub struct DemConfig {
     /// Verlet skin `V_d` in m beyond contact distance.
     pub skin: f64,
     /// Threads of the solver.
+    #[serde(default = "one_thread", skip_serializing_if = "is_one_thread")]
     pub threads: usize,
 }
 
@@ -408,21 +445,26 @@ pub struct BodyConfig {
     /// The polygon, in the body's own coordinates.
     pub shape: BodyShape,
     /// Radius `a` of the disc swept along the polygon in m.
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub sphero_radius: f64,
     /// Mass or density.
     pub inertia: BodyInertia,
     /// Where the origin of the body's coordinates is placed, in m.
     pub position: [f64; 2],
     /// Initial angle in rad, about that origin.
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub angle: f64,
     /// Initial velocity of the centre of mass in m/s.
+    #[serde(default, skip_serializing_if = "are_zero")]
     pub velocity: [f64; 2],
     /// Initial angular velocity in rad/s.
+    #[serde(default, skip_serializing_if = "is_zero")]
     pub spin: f64,
     /// How it moves.
+    #[serde(default, skip_serializing_if = "is_default")]
     pub motion: Motion,
     /// Name of its surface, by which the table of laws refers to it; empty: none.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub surface: String,
 }
 
@@ -454,7 +496,8 @@ pub enum BodyShape {
         /// Their centres in m, all different.
         centers: Vec<[f64; 2]>,
         /// Their radii in m, one for each; where it is left out, all have the sphero-radius.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_default")]
+        #[schemars(skip_serializing_if = "never")]
         radii: Vec<f64>,
     },
 }
@@ -500,13 +543,16 @@ pub enum Motion {
     /// By the forces on it, except in the directions that are held.
     Guided {
         /// Held along x.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_default")]
+        #[schemars(skip_serializing_if = "never")]
         hold_x: bool,
         /// Held along y.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_default")]
+        #[schemars(skip_serializing_if = "never")]
         hold_y: bool,
         /// Held against turning.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_default")]
+        #[schemars(skip_serializing_if = "never")]
         hold_angle: bool,
     },
     /// By the forces on it and one from outside, which acts at the centre of mass.
@@ -514,12 +560,15 @@ pub enum Motion {
         /// In N/m.
         force: [f64; 2],
         /// In N.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         torque: f64,
         /// Time in s over which it grows evenly from zero to its full size; 0: full from the start.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         ramp: f64,
         /// Time in s after which it is gone; it stays for good where there is none.
+        #[serde(default, skip_serializing_if = "is_default")]
         until: Option<f64>,
     },
 }
@@ -568,14 +617,17 @@ pub enum ContactLaw {
         /// k_n in N/m.
         normal_stiffness: f64,
         /// k_t in N/m; needed where there is friction.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         tangential_stiffness: f64,
         /// mu.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         friction: f64,
         /// zeta of the contact, a fraction of critical damping of the pair: 0 elastic. Restitution e is
         /// `zeta = -ln e / sqrt(pi^2 + ln^2 e)`.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         damping_ratio: f64,
     },
     /// Linear spring with adhesion and rolling resistance, both optional.
@@ -583,19 +635,24 @@ pub enum ContactLaw {
         /// k_n in N/m.
         normal_stiffness: f64,
         /// k_t in N/m; needed where there is friction.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         tangential_stiffness: f64,
         /// mu.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         friction: f64,
         /// zeta of the contact, as for `linear`.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         damping_ratio: f64,
         /// Pulling stress in Pa over the width `2 sqrt(2 R* xi)` of the contact.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         adhesion: f64,
         /// mu_r: the moment that resists rolling is at most `mu_r R* F_n`. Between bodies only.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         rolling_friction: f64,
     },
     /// Hertz-Mindlin with dashpot (Singer 2022): `F_n = K xi^1.5`, `k_t = k_n 2 (1 - nu) / (2 - nu)`.
@@ -603,16 +660,20 @@ pub enum ContactLaw {
         /// K in N/m^1.5 (per m); for spheres `4/3 E* sqrt(R*)`.
         hertz_constant: f64,
         /// nu, for the tangential stiffness.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         poisson_ratio: f64,
         /// mu.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         friction: f64,
         /// Coefficient of restitution e; 1: elastic.
-        #[serde(default = "one")]
+        #[serde(default = "one", skip_serializing_if = "is_one")]
+        #[schemars(skip_serializing_if = "never")]
         restitution: f64,
         /// Pulling stress in Pa over the width `2 sqrt(2 R* xi)` of the contact.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         adhesion: f64,
     },
     /// Force in proportion to the area of the overlap (Chen 2023 eq. 18): `F_n = k_A A`, A the circular segment of
@@ -621,10 +682,12 @@ pub enum ContactLaw {
         /// k_A in N/m^2 (per m).
         area_stiffness: f64,
         /// k_t in N/m; needed where there is friction.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         tangential_stiffness: f64,
         /// mu.
-        #[serde(default)]
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
         friction: f64,
     },
 }
@@ -658,10 +721,7 @@ impl ContactLaw {
             Self::Linear { damping_ratio, .. } | Self::Granular { damping_ratio, .. } => {
                 damping_ratio
             }
-            Self::HertzMindlin { restitution, .. } => {
-                let log = restitution.ln();
-                -log / (core::f64::consts::PI.powi(2) + log * log).sqrt()
-            }
+            Self::HertzMindlin { restitution, .. } => ratio_of_restitution(restitution),
             Self::Area { .. } => 0.0,
         }
     }
@@ -684,11 +744,9 @@ impl ContactLaw {
     }
 }
 
-fn one() -> f64 {
-    1.0
-}
-
-/// A field that has its default is not sent: what a scene does not need is not said (PROTOCOL.md clause J-2).
-fn is_default<T: Default + PartialEq>(value: &T) -> bool {
-    *value == T::default()
+/// Fraction of critical damping of a linear contact with restitution `e`: `-ln e / sqrt(pi^2 + ln^2 e)` (Schwager and
+/// Poeschel 2007).
+pub fn ratio_of_restitution(e: f64) -> f64 {
+    let log = e.ln();
+    -log / (PI * PI + log * log).sqrt()
 }

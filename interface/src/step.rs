@@ -2,6 +2,13 @@
 
 use serde::{Deserialize, Serialize};
 
+/// Most by which a step may be longer than the one before it, as a factor (PROTOCOL.md clause L-6).
+///
+/// The coupler lengthens the step by at most 10 % from one step to the next, shortens it at once. A bodies' side relies on
+/// it for contacts that begin: the limits that it declares with one step have to hold for the next, whose length it does
+/// not know yet. The first step has none before it.
+pub const GROWTH: f64 = 1.1;
+
 /// One coupled step from `t_n` to `t_{n+1}`, as both solvers see it.
 ///
 /// Positions belong to `t_n`, velocities to `t_{n-1/2}` (leapfrog, Jiang 2020 eq. 17). The step may differ from the

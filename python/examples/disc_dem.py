@@ -54,6 +54,7 @@ class Disc:
 
 class Discs:
     identity = "disc_dem 0.1"
+    capabilities = ("shape:disc", "motion:free", "motion:fixed", "law:linear", "feature:friction")
 
     def configure(self, config):
         check_fields("dem", config, DEM)
@@ -61,13 +62,13 @@ class Discs:
             raise Refusal("dem.point_contact", "only `linear` is known here")
         law = config["point_contact"]["linear"]
         check_fields("dem.point_contact.linear", law, LINEAR)
-        self.k_n, self.mu = law["normal_stiffness"], law.get("friction", 0.0)
-        self.k_t = law.get("tangential_stiffness", 0.0) if self.mu > 0.0 else 0.0
-        if law.get("damping_ratio", 0.0) != 0.0:
+        self.k_n, self.mu = law["normal_stiffness"], law["friction"]
+        self.k_t = law["tangential_stiffness"] if self.mu > 0.0 else 0.0
+        if law["damping_ratio"] != 0.0:
             raise Refusal("dem.point_contact.linear.damping_ratio", "there are no dashpots here: 0 is accepted")
         if self.mu > 0.0 and self.k_t <= 0.0:
             raise Refusal("dem.point_contact.linear.tangential_stiffness", "friction needs a positive one")
-        if config["body_contact"] is not None or config.get("contact_pairs"):
+        if config["body_contact"] is not None or config["contact_pairs"]:
             raise Refusal("dem.body_contact", "bodies do not touch one another here: null, and no contact_pairs")
         self.gravity = config["gravity"]
         self.bodies = [Disc(i, body) for i, body in enumerate(config["bodies"])]

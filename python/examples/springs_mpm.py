@@ -13,13 +13,11 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))  # runs without having been installed
 
-from tandem_solver import MPM, Fault, GroupState, Ledger, Limits, Measurement, NotFinite  # noqa: E402
-from tandem_solver import Readiness, Refusal, check_fields, serve_mpm  # noqa: E402
+from tandem_solver import GROUP, MPM, Fault, GroupState, Ledger, Limits, Measurement, NotFinite  # noqa: E402
+from tandem_solver import Readiness, Refusal, check_fields, complete_mpm, serve_mpm  # noqa: E402
 
-# What has to be as it is by default, or what a lattice of springs has no use for.
-PLAIN = {"forcing": [{}, None, {"body_force": None, "tractions": [], "stages": []}], "grid_contact": [None]}
-PLAIN |= {"contact_force": ["point"], "leaving": ["stop"], "plane": ["strain"]}
-PLAIN |= {"walls": [dict.fromkeys(("left", "right", "bottom", "top"), "open")]}
+# What a lattice of springs has no use for: it has to be as it is by default.
+PLAIN = ("forcing", "grid_contact", "contact_force", "leaving", "plane", "walls")
 
 
 def distance(outline, x, y):
@@ -60,12 +58,15 @@ class Springs:
     """Positions `x` at t_n, velocities `v` at t_{n-1/2}, by point; ids are their places in these lists."""
 
     identity = "springs_mpm 0.1"
+    capabilities = ("material:linear_elastic", "fill:disc", "fill:rectangle", "fill:points", "wall:open", "plane:strain")
+    capabilities += ("contact_force:point",)
 
     def configure(self, config):
         check_fields("mpm", config, MPM)
-        for key, accepted in PLAIN.items():
-            if config.get(key, accepted[0]) not in accepted:
-                raise Refusal(f"mpm.{key}", f"there is no grid here: {accepted[0]} is accepted")
+        default = complete_mpm({})
+        for key in PLAIN:
+            if config[key] != default[key]:
+                raise Refusal(f"mpm.{key}", f"there is no grid here: {default[key]} is accepted")
         self.domain, self.gravity, self.skin = config["domain"], config["gravity"], config["skin"]
         self.x, self.v, self.mass, self.volume, self.radius, self.group, self.springs = [], [], [], [], [], [], []
         if not config["cell"] > 0.0:
@@ -83,17 +84,18 @@ class Springs:
         # Gershgorin: a row of K has 2 k of each spring.
         self.omega_sq = max(2.0 * k / m for k, m in zip(stiffness, self.mass))
         self.selected, self.travelled, self.impulse, self.fallen = [], 0.0, [0.0, 0.0], 0.0
-        notes = ["no grid: cell is for spacing only; shape, transfer and stress_update are not used; one thread"]
+        notes = ["no grid: cell is for spacing only; shape, transfer, stress_update and drift are not used; one thread"]
         return Readiness(items=len(self.x), mass_min=min(self.mass), courant_time=self.courant_time, notes=notes)
 
     def fill(self, index, group, material, cell):
         key = f"mpm.groups[{index}]"
+        check_fields(key, group, GROUP)
         model = material["model"].get("linear_elastic")
         if model is None or abs(model["bulk_modulus"] / model["shear_modulus"] - 5.0 / 3.0) > 1e-9:
             raise Refusal(f"{key}.material", "springs are `linear_elastic` with bulk_modulus = 5/3 shear_modulus")
         wave = math.sqrt(3.0 * model["shear_modulus"] / material["density"])  # K + 4/3 G = 3 G
         self.courant_time = min(self.courant_time, cell / wave)
-        if group.get("rigid") or any((group.get("fields") or {}).values()):
+        if group["rigid"] or any(group["fields"].values()):
             raise Refusal(key, "neither `rigid` nor initial fields are known here")
         h, places = lattice(group["fill"], group["spacing"], cell)
         if not places:
@@ -192,11 +194,12 @@ class Springs:
             for axis in range(2):
                 state.position[axis] /= state.mass
                 state.velocity[axis] /= state.mass
-            for i, (fx, fy, _) in taken:
-                if self.group[i] == g and (fx, fy) != (0.0, 0.0):
-                    state.contact_force[0] += fx
-                    state.contact_force[1] += fy
-                    state.contacts += 1
+            pressed = [(i, f) for i, f in taken if self.group[i] == g and f[:2] != (0.0, 0.0)]
+            state.contacts = len(pressed)
+            for axis in range(2) if pressed else ():
+                places = [self.x[i][axis] for i, _ in pressed]
+                state.contact_force[axis] = sum(f[axis] for _, f in pressed)
+                state.loaded_lower[axis], state.loaded_upper[axis] = min(places), max(places)
             ledger.kinetic += state.kinetic
             groups.append(state)
         self.measured = Measurement(ledger, groups)

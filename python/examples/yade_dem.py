@@ -187,6 +187,8 @@ class Body:
 
 class Yade:
     identity = "yade_dem 0.1"
+    capabilities = ("shape:disc", "shape:segment", "shape:rectangle", "shape:polygon", "motion:free", "motion:fixed")
+    capabilities += ("law:linear", "feature:friction")
 
     def configure(self, config):
         check_fields("dem", config, DEM)
@@ -194,14 +196,14 @@ class Yade:
             raise Refusal("dem.point_contact", "only `linear` is known here")
         law = config["point_contact"]["linear"]
         check_fields("dem.point_contact.linear", law, LINEAR)
-        self.k_n, friction = law["normal_stiffness"], law.get("friction", 0.0)
-        self.k_t = law.get("tangential_stiffness", 0.0) if friction > 0.0 else 0.0
-        if law.get("damping_ratio", 0.0) != 0.0:
+        self.k_n, friction = law["normal_stiffness"], law["friction"]
+        self.k_t = law["tangential_stiffness"] if friction > 0.0 else 0.0
+        if law["damping_ratio"] != 0.0:
             message = "YADE has no viscous law for grid connections: 0 is accepted"
             raise Refusal("dem.point_contact.linear.damping_ratio", message)
         if friction > 0.0 and self.k_t <= 0.0:
             raise Refusal("dem.point_contact.linear.tangential_stiffness", "friction needs a positive one")
-        if config["body_contact"] is not None or config.get("contact_pairs"):
+        if config["body_contact"] is not None or config["contact_pairs"]:
             message = "bodies do not touch one another here (YADE's grid connections meet as cylinders): null, no pairs"
             raise Refusal("dem.body_contact", message)
         self.gravity = np.array(config["gravity"])

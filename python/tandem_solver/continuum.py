@@ -3,7 +3,8 @@
 A continuum solver is an object with
 
     identity                        name and version
-    configure(config) -> Readiness  the object of section 10, or raises Refusal(key, message)
+    capabilities                    what it can do and what it takes, for Hello (section 12); may be left out
+    configure(config) -> Readiness  the object of section 10, defaults filled in, or raises Refusal(key, message)
     select(envelopes) -> infos      (body, x, y, reach) of all outlines; who is identified from now on (clause I-7):
                                     (id, radius, mass, group, 0), ids rising; the origin of travel
     travel()                        upper bound of any point's displacement since the last selection, m
@@ -18,6 +19,7 @@ import math
 
 from . import wire
 from .channel import wait
+from .config import complete_mpm
 from .session import Seat, allows, serve
 
 
@@ -25,6 +27,7 @@ class _Mpm(Seat):
     """The continuum's side: the steps of a grant, and the line to the bodies."""
 
     PARTY, OTHER, RESULTS = "mpm", "dem", ("mpm/groups", wire.GroupState)
+    COMPLETE = staticmethod(complete_mpm)
 
     def open(self, config):
         self.points_out = self.run.outlet("mpm/points", wire.PointState)

@@ -4,7 +4,8 @@ common, and the bodies' side. The continuum's is in `continuum.py`.
 A rigid-body solver is an object with
 
     identity                        name and version
-    configure(config) -> Readiness  the object of section 10, or raises Refusal(key, message)
+    capabilities                    what it can do and what it takes, for Hello (section 12); may be left out
+    configure(config) -> Readiness  the object of section 10, defaults filled in, or raises Refusal(key, message)
     envelopes()                     (body, x, y, reach) of all outlines at t_n; from now on the origin of travel
     imp_set(infos)                  (id, radius, mass, group, 0) of each slot
     contact(step, states) -> Answer states: (x, y, vx, vy) of each slot; raises Fault
@@ -23,6 +24,7 @@ from dataclasses import dataclass
 
 from . import control, wire
 from .channel import Aborted, CouplerGone, Run, SessionError, wait
+from .config import complete_dem
 
 # Longest wait in s for the coupler while a session is set up or closed (clause S-11).
 SETUP = 120.0
@@ -87,6 +89,8 @@ class Seat:
     OTHER: str
     # Where its measurement goes: channel and record.
     RESULTS: tuple
+    # Fills in what a configuration leaves out (clause J-2).
+    COMPLETE: staticmethod
 
     def __init__(self, run, solver):
         self.run, self.solver, self.watch, self.step = run, solver, _Stopwatch(), 0
@@ -96,7 +100,7 @@ class Seat:
         self.notices = run.outlet(f"{me}/notices", byte, 65536)
         self.reports = run.outlet(f"{me}/reports", wire.Report)
         self.bell, self.rope = run.bell("coupler", me), run.rope(me, "coupler")
-        self.notify(control.hello(me, solver.identity, os.getpid()))
+        self.notify(_hello(me, solver))
 
     # The line to the coupler.
 
@@ -167,7 +171,7 @@ class Seat:
     def serve(self):
         configure = self.await_order(control.Configure, "S-4")
         try:
-            config = json.loads(configure.config)
+            config = self.COMPLETE(json.loads(configure.config))
         except ValueError as error:
             raise self.broken("coupler", "S-5", str(error)) from None
         self.deadline, self.coupled = configure.deadline, configure.coupled
@@ -234,6 +238,10 @@ class Seat:
                 pass  # Abort is what was waited for
 
 
+def _hello(party, solver):
+    return control.hello(party, solver.identity, os.getpid(), getattr(solver, "capabilities", ()))
+
+
 def allows(grant, limits):
     """Clause L-3."""
     return (
@@ -247,6 +255,7 @@ class _Dem(Seat):
     """The bodies' side: the steps of a grant, and the line to the continuum."""
 
     PARTY, OTHER, RESULTS = "dem", "mpm", ("dem/bodies", wire.BodyState)
+    COMPLETE = staticmethod(complete_dem)
 
     def open(self, config):
         if self.coupled:
@@ -372,7 +381,7 @@ def serve(side, solver, arguments):
     expected = os.environ.get("TANDEM_PARTY", side.PARTY)
     try:
         if expected != side.PARTY:
-            _say_on_the_wrong_side(arguments[1], expected, control.hello(side.PARTY, solver.identity, os.getpid()))
+            _say_on_the_wrong_side(arguments[1], expected, _hello(side.PARTY, solver))
             return 3
         seat = side(Run(arguments[1], side.PARTY), solver)
         seat.serve()

@@ -24,18 +24,19 @@ viscous_work:f64@48;plastic_work:f64@56;driven_work:f64@64;momentum:[f64; 2]@72;
 contact_impulse:[f64; 2]@104;contact_force:[f64; 2]@120;contacts:u64@136;}
 Report:280{epoch:u64@0;next:u64@8;halted:u64@16;measured:u64@24;items:u64@32;imps:u64@40;rebuilds:u64@48;\
 compute_ns:u64@56;exchange_ns:u64@64;wait_ns:u64@72;cpu_ns:u64@80;limits:Limits@88;ledger:Ledger@136;}
-GroupState:104{mass:f64@0;position:[f64; 2]@8;velocity:[f64; 2]@24;kinetic:f64@40;contact_force:[f64; 2]@48;\
-lower:[f64; 2]@64;upper:[f64; 2]@80;contacts:u64@96;}
+GroupState:136{mass:f64@0;position:[f64; 2]@8;velocity:[f64; 2]@24;kinetic:f64@40;contact_force:[f64; 2]@48;\
+lower:[f64; 2]@64;upper:[f64; 2]@80;contacts:u64@96;loaded_lower:[f64; 2]@104;loaded_upper:[f64; 2]@120;}
 BodyState:120{position:[f64; 2]@0;velocity:[f64; 2]@16;angle:f64@32;spin:f64@40;mass:f64@48;inertia:f64@56;\
 point_force:[f64; 2]@64;point_torque:f64@80;body_force:[f64; 2]@88;body_torque:f64@104;contacts:u64@112;}
 PointState:96{id:u64@0;position:[f64; 2]@8;velocity:[f64; 2]@24;stress:[f64; 4]@40;volume:f64@72;mass:f64@80;\
-group:u32@88;reserved:u32@92;}"""
+group:u32@88;reserved:u32@92;}
+ContactState:56{body:u64@0;other:u64@8;with:u64@16;position:[f64; 2]@24;force:[f64; 2]@40;}"""
 
 # Of the BLAKE3 hash of LAYOUT (clause C-3); a constant because Python's standard library has no BLAKE3.
-LAYOUT_HASH = "5ef55786bd9d881f"
+LAYOUT_HASH = "75037486ea633c51"
 
 # Bits of StepHeader.flags and Grant.flags.
-HALT_BEFORE, HALT_AFTER, WANT_ENVELOPES, NEW_SET, MEASURE, FRAME = 1, 2, 4, 8, 16, 32
+HALT_BEFORE, HALT_AFTER, WANT_ENVELOPES, NEW_SET, MEASURE, FRAME, CHECKPOINT, LAST = 1, 2, 4, 8, 16, 32, 64, 128
 
 # Fields that may not be negative (clause W-1).
 _NOT_NEGATIVE = {
@@ -108,6 +109,7 @@ StepHeader, ImpState, ImpInfo = RECORDS["StepHeader"], RECORDS["ImpState"], RECO
 ImpForce, EnvelopeVertex = RECORDS["ImpForce"], RECORDS["EnvelopeVertex"]
 Grant, Limits, Ledger, Report = RECORDS["Grant"], RECORDS["Limits"], RECORDS["Ledger"], RECORDS["Report"]
 GroupState, BodyState, PointState = RECORDS["GroupState"], RECORDS["BodyState"], RECORDS["PointState"]
+ContactState = RECORDS["ContactState"]
 
 
 def finite(rows):

@@ -10,6 +10,7 @@ use toml::{Spanned, Table, Value};
 use crate::diagnostic::{Diagnostic, Place, SceneErrors, shorten, suggestion};
 
 /// A scene file with its overrides applied.
+#[derive(Debug, Default)]
 pub(super) struct Document {
     file: String,
     text: String,
@@ -278,6 +279,19 @@ impl Document {
             *variant = of_variant.cloned();
         }
         place
+    }
+
+    /// Whether a path was written.
+    pub fn has(&self, path: &str) -> bool {
+        self.origins.contains_key(path)
+    }
+
+    /// The elements of the list at a path; none where there is no list.
+    pub fn list(&self, path: &[&str]) -> &[Value] {
+        let mut keys = path.iter();
+        let first = keys.next().and_then(|key| self.root.get(*key));
+        let found = keys.fold(first, |at, key| at?.get(*key));
+        found.and_then(Value::as_array).map_or(&[], Vec::as_slice)
     }
 
     /// The value at a path as it was written, shortened; empty where it was not.

@@ -15,6 +15,7 @@ mod continuum;
 mod document;
 mod forcing;
 mod geometry;
+mod needs;
 mod outline;
 mod output;
 mod parse;
@@ -27,6 +28,7 @@ mod written;
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use interface::config::{DemConfig, MpmConfig};
@@ -35,6 +37,7 @@ use crate::check::{Check, Column};
 use crate::diagnostic::SceneErrors;
 use crate::quantity::Quantities;
 
+pub use needs::unmet;
 pub use solvers::solver_override;
 
 /// Version of the scene format that is understood.
@@ -76,6 +79,8 @@ pub struct Scene {
     pub study: Study,
     /// Things that are allowed but probably not meant.
     pub warnings: Vec<String>,
+    /// Where each key was written, for messages that come after the scene has been read.
+    document: Arc<document::Document>,
 }
 
 /// Duration and step. Times in s.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
+use std::sync::Arc;
 use std::time::Duration;
 
 use serde::Deserialize;
@@ -46,6 +47,7 @@ pub(super) fn scene(mut document: Document, directory: &Path) -> Result<Scene, S
         .to_string();
     scene.variants.clone_from(&document.variants);
     scene.warnings.append(&mut warnings);
+    scene.document = Arc::new(document);
     Ok(scene)
 }
 
@@ -192,6 +194,7 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         variants: Vec::new(),
         study,
         warnings: Vec::new(),
+        document: Arc::default(),
     })
 }
 

@@ -1,10 +1,10 @@
 //! From a law as written to a law as a type: the checks, and the one `match` that chooses.
 
-use interface::config::ContactLaw;
+use interface::config::{ContactLaw, ratio_of_restitution};
 use interface::solver::Refusal;
 use interface::surfaces::ContactPair;
 
-use super::dashpot::{Dashpot, Elastic, Tsuji, Viscous, ratio_of_restitution};
+use super::dashpot::{Dashpot, Elastic, Tsuji, Viscous};
 use super::normal::{Adhesive, Area, Hertz, Linear, Normal};
 use super::rolling::Rolling;
 use super::table::{Surfaces, Table};

@@ -1,7 +1,5 @@
 //! Dashpots: the viscous part of a law.
 
-use std::f64::consts::PI;
-
 use super::{Numbers, Plain};
 
 /// Viscous part of a law.
@@ -22,13 +20,6 @@ pub trait Dashpot: Plain {
     /// Dissipated over the last step in J/m, in which the surfaces `moved`, and what to remember of the forces
     /// `exerted` at its end.
     fn remember(exerted: [f64; 2], moved: [f64; 2], before: &Self::State) -> (f64, Self::State);
-}
-
-/// Fraction of critical damping of a linear contact with restitution `e`: `-ln e / sqrt(pi^2 + ln^2 e)` (Schwager and
-/// Poeschel 2007).
-pub fn ratio_of_restitution(e: f64) -> f64 {
-    let log = e.ln();
-    -log / (PI * PI + log * log).sqrt()
 }
 
 /// No dashpot.
@@ -82,7 +73,7 @@ impl Dashpot for Viscous {
 }
 
 /// Dashpots that follow the stiffness of a Hertz contact, `c = 2 sqrt(5/6) beta sqrt(k m)` with `beta` the ratio of
-/// [`ratio_of_restitution`], so that the restitution does not depend on the speed (Tsuji 1992; Singer 2022).
+/// [`ratio_of_restitution`](interface::config::ratio_of_restitution), so that the restitution does not depend on the speed (Tsuji 1992; Singer 2022).
 #[derive(Debug, Clone, Copy)]
 pub struct Tsuji {
     /// `beta`.

@@ -1,0 +1,115 @@
+//! What a scene needs of a solver that has said in Hello what it has: told by the scene's own lines and keys.
+
+use interface::capability::Capabilities;
+use interface::control::Party;
+use interface::needs::{Need, missing};
+
+use super::Scene;
+use super::document::{Document, Part};
+use crate::diagnostic::SceneErrors;
+
+/// What `scene` needs of the solver `identity` of `party` and it has not: the reason to refuse it before Configure.
+/// `None`: it has all that it says anything of.
+pub fn unmet(
+    scene: &Scene,
+    party: Party,
+    identity: &str,
+    capabilities: &Capabilities,
+) -> Option<SceneErrors> {
+    let (needs, side) = match party {
+        Party::Mpm => (scene.mpm.as_ref()?.needs(), "continuum"),
+        Party::Dem => (scene.dem.as_ref()?.needs(), "bodies"),
+        Party::Coupler => return None,
+    };
+    let solver = format!("the solver of the {side}, `{identity}`,");
+    let told = missing(&needs, capabilities).into_iter().map(|need| {
+        let path = scene_key(need, &scene.document);
+        let message = sentence(need, &path, &scene.document, &solver, capabilities);
+        let help = help(need, party);
+        scene
+            .document
+            .diagnostic(&path, Part::Value, &message, Some(help))
+    });
+    let mut told: Vec<_> = told.collect();
+    told.sort_by_key(|diagnostic| diagnostic.place.line());
+    (!told.is_empty()).then_some(SceneErrors(told))
+}
+
+/// "`dem.body.3.shape` asks for polygon, and the solver of the bodies, `disc 0.1`, takes disc, segment only".
+fn sentence(
+    need: &Need,
+    path: &str,
+    document: &Document,
+    solver: &str,
+    capabilities: &Capabilities,
+) -> String {
+    let unsaid = if document.has(path) {
+        ""
+    } else {
+        ", which is not written and has it by default,"
+    };
+    match need.capability.split_once(':') {
+        Some((family, member)) => {
+            let taken: Vec<&str> = capabilities.members(family).collect();
+            let taken = taken.join(", ");
+            format!("`{path}`{unsaid} asks for {member}, and {solver} takes {taken} only")
+        }
+        None => {
+            let verb = &need.capability;
+            format!("`{path}`{unsaid} asks for `{verb}`, and {solver} cannot do it")
+        }
+    }
+}
+
+fn help(need: &Need, party: Party) -> String {
+    let more = match need.places - 1 {
+        0 => String::new(),
+        1 => "one more place asks for the same; ".to_owned(),
+        n => format!("{n} more places ask for the same; "),
+    };
+    format!("{more}change the scene, or take another solver (`--{party}`, `solvers.{party}`)")
+}
+
+/// The key of the scene that a key of the configuration comes from: the lists have other names there, sets of bodies are
+/// written as one, and the law between points and bodies is that between bodies where there are no points.
+fn scene_key(need: &Need, document: &Document) -> String {
+    let key = need.key.replace('[', ".").replace(']', "");
+    let Some((side, below)) = key.split_once('.') else {
+        return key;
+    };
+    let (first, rest) = below.split_once('.').unwrap_or((below, ""));
+    let moved = |to: &str| {
+        let dot = if rest.is_empty() { "" } else { "." };
+        format!("{to}{dot}{rest}")
+    };
+    match (side, first) {
+        ("mpm", "materials") => moved("mpm.material"),
+        ("mpm", "groups") => moved("mpm.points"),
+        ("dem", "bodies") => body_key(rest, document),
+        ("dem", "point_contact") if document.has("contact") => moved("contact"),
+        ("dem", "point_contact" | "body_contact") => moved("body_contact"),
+        ("dem", "contact_pairs") => moved("contact_pair"),
+        _ => key,
+    }
+}
+
+/// The key of `rest` = `INDEX.FIELD` of the bodies, which are those written one by one, then those of the sets.
+fn body_key(rest: &str, document: &Document) -> String {
+    let (index, field) = rest.split_once('.').unwrap_or((rest, ""));
+    let mut index: usize = index.parse().unwrap_or(0);
+    let [bodies, sets] = ["body", "fill"].map(|list| document.list(&["dem", list]));
+    if index < bodies.len() {
+        return format!("dem.body.{index}.{field}");
+    }
+    index -= bodies.len();
+    for (k, set) in sets.iter().enumerate() {
+        let count = set.get("count").and_then(toml::Value::as_integer);
+        let count = usize::try_from(count.unwrap_or(0)).unwrap_or(0);
+        if index < count {
+            let what = if field == "shape" { ".grain" } else { "" };
+            return format!("dem.fill.{k}{what}");
+        }
+        index -= count;
+    }
+    "dem".to_owned()
+}

@@ -1,0 +1,216 @@
+//! What a configuration asks of a solver, in the words of [`crate::capability`] (PROTOCOL.md section 12).
+//!
+//! Compared with what a solver says in Hello, so that a scene that needs what it has not is refused before Configure,
+//! with the key that asks for it.
+
+use std::mem::{Discriminant, discriminant};
+
+use serde::Serialize;
+
+use crate::capability::{Capabilities, LAYERS, PAIRS, SEGMENTS};
+use crate::config::{ContactLaw, DemConfig, Interface, MpmConfig, OverlapMeasure};
+
+/// Something that a configuration asks of its solver.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Need {
+    /// A verb such as `segments`, or `family:member` such as `shape:disc`.
+    pub capability: String,
+    /// Dotted key of the configuration that is the first to ask for it, such as `dem.bodies[3].shape`.
+    pub key: String,
+    /// How many keys ask for it.
+    pub places: usize,
+}
+
+impl Need {
+    fn once(capability: impl Into<String>, key: impl Into<String>) -> Self {
+        Self {
+            capability: capability.into(),
+            key: key.into(),
+            places: 1,
+        }
+    }
+
+    /// Whether a solver with these capabilities has it.
+    pub fn is_met(&self, capabilities: &Capabilities) -> bool {
+        match self.capability.split_once(':') {
+            Some((family, member)) => capabilities.takes(family, member),
+            None => capabilities.has(&self.capability),
+        }
+    }
+}
+
+/// What `needs` ask for and a solver with these capabilities has not.
+pub fn missing<'a>(needs: &'a [Need], capabilities: &Capabilities) -> Vec<&'a Need> {
+    let unmet = |need: &&Need| !need.is_met(capabilities);
+    needs.iter().filter(unmet).collect()
+}
+
+impl MpmConfig {
+    /// What it asks of the continuum's solver, every capability once.
+    ///
+    /// Verbs: `layers`, `segments`. Families: `shape`, `transfer`, `stress_update`, `drift`, `plane`, `wall`, `material`,
+    /// `fill`, `contact_force`; members are the words of the configuration.
+    pub fn needs(&self) -> Vec<Need> {
+        let mut needs = Vec::new();
+        if self.layers {
+            needs.push(Need::once(LAYERS, "mpm.layers"));
+        }
+        if self.interface == Interface::Segments {
+            needs.push(Need::once(SEGMENTS, "mpm.interface"));
+        }
+        needs.push(one("shape", &self.shape, "mpm.shape"));
+        needs.push(one("transfer", &self.transfer, "mpm.transfer"));
+        needs.push(one(
+            "stress_update",
+            &self.stress_update,
+            "mpm.stress_update",
+        ));
+        needs.push(one("drift", &self.drift, "mpm.drift"));
+        needs.push(one("plane", &self.plane, "mpm.plane"));
+        let w = &self.walls;
+        let names = ["left", "right", "bottom", "top"];
+        let walls = [&w.left, &w.right, &w.bottom, &w.top].into_iter();
+        needs.extend(each("wall", walls, |i| format!("mpm.walls.{}", names[i])));
+        let models = self.materials.iter().map(|material| &material.model);
+        let key = |i| format!("mpm.materials[{i}].model");
+        needs.extend(each("material", models, key));
+        let fills = self.groups.iter().map(|group| &group.fill);
+        needs.extend(each("fill", fills, |i| format!("mpm.groups[{i}].fill")));
+        needs.push(one(
+            "contact_force",
+            &self.contact_force,
+            "mpm.contact_force",
+        ));
+        needs
+    }
+}
+
+impl DemConfig {
+    /// What it asks of the bodies' solver, every capability once.
+    ///
+    /// Verbs: `segments`, `pairs`. Families: `shape`, `motion`, `overlap` (where it is not the default), `law`, whose
+    /// members are the words of the configuration, and `feature`: `friction`, `damping`, `adhesion`, `rolling_friction`
+    /// of any law, `body_contact`, `contact_pairs`.
+    ///
+    /// A law for points that is the default, without any stiffness, asks for nothing.
+    pub fn needs(&self) -> Vec<Need> {
+        let mut needs = Vec::new();
+        if self.interface == Interface::Segments {
+            needs.push(Need::once(SEGMENTS, "dem.interface"));
+        }
+        if !self.group_pairs.is_empty() {
+            needs.push(Need {
+                places: self.group_pairs.len(),
+                ..Need::once(PAIRS, "dem.group_pairs[0]")
+            });
+        }
+        let shapes = self.bodies.iter().map(|body| &body.shape);
+        needs.extend(each("shape", shapes, |i| format!("dem.bodies[{i}].shape")));
+        let motions = self.bodies.iter().map(|body| &body.motion);
+        needs.extend(each("motion", motions, |i| {
+            format!("dem.bodies[{i}].motion")
+        }));
+        if self.overlap != OverlapMeasure::default() {
+            needs.push(one("overlap", &self.overlap, "dem.overlap"));
+        }
+        let laws = self.laws_by_key();
+        let kinds = laws.iter().map(|(_, law)| law);
+        needs.extend(each("law", kinds, |i| laws[i].0.clone()));
+        needs.extend(features_of(&laws));
+        if self.body_contact.is_some() {
+            needs.push(Need::once("feature:body_contact", "dem.body_contact"));
+        }
+        if !self.contact_pairs.is_empty() {
+            needs.push(Need {
+                places: self.contact_pairs.len(),
+                ..Need::once("feature:contact_pairs", "dem.contact_pairs[0]")
+            });
+        }
+        needs
+    }
+
+    /// Every law with its key.
+    fn laws_by_key(&self) -> Vec<(String, ContactLaw)> {
+        let mut laws = Vec::new();
+        if self.point_contact != ContactLaw::default() {
+            laws.push(("dem.point_contact".to_owned(), self.point_contact));
+        }
+        laws.extend(
+            self.body_contact
+                .map(|law| ("dem.body_contact".to_owned(), law)),
+        );
+        for (i, pair) in self.contact_pairs.iter().enumerate() {
+            laws.push((format!("dem.contact_pairs[{i}].law"), pair.law));
+        }
+        for (i, pair) in self.group_pairs.iter().enumerate() {
+            laws.push((format!("dem.group_pairs[{i}].law"), pair.law));
+        }
+        laws
+    }
+}
+
+/// What the numbers of laws ask for besides a spring.
+fn features_of(laws: &[(String, ContactLaw)]) -> Vec<Need> {
+    let mut needs: Vec<Need> = Vec::new();
+    for (key, law) in laws {
+        let (adhesion, rolling) = match *law {
+            ContactLaw::Granular {
+                adhesion,
+                rolling_friction,
+                ..
+            } => (adhesion, rolling_friction),
+            ContactLaw::HertzMindlin { adhesion, .. } => (adhesion, 0.0),
+            ContactLaw::Linear { .. } | ContactLaw::Area { .. } => (0.0, 0.0),
+        };
+        let damping = match law {
+            ContactLaw::HertzMindlin { .. } => "restitution",
+            _ => "damping_ratio",
+        };
+        for (feature, field, value) in [
+            ("feature:friction", "friction", law.friction()),
+            ("feature:damping", damping, law.damping_ratio()),
+            ("feature:adhesion", "adhesion", adhesion),
+            ("feature:rolling_friction", "rolling_friction", rolling),
+        ] {
+            if value == 0.0 {
+                continue;
+            }
+            match needs.iter_mut().find(|need| need.capability == feature) {
+                Some(need) => need.places += 1,
+                None => needs.push(Need::once(feature, format!("{key}.{}.{field}", law.name()))),
+            }
+        }
+    }
+    needs
+}
+
+/// The choice that one key makes.
+fn one<T: Serialize>(family: &str, choice: &T, key: &str) -> Need {
+    Need::once(format!("{family}:{}", word(choice)), key)
+}
+
+/// The different choices that the keys of a list make, in the order of their first keys.
+fn each<'a, T: Serialize + 'a>(
+    family: &str,
+    choices: impl Iterator<Item = &'a T>,
+    key: impl Fn(usize) -> String,
+) -> Vec<Need> {
+    let mut found: Vec<(Discriminant<T>, Need)> = Vec::new();
+    for (i, choice) in choices.enumerate() {
+        let kind = discriminant(choice);
+        match found.iter_mut().find(|(known, _)| *known == kind) {
+            Some((_, need)) => need.places += 1,
+            None => found.push((kind, one(family, choice, &key(i)))),
+        }
+    }
+    found.into_iter().map(|(_, need)| need).collect()
+}
+
+/// The word of a choice in the configuration, whatever its values (clause J-1: `"flip"`, `{"blend": {...}}`).
+fn word(choice: &impl Serialize) -> String {
+    match serde_json::to_value(choice) {
+        Ok(serde_json::Value::String(word)) => word,
+        Ok(serde_json::Value::Object(tagged)) => tagged.keys().next().cloned().unwrap_or_default(),
+        other => unreachable!("a choice is a word or has a tag, not {other:?}"),
+    }
+}

@@ -1,0 +1,767 @@
+//! A configuration says what differs from its defaults and nothing else, and reads back as it was (clause J-2); what it
+//! asks of a solver is told with the key that asks for it.
+
+use std::collections::BTreeMap;
+
+use interface::capability::Capabilities;
+use interface::config::{
+    BodyConfig, BodyInertia, BodyShape, ContactForceScheme, ContactLaw, DemConfig, Drift, Fill,
+    Forcing, Frictional, GridContact, GroupConfig, GroupPair, InitialFields, Interface, Leaving,
+    MaterialConfig, MaterialModel, Motion, MpmConfig, OverlapMeasure, Plane, ShapeFunction,
+    Spacing, Stage, StressUpdate, Traction, Transfer, Wall, Walls,
+};
+use interface::needs::{Need, missing};
+use interface::surfaces::ContactPair;
+use proptest::prelude::*;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// A continuum that leaves out all that may be left out.
+fn plain_continuum() -> MpmConfig {
+    MpmConfig {
+        domain: [[0.0, 0.0], [1.0, 0.5]],
+        cell: 0.25,
+        gravity: [0.0; 2],
+        shape: ShapeFunction::Ugimp,
+        transfer: Transfer::Flip,
+        stress_update: StressUpdate::Usf,
+        drift: Drift::Mapped,
+        plane: Plane::Strain,
+        walls: Walls::default(),
+        materials: vec![MaterialConfig {
+            name: "rubber".into(),
+            density: 1000.0,
+            model: MaterialModel::LinearElastic {
+                bulk_modulus: 5e6,
+                shear_modulus: 3e6,
+            },
+        }],
+        groups: vec![GroupConfig {
+            name: "disc".into(),
+            material: 0,
+            fill: Fill::Disc {
+                center: [0.5, 0.25],
+                radius: 0.125,
+            },
+            spacing: Spacing::PerCell(4),
+            velocity: [0.0; 2],
+            fields: InitialFields::default(),
+            contact_radius: None,
+            rigid: false,
+        }],
+        contact_force: ContactForceScheme::Point,
+        forcing: Forcing::default(),
+        constants: BTreeMap::new(),
+        leaving: Leaving::Stop,
+        grid_contact: None,
+        layers: false,
+        interface: Interface::Points,
+        skin: 0.01,
+        threads: 1,
+    }
+}
+
+const PLAIN_CONTINUUM: &str = concat!(
+    r#"{"domain":[[0.0,0.0],[1.0,0.5]],"cell":0.25,"shape":"ugimp","transfer":"flip","#,
+    r#""materials":[{"name":"rubber","density":1000.0,"#,
+    r#""model":{"linear_elastic":{"bulk_modulus":5000000.0,"shear_modulus":3000000.0}}}],"#,
+    r#""groups":[{"name":"disc","material":0,"fill":{"disc":{"center":[0.5,0.25],"radius":0.125}},"#,
+    r#""spacing":{"per_cell":4}}],"skin":0.01}"#
+);
+
+fn body(shape: BodyShape, motion: Motion) -> BodyConfig {
+    BodyConfig {
+        name: "ball".into(),
+        shape,
+        sphero_radius: 0.0,
+        inertia: BodyInertia::Density(2000.0),
+        position: [0.0, 0.0],
+        angle: 0.0,
+        velocity: [0.0; 2],
+        spin: 0.0,
+        motion,
+        surface: String::new(),
+    }
+}
+
+/// Bodies that leave out all that may be left out.
+fn plain_bodies() -> DemConfig {
+    DemConfig {
+        bodies: vec![body(BodyShape::Disc, Motion::Free)],
+        skin: 0.01,
+        threads: 1,
+        ..DemConfig::default()
+    }
+}
+
+const PLAIN_BODIES: &str = concat!(
+    r#"{"bodies":[{"name":"ball","shape":"disc","inertia":{"density":2000.0},"position":[0.0,0.0]}],"#,
+    r#""skin":0.01}"#
+);
+
+fn text(value: &impl Serialize) -> String {
+    serde_json::to_string(value).expect("written")
+}
+
+/// As JSON and back.
+fn again<T: Serialize + DeserializeOwned>(value: &T) -> T {
+    let json = text(value);
+    serde_json::from_str(&json).unwrap_or_else(|error| panic!("{error}: {json}"))
+}
+
+#[test]
+fn what_has_its_default_is_not_said() {
+    assert_eq!(text(&plain_continuum()), PLAIN_CONTINUUM);
+    assert_eq!(text(&plain_bodies()), PLAIN_BODIES);
+    assert_eq!(again(&plain_continuum()), plain_continuum());
+    assert_eq!(again(&plain_bodies()), plain_bodies());
+}
+
+#[test]
+fn laws_and_motions_leave_their_defaults_out_too() {
+    let law = ContactLaw::Granular {
+        normal_stiffness: 6e4,
+        tangential_stiffness: 0.0,
+        friction: 0.0,
+        damping_ratio: 0.0,
+        adhesion: 0.0,
+        rolling_friction: 0.5,
+    };
+    let said = r#"{"granular":{"normal_stiffness":60000.0,"rolling_friction":0.5}}"#;
+    assert_eq!(text(&law), said);
+    let elastic = ContactLaw::HertzMindlin {
+        hertz_constant: 1e6,
+        poisson_ratio: 0.0,
+        friction: 0.0,
+        restitution: 1.0,
+        adhesion: 0.0,
+    };
+    assert_eq!(
+        text(&elastic),
+        r#"{"hertz_mindlin":{"hertz_constant":1000000.0}}"#
+    );
+    let pushed = Motion::Pushed {
+        force: [1.0, 0.0],
+        torque: 0.0,
+        ramp: 0.0,
+        until: None,
+    };
+    assert_eq!(text(&pushed), r#"{"pushed":{"force":[1.0,0.0]}}"#);
+    let floor = Walls {
+        bottom: Wall::Slip,
+        ..Walls::default()
+    };
+    assert_eq!(text(&floor), r#"{"bottom":"slip"}"#);
+}
+
+/// -0.0 is equal to the default and is another number: what it becomes in a sum may differ by its sign.
+#[test]
+fn a_negative_zero_stays_one() {
+    let mut bodies = plain_bodies();
+    bodies.gravity = [0.0, -0.0];
+    bodies.bodies[0].velocity = [-0.0, 0.0];
+    bodies.bodies[0].spin = -0.0;
+    let bodies = again(&bodies);
+    assert!(bodies.gravity[1].is_sign_negative() && bodies.gravity[0].is_sign_positive());
+    let ball = &bodies.bodies[0];
+    assert!(ball.velocity[0].is_sign_negative() && ball.spin.is_sign_negative());
+}
+
+#[test]
+fn what_is_not_known_or_has_no_default_is_refused_by_its_name() {
+    let error = |text: &str| {
+        serde_json::from_str::<MpmConfig>(text)
+            .unwrap_err()
+            .to_string()
+    };
+    let newer = PLAIN_CONTINUUM.replace("\"skin\"", "\"phase\":2,\"skin\"");
+    assert!(error(&newer).contains("unknown field `phase`"));
+    let without = PLAIN_CONTINUUM.replace(",\"skin\":0.01", "");
+    assert!(error(&without).contains("missing field `skin`"));
+    let without = PLAIN_BODIES.replace(",\"position\":[0.0,0.0]", "");
+    let error = serde_json::from_str::<DemConfig>(&without)
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("missing field `position`"), "{error}");
+}
+
+/// Numbers that JSON carries, among them the defaults.
+fn number() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        Just(0.0),
+        Just(-0.0),
+        Just(1.0),
+        any::<f64>().prop_filter("finite", |x| x.is_finite())
+    ]
+}
+
+fn vector() -> impl Strategy<Value = [f64; 2]> {
+    [number(), number()]
+}
+
+fn law() -> impl Strategy<Value = ContactLaw> {
+    (
+        0..4,
+        [number(), number(), number(), number(), number(), number()],
+    )
+        .prop_map(|(kind, n)| {
+            let [
+                normal_stiffness,
+                tangential_stiffness,
+                friction,
+                damping_ratio,
+                adhesion,
+                last,
+            ] = n;
+            match kind {
+                0 => ContactLaw::Linear {
+                    normal_stiffness,
+                    tangential_stiffness,
+                    friction,
+                    damping_ratio,
+                },
+                1 => ContactLaw::Granular {
+                    normal_stiffness,
+                    tangential_stiffness,
+                    friction,
+                    damping_ratio,
+                    adhesion,
+                    rolling_friction: last,
+                },
+                2 => ContactLaw::HertzMindlin {
+                    hertz_constant: normal_stiffness,
+                    poisson_ratio: last,
+                    friction,
+                    restitution: damping_ratio,
+                    adhesion,
+                },
+                _ => ContactLaw::Area {
+                    area_stiffness: normal_stiffness,
+                    tangential_stiffness,
+                    friction,
+                },
+            }
+        })
+}
+
+fn shape() -> impl Strategy<Value = BodyShape> {
+    let points = || prop::collection::vec(vector(), 1..4);
+    prop_oneof![
+        Just(BodyShape::Disc),
+        [vector(), vector()].prop_map(|ends| BodyShape::Segment { ends }),
+        points().prop_map(|vertices| BodyShape::Polygon { vertices }),
+        vector().prop_map(|[width, height]| BodyShape::Rectangle { width, height }),
+        (points(), prop::collection::vec(number(), 0..3))
+            .prop_map(|(centers, radii)| BodyShape::Cluster { centers, radii }),
+    ]
+}
+
+fn motion() -> impl Strategy<Value = Motion> {
+    prop_oneof![
+        Just(Motion::Free),
+        Just(Motion::Fixed),
+        Just(Motion::Driven),
+        any::<[bool; 3]>().prop_map(|[hold_x, hold_y, hold_angle]| Motion::Guided {
+            hold_x,
+            hold_y,
+            hold_angle,
+        }),
+        (vector(), vector(), prop::option::of(number())).prop_map(
+            |(force, [torque, ramp], until)| {
+                Motion::Pushed {
+                    force,
+                    torque,
+                    ramp,
+                    until,
+                }
+            }
+        ),
+    ]
+}
+
+fn any_body() -> impl Strategy<Value = BodyConfig> {
+    let inertia = prop_oneof![
+        number().prop_map(BodyInertia::Density),
+        number().prop_map(BodyInertia::Mass),
+    ];
+    let numbers = (number(), vector(), number(), vector(), number());
+    let surface = prop_oneof![Just(String::new()), Just("steel".to_owned())];
+    (shape(), inertia, numbers, motion(), surface).prop_map(
+        |(shape, inertia, (sphero_radius, position, angle, velocity, spin), motion, surface)| {
+            BodyConfig {
+                name: "body".into(),
+                shape,
+                sphero_radius,
+                inertia,
+                position,
+                angle,
+                velocity,
+                spin,
+                motion,
+                surface,
+            }
+        },
+    )
+}
+
+fn interface() -> impl Strategy<Value = Interface> {
+    prop::sample::select(vec![Interface::Points, Interface::Segments])
+}
+
+fn any_bodies() -> impl Strategy<Value = DemConfig> {
+    let overlap = prop::sample::select(vec![
+        OverlapMeasure::EachEdge,
+        OverlapMeasure::NearestEdge,
+        OverlapMeasure::Area,
+    ]);
+    let pair = law().prop_map(|law| ContactPair {
+        between: ["a".into(), "b".into()],
+        law,
+    });
+    let of_groups = law().prop_map(|law| GroupPair {
+        between: [0, 1],
+        law,
+    });
+    let laws = (
+        prop_oneof![Just(ContactLaw::default()), law()],
+        prop::option::of(law()),
+        prop::collection::vec(pair, 0..3),
+        prop::collection::vec(of_groups, 0..2),
+    );
+    let bodies = prop::collection::vec(any_body(), 0..3);
+    (
+        vector(),
+        bodies,
+        laws,
+        overlap,
+        interface(),
+        (number(), 1_usize..3),
+    )
+        .prop_map(
+            |(
+                gravity,
+                bodies,
+                (point_contact, body_contact, contact_pairs, group_pairs),
+                overlap,
+                interface,
+                (skin, threads),
+            )| {
+                DemConfig {
+                    gravity,
+                    bodies,
+                    point_contact,
+                    body_contact,
+                    overlap,
+                    point_surfaces: contact_pairs.iter().map(|_| "sand".to_owned()).collect(),
+                    contact_pairs,
+                    group_pairs,
+                    interface,
+                    skin,
+                    threads,
+                }
+            },
+        )
+}
+
+fn wall() -> impl Strategy<Value = Wall> {
+    prop_oneof![
+        Just(Wall::Open),
+        Just(Wall::Fixed),
+        Just(Wall::Slip),
+        Just(Wall::Periodic),
+        number().prop_map(|coefficient| Wall::Friction { coefficient }),
+    ]
+}
+
+fn forcing() -> impl Strategy<Value = Forcing> {
+    let formulas = prop::option::of(Just(["x*t".to_owned(), "0".to_owned()]));
+    let traction = [vector(), vector(), vector()].prop_map(|[lower, upper, force]| Traction {
+        group: 1,
+        within: [lower, upper],
+        force,
+    });
+    let stage = (number(), number(), prop::option::of(number())).prop_map(
+        |(from, damping, pic_fraction)| Stage {
+            from,
+            damping,
+            pic_fraction,
+        },
+    );
+    let lists = (
+        prop::collection::vec(traction, 0..2),
+        prop::collection::vec(stage, 0..3),
+    );
+    (formulas, lists).prop_map(|(body_force, (tractions, stages))| Forcing {
+        body_force,
+        tractions,
+        stages,
+    })
+}
+
+fn group() -> impl Strategy<Value = GroupConfig> {
+    let points = || prop::collection::vec(vector(), 1..3);
+    let fill = prop_oneof![
+        (vector(), number()).prop_map(|(center, radius)| Fill::Disc { center, radius }),
+        [vector(), vector()].prop_map(|[lower, upper]| Fill::Rectangle { lower, upper }),
+        points().prop_map(|vertices| Fill::Polygon { vertices }),
+        points().prop_map(|positions| Fill::Points { positions }),
+    ];
+    let spacing = prop_oneof![
+        (1_u32..50).prop_map(Spacing::PerCell),
+        number().prop_map(Spacing::Distance),
+        any::<[u32; 2]>().prop_map(Spacing::Counts),
+    ];
+    let stress = ["1", "x", "0", "y"].map(str::to_owned);
+    let fields = (
+        prop::option::of(Just(["x".to_owned(), "y".to_owned()])),
+        prop::option::of(Just(stress)),
+    );
+    let fields = fields.prop_map(|(velocity, stress)| InitialFields { velocity, stress });
+    let rest = (vector(), fields, prop::option::of(number()), any::<bool>());
+    (0_usize..3, fill, spacing, rest).prop_map(
+        |(material, fill, spacing, (velocity, fields, contact_radius, rigid))| GroupConfig {
+            name: "points".into(),
+            material,
+            fill,
+            spacing,
+            velocity,
+            fields,
+            contact_radius,
+            rigid,
+        },
+    )
+}
+
+fn model() -> impl Strategy<Value = MaterialModel> {
+    (
+        0..6,
+        [number(), number(), number(), number(), number(), number()],
+    )
+        .prop_map(|(kind, n)| {
+            let [
+                bulk_modulus,
+                shear_modulus,
+                friction_angle,
+                dilation_angle,
+                cohesion,
+                tension,
+            ] = n;
+            let frictional = Frictional {
+                bulk_modulus,
+                shear_modulus,
+                friction_angle,
+                dilation_angle,
+                cohesion,
+                tensile_strength: tension,
+            };
+            match kind {
+                0 => MaterialModel::LinearElastic {
+                    bulk_modulus,
+                    shear_modulus,
+                },
+                1 => MaterialModel::DruckerPrager(frictional),
+                2 => MaterialModel::MohrCoulomb(frictional),
+                3 => MaterialModel::NeoHookean {
+                    bulk_modulus,
+                    shear_modulus,
+                },
+                4 => MaterialModel::Fluid {
+                    bulk_modulus,
+                    exponent: cohesion,
+                    viscosity: tension,
+                },
+                _ => MaterialModel::VonMises {
+                    bulk_modulus,
+                    shear_modulus,
+                    yield_stress: cohesion,
+                    hardening_modulus: tension,
+                },
+            }
+        })
+}
+
+/// Choices of the continuum as a whole.
+fn scheme() -> impl Strategy<Value = MpmConfig> {
+    let shape = prop::sample::select(vec![
+        ShapeFunction::Linear,
+        ShapeFunction::Ugimp,
+        ShapeFunction::QuadraticBspline,
+        ShapeFunction::CubicBspline,
+    ]);
+    let transfer = prop_oneof![
+        Just(Transfer::Pic),
+        Just(Transfer::Flip),
+        Just(Transfer::Apic),
+        number().prop_map(|pic_fraction| Transfer::Blend { pic_fraction }),
+        (1_u32..9).prop_map(|order| Transfer::Xpic { order }),
+    ];
+    let updates = [StressUpdate::Usf, StressUpdate::Usl, StressUpdate::Musl];
+    let update = prop::sample::select(updates.to_vec());
+    let forces = [
+        ContactForceScheme::Point,
+        ContactForceScheme::NearestNodes,
+        ContactForceScheme::Traction,
+    ];
+    let contact_force = prop::sample::select(forces.to_vec());
+    let twofold = any::<[bool; 4]>();
+    (shape, transfer, update, contact_force, twofold, interface()).prop_map(
+        |(
+            shape,
+            transfer,
+            stress_update,
+            contact_force,
+            [nodal, stress, remove, layers],
+            interface,
+        )| {
+            MpmConfig {
+                shape,
+                transfer,
+                stress_update,
+                contact_force,
+                drift: if nodal { Drift::Nodal } else { Drift::Mapped },
+                plane: if stress { Plane::Stress } else { Plane::Strain },
+                leaving: if remove {
+                    Leaving::Remove
+                } else {
+                    Leaving::Stop
+                },
+                layers,
+                interface,
+                ..plain_continuum()
+            }
+        },
+    )
+}
+
+fn any_continuum() -> impl Strategy<Value = MpmConfig> {
+    let material = (number(), model()).prop_map(|(density, model)| MaterialConfig {
+        name: "stuff".into(),
+        density,
+        model,
+    });
+    let lists = (
+        prop::collection::vec(material, 0..3),
+        prop::collection::vec(group(), 0..3),
+    );
+    let numbers = (
+        [vector(), vector()],
+        number(),
+        vector(),
+        number(),
+        1_usize..3,
+    );
+    let constants = prop::collection::btree_map("[a-z]{1,3}", number(), 0..3);
+    let friction = prop::option::of(number());
+    (
+        scheme(),
+        [wall(), wall(), wall(), wall()],
+        lists,
+        forcing(),
+        numbers,
+        constants,
+        friction,
+    )
+        .prop_map(
+            |(
+                scheme,
+                [left, right, bottom, top],
+                (materials, groups),
+                forcing,
+                numbers,
+                constants,
+                friction,
+            )| {
+                let (domain, cell, gravity, skin, threads) = numbers;
+                MpmConfig {
+                    domain,
+                    cell,
+                    gravity,
+                    walls: Walls {
+                        left,
+                        right,
+                        bottom,
+                        top,
+                    },
+                    materials,
+                    groups,
+                    forcing,
+                    constants,
+                    grid_contact: friction.map(|friction| GridContact { friction }),
+                    skin,
+                    threads,
+                    ..scheme
+                }
+            },
+        )
+}
+
+proptest! {
+    #[test]
+    fn a_continuum_reads_back_as_it_was(config in any_continuum()) {
+        prop_assert_eq!(again(&config), config);
+    }
+
+    #[test]
+    fn bodies_read_back_as_they_were(config in any_bodies()) {
+        prop_assert_eq!(again(&config), config);
+    }
+}
+
+/// Capability, first key and number of keys of each need.
+fn said(needs: &[Need]) -> Vec<(&str, &str, usize)> {
+    needs
+        .iter()
+        .map(|need| (need.capability.as_str(), need.key.as_str(), need.places))
+        .collect()
+}
+
+#[test]
+fn a_plain_continuum_needs_its_scheme_and_its_walls() {
+    let needs = plain_continuum().needs();
+    assert_eq!(
+        said(&needs),
+        [
+            ("shape:ugimp", "mpm.shape", 1),
+            ("transfer:flip", "mpm.transfer", 1),
+            ("stress_update:usf", "mpm.stress_update", 1),
+            ("drift:mapped", "mpm.drift", 1),
+            ("plane:strain", "mpm.plane", 1),
+            ("wall:open", "mpm.walls.left", 4),
+            ("material:linear_elastic", "mpm.materials[0].model", 1),
+            ("fill:disc", "mpm.groups[0].fill", 1),
+            ("contact_force:point", "mpm.contact_force", 1),
+        ]
+    );
+}
+
+#[test]
+fn what_a_continuum_is_asked_for_besides_is_told_by_its_key() {
+    let mut config = plain_continuum();
+    config.layers = true;
+    config.interface = Interface::Segments;
+    config.walls.bottom = Wall::Friction { coefficient: 0.5 };
+    config.transfer = Transfer::Blend { pic_fraction: 0.01 };
+    let needs = config.needs();
+    let told = said(&needs);
+    for need in [
+        ("layers", "mpm.layers", 1),
+        ("segments", "mpm.interface", 1),
+        ("wall:friction", "mpm.walls.bottom", 1),
+        ("wall:open", "mpm.walls.left", 3),
+        ("transfer:blend", "mpm.transfer", 1),
+    ] {
+        assert!(told.contains(&need), "{need:?} in {told:?}");
+    }
+}
+
+#[test]
+fn bodies_need_what_their_shapes_motions_and_laws_use() {
+    let square = BodyShape::Rectangle {
+        width: 1.0,
+        height: 1.0,
+    };
+    let mut config = plain_bodies();
+    config.bodies.push(body(square.clone(), Motion::Fixed));
+    config.bodies.push(body(square, Motion::Free));
+    config.point_contact = ContactLaw::HertzMindlin {
+        hertz_constant: 1e6,
+        poisson_ratio: 0.3,
+        friction: 0.5,
+        restitution: 0.9,
+        adhesion: 0.0,
+    };
+    config.body_contact = Some(ContactLaw::Granular {
+        normal_stiffness: 1e5,
+        tangential_stiffness: 1e4,
+        friction: 0.5,
+        damping_ratio: 0.0,
+        adhesion: 10.0,
+        rolling_friction: 0.1,
+    });
+    config.overlap = OverlapMeasure::NearestEdge;
+    config.contact_pairs = vec![ContactPair {
+        between: ["a".into(), "b".into()],
+        law: config.point_contact,
+    }];
+    config.group_pairs = vec![GroupPair {
+        between: [0, 1],
+        law: ContactLaw::default(),
+    }];
+    config.interface = Interface::Segments;
+    let granular = "dem.body_contact.granular";
+    let needs = config.needs();
+    assert_eq!(
+        said(&needs),
+        [
+            ("segments", "dem.interface", 1),
+            ("pairs", "dem.group_pairs[0]", 1),
+            ("shape:disc", "dem.bodies[0].shape", 1),
+            ("shape:rectangle", "dem.bodies[1].shape", 2),
+            ("motion:free", "dem.bodies[0].motion", 2),
+            ("motion:fixed", "dem.bodies[1].motion", 1),
+            ("overlap:nearest_edge", "dem.overlap", 1),
+            ("law:hertz_mindlin", "dem.point_contact", 2),
+            ("law:granular", "dem.body_contact", 1),
+            ("law:linear", "dem.group_pairs[0].law", 1),
+            (
+                "feature:friction",
+                "dem.point_contact.hertz_mindlin.friction",
+                3
+            ),
+            (
+                "feature:damping",
+                "dem.point_contact.hertz_mindlin.restitution",
+                2
+            ),
+            ("feature:adhesion", &format!("{granular}.adhesion"), 1),
+            (
+                "feature:rolling_friction",
+                &format!("{granular}.rolling_friction"),
+                1
+            ),
+            ("feature:body_contact", "dem.body_contact", 1),
+            ("feature:contact_pairs", "dem.contact_pairs[0]", 1),
+        ]
+    );
+}
+
+#[test]
+fn discs_that_touch_nothing_need_no_law() {
+    let needs = plain_bodies().needs();
+    let told = said(&needs);
+    assert_eq!(
+        told,
+        [
+            ("shape:disc", "dem.bodies[0].shape", 1),
+            ("motion:free", "dem.bodies[0].motion", 1)
+        ]
+    );
+}
+
+#[test]
+fn what_is_missing_is_what_a_named_family_has_not_and_every_verb_that_is_not_said() {
+    let square = BodyShape::Rectangle {
+        width: 1.0,
+        height: 1.0,
+    };
+    let mut config = plain_bodies();
+    config.bodies.push(body(square, Motion::Driven));
+    config.interface = Interface::Segments;
+    let needs = config.needs();
+    let found = |names: &[&str]| {
+        let capabilities = Capabilities::of(names);
+        let missing = missing(&needs, &capabilities);
+        missing
+            .iter()
+            .map(|need| need.capability.clone())
+            .collect::<Vec<_>>()
+    };
+    // Who says nothing takes what it does not refuse; verbs have to be said.
+    assert_eq!(found(&[]), ["segments"]);
+    assert_eq!(found(&["segments", "shape:disc"]), ["shape:rectangle"]);
+    assert_eq!(
+        found(&["shape:disc", "shape:rectangle", "motion:free"]),
+        ["segments", "motion:driven"]
+    );
+    assert!(found(&["segments", "shape:disc", "shape:rectangle"]).is_empty());
+}
