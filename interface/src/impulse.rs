@@ -3,10 +3,12 @@
 
 use core::ops::AddAssign;
 
+use serde::{Deserialize, Serialize};
+
 use crate::Vec2;
 
 /// Sum of impulses in N s/m, compensated (Neumaier 1974): its error does not grow with the number of terms.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Impulse {
     sum: [f64; 2],
     lost: [f64; 2],
