@@ -73,7 +73,7 @@ impl Imps {
     ) -> Result<(), Refusal> {
         let SavedImps { members, travel } = saved;
         // Not a number would never ask for another set.
-        if !(travel >= 0.0) {
+        if travel.is_nan() || travel < 0.0 {
             return Err(refusal(format!("points have travelled by {travel} m")));
         }
         for m in &members {

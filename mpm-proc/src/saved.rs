@@ -98,7 +98,8 @@ impl Form {
             contact_radius,
             rigid,
         } = group;
-        let mut of_group = |key: &str, value| line(&format!("points.{g}.{key}"), value);
+        let mut of_group =
+            |key: &str, value: &dyn fmt::Debug| line(&format!("points.{g}.{key}"), value);
         of_group("name", name);
         of_group("material", material);
         match fill {

@@ -4,9 +4,11 @@ use interface::Vec2;
 use interface::config::{Fill, Spacing};
 use interface::outline::nearest;
 use interface::solver::MpmSolver;
-use interface::wire::EnvelopeVertex;
+use interface::wire::{EnvelopeVertex, ImpForce};
 
+use super::against_reference::everywhere;
 use super::{Random, Stepper, block, configured};
+use crate::Mpm;
 
 #[test]
 fn the_selection_is_that_of_brute_force() {
