@@ -1,18 +1,21 @@
 //! The continuum: clouds of points over one grid, for one shape function and one transfer.
 
 use interface::config::{Drift, StressUpdate};
-use interface::solver::{Fault, MpmMeasurement};
+use interface::saved::{pack, unpack};
+use interface::solver::{Fault, MpmMeasurement, Refusal};
 use interface::step::Step;
 use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
+use serde::{Deserialize, Serialize};
 
 use crate::contact::{Loaded, Touch};
 
 use crate::grid::{Grid, NODES};
-use crate::imps::Imps;
+use crate::imps::{Imps, SavedImps};
 use crate::lanes::LANES;
 use crate::leaving::Outside;
 use crate::measure::Books;
-use crate::points::{Cloud, LaneCopy, NO_POINT};
+use crate::points::{Cloud, LaneCopy, NO_POINT, SavedCloud};
+use crate::saved::refusal;
 use crate::shape::Shape;
 use crate::spread::Spread;
 use crate::stages::Stages;
@@ -169,6 +172,87 @@ impl<const W: usize, S: Shape<W>, A: crate::transfer::AffineState + LaneCopy> Cl
     }
 }
 
+/// What of a continuum is saved.
+#[derive(Serialize, Deserialize)]
+pub struct SavedContinuum<A> {
+    pub(crate) clouds: Vec<SavedCloud<A>>,
+    contact: bool,
+    imps: SavedImps,
+    pub(crate) books: Books,
+    moved: f64,
+}
+
+/// The mark of the bytes of one continuum.
+pub(crate) const SAVED: &str = "continuum";
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
+where
+    T::Affine: LaneCopy,
+{
+    /// The state before the next step.
+    pub fn saved(&self) -> SavedContinuum<T::Affine> {
+        let Self {
+            clouds,
+            grid,
+            transfer: _, // of the configuration, and of the stage, which every step asks for
+            imps,
+            loaded: _,  // of one step
+            touches: _, // likewise; they only say where the forces of the step before are
+            spread: _,  // of the configuration
+            outside: _, // of the configuration, and empty again at the end of a step
+            books,
+            stress_update: _,  // of the configuration
+            drift: _,          // likewise
+            loads_of_nodes: _, // of one step
+            stages: _,         // of the configuration
+            damping: _,        // of one step
+            threads: _,        // of the configuration
+            moved,
+        } = self;
+        SavedContinuum {
+            clouds: clouds.iter().map(Cloud::save).collect(),
+            contact: grid.save(),
+            imps: imps.save(),
+            books: books.clone(),
+            moved: *moved,
+        }
+    }
+
+    /// Takes over what [`Self::saved`] gave. The continuum has been configured and has done no step.
+    ///
+    /// # Errors
+    /// A [`Refusal`] of what is not a state of this continuum, which is then of no more use.
+    pub fn take_over(&mut self, saved: SavedContinuum<T::Affine>) -> Result<(), Refusal> {
+        let SavedContinuum {
+            clouds,
+            contact,
+            imps,
+            books,
+            moved,
+        } = saved;
+        let (groups, expected) = (clouds.len(), self.clouds.len());
+        if groups != expected {
+            let text = format!("{groups} groups, the configuration has {expected}");
+            return Err(refusal(text));
+        }
+        if !(moved.is_finite() && moved >= 0.0) {
+            return Err(refusal(format!("points have moved by {moved} m")));
+        }
+        for (group, (cloud, saved)) in self.clouds.iter_mut().zip(clouds).enumerate() {
+            cloud.restore(saved, &self.grid.geometry).map_err(|r| {
+                let message = format!("group {group} of the state: {}", r.message);
+                Refusal { message, ..r }
+            })?;
+        }
+        self.grid.restore(contact, &mut self.clouds);
+        self.imps.restore(imps, &self.clouds)?;
+        self.loaded.clear();
+        self.touches.clear();
+        (self.books, self.moved) = (books, moved);
+        Ok(())
+    }
+}
+
 /// What the solver asks of a continuum, whatever its shape function and transfer.
 pub trait Scheme: Send {
     /// The part of a step that needs no contact force.
@@ -194,6 +278,23 @@ pub trait Scheme: Send {
 
     /// Bytes of memory in use.
     fn bytes(&self) -> usize;
+
+    /// The state before the next step.
+    fn save(&self) -> Vec<u8>;
+
+    /// Takes over what [`Self::save`] gave.
+    ///
+    /// # Errors
+    /// A [`Refusal`] of what is not a state of this configuration; the scheme is then of no more use.
+    fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal>;
+
+    /// Sorts the points whether they need it or not.
+    #[cfg(test)]
+    fn sort_now(&mut self);
+
+    /// Whether points were sorted at the end of the last step.
+    #[cfg(test)]
+    fn just_sorted(&self) -> bool;
 }
 
 impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Continuum<W, S, T>
@@ -256,5 +357,23 @@ where
     fn bytes(&self) -> usize {
         let nodes = size_of::<crate::grid::NodeTile>() * self.grid.tiles.capacity();
         nodes + self.clouds.iter().map(Cloud::bytes).sum::<usize>()
+    }
+
+    fn save(&self) -> Vec<u8> {
+        pack(SAVED, &self.saved())
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
+        self.take_over(unpack(SAVED, saved)?)
+    }
+
+    #[cfg(test)]
+    fn sort_now(&mut self) {
+        self.sort();
+    }
+
+    #[cfg(test)]
+    fn just_sorted(&self) -> bool {
+        self.moved == 0.0
     }
 }

@@ -196,6 +196,35 @@ impl Grid {
         }
     }
 
+    /// Whether there is room for the contact of bodies: all that is saved of a grid. The sum with a force of zero can
+    /// turn the sign of a zero, so whether there is one matters to the bit.
+    pub fn save(&self) -> bool {
+        let Self {
+            geometry: _, // of the configuration
+            gravity: _,  // likewise
+            walls: _,    // likewise
+            tiles: _,    // laid out under the points' tiles; what they hold is of one step
+            contact,     // zero again before it is used
+            seen: _,     // made when somebody asks
+            images: _,   // found among the tiles; what they hold is of one step
+            overlaps: _, // laid out with the tiles
+        } = self;
+        !contact.is_empty()
+    }
+
+    /// Lays out the grid under clouds that have been restored; `contact` is what [`Self::save`] gave.
+    pub fn restore<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
+        &mut self,
+        contact: bool,
+        clouds: &mut [Cloud<W, S, A>],
+    ) {
+        self.contact.clear();
+        self.cover(clouds);
+        if contact {
+            self.hold_contact();
+        }
+    }
+
     /// Makes room for the contact of bodies.
     pub fn hold_contact(&mut self) {
         self.contact.resize(self.tiles.len(), ContactNodes::NONE);

@@ -2,15 +2,18 @@
 
 use interface::Vec2;
 use interface::outline::{crosses_ray, nearest_on_edge};
+use interface::solver::Refusal;
 use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState};
+use serde::{Deserialize, Serialize};
 
 use crate::lanes::LANES;
 use crate::points::{Cloud, LaneCopy, NO_POINT, Tile};
+use crate::saved::refusal;
 use crate::shape::Shape;
 use crate::transfer::AffineState;
 
 /// One IMP: a point of a cloud.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Member {
     /// Number of the cloud.
     pub cloud: u32,
@@ -35,7 +38,63 @@ pub struct Imps {
     pub skin: f64,
 }
 
+/// What of the IMPs is saved.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct SavedImps {
+    members: Vec<Member>,
+    travel: f64,
+}
+
 impl Imps {
+    /// Who they are and how far points have gone since they were chosen.
+    pub fn save(&self) -> SavedImps {
+        let Self {
+            members,
+            infos: _,  // of the members
+            states: _, // read from the points whenever they are asked for
+            forces: _, // of one step
+            travel,
+            skin: _, // of the configuration
+        } = self;
+        SavedImps {
+            members: members.clone(),
+            travel: *travel,
+        }
+    }
+
+    /// Takes over what [`Self::save`] gave.
+    ///
+    /// # Errors
+    /// A [`Refusal`] of members that are not points of `clouds`, or not in order.
+    pub fn restore<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
+        &mut self,
+        saved: SavedImps,
+        clouds: &[Cloud<W, S, A>],
+    ) -> Result<(), Refusal> {
+        let SavedImps { members, travel } = saved;
+        // Not a number would never ask for another set.
+        if travel.is_nan() || travel < 0.0 {
+            return Err(refusal(format!("points have travelled by {travel} m")));
+        }
+        for m in &members {
+            let cloud = clouds.get(m.cloud as usize);
+            let lane = cloud.and_then(|c| c.lane_of.get(m.local as usize));
+            // A point that has been removed is in the set until it is chosen anew, which an infinite travel asks for.
+            if lane.is_none_or(|l| *l == NO_POINT && travel.is_finite()) {
+                let text = format!("the set has point {} of group {}", m.local, m.cloud);
+                return Err(refusal(format!("{text}, which there is not")));
+            }
+        }
+        if !members.is_sorted_by(|a, b| a < b) {
+            return Err(refusal("the set is not ordered by id"));
+        }
+        (self.members, self.travel) = (members, travel);
+        self.tell(clouds);
+        self.states.clear();
+        self.forces.clear();
+        Ok(())
+    }
+
     /// Chooses the points within `reach + r_p + V_d` of an envelope, or inside one.
     pub fn select<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
         &mut self,
@@ -60,6 +119,15 @@ impl Imps {
         }
         // Ids rise with the cloud and within it.
         self.members.sort_unstable();
+        self.tell(clouds);
+        self.forces.clear();
+    }
+
+    /// Writes down who the members are.
+    fn tell<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
+        &mut self,
+        clouds: &[Cloud<W, S, A>],
+    ) {
         self.infos.clear();
         self.infos.extend(self.members.iter().map(|m| {
             let cloud = &clouds[m.cloud as usize];
@@ -71,7 +139,6 @@ impl Imps {
                 next: 0,
             }
         }));
-        self.forces.clear();
     }
 
     /// Reads the states of the IMPs.

@@ -45,6 +45,7 @@
     reason = "tile and cell numbers are range-checked where the grid is made"
 )]
 
+mod capabilities;
 mod checks;
 mod configure;
 mod contact;
@@ -65,6 +66,7 @@ mod material;
 mod measure;
 mod points;
 mod points_to_grid;
+mod saved;
 mod shape;
 mod solver;
 mod spread;

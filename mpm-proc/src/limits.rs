@@ -47,18 +47,12 @@ where
                 x * x + y * y
             })
             .fold(0.0, f64::max);
-        let radius = self
-            .imps
-            .infos
-            .iter()
-            .map(|i| i.radius)
-            .fold(f64::INFINITY, f64::min);
         Limits {
             omega_sq: self.elastic_omega_sq(),
             contact_omega_sq: load.omega_sq,
             damping: 0.0,
             speed: speed_sq.sqrt(),
-            radius_min: if radius.is_finite() { radius } else { 0.0 },
+            radius_min: 0.0, // the session's to add
             mobility: if load.stiffness > 0.0 {
                 load.omega_sq / load.stiffness
             } else {

@@ -11,6 +11,7 @@
 use interface::expression::Expression;
 use interface::solver::Fault;
 use interface::step::Step;
+use serde::{Deserialize, Serialize};
 
 use crate::continuum::Continuum;
 use crate::lanes::{LANES, Lanes, ZERO, splat, sum};
@@ -46,6 +47,13 @@ struct Load {
     /// `x_p` of the step before in m.
     x: [Lanes; 2],
     /// `f_p` of the step before in N/m.
+    force: [Lanes; 2],
+}
+
+/// What a load remembers of the step before.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub struct LastLoad {
+    x: [Lanes; 2],
     force: [Lanes; 2],
 }
 
@@ -110,6 +118,34 @@ impl Loads {
     pub fn reorder(&mut self, sources: &Sources, tiles: usize) {
         reorder(&mut self.points, &mut self.scratch, sources);
         self.reports.resize(tiles, LoadReport::default());
+    }
+
+    /// What the loads remember, block by block.
+    pub fn save(&self) -> Vec<LastLoad> {
+        let Self {
+            body_force: _, // of the configuration
+            points,
+            scratch: _, // room to sort in
+            reports: _, // of one step
+        } = self;
+        let last = |load: &Load| {
+            let Load {
+                start: _, // of the configuration, point by point
+                dead: _,  // likewise
+                x,
+                force,
+            } = *load;
+            LastLoad { x, force }
+        };
+        points.iter().map(last).collect()
+    }
+
+    /// Takes over what [`Self::save`] gave, one for each block. `sources`: for every lane its point's present lane.
+    pub fn restore(&mut self, saved: &[LastLoad], sources: &Sources, tiles: usize) {
+        self.reorder(sources, tiles);
+        for (load, last) in self.points.iter_mut().zip(saved) {
+            (load.x, load.force) = (last.x, last.force);
+        }
     }
 
     /// Work in J/m on a lane's point since loads were last applied, if it is taken away at `x` (m).

@@ -5,6 +5,7 @@ use interface::impulse::Impulse;
 use interface::solver::MpmMeasurement;
 use interface::step::Step;
 use interface::wire::GroupState;
+use serde::{Deserialize, Serialize};
 
 use crate::continuum::Continuum;
 use crate::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
@@ -13,7 +14,7 @@ use crate::shape::Shape;
 use crate::transfer::{AffineState, Transfer};
 
 /// Sums that go on through the run, and the last measurement.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Books {
     /// Impulse of gravity, walls, loads and damping so far, less the momentum of points removed, in N s/m.
     pub applied_impulse: Impulse,
@@ -27,8 +28,11 @@ pub struct Books {
     pub plastic_work: f64,
     /// Dissipated by viscous stress so far in J/m.
     pub viscous_work: f64,
+    /// Not saved: between two steps it is in the sums.
+    #[serde(skip)]
     kick: KickWork,
-    /// The last measurement.
+    /// The last measurement. Not saved: whoever asked for it has it.
+    #[serde(skip)]
     pub measurement: MpmMeasurement,
 }
 
@@ -152,8 +156,24 @@ where
                 for a in 0..2 {
                     group.contact_force[a] += f.force[a];
                 }
+                let cloud = &self.clouds[m.cloud as usize];
+                widen_loaded(
+                    group,
+                    cloud.position(cloud.lane_of[m.local as usize] as usize),
+                );
             }
         }
+    }
+}
+
+/// Counts the place (m) of the loaded point that the group counted last into the extent of them.
+fn widen_loaded(group: &mut GroupState, x: [f64; 2]) {
+    if group.contacts == 1 {
+        (group.loaded_lower, group.loaded_upper) = (x, x);
+    }
+    for a in 0..2 {
+        group.loaded_lower[a] = group.loaded_lower[a].min(x[a]);
+        group.loaded_upper[a] = group.loaded_upper[a].max(x[a]);
     }
 }
 

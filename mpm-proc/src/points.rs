@@ -3,12 +3,16 @@
 //! All points of a group share mass, initial volume and shape function, so a point carries only what really differs.
 //! They stay sorted as long as none has moved by a cell since they were (as in a Verlet list), see [`crate::tiles`].
 
+use interface::solver::Refusal;
+use serde::{Deserialize, Serialize};
+
 use crate::lanes::{LANES, Lanes, ZERO, first, splat};
-use crate::loads::Loads;
+use crate::loads::{LastLoad, Loads};
 use crate::material::Constitutive;
+use crate::saved::{Bytes, refusal};
 use crate::shape::Shape;
 use crate::stress::StressReport;
-use crate::tiles::{Frame, Geometry};
+use crate::tiles::{Frame, Geometry, TILE};
 use crate::transfer::AffineState;
 use crate::window::{NO_MOMENTUM, NO_VECTORS, NodalWindow, VectorWindow};
 
@@ -60,6 +64,21 @@ impl Which {
 }
 
 impl Tile {
+    /// Tile `at` of the grid with `points` points from block `first` on, number `index` of its cloud. Who lays it out
+    /// gives it its neighbours.
+    fn new(at: [i32; 2], index: usize, first: usize, points: usize, frame: Frame) -> Self {
+        Self {
+            at,
+            index,
+            first,
+            blocks: points.div_ceil(LANES),
+            points,
+            frame,
+            around: [0; 9],
+            near_load: false,
+        }
+    }
+
     /// One in the lanes of block `block` of the tile that have a point, zero in the others.
     #[inline(always)]
     pub fn live(&self, block: usize) -> Lanes {
@@ -98,7 +117,7 @@ impl<T: LaneCopy, const N: usize> LaneCopy for [T; N] {
 }
 
 /// Velocities of four points.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Motion<A> {
     /// `v_p^{n-1/2}` in m/s.
     pub v: [Lanes; 2],
@@ -318,16 +337,9 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
             sources.extend(run.iter().map(|&(_, lane)| lane));
             let blocks = run.len().div_ceil(LANES);
             sources.resize((first + blocks) * LANES, run[0].1);
-            self.tiles.push(Tile {
-                at,
-                index: self.tiles.len(),
-                first,
-                blocks,
-                points: run.len(),
-                frame: grid.frame(at, offset),
-                around: [0; 9],
-                near_load: false,
-            });
+            let (index, frame) = (self.tiles.len(), grid.frame(at, offset));
+            self.tiles
+                .push(Tile::new(at, index, first, run.len(), frame));
             for block in 0..blocks {
                 ids.push([0, 1, 2, 3].map(|k| {
                     run.get(block * LANES + k).map_or(NO_POINT, |&(_, lane)| {
@@ -343,13 +355,21 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
             loads.reorder(sources, self.tiles.len());
         }
         self.ids = ids;
-        for (block, ids) in self.ids.iter().enumerate() {
-            for (k, &id) in ids.iter().enumerate() {
-                if id != NO_POINT {
-                    self.lane_of[id as usize] = (block * LANES + k) as u32;
-                }
+        self.find_lanes();
+        self.make_room();
+    }
+
+    /// Notes where each point is.
+    fn find_lanes(&mut self) {
+        for (lane, &id) in self.ids.as_flattened().iter().enumerate() {
+            if id != NO_POINT {
+                self.lane_of[id as usize] = lane as u32;
             }
         }
+    }
+
+    /// Makes room for what each tile tells.
+    fn make_room(&mut self) {
         self.mass_momentum.resize(self.tiles.len(), NO_MOMENTUM);
         self.force.resize(self.tiles.len(), NO_VECTORS);
         self.reports.resize(self.tiles.len(), TileReport::default());
@@ -371,6 +391,196 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
             + self.loads.as_ref().map_or(0, |l| l.bytes())
     }
 }
+
+/// What of a cloud is saved: what differs from one step to the next, in the order in which it lies, since sums depend on
+/// that order.
+#[derive(Serialize, Deserialize)]
+pub struct SavedCloud<A> {
+    /// Points at the start.
+    points: u64,
+    /// Which tile of the grid, and how many points are in it; tile by tile.
+    tiles: Vec<([i32; 2], u32)>,
+    ids: Vec<[u32; LANES]>,
+    x: Vec<[Lanes; 2]>,
+    pub(crate) motion: Vec<Motion<A>>,
+    material: Bytes,
+    loads: Option<Vec<LastLoad>>,
+    stress_reports: Vec<StressReport>,
+}
+
+impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
+    /// The state before the next step.
+    pub fn save(&self) -> SavedCloud<A> {
+        let Self {
+            shape: _, // of the configuration
+            material,
+            loads,
+            mass: _,     // of the configuration
+            volume: _,   // likewise
+            radius: _,   // likewise
+            first_id: _, // likewise
+            x,
+            motion,
+            ids,
+            lane_of,    // follows from the ids, but for its length
+            removed: _, // likewise
+            tiles,
+            mass_momentum: _, // of one step
+            force: _,         // likewise
+            reports: _,       // likewise
+            stress_reports,
+            scratch: _, // room to sort in
+        } = self;
+        let tile = |tile: &Tile| {
+            let Tile {
+                at,
+                index: _,  // its place in the list
+                first: _,  // follows from the points of those before it
+                blocks: _, // follows from its points
+                points,
+                frame: _,     // follows from its place in the grid
+                around: _,    // told by the grid
+                near_load: _, // of one step
+            } = tile;
+            (*at, *points as u32)
+        };
+        SavedCloud {
+            points: lane_of.len() as u64,
+            tiles: tiles.iter().map(tile).collect(),
+            ids: ids.clone(),
+            x: x.clone(),
+            motion: motion.clone(),
+            material: material.save(),
+            loads: loads.as_ref().map(|l| l.save()),
+            stress_reports: stress_reports.clone(),
+        }
+    }
+
+    /// Takes over what [`Self::save`] gave. The caller then gives each tile its neighbours.
+    ///
+    /// # Errors
+    /// A [`Refusal`] of what is not a state of this cloud.
+    pub fn restore(&mut self, saved: SavedCloud<A>, grid: &Geometry) -> Result<(), Refusal> {
+        if self.removed > 0 {
+            return Err(refusal("this solver has done steps already"));
+        }
+        if self.loads.is_some() != saved.loads.is_some() {
+            return Err(refusal("loads in one of state and configuration only"));
+        }
+        saved.check(self.len(), grid).map_err(refusal)?;
+        let blocks = saved.x.len();
+        self.material.restore(&saved.material, blocks)?;
+        let offset = self.shape.offset();
+        self.tiles.clear();
+        let mut first = 0;
+        for &(at, points) in &saved.tiles {
+            let (index, frame) = (self.tiles.len(), grid.frame(at, offset));
+            let tile = Tile::new(at, index, first, points as usize, frame);
+            first += tile.blocks;
+            self.tiles.push(tile);
+        }
+        if let (Some(loads), Some(last)) = (&mut self.loads, &saved.loads) {
+            let mut sources = Vec::with_capacity(blocks * LANES);
+            for tile in &self.tiles {
+                let ids = saved.ids[tile.first..tile.first + tile.blocks].as_flattened();
+                // Lanes without a point come from the first of their tile.
+                let point = |&id: &u32| if id == NO_POINT { ids[0] } else { id };
+                sources.extend(ids.iter().map(|id| self.lane_of[point(id) as usize]));
+            }
+            loads.restore(last, &sources, self.tiles.len());
+        }
+        (self.x, self.motion, self.ids) = (saved.x, saved.motion, saved.ids);
+        self.lane_of.fill(NO_POINT);
+        self.find_lanes();
+        self.removed = self.lane_of.iter().filter(|l| **l == NO_POINT).count();
+        self.make_room();
+        self.stress_reports = saved.stress_reports;
+        Ok(())
+    }
+}
+
+impl<A> SavedCloud<A> {
+    /// Whether it is a state of `points` points over `grid`: all that later steps rely on without looking.
+    fn check(&self, points: usize, grid: &Geometry) -> Result<(), String> {
+        if self.points != points as u64 {
+            let of = self.points;
+            return Err(format!("{of} points, the configuration has {points}"));
+        }
+        let last = grid.cells.map(|c| c / TILE as i64 + TILES_BEYOND);
+        let inside =
+            |at: [i32; 2]| (0..2).all(|a| (-TILES_BEYOND..=last[a]).contains(&i64::from(at[a])));
+        let empty_or_outside = |t: &&([i32; 2], u32)| t.1 == 0 || !inside(t.0);
+        if let Some((at, points)) = self.tiles.iter().find(empty_or_outside) {
+            return Err(format!("tile {at:?} with {points} points"));
+        }
+        if !self.tiles.is_sorted_by_key(|(at, _)| [at[1], at[0]])
+            || self.tiles.windows(2).any(|t| t[0].0 == t[1].0)
+        {
+            return Err("tiles that are not ordered by row and column".into());
+        }
+        let of_tile = |t: &([i32; 2], u32)| u64::from(t.1).div_ceil(LANES as u64);
+        let blocks = self.tiles.iter().map(of_tile).sum::<u64>();
+        let loads = self.loads.as_ref().map_or(self.x.len(), Vec::len);
+        for (what, found, expected) in [
+            ("positions", self.x.len(), blocks),
+            ("velocities", self.motion.len(), blocks),
+            ("identities", self.ids.len(), blocks),
+            ("loads", loads, blocks),
+            (
+                "reports",
+                self.stress_reports.len(),
+                self.tiles.len() as u64,
+            ),
+        ] {
+            if found as u64 != expected {
+                return Err(format!("{found} {what} where {expected} belong"));
+            }
+        }
+        self.check_ids(points)?;
+        self.check_positions(grid)
+    }
+
+    /// Whether each point is there at most once, and lanes without one are the last of their tile.
+    fn check_ids(&self, points: usize) -> Result<(), String> {
+        let mut seen = vec![false; points];
+        let mut rest = self.ids.as_flattened();
+        for &(at, count) in &self.tiles {
+            let lanes = (count as usize).div_ceil(LANES) * LANES;
+            let (ids, others) = rest.split_at(lanes);
+            rest = others;
+            let (ids, none) = ids.split_at(count as usize);
+            let known = |&id: &u32| {
+                let seen = seen.get_mut(id as usize);
+                seen.is_some_and(|seen| !core::mem::replace(seen, true))
+            };
+            if !ids.iter().all(known) || none.iter().any(|id| *id != NO_POINT) {
+                return Err(format!("unknown or repeated points in tile {at:?}"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether all points are where a step can leave them: in the domain, or a cell beyond its walls.
+    fn check_positions(&self, grid: &Geometry) -> Result<(), String> {
+        let slack = 2.0 * grid.cell;
+        let inside = |lanes: &Lanes, a: usize| {
+            let within = grid.lower[a] - slack..=grid.upper[a] + slack;
+            lanes.as_array().iter().all(|x| within.contains(x))
+        };
+        match self
+            .x
+            .iter()
+            .find(|x| !(inside(&x[0], 0) && inside(&x[1], 1)))
+        {
+            Some(x) => Err(format!("positions out of the domain: {x:?} m")),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Tiles beyond the domain in which a base node can be: shape functions reach two cells beyond a point, and points one
+/// beyond a wall.
+const TILES_BEYOND: i64 = 1;
 
 /// Bits of the number of a base node in its tile, and of a tile along either axis: 64 together.
 const CELL_BITS: u32 = 6;

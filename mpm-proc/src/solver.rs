@@ -1,17 +1,21 @@
 //! The solver as the session sees it.
 
+use interface::capability::Capabilities;
 use interface::config::MpmConfig;
 use interface::solver::{Fault, MpmMeasurement, MpmSolver, Readiness, Refusal};
 use interface::step::Step;
 use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
 
+use crate::capabilities::capabilities;
 use crate::configure::build;
 use crate::continuum::Scheme;
+use crate::saved::{Form, refusal};
 
 /// The continuum solver.
 #[derive(Default)]
 pub struct Mpm {
     scheme: Option<Box<dyn Scheme>>,
+    form: Form,
     none: MpmMeasurement,
 }
 
@@ -24,6 +28,18 @@ impl Mpm {
     /// Bytes of memory that the state takes at present.
     pub fn bytes(&self) -> usize {
         self.scheme.as_ref().map_or(0, |s| s.bytes())
+    }
+
+    /// The scheme, for tests that look into it.
+    #[cfg(test)]
+    pub(crate) fn scheme(&mut self) -> &mut dyn Scheme {
+        &mut **self.scheme.as_mut().expect("configured")
+    }
+
+    /// What the numbers of a saved state mean, likewise.
+    #[cfg(test)]
+    pub(crate) fn form(&self) -> &Form {
+        &self.form
     }
 
     fn configured(&mut self) -> Result<&mut dyn Scheme, Fault> {
@@ -39,9 +55,14 @@ impl MpmSolver for Mpm {
         concat!("tandem-mpm ", env!("CARGO_PKG_VERSION")).into()
     }
 
+    fn capabilities(&self) -> Capabilities {
+        capabilities()
+    }
+
     fn configure(&mut self, config: &MpmConfig) -> Result<Readiness, Refusal> {
         let (scheme, readiness) = build(config)?;
         self.scheme = Some(scheme);
+        self.form = Form::of(config);
         Ok(readiness)
     }
 
@@ -73,5 +94,22 @@ impl MpmSolver for Mpm {
 
     fn points(&self) -> Vec<PointState> {
         self.scheme.as_ref().map_or_else(Vec::new, |s| s.points())
+    }
+
+    fn save(&self) -> Result<Vec<u8>, Fault> {
+        match &self.scheme {
+            Some(scheme) => Ok(self.form.seal(scheme.save())),
+            None => Err(Fault::Other("the solver has not been configured".into())),
+        }
+    }
+
+    /// After a refusal the solver has to be configured anew.
+    fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
+        let Some(mut scheme) = self.scheme.take() else {
+            return Err(refusal("the solver has not been configured"));
+        };
+        scheme.restore(&self.form.open(saved)?)?;
+        self.scheme = Some(scheme);
+        Ok(())
     }
 }

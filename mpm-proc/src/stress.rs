@@ -1,5 +1,7 @@
 //! Strain and spin rate, stress, and internal force (Jiang 2020 eqs. 13 and 21 to 25): one pass over the points.
 
+use serde::{Deserialize, Serialize};
+
 use crate::grid::{NodeTile, fill_window};
 use crate::lanes::{Lanes, ZERO, largest, splat, sum};
 use crate::material::{Deformation, Dissipated, Material, Point};
@@ -27,8 +29,9 @@ pub enum Standing {
     End,
 }
 
-/// What updating the stress of a tile tells.
-#[derive(Debug, Clone, Copy, Default)]
+/// What updating the stress of a tile tells. Where stress is updated last, what was lost in one step is counted in the
+/// next one, so it is part of the state between them.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub struct StressReport {
     /// Largest stiffness over density in m^2/s^2 ([`crate::limits`]).
     pub stiffness: f64,

@@ -1,5 +1,7 @@
 //! Transfers: what a point tells the grid of its velocity, and what it takes back (Jiang 2020 eqs. 26 to 31).
 
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
 use crate::lanes::Lanes;
 use crate::points::LaneCopy;
 
@@ -32,7 +34,9 @@ pub trait Transfer: Copy + Send + Sync + 'static {
 }
 
 /// Affine part of the velocity of four points: nothing, or a matrix.
-pub trait AffineState: Copy + Default + Send + Sync + 'static {
+pub trait AffineState:
+    Copy + Default + Send + Sync + Serialize + DeserializeOwned + 'static
+{
     /// Whether there is one.
     const PRESENT: bool;
 
@@ -140,8 +144,12 @@ pub struct Xpic {
 }
 
 /// Velocities set aside while the filter works on what is left of them.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Aside([Lanes; 2]);
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub struct Aside {
+    /// Not saved: set aside and taken back within one step.
+    #[serde(skip)]
+    v: [Lanes; 2],
+}
 
 impl AffineState for Aside {
     const PRESENT: bool = false;
@@ -159,7 +167,7 @@ impl AffineState for Aside {
 
 impl LaneCopy for Aside {
     fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
-        self.0.copy_lane(to, &source.0, from);
+        self.v.copy_lane(to, &source.v, from);
     }
 }
 
@@ -177,10 +185,10 @@ impl Transfer for Xpic {
     }
 
     fn set_aside(v: &[Lanes; 2], aside: &mut Aside) {
-        aside.0 = *v;
+        aside.v = *v;
     }
 
     fn take_from_aside(v: &mut [Lanes; 2], aside: &Aside) {
-        *v = [aside.0[0] - v[0], aside.0[1] - v[1]];
+        *v = [aside.v[0] - v[0], aside.v[1] - v[1]];
     }
 }

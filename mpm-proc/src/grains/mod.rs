@@ -11,18 +11,22 @@ mod density;
 mod onto_rigid;
 mod rigid;
 
-use interface::solver::{Fault, MpmMeasurement};
+use interface::saved::{pack, unpack};
+use interface::solver::{Fault, MpmMeasurement, Refusal};
 use interface::step::Step;
 use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState};
+use serde::{Deserialize, Serialize};
 
 use crate::contact::ContactLoad;
-use crate::continuum::{Continuum, Scheme};
+use crate::continuum::{Continuum, SavedContinuum, Scheme};
 use crate::points::LaneCopy;
+use crate::saved::refusal;
 use crate::shape::Shape;
 use crate::threads::{Threads, over_items};
 use crate::transfer::Transfer;
 use contact::SharedNodes;
 pub use rigid::RigidMotion;
+use rigid::SavedMotion;
 
 /// A body of points with its own nodes.
 pub struct Grain<const W: usize, S: Shape<W>, T: Transfer>
@@ -183,6 +187,80 @@ where
     }
 }
 
+/// What of grains is saved.
+#[derive(Serialize, Deserialize)]
+struct SavedGrains<A> {
+    all: Vec<(SavedContinuum<A>, Option<SavedMotion>)>,
+    friction_work: f64,
+    strangers: bool,
+}
+
+/// The mark of their bytes.
+const SAVED: &str = "grains";
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Grain<W, S, T>
+where
+    T::Affine: LaneCopy,
+{
+    fn saved(&self) -> (SavedContinuum<T::Affine>, Option<SavedMotion>) {
+        let Self {
+            continuum,
+            rigid,
+            load: _,    // of one step
+            outcome: _, // likewise
+        } = self;
+        (continuum.saved(), rigid.as_ref().map(RigidMotion::save))
+    }
+}
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T>
+where
+    T::Affine: LaneCopy,
+{
+    fn saved(&self) -> SavedGrains<T::Affine> {
+        let Self {
+            all,
+            shared: _,   // found anew in every step
+            friction: _, // of the configuration
+            friction_work,
+            threads: _,     // of the configuration
+            measurement: _, // whoever asked for it has it
+            strangers,
+        } = self;
+        SavedGrains {
+            all: all.iter().map(Grain::saved).collect(),
+            friction_work: *friction_work,
+            strangers: *strangers,
+        }
+    }
+
+    fn take_over(&mut self, saved: SavedGrains<T::Affine>) -> Result<(), Refusal> {
+        let (found, expected) = (saved.all.len(), self.all.len());
+        if found != expected {
+            let text = format!("{found} grains, the configuration has {expected}");
+            return Err(refusal(text));
+        }
+        for (number, (grain, (continuum, motion))) in self.all.iter_mut().zip(saved.all).enumerate()
+        {
+            grain.continuum.take_over(continuum).map_err(|r| {
+                let message = format!("grain {number}: {}", r.message);
+                Refusal { message, ..r }
+            })?;
+            match (&mut grain.rigid, motion) {
+                (Some(motion), Some(saved)) => motion.restore(&saved),
+                (None, None) => {}
+                _ => {
+                    let text = "is rigid in one of state and configuration only";
+                    return Err(refusal(format!("grain {number} {text}")));
+                }
+            }
+        }
+        self.friction_work = saved.friction_work;
+        self.strangers = saved.strangers;
+        Ok(())
+    }
+}
+
 impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Grains<W, S, T>
 where
     T::Affine: LaneCopy,
@@ -233,5 +311,23 @@ where
 
     fn bytes(&self) -> usize {
         self.all.iter().map(|g| g.continuum.bytes()).sum()
+    }
+
+    fn save(&self) -> Vec<u8> {
+        pack(SAVED, &self.saved())
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
+        self.take_over(unpack(SAVED, saved)?)
+    }
+
+    #[cfg(test)]
+    fn sort_now(&mut self) {
+        self.all.iter_mut().for_each(|g| g.continuum.sort());
+    }
+
+    #[cfg(test)]
+    fn just_sorted(&self) -> bool {
+        self.all.iter().any(|g| g.continuum.just_sorted())
     }
 }

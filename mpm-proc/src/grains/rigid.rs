@@ -8,6 +8,7 @@ use interface::solver::Fault;
 use interface::step::Step;
 use interface::wire::Limits;
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use crate::contact::ContactLoad;
 use crate::continuum::Continuum;
@@ -36,6 +37,15 @@ pub struct RigidMotion {
     angle: f64,
     /// Momentum and angular momentum that other grains have given it in this step, in N s/m and N s.
     given: Vector3<f64>,
+}
+
+/// What of a rigid body's motion is saved.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub struct SavedMotion {
+    centre: [f64; 2],
+    velocity: [f64; 2],
+    spin: f64,
+    angle: f64,
 }
 
 impl RigidMotion {
@@ -68,6 +78,38 @@ impl RigidMotion {
             angle: 0.0,
             given: Vector3::zeros(),
         }
+    }
+
+    /// The state before the next step.
+    pub fn save(&self) -> SavedMotion {
+        let Self {
+            mass: _,    // of the configuration
+            inertia: _, // likewise
+            centre,
+            velocity,
+            spin,
+            arms: _, // of the configuration
+            angle,
+            given: _, // of one step
+        } = *self;
+        SavedMotion {
+            centre,
+            velocity,
+            spin,
+            angle,
+        }
+    }
+
+    /// Takes over what [`Self::save`] gave.
+    pub fn restore(&mut self, saved: &SavedMotion) {
+        let SavedMotion {
+            centre,
+            velocity,
+            spin,
+            angle,
+        } = *saved;
+        (self.centre, self.velocity) = (centre, velocity);
+        (self.spin, self.angle) = (spin, angle);
     }
 
     /// Centre of mass in m.

@@ -22,13 +22,18 @@ pub use neo_hookean::NeoHookean;
 pub use rigid::Rigid;
 pub use von_mises::VonMises;
 
+use interface::saved::{pack, unpack};
+use interface::solver::Refusal;
+use serde::{Deserialize, Serialize, de::DeserializeOwned};
+
 use crate::lanes::{LANES, Lanes, ZERO, splat};
 use crate::points::{LaneCopy, Sources, Tile, reorder};
+use crate::saved::{Bytes, refusal};
 use crate::shape::Shape;
 use crate::stress::{StressPass, update_tiles};
 
 /// Stress of four points in Pa.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Stress {
     /// `sigma_xx`.
     pub xx: Lanes,
@@ -41,7 +46,7 @@ pub struct Stress {
 }
 
 /// What every material point has.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Point<P> {
     /// Stress at `t_n`.
     pub stress: Stress,
@@ -143,7 +148,7 @@ impl<P> Point<P> {
 /// A constitutive model.
 pub trait Material: Copy + Send + Sync + 'static {
     /// What it remembers of four points besides stress and volume.
-    type State: LaneCopy;
+    type State: LaneCopy + Serialize + DeserializeOwned;
 
     /// Whether [`Self::update`] can dissipate anything.
     const DISSIPATES: bool;
@@ -224,7 +229,19 @@ pub trait Constitutive<const W: usize, S: Shape<W>>: Send + Sync {
 
     /// Bytes of memory in use.
     fn bytes(&self) -> usize;
+
+    /// Stress, volume and state of all blocks, in their order.
+    fn save(&self) -> Bytes;
+
+    /// Takes over what [`Self::save`] gave of `blocks` blocks.
+    ///
+    /// # Errors
+    /// A [`Refusal`] of bytes that are not that.
+    fn restore(&mut self, saved: &Bytes, blocks: usize) -> Result<(), Refusal>;
 }
+
+/// The mark of the bytes of [`Constitutive::save`].
+const SAVED: &str = "material";
 
 /// The points of a cloud as its model sees them.
 pub struct MaterialPoints<M: Material> {
@@ -301,6 +318,25 @@ impl<const W: usize, S: Shape<W>, M: Material> Constitutive<W, S> for MaterialPo
 
     fn bytes(&self) -> usize {
         (self.points.capacity() + self.scratch.capacity()) * size_of::<Point<M::State>>()
+    }
+
+    fn save(&self) -> Bytes {
+        let Self {
+            model: _, // of the configuration
+            points,
+            scratch: _, // room to sort in
+        } = self;
+        Bytes(pack(SAVED, points))
+    }
+
+    fn restore(&mut self, saved: &Bytes, blocks: usize) -> Result<(), Refusal> {
+        let points: Vec<Point<M::State>> = unpack(SAVED, &saved.0)?;
+        if points.len() != blocks {
+            let text = format!("{} blocks of material for {blocks} of points", points.len());
+            return Err(refusal(text));
+        }
+        self.points = points;
+        Ok(())
     }
 }
 

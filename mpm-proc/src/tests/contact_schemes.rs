@@ -137,7 +137,8 @@ fn the_limit_of_each_scheme_bounds_its_operator() {
                     force: [0.0; 2],
                     stiffness,
                 };
-                let limits = opening(&config, stiffness.iter().map(force).collect());
+                let forces: Vec<ImpForce> = stiffness.iter().map(force).collect();
+                let limits = opening(&config, &forces);
 
                 let scatter = match scheme {
                     ContactForceScheme::Point => kernel,

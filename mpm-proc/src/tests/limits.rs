@@ -69,7 +69,7 @@ fn elastic_operator(gx: &DMatrix<f64>, gy: &DMatrix<f64>) -> DMatrix<f64> {
     operator
 }
 
-pub fn opening(config: &MpmConfig, forces: Vec<ImpForce>) -> Limits {
+pub fn opening(config: &MpmConfig, forces: &[ImpForce]) -> Limits {
     let mut mpm = configured(config);
     mpm.select_imps(&everywhere());
     let step = Step {
@@ -79,7 +79,7 @@ pub fn opening(config: &MpmConfig, forces: Vec<ImpForce>) -> Limits {
         dt: 0.0,
         measure: false,
     };
-    mpm.step(&step, &forces).expect("a sound step")
+    mpm.step(&step, forces).expect("a sound step")
 }
 
 #[test]
@@ -109,16 +109,12 @@ fn both_frequencies_bound_the_eigenvalues_of_random_clouds() {
                     }
                 })
                 .collect();
-            let limits = opening(
-                &config,
-                stiffness
-                    .iter()
-                    .map(|&stiffness| ImpForce {
-                        force: [0.0; 2],
-                        stiffness,
-                    })
-                    .collect(),
-            );
+            let force = |&stiffness: &f64| ImpForce {
+                force: [0.0; 2],
+                stiffness,
+            };
+            let forces: Vec<ImpForce> = stiffness.iter().map(force).collect();
+            let limits = opening(&config, &forces);
 
             let [s, gx, gy] = matrices(&positions, kernel, config.domain[0]);
             let n = s.ncols();
@@ -189,7 +185,7 @@ fn the_limit_of_linear_hats_bounds_the_operator_on_points() {
         (config.shape, config.transfer) = (ShapeFunction::Linear, Transfer::Flip);
         let count = [4, 20, 60][seed as usize % 3];
         let positions = scattered(&mut config, &mut random, count);
-        let limits = opening(&config, vec![ImpForce::default(); count]);
+        let limits = opening(&config, &vec![ImpForce::default(); count]);
         let [s, gx, gy] = matrices(&positions, Kernel::Linear, config.domain[0]);
         let n = s.ncols();
         let nodal: DVector<f64> = s.row_sum().transpose() * MASS;

@@ -13,6 +13,7 @@ mod limits;
 mod periodic;
 mod physics;
 mod refusals;
+mod saved;
 mod selection;
 
 use interface::config::{

@@ -1,0 +1,172 @@
+//! The state before the next step as bytes, and back.
+//!
+//! A fresh solver of the same configuration that takes the state over goes on to the same bits as one that was never
+//! stopped. So everything is saved that the next step reads before it writes it, in the order in which it lies: sums
+//! over points depend on that order, and points are sorted only when they have moved far enough.
+//!
+//! Each type says beside its definition what of it is saved. It takes itself apart there field by field, so whoever adds
+//! a field has to say whether it is saved, and if not, why: it is *of the configuration*, it *follows* from something
+//! that is, or it is *of one step*, which writes it before it reads it.
+//!
+//! In the bytes a [`Form`] comes first: what the numbers mean. What it leaves to the session is whether groups that are
+//! given point by point are the same points (their number is checked). Bytes that are torn are refused, or found out by
+//! the session's hash: what a step relies on without looking is checked here, but not every number can be.
+
+use core::fmt::{self, Write};
+
+use interface::config::{Fill, GroupConfig, MpmConfig};
+use interface::saved::{pack, unpack};
+use interface::solver::Refusal;
+use serde::de::{Deserializer, Error, Visitor};
+use serde::{Deserialize, Serialize, Serializer};
+
+/// Name of the format; the number rises with every change of what is saved.
+pub const FORMAT: &str = "tandem-mpm 1";
+
+/// A refusal to restore.
+pub fn refusal(message: impl Into<String>) -> Refusal {
+    Refusal::new("restore", message)
+}
+
+/// The configuration as far as a state depends on it: one line for each key.
+#[derive(Debug, Default)]
+pub struct Form(String);
+
+impl Form {
+    /// That of `config`.
+    pub fn of(config: &MpmConfig) -> Self {
+        let MpmConfig {
+            domain,
+            cell,
+            gravity,
+            shape,
+            transfer,
+            stress_update,
+            drift,
+            plane,
+            walls,
+            materials,
+            groups,
+            contact_force,
+            forcing,
+            constants,
+            leaving,
+            grid_contact,
+            layers,
+            interface,
+            skin,
+            threads: _, // the bits are the same for any number of them
+        } = config;
+        let mut text = String::new();
+        let mut line = |key: &str, value: &dyn fmt::Debug| {
+            writeln!(text, "mpm.{key} = {value:?}").expect("a string takes all");
+        };
+        line("domain", domain);
+        line("cell", cell);
+        line("gravity", gravity);
+        line("shape", shape);
+        line("transfer", transfer);
+        line("stress_update", stress_update);
+        line("drift", drift);
+        line("plane", plane);
+        line("walls", walls);
+        for (i, material) in materials.iter().enumerate() {
+            line(&format!("material.{i}"), material);
+        }
+        for (g, group) in groups.iter().enumerate() {
+            Self::group(g, group, &mut line);
+        }
+        line("contact_force", contact_force);
+        line("forcing", forcing);
+        line("constants", constants);
+        line("leaving", leaving);
+        line("grid_contact", grid_contact);
+        line("layers", layers);
+        line("interface", interface);
+        line("skin", skin);
+        Self(text)
+    }
+
+    fn group(g: usize, group: &GroupConfig, line: &mut dyn FnMut(&str, &dyn fmt::Debug)) {
+        let GroupConfig {
+            name,
+            material,
+            fill,
+            spacing,
+            velocity,
+            fields,
+            contact_radius,
+            rigid,
+        } = group;
+        let mut of_group =
+            |key: &str, value: &dyn fmt::Debug| line(&format!("points.{g}.{key}"), value);
+        of_group("name", name);
+        of_group("material", material);
+        match fill {
+            // As long as the state itself.
+            Fill::Points { positions } => of_group("fill.points", &positions.len()),
+            region => of_group("fill", region),
+        }
+        of_group("spacing", spacing);
+        of_group("velocity", velocity);
+        of_group("fields", fields);
+        of_group("contact_radius", contact_radius);
+        of_group("rigid", rigid);
+    }
+
+    /// The bytes of a `state` of this form.
+    pub fn seal(&self, state: Vec<u8>) -> Vec<u8> {
+        pack(FORMAT, &(Bytes(self.0.clone().into_bytes()), Bytes(state)))
+    }
+
+    /// The bytes of the state in `saved`, which must be of this form.
+    ///
+    /// # Errors
+    /// A [`Refusal`] that says what differs.
+    pub fn open(&self, saved: &[u8]) -> Result<Vec<u8>, Refusal> {
+        let (form, state): (Bytes, Bytes) = unpack(FORMAT, saved)?;
+        if form.0 == self.0.as_bytes() {
+            return Ok(state.0);
+        }
+        let theirs = String::from_utf8_lossy(&form.0);
+        let none = core::iter::repeat("nothing");
+        let pairs = theirs.lines().chain(none.clone());
+        let differs = pairs
+            .zip(self.0.lines().chain(none))
+            .take(theirs.lines().count().max(self.0.lines().count()))
+            .find(|(a, b)| a != b);
+        let (found, expected) = differs.unwrap_or(("other line ends", "its own"));
+        Err(refusal(format!(
+            "the state was saved with `{found}`, this configuration has `{expected}`"
+        )))
+    }
+}
+
+/// Bytes within a saved state. Unlike `Vec<u8>` they are copied as a whole, and a length that claims more than there is
+/// asks for no memory.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Bytes(pub Vec<u8>);
+
+impl Serialize for Bytes {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_bytes(&self.0)
+    }
+}
+
+impl<'de> Deserialize<'de> for Bytes {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Copy;
+        impl Visitor<'_> for Copy {
+            type Value = Bytes;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("bytes")
+            }
+
+            fn visit_bytes<E: Error>(self, bytes: &[u8]) -> Result<Bytes, E> {
+                Ok(Bytes(bytes.to_vec()))
+            }
+        }
+        deserializer.deserialize_bytes(Copy)
+    }
+}

@@ -1,0 +1,691 @@
+//! Saving and restoring: a solver that is taken up again goes on to the same bits.
+//!
+//! A run is driven as a session does it: a set is chosen when the travel asks for one, states are read, forces pressed on
+//! the IMPs. It is saved now and then, and from each of these states a fresh solver, with another number of threads, does
+//! the next hundred steps. Every step leaves a hash of all that the solver says.
+
+use core::fmt::{Debug, Write};
+use std::collections::hash_map::DefaultHasher;
+use std::hash::Hasher;
+use std::sync::LazyLock;
+
+use interface::config::{
+    ContactForceScheme, Drift, Fill, Forcing, GridContact, GroupConfig, Leaving, MaterialModel,
+    MpmConfig, Plane, ShapeFunction, Spacing, Stage, StressUpdate, Traction, Transfer, Wall, Walls,
+};
+use interface::material::Frictional;
+use interface::saved::{pack, unpack};
+use interface::solver::{Fault, MpmSolver};
+use interface::wire::{EnvelopeVertex, ImpForce};
+use proptest::prelude::*;
+
+use super::{BULK, Random, SHEAR, Stepper, block, configured};
+use crate::Mpm;
+use crate::continuum::{SAVED, SavedContinuum};
+use crate::lanes::{Lanes, splat};
+use crate::measure::Books;
+
+/// Steps that a run which was taken up again is compared over.
+const COMPARED: usize = 100;
+
+/// The session's part of a run, which is not the solver's to save.
+#[derive(Clone)]
+struct Driver {
+    stepper: (u64, f64, f64),
+    random: u64,
+    chosen: bool,
+    /// Whether bodies press on points.
+    coupled: bool,
+    dt: f64,
+    domain: [[f64; 2]; 2],
+}
+
+impl Driver {
+    fn new(config: &MpmConfig, dt: f64) -> Self {
+        Self {
+            stepper: (0, 0.0, 0.0),
+            random: 7,
+            chosen: false,
+            coupled: config.grid_contact.is_none(),
+            dt,
+            domain: config.domain,
+        }
+    }
+
+    /// A body that lies over the middle of where things happen.
+    fn envelope() -> Vec<EnvelopeVertex> {
+        [[0.2, 0.15], [0.55, 0.2], [0.5, 0.45], [0.25, 0.4]]
+            .map(|position| EnvelopeVertex {
+                body: 0,
+                position,
+                reach: 0.01,
+            })
+            .to_vec()
+    }
+
+    /// One step; the first one opens. Returns a hash of what the solver says.
+    fn step(&mut self, mpm: &mut Mpm) -> Result<u64, Fault> {
+        let mut said = Hashed(DefaultHasher::new());
+        let mut random = Random(self.random);
+        let mut forces = Vec::new();
+        if self.coupled {
+            if !self.chosen || mpm.travel() > 0.008 {
+                said.say(&mpm.select_imps(&Self::envelope()));
+                self.chosen = true;
+            }
+            let states = mpm.imp_states();
+            said.say(&states);
+            let far =
+                |x: f64, a: usize| self.domain[0][a] + 0.11 < x && x < self.domain[1][a] - 0.11;
+            for state in states {
+                let numbers = [0; 4].map(|_| random.between(-1.0, 1.0));
+                let pressed = numbers[0] > 0.2 && far(state.position[0], 0);
+                forces.push(if pressed {
+                    ImpForce {
+                        force: [20.0 * numbers[1], 20.0 * numbers[2]],
+                        stiffness: 1e4 * (1.0 + numbers[3]),
+                    }
+                } else {
+                    ImpForce::default()
+                });
+            }
+        }
+        let (index, time, before) = self.stepper;
+        let mut stepper = Stepper {
+            index,
+            time,
+            before,
+        };
+        let dt = if index == 0 { 0.0 } else { self.dt };
+        let measure = index.is_multiple_of(3);
+        let limits = stepper.step(mpm, dt, measure, &forces)?;
+        said.say(&limits);
+        said.say(&mpm.travel());
+        if measure {
+            said.say(mpm.measurement());
+        }
+        if index.is_multiple_of(10) {
+            said.say(&mpm.points());
+        }
+        self.stepper = (stepper.index, stepper.time, stepper.before);
+        self.random = random.0;
+        Ok(said.0.finish())
+    }
+
+    fn steps(&mut self, mpm: &mut Mpm, count: usize) -> Vec<u64> {
+        (0..count)
+            .map(|_| self.step(mpm).expect("a sound step"))
+            .collect()
+    }
+}
+
+/// A hash of numbers as they are printed: that tells every bit of one that is finite.
+struct Hashed(DefaultHasher);
+
+impl Hashed {
+    fn say(&mut self, what: &dyn Debug) {
+        write!(self, "{what:?};").expect("hashing takes all");
+    }
+}
+
+impl Write for Hashed {
+    fn write_str(&mut self, text: &str) -> core::fmt::Result {
+        self.0.write(text.as_bytes());
+        Ok(())
+    }
+}
+
+/// What a run was when it was saved.
+struct Moment {
+    name: &'static str,
+    driver: Driver,
+    bytes: Vec<u8>,
+}
+
+/// Runs `config`, and once more from each of the moments at which it was saved.
+fn goes_on(name: &str, config: &MpmConfig) -> Vec<&'static str> {
+    let mut mpm = configured(config);
+    let mut driver = Driver::new(config, 2e-4);
+    let mut said = Vec::new();
+    let mut moments: Vec<Moment> = Vec::new();
+    let mut save = |name, driver: &Driver, mpm: &Mpm| {
+        if moments.iter().all(|m: &Moment| m.name != name) {
+            let bytes = mpm.save().expect("configured");
+            let driver = driver.clone();
+            moments.push(Moment {
+                name,
+                driver,
+                bytes,
+            });
+        }
+    };
+    save("before any step", &driver, &mpm);
+    for n in 0..230 {
+        let travel = mpm.travel();
+        let result = driver.step(&mut mpm);
+        said.push(result.unwrap_or_else(|fault| panic!("{name}, step {n}: {fault}")));
+        if n == 0 {
+            save("after the opening step", &driver, &mpm);
+        } else if n < 230 - COMPARED {
+            if mpm.scheme().just_sorted() {
+                save("after a sort", &driver, &mpm);
+            }
+            if mpm.travel().is_infinite() {
+                save("after a point has crossed or gone", &driver, &mpm);
+            } else if mpm.travel() < travel {
+                save("after a selection", &driver, &mpm);
+            }
+            if n == 37 {
+                save("mid-way", &driver, &mpm);
+            }
+        }
+    }
+    let mut threads = config.clone();
+    threads.threads = 3 - config.threads;
+    for moment in &moments {
+        let mut fresh = configured(&threads);
+        fresh.restore(&moment.bytes).expect("its own state");
+        assert_eq!(
+            fresh.save().unwrap(),
+            moment.bytes,
+            "{name}, {}",
+            moment.name
+        );
+        let mut driver = moment.driver.clone();
+        let done = driver.stepper.0 as usize;
+        let again = driver.steps(&mut fresh, COMPARED);
+        let differs = (0..COMPARED).find(|&i| again[i] != said[done + i]);
+        assert_eq!(differs, None, "{name}, saved {}: first step", moment.name);
+    }
+    moments.iter().map(|m| m.name).collect()
+}
+
+fn frictional(cohesion: f64) -> Frictional {
+    Frictional {
+        bulk_modulus: BULK,
+        shear_modulus: SHEAR,
+        friction_angle: 30.0,
+        dilation_angle: 10.0,
+        cohesion,
+        tensile_strength: 100.0,
+    }
+}
+
+/// Every model, with numbers that let it yield or flow.
+fn models() -> [MaterialModel; 6] {
+    let (bulk_modulus, shear_modulus) = (BULK, SHEAR);
+    [
+        MaterialModel::LinearElastic {
+            bulk_modulus,
+            shear_modulus,
+        },
+        MaterialModel::DruckerPrager(frictional(500.0)),
+        MaterialModel::MohrCoulomb(frictional(500.0)),
+        MaterialModel::NeoHookean {
+            bulk_modulus,
+            shear_modulus,
+        },
+        MaterialModel::Fluid {
+            bulk_modulus,
+            exponent: 3.0,
+            viscosity: 4.0,
+        },
+        MaterialModel::VonMises {
+            bulk_modulus,
+            shear_modulus,
+            yield_stress: 2e3,
+            hardening_modulus: 1e5,
+        },
+    ]
+}
+
+/// A block in the open that flies to the right and turns.
+fn flying() -> MpmConfig {
+    let mut config = block();
+    config.gravity = [0.0, -9.81];
+    config.groups[0].spacing = Spacing::PerCell(9);
+    config.groups[0].velocity = [3.0, 0.5];
+    config.groups[0].fields.velocity = Some(["-5*(y-0.4)".into(), "5*(x-0.25)".into()]);
+    config
+}
+
+fn rectangle(lower: [f64; 2]) -> Fill {
+    let upper = [lower[0] + 0.3, lower[1] + 0.2];
+    Fill::Rectangle { lower, upper }
+}
+
+/// What happens to the block besides, in turn.
+fn surround(config: &mut MpmConfig, which: usize) {
+    match which % 6 {
+        0 => {} // in the open
+        1 => {
+            // On a fixed floor, against a slip wall.
+            config.walls.bottom = Wall::Fixed;
+            config.walls.right = Wall::Slip;
+            config.groups[0].velocity = [0.5, -0.5];
+            config.groups[0].fill = rectangle([0.5, 0.1]);
+        }
+        2 => {
+            config.walls.left = Wall::Periodic;
+            config.walls.right = Wall::Periodic;
+            config.groups[0].fill = rectangle([0.45, 0.3]);
+        }
+        3 => {
+            // Off through the left wall.
+            config.leaving = Leaving::Remove;
+            config.groups[0].velocity = [-3.0, 0.5];
+            config.groups[0].fill = rectangle([-0.2, 0.3]);
+        }
+        4 => {
+            config.walls.bottom = Wall::Friction { coefficient: 0.4 };
+            config.groups[0].velocity = [1.5, -0.5];
+            config.groups[0].fill = rectangle([0.1, 0.1]);
+        }
+        _ => force(config),
+    }
+}
+
+/// Loads of all kinds, and stages that begin while a run is compared.
+fn force(config: &mut MpmConfig) {
+    let blends = matches!(config.transfer, Transfer::Flip | Transfer::Blend { .. });
+    let stage = |from, damping, fraction| Stage {
+        from,
+        damping,
+        pic_fraction: if blends { fraction } else { None },
+    };
+    config.forcing = Forcing {
+        body_force: Some(["30*sin(9*y+50*t)".into(), "20*x".into()]),
+        tractions: vec![Traction {
+            group: 0,
+            within: [[0.1, 0.3], [0.2, 0.33]],
+            force: [60.0, -90.0],
+        }],
+        stages: vec![
+            stage(0.003, 20.0, None),
+            stage(0.012, 5.0, Some(0.3)),
+            stage(0.025, 0.0, Some(0.1)),
+        ],
+    };
+}
+
+const SHAPES: [ShapeFunction; 4] = [
+    ShapeFunction::Linear,
+    ShapeFunction::Ugimp,
+    ShapeFunction::QuadraticBspline,
+    ShapeFunction::CubicBspline,
+];
+
+const TRANSFERS: [Transfer; 5] = [
+    Transfer::Pic,
+    Transfer::Flip,
+    Transfer::Blend { pic_fraction: 0.1 },
+    Transfer::Apic,
+    Transfer::Xpic { order: 2 },
+];
+
+const UPDATES: [StressUpdate; 3] = [StressUpdate::Usf, StressUpdate::Usl, StressUpdate::Musl];
+
+/// Every shape with every transfer and stress update that it takes; materials, contact schemes, drifts and surroundings
+/// in turn, so that each of them meets many of the others.
+fn covering() -> Vec<(String, MpmConfig)> {
+    let mut cases = Vec::new();
+    for shape in SHAPES {
+        for transfer in TRANSFERS {
+            for update in UPDATES {
+                let n = cases.len();
+                let mut config = flying();
+                (config.shape, config.transfer) = (shape, transfer);
+                config.stress_update = update;
+                config.drift = [Drift::Mapped, Drift::Mapped, Drift::Nodal][n / 3 % 3];
+                if update == StressUpdate::Usl {
+                    config.drift = Drift::Nodal;
+                }
+                let model = models()[(n + n / 6) % 6];
+                config.materials[0].model = model;
+                if n % 12 == 0 {
+                    config.plane = Plane::Stress;
+                    config.materials[0].model = models()[0];
+                }
+                config.contact_force = [
+                    ContactForceScheme::Point,
+                    ContactForceScheme::NearestNodes,
+                    ContactForceScheme::Traction,
+                ][n % 3];
+                if shape == ShapeFunction::Linear && n % 3 == 2 {
+                    config.contact_force = ContactForceScheme::Point;
+                }
+                surround(&mut config, n / 2);
+                config.threads = 1 + n % 2;
+                if Mpm::new().configure(&config).is_ok() {
+                    let name = format!("{n}: {shape:?} {transfer:?} {update:?} {model:?}");
+                    cases.push((name, config));
+                } else {
+                    let apic = transfer == Transfer::Apic;
+                    let plain = matches!(shape, ShapeFunction::Linear | ShapeFunction::Ugimp);
+                    assert!(apic && plain, "{shape:?} {transfer:?} {update:?}");
+                }
+            }
+        }
+    }
+    cases
+}
+
+#[test]
+fn a_restored_solver_goes_on_to_the_same_bits() {
+    let cases = covering();
+    assert_eq!(cases.len(), 54);
+    let mut moments = Vec::new();
+    for (name, config) in &cases {
+        moments.extend(goes_on(name, config));
+    }
+    for moment in [
+        "before any step",
+        "after the opening step",
+        "after a selection",
+        "after a sort",
+        "after a point has crossed or gone",
+        "mid-way",
+    ] {
+        let count = moments.iter().filter(|m| **m == moment).count();
+        assert!(count >= 6, "{moment}: {count} of {}", cases.len());
+    }
+}
+
+/// The rest of what the product of choices leaves out: each contact scheme and drift with each model, in each surrounding.
+#[test]
+fn every_model_goes_on_in_every_surrounding() {
+    for (m, model) in models().into_iter().enumerate() {
+        for around in 0..6 {
+            let mut config = flying();
+            config.materials[0].model = model;
+            let n = m + around;
+            config.transfer = [Transfer::Apic, Transfer::Flip][n % 2];
+            config.stress_update = [StressUpdate::Usf, StressUpdate::Musl][n / 2 % 2];
+            config.contact_force = [
+                ContactForceScheme::Traction,
+                ContactForceScheme::Point,
+                ContactForceScheme::NearestNodes,
+            ][(m + 2 * around) % 3];
+            surround(&mut config, around);
+            config.threads = 1 + n % 2;
+            goes_on(&format!("{model:?}, surrounding {around}"), &config);
+        }
+    }
+}
+
+/// Two blocks that meet, one of them rigid where `rigid` says so, with friction.
+fn grains(rigid: [bool; 2]) -> MpmConfig {
+    let mut config = flying();
+    config.transfer = Transfer::Flip;
+    config.drift = Drift::Nodal;
+    config.grid_contact = Some(GridContact { friction: 0.3 });
+    config.groups[0].fields.velocity = None;
+    config.groups = [("left", [0.0, 0.33], 3.0), ("right", [0.32, 0.3], 0.0)]
+        .into_iter()
+        .zip(rigid)
+        .map(|((name, lower, v), rigid)| GroupConfig {
+            name: name.into(),
+            fill: rectangle(lower),
+            velocity: [v, 0.0],
+            rigid,
+            ..config.groups[0].clone()
+        })
+        .collect();
+    config
+}
+
+#[test]
+fn grains_go_on_to_the_same_bits() {
+    let mut n = 0;
+    for shape in SHAPES {
+        for rigid in [[false, false], [false, true], [true, false]] {
+            let mut config = grains(rigid);
+            config.shape = shape;
+            config.transfer = [Transfer::Flip, Transfer::Pic, Transfer::Xpic { order: 2 }][n % 3];
+            if n % 2 == 0 && matches!(shape, ShapeFunction::QuadraticBspline) {
+                config.transfer = Transfer::Apic;
+            }
+            config.materials[0].model = models()[n % 6];
+            if shape != ShapeFunction::Ugimp {
+                config.stress_update = UPDATES[n / 2 % 3];
+            }
+            config.walls.bottom = [Wall::Friction { coefficient: 0.2 }, Wall::Open][n % 2];
+            if n % 4 == 3 {
+                force(&mut config);
+                config.forcing.tractions[0].within = [[0.0, 0.3], [0.3, 0.4]];
+            }
+            if n % 5 == 4 {
+                config.leaving = Leaving::Remove;
+                config.walls = Walls::default();
+                config.domain[1][0] = 0.7;
+            }
+            config.threads = 1 + n % 2;
+            goes_on(&format!("grains {n}: {shape:?} {rigid:?}"), &config);
+            n += 1;
+        }
+    }
+}
+
+#[test]
+fn grains_remember_that_bodies_of_another_solver_are_near() {
+    let mut mpm = configured(&grains([false, true]));
+    mpm.select_imps(&Driver::envelope());
+    let bytes = mpm.save().unwrap();
+    let mut fresh = configured(&grains([false, true]));
+    fresh.restore(&bytes).unwrap();
+    let fault = Stepper::new().step(&mut fresh, 0.0, false, &[]);
+    assert!(fault.unwrap_err().to_string().contains("grid_contact"));
+}
+
+/// A run of the block under forces, after 60 steps.
+fn under_way(config: &MpmConfig) -> (Driver, Mpm) {
+    let mut mpm = configured(config);
+    let mut driver = Driver::new(config, 2e-4);
+    driver.steps(&mut mpm, 60);
+    (driver, mpm)
+}
+
+type Affine = [[Lanes; 2]; 2];
+
+/// The state of an APIC continuum, changed by `change`.
+fn tampered(mpm: &Mpm, change: impl FnOnce(&mut SavedContinuum<Affine>)) -> Vec<u8> {
+    let form = mpm.form();
+    let bytes = form.open(&mpm.save().unwrap()).unwrap();
+    let mut state = unpack(SAVED, &bytes).unwrap();
+    change(&mut state);
+    form.seal(pack(SAVED, &state))
+}
+
+/// What is saved wrongly shows: velocities of `t_n`, points in another order, sums that begin anew.
+#[test]
+fn three_wrong_states_are_found_out() {
+    let config = flying();
+    let (driver, mut mpm) = under_way(&config);
+    let right = tampered(&mpm, |_| ());
+    assert_eq!(right, mpm.save().unwrap());
+    let continues = |bytes: &[u8], sort: bool| {
+        let mut fresh = configured(&config);
+        fresh.restore(bytes).unwrap();
+        if sort {
+            fresh.scheme().sort_now();
+        }
+        driver.clone().steps(&mut fresh, COMPARED)
+    };
+    let expected = driver.clone().steps(&mut mpm, COMPARED);
+    assert_eq!(continues(&right, false), expected);
+
+    let (_, saved) = under_way(&config);
+    // Half a kick of gravity: what a solver would hand out whose velocities were those of t_n.
+    let whole = tampered(&saved, |state| {
+        for motion in &mut state.clouds[0].motion {
+            motion.v[1] -= splat(9.81 * 1e-4);
+        }
+    });
+    assert_ne!(continues(&whole, false)[0], expected[0]);
+    let sorted = continues(&right, true);
+    assert!(sorted != expected, "the order of points does not matter");
+    let anew = tampered(&saved, |state| state.books = Books::default());
+    let books = continues(&anew, false);
+    // Told by the ledger of the next step that is measured, every third.
+    assert!(books[..3] != expected[..3]);
+}
+
+#[test]
+fn a_state_takes_as_many_bytes_as_its_numbers() {
+    let mut config = flying();
+    config.cell = 0.01;
+    let mpm = configured(&config);
+    let points = mpm.points().len();
+    // APIC, elastic: x, v, B; stress, volume, work; id.
+    let least = points * (16 + 16 + 32 + 32 + 8 + 8 + 4);
+    let bytes = mpm.save().unwrap().len();
+    assert!((least..least * 5 / 4).contains(&bytes), "{bytes} {least}");
+    assert!(bytes < mpm.bytes());
+}
+
+fn not_taken(config: &MpmConfig, bytes: &[u8], says: &[&str]) {
+    let refusal = configured(config)
+        .restore(bytes)
+        .expect_err("another state");
+    assert_eq!(refusal.key, "restore");
+    for text in says {
+        assert!(refusal.message.contains(text), "{refusal}");
+    }
+}
+
+#[test]
+fn a_state_of_another_configuration_is_refused_with_what_differs() {
+    let bytes = configured(&flying()).save().unwrap();
+    let mut other = flying();
+    other.shape = ShapeFunction::CubicBspline;
+    not_taken(&other, &bytes, &["mpm.shape", "Quadratic", "Cubic"]);
+    let mut other = flying();
+    other.transfer = Transfer::Flip;
+    not_taken(&other, &bytes, &["mpm.transfer = Apic", "Flip"]);
+    let mut other = flying();
+    other.materials[0].model = models()[1];
+    not_taken(&other, &bytes, &["LinearElastic", "DruckerPrager"]);
+    let mut other = flying();
+    other.groups[0].spacing = Spacing::PerCell(4);
+    not_taken(&other, &bytes, &["mpm.points.0.spacing", "PerCell(9)"]);
+    let mut other = flying();
+    other.groups.push(other.groups[0].clone());
+    other.groups[1].fill = rectangle([0.1, 0.6]);
+    not_taken(&other, &bytes, &["mpm.points.1.name"]);
+    not_taken(&flying(), b"", &["tandem-mpm 1"]);
+    not_taken(&flying(), &bytes[..bytes.len() - 1], &["damaged"]);
+    let refusal = Mpm::new().restore(&bytes).unwrap_err();
+    assert!(refusal.message.contains("configured"), "{refusal}");
+
+    // Given point by point, groups are told apart by their number alone.
+    let mut single = flying();
+    let mut positions = vec![[0.2, 0.3], [0.3, 0.3]];
+    let fill = |positions: &Vec<[f64; 2]>| Fill::Points {
+        positions: positions.clone(),
+    };
+    single.groups[0].spacing = Spacing::Distance(0.02);
+    single.groups[0].fill = fill(&positions);
+    let bytes = configured(&single).save().unwrap();
+    positions.push([0.4, 0.3]);
+    single.groups[0].fill = fill(&positions);
+    not_taken(&single, &bytes, &["fill.points = 2", "fill.points = 3"]);
+}
+
+/// A solver that has refused a state says so and does no step.
+#[test]
+fn a_solver_is_of_no_use_after_it_has_refused() {
+    let bytes = configured(&flying()).save().unwrap();
+    let mut mpm = configured(&flying());
+    mpm.restore(&bytes[..100]).unwrap_err();
+    let fault = Stepper::new().step(&mut mpm, 0.0, false, &[]).unwrap_err();
+    assert!(fault.to_string().contains("configured"));
+    mpm.configure(&flying()).unwrap();
+    mpm.restore(&bytes).unwrap();
+}
+
+/// Configurations whose states are torn: with IMPs and loads, with points that go, with grains, with hats.
+static TORN: LazyLock<Vec<(MpmConfig, Driver, Vec<u8>)>> = LazyLock::new(|| {
+    let mut cases = vec![
+        flying(),
+        flying(),
+        flying(),
+        grains([false, true]),
+        flying(),
+    ];
+    force(&mut cases[0]);
+    surround(&mut cases[1], 3);
+    surround(&mut cases[2], 2);
+    (cases[4].shape, cases[4].transfer) = (ShapeFunction::Linear, Transfer::Pic);
+    surround(&mut cases[4], 1);
+    cases
+        .into_iter()
+        .map(|config| {
+            let (driver, mpm) = under_way(&config);
+            let bytes = mpm.save().unwrap();
+            (config, driver, bytes)
+        })
+        .collect()
+});
+
+/// Whatever comes of the bytes, nothing panics; steps end with a fault at worst.
+fn survives(case: usize, bytes: &[u8]) -> bool {
+    let (config, driver, _) = &TORN[case];
+    let mut mpm = configured(config);
+    let taken = mpm.restore(bytes);
+    if let Err(refusal) = &taken {
+        assert_eq!(refusal.key, "restore");
+        return false;
+    }
+    let mut driver = driver.clone();
+    for _ in 0..6 {
+        if driver.step(&mut mpm).is_err() {
+            break;
+        }
+    }
+    mpm.points();
+    true
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn a_state_cut_short_is_refused(case in 0..5_usize, at in any::<prop::sample::Index>()) {
+        let bytes = &TORN[case].2;
+        prop_assert!(!survives(case, &bytes[..at.index(bytes.len())]));
+    }
+
+    #[test]
+    fn flipped_bits_never_panic(
+        case in 0..5_usize,
+        flips in prop::collection::vec((any::<prop::sample::Index>(), 0..8_u8), 1..6),
+    ) {
+        let mut bytes = TORN[case].2.clone();
+        for (at, bit) in flips {
+            let at = at.index(bytes.len());
+            bytes[at] ^= 1 << bit;
+        }
+        survives(case, &bytes);
+    }
+
+    /// Where a list begins and what stands at the ends of numbers is hit more often than by chance alone.
+    #[test]
+    fn extreme_bytes_never_panic(
+        case in 0..5_usize,
+        at in any::<prop::sample::Index>(),
+        with in prop::collection::vec(prop_oneof![Just(0_u8), Just(0x7f), Just(0xf0), Just(0xff)], 8),
+    ) {
+        let mut bytes = TORN[case].2.clone();
+        let at = at.index(bytes.len() - 8) / 4 * 4;
+        bytes[at..at + 8].copy_from_slice(&with);
+        survives(case, &bytes);
+    }
+
+    #[test]
+    fn random_bytes_are_refused(case in 0..5_usize, bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        prop_assert!(!survives(case, &bytes));
+        // The same behind the right marks.
+        let sealed = configured(&TORN[case].0).form().seal(bytes);
+        prop_assert!(!survives(case, &sealed));
+    }
+}
