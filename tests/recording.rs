@@ -23,7 +23,7 @@ fn content(path: &Path) -> (BTreeMap<&'static str, u64>, End) {
     let mut playback = Playback::open(path).unwrap();
     let mut messages = BTreeMap::new();
     while let Some(message) = playback.message().unwrap() {
-        *messages.entry(message.channel).or_default() += 1;
+        *messages.entry(message.channel.name()).or_default() += 1;
     }
     (messages, playback.end().expect("the end has been read"))
 }
@@ -88,7 +88,7 @@ fn every_step_of_a_channel_is_there_in_its_order() {
     let (mut forces, mut states) = (0, 0);
     while let Some(message) = playback.message().unwrap() {
         let header = message.header;
-        match message.channel {
+        match message.channel.name() {
             "imp/forces" => {
                 assert_eq!(header.step, forces);
                 forces += 1;

@@ -51,6 +51,9 @@ pub enum RunError {
         /// What bound it.
         bound: &'static str,
     },
+    /// The scene needs what a solver has not said that it takes (clause K-2).
+    #[error("{0}")]
+    Unmet(String),
     /// A defect of this program, met where the solvers share its thread.
     #[error("this program has a defect: {0}")]
     Panicked(String),
@@ -73,6 +76,7 @@ impl RunError {
             Self::BlowUp { .. } => {
                 "lower time.safety or time.max_step, and prefer criterion = \"composed\""
             }
+            Self::Unmet(_) => "change these keys of the scene, or take another solver",
             Self::Panicked(_) => "please report it, with the scene",
             Self::Interrupted => "what was recorded until then is kept",
             Self::Output(_) => "make room, or give another directory with --out",
@@ -106,9 +110,11 @@ impl RunError {
                 Status::Unstable
             }
             Self::Interrupted => Status::Interrupted,
-            Self::Session(_) | Self::Start(_) | Self::Output(_) | Self::Panicked(_) => {
-                Status::Failed
-            }
+            Self::Session(_)
+            | Self::Start(_)
+            | Self::Output(_)
+            | Self::Unmet(_)
+            | Self::Panicked(_) => Status::Failed,
         }
     }
 }

@@ -19,7 +19,7 @@ use crate::progress::{Progress, Standing};
 use crate::quantity::{Measured, Sample};
 use crate::run::RunOptions;
 use crate::rundir::{History, RunDir};
-use crate::scene::Scene;
+use crate::scene::{Scene, unmet};
 use crate::stability::{Bound, Budgets, Sides, Stability};
 use crate::summary::state_hash;
 
@@ -172,13 +172,16 @@ impl<'a> Run<'a> {
         mpm.into_iter().chain(dem).collect()
     }
 
-    fn configure(&self, coupler: &Coupler) -> Vec<Part> {
+    fn configure(&self, coupler: &Coupler) -> Result<Vec<Part>, RunError> {
         for &party in &self.parties {
-            if let Some(hello) = coupler.hello(party) {
-                tracing::info!(%party, identity = hello.identity, pid = hello.pid, "joined");
+            let hello = coupler.hello(party).expect("all have said hello");
+            tracing::info!(%party, identity = hello.identity, pid = hello.pid, "joined");
+            // K-2.
+            if let Some(unmet) = unmet(self.scene, party, &hello.identity, &hello.capabilities) {
+                return Err(RunError::Unmet(unmet.to_string()));
             }
         }
-        self.parts()
+        Ok(self.parts())
     }
 
     fn ready(&mut self, coupler: &Coupler) {
@@ -439,7 +442,7 @@ impl<'a> Run<'a> {
 impl Lead for Run<'_> {
     fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop> {
         let decision = match question {
-            Question::Configure => Ok(Decision::Configure(self.configure(coupler))),
+            Question::Configure => self.configure(coupler).map(Decision::Configure),
             Question::Ready => {
                 self.ready(coupler);
                 Ok(Decision::Noted)

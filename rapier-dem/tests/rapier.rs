@@ -1,41 +1,27 @@
-//! Scenes of the catalogue with rapier as the bodies' side, each party in a thread of its own.
+//! Scenes of the catalogue with rapier as the bodies' side, all parties in one thread.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use coupler::launch::Start;
-use coupler::run::{RunOptions, run};
+use coupler::run::{RunOptions, Solvers, run};
 use coupler::rundir::RunDir;
 use coupler::scene::Scene;
 use coupler::summary::{Status, Summary};
 use interface::config::DemConfig;
-use interface::domain::Domain;
-use interface::session::{SessionError, serve_dem, serve_mpm};
-use interface::solver::DemSolver;
-use interface::transport::iceoryx::Medium;
+use interface::solver::{DemSolver, MpmSolver};
 use rapier_dem::Rapier;
 use tempfile::TempDir;
 
-fn mpm_thread(domain: &Domain) -> Result<(), SessionError> {
-    serve_mpm(
-        Medium::Threads,
-        domain,
-        &mut mpm_proc::Mpm::default(),
-        false,
-    )
+fn continuum() -> Box<dyn MpmSolver> {
+    Box::new(mpm_proc::Mpm::default())
 }
 
-fn rapier(domain: &Domain) -> Result<(), SessionError> {
-    serve_dem(Medium::Threads, domain, &mut Rapier::default(), false)
+fn rapier() -> Box<dyn DemSolver> {
+    Box::new(Rapier::default())
 }
 
-fn built_in(domain: &Domain) -> Result<(), SessionError> {
-    serve_dem(
-        Medium::Threads,
-        domain,
-        &mut dem_proc::Sdem::default(),
-        false,
-    )
+fn built_in() -> Box<dyn DemSolver> {
+    Box::new(dem_proc::Sdem::default())
 }
 
 fn catalogue(name: &str) -> PathBuf {
@@ -50,19 +36,16 @@ struct Shown {
     rows: Vec<Vec<f64>>,
 }
 
-fn show(
-    name: &str,
-    variant: &str,
-    set: &[&str],
-    dem: fn(&Domain) -> Result<(), SessionError>,
-) -> Shown {
+fn show(name: &str, variant: &str, set: &[&str], dem: fn() -> Box<dyn DemSolver>) -> Shown {
     let set: Vec<String> = set.iter().map(ToString::to_string).collect();
     let scene = Scene::load(&catalogue(name), Some(variant), &set).unwrap();
     let place = TempDir::new().unwrap();
     let dir = RunDir::create(&place.path().join("out")).unwrap();
     let options = RunOptions {
-        mpm: Start::Thread(mpm_thread),
-        dem: Start::Thread(dem),
+        solvers: Solvers::Here {
+            mpm: continuum,
+            dem,
+        },
         threads: 1,
         window: None,
         record: false,
