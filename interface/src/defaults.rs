@@ -1,6 +1,10 @@
 //! Which fields of a configuration are not sent: those that have their default (PROTOCOL.md clause J-2).
 //!
 //! Numbers are compared by their bits: -0.0 is not the default 0.0, so a configuration reads back as it was, to the bit.
+#![allow(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "serde passes every field by reference"
+)]
 
 /// Whether a value is its type's default.
 pub(crate) fn is_default<T: Default + PartialEq>(value: &T) -> bool {
