@@ -420,6 +420,7 @@ impl Bodies {
     }
 
     /// These bodies in other poses: centres in m, angles in rad. Their frames stay behind.
+    #[must_use]
     pub fn placed(&self, poses: impl IntoIterator<Item = (Vec2, f64)>) -> Self {
         let mut placed = self.clone();
         for (state, (center, angle)) in placed.state.iter_mut().zip(poses) {

@@ -165,28 +165,7 @@ fn body_side(config: &DemConfig, surfaces: &Surfaces, law: &ContactLaw) -> Box<d
 /// # Errors
 /// A refusal that names the key.
 pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
-    if !config.gravity.iter().all(|g| g.is_finite()) {
-        let text = format!("{:?}: expected finite numbers in m/s^2", config.gravity);
-        return Err(Refusal::new("dem.gravity", text));
-    }
-    if !(config.skin.is_finite() && config.skin >= 0.0) {
-        let text = format!(
-            "{} m: expected a finite distance that is not negative",
-            config.skin
-        );
-        return Err(Refusal::new("dem.skin", text));
-    }
-    if config.threads == 0 {
-        return Err(Refusal::new("dem.threads", "0: expected 1 or more"));
-    }
-    if !config.group_pairs.is_empty() {
-        let text = "contact between groups of points is not built (capability `pairs`)";
-        return Err(Refusal::new("dem.group_pairs", text));
-    }
-    if config.interface == Interface::Segments {
-        let text = "contact with segments is not built (capability `segments`); use \"points\"";
-        return Err(Refusal::new("dem.interface", text));
-    }
+    check_numbers(config)?;
     let bodies = Bodies::new(config)?;
     // Where the stiffness depends on the overlap: at a hundredth of the smallest sphero-radius.
     let radii = bodies.state.iter().map(|s| s.radius);
@@ -271,6 +250,33 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         notes,
     };
     Ok((system, readiness))
+}
+
+/// Refuses numbers out of range, and what is not built.
+fn check_numbers(config: &DemConfig) -> Result<(), Refusal> {
+    if !config.gravity.iter().all(|g| g.is_finite()) {
+        let text = format!("{:?}: expected finite numbers in m/s^2", config.gravity);
+        return Err(Refusal::new("dem.gravity", text));
+    }
+    if !(config.skin.is_finite() && config.skin >= 0.0) {
+        let text = format!(
+            "{} m: expected a finite distance that is not negative",
+            config.skin
+        );
+        return Err(Refusal::new("dem.skin", text));
+    }
+    if config.threads == 0 {
+        return Err(Refusal::new("dem.threads", "0: expected 1 or more"));
+    }
+    if !config.group_pairs.is_empty() {
+        let text = "contact between groups of points is not built (capability `pairs`)";
+        return Err(Refusal::new("dem.group_pairs", text));
+    }
+    if config.interface == Interface::Segments {
+        let text = "contact with segments is not built (capability `segments`); use \"points\"";
+        return Err(Refusal::new("dem.interface", text));
+    }
+    Ok(())
 }
 
 /// Refuses bodies and laws that a measure of overlap is not made for.
