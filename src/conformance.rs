@@ -11,7 +11,7 @@ use conformance::mutant::{self, Host};
 use conformance::profile::{Profile, profiles};
 use conformance::report::{Paint, Rows, json, junit, listing, summary, waiver};
 use conformance::waiver::Waivers;
-use conformance::{Examination, ExamineError, Judged, Options, clause, examine};
+use conformance::{Examination, ExamineError, Options, clause, examine};
 use interface::control::Party;
 use interface::process;
 use interface::session::SessionError;

@@ -7,7 +7,7 @@ use interface::stage::{Message, Payload};
 use interface::wire::{BodyState, ImpForce, ImpState};
 
 use super::scene::{
-    Contact, Ground, MASS, RADIUS, SPHERO, STIFFNESS, damped, disc, frictional, scene,
+    Contact, Ground, MASS, OVERLAP, RADIUS, SPHERO, STIFFNESS, damped, disc, frictional, scene,
 };
 use crate::bench::{Answer, Bench, Measured, Play, Points};
 use crate::clause::Clause;
@@ -178,8 +178,6 @@ pub const CLAUSES: &[Clause] = &[
 const MU: f64 = 0.5;
 /// Tangential stiffness in N/m.
 const TANGENTIAL: f64 = 2e4;
-/// Overlap in m.
-const OVERLAP: f64 = 1e-3;
 /// Sliding in a step, in m.
 const SLIDE: f64 = 1e-4;
 const DT: f64 = 1e-3;

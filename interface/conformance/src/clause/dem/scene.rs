@@ -11,6 +11,8 @@ pub const STIFFNESS: f64 = 6e4;
 pub const SPHERO: f64 = 0.02;
 /// Contact radius of points in m.
 pub const RADIUS: f64 = 0.01;
+/// Overlap of points that slide, in m.
+pub const OVERLAP: f64 = 1e-3;
 /// Mass of bodies in kg/m.
 pub const MASS: f64 = 1.5;
 
@@ -148,7 +150,8 @@ impl Ground {
         body(shape, [0.0, -SPHERO], Motion::Fixed)
     }
 
-    /// A point that has gone this way (m), as the law counts it in steps of `step` (m), and overlaps by `overlap` (m).
+    /// A point that has gone this way (m), as the law counts it in steps of `step` (m) with an overlap of [`OVERLAP`],
+    /// and now overlaps by `overlap` (m).
     pub fn at(self, way: f64, step: f64, overlap: f64) -> Contact {
         match self {
             Self::Floor => Contact {
@@ -158,8 +161,9 @@ impl Ground {
             },
             Self::Hill => {
                 let far = SPHERO + RADIUS - overlap;
-                // A chord of a step, projected on the tangent at its end: far times the sine of its angle.
-                let (s, c) = ((step / far).asin() * way / step).sin_cos();
+                // A chord of a step, projected on the tangent at its end: the radius times the sine of its angle.
+                let angle = (step / (SPHERO + RADIUS - OVERLAP)).asin();
+                let (s, c) = (angle * way / step).sin_cos();
                 Contact {
                     position: [far * s, far * c - SPHERO],
                     normal: [s, c],

@@ -33,18 +33,8 @@ pub const CLAUSES: &[Clause] = &[
     .mutant("says the mass of two points", || {
         spoil::ready(|ready| ready.mass_min *= 2.0)
     }),
-    Clause::must("S-8b", "refuses a cell of no size by its key", no_cell).mutant(
-        "takes a cell of its own where there is none",
-        || {
-            Flaw::config(|config: &mut MpmConfig| {
-                if config.cell == 0.0 {
-                    config.cell = 0.05;
-                }
-            })
-        },
-    ),
     Clause::must(
-        "S-8c",
+        "S-8b",
         "refuses a material that there is not by its key",
         no_material,
     )
@@ -102,12 +92,6 @@ fn refused(bench: &Bench, config: &impl serde::Serialize) -> Judgement {
         Reply::Refused(refusal) => Err(broken("a key", format_args!("`{refusal}`"))),
         Reply::Ready(_) => Err(broken("Refused", "Ready")),
     }
-}
-
-fn no_cell(bench: &Bench) -> Judgement {
-    let mut config = single([0.0; 2]);
-    config.cell = 0.0;
-    refused(bench, &config)
 }
 
 fn no_material(bench: &Bench) -> Judgement {

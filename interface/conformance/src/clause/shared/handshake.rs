@@ -170,10 +170,12 @@ pub const CLAUSES: &[Clause] = &[
         "says Refused, with the key, to a value that nobody can honour",
         refused,
     )
-    .mutant("takes no threads for one", || {
+    .mutant("takes nothing for something", || {
         spoil::json_config(|config| {
-            if config.get("threads") == Some(&json!(0)) {
-                config.insert("threads".into(), json!(1));
+            for (key, some) in [("threads", json!(1)), ("cell", json!(0.05))] {
+                if config.get(key).and_then(Value::as_f64) == Some(0.0) {
+                    config.insert(key.into(), some);
+                }
             }
         })
     }),
@@ -322,11 +324,18 @@ fn unfit(bench: &Bench, spoil: fn(&mut Value)) -> Judgement {
 }
 
 fn refused(bench: &Bench) -> Judgement {
-    let mut session = spoilt(bench, |config| config["threads"] = json!(0))?;
-    match session.notice()? {
+    let (key, spoil): (_, fn(&mut Value)) = match bench.subject.party {
+        Party::Mpm => ("cell", |config| config["cell"] = json!(0.0)),
+        _ => ("threads", |config| config["threads"] = json!(0)),
+    };
+    match spoilt(bench, spoil)?.notice()? {
         Notice::Refused(refusal) => {
-            let named = refusal.key.contains("threads") && !refusal.message.is_empty();
-            require(named, "the key `threads` and a message", &refusal)?;
+            let named = refusal.key.contains(key) && !refusal.message.is_empty();
+            require(
+                named,
+                format_args!("the key `{key}` and a message"),
+                &refusal,
+            )?;
             Ok(refusal.to_string())
         }
         other => Err(broken("Refused", format_args!("{other:?}"))),
