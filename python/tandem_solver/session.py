@@ -96,7 +96,7 @@ class Seat:
         self.notices = run.outlet(f"{me}/notices", byte, 65536)
         self.reports = run.outlet(f"{me}/reports", wire.Report)
         self.bell, self.rope = run.bell("coupler", me), run.rope(me, "coupler")
-        self.notify(control.hello(me, solver.identity, os.getpid()))
+        self.notify(control.hello(me, solver.identity, os.getpid(), getattr(solver, "capabilities", ())))
 
     # The line to the coupler.
 
