@@ -7,6 +7,7 @@
 pub mod books;
 pub mod capability;
 mod channel;
+pub mod clauses;
 mod codec;
 pub mod config;
 pub mod control;

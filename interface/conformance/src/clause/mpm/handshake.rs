@@ -2,7 +2,7 @@
 
 use interface::config::{Fill, GroupConfig, MpmConfig};
 
-use super::scene::{DENSITY, MASS, MODULI, SPACING, block, group, material, points, scene, single};
+use super::scene::{DENSITY, MASS, MODULI, SPACING, block, group, material, points, scene};
 use crate::bench::{Bench, Reply, configure};
 use crate::clause::Clause;
 use crate::mutant::{Flaw, spoil};
