@@ -360,6 +360,10 @@ pub struct ConformanceArgs {
     /// Fail where a SHOULD is broken too.
     #[arg(long)]
     pub strict: bool,
+    /// Fail where the solver is less than this profile: held, discs, discs+friction, polygons, full; of a continuum elastic,
+    /// full.
+    #[arg(long, value_name = "PROFILE")]
+    pub require: Option<String>,
     /// Clauses that may be broken for a while: a TOML file of clause, reason and day of expiry.
     #[arg(long, value_name = "FILE")]
     pub waivers: Option<PathBuf>,
@@ -383,7 +387,7 @@ pub struct ConformanceArgs {
 /// Arguments of a mutant.
 #[derive(Debug, Args)]
 pub struct MutantArgs {
-    /// The clause to break.
+    /// The mutant: the id of the clause to break, for its second mutant with `/2` behind it.
     pub clause: Option<String>,
     /// Break a clause of a continuum solver instead of one of a rigid-body solver.
     #[arg(long)]

@@ -8,9 +8,10 @@ use std::time::Duration;
 
 use conformance::bench::{Solve, Start, Subject};
 use conformance::mutant::{self, Host};
-use conformance::report::{Paint, json, junit, listing, row, summary, waiver};
+use conformance::profile::{Profile, profiles};
+use conformance::report::{Paint, Rows, json, junit, listing, summary, waiver};
 use conformance::waiver::Waivers;
-use conformance::{Examination, ExamineError, Judged, Options, clause, examine};
+use conformance::{Examination, ExamineError, Options, clause, examine};
 use interface::control::Party;
 use interface::process;
 use interface::session::SessionError;
@@ -38,8 +39,11 @@ pub fn judge(args: &ConformanceArgs) -> ExitCode {
         }
         return ExitCode::SUCCESS;
     }
-    let prepared = subject(args).and_then(|subject| Ok((waivers(args, subject.party)?, subject)));
-    let (waivers, subject) = match prepared {
+    let prepared = subject(args).and_then(|subject| {
+        let required = required(args, subject.party)?;
+        Ok((waivers(args, subject.party)?, required, subject))
+    });
+    let (waivers, required, subject) = match prepared {
         Ok(prepared) => prepared,
         Err(error) => return complain(&error, BAD_INPUT),
     };
@@ -51,24 +55,51 @@ pub fn judge(args: &ConformanceArgs) -> ExitCode {
         startup: Duration::from_secs(args.startup.into()),
         trace: args.trace.is_some(),
     };
-    let show = |judged: &Judged| say(row(judged, &waivers, Paint(colour)));
-    let examination = match examine(&subject, &options, show) {
+    let mut rows = Rows::new(&waivers, Paint(colour));
+    let examination = match examine(&subject, &options, |judged| say(rows.row(judged))) {
         Ok(examination) => examination,
         Err(error @ ExamineError::NoSuchClause { .. }) => {
             return complain(&error.to_string(), BAD_INPUT);
         }
         Err(error) => return complain(&error.to_string(), NOT_STARTED),
     };
-    say(summary(&examination, &waivers));
+    say(format!(
+        "{}{}",
+        rows.common_causes(),
+        summary(&examination, &waivers)
+    ));
     if let Err(error) = write(args, &examination, &waivers) {
         return complain(&error, BAD_INPUT);
     }
     let mut broken = examination.broken(args.strict);
-    if broken.all(|judged| waiver(judged, &waivers).is_some()) {
-        ExitCode::SUCCESS
-    } else {
-        ExitCode::from(BROKEN)
+    let kept = broken.all(|judged| waiver(judged, &waivers).is_some());
+    let whole = is_whole(&examination, required);
+    ExitCode::from(if kept && whole { 0 } else { BROKEN })
+}
+
+/// Whether nothing of the core that counts was left out; says what was.
+fn is_whole(examination: &Examination, required: Option<&Profile>) -> bool {
+    let missing = match required {
+        Some(profile) => examination.missing(profile),
+        None => examination.unkept(),
+    };
+    for judged in &missing {
+        let why = judged.reason().unwrap_or_default();
+        say(format_args!("{} must be judged: {why}", judged.clause.id));
     }
+    missing.is_empty()
+}
+
+/// The profile that is asked for.
+fn required(args: &ConformanceArgs, party: Party) -> Result<Option<&'static Profile>, String> {
+    let Some(name) = &args.require else {
+        return Ok(None);
+    };
+    let found = profiles(party).find(|profile| profile.name == name);
+    let known: Vec<&str> = profiles(party).map(|profile| profile.name).collect();
+    let unknown =
+        || format!("--require: there is no profile `{name}` of a {party}, only {known:?}");
+    found.map(Some).ok_or_else(unknown)
 }
 
 /// Joins a run as a solver that breaks one clause.
@@ -76,15 +107,15 @@ pub fn mutate(args: &MutantArgs) -> ExitCode {
     let party = if args.mpm { Party::Mpm } else { Party::Dem };
     let Some(name) = &args.clause else {
         for mutant in mutant::of(party) {
-            say(format_args!("  {:<6} {}", mutant.clause, mutant.what));
+            say(format_args!("  {:<8} {}", mutant.name, mutant.mutant.what));
         }
         return ExitCode::SUCCESS;
     };
-    let Some(mutant) = mutant::of(party).into_iter().find(|m| m.clause == name) else {
+    let Some(mutant) = mutant::of(party).into_iter().find(|m| m.name == *name) else {
         return complain(&format!("there is no mutant `{name}`"), BAD_INPUT);
     };
     logging::of_solver();
-    let flaw = (mutant.flaw)();
+    let flaw = (mutant.mutant.flaw)();
     let Some(id) = &args.join else {
         let status = flaw.manners.status_unjoined.unwrap_or(BAD_INPUT);
         return complain("a mutant is started by `conformance`", status);

@@ -243,7 +243,17 @@ fn the_solver_of_the_guide_holds_discs_as_the_built_in_one_does() {
     ];
     let held = held.map(|set| ["--set", set]).concat();
     let more = [&OBLIQUE[..], &held].concat();
-    same_physics(&format!("python3 '{}'", path.display()), &more);
+    let command = format!("python3 '{}'", path.display());
+    same_physics(&command, &more);
+    // And it is judged as what it says that it takes.
+    let kit = ["conformance", "--require", "held", "--dem", &command];
+    let judged = Command::new(env!("CARGO_BIN_EXE_tandem"))
+        .args(kit)
+        .output();
+    let judged = judged.expect("the kit starts");
+    let told = String::from_utf8_lossy(&judged.stdout);
+    assert!(judged.status.success(), "{told}");
+    assert!(told.contains("profile held"), "{told}");
 }
 
 #[test]

@@ -6,6 +6,7 @@
 
 pub mod books;
 pub mod capability;
+pub mod clauses;
 mod codec;
 pub mod config;
 pub mod control;

@@ -8,10 +8,12 @@
 //! # How to add a clause
 //!
 //! 1. Find its number in PROTOCOL.md; if there is none, write the clause there first.
-//! 2. In the file of its subject (`clause/dem/force.rs`, ...) add a line to `CLAUSES`:
-//!    `Clause::must("F-8a", "no contact, no force", no_contact).after(&["F-7a"]).covers(&["C12"])`.
+//! 2. In the file of its subject (`clause/dem/force.rs`, ...; `clause/shared/` for both sides) add a row to `CLAUSES`:
+//!    `Clause::must("F-8a", "no contact, no force", no_contact).after(&["F-7a"]).mutant("pushes without contact", || ...)`.
 //!    `after` names clauses without which this one says nothing: keep them few, and design the clause so that another
-//!    broken rule does not break it. The first clause of a side is before all others without being named.
+//!    broken rule does not break it. The first clause of a side is before all others without being named. `needs` names
+//!    the capabilities without which it cannot be judged; let them be few, by scenes that are made of what the solver
+//!    takes ([`bench::Bench::takes`]): profiles follow from them ([`profile`]).
 //! 3. Write `fn no_contact(bench: &Bench) -> Judgement`: take a [`bench::Play`] (a coupled run in lockstep) or a bare
 //!    [`bench::Session`], do what shows the clause in as few steps as do, return `Ok(what was measured)` or an
 //!    [`verdict::Unmet`] by [`verdict::require`] or [`verdict::near`], with the numbers. A refused configuration comes
@@ -22,10 +24,10 @@
 //! # How to add a mutant
 //!
 //! A clause that no mutant can trip is no clause (`tests/mutants.rs` of the root). A mutant is the built-in solver
-//! behind a [`mutant::relay`] that passes every message on but for the one rule it breaks:
-//! in the file of its subject (`mutant/dem/force.rs`, ...) add a line `Mutant::new("F-8a", "pushes without contact", || Flaw::forces(|_, forces| ...))`.
-//! [`mutant::Flaw`] has one constructor for each thing that can be spoilt. Then
-//! `tandem conformance --dem "tandem mutant F-8a"` shows it, and the test asks that clause F-8a fails and no other.
+//! behind a [`mutant::relay`] that passes every message on but for the one rule it breaks. It stands in the clause's row,
+//! and [`mutant::Flaw`] and [`mutant::spoil`] have one constructor for each thing that can be spoilt. Then
+//! `tandem conformance --dem "tandem mutant F-8a"` shows it, and the test asks that clause F-8a fails and no other. A
+//! second mutant of a clause is called `F-8a/2`.
 #![forbid(unsafe_code)]
 #![expect(
     clippy::needless_range_loop,
@@ -39,22 +41,25 @@
 pub mod bench;
 pub mod clause;
 pub mod mutant;
+pub mod profile;
 pub mod replay;
 pub mod report;
 pub mod trace;
 pub mod verdict;
 pub mod waiver;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::time::{Duration, Instant};
 
-use interface::control::Notice;
+use interface::capability::Capabilities;
+use interface::control::{Notice, Party};
 use thiserror::Error;
 
 use bench::{Bench, Subject};
 use clause::{Clause, Level};
+use profile::Profile;
 use trace::Trace;
-use verdict::Verdict;
+use verdict::{Unmet, Verdict, Why};
 
 /// How the kit is used.
 #[derive(Debug, Clone)]
@@ -79,7 +84,7 @@ pub enum ExamineError {
         /// As asked for.
         id: String,
         /// The side.
-        party: interface::control::Party,
+        party: Party,
     },
     /// The run's channels cannot be made.
     #[error(transparent)]
@@ -106,16 +111,33 @@ impl Judged {
     pub fn failed(&self) -> bool {
         matches!(self.verdict, Verdict::Fail(_))
     }
+
+    /// Whether it was not judged because the solver does not take what it is about.
+    pub fn left_out(&self) -> bool {
+        matches!(&self.verdict, Verdict::NotApplicable { why, .. } if *why != Why::OutOfSight)
+    }
+
+    /// Why it was not judged.
+    pub fn reason(&self) -> Option<&str> {
+        match &self.verdict {
+            Verdict::NotApplicable { reason, .. } => Some(reason),
+            _ => None,
+        }
+    }
 }
 
 /// What the kit found.
 pub struct Examination {
     /// The solver's side.
-    pub party: interface::control::Party,
+    pub party: Party,
     /// What the solver calls itself, if it said.
     pub identity: String,
+    /// What it says that it takes.
+    pub capabilities: Capabilities,
     /// Every clause that was asked for, in order.
     pub judged: Vec<Judged>,
+    /// Whether all clauses were asked for.
+    pub whole: bool,
 }
 
 impl Examination {
@@ -123,6 +145,53 @@ impl Examination {
     pub fn broken(&self, strict: bool) -> impl Iterator<Item = &Judged> {
         let counts = move |j: &&Judged| strict || j.clause.level == Level::Must;
         self.judged.iter().filter(|j| j.failed()).filter(counts)
+    }
+
+    /// The profile that the solver is judged as: the largest that it fits by what it says in Hello.
+    pub fn profile(&self) -> Option<&'static Profile> {
+        profile::fitting(self.party, &self.capabilities)
+    }
+
+    /// Clauses of the core of `profile` that the solver has got out of: by a refusal, or because it does not take what
+    /// they need. Such a solver is less than the profile.
+    pub fn missing(&self, profile: &Profile) -> Vec<&Judged> {
+        let core: Vec<&str> = profile.core().map(|clause| clause.id).collect();
+        let judged = self.judged.iter();
+        judged
+            .filter(|j| j.left_out() && core.contains(&j.clause.id))
+            .collect()
+    }
+
+    /// The core that counts where none is asked for: that of the least profile of the side, and what the solver says in
+    /// Hello that it takes and then refuses.
+    pub fn unkept(&self) -> Vec<&Judged> {
+        let least = profile::profiles(self.party).next();
+        let mut missing = least.map_or(Vec::new(), |least| self.missing(least));
+        let named = !self.capabilities.0.is_empty();
+        for judged in &self.judged {
+            let promised = named && judged.clause.lacks(&self.capabilities).is_empty();
+            let known = missing
+                .iter()
+                .any(|known| known.clause.id == judged.clause.id);
+            if promised && judged.left_out() && !known {
+                missing.push(judged);
+            }
+        }
+        missing
+    }
+
+    /// What is not judged: what clauses need that the solver does not take, and keys that it refused.
+    pub fn not_judged(&self) -> BTreeSet<String> {
+        let mut not_judged = BTreeSet::new();
+        for judged in self.judged.iter().filter(|judged| judged.left_out()) {
+            let lacks = judged.clause.lacks(&self.capabilities);
+            if lacks.is_empty() {
+                let reason = judged.reason().unwrap_or_default();
+                not_judged.insert(reason.split(": ").next().unwrap_or_default().to_string());
+            }
+            not_judged.extend(lacks);
+        }
+        not_judged
     }
 }
 
@@ -143,10 +212,10 @@ pub fn examine(
             party: subject.party,
         });
     }
-    let mut startup = options.startup;
-    let (identity, came) = identity(subject, startup)?;
-    if !came {
-        startup = startup.min(bench::PATIENCE);
+    let mut options = options.clone();
+    let greeting = greeting(subject, options.startup)?;
+    if !greeting.came {
+        options.startup = options.startup.min(bench::PATIENCE);
     }
     // What the first clause asks for, that a solver comes and says Hello, every other one needs.
     let first = all.first().map(|clause| clause.id);
@@ -172,9 +241,9 @@ pub fn examine(
                 trace,
             }
         } else {
-            let (judged, awaited) = judge(subject, options.window, startup, clause, trace);
+            let (judged, awaited) = judge(subject, &options, &greeting.capabilities, clause, trace);
             if awaited {
-                startup = startup.min(bench::PATIENCE);
+                options.startup = options.startup.min(bench::PATIENCE);
             }
             judged
         };
@@ -188,32 +257,32 @@ pub fn examine(
     }
     Ok(Examination {
         party: subject.party,
-        identity,
+        identity: greeting.identity,
+        capabilities: greeting.capabilities,
         judged,
+        whole: options.only.is_empty(),
     })
 }
 
 /// Judges a clause; returns also whether the solver was awaited in vain at its start.
 fn judge(
     subject: &Subject,
-    window: u64,
-    startup: Duration,
+    options: &Options,
+    hello: &Capabilities,
     clause: &'static Clause,
     trace: Trace,
 ) -> (Judged, bool) {
     let start = Instant::now();
-    if clause.of_processes && !subject.is_process() {
-        let reason = "it can be seen of a process only".into();
-        let judged = Judged {
-            clause,
-            verdict: Verdict::NotApplicable { reason },
-            wall: Duration::ZERO,
-            trace,
-        };
-        return (judged, false);
-    }
-    let bench = Bench::new(subject.clone(), window.max(1), startup, trace);
-    let verdict = match (clause.judge)(&bench) {
+    let bench = Bench::new(subject.clone(), options, hello, trace);
+    let lacks = clause.lacks(hello);
+    let judgement = if clause.of_processes && !subject.is_process() {
+        Err(Unmet::OutOfSight("it can be seen of a process only"))
+    } else if !lacks.is_empty() {
+        Err(Unmet::Lacking(lacks))
+    } else {
+        (clause.judge)(&bench)
+    };
+    let verdict = match judgement {
         Ok(measured) => Verdict::Pass { measured },
         Err(unmet) => unmet.into(),
     };
@@ -227,28 +296,36 @@ fn judge(
     (judged, awaited)
 }
 
-/// Starts the solver once, to learn whether it can be started and what it is called, empty when it does not say; and
-/// whether it spoke or ended within `startup`.
-fn identity(subject: &Subject, startup: Duration) -> Result<(String, bool), ExamineError> {
+/// What a solver says first.
+#[derive(Default)]
+struct Greeting {
+    /// What it is called, empty when it does not say.
+    identity: String,
+    capabilities: Capabilities,
+    /// Whether it spoke or ended in time.
+    came: bool,
+}
+
+/// Starts the solver once, to learn whether it can be started and what it says within `startup`.
+fn greeting(subject: &Subject, startup: Duration) -> Result<Greeting, ExamineError> {
     let stage = interface::stage::Stage::open(subject.medium(), subject.party)?;
     let mut worker = subject.start(stage.domain()).map_err(ExamineError::Start)?;
     let start = Instant::now();
-    let (mut identity, mut came) = (String::new(), false);
-    while start.elapsed() < startup {
+    let mut greeting = Greeting::default();
+    while start.elapsed() < startup && !greeting.came {
         if let Some(message) = stage.receive(interface::stage::Kind::Notice)? {
             if let Ok(Notice::Hello(hello)) = message.as_notice() {
-                identity = hello.identity;
+                greeting.identity = hello.identity;
+                greeting.capabilities = hello.capabilities;
             }
-            came = true;
-            break;
+            greeting.came = true;
+        } else if worker.ended().is_some() {
+            greeting.came = true;
+        } else {
+            stage.sleep(interface::stage::Kind::Notice, Duration::from_millis(2));
         }
-        if worker.ended().is_some() {
-            came = true;
-            break;
-        }
-        stage.sleep(interface::stage::Kind::Notice, Duration::from_millis(2));
     }
     stage.release();
     worker.dismiss();
-    Ok((identity, came))
+    Ok(greeting)
 }

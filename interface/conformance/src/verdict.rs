@@ -19,14 +19,28 @@ pub enum Verdict {
     Fail(Evidence),
     /// It does not apply to this solver, or cannot be seen here.
     NotApplicable {
-        /// The refused key with the solver's message, or why it cannot be seen.
+        /// The refused key with the solver's message, what it does not take, or why it cannot be seen.
         reason: String,
+        /// Which of these.
+        #[serde(skip)]
+        why: Why,
     },
     /// It cannot be judged, because another clause is broken.
     Blocked {
         /// The other clause.
         by: &'static str,
     },
+}
+
+/// Why a clause is not judged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Why {
+    /// The solver refused the configuration.
+    Refused,
+    /// It has said in Hello that it does not take what the clause is about.
+    NotTaken,
+    /// It cannot be seen in this way of running.
+    OutOfSight,
 }
 
 /// The numbers that show how a clause is broken.
@@ -57,8 +71,10 @@ pub type Judgement = Result<String, Unmet>;
 pub enum Unmet {
     /// It is broken.
     Broken(Evidence),
-    /// The solver refused a configuration that it may refuse (K-1).
+    /// The solver refused a configuration that it may refuse (S-8).
     Declined(Refusal),
+    /// It is about what the solver says that it does not take.
+    Lacking(Vec<String>),
     /// It cannot be seen in this way of running.
     OutOfSight(&'static str),
 }
@@ -86,9 +102,15 @@ impl From<Unmet> for Verdict {
             Unmet::Broken(evidence) => Self::Fail(evidence),
             Unmet::Declined(refusal) => Self::NotApplicable {
                 reason: format!("refuses {refusal}"),
+                why: Why::Refused,
+            },
+            Unmet::Lacking(names) => Self::NotApplicable {
+                reason: format!("does not take {}", names.join(", ")),
+                why: Why::NotTaken,
             },
             Unmet::OutOfSight(reason) => Self::NotApplicable {
                 reason: reason.into(),
+                why: Why::OutOfSight,
             },
         }
     }

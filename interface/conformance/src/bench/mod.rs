@@ -13,6 +13,7 @@ mod timeline;
 use std::cell::{Cell, RefCell};
 use std::time::{Duration, Instant};
 
+use interface::capability::Capabilities;
 use interface::config::DemConfig;
 use interface::control::{Configure, Failure, Hello, Notice, Order, Ready};
 use interface::solver::Refusal;
@@ -29,6 +30,7 @@ pub use timeline::Budget;
 
 use crate::trace::{Trace, Way};
 use crate::verdict::{Unmet, broken};
+use crate::{Options, profile};
 
 /// Longest silence of a solver that is to answer.
 pub const PATIENCE: Duration = Duration::from_secs(2);
@@ -48,6 +50,8 @@ pub struct Bench {
     pub window: u64,
     /// Longest wait for Hello and for Ready.
     pub startup: Duration,
+    /// What the solver says in Hello that it takes.
+    pub capabilities: Capabilities,
     trace: RefCell<Trace>,
     started: Instant,
     /// Time spent waiting for Hello and Ready.
@@ -57,11 +61,12 @@ pub struct Bench {
 
 impl Bench {
     /// A bench whose clock starts now.
-    pub fn new(subject: Subject, window: u64, startup: Duration, trace: Trace) -> Self {
+    pub fn new(subject: Subject, options: &Options, hello: &Capabilities, trace: Trace) -> Self {
         Self {
             subject,
-            window,
-            startup,
+            window: options.window.max(1),
+            startup: options.startup,
+            capabilities: hello.clone(),
             trace: RefCell::new(trace),
             started: Instant::now(),
             starting: Cell::new(Duration::ZERO),
@@ -91,11 +96,21 @@ impl Bench {
         })
     }
 
-    /// A coupled run of bodies, configured and ready; [`Unmet::Declined`] when the solver refuses it.
+    /// Whether the solver takes a capability, as far as it says.
+    pub fn takes(&self, capability: &str) -> bool {
+        profile::lacking(&self.capabilities, [capability]).is_empty()
+    }
+
+    /// A coupled run of bodies, configured and ready; [`Unmet::Declined`] when the solver refuses it,
+    /// [`Unmet::Lacking`] when it has said that it would.
     ///
     /// # Errors
     /// [`Unmet`].
     pub fn play(&self, config: &DemConfig) -> Result<Play<'_>, Unmet> {
+        let lacking = profile::lacking(&self.capabilities, profile::needs(config));
+        if !lacking.is_empty() {
+            return Err(Unmet::Lacking(lacking));
+        }
         let mut session = self.session()?;
         session.hello()?;
         session.ready(&configure(config))?;

@@ -1,16 +1,18 @@
-//! Clauses as data: an id, a level, and a function that judges.
+//! Clauses as rows: an id, a level, what it says, what it needs, the function that judges it, and the mutants that
+//! break it.
 
 pub mod dem;
-mod machine;
 pub mod mpm;
-mod session;
+mod shared;
 
 use core::fmt::{self, Display};
 
+use interface::capability::Capabilities;
 use interface::control::Party;
 use serde::Serialize;
 
 use crate::bench::Bench;
+use crate::mutant::{Flaw, Mutant};
 use crate::verdict::Judgement;
 
 /// How binding a clause is.
@@ -32,9 +34,12 @@ impl Display for Level {
     }
 }
 
-/// One thing that a solver must or should do, and how to see whether it does.
+/// Most mutants of a clause.
+const MUTANTS: usize = 4;
+
+/// One thing that a solver must or should do, how to see whether it does, and solvers that do not.
 pub struct Clause {
-    /// The clause of PROTOCOL.md, with a letter if it is judged in several ways: `F-7a`.
+    /// A case of a clause of PROTOCOL.md: `F-7a`. The same id is the same statement on both sides.
     pub id: &'static str,
     /// How binding it is.
     pub level: Level,
@@ -42,12 +47,14 @@ pub struct Clause {
     pub title: &'static str,
     /// Clauses without which this one cannot be judged.
     pub after: &'static [&'static str],
-    /// Numbers of the starting list that it covers (docs/conformance.md).
-    pub list: &'static [&'static str],
+    /// Capabilities without which it cannot be judged (`shape:rectangle`).
+    pub needs: &'static [&'static str],
     /// Whether it can be seen of a process only.
     pub of_processes: bool,
     /// Judges it.
     pub judge: fn(&Bench) -> Judgement,
+    /// Solvers that break it and no other clause.
+    mutants: [Option<Mutant>; MUTANTS],
 }
 
 impl Clause {
@@ -62,9 +69,10 @@ impl Clause {
             level: Level::Must,
             title,
             after: &[],
-            list: &[],
+            needs: &[],
             of_processes: false,
             judge,
+            mutants: [None; MUTANTS],
         }
     }
 
@@ -86,10 +94,10 @@ impl Clause {
         Self { after, ..self }
     }
 
-    /// It covers these of the starting list.
+    /// It can be judged only of a solver that takes these.
     #[must_use]
-    pub const fn covers(self, list: &'static [&'static str]) -> Self {
-        Self { list, ..self }
+    pub const fn needs(self, needs: &'static [&'static str]) -> Self {
+        Self { needs, ..self }
     }
 
     /// It can be seen of a process only.
@@ -100,15 +108,50 @@ impl Clause {
             ..self
         }
     }
+
+    /// A solver that is right but for this.
+    #[must_use]
+    pub const fn mutant(mut self, what: &'static str, flaw: fn() -> Flaw) -> Self {
+        let mut k = 0;
+        while self.mutants[k].is_some() {
+            k += 1;
+        }
+        self.mutants[k] = Some(Mutant { what, flaw });
+        self
+    }
+
+    /// Its mutants.
+    pub fn mutants(&self) -> impl Iterator<Item = Mutant> {
+        self.mutants.iter().flatten().copied()
+    }
+
+    /// The capabilities that it needs and `taken` has not.
+    pub fn lacks(&self, taken: &Capabilities) -> Vec<String> {
+        crate::profile::lacking(taken, self.needs.iter().copied())
+    }
 }
 
 /// The clauses by which the solver of one side is judged, in order; what a clause is `after` comes before it.
 pub fn of(party: Party) -> Vec<&'static Clause> {
     match party {
-        Party::Dem => dem::clauses().collect(),
-        Party::Mpm => mpm::clauses().collect(),
         Party::Coupler => Vec::new(),
+        side => common().chain(own(side)).collect(),
     }
+}
+
+/// Those that both sides are judged by in the same way.
+pub fn common() -> impl Iterator<Item = &'static Clause> {
+    shared::CLAUSES.iter().copied().flatten()
+}
+
+/// Those that only one side is judged by, or each in its own way.
+pub fn own(party: Party) -> impl Iterator<Item = &'static Clause> {
+    let own: &[&[Clause]] = match party {
+        Party::Dem => dem::CLAUSES,
+        Party::Mpm => mpm::CLAUSES,
+        Party::Coupler => &[],
+    };
+    own.iter().copied().flatten()
 }
 
 /// What nobody can see from outside, or what this kit does not look at, with the reason.

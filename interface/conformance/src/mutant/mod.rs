@@ -3,9 +3,10 @@
 //! A mutant is a relay. It joins the run as the solver, with a raw [`Seat`], and hosts the real solver in a thread, in a
 //! run of its own with a raw [`Stage`]. Every message is passed on as it is, but for what its [`Flaw`] does.
 
-pub mod dem;
-pub mod mpm;
+pub mod spoil;
 
+use std::cell::RefCell;
+use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use interface::config::DemConfig;
@@ -13,9 +14,14 @@ use interface::control::{Configure, Notice, Order, Party};
 use interface::domain::Domain;
 use interface::session::SessionError;
 use interface::stage::{ChannelError, Kind, Medium, Message, Payload, Seat, Stage};
-use interface::wire::{BodyState, EnvelopeVertex, Grant, ImpForce, ImpState, Report, StepHeader};
+use interface::wire::{
+    BodyState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, PointState, Report,
+    StepHeader,
+};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
+
+use crate::clause::Clause;
 
 /// The solver that a mutant hosts: joins a run over [`Medium::Threads`].
 #[derive(Debug, Clone, Copy)]
@@ -27,29 +33,42 @@ pub struct Host {
 }
 
 /// A solver that breaks one clause.
+#[derive(Clone, Copy)]
 pub struct Mutant {
-    /// The clause, by which the mutant is called.
-    pub clause: &'static str,
     /// What it does wrong.
     pub what: &'static str,
     /// Makes its flaw, afresh for every run.
     pub flaw: fn() -> Flaw,
 }
 
-impl Mutant {
-    /// A mutant that breaks `clause` by doing `what`.
-    pub const fn new(clause: &'static str, what: &'static str, flaw: fn() -> Flaw) -> Self {
-        Self { clause, what, flaw }
-    }
+/// A mutant with the name by which it is called, and the clause that it breaks.
+#[derive(Clone)]
+pub struct Named {
+    /// The clause's id, for its second mutant with `/2` behind it.
+    pub name: String,
+    /// What it breaks.
+    pub clause: &'static Clause,
+    /// The mutant.
+    pub mutant: Mutant,
 }
 
 /// The mutants of one side.
-pub fn of(party: Party) -> Vec<&'static Mutant> {
-    match party {
-        Party::Dem => dem::mutants().collect(),
-        Party::Mpm => mpm::mutants().collect(),
-        Party::Coupler => Vec::new(),
+pub fn of(party: Party) -> Vec<Named> {
+    let mut named = Vec::new();
+    for clause in crate::clause::of(party) {
+        for (k, mutant) in (1..).zip(clause.mutants()) {
+            let name = match k {
+                1 => clause.id.to_string(),
+                k => format!("{}/{k}", clause.id),
+            };
+            named.push(Named {
+                name,
+                clause,
+                mutant,
+            });
+        }
     }
+    named
 }
 
 /// What to pass on instead of a message: nothing, the message, or several.
@@ -124,11 +143,46 @@ impl Flaw {
         }
     }
 
-    /// Behaves badly.
-    pub fn manners(manners: Manners) -> Self {
+    /// Spoils what passes, whichever way: a kind of message goes one way only.
+    pub fn passing(pass: impl FnMut(Message) -> Vec<Message> + 'static) -> Self {
+        let pass = Rc::new(RefCell::new(pass));
+        let other = Rc::clone(&pass);
         Self {
-            manners,
-            ..Self::none()
+            inbound: Box::new(move |message| pass.borrow_mut()(message)),
+            outbound: Box::new(move |message| other.borrow_mut()(message)),
+            manners: Manners::default(),
+        }
+    }
+
+    /// Spoils each message that passes.
+    pub fn each(mut spoil: impl FnMut(&mut Message) + 'static) -> Self {
+        Self::passing(move |mut message| {
+            spoil(&mut message);
+            vec![message]
+        })
+    }
+
+    /// Behaves badly.
+    pub fn manners(spoil: impl FnOnce(&mut Manners)) -> Self {
+        let mut flaw = Self::none();
+        spoil(&mut flaw.manners);
+        flaw
+    }
+
+    /// This one, and then another one.
+    #[must_use]
+    pub fn with(self, other: Self) -> Self {
+        let then = |mut first: Pass, mut second: Pass| -> Pass {
+            Box::new(move |message| first(message).into_iter().flat_map(&mut second).collect())
+        };
+        Self {
+            inbound: then(self.inbound, other.inbound),
+            outbound: then(self.outbound, other.outbound),
+            manners: if other.manners == Manners::default() {
+                self.manners
+            } else {
+                other.manners
+            },
         }
     }
 
@@ -175,17 +229,16 @@ impl Flaw {
     }
 }
 
-/// One constructor for each kind of record that can be spoilt on its way in or out.
+/// One constructor for each kind of record that can be spoilt.
 macro_rules! spoil {
-    ($($(#[$doc:meta])* $name:ident: $way:ident $payload:ident of $record:ty;)*) => {
+    ($($(#[$doc:meta])* $name:ident: $payload:ident of $record:ty;)*) => {
         impl Flaw {
             $($(#[$doc])*
             pub fn $name(mut spoil: impl FnMut(&mut StepHeader, &mut Vec<$record>) + 'static) -> Self {
-                Self::$way(move |mut message| {
+                Self::each(move |message| {
                     if let Payload::$payload(records) = &mut message.payload {
                         spoil(&mut message.header, records);
                     }
-                    vec![message]
                 })
             })*
         }
@@ -194,17 +247,23 @@ macro_rules! spoil {
 
 spoil! {
     /// Spoils grants.
-    grants: inbound Grant of Grant;
+    grants: Grant of Grant;
+    /// Spoils sets.
+    set: Set of ImpInfo;
     /// Spoils states.
-    states: inbound States of ImpState;
+    states: States of ImpState;
     /// Spoils forces.
-    forces: outbound Forces of ImpForce;
+    forces: Forces of ImpForce;
     /// Spoils outlines.
-    envelopes: outbound Envelopes of EnvelopeVertex;
+    envelopes: Envelopes of EnvelopeVertex;
     /// Spoils reports.
-    reports: outbound Report of Report;
+    reports: Report of Report;
     /// Spoils the states of bodies.
-    bodies: outbound Bodies of BodyState;
+    bodies: Bodies of BodyState;
+    /// Spoils those of groups.
+    groups: Groups of GroupState;
+    /// Spoils those of all points.
+    points: Points of PointState;
 }
 
 /// Looks of an idle relay before it sleeps between them.
@@ -219,7 +278,7 @@ const LIFE: Duration = Duration::from_millis(10);
 const MANY: usize = 100;
 
 /// Sleeps for several naps of B-3 where there are many points.
-fn nap_for_many(points: usize) {
+pub fn nap_for_many(points: usize) {
     if points >= MANY {
         std::thread::sleep(Duration::from_millis(60));
     }

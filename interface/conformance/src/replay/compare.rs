@@ -278,7 +278,9 @@ impl Comparison {
             (Number::Real(then), Number::Real(now)) => {
                 let scale = self.scales.entry(unit_of(name)).or_default();
                 *scale = scale.max(then.abs()).max(least_scale(name));
-                if then.to_bits() == now.to_bits() {
+                // Travel is an upper bound (F-9): a larger one is as right.
+                let wider = kind == Kind::Forces && name == "travel" && now > then;
+                if then.to_bits() == now.to_bits() || (wider && now.is_finite()) {
                     return;
                 }
                 let difference = (then - now).abs();
@@ -372,6 +374,17 @@ mod tests {
         assert_eq!(first.apart.unwrap().ulps, 1);
         assert_eq!(Apart::between(-1.0, 1.0).relative, 2.0);
         assert!(Apart::between(-1.0, 1.0).ulps > 1 << 62);
+    }
+
+    #[test]
+    fn a_larger_travel_is_as_right_and_a_smaller_one_is_not() {
+        let mut wider = forces(1.0);
+        wider.header.travel = 2e-3;
+        let mut comparison = Comparison::new(Party::Dem, 0.0);
+        comparison.messages(3, &forces(1.0), &wider);
+        assert_eq!((comparison.differing, comparison.largest), (0, 0.0));
+        comparison.messages(4, &wider, &forces(1.0));
+        assert_eq!(comparison.differing, 1);
     }
 
     #[test]

@@ -75,7 +75,7 @@ fn case(writer: &mut Writer<Vec<u8>>, judged: &Judged, waivers: &Waivers) -> io:
 
 fn why_skipped(judged: &Judged, waivers: &Waivers) -> Option<String> {
     match &judged.verdict {
-        Verdict::NotApplicable { reason } => Some(reason.clone()),
+        Verdict::NotApplicable { reason, .. } => Some(reason.clone()),
         Verdict::Blocked { by } => Some(format!("blocked by {by}")),
         _ => waiver(judged, waivers).map(|reason| format!("waived: {reason}")),
     }

@@ -3,6 +3,8 @@
 mod junit;
 mod table;
 
+use std::collections::BTreeSet;
+
 use serde::Serialize;
 
 use crate::clause::NOT_CHECKED;
@@ -11,7 +13,7 @@ use crate::waiver::Waivers;
 use crate::{Examination, Judged};
 
 pub use junit::junit;
-pub use table::{Paint, listing, row, summary};
+pub use table::{Paint, Rows, listing, manual, summary};
 
 /// An examination as JSON.
 #[derive(Debug, Serialize)]
@@ -20,6 +22,8 @@ struct Document<'a> {
     protocol: (u32, u32),
     party: &'static str,
     solver: &'a str,
+    profile: Option<&'static str>,
+    not_judged: BTreeSet<String>,
     clauses: Vec<Entry<'a>>,
     not_checked: Vec<Unchecked>,
 }
@@ -29,7 +33,6 @@ struct Entry<'a> {
     id: &'static str,
     level: crate::clause::Level,
     title: &'static str,
-    covers: &'static [&'static str],
     #[serde(flatten)]
     verdict: &'a Verdict,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -49,7 +52,6 @@ pub fn json(examination: &Examination, waivers: &Waivers) -> String {
         id: judged.clause.id,
         level: judged.clause.level,
         title: judged.clause.title,
-        covers: judged.clause.list,
         verdict: &judged.verdict,
         waived: waiver(judged, waivers),
         wall_s: judged.wall.as_secs_f64(),
@@ -59,6 +61,8 @@ pub fn json(examination: &Examination, waivers: &Waivers) -> String {
         protocol: interface::control::PROTOCOL,
         party: examination.party.name(),
         solver: &examination.identity,
+        profile: examination.profile().map(|profile| profile.name),
+        not_judged: examination.not_judged(),
         clauses: clauses.collect(),
         not_checked: not_checked
             .map(|&(clause, reason)| Unchecked { clause, reason })

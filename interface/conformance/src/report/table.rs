@@ -1,11 +1,12 @@
 //! The result for people: one row a clause, its evidence below it where it is broken.
 
 use core::fmt::Write as _;
+use std::collections::BTreeMap;
 
 use interface::control::Party;
 
 use super::waiver;
-use crate::clause::{NOT_CHECKED, of};
+use crate::clause::{Clause, NOT_CHECKED, common, of, own};
 use crate::verdict::Verdict;
 use crate::waiver::Waivers;
 use crate::{Examination, Judged};
@@ -29,62 +30,148 @@ impl Paint {
     }
 }
 
-/// The row of a clause, without a newline at its end.
-pub fn row(judged: &Judged, waivers: &Waivers, paint: Paint) -> String {
-    let clause = judged.clause;
-    let (word, colour, said) = match &judged.verdict {
-        Verdict::Pass { measured } => ("pass", GREEN, measured.clone()),
-        Verdict::Fail(_) if waiver(judged, waivers).is_some() => ("waived", YELLOW, String::new()),
-        Verdict::Fail(_) => ("FAIL", RED, String::new()),
-        Verdict::NotApplicable { reason } => ("n/a", GREY, reason.clone()),
-        Verdict::Blocked { by } => ("blocked", YELLOW, format!("by {by}")),
-    };
-    let word = paint.word(&format!("{word:<7}"), colour);
-    let mut text = format!(
-        "  {:<6} {:<6} {word} {}",
-        clause.id, clause.level, clause.title
-    );
-    if !said.is_empty() {
-        let _ = write!(text, "\n{:24}{}", "", paint.word(&said, GREY));
+/// Shows rows, one a clause. What fails as something before it failed is told once.
+pub struct Rows<'a> {
+    waivers: &'a Waivers,
+    paint: Paint,
+    /// What has failed, by what was got, with how often more.
+    causes: BTreeMap<String, (&'static str, usize)>,
+}
+
+/// What was got, without its numbers: two failures with the same are taken for one cause.
+fn cause(got: &str) -> String {
+    got.chars().filter(|c| !c.is_ascii_digit()).collect()
+}
+
+impl<'a> Rows<'a> {
+    /// None yet.
+    pub fn new(waivers: &'a Waivers, paint: Paint) -> Self {
+        Self {
+            waivers,
+            paint,
+            causes: BTreeMap::new(),
+        }
     }
-    if let Verdict::Fail(evidence) = &judged.verdict {
+
+    /// The row of a clause, without a newline at its end; its evidence below it where it is broken.
+    pub fn row(&mut self, judged: &Judged) -> String {
+        let clause = judged.clause;
+        let waived = waiver(judged, self.waivers);
+        let (word, colour, said) = match &judged.verdict {
+            Verdict::Pass { measured } => ("pass", GREEN, measured.clone()),
+            Verdict::Fail(_) if waived.is_some() => ("waived", YELLOW, String::new()),
+            Verdict::Fail(_) => ("FAIL", RED, String::new()),
+            Verdict::NotApplicable { reason, .. } => ("n/a", GREY, reason.clone()),
+            Verdict::Blocked { by } => ("blocked", YELLOW, format!("by {by}")),
+        };
+        let word = self.paint.word(&format!("{word:<7}"), colour);
+        let mut text = format!(
+            "  {:<6} {:<6} {word} {}",
+            clause.id, clause.level, clause.title
+        );
+        if !said.is_empty() {
+            let _ = write!(text, "\n{:24}{}", "", self.paint.word(&said, GREY));
+        }
+        let Verdict::Fail(evidence) = &judged.verdict else {
+            return text;
+        };
+        if let Some((first, more)) = self.causes.get_mut(&cause(&evidence.got)) {
+            *more += 1;
+            let _ = write!(text, "\n{:24}as {first}", "");
+            return text;
+        }
+        self.causes.insert(cause(&evidence.got), (clause.id, 0));
         if let Some(step) = evidence.step {
             let _ = write!(text, "\n{:24}step      {step}", "");
         }
         let _ = write!(text, "\n{:24}expected  {}", "", evidence.expected);
         let _ = write!(text, "\n{:24}got       {}", "", evidence.got);
-        if let Some(reason) = waiver(judged, waivers) {
+        if let Some(reason) = waived {
             let _ = write!(text, "\n{:24}waived    {reason}", "");
         }
+        text
     }
-    text
+
+    /// Which failures have one cause, a line each.
+    pub fn common_causes(&self) -> String {
+        let mut text = String::new();
+        let mut several: Vec<_> = self
+            .causes
+            .iter()
+            .filter(|(_, (_, more))| *more > 0)
+            .collect();
+        several.sort_by_key(|(_, (_, more))| core::cmp::Reverse(*more));
+        for (got, (first, more)) in several {
+            let _ = writeln!(
+                text,
+                "{first} fails, and {more} more of the same cause: {got}"
+            );
+        }
+        text
+    }
 }
 
-/// The last line: how many of each.
+/// The last lines: how many of each, what it was judged as, and what was not judged.
 pub fn summary(examination: &Examination, waivers: &Waivers) -> String {
-    let count = |what: fn(&Verdict) -> bool| {
-        let verdicts = examination.judged.iter().map(|judged| &judged.verdict);
-        verdicts.filter(|verdict| what(verdict)).count()
-    };
-    let waived = examination
-        .judged
+    let judged = &examination.judged;
+    let count =
+        |what: fn(&Verdict) -> bool| judged.iter().filter(|judged| what(&judged.verdict)).count();
+    let waived = judged
         .iter()
-        .filter(|judged| waiver(judged, waivers).is_some());
-    let waived = waived.count();
-    let wall: f64 = examination
-        .judged
-        .iter()
-        .map(|j| j.wall.as_secs_f64())
-        .sum();
-    format!(
-        "{} `{}`: {} pass, {} fail, {waived} waived, {} not applicable, {} blocked, in {wall:.1} s",
+        .filter(|judged| waiver(judged, waivers).is_some())
+        .count();
+    let wall: f64 = judged.iter().map(|j| j.wall.as_secs_f64()).sum();
+    let passed = count(|v| matches!(v, Verdict::Pass { .. }));
+    let left_out = judged.iter().filter(|judged| judged.left_out()).count();
+    let mut text = format!(
+        "{} `{}`: {passed} pass, {} fail, {waived} waived, {} not applicable, {} blocked, in {wall:.1} s",
         examination.party,
         examination.identity,
-        count(|v| matches!(v, Verdict::Pass { .. })),
         count(|v| matches!(v, Verdict::Fail(_))) - waived,
         count(|v| matches!(v, Verdict::NotApplicable { .. })),
         count(|v| matches!(v, Verdict::Blocked { .. })),
-    )
+    );
+    if !examination.whole {
+        return text;
+    }
+    let profile = examination.profile().map_or("none", |profile| profile.name);
+    let not_judged = examination.not_judged();
+    let not_judged: Vec<&str> = not_judged.iter().map(String::as_str).collect();
+    let _ = write!(
+        text,
+        "\n{passed} of {}, profile {profile}; not judged: {}",
+        judged.len() - left_out,
+        if not_judged.is_empty() {
+            "nothing".into()
+        } else {
+            not_judged.join(", ")
+        },
+    );
+    text
+}
+
+/// The clauses for docs/conformance.md: those of both sides, then of each.
+pub fn manual() -> String {
+    let parts: [(&str, Vec<&Clause>); 3] = [
+        ("Of both sides", common().collect()),
+        ("Of a bodies' side", own(Party::Dem).collect()),
+        ("Of a continuum", own(Party::Mpm).collect()),
+    ];
+    let mut text = String::new();
+    for (title, clauses) in parts {
+        let _ = write!(
+            text,
+            "### {title}\n\n| clause | level | | needs | its mutants |\n| --- | --- | --- | --- | --- |\n"
+        );
+        for clause in clauses {
+            let mutants: Vec<&str> = clause.mutants().map(|mutant| mutant.what).collect();
+            let (id, level, title) = (clause.id, clause.level, clause.title);
+            let (needs, mutants) = (clause.needs.join(", "), mutants.join("; "));
+            let _ = writeln!(text, "| {id} | {level} | {title} | {needs} | {mutants} |");
+        }
+        text.push('\n');
+    }
+    text
 }
 
 /// All clauses of a side, and what is not checked.

@@ -1,13 +1,14 @@
 //! Sections 6 and 10: what the configuration says of bodies is so, and their envelopes hold them.
 
-use interface::config::{BodyConfig, BodyInertia, DemConfig, Motion};
+use interface::config::{BodyConfig, BodyInertia, ContactLaw, DemConfig, Motion};
 use interface::outline::nearest;
 use interface::{Vec2, wire::BodyState};
 
 use super::limits::touching;
-use super::scene::{MASS, SPHERO, STIFFNESS, block, disc, elastic, scene};
+use super::scene::{MASS, SPHERO, STIFFNESS, block_or_disc, disc, elastic, one_disc, scene};
 use crate::bench::{Bench, Points};
 use crate::clause::Clause;
+use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Unmet, near, require};
 
 pub const CLAUSES: &[Clause] = &[
@@ -16,36 +17,81 @@ pub const CLAUSES: &[Clause] = &[
         "answers with outlines of the step that asked, then with forces",
         asked,
     )
-    .covers(&["C28"]),
+    .mutant("sends outlines of the next step", || {
+        Flaw::envelopes(|header, _| header.step += 1)
+    }),
     Clause::must(
         "E-4a",
         "outlines come in the order of the bodies, one reach each",
         in_order,
-    ),
+    )
+    .mutant("sends bodies in another order", || {
+        Flaw::envelopes(|_, vertices| vertices.reverse())
+    }),
     Clause::must(
         "E-4b",
         "no part of a body is outside its envelope",
         contained,
     )
-    .after(&["E-4a"]),
-    Clause::must("J-1b", "a fixed body stays", fixed),
-    Clause::must("J-1c", "a driven body keeps its velocity and spin", driven).after(&["T-1a"]),
-    Clause::must("J-1d", "a guided body is held where it says", guided).after(&["T-1a", "T-1b"]),
+    .after(&["E-4a"])
+    .mutant("sends outlines without the sphero-radius", || {
+        Flaw::envelopes(|_, vertices| vertices.iter_mut().for_each(|v| v.reach *= 0.5))
+    }),
+    Clause::must("J-1b", "a fixed body stays", fixed).mutant("lets fixed bodies fall", || {
+        spoil::motion(|motion| matches!(motion, Motion::Fixed).then_some(Motion::Free))
+    }),
+    Clause::must("J-1c", "a driven body keeps its velocity and spin", driven)
+        .needs(&["motion:driven"])
+        .after(&["T-1a"])
+        .mutant("lets driven bodies fall", || {
+            spoil::motion(|motion| matches!(motion, Motion::Driven).then_some(Motion::Free))
+        }),
+    Clause::must("J-1d", "a guided body is held where it says", guided)
+        .needs(&["motion:guided"])
+        .after(&["T-1a", "T-1b"])
+        .mutant("lets guided bodies go", || {
+            spoil::motion(|motion| matches!(motion, Motion::Guided { .. }).then_some(Motion::Free))
+        }),
     Clause::must("J-1e", "a push accelerates by force over mass", pushed)
-        .after(&["T-1a", "T-1b", "T-4a"]),
+        .needs(&["motion:pushed"])
+        .after(&["T-1a", "T-1b", "T-4a"])
+        .mutant("does not push", || {
+            spoil::motion(|motion| matches!(motion, Motion::Pushed { .. }).then_some(Motion::Free))
+        }),
     Clause::must(
         "J-1f",
         "bodies in contact push one another apart",
         body_contact,
-    ),
-    Clause::must("J-1g", "mass and inertia follow from density", from_density),
+    )
+    .needs(&["feature:body_contact", "motion:free"])
+    .mutant("lets bodies pass through one another half as hard", || {
+        Flaw::bodies_config(|config| {
+            if let Some(ContactLaw::Linear {
+                normal_stiffness, ..
+            }) = &mut config.body_contact
+            {
+                *normal_stiffness *= 0.5;
+            }
+        })
+    }),
+    Clause::must("J-1g", "mass and inertia follow from density", from_density)
+        .needs(&["motion:free"])
+        .mutant("takes a density for a mass", || {
+            Flaw::bodies_config(|config| {
+                for body in &mut config.bodies {
+                    if let BodyInertia::Density(density) = body.inertia {
+                        body.inertia = BodyInertia::Mass(density);
+                    }
+                }
+            })
+        }),
 ];
 
 const DT: f64 = 1e-4;
 const STEPS: u64 = 50;
 
 fn asked(bench: &Bench) -> Judgement {
-    let mut play = bench.play(&scene(vec![disc([0.0; 2])], elastic(STIFFNESS)))?;
+    let mut play = bench.play(&one_disc(bench))?;
     play.step(0.0, &[])?;
     play.grant(DT, 2, false)?;
     play.exchange(&[])?;
@@ -67,7 +113,10 @@ fn asked(bench: &Bench) -> Judgement {
 fn envelopes(
     bench: &Bench,
 ) -> Result<(Vec<BodyConfig>, Vec<interface::wire::EnvelopeVertex>), Unmet> {
-    let mut bodies = vec![disc([0.5, 0.25]), block([-0.5, 0.0])];
+    let mut bodies = vec![disc([0.5, 0.25]), block_or_disc(bench, [-0.5, 0.0])];
+    for body in &mut bodies {
+        body.motion = Motion::Fixed;
+    }
     bodies[1].angle = 0.4;
     let mut play = bench.play(&scene(bodies.clone(), elastic(STIFFNESS)))?;
     play.grant(0.0, 1, true)?;

@@ -1,36 +1,26 @@
-//! The clauses of a bodies' side.
+//! The clauses of a bodies' side, besides those of both sides.
 
 mod bodies;
 mod books;
-mod endings;
 mod force;
 mod friction;
-mod handshake;
 mod limits;
-mod machine;
 mod motion;
 mod order;
-mod scene;
+pub(super) mod scene;
 mod time;
 
 use super::Clause;
 
 /// All of them, in order.
-pub fn clauses() -> impl Iterator<Item = &'static Clause> {
-    [
-        handshake::CLAUSES,
-        endings::CLAUSES,
-        order::CLAUSES,
-        time::CLAUSES,
-        bodies::CLAUSES,
-        force::CLAUSES,
-        friction::CLAUSES,
-        motion::CLAUSES,
-        limits::CLAUSES,
-        books::CLAUSES,
-        machine::CLAUSES,
-        time::OPENING,
-    ]
-    .into_iter()
-    .flatten()
-}
+pub const CLAUSES: &[&[Clause]] = &[
+    order::CLAUSES,
+    time::CLAUSES,
+    bodies::CLAUSES,
+    force::CLAUSES,
+    friction::CLAUSES,
+    motion::CLAUSES,
+    limits::CLAUSES,
+    books::CLAUSES,
+    time::OPENING,
+];

@@ -5,6 +5,7 @@ use interface::config::{BodyConfig, ContactLaw};
 use super::scene::{MASS, RADIUS, SPHERO, STIFFNESS, block, disc, elastic, scene};
 use crate::bench::{Bench, Points};
 use crate::clause::Clause;
+use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Largest, Unmet, near};
 
 pub const CLAUSES: &[Clause] = &[
@@ -13,25 +14,44 @@ pub const CLAUSES: &[Clause] = &[
         "bodies take the same impulse, negated: momentum is kept",
         momentum,
     )
+    .needs(&["motion:free"])
     .after(ROOTS)
-    .covers(&["C15", "C17"]),
+    .mutant("pushes moving points harder than it is pushed", || {
+        spoil::moving(
+            |v| v > 0.5,
+            |force| force.force = force.force.map(|f| 1.001 * f),
+        )
+    }),
     Clause::must(
         "F-7j",
         "a push off the centre turns a body: angular momentum is kept",
         spin,
     )
+    .needs(&["motion:free", "shape:rectangle"])
     .after(&["F-7a", "F-7d", "T-1a", "T-1b", "T-4a", "F-7i"])
-    .covers(&["C16", "C17"]),
+    .mutant("does not turn", || {
+        Flaw::bodies(|_, bodies| bodies.iter_mut().for_each(|body| body.spin *= 0.99))
+    }),
     Clause::must(
         "F-7h",
         "a scene carried along feels the same forces",
         galilean,
     )
+    .needs(&["motion:free"])
     .after(&["F-7a", "F-7d", "T-1a", "F-7i"])
-    .covers(&["C23"]),
+    .mutant("drags at points that are fast", || {
+        spoil::moving(|v| v > 30.0, |force| force.force[0] -= 1.0)
+    }),
     Clause::must("T-1d", "a bounce gives back the speed: e = 1", bounce)
+        .needs(&["motion:free"])
         .after(&["F-7a", "F-7d", "T-1a", "T-1b", "T-4a", "F-7i"])
-        .covers(&["C18"]),
+        .mutant("damps a little where it should not", || {
+            spoil::law(|_, k_t, mu, zeta| {
+                if *zeta == 0.0 && *mu == 0.0 && *k_t == 0.0 {
+                    *zeta = 0.002;
+                }
+            })
+        }),
 ];
 
 const ROOTS: &[&str] = &["F-7a", "F-7d", "T-1a", "T-1b", "T-4a"];

@@ -8,74 +8,235 @@ use interface::wire::{StepHeader, flags};
 use super::scene::{RADIUS, SPHERO, one_disc};
 use crate::bench::{Answer, Bench, Play, Points};
 use crate::clause::Clause;
+use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Unmet, broken, near, require};
 
 pub const CLAUSES: &[Clause] = &[
-    Clause::must("G-1a", "refuses two grants in a message", two_grants),
-    Clause::must("G-2a", "refuses a grant with a NaN", nan_grant).covers(&["C26"]),
-    Clause::must("G-3a", "refuses a step that it has done", repeated).covers(&["C09"]),
-    Clause::must("G-3b", "refuses a grant that skips a step", skipped).covers(&["C09"]),
-    Clause::must("G-3c", "refuses a grant of no steps", no_steps).covers(&["C28"]),
-    Clause::must("I-1a", "refuses states of another step", other_step).covers(&["C09"]),
-    Clause::must("I-1b", "refuses states of another epoch", other_epoch),
-    Clause::must("I-2a", "refuses a set whose ids do not rise", ids_fall).covers(&["C06"]),
-    Clause::must("I-2b", "refuses a point without radius", no_radius),
-    Clause::must("I-2c", "refuses a point without mass", no_mass),
+    Clause::must("I-1a", "refuses states of another step", other_step).mutant(
+        "does not look at the step of states",
+        || {
+            spoil::in_step(|message, now| {
+                if message.kind() == Kind::States {
+                    message.header.step = now.step;
+                }
+            })
+        },
+    ),
+    Clause::must("I-1b", "refuses states of another epoch", other_epoch).mutant(
+        "does not look at the epoch of states",
+        || {
+            spoil::in_step(|message, now| {
+                if message.kind() == Kind::States {
+                    message.header.epoch = now.epoch;
+                }
+            })
+        },
+    ),
+    Clause::must("I-2a", "refuses a set whose ids do not rise", ids_fall).mutant(
+        "takes ids in any order",
+        || {
+            spoil::sets(|set| {
+                if set.windows(2).any(|pair| pair[0].id >= pair[1].id) {
+                    (0..).zip(set).for_each(|(k, info)| info.id = k);
+                }
+            })
+        },
+    ),
+    Clause::must("I-2b", "refuses a point without radius", no_radius).mutant(
+        "takes a point without radius",
+        || {
+            spoil::sets(|set| {
+                set.iter_mut()
+                    .for_each(|info| info.radius = info.radius.max(1e-6));
+            })
+        },
+    ),
+    Clause::must("I-2c", "refuses a point without mass", no_mass).mutant(
+        "takes a point without mass",
+        || {
+            spoil::sets(|set| {
+                set.iter_mut()
+                    .for_each(|info| info.mass = info.mass.max(1e-6));
+            })
+        },
+    ),
     Clause::must(
         "I-2d",
         "refuses a set whose count is not its number",
         wrong_count,
     )
-    .covers(&["C04"]),
+    .mutant("does not look at the count of a set", || {
+        Flaw::inbound(|mut message| {
+            if message.kind() == Kind::Set {
+                message.header.count = message.payload.len() as u64;
+            }
+            vec![message]
+        })
+    }),
     Clause::must(
         "I-2e",
         "refuses a generation that skips one",
         skipped_generation,
+    )
+    .mutant("takes any generation", || {
+        let mut generation = 0;
+        Flaw::inbound(move |mut message| {
+            match message.kind() {
+                Kind::Set => {
+                    generation += 1;
+                    message.header.set = generation;
+                }
+                // The set was there before its states.
+                Kind::States if message.header.set > generation && generation > 0 => {
+                    let announced = message.header.flags & flags::NEW_SET != 0;
+                    message.header.set = if announced {
+                        generation
+                    } else {
+                        message.header.set
+                    };
+                }
+                _ => {}
+            }
+            vec![message]
+        })
+    }),
+    Clause::must("I-2f", "refuses an announced set that was not sent", no_set).mutant(
+        "goes on with the old set when a new one is missing",
+        || {
+            let mut sets = 0;
+            Flaw::inbound(move |mut message| {
+                match message.kind() {
+                    Kind::Set => sets += 1,
+                    Kind::States
+                        if message.header.set == sets + 1
+                            && message.header.flags == flags::NEW_SET =>
+                    {
+                        message.header.flags = 0;
+                        message.header.set = sets;
+                    }
+                    _ => {}
+                }
+                vec![message]
+            })
+        },
     ),
-    Clause::must("I-2f", "refuses an announced set that was not sent", no_set),
     Clause::must(
         "I-3a",
         "refuses states of another generation",
         other_generation,
-    ),
+    )
+    .mutant("does not look at the generation of states", || {
+        let mut sets = 0;
+        Flaw::inbound(move |mut message| {
+            match message.kind() {
+                Kind::Set => sets += 1,
+                Kind::States if message.header.flags == 0 => message.header.set = sets,
+                _ => {}
+            }
+            vec![message]
+        })
+    }),
     Clause::must(
         "I-3b",
         "refuses fewer states than the set has points",
         too_few,
     )
-    .covers(&["C04"]),
-    Clause::must("I-3c", "refuses a position that is NaN", nan_state).covers(&["C26"]),
+    .mutant("fills states up that are missing", || {
+        let mut points = 0;
+        Flaw::inbound(move |mut message| {
+            match &mut message.payload {
+                Payload::Set(set) => points = set.len(),
+                Payload::States(states) if !states.is_empty() && states.len() < points => {
+                    let last = *states.last().expect("there is one");
+                    states.resize(points, last);
+                    message.header.count = points as u64;
+                }
+                _ => {}
+            }
+            vec![message]
+        })
+    }),
+    Clause::must("I-3c", "refuses a position that is NaN", nan_state).mutant(
+        "takes a position that is NaN for 0",
+        || {
+            Flaw::states(|_, states| {
+                for x in states.iter_mut().flat_map(|s| &mut s.position) {
+                    *x = if x.is_nan() { 0.0 } else { *x };
+                }
+            })
+        },
+    ),
     Clause::must(
         "I-3d",
         "refuses a velocity that is infinite",
         infinite_state,
     )
-    .covers(&["C26"]),
+    .mutant("takes a velocity that is infinite for 0", || {
+        Flaw::states(|_, states| {
+            for v in states.iter_mut().flat_map(|s| &mut s.velocity) {
+                *v = if v.is_infinite() { 0.0 } else { *v };
+            }
+        })
+    }),
     Clause::must(
         "W-2a",
         "does not look at what a message does not use",
         unused,
-    ),
-    Clause::must("C-4a", "the header counts the records that follow", counts),
-    Clause::must("F-2a", "forces carry step and epoch", forces_of_step),
+    )
+    .mutant("takes a reserved field for something", || {
+        let (seen, used) = spoil::shared(false);
+        let flaw = spoil::sets(move |set| seen.set(set.iter().any(|info| info.next != 0)));
+        flaw.with(Flaw::forces(move |_, forces| {
+            if used.get() {
+                spoil::scale(forces, 2.0);
+            }
+        }))
+    }),
+    Clause::must("C-4a", "the header counts the records that follow", counts)
+        .mutant("does not count its records", || {
+            Flaw::reports(|header, _| header.count = 0)
+        }),
+    Clause::must("F-2a", "forces carry step and epoch", forces_of_step)
+        .mutant("numbers forces by the step that comes next", || {
+            Flaw::forces(|header, _| header.step += 1)
+        }),
     Clause::must(
         "F-3a",
         "forces carry generation and number of the set",
         forces_of_set,
-    ),
+    )
+    .mutant("does not say which set forces belong to", || {
+        Flaw::forces(|header, _| header.set = 0)
+    }),
     Clause::must(
         "G-9a",
         "answers the states of a step once, also with no points",
         once,
-    ),
-    Clause::must("B-3a", "finds states though no bell rang", no_bell),
-    Clause::should("B-2a", "rings after what it sends", rings),
+    )
+    .mutant("answers twice", || {
+        Flaw::outbound(|message| match message.kind() {
+            Kind::Forces => vec![message.clone(), message],
+            _ => vec![message],
+        })
+    }),
+    Clause::must("B-3a", "finds states though no bell rang", no_bell)
+        .mutant("trusts the bell", || {
+            spoil::manners(|m| m.waits_for_the_bell = true)
+        }),
+    Clause::should("B-2a", "rings after what it sends", rings).mutant("rings no bell", || {
+        spoil::manners(|m| m.rings_no_bell = true)
+    }),
     Clause::must(
         "C-1a",
         "takes any number of points, one more than fit, and none",
         numbers,
     )
-    .covers(&["C05"]),
+    .mutant("has room for 4096 points", || {
+        Flaw::forces(|header, forces| {
+            forces.truncate(4096);
+            header.count = forces.len() as u64;
+        })
+    }),
 ];
 
 /// A disc at the origin, pressed by two points from the right and from the left.
@@ -87,59 +248,11 @@ pub fn pressed() -> Points {
 }
 
 fn begun(bench: &Bench) -> Result<Play<'_>, Unmet> {
-    let mut play = bench.play(&one_disc())?;
+    let mut play = bench.play(&one_disc(bench))?;
     let points = pressed();
     play.set(&points.set);
     play.step(0.0, &points.states)?;
     Ok(play)
-}
-
-/// Sends what `send` sends instead of a grant after step 0; the solver shall say Failed.
-fn refuses_grant(bench: &Bench, send: impl FnOnce(&mut Play) -> Result<(), Unmet>) -> Judgement {
-    let mut play = begun(bench)?;
-    send(&mut play)?;
-    Ok(play.session.failure()?.message)
-}
-
-fn two_grants(bench: &Bench) -> Judgement {
-    refuses_grant(bench, |play| {
-        let grant = play.next_grant(1e-4, 1, false);
-        let header = StepHeader {
-            epoch: grant.epoch,
-            step: grant.first,
-            ..StepHeader::default()
-        };
-        play.session
-            .send(&Message::new(header, Payload::Grant(vec![grant, grant])))
-    })
-}
-
-fn nan_grant(bench: &Bench) -> Judgement {
-    refuses_grant(bench, |play| {
-        let mut grant = play.next_grant(1e-4, 1, false);
-        grant.epoch_start = f64::NAN;
-        play.send_grant(&grant)
-    })
-}
-
-fn repeated(bench: &Bench) -> Judgement {
-    refuses_grant(bench, |play| {
-        let mut grant = play.next_grant(1e-4, 1, false);
-        grant.first -= 1;
-        play.send_grant(&grant)
-    })
-}
-
-fn skipped(bench: &Bench) -> Judgement {
-    refuses_grant(bench, |play| {
-        let mut grant = play.next_grant(1e-4, 1, false);
-        grant.first += 1;
-        play.send_grant(&grant)
-    })
-}
-
-fn no_steps(bench: &Bench) -> Judgement {
-    refuses_grant(bench, |play| play.grant(1e-4, 0, false))
 }
 
 /// Sends a set and states after `spoil` in step 1; the solver shall say Failed and no forces.
@@ -249,7 +362,7 @@ fn infinite_state(bench: &Bench) -> Judgement {
 fn unused(bench: &Bench) -> Judgement {
     let points = pressed();
     let answer = |spoil: fn(&mut Message, &mut Message)| -> Result<Answer, Unmet> {
-        let mut play = bench.play(&one_disc())?;
+        let mut play = bench.play(&one_disc(bench))?;
         play.grant(0.0, 1, false)?;
         play.send_spoilt(&points, spoil)?;
         play.set(&points.set);
@@ -270,7 +383,7 @@ fn unused(bench: &Bench) -> Judgement {
 }
 
 fn counts(bench: &Bench) -> Judgement {
-    let mut play = bench.play(&one_disc())?;
+    let mut play = bench.play(&one_disc(bench))?;
     let points = pressed();
     play.set(&points.set);
     let (answer, measured) = play.step(0.0, &points.states)?;

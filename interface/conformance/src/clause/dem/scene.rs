@@ -3,12 +3,16 @@
 
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
 
+use crate::bench::Bench;
+
 /// Normal stiffness in N/m.
 pub const STIFFNESS: f64 = 6e4;
 /// Sphero-radius of bodies in m.
 pub const SPHERO: f64 = 0.02;
 /// Contact radius of points in m.
 pub const RADIUS: f64 = 0.01;
+/// Overlap of points that slide, in m.
+pub const OVERLAP: f64 = 1e-3;
 /// Mass of bodies in kg/m.
 pub const MASS: f64 = 1.5;
 
@@ -73,7 +77,131 @@ pub fn block(position: [f64; 2]) -> BodyConfig {
     body(shape, position, Motion::Free)
 }
 
-/// One disc at the origin that forces move, without friction: enough where physics does not matter.
-pub fn one_disc() -> DemConfig {
-    scene(vec![disc([0.0; 2])], elastic(STIFFNESS))
+/// A linear law with a dashpot and without friction.
+pub fn damped(damping_ratio: f64) -> ContactLaw {
+    ContactLaw::Linear {
+        normal_stiffness: STIFFNESS,
+        tangential_stiffness: 0.0,
+        friction: 0.0,
+        damping_ratio,
+    }
+}
+
+/// A disc at the origin that nothing moves, without friction.
+pub fn held_disc() -> DemConfig {
+    let disc = body(BodyShape::Disc, [0.0; 2], Motion::Fixed);
+    scene(vec![disc], elastic(STIFFNESS))
+}
+
+/// One disc at the origin, without friction, that forces move where the solver takes such bodies: enough where physics
+/// does not matter.
+pub fn one_disc(bench: &Bench) -> DemConfig {
+    let mut config = held_disc();
+    if bench.takes("motion:free") {
+        config.bodies[0].motion = Motion::Free;
+    }
+    config
+}
+
+/// A block, or a disc where the solver takes no rectangles.
+pub fn block_or_disc(bench: &Bench, position: [f64; 2]) -> BodyConfig {
+    if bench.takes("shape:rectangle") {
+        block(position)
+    } else {
+        disc(position)
+    }
+}
+
+/// A surface that points slide along.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Ground {
+    /// The upper side of a segment at y = 0.
+    Floor,
+    /// The upper side of a disc of [`SPHERO`] whose top is the origin.
+    Hill,
+}
+
+/// A place on a [`Ground`].
+#[derive(Debug, Clone, Copy)]
+pub struct Contact {
+    /// Of the point.
+    pub position: [f64; 2],
+    /// From the ground to the point.
+    pub normal: [f64; 2],
+    /// In which way grows.
+    pub along: [f64; 2],
+}
+
+impl Ground {
+    /// Those that the solver takes.
+    pub fn of(bench: &Bench) -> impl Iterator<Item = Self> + use<> {
+        let floor = bench.takes("shape:segment").then_some(Self::Floor);
+        floor.into_iter().chain([Self::Hill])
+    }
+
+    /// The fixed body.
+    pub fn body(self) -> BodyConfig {
+        let shape = match self {
+            Self::Floor => BodyShape::Segment {
+                ends: [[-1.0, 0.0], [1.0, 0.0]],
+            },
+            Self::Hill => BodyShape::Disc,
+        };
+        body(shape, [0.0, -SPHERO], Motion::Fixed)
+    }
+
+    /// A point that has gone this way (m), as the law counts it in steps of `step` (m) with an overlap of [`OVERLAP`],
+    /// and now overlaps by `overlap` (m).
+    pub fn at(self, way: f64, step: f64, overlap: f64) -> Contact {
+        match self {
+            Self::Floor => Contact {
+                position: [way, RADIUS - overlap],
+                normal: [0.0, 1.0],
+                along: [1.0, 0.0],
+            },
+            Self::Hill => {
+                let far = SPHERO + RADIUS - overlap;
+                // A chord of a step, projected on the tangent at its end: the radius times the sine of its angle.
+                let angle = (step / (SPHERO + RADIUS - OVERLAP)).asin();
+                let (s, c) = (angle * way / step).sin_cos();
+                Contact {
+                    position: [far * s, far * c - SPHERO],
+                    normal: [s, c],
+                    along: [c, -s],
+                }
+            }
+        }
+    }
+}
+
+impl Ground {
+    /// Where the ground is nearest to a point.
+    pub fn under(self, position: [f64; 2]) -> Contact {
+        let (normal, along) = match self {
+            Self::Floor => ([0.0, 1.0], [1.0, 0.0]),
+            Self::Hill => {
+                let [x, y] = [position[0], position[1] + SPHERO];
+                let far = x.hypot(y);
+                ([x / far, y / far], [y / far, -x / far])
+            }
+        };
+        Contact {
+            position,
+            normal,
+            along,
+        }
+    }
+}
+
+impl Contact {
+    /// The force with these parts.
+    pub fn force(&self, normal: f64, along: f64) -> [f64; 2] {
+        [0, 1].map(|i| normal * self.normal[i] + along * self.along[i])
+    }
+
+    /// Parts of a force along the normal and along the ground.
+    pub fn parts(&self, force: [f64; 2]) -> [f64; 2] {
+        let dot = |a: [f64; 2]| a[0] * force[0] + a[1] * force[1];
+        [dot(self.normal), dot(self.along)]
+    }
 }

@@ -1,45 +1,135 @@
 //! Section 5, time: the leapfrog of T-1 to T-6.
 
+use std::time::{SystemTime, UNIX_EPOCH};
+
 use interface::config::{BodyConfig, DemConfig};
 use interface::step::Step;
 use interface::wire::{BodyState, ImpForce};
 
 use super::order::pressed;
-use super::scene::{MASS, RADIUS, SPHERO, STIFFNESS, block, disc, elastic, frictional, scene};
-use crate::bench::{Bench, Play, Points};
+use super::scene::{
+    MASS, RADIUS, SPHERO, STIFFNESS, block_or_disc, disc, elastic, frictional, scene,
+};
+use crate::bench::{Bench, Points};
 use crate::clause::Clause;
+use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Largest, Unmet, require};
 
 pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "T-1a",
-        "free flight is x0 + n dt v0, turning angle0 + n dt spin",
+        "free flight is x0 + n dt v0, and so is turning",
         flight,
     )
-    .covers(&["C08"]),
-    Clause::must("T-2a", "the first kick is half a step", first_kick).after(&["T-1a"]),
+    .needs(&["motion:free"])
+    .mutant("takes half the granted step", || {
+        Flaw::grants(|_, grants| {
+            for grant in grants {
+                grant.dt *= 0.5;
+                grant.dt_before_epoch *= 0.5;
+            }
+        })
+    }),
+    Clause::must("T-2a", "the first kick is half a step", first_kick)
+        .needs(&["motion:free"])
+        .after(&["T-1a"])
+        .mutant("begins with a whole kick", || {
+            Flaw::grants(|_, grants| {
+                for grant in grants.iter_mut().filter(|g| g.first == 0) {
+                    grant.dt_before_epoch = grant.dt;
+                }
+            })
+        }),
     Clause::must(
         "T-1b",
         "a fall is the leapfrog's: x0 + n dt v0 + g (n dt)^2/2",
         fall,
     )
+    .needs(&["motion:free"])
     .after(&["T-1a", "T-2a"])
-    .covers(&["C08"]),
+    .mutant("begins every window with half a kick", || {
+        Flaw::grants(|_, grants| {
+            for grant in grants.iter_mut().filter(|g| g.steps_in_epoch > 0) {
+                grant.epoch_start += grant.dt * grant.steps_in_epoch as f64;
+                grant.steps_in_epoch = 0;
+                grant.dt_before_epoch = 0.0;
+            }
+        })
+    }),
     Clause::must("T-1c", "obeys a step that changes in every epoch", varied)
+        .needs(&["motion:free"])
         .after(&["T-1a", "T-1b"])
-        .covers(&["C10"]),
+        .mutant("stays with the first step that it was granted", || {
+            let mut first = 0.0;
+            Flaw::grants(move |_, grants| {
+                for grant in grants.iter_mut().filter(|g| g.dt > 0.0) {
+                    first = if first > 0.0 { first } else { grant.dt };
+                    grant.dt = first;
+                }
+            })
+        })
+        .mutant("kicks by the step before", || {
+            spoil::each_grant(|grant| {
+                if grant.dt > 0.0 && grant.dt_before_epoch > 0.0 && grant.steps_in_epoch == 0 {
+                    let twice = 2.0 * grant.dt_before_epoch - grant.dt;
+                    grant.dt_before_epoch = twice.max(0.0);
+                }
+            })
+        }),
     Clause::must(
         "T-4a",
         "the closing step brings velocities to the time of positions",
         closing,
     )
-    .after(&["T-1a", "T-1b"]),
+    .needs(&["motion:free"])
+    .after(&["T-1a", "T-1b"])
+    .mutant("closes without a kick", || {
+        Flaw::grants(|_, grants| {
+            for grant in grants.iter_mut().filter(|g| g.dt == 0.0) {
+                grant.dt_before_epoch = 0.0;
+            }
+        })
+    }),
     Clause::must("T-5a", "measured velocities are centred", centred)
-        .after(&["T-1b", "T-1c", "T-4a"]),
-    Clause::must("T-6a", "two runs give the same bits", repeatable).covers(&["C33"]),
+        .needs(&["motion:free"])
+        .after(&["T-1b", "T-1c", "T-4a"])
+        .mutant("measures velocities of half a step later", || {
+            let (dt, kick) = spoil::shared(0.0);
+            let flaw = Flaw::grants(move |_, grants| {
+                grants
+                    .iter()
+                    .for_each(|g| dt.set(if g.first > 0 { g.dt } else { 0.0 }));
+            });
+            flaw.with(Flaw::bodies(move |_, bodies| {
+                for body in bodies {
+                    body.velocity[1] -= 9.81 * kick.get() / 2.0;
+                }
+            }))
+        }),
+    Clause::must("T-6a", "two runs give the same bits", repeatable)
+        .needs(&["motion:free"])
+        .mutant("rounds by the time of day", || {
+            Flaw::forces(|_, forces| {
+                let now = SystemTime::now().duration_since(UNIX_EPOCH);
+                if now.is_ok_and(|now| now.subsec_micros() % 2 == 1) {
+                    spoil::next_up(forces);
+                }
+            })
+        }),
     Clause::must("T-6b", "windows of 1 and 64 give the same bits", windows)
+        .needs(&["motion:free"])
         .after(&["T-6a", "T-1b"])
-        .covers(&["C33"]),
+        .mutant("rounds by the window", || {
+            let (window, steps) = spoil::shared(0);
+            let flaw = Flaw::grants(move |_, grants| {
+                grants.iter().for_each(|g| window.set(g.steps));
+            });
+            flaw.with(Flaw::forces(move |_, forces| {
+                if steps.get() > 1 {
+                    spoil::next_up(forces);
+                }
+            }))
+        }),
 ];
 
 /// Judged late: it compares forces bit by bit, so they have to be of their own step.
@@ -48,7 +138,15 @@ pub const OPENING: &[Clause] = &[Clause::must(
     "an opening step moves nothing and leaves no trace",
     opening,
 )
-.after(&["T-6a", "F-7d"])];
+.needs(&["motion:free"])
+.after(&["T-6a", "F-7d"])
+.mutant("moves in the opening step", || {
+    Flaw::grants(|_, grants| {
+        for grant in grants.iter_mut().filter(|g| g.first == 0 && g.dt == 0.0) {
+            grant.dt = 1e-4;
+        }
+    })
+})];
 
 /// Steps of a flight. After n steps a sum of n terms is off by at most n ulp of its largest partial sum.
 const STEPS: u64 = 200;
@@ -57,8 +155,8 @@ const GRAVITY: [f64; 2] = [0.5, -9.81];
 const DT: f64 = 1.7e-4;
 
 /// A disc and a block in flight.
-fn flying() -> Vec<BodyConfig> {
-    let mut bodies = vec![disc([0.3, -0.2]), block([2.0, 1.0])];
+fn flying(bench: &Bench) -> Vec<BodyConfig> {
+    let mut bodies = vec![disc([0.3, -0.2]), block_or_disc(bench, [2.0, 1.0])];
     for (body, velocity) in bodies.iter_mut().zip([[0.7, -1.3], [-0.4, 0.9]]) {
         body.velocity = velocity;
         body.spin = 3.0;
@@ -66,15 +164,15 @@ fn flying() -> Vec<BodyConfig> {
     bodies
 }
 
-fn falling() -> DemConfig {
+fn falling(bench: &Bench) -> DemConfig {
     DemConfig {
         gravity: GRAVITY,
-        ..scene(flying(), elastic(STIFFNESS))
+        ..scene(flying(bench), elastic(STIFFNESS))
     }
 }
 
 fn flight(bench: &Bench) -> Judgement {
-    let bodies = flying();
+    let bodies = flying(bench);
     let mut play = bench.play(&scene(bodies.clone(), elastic(STIFFNESS)))?;
     play.run(&mut Points::new(), DT, STEPS, |_, _| Ok(()))?;
     let (_, measured) = play.step(0.0, &[])?;
@@ -92,11 +190,11 @@ fn flight(bench: &Bench) -> Judgement {
 }
 
 fn first_kick(bench: &Bench) -> Judgement {
-    let mut play = bench.play(&falling())?;
+    let mut play = bench.play(&falling(bench))?;
     play.step(DT, &[])?;
     let (_, measured) = play.step(DT, &[])?;
     let mut largest = Largest::default();
-    for (body, state) in flying().iter().zip(measured.bodies(2)?) {
+    for (body, state) in flying(bench).iter().zip(measured.bodies(2)?) {
         for (i, g) in GRAVITY.into_iter().enumerate() {
             let x = body.position[i] + DT * body.velocity[i] + 0.5 * g * DT * DT;
             largest.near(
@@ -112,12 +210,12 @@ fn first_kick(bench: &Bench) -> Judgement {
 }
 
 fn fall(bench: &Bench) -> Judgement {
-    let mut play = bench.play(&falling())?;
+    let mut play = bench.play(&falling(bench))?;
     play.run(&mut Points::new(), DT, STEPS, |_, _| Ok(()))?;
     let (_, measured) = play.step(0.0, &[])?;
     let mut largest = Largest::default();
     let t = STEPS as f64 * DT;
-    for (body, state) in flying().iter().zip(measured.bodies(2)?) {
+    for (body, state) in flying(bench).iter().zip(measured.bodies(2)?) {
         for (i, g) in GRAVITY.into_iter().enumerate() {
             let x = body.position[i] + t * body.velocity[i] + 0.5 * g * t * t;
             let tolerance = STEPS as f64 * f64::EPSILON * 4.0;
@@ -152,8 +250,8 @@ fn follow(
     bench: &Bench,
     mut look: impl FnMut(&Step, &BodyState, [f64; 2], [f64; 2]) -> Result<(), Unmet>,
 ) -> Result<(), Unmet> {
-    let mut play = bench.play(&falling())?;
-    let body = &flying()[0];
+    let mut play = bench.play(&falling(bench))?;
+    let body = &flying(bench)[0];
     let mut own = Falling {
         position: body.position,
         velocity: body.velocity,
@@ -192,11 +290,11 @@ fn centred(bench: &Bench) -> Judgement {
 }
 
 fn closing(bench: &Bench) -> Judgement {
-    let mut play = bench.play(&falling())?;
+    let mut play = bench.play(&falling(bench))?;
     play.run(&mut Points::new(), DT, STEPS, |_, _| Ok(()))?;
     let (_, measured) = play.step(0.0, &[])?;
     let mut largest = Largest::default();
-    for (body, state) in flying().iter().zip(measured.bodies(2)?) {
+    for (body, state) in flying(bench).iter().zip(measured.bodies(2)?) {
         for (i, g) in GRAVITY.into_iter().enumerate() {
             let v = body.velocity[i] + g * DT * STEPS as f64;
             let tolerance = STEPS as f64 * f64::EPSILON * 2.0;
@@ -214,12 +312,22 @@ struct Record {
 }
 
 /// Points run into a falling, spinning block, with friction.
-fn tumble(play: &mut Play) -> Result<Record, Unmet> {
+fn tumble(bench: &Bench, window: u64) -> Result<Record, Unmet> {
+    let mut play = bench.play(&tumbling(bench))?;
+    play.window = window;
+    let flat = bench.takes("shape:rectangle");
     let mut points = Points::new();
     for k in 0..5 {
-        let x = -0.08 + 0.04 * f64::from(k);
-        let y = -(0.05 + SPHERO + RADIUS + 1e-4 * f64::from(k));
-        points = points.with([x, y], [0.3, 1.0], RADIUS, 0.05 * MASS);
+        let (along, gap) = (f64::from(k) - 2.0, 1e-4 * f64::from(k));
+        let far = SPHERO + RADIUS + gap;
+        let (s, c) = (0.9 * along).sin_cos();
+        let at = if flat {
+            [0.04 * along, -(0.05 + far)]
+        } else {
+            [far * s, -far * c]
+        };
+        let velocity = if flat { [0.3, 1.0] } else { [0.3 - s, c] };
+        points = points.with(at, velocity, RADIUS, 0.05 * MASS);
     }
     play.set(&points.set);
     let mut forces = Vec::new();
@@ -232,12 +340,14 @@ fn tumble(play: &mut Play) -> Result<Record, Unmet> {
     Ok(Record { forces, bodies })
 }
 
-fn tumbling() -> DemConfig {
-    let mut body = block([0.0; 2]);
+fn tumbling(bench: &Bench) -> DemConfig {
+    let mut body = block_or_disc(bench, [0.0; 2]);
     body.spin = -2.0;
+    let rubs = bench.takes("feature:friction");
+    let friction = if rubs { 0.4 } else { 0.0 };
     DemConfig {
         gravity: GRAVITY,
-        ..scene(vec![body], frictional(2e4, 0.4))
+        ..scene(vec![body], frictional(2e4, friction))
     }
 }
 
@@ -262,7 +372,7 @@ fn same(one: &Record, other: &Record) -> Judgement {
     require(a == b, format_args!("{a:?}"), format_args!("{b:?}"))?;
     let pressing = one.forces.iter().filter(|f| f.force != [0.0; 2]).count();
     require(
-        pressing > 100,
+        pressing > 50,
         "a scene with contacts",
         format_args!("{pressing} forces"),
     )?;
@@ -270,19 +380,11 @@ fn same(one: &Record, other: &Record) -> Judgement {
 }
 
 fn repeatable(bench: &Bench) -> Judgement {
-    let one = tumble(&mut bench.play(&tumbling())?)?;
-    let other = tumble(&mut bench.play(&tumbling())?)?;
-    same(&one, &other)
+    same(&tumble(bench, bench.window)?, &tumble(bench, bench.window)?)
 }
 
 fn windows(bench: &Bench) -> Judgement {
-    let mut strict = bench.play(&tumbling())?;
-    strict.window = 1;
-    let one = tumble(&mut strict)?;
-    drop(strict);
-    let mut wide = bench.play(&tumbling())?;
-    wide.window = 64;
-    same(&one, &tumble(&mut wide)?)
+    same(&tumble(bench, 1)?, &tumble(bench, 64)?)
 }
 
 fn opening(bench: &Bench) -> Judgement {

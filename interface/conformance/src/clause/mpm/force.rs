@@ -3,25 +3,49 @@
 use super::scene::{DT, MASS, block, push, scene, single};
 use crate::bench::Bench;
 use crate::clause::Clause;
+use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Largest, Unmet, broken, near};
 
 pub const CLAUSES: &[Clause] = &[
     Clause::must("F-1a", "a force acts in its step", in_its_step)
         .after(&["T-1b"])
-        .covers(&["C11"]),
+        .mutant("feels forces a step late", || {
+            spoil::after_others(|before, now| now.copy_from_slice(before))
+        }),
     Clause::must("F-1b", "a force acts in no other step", once)
         .after(&["F-1a"])
-        .covers(&["C11"]),
+        .mutant("keeps a tenth of a force for the next step", || {
+            spoil::after_others(|before, now| {
+                for (now, before) in now.iter_mut().zip(before) {
+                    if before.force != [0.0; 2] {
+                        now.force = [0, 1].map(|i| now.force[i] + 0.1 * before.force[i]);
+                        now.stiffness = now.stiffness.max(before.stiffness);
+                    }
+                }
+            })
+        }),
     Clause::must(
-        "F-1d",
+        "F-1c",
         "momentum changes by the kick of the sum of all forces",
         sum,
     )
     .after(&["F-1a"])
-    .covers(&["C15", "C17"]),
-    Clause::must("F-1e", "a force acts where its point is", place)
+    .mutant("feels the later points more", || {
+        Flaw::forces(|_, forces| {
+            for force in forces.iter_mut().skip(32) {
+                force.force = force.force.map(|f| f * (1.0 + 1e-6));
+            }
+        })
+    }),
+    Clause::must("F-1d", "a force acts where its point is", place)
         .after(&["F-1a", "T-2a"])
-        .covers(&["C24"]),
+        .mutant("exchanges the forces on two points", || {
+            Flaw::forces(|_, forces| {
+                if forces.len() == 2 {
+                    forces.swap(0, 1);
+                }
+            })
+        }),
 ];
 
 const FORCE: [f64; 2] = [3.0, -2.0];

@@ -1,10 +1,13 @@
 //! Section 5, halting.
 
-use interface::wire::flags;
+use interface::control::Order;
+use interface::stage::{Message, Payload};
+use interface::wire::{StepHeader, flags};
 
 use super::scene::{DT, block, push, scene, single};
 use crate::bench::{Bench, Budget, Flow, configure};
 use crate::clause::Clause;
+use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Unmet, require};
 
 pub const CLAUSES: &[Clause] = &[
@@ -14,16 +17,95 @@ pub const CLAUSES: &[Clause] = &[
         before,
     )
     .after(&["L-2d"])
-    .covers(&["C07"]),
-    Clause::must("H-1b", "does not halt in a window of one step", single_step).after(&["H-1a"]),
-    Clause::must("H-1c", "counts contact into what is allowed", stiff)
-        .after(&["H-1a", "L-2a", "L-2f"])
-        .covers(&["C07"]),
-    Clause::must("H-2a", "stops after a step with HALT_AFTER", after),
-    Clause::must("H-2b", "HALT_AFTER on the last step has no effect", last),
-    Clause::must("H-3a", "HALT_AFTER holds where both sides halt", both).after(&["H-1a", "H-2a"]),
-    Clause::must("H-4a", "halts by itself where there are no bodies", alone).after(&["H-1a"]),
-    Clause::must("H-5a", "a halt changes no bit", no_cost).after(&["H-1a", "T-6b"]),
+    .mutant("does not heed the budget of speed", || {
+        spoil::each_grant(|grant| grant.budget_speed = f64::MAX)
+    }),
+    Clause::must(
+        "L-5a",
+        "does not halt on the last step of a window",
+        single_step,
+    )
+    .after(&["H-1a"])
+    .mutant("halts in windows of one step", || {
+        spoil::at_report(|window, message| {
+            let report = spoil::reported(&message);
+            let beyond = report.limits.speed > window.grant.budget_speed;
+            spoil::halts(message, beyond && window.grant.steps == 1)
+        })
+    }),
+    Clause::must("H-1b", "counts contact into what is allowed", stiff)
+        .after(&["H-1a", "L-2a", "L-2c"])
+        .mutant("does not feel stiff contacts", || {
+            Flaw::forces(|_, forces| {
+                for force in forces.iter_mut().filter(|f| f.stiffness > 1e8) {
+                    force.stiffness = 1.0;
+                }
+            })
+        }),
+    Clause::must("H-2b", "stops after a step with HALT_AFTER", after)
+        .mutant("goes on after HALT_AFTER", || {
+            Flaw::forces(|header, _| header.flags = 0)
+        }),
+    Clause::must("H-2c", "HALT_AFTER on the last step has no effect", last).mutant(
+        "halts where the window ends anyway",
+        || {
+            spoil::at_report(|window, message| {
+                let ends =
+                    spoil::reported(&message).next == window.grant.first + window.grant.steps;
+                spoil::halts(message, window.bodies_halt && ends)
+            })
+        },
+    ),
+    Clause::must("H-3a", "HALT_AFTER holds where both sides halt", both)
+        .after(&["H-1a", "H-2b"])
+        .mutant("says HALT_BEFORE after HALT_AFTER", || {
+            spoil::at_report(|window, message| {
+                let report = spoil::reported(&message);
+                if !window.bodies_halt || report.limits.speed <= window.grant.budget_speed {
+                    return vec![message];
+                }
+                let header = StepHeader {
+                    epoch: report.epoch,
+                    step: report.next,
+                    flags: flags::HALT_BEFORE,
+                    ..StepHeader::default()
+                };
+                let halt = Message::new(header, Payload::States(Vec::new()));
+                vec![halt, message]
+            })
+        }),
+    Clause::must("H-4a", "halts by itself where there are no bodies", alone)
+        .after(&["H-1a"])
+        .mutant("heeds no budget without bodies", || {
+            let mut alone = false;
+            Flaw::inbound(move |mut message| {
+                if let Ok(Order::Configure(configure)) = message.as_order() {
+                    alone = !configure.coupled;
+                }
+                if let Payload::Grant(grants) = &mut message.payload
+                    && alone
+                {
+                    for grant in grants {
+                        grant.budget_omega_sq = f64::MAX;
+                    }
+                }
+                vec![message]
+            })
+        }),
+    Clause::must("H-5a", "a halt changes no bit of what follows", no_cost)
+        .after(&["H-1a", "T-6a"])
+        .mutant("is another one after a halt", || {
+            let mut halted = false;
+            Flaw::outbound(move |mut message| {
+                halted |= spoil::reported(&message).halted == 1;
+                if let Payload::States(states) = &mut message.payload {
+                    for state in states.iter_mut().filter(|_| halted) {
+                        spoil::nudged(state, 1);
+                    }
+                }
+                vec![message]
+            })
+        }),
 ];
 
 const SLOW: Budget = Budget {

@@ -1,83 +1,52 @@
 //! Sections 2 and 3: from Hello to Ready.
 
-use interface::config::{Fill, GroupConfig};
-use interface::stage::{Message, Payload};
-use interface::wire::StepHeader;
+use interface::config::{Fill, GroupConfig, MpmConfig};
 
-use super::scene::{DENSITY, MASS, MODULI, SPACING, block, group, material, points, scene, single};
+use super::scene::{DENSITY, MASS, MODULI, SPACING, block, group, material, points, scene};
 use crate::bench::{Bench, Reply, configure};
-use crate::clause::{Clause, session};
+use crate::clause::Clause;
+use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, broken, near, require};
 
 pub const CLAUSES: &[Clause] = &[
     Clause::must(
-        "S-2a",
-        "says Hello first, as the party of its channels",
-        session::hello,
-    )
-    .covers(&["C01"]),
-    Clause::must("V-1a", "speaks this major version", session::version).covers(&["C01"]),
-    Clause::must(
-        "O-1a",
-        "the process that was started is the one that says Hello",
-        session::pid,
-    )
-    .of_processes(),
-    Clause::must("S-6a", "Ready repeats the scene hash", hash).covers(&["C03"]),
-    Clause::must(
-        "S-7a",
-        "has opened its line before Hello, all of its channels before Ready",
-        opened,
-    ),
-    Clause::must(
-        "S-2b",
+        "S-2c",
         "Ready says how many points the configuration has",
         items,
-    ),
+    )
+    .mutant("counts a point too many", || {
+        spoil::ready(|ready| ready.items += 1)
+    }),
     Clause::must(
-        "S-2c",
+        "S-2d",
         "Ready says the time in which a wave crosses a cell",
         courant,
     )
-    .covers(&["C07"]),
+    .mutant("says a time of its own", || {
+        spoil::ready(|ready| ready.courant_time *= 1.01)
+    }),
     Clause::must(
-        "S-2d",
+        "S-2e",
         "Ready says the mass of the lightest point",
         lightest,
     )
-    .covers(&["C07"]),
-    Clause::must("S-8a", "refuses a cell of no size by its key", no_cell).covers(&["C36"]),
+    .mutant("says the mass of two points", || {
+        spoil::ready(|ready| ready.mass_min *= 2.0)
+    }),
     Clause::must(
         "S-8b",
         "refuses a material that there is not by its key",
         no_material,
     )
-    .covers(&["C36"]),
-    Clause::should(
-        "J-1a",
-        "does not overlook a field that it does not know",
-        unknown,
-    )
-    .covers(&["C02"]),
-    Clause::must(
-        "S-1a",
-        "an order that does not decode ends the session",
-        garbled,
-    ),
-    Clause::must(
-        "S-4a",
-        "the first order is Configure or nothing",
-        session::no_configuration,
-    ),
+    .mutant("takes the first material where there is none", || {
+        Flaw::config(|config: &mut MpmConfig| {
+            let materials = config.materials.len();
+            for group in config.groups.iter_mut().filter(|g| g.material >= materials) {
+                group.material = 0;
+            }
+        })
+    }),
 ];
-
-fn hash(bench: &Bench) -> Judgement {
-    session::hash(bench, &single([0.0; 2]))
-}
-
-fn opened(bench: &Bench) -> Judgement {
-    session::opened(bench, &single([0.0; 2]))
-}
 
 fn items(bench: &Bench) -> Judgement {
     let three = points(&[[0.1, 0.1], [0.2, 0.8], [0.7, 0.3]]);
@@ -88,7 +57,7 @@ fn items(bench: &Bench) -> Judgement {
 }
 
 /// Two materials, of which the lighter and softer one is the slower.
-fn two_materials() -> interface::config::MpmConfig {
+fn two_materials() -> MpmConfig {
     let mut config = scene(vec![block([0.2; 2], [0.0; 2]), block([0.6; 2], [0.0; 2])]);
     let [k, g] = MODULI;
     config
@@ -125,12 +94,6 @@ fn refused(bench: &Bench, config: &impl serde::Serialize) -> Judgement {
     }
 }
 
-fn no_cell(bench: &Bench) -> Judgement {
-    let mut config = single([0.0; 2]);
-    config.cell = 0.0;
-    refused(bench, &config)
-}
-
 fn no_material(bench: &Bench) -> Judgement {
     let group = GroupConfig {
         material: 7,
@@ -140,16 +103,4 @@ fn no_material(bench: &Bench) -> Judgement {
         })
     };
     refused(bench, &scene(vec![group]))
-}
-
-fn unknown(bench: &Bench) -> Judgement {
-    session::unknown_field(bench, &single([0.0; 2]))
-}
-
-fn garbled(bench: &Bench) -> Judgement {
-    let mut session = bench.session()?;
-    session.hello()?;
-    let bytes = vec![0, 0, 0, 0, 255, 255, 255, 255, 255, 255, 255, 255];
-    session.send(&Message::new(StepHeader::default(), Payload::Order(bytes)))?;
-    Ok(session.failure()?.message)
 }

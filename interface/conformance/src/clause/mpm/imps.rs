@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use interface::config::GroupConfig;
+use interface::stage::Payload;
 use interface::wire::{EnvelopeVertex, flags};
 
 use super::scene::{
@@ -10,6 +11,7 @@ use super::scene::{
 };
 use crate::bench::{Bench, Flow, around_all, outline};
 use crate::clause::Clause;
+use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Unmet, near, require};
 
 pub const CLAUSES: &[Clause] = &[
@@ -17,50 +19,127 @@ pub const CLAUSES: &[Clause] = &[
         "I-8a",
         "generations count from 1, by 1 for every set, also an empty or the same one",
         generations,
+    )
+    .mutant("counts sets by two", || {
+        Flaw::set(|header, _| {
+            if header.set > 1 {
+                header.set += 1;
+            }
+        })
+    }),
+    Clause::must("I-2g", "ids rise strictly", ids).mutant(
+        "exchanges the ids of two points",
+        || {
+            Flaw::set(|_, set| {
+                if let [a, b, ..] = &mut set[..] {
+                    std::mem::swap(&mut a.id, &mut b.id);
+                }
+            })
+        },
     ),
-    Clause::must("I-2a", "ids rise strictly", ids).covers(&["C06"]),
     Clause::must(
-        "I-2b",
+        "I-2h",
         "the set has radius, mass and group of each point",
         infos,
     )
-    .after(&["I-2a"]),
+    .after(&["I-2g"])
+    .mutant("says that points are heavier than they are", || {
+        Flaw::set(|_, set| {
+            for info in set {
+                info.mass *= 1.5;
+            }
+        })
+    }),
     Clause::must(
-        "I-9a",
+        "I-9b",
         "states stand in the order of the set, ids stay a point's own",
         slots,
     )
-    .after(&["I-2a"])
-    .covers(&["C06"]),
+    .after(&["I-2g"])
+    .mutant("exchanges the states of two points", || {
+        Flaw::states(|_, states| {
+            if states.len() > 1 {
+                states.swap(0, 1);
+            }
+        })
+    }),
     Clause::must(
         "I-7a",
         "the set is all points within reach, radius and skin, and all inside",
         reach,
     )
-    .after(&["I-9a"])
-    .covers(&["C14"]),
+    .after(&["I-9b"])
+    .mutant("takes half of a segment's reach", || {
+        Flaw::envelopes(|_, vertices| {
+            let bodies: Vec<u64> = vertices.iter().map(|v| v.body).collect();
+            for vertex in vertices {
+                if bodies.iter().filter(|body| **body == vertex.body).count() == 2 {
+                    vertex.reach *= 0.5;
+                }
+            }
+        })
+    }),
     Clause::must(
         "I-6a",
         "asks for envelopes before a point has used up the skin",
         points_travel,
     )
-    .after(&["I-9a"])
-    .covers(&["C27"]),
+    .after(&["I-9b"])
+    .mutant("lets points use up more than the skin", || {
+        let inbound = Flaw::config(|config: &mut interface::config::MpmConfig| {
+            for group in &mut config.groups {
+                if let Some(radius) = &mut group.contact_radius {
+                    let shrunk = *radius / spoil::SHRUNK;
+                    config.skin = config.skin.max(0.02 + *radius - shrunk);
+                    *radius = shrunk;
+                }
+            }
+        });
+        let outbound = Flaw::outbound(|mut message| {
+            match &mut message.payload {
+                Payload::Set(set) => set.iter_mut().for_each(|info| info.radius *= spoil::SHRUNK),
+                Payload::Report(reports) => reports
+                    .iter_mut()
+                    .for_each(|report| report.limits.radius_min *= spoil::SHRUNK),
+                _ => {}
+            }
+            vec![message]
+        });
+        inbound.with(outbound)
+    }),
     Clause::must(
         "I-6b",
         "asks for envelopes when bodies have used up the skin",
         bodies_travel,
     )
     .after(&["I-6a"])
-    .covers(&["C27"]),
+    .mutant("does not look how far bodies have moved", || {
+        Flaw::forces(|header, _| {
+            if header.travel < 0.5 {
+                header.travel = 0.0;
+            }
+        })
+    }),
     Clause::should(
         "I-6c",
         "asks for envelopes not more often than twice as needed",
         seldom,
-    ),
-    Clause::must("I-9b", "ten thousand points are identified at once", many)
-        .after(&["I-9a"])
-        .covers(&["C05"]),
+    )
+    .mutant("asks for envelopes in every step", || {
+        Flaw::forces(|header, _| {
+            if header.travel.is_finite() {
+                header.travel = 10.0;
+            }
+        })
+    }),
+    Clause::must("I-9c", "ten thousand points are identified at once", many)
+        .after(&["I-9b"])
+        .mutant("sends five thousand states at most", || {
+            Flaw::states(|header, states| {
+                states.truncate(5000);
+                header.count = states.len() as u64;
+            })
+        }),
 ];
 
 /// Travel of bodies by which a new set is due in the next step, whatever the skin.

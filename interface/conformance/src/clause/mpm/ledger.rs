@@ -6,56 +6,95 @@ use interface::wire::{GroupState, Ledger, PointState, StepHeader, flags};
 use super::scene::{DT, IN_BLOCK, MASS, MODULI, SPACING, block, points, push, scene, single};
 use crate::bench::{Bench, Flow, Shown, Told};
 use crate::clause::Clause;
+use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Largest, Unmet, broken, near, require};
 
 pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "R-1a",
-        "a report is of its grant's epoch and up to its end",
+        "one report a grant: of its epoch, up to its last step",
         of_its_grant,
+    )
+    .mutant("leaves the epoch out of the report's header", || {
+        Flaw::reports(|header, _| header.epoch = 0)
+    }),
+    Clause::must("R-1b", "a report counts points, IMPs and sets", counts)
+        .mutant("counts an IMP too many", || {
+            spoil::report(|report| report.imps += 1)
+        }),
+    Clause::must("R-3b", "measures nothing when not asked", unmeasured).mutant(
+        "says an energy that was not asked for",
+        || {
+            spoil::report(|report| {
+                if report.measured == 0 {
+                    report.ledger.kinetic = 1e-3;
+                }
+            })
+        },
     ),
-    Clause::must("R-1b", "a report counts points, IMPs and sets", counts),
-    Clause::must("R-3a", "without MEASURE nothing is measured", unmeasured),
     Clause::must(
-        "R-3b",
-        "one GroupState a group, in the order of the configuration, of the measured step",
+        "R-3a",
+        "measures when asked: a record a body or group, of the measured step, before the report",
         groups,
-    ),
+    )
+    .mutant("sends its groups backwards", || {
+        Flaw::groups(|_, groups| groups.reverse())
+    }),
     Clause::must(
-        "R-3c",
+        "R-3e",
         "mass, centre and extent of a group are right",
         extent,
     )
-    .after(&["R-3b"]),
+    .after(&["R-3a"])
+    .mutant("counts the boxes of points into the extent", || {
+        Flaw::groups(|_, groups| {
+            for group in groups {
+                group.lower = group.lower.map(|x| x - 0.0125);
+            }
+        })
+    }),
     Clause::must(
-        "R-3d",
+        "R-3f",
         "contact force and contacts of a group are those of its points",
         group_contact,
     )
-    .after(&["R-3b", "F-1d"]),
+    .after(&["R-3a", "F-1c"])
+    .mutant("counts points that are near for touched", || {
+        Flaw::groups(|_, groups| {
+            for group in groups.iter_mut().filter(|g| g.contacts == 0) {
+                group.contacts = 1;
+            }
+        })
+    }),
+    Clause::must("N-1a", "momentum less applied impulse is kept", momentum)
+        .after(&["T-1b"])
+        .mutant("books some gravity too much", || {
+            spoil::measured(|report| report.ledger.applied_impulse[1] *= 1.0 + 1e-6)
+        }),
     Clause::must(
-        "N-1a",
-        "momentum less applied impulse is that of the start",
-        momentum,
-    )
-    .after(&["T-1b"])
-    .covers(&["C17"]),
-    Clause::must(
-        "N-1b",
-        "contact impulse, force and contacts are those of the forces",
+        "N-1f",
+        "contact force and impulse are those of the forces",
         contact,
     )
-    .after(&["F-1b", "F-1d", "T-1c"])
-    .covers(&["C15"]),
-    Clause::must("N-1c", "elastic energy of a uniform stress", elastic),
-    Clause::must("N-1d", "potential energy is that of all points", potential),
-    Clause::must(
-        "N-1e",
-        "kinetic and elastic energy of a ringing block close",
-        closure,
-    )
-    .after(&["N-1c", "T-5a"])
-    .covers(&["C18"]),
+    .after(&["F-1b", "F-1c", "T-1c"])
+    .mutant("books some contact too much", || {
+        spoil::measured(|report| report.ledger.contact_impulse[0] *= 1.0 + 1e-6)
+    }),
+    Clause::must("N-1g", "elastic energy of a uniform stress", elastic)
+        .needs(&["feature:fields"])
+        .mutant("measures some elastic energy too much", || {
+            spoil::measured(|report| report.ledger.elastic *= 1.01)
+        }),
+    Clause::must("N-1h", "potential energy is that of all points", potential)
+        .mutant("measures some potential energy too much", || {
+            spoil::measured(|report| report.ledger.gravity *= 1.0 + 1e-6)
+        }),
+    Clause::must("N-1b", "the sum of energies is kept", closure)
+        .needs(&["feature:fields"])
+        .after(&["N-1g", "T-5a"])
+        .mutant("loses energy to nothing", || {
+            spoil::measured(|report| report.ledger.plastic_work = 0.2 * report.ledger.kinetic)
+        }),
 ];
 
 fn of_its_grant(bench: &Bench) -> Judgement {

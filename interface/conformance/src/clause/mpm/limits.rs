@@ -6,52 +6,72 @@ use interface::wire::Limits;
 use super::scene::{DT, IN_BLOCK, MASS, RADIUS, block, push, scene, single};
 use crate::bench::{Bench, Flow};
 use crate::clause::Clause;
+use crate::mutant::spoil;
 use crate::verdict::{Judgement, Unmet, require};
 
 pub const CLAUSES: &[Clause] = &[
+    Clause::must("L-2a", "contact_omega_sq bounds what contact adds", contact)
+        .after(&["I-9b", "F-1a"])
+        .mutant("halves what contact adds", || {
+            spoil::report(|report| report.limits.contact_omega_sq *= 0.5)
+        }),
     Clause::must(
-        "L-2a",
-        "contact_omega_sq is not below k/m of the points that bodies press on",
-        contact,
-    )
-    .after(&["I-9a", "F-1a"])
-    .covers(&["C07", "C20"]),
-    Clause::must(
-        "L-2b",
+        "L-2f",
         "contact_omega_sq is 0 where no point has stiffness",
         no_contact,
     )
     .after(&["L-2a"])
-    .covers(&["C12"]),
+    .mutant("does not forget contact", || {
+        let mut touched = false;
+        spoil::report(move |report| {
+            touched |= report.limits.contact_omega_sq > 0.0;
+            if touched && report.limits.contact_omega_sq == 0.0 {
+                report.limits.contact_omega_sq = 1e-3;
+            }
+        })
+    }),
     Clause::should(
-        "L-2c",
-        "contact_omega_sq of a point alone is at most four times k/m",
+        "L-2b",
+        "contact_omega_sq is at most four times that",
         not_absurd,
     )
     .after(&["L-2a"])
-    .covers(&["C20"]),
+    .mutant("is five times too careful", || {
+        spoil::report(|report| report.limits.contact_omega_sq *= 5.0)
+    }),
     Clause::must(
         "L-2d",
-        "speed is not below that of the fastest point",
+        "speed bounds that of every point, or of every point of a surface",
         speed,
     )
     .after(&["T-1a"])
-    .covers(&["C27"]),
+    .mutant("says half of its speed", || {
+        spoil::report(|report| report.limits.speed *= 0.5)
+    }),
     Clause::must(
-        "L-2e",
+        "L-2g",
         "radius_min is that of the smallest point",
         radius_min,
-    ),
-    Clause::must("L-2f", "the limit of its own stiffness is stable", stable)
+    )
+    .mutant("says twice its radius", || {
+        spoil::report(|report| report.limits.radius_min *= 2.0)
+    }),
+    Clause::must("L-2c", "omega_sq bounds the frequencies of its own", stable)
+        .needs(&["feature:fields"])
         .after(&["T-1a"])
-        .covers(&["C20"]),
+        .mutant("says a hundredth of its stiffness", || {
+            spoil::report(|report| report.limits.omega_sq *= 0.01)
+        }),
     Clause::should(
-        "L-2g",
+        "L-2h",
         "the limit of its own stiffness is at most ten times too careful",
         not_too_careful,
     )
-    .after(&["L-2f"])
-    .covers(&["C20"]),
+    .needs(&["feature:fields"])
+    .after(&["L-2c"])
+    .mutant("says four hundred times its stiffness", || {
+        spoil::report(|report| report.limits.omega_sq *= 400.0)
+    }),
 ];
 
 const STIFFNESS: f64 = 2e5;

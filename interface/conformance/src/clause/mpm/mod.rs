@@ -1,4 +1,4 @@
-//! The clauses of a continuum.
+//! The clauses of a continuum, besides those of both sides.
 
 mod end;
 mod exchange;
@@ -8,28 +8,20 @@ mod handshake;
 mod imps;
 mod ledger;
 mod limits;
-mod machine;
-mod order;
-mod scene;
+pub(super) mod scene;
 mod time;
 
 use super::Clause;
 
 /// All of them, in order.
-pub fn clauses() -> impl Iterator<Item = &'static Clause> {
-    [
-        handshake::CLAUSES,
-        order::CLAUSES,
-        exchange::CLAUSES,
-        imps::CLAUSES,
-        time::CLAUSES,
-        force::CLAUSES,
-        limits::CLAUSES,
-        halt::CLAUSES,
-        ledger::CLAUSES,
-        machine::CLAUSES,
-        end::CLAUSES,
-    ]
-    .into_iter()
-    .flatten()
-}
+pub const CLAUSES: &[&[Clause]] = &[
+    handshake::CLAUSES,
+    exchange::CLAUSES,
+    imps::CLAUSES,
+    time::CLAUSES,
+    force::CLAUSES,
+    limits::CLAUSES,
+    halt::CLAUSES,
+    ledger::CLAUSES,
+    end::CLAUSES,
+];

@@ -1,52 +1,137 @@
 //! Section 5, time: the leapfrog of T-1 to T-6.
 
+use std::cell::Cell;
+use std::rc::Rc;
+use std::sync::atomic::Ordering;
+
 use interface::config::{GroupConfig, InitialFields, MpmConfig};
 use interface::wire::ImpState;
 
 use super::scene::{CELL, DT, IN_BLOCK, MASS, block, push, scene, single};
 use crate::bench::{Bench, Flow};
 use crate::clause::Clause;
+use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Largest, Unmet, broken, near, require};
 
 pub const CLAUSES: &[Clause] = &[
-    Clause::must("T-1a", "free flight is x0 + n dt v0", flight)
-        .after(&["I-9a"])
-        .covers(&["C08"]),
-    Clause::must("T-2a", "the first kick is half a step", first_kick).after(&["T-1a"]),
+    Clause::must(
+        "T-1a",
+        "free flight is x0 + n dt v0, and so is turning",
+        flight,
+    )
+    .after(&["I-9b"])
+    .mutant("drifts", || {
+        Flaw::states(|header, states| {
+            for state in states {
+                state.position[0] += 1e-11 * header.step as f64;
+            }
+        })
+    }),
+    Clause::must("T-2a", "the first kick is half a step", first_kick)
+        .after(&["T-1a"])
+        .mutant("kicks by a whole step at first", || {
+            spoil::each_grant(|grant| {
+                if grant.dt_before_epoch == 0.0 {
+                    grant.dt_before_epoch = grant.dt;
+                }
+            })
+        }),
     Clause::must(
         "T-1b",
-        "a fall is x0 + n dt v0 + g (n dt)^2 / 2, velocities half a step behind",
+        "a fall is the leapfrog's: x0 + n dt v0 + g (n dt)^2/2",
         fall,
     )
     .after(&["T-1a", "T-2a"])
-    .covers(&["C08"]),
-    Clause::must("T-1c", "the step may change every time", changing_steps)
-        .after(&["T-1b"])
-        .covers(&["C10"]),
-    Clause::must("T-3a", "an opening step moves nothing", opening).after(&["T-1a"]),
+    .mutant("slows down", || {
+        Flaw::states(|header, states| {
+            for state in states.iter_mut().filter(|_| header.step > 2) {
+                state.velocity[1] *= 1.0 - 1e-9;
+            }
+        })
+    }),
+    Clause::must(
+        "T-1c",
+        "obeys a step that changes in every epoch",
+        changing_steps,
+    )
+    .after(&["T-1b"])
+    .mutant("takes all steps for equal", || {
+        spoil::each_grant(|grant| {
+            if grant.dt_before_epoch > 0.0 && grant.dt > 0.0 {
+                grant.dt_before_epoch = grant.dt;
+            }
+        })
+    }),
+    Clause::must(
+        "T-3a",
+        "an opening step moves nothing and leaves no trace",
+        opening,
+    )
+    .needs(&["feature:fields"])
+    .after(&["T-1a"])
+    .mutant("drifts in the opening step", || {
+        spoil::each_grant(|grant| {
+            if grant.first == 0 && grant.dt == 0.0 {
+                grant.dt = 1e-9;
+            }
+        })
+    }),
     Clause::must(
         "T-4a",
-        "a closing step brings velocities to the end",
+        "the closing step brings velocities to the time of positions",
         closing,
     )
-    .after(&["T-1b"]),
+    .after(&["T-1b"])
+    .mutant("leaves out the last half kick", || {
+        spoil::each_grant(|grant| {
+            if grant.dt == 0.0 {
+                grant.dt_before_epoch = 0.0;
+            }
+        })
+    }),
+    Clause::must("T-5a", "measured velocities are centred", centring)
+        .after(&["T-1c"])
+        .mutant("measures some energy too much", || {
+            spoil::measured(|report| {
+                if report.next > 2 {
+                    report.ledger.kinetic *= 1.0 + 1e-9;
+                }
+            })
+        }),
+    Clause::must("T-6a", "two runs give the same bits", twice)
+        .needs(&["feature:fields"])
+        .mutant("is another one every time", || {
+            let run = spoil::RUNS.fetch_add(1, Ordering::Relaxed);
+            let ulps = 1 + run.wrapping_add(std::process::id()) % 31;
+            spoil::states_of_grant(move |_, state| spoil::nudged(state, ulps))
+        }),
+    Clause::must("T-6b", "windows of 1 and 64 give the same bits", windows)
+        .needs(&["feature:fields"])
+        .after(&["T-6a"])
+        .mutant("is another one in windows of one step", || {
+            spoil::states_of_grant(|grant, state| spoil::nudged(state, u32::from(grant.steps == 1)))
+        }),
     Clause::must(
-        "T-5a",
-        "velocities at t_n are those before and after, by their share",
-        centring,
-    )
-    .after(&["T-1c"]),
-    Clause::must("T-6b", "two runs give the same bits", twice).covers(&["C33"]),
-    Clause::must("T-6a", "windows of 1 and of 64 give the same bits", windows)
-        .after(&["T-6b"])
-        .covers(&["C33"]),
-    Clause::must(
-        "T-1d",
+        "T-1e",
         "some cells further the motion is the same but for rounding",
         elsewhere,
     )
     .after(&["T-1a"])
-    .covers(&["C23"]),
+    .mutant("feels more at the right and below", || {
+        let centre = Rc::new(Cell::new([0.0; 2]));
+        let seen = Rc::clone(&centre);
+        Flaw::forces(move |_, forces| {
+            let [x, y] = centre.get();
+            for force in forces.iter_mut().filter(|_| x > 0.55 && y < 0.5) {
+                force.force = force.force.map(|f| 1.001 * f);
+            }
+        })
+        .with(Flaw::states(move |_, states| {
+            let n = states.len().max(1) as f64;
+            let sum = |i: usize| states.iter().map(|s| s.position[i]).sum::<f64>();
+            seen.set([sum(0) / n, sum(1) / n]);
+        }))
+    }),
 ];
 
 /// Steps of a flight. A sum of n terms is off by at most n ulp of its largest partial sum, the velocity of a node of

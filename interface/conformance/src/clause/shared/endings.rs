@@ -1,0 +1,315 @@
+//! Sections 1, 2, 9 and 11: how a session ends, in order or not.
+
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use interface::control::{Notice, Order, Party};
+use interface::stage::{Kind, Message};
+use rustix::process::{Pid, Signal, kill_process};
+
+use super::run::{Run, order};
+use crate::bench::{Bench, Session, Start};
+use crate::clause::Clause;
+use crate::mutant::{Flaw, spoil};
+use crate::verdict::{Judgement, Unmet, broken, require};
+
+pub const CLAUSES: &[Clause] = &[
+    Clause::must("S-9a", "ends at Abort between windows", |bench| {
+        ends(Run::begun(bench)?.aborted()?)
+    })
+    .mutant("overlooks Abort", || {
+        spoil::deaf_to(|order| matches!(order, Ok(Order::Abort(_))))
+    }),
+    Clause::must(
+        "S-9b",
+        "ends at Abort while it waits for its peer",
+        |bench| ends(in_a_step(bench)?.aborted()?),
+    )
+    .after(&["S-9a"])
+    .mutant("overlooks Abort within a step", || {
+        let mut busy = false;
+        Flaw::passing(move |message| {
+            match message.kind() {
+                Kind::Grant => busy = true,
+                Kind::Report => busy = false,
+                _ => {}
+            }
+            match message.as_order() {
+                Ok(Order::Abort(_)) if busy => Vec::new(),
+                _ => vec![message],
+            }
+        })
+    }),
+    Clause::must("S-9c", "says nothing after Abort", silent)
+        .after(&["S-9a", "S-9b"])
+        .mutant("complains of Abort", || {
+            Flaw::passing(|message| match message.as_order() {
+                Ok(Order::Abort(_)) => vec![Message::order(&Order::Close)],
+                _ => vec![message],
+            })
+        }),
+    Clause::must("X-3a", "ends when the coupler is gone", |bench| {
+        orphan(Run::begun(bench)?)
+    })
+    .mutant("does not look whether its coupler lives", || {
+        spoil::manners(|m| m.never_looks_up = true)
+    }),
+    Clause::must(
+        "X-3b",
+        "ends when the coupler is gone, waiting for its peer",
+        |bench| orphan(in_a_step(bench)?),
+    )
+    .after(&["X-3a"])
+    .mutant(
+        "does not look whether its coupler lives within a step",
+        || spoil::manners(|m| m.never_looks_up_in_a_step = true),
+    ),
+    Clause::must(
+        "S-11a",
+        "names the peer that is silent, at the deadline",
+        silent_peer,
+    )
+    .mutant("waits for ever", || {
+        Flaw::configure(|configure| configure.deadline = 600.0)
+    })
+    .mutant("does not say who is silent", || {
+        spoil::words("dem", "other").with(spoil::words("mpm", "other"))
+    }),
+    Clause::must(
+        "S-11b",
+        "names the coupler when it is silent, at the deadline",
+        silent_coupler,
+    )
+    .after(&["S-11a"])
+    .mutant("waits for the coupler for ever", || {
+        spoil::manners(|m| m.waits_for_ever = true)
+    }),
+    Clause::must("D-2a", "lives until Close", lives_till_close).mutant("goes after Bye", || {
+        spoil::manners(|m| m.goes_at_bye = true)
+    }),
+    Clause::must("X-1a", "a failure names clause and step", named)
+        .after(&["G-2a"])
+        .mutant("does not say which clause", || {
+            spoil::words("G-2", "a clause")
+        }),
+    Clause::must("X-2a", "ends with status 0 after Close", |bench| {
+        status(Run::begun(bench)?.closed()?, 0)
+    })
+    .of_processes()
+    .mutant("ends with status 1", || {
+        spoil::manners(|m| m.status_closed = Some(1))
+    }),
+    Clause::must("X-2b", "ends with status 3 after a failure", failed)
+        .of_processes()
+        .mutant("ends with status 0 though it failed", || {
+            spoil::manners(|m| m.status_failed = Some(0))
+        }),
+    Clause::must(
+        "X-2c",
+        "ends with status 2 if it was not told to join",
+        unjoined,
+    )
+    .of_processes()
+    .mutant("ends with status 0 though there is nothing to join", || {
+        spoil::manners(|m| m.status_unjoined = Some(0))
+    }),
+    Clause::must("X-5a", "goes on after Ctrl-C", interrupted)
+        .of_processes()
+        .mutant("ends on Ctrl-C", || {
+            spoil::manners(|m| m.ends_on_interrupt = true)
+        }),
+    Clause::must("O-6a", "removes nothing of the run's", removes_nothing)
+        .of_processes()
+        .mutant("removes the run's lock", || {
+            spoil::manners(|m| m.removes_the_lock = true)
+        }),
+];
+
+/// A nap of 10 ms, the ordinary end of a process, and much for a machine that is busy.
+const SOON: Duration = Duration::from_secs(2);
+
+/// A run whose solver waits for its peer.
+fn in_a_step(bench: &Bench) -> Result<Run<'_>, Unmet> {
+    let mut run = Run::begun(bench)?;
+    run.wait_for_peer()?;
+    Ok(run)
+}
+
+/// Waits for the end of a solver.
+fn ends(mut session: Session) -> Judgement {
+    let start = Instant::now();
+    let end = session.end(SOON);
+    let end = end.ok_or_else(|| broken("its end", format_args!("it lives {SOON:?} later")))?;
+    Ok(format!(
+        "{end}, {:.0} ms later",
+        start.elapsed().as_secs_f64() * 1e3
+    ))
+}
+
+fn silent(bench: &Bench) -> Judgement {
+    for run in [Run::begun, in_a_step] {
+        let mut session = run(bench)?.aborted()?;
+        session.end(SOON);
+        for kind in [Kind::Notice, Kind::Report] {
+            if let Some(message) = session.take(kind)? {
+                let got = message.as_notice();
+                return Err(broken(
+                    "nothing after Abort",
+                    format_args!("{kind:?} {got:?}"),
+                ));
+            }
+        }
+    }
+    Ok("between windows and in a step".into())
+}
+
+fn orphan(run: Run) -> Judgement {
+    let session = run.into_session();
+    session.stage.release();
+    ends(session)
+}
+
+/// Of the clauses on silence, in s.
+const DEADLINE: f64 = 0.2;
+
+/// A run with [`DEADLINE`].
+fn impatient(bench: &Bench) -> Result<Run<'_>, Unmet> {
+    let mut order = order(bench);
+    order.deadline = DEADLINE;
+    Run::ready(bench, &order)
+}
+
+/// A failure that comes after `least` and before `most` (s) and names `who`.
+fn gives_up(run: &mut Run, who: &str, [least, most]: [f64; 2]) -> Judgement {
+    let start = Instant::now();
+    let longest = Duration::from_secs_f64(most);
+    let failure = run.session().failure_within(longest)?;
+    let waited = start.elapsed().as_secs_f64();
+    let words = format!("after {waited:.2} s: {}", failure.message);
+    require(
+        waited > least && failure.message.contains(who),
+        format_args!("a failure between {least} and {most} s that names the {who}"),
+        &words,
+    )?;
+    Ok(words)
+}
+
+fn silent_peer(bench: &Bench) -> Judgement {
+    let peer = match bench.subject.party {
+        Party::Mpm => "dem",
+        _ => "mpm",
+    };
+    let mut run = impatient(bench)?;
+    run.step(0.0)?;
+    run.wait_for_peer()?;
+    gives_up(&mut run, peer, [0.5 * DEADLINE, DEADLINE + 1.0])
+}
+
+fn silent_coupler(bench: &Bench) -> Judgement {
+    let mut run = impatient(bench)?;
+    run.step(0.0)?;
+    gives_up(&mut run, "coupler", [DEADLINE, DEADLINE + 3.0])
+}
+
+fn lives_till_close(bench: &Bench) -> Judgement {
+    let mut run = Run::begun(bench)?;
+    let session = run.session();
+    session.order(&Order::Drain)?;
+    match session.notice()? {
+        Notice::Bye => {}
+        other => return Err(broken("Bye", format_args!("{other:?}"))),
+    }
+    if let Some(end) = session.end(Duration::from_millis(100)) {
+        return Err(broken("a solver that waits for Close", end));
+    }
+    session.order(&Order::Close)?;
+    ends(run.into_session())
+}
+
+fn named(bench: &Bench) -> Judgement {
+    let mut run = Run::begun(bench)?;
+    let mut grant = run.next_grant();
+    grant.dt = f64::NAN;
+    run.send_grants(&[grant])?;
+    let failure = run.session().failure()?;
+    let said = failure.message.contains("G-2") && failure.step == 1;
+    let got = format_args!("step {}: {}", failure.step, failure.message);
+    require(said, "clause G-2 and step 1", got)?;
+    Ok(failure.message)
+}
+
+/// Waits for the end of a process, which shall have this status.
+fn status(mut session: Session, expected: i32) -> Judgement {
+    let end = session.end(SOON);
+    let end = end.unwrap_or_else(|| format!("lives {SOON:?} later"));
+    let expected = format!("ended with exit status {expected}");
+    require(end == expected, expected, &end)?;
+    Ok(end)
+}
+
+fn failed(bench: &Bench) -> Judgement {
+    let mut session = bench.session()?;
+    session.hello()?;
+    session.order(&Order::Drain)?;
+    session.failure()?;
+    session.order(&Order::Abort("the solver failed".into()))?;
+    status(session, 3)
+}
+
+fn unjoined(bench: &Bench) -> Judgement {
+    let Start::Command(command) = &bench.subject.start else {
+        return Err(Unmet::OutOfSight("it can be seen of a process only"));
+    };
+    let mut child = Command::new(&command[0])
+        .args(&command[1..])
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .map_err(|e| broken("a solver that starts", e))?;
+    let start = Instant::now();
+    loop {
+        match child.try_wait() {
+            Ok(Some(status)) => {
+                let got = interface::process::describe(status);
+                require(status.code() == Some(2), "ended with exit status 2", &got)?;
+                return Ok(got);
+            }
+            _ if start.elapsed() > bench.startup => {
+                let _ = child.kill();
+                let _ = child.wait();
+                let got = format_args!("it lives {:?} later", bench.startup);
+                return Err(broken("its end", got));
+            }
+            _ => std::thread::sleep(Duration::from_millis(1)),
+        }
+    }
+}
+
+fn interrupted(bench: &Bench) -> Judgement {
+    let mut run = Run::begun(bench)?;
+    let pid = run.session().pid().and_then(|pid| i32::try_from(pid).ok());
+    let pid = pid.and_then(Pid::from_raw).expect("a process has an id");
+    kill_process(pid, Signal::INT).map_err(|e| broken("a process that takes a signal", e))?;
+    std::thread::sleep(Duration::from_millis(20));
+    run.step(1e-4)?;
+    run.closed()?;
+    Ok("the next step is done".into())
+}
+
+fn removes_nothing(bench: &Bench) -> Judgement {
+    let mut session = Run::begun(bench)?.closed()?;
+    let run = std::env::temp_dir().join(format!("tandem-{}", session.stage.domain().id()));
+    let end = session.end(SOON);
+    end.ok_or_else(|| {
+        broken(
+            "its end after Close",
+            format_args!("it lives {SOON:?} later"),
+        )
+    })?;
+    let there = run.join("lock").is_file();
+    require(there, "the run's directory with its lock", "they are gone")?;
+    // The channels are still there: what is sent waits for somebody to take it.
+    session.send(&Message::order(&Order::Close))?;
+    Ok("the run's directory, lock and channels are there".into())
+}

@@ -1,0 +1,301 @@
+//! What a run takes of the machine: memory over many steps, time until an answer.
+
+use std::time::{Duration, Instant};
+
+use interface::control::Party;
+use interface::wire::{ImpForce, ImpInfo, ImpState};
+
+use crate::bench::{Bench, Flow, Play, Points, echo};
+use crate::clause::Clause;
+use crate::clause::dem::scene::{RADIUS, SPHERO, held_disc};
+use crate::clause::mpm::scene::{IN_BLOCK, block, scene, single};
+use crate::mutant::{Flaw, nap_for_many};
+use crate::verdict::{Judgement, Unmet, broken, require};
+
+pub const CLAUSES: &[Clause] = &[
+    Clause::must(
+        "X-6b",
+        "its memory grows by four times what crosses at most",
+        bounded,
+    )
+    .of_processes()
+    .mutant("leaks 200 kB a step", || {
+        let mut kept = Vec::new();
+        // Touched, or it takes no memory.
+        Flaw::states(move |_, _| kept.push(vec![1u8; 200_000]))
+    }),
+    Clause::should(
+        "X-6a",
+        "its memory does not grow with the number of steps",
+        flat,
+    )
+    .after(&["X-6b"])
+    .of_processes()
+    .mutant("keeps all that it is told", || {
+        let mut kept = Vec::new();
+        Flaw::each(move |message| kept.push(message.clone()))
+    }),
+    Clause::should("G-10a", "answers at once, not after a nap", latency).mutant(
+        "takes a nap before it answers many points",
+        || {
+            Flaw::states(|_, states| nap_for_many(states.len()))
+                .with(Flaw::forces(|_, forces| nap_for_many(forces.len())))
+        },
+    ),
+    Clause::should(
+        "G-10b",
+        "takes no nap in any of a thousand steps",
+        rare_naps,
+    )
+    .after(&["G-10a"])
+    .mutant("takes a nap of 5 ms in every thousandth step", || {
+        let mut steps = 0;
+        Flaw::states(move |header, _| {
+            steps += u64::from(header.flags == 0);
+            if steps.is_multiple_of(1000) && steps > 0 {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+        })
+    }),
+];
+
+/// Points of a bodies' exchange, and steps of a window.
+const POINTS: usize = 100;
+const WINDOW: u64 = 16;
+const DT: f64 = 1e-5;
+
+/// A ring of points whose ids begin at `first` and that press on a disc.
+fn ring(count: usize, first: u64) -> Points {
+    let mut points = Points::new();
+    for k in 0..count {
+        let (sin, cos) = (core::f64::consts::TAU * k as f64 / count as f64).sin_cos();
+        let r = SPHERO + 0.9 * RADIUS;
+        points = points.with([r * cos, r * sin], [0.0; 2], RADIUS, 0.5);
+    }
+    points.set.iter_mut().for_each(|info| info.id += first);
+    points
+}
+
+/// A held disc pressed by a ring of points, after a step.
+fn pressed(bench: &Bench, count: usize) -> Result<(Play<'_>, Points), Unmet> {
+    let mut play = bench.play(&held_disc())?;
+    let points = ring(count, 0);
+    play.set(&points.set);
+    play.step(0.0, &points.states)?;
+    Ok((play, points))
+}
+
+/// A continuum at rest, after a step: two blocks, or one point.
+fn resting(bench: &Bench, many: bool) -> Result<Flow<'_>, Unmet> {
+    let blocks = vec![block([0.2, 0.6], [0.0; 2]), block([0.6, 0.2], [0.0; 2])];
+    let config = if many {
+        scene(blocks)
+    } else {
+        single([0.0; 2])
+    };
+    let mut flow = bench.flow(&config)?;
+    flow.free_step(0.0)?;
+    Ok(flow)
+}
+
+/// Resident memory of a process in bytes.
+fn resident(pid: u32) -> Result<u64, Unmet> {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status"));
+    let status = status.map_err(|e| broken("a process that lives", e))?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let kibibytes = line.and_then(|rest| rest.split_whitespace().next()?.parse::<u64>().ok());
+    kibibytes.map(|k| k << 10).ok_or(Unmet::OutOfSight(
+        "this system does not tell a process's memory",
+    ))
+}
+
+/// Windows of steps, at least and at most: before the memory is looked at, so that lists and history have been filled
+/// and emptied many times, and after, over which it shall not grow.
+struct Windows {
+    warm: [u32; 2],
+    counted: [u32; 2],
+}
+
+/// Time after which the least will do.
+const LONG: Duration = Duration::from_millis(800);
+/// What an allocator may take by itself, in bytes: of a solver that leaks little, and of any.
+const ROOM: u64 = 256 << 10;
+const MUCH_ROOM: u64 = 4 << 20;
+
+/// Does windows of steps; returns how many bytes have crossed in them.
+fn several(
+    [least, most]: [u32; 2],
+    window: &mut dyn FnMut() -> Result<u64, Unmet>,
+) -> Result<u64, Unmet> {
+    let (start, mut crossed) = (Instant::now(), 0);
+    for done in 0..most {
+        if done >= least && start.elapsed() > LONG {
+            break;
+        }
+        crossed += window()?;
+    }
+    Ok(crossed)
+}
+
+/// Bytes by which the solver has grown in `windows`, and bytes that have crossed.
+fn grown(bench: &Bench, windows: &Windows) -> Result<(u64, u64), Unmet> {
+    let watch = |pid: Option<u32>, window: &mut dyn FnMut() -> Result<u64, Unmet>| {
+        let pid = pid.ok_or(Unmet::OutOfSight("it can be seen of a process only"))?;
+        several(windows.warm, window)?;
+        let before = resident(pid)?;
+        let crossed = several(windows.counted, window)?;
+        Ok((resident(pid)?.saturating_sub(before), crossed))
+    };
+    let exchanged = (size_of::<ImpState>() + size_of::<ImpForce>()) as u64;
+    if bench.subject.party == Party::Mpm {
+        let mut flow = resting(bench, true)?;
+        return watch(flow.session.pid(), &mut || {
+            flow.coast(DT, WINDOW)?;
+            Ok(WINDOW * 2 * IN_BLOCK * exchanged)
+        });
+    }
+    let (mut play, _) = pressed(bench, POINTS)?;
+    let crossing = POINTS as u64 * (WINDOW * exchanged + size_of::<ImpInfo>() as u64);
+    let mut first = 0;
+    watch(play.session.pid(), &mut || {
+        // Others each time: what is remembered of those before can go.
+        first += POINTS as u64;
+        let points = ring(POINTS, first);
+        play.set(&points.set);
+        play.grant(DT, WINDOW, false)?;
+        for _ in 0..WINDOW {
+            play.exchange(&points.states)?;
+        }
+        play.report()?;
+        Ok(crossing)
+    })
+}
+
+/// The growth in words.
+fn in_words((grown, crossed): (u64, u64)) -> String {
+    format!(
+        "{} KiB more after {} KiB crossed",
+        grown >> 10,
+        crossed >> 10
+    )
+}
+
+fn flat(bench: &Bench) -> Judgement {
+    let windows = Windows {
+        warm: [10, 60],
+        counted: [20, 250],
+    };
+    let seen = grown(bench, &windows)?;
+    // A tenth of what crosses is ten times less than a solver takes that keeps what it is told.
+    let kept = seen.0 <= (seen.1 / 10).max(ROOM);
+    require(
+        kept,
+        "at most a tenth of what crosses, or 256 KiB",
+        in_words(seen),
+    )?;
+    Ok(in_words(seen))
+}
+
+fn bounded(bench: &Bench) -> Judgement {
+    let windows = Windows {
+        warm: [4; 2],
+        counted: [20; 2],
+    };
+    let seen = grown(bench, &windows)?;
+    // Beyond what anybody needs who keeps each message in a form of his own.
+    let kept = seen.0 <= 4 * seen.1 + MUCH_ROOM;
+    require(
+        kept,
+        "at most four times what crosses, and 4 MiB",
+        in_words(seen),
+    )?;
+    Ok(in_words(seen))
+}
+
+/// Times of `count` answers, one after another: of bodies pressed by many points or two, of a continuum of many or one.
+/// Fewer when it takes long.
+fn answers(bench: &Bench, many: bool, count: u64) -> Result<Vec<Duration>, Unmet> {
+    let start = Instant::now();
+    let mut times = Vec::new();
+    if bench.subject.party == Party::Mpm {
+        let mut flow = resting(bench, many)?;
+        let forces = flow.no_forces();
+        flow.grant(DT, count + 1, false)?;
+        flow.states()?;
+        while (times.len() as u64) < count && start.elapsed() < LONG {
+            let sent = Instant::now();
+            flow.forces(&forces)?;
+            flow.states()?;
+            times.push(sent.elapsed());
+        }
+        return Ok(times);
+    }
+    let (mut play, points) = pressed(bench, if many { POINTS } else { 2 })?;
+    play.grant(DT, count, false)?;
+    while (times.len() as u64) < count && start.elapsed() < LONG {
+        let sent = Instant::now();
+        play.exchange(&points.states)?;
+        times.push(sent.elapsed());
+    }
+    Ok(times)
+}
+
+/// Five naps of B-3: no solver computes for so long on so few points, and a machine that is busy delays some answers,
+/// not all.
+const SLOW: Duration = Duration::from_millis(50);
+
+fn micros(time: Duration) -> f64 {
+    time.as_secs_f64() * 1e6
+}
+
+fn latency(bench: &Bench) -> Judgement {
+    let mut times = answers(bench, true, 20)?;
+    times.sort();
+    let (least, median) = (times[0], times[times.len() / 2]);
+    require(
+        least < SLOW,
+        format_args!("one of {} answers within {SLOW:?}", times.len()),
+        format_args!("{:.0} us at best", micros(least)),
+    )?;
+    let echo = echo(bench.subject.medium(), POINTS)?;
+    Ok(format!(
+        "{:.0} us at best, median {:.0} us; an echo takes {:.0} us at best",
+        micros(least),
+        micros(median),
+        micros(echo)
+    ))
+}
+
+/// Runs of the same steps: a machine that is busy delays other steps in each of them, a nap the same.
+const RUNS: usize = 4;
+/// Steps of such a run.
+const STEPS: u64 = 1200;
+/// Less than a nap, much more than an answer on a handful of points.
+const NAP: Duration = Duration::from_millis(3);
+
+fn rare_naps(bench: &Bench) -> Judgement {
+    let mut least: Vec<Duration> = Vec::new();
+    for run in 0..RUNS {
+        let times = answers(bench, false, STEPS)?;
+        if run == 0 {
+            least.clone_from(&times);
+        }
+        least.truncate(times.len());
+        for (least, time) in least.iter_mut().zip(times) {
+            *least = time.min(*least);
+        }
+    }
+    let slowest = (0..least.len()).max_by_key(|&step| least[step]);
+    let slowest = slowest.ok_or_else(|| broken("answers", "none"))?;
+    let mut sorted = least.clone();
+    sorted.sort();
+    let allowed = NAP.max(10 * sorted[sorted.len() / 2]);
+    require(
+        least[slowest] < allowed,
+        format_args!("every answer within {allowed:?} in one of {RUNS} runs"),
+        format_args!("{:.0} us at best", micros(least[slowest])),
+    )
+    .map_err(|e| e.at(slowest as u64))?;
+    let worst = micros(least[slowest]);
+    Ok(format!("{} steps, the slowest {worst:.0} us", least.len()))
+}

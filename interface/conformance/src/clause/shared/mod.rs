@@ -1,0 +1,17 @@
+//! What both sides are asked in the same way: the session, grants, endings, and what a run takes of the machine.
+
+mod endings;
+mod grants;
+mod handshake;
+mod machine;
+mod run;
+
+use super::Clause;
+
+/// All of them, in order.
+pub const CLAUSES: &[&[Clause]] = &[
+    handshake::CLAUSES,
+    grants::CLAUSES,
+    endings::CLAUSES,
+    machine::CLAUSES,
+];

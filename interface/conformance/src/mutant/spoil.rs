@@ -1,0 +1,330 @@
+//! What a mutant can spoil, in a word each.
+
+use std::cell::Cell;
+use std::rc::Rc;
+use std::sync::atomic::AtomicU32;
+
+use interface::config::{ContactLaw, DemConfig, Motion};
+use interface::control::{Hello, Notice, Order};
+use interface::solver::Readiness;
+use interface::stage::{Message, Payload};
+use interface::wire::{
+    Grant, ImpForce, ImpInfo, ImpState, Ledger, Limits, Report, StepHeader, flags,
+};
+use serde_json::Value;
+
+use super::{Flaw, Manners};
+
+/// A value that two flaws see.
+pub fn shared<T>(value: T) -> (Rc<Cell<T>>, Rc<Cell<T>>) {
+    let one = Rc::new(Cell::new(value));
+    (one.clone(), one)
+}
+
+/// Bad manners.
+pub fn manners(spoil: impl FnOnce(&mut Manners)) -> Flaw {
+    Flaw::manners(spoil)
+}
+
+/// Changes Hello.
+pub fn hello(mut spoil: impl FnMut(&mut Hello) + 'static) -> Flaw {
+    Flaw::notices(move |notice| {
+        if let Notice::Hello(hello) = notice {
+            spoil(hello);
+        }
+    })
+}
+
+/// Changes what is said with Ready.
+pub fn ready(spoil: fn(&mut Readiness)) -> Flaw {
+    Flaw::notices(move |notice| {
+        if let Notice::Ready(ready) = notice {
+            spoil(&mut ready.readiness);
+        }
+    })
+}
+
+/// Changes last words.
+pub fn words(from: &'static str, to: &'static str) -> Flaw {
+    Flaw::notices(move |notice| {
+        if let Notice::Failed(failure) = notice {
+            failure.message = failure.message.replace(from, to);
+        }
+    })
+}
+
+/// Mends the bytes of an order that does not decode.
+pub fn orders(mut mend: impl FnMut(&mut Vec<u8>) + 'static) -> Flaw {
+    Flaw::each(move |message| {
+        if message
+            .as_order()
+            .is_err_and(|why| why.contains("left over"))
+            && let Payload::Order(bytes) = &mut message.payload
+        {
+            mend(bytes);
+        }
+    })
+}
+
+/// Orders that the hosted solver does not get to see.
+pub fn deaf_to(mut hide: impl FnMut(Result<Order, String>) -> bool + 'static) -> Flaw {
+    Flaw::passing(move |message| {
+        let order = matches!(message.payload, Payload::Order(_));
+        if order && hide(message.as_order()) {
+            return Vec::new();
+        }
+        vec![message]
+    })
+}
+
+/// Changes the configuration's JSON.
+pub fn json_config(mut spoil: impl FnMut(&mut serde_json::Map<String, Value>) + 'static) -> Flaw {
+    Flaw::config(move |config| {
+        if let Value::Object(fields) = config {
+            spoil(fields);
+        }
+    })
+}
+
+/// Changes every grant.
+pub fn each_grant(mut spoil: impl FnMut(&mut Grant) + 'static) -> Flaw {
+    Flaw::grants(move |_, grants| grants.iter_mut().for_each(&mut spoil))
+}
+
+/// Changes the first step of a grant, given it and the step that is next.
+pub fn next_grant(first: fn(u64, u64) -> u64) -> Flaw {
+    let (next, reported) = shared(0);
+    each_grant(move |grant| grant.first = first(grant.first, next.get()))
+        .with(report(move |report| reported.set(report.next)))
+}
+
+/// Where the run is.
+#[derive(Clone, Copy, Default)]
+pub struct Now {
+    /// Of the last grant.
+    pub epoch: u64,
+    /// That comes next.
+    pub step: u64,
+}
+
+/// Changes what passes, knowing where the run is.
+pub fn in_step(mut spoil: impl FnMut(&mut Message, Now) + 'static) -> Flaw {
+    let mut now = Now::default();
+    Flaw::each(move |message| match &message.payload {
+        Payload::Grant(grants) => {
+            now = grants.first().map_or(now, |g| Now {
+                epoch: g.epoch,
+                step: g.first,
+            });
+        }
+        Payload::Forces(_) => now.step = message.header.step + 1,
+        _ => spoil(message, now),
+    })
+}
+
+/// Changes the records of sets.
+pub fn sets(mut spoil: impl FnMut(&mut Vec<ImpInfo>) + 'static) -> Flaw {
+    Flaw::set(move |_, set| spoil(set))
+}
+
+/// Changes how bodies move.
+pub fn motion(mut spoil: impl FnMut(Motion) -> Option<Motion> + 'static) -> Flaw {
+    Flaw::bodies_config(move |config| {
+        for body in &mut config.bodies {
+            body.motion = spoil(body.motion).unwrap_or(body.motion);
+        }
+    })
+}
+
+/// Changes k_n, k_t, mu and zeta of the law between points and bodies.
+pub fn law(mut spoil: impl FnMut(&mut f64, &mut f64, &mut f64, &mut f64) + 'static) -> Flaw {
+    Flaw::bodies_config(move |config: &mut DemConfig| {
+        if let ContactLaw::Linear {
+            normal_stiffness,
+            tangential_stiffness,
+            friction,
+            damping_ratio,
+        } = &mut config.point_contact
+        {
+            spoil(
+                normal_stiffness,
+                tangential_stiffness,
+                friction,
+                damping_ratio,
+            );
+        }
+    })
+}
+
+/// Multiplies forces.
+pub fn scale(forces: &mut [ImpForce], factor: f64) {
+    for force in forces {
+        force.force = force.force.map(|f| factor * f);
+    }
+}
+
+/// Every force that is not 0 becomes the next number.
+pub fn next_up(forces: &mut [ImpForce]) {
+    for f in forces.iter_mut().flat_map(|force| &mut force.force) {
+        *f = if *f == 0.0 { 0.0 } else { f.next_up() };
+    }
+}
+
+/// Takes the stiffness from forces that `which` picks.
+pub fn stiffness(which: fn(&ImpForce) -> bool) -> Flaw {
+    Flaw::forces(move |_, forces| {
+        for force in forces.iter_mut().filter(|force| which(force)) {
+            force.stiffness = 0.0;
+        }
+    })
+}
+
+/// Changes forces, knowing the states that they answer.
+pub fn answers(mut spoil: impl FnMut(&[ImpState], &mut [ImpForce]) + 'static) -> Flaw {
+    let mut states = Vec::new();
+    Flaw::each(move |message| match &mut message.payload {
+        Payload::States(now) if !now.is_empty() => states.clone_from(now),
+        Payload::Forces(forces) => spoil(&states, forces),
+        _ => {}
+    })
+}
+
+/// Changes the forces that press on points whose speed (m/s) `which` picks.
+pub fn moving(which: fn(f64) -> bool, spoil: fn(&mut ImpForce)) -> Flaw {
+    answers(move |states, forces| {
+        for (force, state) in forces.iter_mut().zip(states) {
+            let [x, y] = state.velocity;
+            if force.force != [0.0; 2] && which(x.hypot(y)) {
+                spoil(force);
+            }
+        }
+    })
+}
+
+/// Changes every report.
+pub fn report(mut spoil: impl FnMut(&mut Report) + 'static) -> Flaw {
+    Flaw::reports(move |_, reports| reports.iter_mut().for_each(&mut spoil))
+}
+
+/// Changes the reports on measured steps.
+pub fn measured(mut spoil: impl FnMut(&mut Report) + 'static) -> Flaw {
+    report(move |report| {
+        if report.measured == 1 {
+            spoil(report);
+        }
+    })
+}
+
+/// Changes limits.
+pub fn limits(spoil: fn(&mut Limits)) -> Flaw {
+    report(move |report| spoil(&mut report.limits))
+}
+
+/// Changes books.
+pub fn ledger(spoil: fn(&mut Ledger)) -> Flaw {
+    report(move |report| spoil(&mut report.ledger))
+}
+
+/// Forces on a continuum, knowing the header of the states that they answer.
+pub fn forces_of_states(
+    mut spoil: impl FnMut(&StepHeader, &mut StepHeader, &mut Vec<ImpForce>) + 'static,
+) -> Flaw {
+    let mut last = StepHeader::default();
+    Flaw::each(move |message| match &mut message.payload {
+        Payload::States(_) => last = message.header,
+        Payload::Forces(forces) => spoil(&last, &mut message.header, forces),
+        _ => {}
+    })
+}
+
+/// Forces that a right continuum takes.
+pub fn right(forces: &[ImpForce]) -> bool {
+    forces.iter().all(|f| {
+        let finite = f.force.iter().all(|x| x.is_finite());
+        finite && (f.stiffness > 0.0 || (f.stiffness == 0.0 && f.force == [0.0; 2]))
+    })
+}
+
+/// Forces on a continuum, knowing those before them.
+pub fn after_others(mut spoil: impl FnMut(&[ImpForce], &mut [ImpForce]) + 'static) -> Flaw {
+    let mut before: Vec<ImpForce> = Vec::new();
+    Flaw::forces(move |_, forces| {
+        if right(forces) {
+            let now = forces.clone();
+            before.resize(forces.len(), ImpForce::default());
+            spoil(&before, forces);
+            before = now;
+        }
+    })
+}
+
+/// States, knowing the grant that they belong to.
+pub fn states_of_grant(mut spoil: impl FnMut(&Grant, &mut ImpState) + 'static) -> Flaw {
+    let mut grant = Grant::default();
+    Flaw::each(move |message| match &mut message.payload {
+        Payload::Grant(grants) => grant = grants.first().copied().unwrap_or(grant),
+        Payload::States(states) => states.iter_mut().for_each(|state| spoil(&grant, state)),
+        _ => {}
+    })
+}
+
+/// What a mutant knows of the window that it is in.
+#[derive(Clone, Copy, Default)]
+pub struct Window {
+    /// By which it is granted.
+    pub grant: Grant,
+    /// The bodies have said HALT_AFTER in it.
+    pub bodies_halt: bool,
+}
+
+/// Whatever goes out with a report, knowing its window.
+pub fn at_report(mut spoil: impl FnMut(&Window, Message) -> Vec<Message> + 'static) -> Flaw {
+    let mut window = Window::default();
+    Flaw::passing(move |message| {
+        match &message.payload {
+            Payload::Grant(grants) => {
+                window = Window {
+                    grant: grants.first().copied().unwrap_or_default(),
+                    bodies_halt: false,
+                };
+            }
+            Payload::Forces(_) => {
+                window.bodies_halt = message.header.flags & flags::HALT_AFTER != 0;
+            }
+            Payload::Report(_) => return spoil(&window, message),
+            _ => {}
+        }
+        vec![message]
+    })
+}
+
+/// A report that tells of a halt.
+pub fn halts(mut message: Message, halts: bool) -> Vec<Message> {
+    if let Payload::Report(reports) = &mut message.payload
+        && halts
+    {
+        reports.iter_mut().for_each(|report| report.halted = 1);
+    }
+    vec![message]
+}
+
+/// The report of a message.
+pub fn reported(message: &Message) -> Report {
+    match &message.payload {
+        Payload::Report(reports) => reports.first().copied().unwrap_or_default(),
+        _ => Report::default(),
+    }
+}
+
+/// A position some numbers further.
+pub fn nudged(state: &mut ImpState, ulps: u32) {
+    for _ in 0..ulps {
+        state.position[0] = state.position[0].next_up();
+    }
+}
+
+/// Runs of mutants in this process.
+pub static RUNS: AtomicU32 = AtomicU32::new(0);
+
+/// A contact radius that is so much smaller than it is said to be: a power of two, so that nothing is rounded.
+pub const SHRUNK: f64 = 128.0;

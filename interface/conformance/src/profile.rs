@@ -1,0 +1,257 @@
+//! What a solver is judged as: the capabilities that it names in Hello, and named profiles of them.
+//!
+//! A clause says what it needs ([`crate::clause::Clause::needs`]), so a profile's core follows from the rows: the
+//! clauses that need nothing beyond it. Within a clause, scenes are made of what the solver takes.
+
+use std::collections::BTreeSet;
+
+use interface::capability::{CONTACTS, Capabilities, LAYERS, PAIRS, SAVE, SEGMENTS};
+use interface::config::{BodyShape, ContactLaw, DemConfig, Motion};
+use interface::control::Party;
+
+use crate::clause::{Clause, of};
+
+/// A named set of capabilities.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Profile {
+    /// Its name.
+    pub name: &'static str,
+    /// Whose.
+    pub party: Party,
+    /// What a solver of this profile takes, at least.
+    pub takes: &'static [&'static str],
+}
+
+const fn of_bodies(name: &'static str, takes: &'static [&'static str]) -> Profile {
+    let party = Party::Dem;
+    Profile { name, party, takes }
+}
+
+/// Verbs of the session.
+pub const VERBS: &[&str] = &[SAVE, SEGMENTS, PAIRS, LAYERS, CONTACTS];
+
+/// Families of capabilities of which a solver names members: of bodies, then of a continuum.
+pub const FAMILIES: &[&str] = &[
+    "shape", "law", "motion", "feature", "material", "transfer", "wall",
+];
+
+/// From the least to the most, side by side: each is judged by all clauses of those before it on its side.
+pub const PROFILES: &[Profile] = &[
+    of_bodies("held", &["shape:disc", "law:linear", "motion:fixed"]),
+    of_bodies(
+        "discs",
+        &["shape:disc", "law:linear", "motion:fixed", "motion:free"],
+    ),
+    of_bodies(
+        "discs+friction",
+        &[
+            "shape:disc",
+            "law:linear",
+            "motion:fixed",
+            "motion:free",
+            "feature:friction",
+        ],
+    ),
+    of_bodies(
+        "polygons",
+        &[
+            "shape:disc",
+            "shape:segment",
+            "shape:rectangle",
+            "shape:polygon",
+            "law:linear",
+            "motion:fixed",
+            "motion:free",
+            "feature:friction",
+        ],
+    ),
+    of_bodies(
+        "full",
+        &[
+            "shape:disc",
+            "shape:segment",
+            "shape:rectangle",
+            "shape:polygon",
+            "law:linear",
+            "motion:fixed",
+            "motion:free",
+            "motion:driven",
+            "motion:guided",
+            "motion:pushed",
+            "feature:friction",
+            "feature:damping",
+            "feature:body_contact",
+        ],
+    ),
+    Profile {
+        name: "elastic",
+        party: Party::Mpm,
+        takes: &["material:linear_elastic"],
+    },
+    Profile {
+        name: "full",
+        party: Party::Mpm,
+        takes: &[
+            "material:linear_elastic",
+            "shape:linear",
+            "transfer:flip",
+            "wall:open",
+            "feature:fields",
+        ],
+    },
+];
+
+/// The profiles of a side, from the least to the most.
+pub fn profiles(party: Party) -> impl Iterator<Item = &'static Profile> {
+    PROFILES
+        .iter()
+        .filter(move |profile| profile.party == party)
+}
+
+impl Profile {
+    /// What such a solver says in Hello.
+    pub fn capabilities(&self) -> Capabilities {
+        let mut names: Vec<&str> = self.takes.to_vec();
+        // A family of which it takes nothing is named too, or it would be open.
+        if self.party == Party::Dem && !names.iter().any(|name| name.starts_with("feature:")) {
+            names.push(NO_FEATURE);
+        }
+        Capabilities::of(&names)
+    }
+
+    /// The clauses by which a solver of this profile must be judged.
+    pub fn core(&self) -> impl Iterator<Item = &'static Clause> {
+        let taken = self.capabilities();
+        let clauses = of(self.party).into_iter();
+        clauses.filter(move |clause| clause.lacks(&taken).is_empty())
+    }
+}
+
+/// By which a solver says that it takes no feature at all.
+pub const NO_FEATURE: &str = "feature:none";
+
+/// Those of `needed` that a solver with these capabilities does not take.
+pub fn lacking<'a>(taken: &Capabilities, needed: impl IntoIterator<Item = &'a str>) -> Vec<String> {
+    let lacks = |name: &&str| match name.split_once(':') {
+        Some((family, member)) => !taken.takes(family, member),
+        None => !taken.has(name),
+    };
+    let lacking = needed.into_iter().filter(lacks);
+    lacking.map(ToString::to_string).collect()
+}
+
+/// The largest profile that a solver with these capabilities fits: it takes all of it, as far as it says.
+pub fn fitting(party: Party, taken: &Capabilities) -> Option<&'static Profile> {
+    let fits = |profile: &&Profile| lacking(taken, profile.takes.iter().copied()).is_empty();
+    profiles(party).filter(fits).last()
+}
+
+/// What bodies' scenes need of a solver.
+pub fn needs(config: &DemConfig) -> BTreeSet<&'static str> {
+    let mut needs = BTreeSet::new();
+    for body in &config.bodies {
+        needs.insert(match body.shape {
+            BodyShape::Disc => "shape:disc",
+            BodyShape::Segment { .. } => "shape:segment",
+            BodyShape::Polygon { .. } => "shape:polygon",
+            BodyShape::Rectangle { .. } => "shape:rectangle",
+            BodyShape::Cluster { .. } => "shape:cluster",
+        });
+        needs.insert(match body.motion {
+            Motion::Free => "motion:free",
+            Motion::Fixed => "motion:fixed",
+            Motion::Driven => "motion:driven",
+            Motion::Guided { .. } => "motion:guided",
+            Motion::Pushed { .. } => "motion:pushed",
+        });
+    }
+    let pairs = config.contact_pairs.iter().map(|pair| &pair.law);
+    if !config.contact_pairs.is_empty() {
+        needs.insert("feature:contact_pairs");
+    }
+    if config.body_contact.is_some() {
+        needs.insert("feature:body_contact");
+    }
+    let laws = [&config.point_contact].into_iter();
+    for law in laws.chain(config.body_contact.iter()).chain(pairs) {
+        needs.extend(of_law(law));
+    }
+    needs
+}
+
+/// What a law needs of a solver.
+fn of_law(law: &ContactLaw) -> Vec<&'static str> {
+    let (kind, friction, damping, adhesion, rolling) = match *law {
+        ContactLaw::Linear {
+            friction,
+            damping_ratio,
+            ..
+        } => ("law:linear", friction, damping_ratio, 0.0, 0.0),
+        ContactLaw::Granular {
+            friction,
+            damping_ratio,
+            adhesion,
+            rolling_friction,
+            ..
+        } => (
+            "law:granular",
+            friction,
+            damping_ratio,
+            adhesion,
+            rolling_friction,
+        ),
+        ContactLaw::HertzMindlin {
+            friction,
+            restitution,
+            adhesion,
+            ..
+        } => (
+            "law:hertz_mindlin",
+            friction,
+            1.0 - restitution,
+            adhesion,
+            0.0,
+        ),
+        ContactLaw::Area { friction, .. } => ("law:area", friction, 0.0, 0.0, 0.0),
+    };
+    let features = [
+        (friction, "feature:friction"),
+        (damping, "feature:damping"),
+        (adhesion, "feature:adhesion"),
+        (rolling, "feature:rolling_friction"),
+    ];
+    let used = features.into_iter().filter(|(value, _)| *value != 0.0);
+    [kind]
+        .into_iter()
+        .chain(used.map(|(_, name)| name))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn profiles_grow_and_so_do_their_cores() {
+        for party in [Party::Dem, Party::Mpm] {
+            let all: Vec<_> = profiles(party).collect();
+            for pair in all.windows(2) {
+                let (less, more) = (pair[0], pair[1]);
+                let more_takes = more.capabilities();
+                assert!(lacking(&more_takes, less.takes.iter().copied()).is_empty());
+                assert!(less.core().count() < more.core().count(), "{}", more.name);
+            }
+            assert_eq!(all.last().unwrap().core().count(), of(party).len());
+            assert!(all[0].core().count() > 20);
+        }
+    }
+
+    #[test]
+    fn who_names_nothing_fits_the_largest_and_who_names_little_a_small_one() {
+        let fit = |names: &[&str]| fitting(Party::Dem, &Capabilities::of(names)).map(|p| p.name);
+        assert_eq!(fit(&[]), Some("full"));
+        assert_eq!(fit(&["shape:disc"]), Some("discs+friction"));
+        assert_eq!(fit(&["shape:disc", NO_FEATURE]), Some("discs"));
+        assert_eq!(fit(&["shape:segment"]), None);
+    }
+}
