@@ -48,16 +48,13 @@ fn sentence(
     } else {
         ", which is not written and has it by default,"
     };
-    match need.capability.split_once(':') {
-        Some((family, member)) => {
-            let taken: Vec<&str> = capabilities.members(family).collect();
-            let taken = taken.join(", ");
-            format!("`{path}`{unsaid} asks for {member}, and {solver} takes {taken} only")
-        }
-        None => {
-            let verb = &need.capability;
-            format!("`{path}`{unsaid} asks for `{verb}`, and {solver} cannot do it")
-        }
+    if let Some((family, member)) = need.capability.split_once(':') {
+        let taken: Vec<&str> = capabilities.members(family).collect();
+        let taken = taken.join(", ");
+        format!("`{path}`{unsaid} asks for {member}, and {solver} takes {taken} only")
+    } else {
+        let verb = &need.capability;
+        format!("`{path}`{unsaid} asks for `{verb}`, and {solver} cannot do it")
     }
 }
 
