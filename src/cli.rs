@@ -98,7 +98,7 @@ pub struct RunArgs {
     /// Threads of each solver.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: u16,
-    /// Run both solvers as threads of this process: the same code over process-local memory.
+    /// Run both solvers in this thread, by direct calls in turns with the coupler.
     #[arg(long)]
     pub in_process: bool,
     /// Most steps granted at once; 1 is the strict mode. The result is the same to the bit.
@@ -166,7 +166,7 @@ pub struct RunsArgs {
     /// Threads of each solver.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: u16,
-    /// Run both solvers of a run as threads of one process.
+    /// Run both solvers of a run in one thread of one process.
     #[arg(long)]
     pub in_process: bool,
     /// Start runs through a command such as `srun -n1 {}`, where `{}` stands for the command of a run.

@@ -106,6 +106,7 @@ fn wrong_arrows(arrows: &Arrows) -> Vec<String> {
         ("dem-proc", &["interface"][..]),
         ("coupler", &["interface"][..]),
         ("conformance", &["interface"][..]),
+        ("simulation", &["interface"][..]),
         ("study", &["coupler", "interface"][..]),
         // Its tests run scenes; the solver itself sees the contract.
         (
@@ -171,14 +172,56 @@ fn names(code: &str, crate_name: &str) -> bool {
 
 /// Whether a file is the crate `interface`'s; the kit below it is a crate of its own.
 fn of_interface(source: &Source) -> bool {
-    source.path.starts_with("interface/") && !source.path.starts_with("interface/conformance/")
+    let own = ["interface/src/", "interface/tests/", "interface/benches/"];
+    own.iter().any(|folder| source.path.starts_with(folder))
 }
 
-/// Sources name the transport in `interface` only, and the codec in one file of it.
+/// The files that name the transport: what opens channels, what configures it, and the records that cross as they are.
+const TRANSPORT: [&str; 3] = [
+    "interface/src/transport/iceoryx.rs",
+    "interface/src/domain.rs",
+    "interface/src/wire.rs",
+];
+
+/// The core of the protocol names no clock, thread or file.
+fn core_with_io(sources: &[Source]) -> Vec<String> {
+    let mut wrong = Vec::new();
+    let core = |s: &&Source| s.path.starts_with("interface/src/core/") && s.is_rust();
+    for source in sources.iter().filter(core) {
+        for (line, code) in source.code() {
+            for name in [
+                "Instant",
+                "SystemTime",
+                "thread",
+                "fs",
+                "net",
+                "io",
+                "iceoryx",
+            ] {
+                if names_part(code, name) {
+                    wrong.push(format!("{}:{line} names {name}", source.path));
+                }
+            }
+        }
+    }
+    wrong
+}
+
+/// Whether code names `part` in a path.
+fn names_part(code: &str, part: &str) -> bool {
+    let ends = |c: Option<char>| !c.is_some_and(|c| c.is_alphanumeric() || c == '_');
+    code.match_indices(part).any(|(at, _)| {
+        let (before, after) = (&code[..at], &code[at + part.len()..]);
+        let whole = ends(before.chars().next_back()) && ends(after.chars().next());
+        whole && (before.ends_with("::") || after.starts_with("::"))
+    })
+}
+
+/// Sources name the transport in three files of `interface`, and the codec in one.
 fn misplaced_names(sources: &[Source]) -> Vec<String> {
     let mut wrong = Vec::new();
     for source in sources.iter().filter(|s| s.is_rust()) {
-        let transport = of_interface(source);
+        let transport = TRANSPORT.contains(&source.path.as_str());
         let codec = source.path == "interface/src/codec.rs";
         for (line, code) in source.code() {
             for (name, allowed) in [("iceoryx2", transport), ("bincode", codec)] {
@@ -323,6 +366,14 @@ fn transport_and_codec_are_named_in_their_room_only() {
 }
 
 #[test]
+fn the_core_of_the_protocol_has_no_io() {
+    let sources = sources();
+    none(&core_with_io(&sources));
+    let core = |s: &&Source| s.path.starts_with("interface/src/core/");
+    assert!(sources.iter().filter(core).count() > 5);
+}
+
+#[test]
 fn unsafe_code_is_forbidden_outside_interface() {
     let sources = sources();
     none(&unsafe_roots(&sources));
@@ -384,6 +435,7 @@ mod the_rules_can_fail {
             ("dem-proc", &["interface"]),
             ("coupler", &["interface"]),
             ("conformance", &["interface"]),
+            ("simulation", &["interface"]),
             ("study", &["interface", "coupler", "plotters"]),
             (
                 "rapier-dem",
@@ -444,9 +496,10 @@ mod the_rules_can_fail {
         let transport = concat!("use ice", "oryx2::prelude::*;");
         let codec = concat!("let x = bin", "code::serde::encode();");
         let at = |path: &str, text: &str| misplaced_names(&[Source::new(path, text)]).len();
-        assert_eq!(at("interface/src/channel.rs", transport), 0);
+        assert_eq!(at("interface/src/transport/iceoryx.rs", transport), 0);
+        assert_eq!(at("interface/src/session/turns.rs", transport), 1);
         assert_eq!(at("interface/src/codec.rs", codec), 0);
-        assert_eq!(at("interface/src/channel.rs", codec), 1);
+        assert_eq!(at("interface/src/domain.rs", codec), 1);
         assert_eq!(at("interface/conformance/src/lib.rs", transport), 1);
         assert_eq!(at("coupler/src/run.rs", transport), 1);
         assert_eq!(at("coupler/src/run.rs", codec), 1);
@@ -457,6 +510,17 @@ mod the_rules_can_fail {
         // In a comment it is talk; in another name it is another name.
         assert_eq!(at("src/main.rs", &format!("// {transport}")), 0);
         assert_eq!(at("src/main.rs", concat!("my_bin", "code::encode()")), 0);
+    }
+
+    #[test]
+    fn a_core_with_a_clock_or_a_file() {
+        let at =
+            |text: &str| core_with_io(&[Source::new("interface/src/core/line.rs", text)]).len();
+        assert_eq!(at("use std::time::Duration;"), 0);
+        assert_eq!(at("use std::time::Instant;"), 1);
+        assert_eq!(at("let now = Instant::now();"), 1);
+        assert_eq!(at("std::thread::sleep(nap);"), 1);
+        assert_eq!(at("use std::fs::File;"), 1);
     }
 
     #[test]

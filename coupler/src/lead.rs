@@ -4,7 +4,7 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use interface::config::{DemConfig, MpmConfig};
-use interface::control::{Configure, Party};
+use interface::control::{Configure, Hello, Party};
 use interface::core::coupler::{Coupler, Decision, Part, Question, Round};
 use interface::recording::Tape;
 use interface::session::{Lead, SessionError, Stop};
@@ -175,7 +175,6 @@ impl<'a> Run<'a> {
     fn configure(&self, coupler: &Coupler) -> Result<Vec<Part>, RunError> {
         for &party in &self.parties {
             let hello = coupler.hello(party).expect("all have said hello");
-            tracing::info!(%party, identity = hello.identity, pid = hello.pid, "joined");
             // K-2.
             if let Some(unmet) = unmet(self.scene, party, &hello.identity, &hello.capabilities) {
                 return Err(RunError::Unmet(unmet.to_string()));
@@ -456,6 +455,11 @@ impl Lead for Run<'_> {
             self.failure = Some(error);
             Stop(reason)
         })
+    }
+
+    fn joined(&mut self, hello: &Hello) {
+        let party = hello.party;
+        tracing::info!(%party, identity = hello.identity, pid = hello.pid, "joined");
     }
 
     fn gone(&mut self) -> Option<(Party, String)> {

@@ -133,14 +133,20 @@ fn processes(
         Some(tape) => Box::new(Recorded::new(coupler, tape, noted)),
         None => coupler,
     };
+    let mut verdict = Ok(());
     for &party in &parties {
         let command = commands[usize::from(party == Party::Dem)];
-        run.crew.start(party, command, names)?;
+        verdict = verdict.and_then(|()| {
+            run.crew
+                .start(party, command, names)
+                .map_err(RunError::from)
+        });
     }
-    let mut leader = Leader::new(&parties, run);
-    drive(&mut leader, &mut *transport);
-    let verdict = leader.take_verdict();
-    drop(leader);
+    if verdict.is_ok() {
+        let mut leader = Leader::new(&parties, run);
+        drive(&mut leader, &mut *transport);
+        verdict = leader.take_verdict().map_err(RunError::from);
+    }
     // What is in the channels between the solvers is still recorded, before their senders end (D-2).
     tap.take();
     if verdict.is_err() {
@@ -148,7 +154,7 @@ fn processes(
         domain.release();
     }
     run.crew.dismiss();
-    Ok(verdict?)
+    verdict
 }
 
 /// The solvers in this thread.

@@ -18,6 +18,26 @@ pub const LAYERS: &str = "layers";
 /// A frame has the contacts of bodies: who, where, with which force.
 pub const CONTACTS: &str = "contacts";
 
+/// All verbs.
+pub const VERBS: [&str; 5] = [SAVE, SEGMENTS, PAIRS, LAYERS, CONTACTS];
+/// All families (clause K-1), of either side.
+pub const FAMILIES: [&str; 14] = [
+    "shape",
+    "law",
+    "motion",
+    "overlap",
+    "inertia",
+    "feature",
+    "transfer",
+    "stress_update",
+    "drift",
+    "plane",
+    "wall",
+    "material",
+    "contact_force",
+    "fill",
+];
+
 /// The capabilities of one solver.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Capabilities(pub Vec<String>);

@@ -27,14 +27,6 @@ const fn of_bodies(name: &'static str, takes: &'static [&'static str]) -> Profil
     Profile { name, party, takes }
 }
 
-/// Verbs of the session.
-pub const VERBS: &[&str] = &[SAVE, SEGMENTS, PAIRS, LAYERS, CONTACTS];
-
-/// Families of capabilities of which a solver names members: of bodies, then of a continuum.
-pub const FAMILIES: &[&str] = &[
-    "shape", "law", "motion", "feature", "material", "transfer", "wall",
-];
-
 /// From the least to the most, side by side: each is judged by all clauses of those before it on its side.
 pub const PROFILES: &[Profile] = &[
     of_bodies("held", &["shape:disc", "law:linear", "motion:fixed"]),
@@ -113,7 +105,7 @@ impl Profile {
     pub fn capabilities(&self) -> Capabilities {
         let mut names: Vec<&str> = self.takes.to_vec();
         // A family of which it takes nothing is named too, or it would be open.
-        if self.party == Party::Dem && !names.iter().any(|name| name.starts_with("feature:")) {
+        if !names.iter().any(|name| name.starts_with("feature:")) {
             names.push(NO_FEATURE);
         }
         Capabilities::of(&names)

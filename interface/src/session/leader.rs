@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use super::SessionError;
 use super::turns::{Inbox, Turn, Turns};
-use crate::control::Party;
+use crate::control::{Hello, Party};
 use crate::core::Action;
 use crate::core::coupler::{Coupler, Decision, Event, Question};
 use crate::message::Channel;
@@ -21,6 +21,9 @@ pub trait Lead {
     /// # Errors
     /// [`Stop`] ends the session.
     fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop>;
+
+    /// A solver has said hello.
+    fn joined(&mut self, _hello: &Hello) {}
 
     /// Asked during every long wait: a solver that is gone, and how it ended.
     fn gone(&mut self) -> Option<(Party, String)> {
@@ -39,6 +42,8 @@ pub struct Leader<'a> {
     lead: &'a mut dyn Lead,
     action: Action<Question>,
     inbox: Inbox,
+    /// Solvers that have said hello, in their order.
+    joined: Vec<Party>,
 }
 
 impl<'a> Leader<'a> {
@@ -51,6 +56,7 @@ impl<'a> Leader<'a> {
             lead,
             action,
             inbox: Inbox::new(),
+            joined: Vec::new(),
         }
     }
 
@@ -86,10 +92,21 @@ impl<'a> Leader<'a> {
             Ok(Some(header)) => {
                 let event = Event::Received(channel, header, into.records());
                 self.action = self.machine.on(event);
+                self.welcome(channel.from());
             }
             Err(error) => self.on(Event::Broken(error)),
         }
         true
+    }
+
+    /// Tells the run of a hello that it has not heard of.
+    fn welcome(&mut self, party: Party) {
+        if let Some(hello) = self.machine.hello(party)
+            && !self.joined.contains(&party)
+        {
+            self.joined.push(party);
+            self.lead.joined(hello);
+        }
     }
 
     /// Takes a notice that nobody waits for; whether there was one.

@@ -329,11 +329,14 @@ impl<P: Perform> Turns for Side<P> {
         if self.take(orders, transport) {
             return true;
         }
-        let gone = !transport.coupler_lives();
-        if gone {
+        if transport.coupler_lives() {
+            return false;
+        }
+        // Last words: it may have said Abort between the two looks.
+        if !self.take(orders, transport) {
             self.on(Event::CouplerGone);
         }
-        gone
+        true
     }
 
     fn expire(&mut self, waited: Duration) {

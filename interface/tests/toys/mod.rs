@@ -263,7 +263,7 @@ pub fn mpm_config() -> MpmConfig {
         shape: ShapeFunction::Linear,
         transfer: Transfer::Flip,
         stress_update: StressUpdate::Usf,
-        drift: interface::config::Drift::default(),
+        drift: interface::config::Drift::Nodal,
         plane: Plane::Strain,
         walls: Walls::default(),
         materials: Vec::new(),

@@ -11,8 +11,8 @@ use super::run::{Run, order, unexpected};
 use crate::bench::{Bench, HASH, Session};
 use crate::clause::Clause;
 use crate::mutant::{Flaw, spoil};
-use crate::profile::{FAMILIES, VERBS};
 use crate::verdict::{Judgement, Unmet, broken, require};
+use interface::capability::{FAMILIES, VERBS};
 
 pub const CLAUSES: &[Clause] = &[
     Clause::must(

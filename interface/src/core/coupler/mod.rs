@@ -1,103 +1,26 @@
 //! The coupler's side of a session: who has said what, and what comes next (PROTOCOL.md sections 2, 5 and 9).
 
+mod asked;
+mod line;
+mod reports;
+
 use std::time::Duration;
 
-use super::pieces::{Incoming, Outgoing};
-use super::{Action, Wait, broken, check};
-use crate::capability::{CONTACTS, SAVE};
+pub use self::asked::{Decision, Event, Part, Question, Round};
+use self::line::Line;
+use super::pieces::Outgoing;
+use super::{Action, Wait, check};
 use crate::codec::encode;
-use crate::control::{Configure, Hello, Notice, Order, PROTOCOL, Party};
+use crate::control::{Configure, Hello, Notice, Order, Party};
 use crate::message::{Channel, Kind, Records};
 use crate::session::{PATIENCE_WITH_WAITERS, SessionError};
 use crate::solver::Readiness;
-use crate::transport::TransportError;
-use crate::wire::{
-    BodyState, ContactState, Grant, GroupState, PointState, Report, StepHeader, flags,
-};
+use crate::wire::{Grant, Report, StepHeader, flags};
 
 /// Longest wait for a solver to come and say hello.
 const ARRIVAL: Duration = Duration::from_secs(30);
 /// Longest wait for a solver to take its configuration: it may fill millions of points.
 const CONFIGURATION: Duration = Duration::from_mins(2);
-
-/// What has happened to the coupler.
-#[derive(Debug)]
-pub enum Event<'a> {
-    /// A message has come.
-    Received(Channel, StepHeader, Records<'a>),
-    /// A message that should have been there ([`Action::Take`]) is not.
-    Absent(Channel),
-    /// What was to be sent has been sent.
-    Sent,
-    /// The time of a [`Wait`] is over.
-    Expired(Duration),
-    /// A solver is gone; how.
-    Gone(Party, String),
-    /// A channel failed.
-    Broken(TransportError),
-    /// The run cannot go on, for this reason.
-    Stopped(String),
-    /// The run has done what it was asked.
-    Done(Decision),
-}
-
-/// What the run is asked.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Question {
-    /// All solvers have said hello: what is each told?
-    Configure,
-    /// All solvers are ready.
-    Ready,
-    /// What next?
-    Next,
-    /// The reports on the last grant have come.
-    Collected,
-    /// All points are there, at the end.
-    Drained,
-}
-
-/// What the run has decided.
-#[derive(Debug)]
-pub enum Decision {
-    /// What each solver is told, in the order of the solvers.
-    Configure(Vec<Part>),
-    /// Steps; and the budgets of each solver, in their order.
-    Grant(Grant, Vec<[f64; 3]>),
-    /// No more steps.
-    Drain,
-    /// Noted.
-    Noted,
-}
-
-/// What one solver is told.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Part {
-    /// Its part of the scene.
-    pub configure: Configure,
-    /// Groups or bodies in it: records of a measurement.
-    pub measured: usize,
-    /// The saved state that it goes on from.
-    pub restore: Option<Vec<u8>>,
-}
-
-/// What the solvers have said of the last grant.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Round {
-    /// The grant, without budgets.
-    pub grant: Grant,
-    /// Steps that both have done.
-    pub steps: u64,
-    /// Whether both may go on with the same step (clause L-5).
-    pub within: bool,
-    /// Point groups, if measured.
-    pub groups: Vec<GroupState>,
-    /// Bodies, if measured.
-    pub bodies: Vec<BodyState>,
-    /// All points, if a frame was asked for, and at the end.
-    pub points: Vec<PointState>,
-    /// Contacts, if a frame was asked for and the bodies' side tells them.
-    pub contacts: Vec<ContactState>,
-}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
@@ -137,62 +60,6 @@ enum State {
     Aborting(usize),
     /// The session is over.
     Ended,
-}
-
-/// The coupler's line to one solver.
-#[derive(Debug)]
-struct Line {
-    party: Party,
-    hello: Option<Hello>,
-    readiness: Option<Readiness>,
-    scene_hash: String,
-    /// The bytes of its Configure, until it is sent.
-    told: Vec<u8>,
-    measured: usize,
-    restore: Option<Outgoing>,
-    deadline: Duration,
-    /// First step that is not reported.
-    step: u64,
-    grant: [Grant; 1],
-    report: Report,
-    incoming: Incoming,
-    saved: Option<Vec<u8>>,
-    bye: bool,
-}
-
-impl Line {
-    fn new(party: Party) -> Self {
-        Self {
-            party,
-            hello: None,
-            readiness: None,
-            scene_hash: String::new(),
-            told: Vec::new(),
-            measured: 0,
-            restore: None,
-            deadline: CONFIGURATION,
-            step: 0,
-            grant: [Grant::default()],
-            report: Report::default(),
-            incoming: Incoming::default(),
-            saved: None,
-            bye: false,
-        }
-    }
-
-    fn has(&self, capability: &str) -> bool {
-        self.hello
-            .as_ref()
-            .is_some_and(|h| h.capabilities.has(capability))
-    }
-
-    fn channel(&self, kind: Kind) -> Channel {
-        Channel::of(self.party, kind)
-    }
-
-    fn broke(&self, clause: &'static str, message: String) -> SessionError {
-        broken(self.party, clause, self.step, message)
-    }
 }
 
 /// The coupler's side of a session.
@@ -634,200 +501,6 @@ impl Coupler {
         })
     }
 
-    /// R-1, R-2, R-3; then what was sent before the report.
-    fn reported(&mut self, i: usize, reports: &[Report]) -> Result<Action<Question>, SessionError> {
-        let asked = self.round.grant.flags;
-        let line = &mut self.lines[i];
-        let [report] = *reports else {
-            let message = format!("{} reports in one message", reports.len());
-            return Err(line.broke("R-1", message));
-        };
-        check::number(line.party, "R-2", line.step, &report)?;
-        let grant = &line.grant[0];
-        let last = grant.first + grant.steps;
-        let whole = report.next == last && report.halted == 0
-            || (report.halted == 1 && report.next > grant.first && report.next < last);
-        if report.epoch != grant.epoch || !whole {
-            let message = format!(
-                "report of epoch {} up to step {}, halted {}; granted {grant:?}",
-                report.epoch, report.next, report.halted
-            );
-            return Err(line.broke("R-1", message));
-        }
-        let wanted = asked & flags::MEASURE != 0;
-        if wanted != (report.measured == 1) {
-            let message = format!("measured is {}, asked for: {wanted}", report.measured);
-            return Err(broken(line.party, "R-3", grant.first, message));
-        }
-        if asked & flags::CHECKPOINT != 0 && line.has(SAVE) && line.saved.is_none() {
-            // The pieces were sent before the report, and nobody has looked at them since.
-            self.to_take.push(line.channel(Kind::Saved));
-        }
-        self.round.within &= report.halted == 0 && grant.allows(&report.limits);
-        line.step = report.next;
-        line.report = report;
-        let frame = asked & flags::FRAME != 0;
-        if wanted {
-            let kind = if line.party == Party::Mpm {
-                Kind::Groups
-            } else {
-                Kind::Bodies
-            };
-            self.to_take.push(line.channel(kind));
-        }
-        if frame && line.party == Party::Mpm {
-            self.to_take.push(line.channel(Kind::Points));
-        }
-        if frame && line.party == Party::Dem && line.has(CONTACTS) {
-            self.to_take.push(line.channel(Kind::Contacts));
-        }
-        self.to_take.reverse();
-        self.state = State::Taking(i);
-        self.take_next(i)
-    }
-
-    fn take_next(&mut self, i: usize) -> Result<Action<Question>, SessionError> {
-        Ok(match self.to_take.pop() {
-            Some(channel) => Action::Take(channel),
-            None => self.await_report(i + 1),
-        })
-    }
-
-    fn piece(
-        &mut self,
-        i: usize,
-        header: &StepHeader,
-        piece: &[u8],
-    ) -> Result<Action<Question>, SessionError> {
-        let asked = self.round.grant.flags & flags::CHECKPOINT != 0;
-        let line = &mut self.lines[i];
-        let whole = match line.incoming.take(header, piece) {
-            Ok(whole) if asked && line.saved.is_none() => whole,
-            Ok(_) => return Err(line.broke("K-3", "a saved state that nobody asked for".into())),
-            Err(message) => return Err(line.broke("K-3", message)),
-        };
-        let channel = line.channel(Kind::Saved);
-        let ended = whole.is_some();
-        if ended {
-            line.saved = whole;
-        }
-        match self.state {
-            State::Taking(_) if ended => self.take_next(i),
-            State::Taking(_) => Ok(Action::Take(channel)),
-            State::Report(j) => Ok(self.await_report(j)),
-            state => unreachable!("a piece of a state in {state:?}"),
-        }
-    }
-
-    /// R-3: the step, the number of records, the numbers.
-    fn measured(
-        &self,
-        i: usize,
-        header: &StepHeader,
-        records: Records<'_>,
-    ) -> Result<(), SessionError> {
-        self.before_report(i, "R-3", header, records)?;
-        let (got, expected) = (records.len(), self.lines[i].measured);
-        if got == expected {
-            return Ok(());
-        }
-        let message = format!("{got} records of a measurement, expected {expected}");
-        let step = self.round.grant.first;
-        Err(broken(self.lines[i].party, "R-3", step, message))
-    }
-
-    fn before_report(
-        &self,
-        i: usize,
-        clause: &'static str,
-        header: &StepHeader,
-        records: Records<'_>,
-    ) -> Result<(), SessionError> {
-        let (party, step) = (self.lines[i].party, self.round.grant.first);
-        if header.step != step || !check::counted(header, records) {
-            let name = Channel::of(party, records.kind()).name();
-            let message = format!(
-                "{name} of step {} with {} records announced, {} there",
-                header.step,
-                header.count,
-                records.len()
-            );
-            return Err(broken(party, clause, step, message));
-        }
-        check::numbers(party, clause, step, records)
-    }
-
-    /// R-5 and D-1: all points that are left, in order of their ids.
-    fn points(
-        &mut self,
-        i: usize,
-        header: &StepHeader,
-        points: &[PointState],
-    ) -> Result<Action<Question>, SessionError> {
-        let records = Records::Points(points);
-        let frame = matches!(self.state, State::Taking(_));
-        let (clause, step) = if frame {
-            ("R-5", self.round.grant.first)
-        } else {
-            ("D-1", self.lines[i].step)
-        };
-        if frame {
-            self.before_report(i, clause, header, records)?;
-        } else if header.step != step || !check::counted(header, records) {
-            let message = format!(
-                "{} points of step {} announced, {} there",
-                header.count,
-                header.step,
-                points.len()
-            );
-            return Err(broken(Party::Mpm, clause, step, message));
-        }
-        check::numbers(Party::Mpm, clause, step, records)?;
-        let ordered = points.windows(2).all(|pair| pair[0].id < pair[1].id);
-        let known = self.lines[i].report.items;
-        if points.len() as u64 > known || !ordered {
-            let message = format!("{} points of {known}, ids rising: {ordered}", points.len());
-            return Err(broken(Party::Mpm, clause, step, message));
-        }
-        self.round.points.clear();
-        self.round.points.extend_from_slice(points);
-        if frame {
-            return self.take_next(i);
-        }
-        self.state = State::Noting;
-        Ok(Action::Do(Question::Drained))
-    }
-
-    /// R-4: the sides stop at one boundary.
-    fn stopped_alike(&self) -> Result<u64, SessionError> {
-        let mut ends = self.lines.iter().map(|line| line.report.next);
-        let first = self.round.grant.first;
-        let end = ends.next().unwrap_or(first);
-        match ends.find(|&other| other != end) {
-            None => Ok(end - first),
-            Some(other) => {
-                let message = format!("the sides stopped at steps {end} and {other}");
-                Err(broken(Party::Mpm, "R-4", first, message))
-            }
-        }
-    }
-
-    fn absent(&self, channel: Channel) -> SessionError {
-        let (clause, before) = match (channel.kind, self.state) {
-            (Kind::Points, State::Points) => ("D-1", "goodbye"),
-            (Kind::Points, _) => ("R-5", "report"),
-            (Kind::Contacts, _) => ("R-6", "report"),
-            (Kind::Saved, _) => ("K-3", "report"),
-            _ => ("R-3", "report"),
-        };
-        let message = format!("nothing on {} before the {before}", channel.name());
-        let step = match self.state {
-            State::Points => self.step_of(channel.from()),
-            _ => self.round.grant.first,
-        };
-        broken(channel.from(), clause, step, message)
-    }
-
     fn late(&self, waited: Duration) -> SessionError {
         let (line, awaited) = match self.state {
             State::Report(i) => (Some(&self.lines[i]), "its report"),
@@ -841,38 +514,5 @@ impl Coupler {
             step: line.map_or(0, |line| line.step),
             waited,
         }
-    }
-}
-
-impl Line {
-    /// S-2, V-1.
-    fn greet(&mut self, hello: Hello) -> Result<(), SessionError> {
-        if hello.party != self.party {
-            let (own, theirs, who) = (self.party, hello.party, &hello.identity);
-            let message = format!(
-                "what was started as the {own} is `{who}`, which says that it is the {theirs}: it may be given by \
-                 `--{theirs}` only"
-            );
-            return Err(self.broke("S-2", message));
-        }
-        let ((theirs, _), (ours, _)) = (hello.protocol, PROTOCOL);
-        if theirs != ours {
-            let message = format!(
-                "`{}` speaks protocol {theirs}, this coupler speaks {ours}",
-                hello.identity
-            );
-            return Err(self.broke("V-1", message));
-        }
-        self.hello = Some(hello);
-        Ok(())
-    }
-
-    fn configure(&mut self, configure: Configure) -> Result<(), SessionError> {
-        if configure.restore && !self.has(SAVE) {
-            let message = "a state to restore, and no capability `save`".into();
-            return Err(broken(Party::Coupler, "K-4", self.step, message));
-        }
-        self.told = encode(&Order::Configure(configure));
-        Ok(())
     }
 }

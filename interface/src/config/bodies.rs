@@ -1,0 +1,253 @@
+//! The rigid-body solver's part of a scene.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{ContactLaw, Interface};
+use crate::Vec2;
+use crate::defaults::{are_zero, is_default, is_one_thread, is_zero, never, one_thread};
+use crate::surfaces::ContactPair;
+
+/// The rigid-body solver's part of a scene.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DemConfig {
+    /// Acceleration of gravity in m/s^2.
+    #[serde(default, skip_serializing_if = "are_zero")]
+    pub gravity: [f64; 2],
+    /// Bodies; their index is their identity on the wire.
+    pub bodies: Vec<BodyConfig>,
+    /// Law between points and bodies.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub point_contact: ContactLaw,
+    /// Law between bodies; `None`: bodies do not touch one another.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub body_contact: Option<ContactLaw>,
+    /// What the overlap of two bodies is.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub overlap: OverlapMeasure,
+    /// Laws between surfaces, instead of these two.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub contact_pairs: Vec<ContactPair>,
+    /// Surface of each point group, in the order of the groups: the name of its material.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub point_surfaces: Vec<String>,
+    /// Laws between the points of two groups, by their indices (Chen 2023; capability `pairs`).
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub group_pairs: Vec<GroupPair>,
+    /// What the bodies meet of the groups of points.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub interface: Interface,
+    /// Verlet skin `V_d` in m beyond contact distance.
+    pub skin: f64,
+    /// Threads of the solver.
+    #[serde(default = "one_thread", skip_serializing_if = "is_one_thread")]
+    pub threads: usize,
+}
+
+/// Contact between the points of two groups.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GroupPair {
+    /// Indices of the two groups.
+    pub between: [usize; 2],
+    /// Law between their points.
+    pub law: ContactLaw,
+}
+
+/// What the overlap of two bodies is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum OverlapMeasure {
+    /// The depth of every vertex on every edge, both ways, summed (Jiang 2020 eq. 39).
+    #[default]
+    EachEdge,
+    /// The depth of every vertex on the nearest edge of the other body, both ways; for convex bodies.
+    NearestEdge,
+    /// The area that two convex polygons without sphero-radius have in common, over a length (Chen 2023; Feng and Owen
+    /// 2004).
+    Area,
+}
+
+impl OverlapMeasure {
+    /// Its name in a scene.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::EachEdge => "each_edge",
+            Self::NearestEdge => "nearest_edge",
+            Self::Area => "area",
+        }
+    }
+}
+
+/// A spheropolygon body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BodyConfig {
+    /// Name, by which quantities refer to it.
+    pub name: String,
+    /// The polygon, in the body's own coordinates.
+    pub shape: BodyShape,
+    /// Radius `a` of the disc swept along the polygon in m.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub sphero_radius: f64,
+    /// Mass or density.
+    pub inertia: BodyInertia,
+    /// Where the origin of the body's coordinates is placed, in m.
+    pub position: [f64; 2],
+    /// Initial angle in rad, about that origin.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub angle: f64,
+    /// Initial velocity of the centre of mass in m/s.
+    #[serde(default, skip_serializing_if = "are_zero")]
+    pub velocity: [f64; 2],
+    /// Initial angular velocity in rad/s.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub spin: f64,
+    /// How it moves.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub motion: Motion,
+    /// Name of its surface, by which the table of laws refers to it; empty: none.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub surface: String,
+}
+
+/// The polygon of a spheropolygon, in the body's own coordinates (m).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum BodyShape {
+    /// The origin alone: with the sphero-radius a disc.
+    Disc,
+    /// A rounded segment.
+    Segment {
+        /// Its two ends in m.
+        ends: [[f64; 2]; 2],
+    },
+    /// A simple polygon, convex or not.
+    Polygon {
+        /// Vertices in m, in either sense.
+        vertices: Vec<[f64; 2]>,
+    },
+    /// A rectangle about the origin; the swept shape is larger by the sphero-radius on every side.
+    Rectangle {
+        /// Width in m.
+        width: f64,
+        /// Height in m.
+        height: f64,
+    },
+    /// A rigid cluster of discs (Singer 2022).
+    Cluster {
+        /// Their centres in m, all different.
+        centers: Vec<[f64; 2]>,
+        /// Their radii in m, one for each; where it is left out, all have the sphero-radius.
+        #[serde(default, skip_serializing_if = "is_default")]
+        #[schemars(skip_serializing_if = "never")]
+        radii: Vec<f64>,
+    },
+}
+
+impl BodyShape {
+    /// Vertices in body coordinates in m: one for a disc, two for a segment, the centres of a cluster, else the polygon
+    /// as written.
+    pub fn vertices(&self) -> Vec<[f64; 2]> {
+        match self {
+            Self::Disc => vec![[0.0, 0.0]],
+            Self::Segment { ends } => ends.to_vec(),
+            Self::Polygon { vertices } => vertices.clone(),
+            Self::Cluster { centers, .. } => centers.clone(),
+            Self::Rectangle { width, height } => {
+                let (x, y) = (0.5 * width, 0.5 * height);
+                vec![[-x, -y], [x, -y], [x, y], [-x, y]]
+            }
+        }
+    }
+}
+
+/// Mass or density of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum BodyInertia {
+    /// Density in kg/m^3 over the swept area.
+    Density(f64),
+    /// Mass in kg/m, spread evenly over the swept area.
+    Mass(f64),
+}
+
+/// How a body moves.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Motion {
+    /// By the forces on it.
+    #[default]
+    Free,
+    /// Not at all.
+    Fixed,
+    /// With its initial velocity and spin, whatever acts on it.
+    Driven,
+    /// By the forces on it, except in the directions that are held.
+    Guided {
+        /// Held along x.
+        #[serde(default, skip_serializing_if = "is_default")]
+        #[schemars(skip_serializing_if = "never")]
+        hold_x: bool,
+        /// Held along y.
+        #[serde(default, skip_serializing_if = "is_default")]
+        #[schemars(skip_serializing_if = "never")]
+        hold_y: bool,
+        /// Held against turning.
+        #[serde(default, skip_serializing_if = "is_default")]
+        #[schemars(skip_serializing_if = "never")]
+        hold_angle: bool,
+    },
+    /// By the forces on it and one from outside, which acts at the centre of mass.
+    Pushed {
+        /// In N/m.
+        force: [f64; 2],
+        /// In N.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
+        torque: f64,
+        /// Time in s over which it grows evenly from zero to its full size; 0: full from the start.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
+        ramp: f64,
+        /// Time in s after which it is gone; it stays for good where there is none.
+        #[serde(default, skip_serializing_if = "is_default")]
+        until: Option<f64>,
+    },
+}
+
+impl Motion {
+    /// 1 along x, along y and for the angle where forces move the body, 0 where they do not.
+    pub fn yielding(&self) -> [f64; 3] {
+        match *self {
+            Self::Free | Self::Pushed { .. } => [1.0; 3],
+            Self::Fixed | Self::Driven => [0.0; 3],
+            Self::Guided {
+                hold_x,
+                hold_y,
+                hold_angle,
+            } => [hold_x, hold_y, hold_angle].map(|held| if held { 0.0 } else { 1.0 }),
+        }
+    }
+
+    /// Force (N/m) and torque (N) from outside at a time (s).
+    pub fn push(&self, time: f64) -> (Vec2, f64) {
+        match *self {
+            Self::Pushed {
+                force,
+                torque,
+                ramp,
+                until,
+            } if until.is_none_or(|end| time < end) => {
+                let share = if time < ramp {
+                    (time / ramp).max(0.0)
+                } else {
+                    1.0
+                };
+                (Vec2::from(force) * share, torque * share)
+            }
+            _ => (Vec2::zeros(), 0.0),
+        }
+    }
+}

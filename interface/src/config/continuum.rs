@@ -1,0 +1,340 @@
+//! The continuum solver's part of a scene.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use super::{Interface, MaterialConfig};
+use crate::defaults::{are_zero, is_default, is_one_thread, is_zero, never, one_thread};
+
+/// The continuum solver's part of a scene.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MpmConfig {
+    /// Lower left and upper right corner of the grid's domain in m. Points may not leave it.
+    pub domain: [[f64; 2]; 2],
+    /// Grid spacing `L` in m.
+    pub cell: f64,
+    /// Acceleration of gravity in m/s^2.
+    #[serde(default, skip_serializing_if = "are_zero")]
+    pub gravity: [f64; 2],
+    /// Shape function `S_Ip`.
+    pub shape: ShapeFunction,
+    /// Transfer of velocities between grid and points.
+    pub transfer: Transfer,
+    /// When stresses are updated within the step.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub stress_update: StressUpdate,
+    /// With which velocity points move.
+    ///
+    /// The default is one constant, that of most schemes, since what a missing field means may not hang on other fields.
+    /// With `usl` or contact on the grid `mapped` is refused: a configuration of these says `nodal`, as the coupler does
+    /// where the scene leaves the choice to it.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub drift: Drift,
+    /// Plane strain or plane stress.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub plane: Plane,
+    /// Conditions on the four walls of the domain.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub walls: Walls,
+    /// Materials, referred to by index.
+    pub materials: Vec<MaterialConfig>,
+    /// Groups of points.
+    pub groups: Vec<GroupConfig>,
+    /// How a contact force reaches the grid.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub contact_force: ContactForceScheme,
+    /// What acts on the continuum besides gravity, walls and bodies.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub forcing: Forcing,
+    /// Names that expressions may use besides their variables.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub constants: std::collections::BTreeMap<String, f64>,
+    /// What happens to a point that leaves the domain.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub leaving: Leaving,
+    /// Contact between the groups of points on the grid; without it all groups are one continuum.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub grid_contact: Option<GridContact>,
+    /// Whether each group has a grid layer of its own (Chen 2023; capability `layers`).
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub layers: bool,
+    /// What the bodies meet of the groups.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub interface: Interface,
+    /// Verlet skin `V_d` in m: a point within `reach + r_p + V_d` of a body is an IMP.
+    pub skin: f64,
+    /// Threads of the solver.
+    #[serde(default = "one_thread", skip_serializing_if = "is_one_thread")]
+    pub threads: usize,
+}
+
+/// How a contact force reaches the grid.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ContactForceScheme {
+    /// Through the shape function at the point: `f_I = sum_p S_Ip f_p` (Jiang 2020 eq. 47).
+    #[default]
+    Point,
+    /// On the nodes of the cell that the point is in, by linear weights (the MPM-GRID scheme of Jiang 2020
+    /// section 5.4).
+    NearestNodes,
+    /// As a traction spread over the point's own box (Chen 2023).
+    Traction,
+}
+
+/// Contact between groups of points on the grid (Bardenhagen 2000): each group is a body with nodes of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GridContact {
+    /// Coefficient of Coulomb friction between groups.
+    pub friction: f64,
+}
+
+/// What acts on the continuum besides gravity, walls and bodies. Expressions are those of [`crate::expression`].
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Forcing {
+    /// Acceleration in m/s^2 as expressions in a point's initial position `x`, `y` (m) and the time `t` (s).
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub body_force: Option<[String; 2]>,
+    /// Loads on surfaces.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub tractions: Vec<Traction>,
+    /// Damping and transfer that change with time, in order of their beginning.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub stages: Vec<Stage>,
+}
+
+/// A dead load on the points that are in a region at the start.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Traction {
+    /// Index into [`MpmConfig::groups`].
+    pub group: usize,
+    /// Lower left and upper right corner of the region in m.
+    pub within: [[f64; 2]; 2],
+    /// Total force in N/m, spread evenly over the points in the region.
+    pub force: [f64; 2],
+}
+
+/// A stage of loading, until the next one begins.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Stage {
+    /// When it begins, in s.
+    pub from: f64,
+    /// Mass-proportional damping of the nodal velocities in 1/s.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(skip_serializing_if = "never")]
+    pub damping: f64,
+    /// Share of PIC in the transfer; needs `transfer = flip` or `blend`.
+    #[serde(default, skip_serializing_if = "is_default")]
+    #[schemars(skip_serializing_if = "never")]
+    pub pic_fraction: Option<f64>,
+}
+
+/// What happens to a point that leaves the domain.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Leaving {
+    /// The run stops with the point's name.
+    #[default]
+    Stop,
+    /// The point is removed and counted; its momentum leaves as an applied impulse, its energy as driven work.
+    Remove,
+}
+
+/// Shape function of the grid (Jiang 2020 appendix; PHYSICS.md section 1).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ShapeFunction {
+    /// Linear hat functions (the original MPM).
+    Linear,
+    /// Uniform generalised interpolation: linear hats averaged over a box of half width `l_p` that does not deform.
+    Ugimp,
+    /// Quadratic B-spline.
+    QuadraticBspline,
+    /// Cubic B-spline.
+    CubicBspline,
+}
+
+/// Transfer of velocities between grid and points.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Transfer {
+    /// Particle in cell (Jiang 2020 eq. 26).
+    Pic,
+    /// Fluid implicit particle (eq. 27).
+    Flip,
+    /// `pic_fraction` of PIC and the rest FLIP (eq. 28).
+    Blend {
+        /// alpha of eq. 28, between 0 (FLIP) and 1 (PIC).
+        pic_fraction: f64,
+    },
+    /// Affine particle in cell (eqs. 29 to 31).
+    Apic,
+    /// Extended particle in cell of order m (Hammerquist and Nairn 2017).
+    Xpic {
+        /// m, at least 1 (which is PIC).
+        order: u32,
+    },
+}
+
+/// When stresses are updated within the step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StressUpdate {
+    /// Update stress first, from the velocities before the kick.
+    #[default]
+    Usf,
+    /// Update stress last, from the velocities after the kick.
+    Usl,
+    /// Modified update stress last: velocities are mapped to the grid once more after the kick.
+    Musl,
+}
+
+/// With which velocity points move to their new places.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Drift {
+    /// With that of the nodes right after the kick, `sum_I S_Ip v_I^{n+1/2}`, as is usual.
+    Nodal,
+    /// The same, but points that bodies press on with what the nodes will have of the points' new velocities: contact
+    /// then neither creates nor loses energy in first order of the step (docs/energy.md).
+    #[default]
+    Mapped,
+}
+
+/// Plane strain or plane stress.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Plane {
+    /// No strain out of plane.
+    #[default]
+    Strain,
+    /// No stress out of plane.
+    Stress,
+}
+
+/// Conditions on the walls of the domain.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Walls {
+    /// At the smallest x.
+    #[serde(skip_serializing_if = "is_default")]
+    #[schemars(skip_serializing_if = "never")]
+    pub left: Wall,
+    /// At the largest x.
+    #[serde(skip_serializing_if = "is_default")]
+    #[schemars(skip_serializing_if = "never")]
+    pub right: Wall,
+    /// At the smallest y.
+    #[serde(skip_serializing_if = "is_default")]
+    #[schemars(skip_serializing_if = "never")]
+    pub bottom: Wall,
+    /// At the largest y.
+    #[serde(skip_serializing_if = "is_default")]
+    #[schemars(skip_serializing_if = "never")]
+    pub top: Wall,
+}
+
+/// Condition on one wall.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Wall {
+    /// Nothing is held; a point that comes to the wall leaves the domain, which stops the run.
+    #[default]
+    Open,
+    /// No velocity.
+    Fixed,
+    /// No velocity through the wall.
+    Slip,
+    /// No velocity into the wall, Coulomb friction along it.
+    Friction {
+        /// Coefficient of friction.
+        coefficient: f64,
+    },
+    /// What leaves here enters at the opposite wall, which must be periodic too.
+    Periodic,
+}
+
+/// A group of material points.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct GroupConfig {
+    /// Name, by which quantities refer to it.
+    pub name: String,
+    /// Index into [`MpmConfig::materials`].
+    pub material: usize,
+    /// Region filled with points.
+    pub fill: Fill,
+    /// How densely.
+    pub spacing: Spacing,
+    /// Initial velocity in m/s.
+    #[serde(default, skip_serializing_if = "are_zero")]
+    pub velocity: [f64; 2],
+    /// Initial fields that are not uniform.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub fields: InitialFields,
+    /// Contact radius `r_p` in m; half the point spacing where the scene does not say.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub contact_radius: Option<f64>,
+    /// Whether the points move as one; goes with [`MpmConfig::grid_contact`] alone.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub rigid: bool,
+}
+
+/// Initial fields as expressions ([`crate::expression`]) in the position `x`, `y` (m).
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InitialFields {
+    /// Velocity in m/s, added to the uniform one.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub velocity: Option<[String; 2]>,
+    /// Stress `xx`, `yy`, `zz`, `xy` in Pa.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub stress: Option<[String; 4]>,
+}
+
+/// Region filled with points.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Fill {
+    /// A disc.
+    Disc {
+        /// Centre in m.
+        center: [f64; 2],
+        /// Radius in m.
+        radius: f64,
+    },
+    /// An axis-aligned rectangle.
+    Rectangle {
+        /// Lower left corner in m.
+        lower: [f64; 2],
+        /// Upper right corner in m.
+        upper: [f64; 2],
+    },
+    /// A simple polygon, convex or not.
+    Polygon {
+        /// Vertices in m, in either sense.
+        vertices: Vec<[f64; 2]>,
+    },
+    /// Single points, each of the area that `spacing` gives.
+    Points {
+        /// Positions in m.
+        positions: Vec<[f64; 2]>,
+    },
+}
+
+/// How densely a region is filled. Points lie at the centres of square (or, for `counts`, rectangular) boxes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum Spacing {
+    /// Points per grid cell: the square of a whole number.
+    PerCell(u32),
+    /// Distance of neighbouring points in m.
+    Distance(f64),
+    /// Points along x and y of a rectangle.
+    Counts([u32; 2]),
+}

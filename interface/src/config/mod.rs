@@ -1,0 +1,31 @@
+//! What the coupler hands each solver in the configure phase: its part of the scene, checked and in SI units.
+//!
+//! The leaf types (shapes, transfers, material models, outlines, contact laws) are written in scene files exactly as
+//! they are here, so they carry the schema too. Travels as JSON inside the configure message, so that a solver in any
+//! language can read it.
+//!
+//! A field with a natural default is left out of the JSON where it has it, and filled in where it is read (PROTOCOL.md
+//! cla
+
+mod bodies;
+mod continuum;
+mod law;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+pub use self::bodies::*;
+pub use self::continuum::*;
+pub use self::law::{ContactLaw, ratio_of_restitution};
+pub use crate::material::{Frictional, MaterialConfig, MaterialModel};
+
+/// What the bodies meet of the continuum.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Interface {
+    /// Its points, each a disc of its contact radius (Jiang 2020).
+    #[default]
+    Points,
+    /// The segments between the markers of its boundary (Singer 2022; capability `segments`).
+    Segments,
+}

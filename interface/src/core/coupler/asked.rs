@@ -1,0 +1,87 @@
+//! What the coupler's machine is told, what it asks the run, and what comes of a grant.
+
+use std::time::Duration;
+
+use crate::control::{Configure, Party};
+use crate::message::{Channel, Records};
+use crate::transport::TransportError;
+use crate::wire::{BodyState, ContactState, Grant, GroupState, PointState, StepHeader};
+
+/// What has happened to the coupler.
+#[derive(Debug)]
+pub enum Event<'a> {
+    /// A message has come.
+    Received(Channel, StepHeader, Records<'a>),
+    /// A message that should have been there ([`Action::Take`]) is not.
+    Absent(Channel),
+    /// What was to be sent has been sent.
+    Sent,
+    /// The time of a [`Wait`] is over.
+    Expired(Duration),
+    /// A solver is gone; how.
+    Gone(Party, String),
+    /// A channel failed.
+    Broken(TransportError),
+    /// The run cannot go on, for this reason.
+    Stopped(String),
+    /// The run has done what it was asked.
+    Done(Decision),
+}
+
+/// What the run is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Question {
+    /// All solvers have said hello: what is each told?
+    Configure,
+    /// All solvers are ready.
+    Ready,
+    /// What next?
+    Next,
+    /// The reports on the last grant have come.
+    Collected,
+    /// All points are there, at the end.
+    Drained,
+}
+
+/// What the run has decided.
+#[derive(Debug)]
+pub enum Decision {
+    /// What each solver is told, in the order of the solvers.
+    Configure(Vec<Part>),
+    /// Steps; and the budgets of each solver, in their order.
+    Grant(Grant, Vec<[f64; 3]>),
+    /// No more steps.
+    Drain,
+    /// Noted.
+    Noted,
+}
+
+/// What one solver is told.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Part {
+    /// Its part of the scene.
+    pub configure: Configure,
+    /// Groups or bodies in it: records of a measurement.
+    pub measured: usize,
+    /// The saved state that it goes on from.
+    pub restore: Option<Vec<u8>>,
+}
+
+/// What the solvers have said of the last grant.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Round {
+    /// The grant, without budgets.
+    pub grant: Grant,
+    /// Steps that both have done.
+    pub steps: u64,
+    /// Whether both may go on with the same step (clause L-5).
+    pub within: bool,
+    /// Point groups, if measured.
+    pub groups: Vec<GroupState>,
+    /// Bodies, if measured.
+    pub bodies: Vec<BodyState>,
+    /// All points, if a frame was asked for, and at the end.
+    pub points: Vec<PointState>,
+    /// Contacts, if a frame was asked for and the bodies' side tells them.
+    pub contacts: Vec<ContactState>,
+}

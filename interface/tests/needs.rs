@@ -1,0 +1,172 @@
+//! What a configuration asks of a solver.
+
+mod plain;
+
+use interface::capability::Capabilities;
+use interface::config::{
+    BodyShape, ContactLaw, GroupPair, Interface, Motion, OverlapMeasure, Transfer, Wall,
+};
+use interface::needs::{Need, missing};
+use interface::surfaces::ContactPair;
+
+/// A continuum that leaves out all that may be left out.
+use plain::{body, plain_bodies, plain_continuum};
+
+/// Capability, first key and number of keys of each need.
+fn said(needs: &[Need]) -> Vec<(&str, &str, usize)> {
+    needs
+        .iter()
+        .map(|need| (need.capability.as_str(), need.key.as_str(), need.places))
+        .collect()
+}
+
+#[test]
+fn a_plain_continuum_needs_its_scheme_and_its_walls() {
+    let needs = plain_continuum().needs();
+    assert_eq!(
+        said(&needs),
+        [
+            ("shape:ugimp", "mpm.shape", 1),
+            ("transfer:flip", "mpm.transfer", 1),
+            ("stress_update:usf", "mpm.stress_update", 1),
+            ("drift:mapped", "mpm.drift", 1),
+            ("plane:strain", "mpm.plane", 1),
+            ("wall:open", "mpm.walls.left", 4),
+            ("material:linear_elastic", "mpm.materials[0].model", 1),
+            ("fill:disc", "mpm.groups[0].fill", 1),
+            ("contact_force:point", "mpm.contact_force", 1),
+        ]
+    );
+}
+
+#[test]
+fn what_a_continuum_is_asked_for_besides_is_told_by_its_key() {
+    let mut config = plain_continuum();
+    config.layers = true;
+    config.interface = Interface::Segments;
+    config.walls.bottom = Wall::Friction { coefficient: 0.5 };
+    config.transfer = Transfer::Blend { pic_fraction: 0.01 };
+    let needs = config.needs();
+    let told = said(&needs);
+    for need in [
+        ("layers", "mpm.layers", 1),
+        ("segments", "mpm.interface", 1),
+        ("wall:friction", "mpm.walls.bottom", 1),
+        ("wall:open", "mpm.walls.left", 3),
+        ("transfer:blend", "mpm.transfer", 1),
+    ] {
+        assert!(told.contains(&need), "{need:?} in {told:?}");
+    }
+}
+
+#[test]
+fn bodies_need_what_their_shapes_motions_and_laws_use() {
+    let square = BodyShape::Rectangle {
+        width: 1.0,
+        height: 1.0,
+    };
+    let mut config = plain_bodies();
+    config.bodies.push(body(square.clone(), Motion::Fixed));
+    config.bodies.push(body(square, Motion::Free));
+    config.point_contact = ContactLaw::HertzMindlin {
+        hertz_constant: 1e6,
+        poisson_ratio: 0.3,
+        friction: 0.5,
+        restitution: 0.9,
+        adhesion: 0.0,
+    };
+    config.body_contact = Some(ContactLaw::Granular {
+        normal_stiffness: 1e5,
+        tangential_stiffness: 1e4,
+        friction: 0.5,
+        damping_ratio: 0.0,
+        adhesion: 10.0,
+        rolling_friction: 0.1,
+    });
+    config.overlap = OverlapMeasure::NearestEdge;
+    config.contact_pairs = vec![ContactPair {
+        between: ["a".into(), "b".into()],
+        law: config.point_contact,
+    }];
+    config.group_pairs = vec![GroupPair {
+        between: [0, 1],
+        law: ContactLaw::default(),
+    }];
+    config.interface = Interface::Segments;
+    let granular = "dem.body_contact.granular";
+    let needs = config.needs();
+    assert_eq!(
+        said(&needs),
+        [
+            ("segments", "dem.interface", 1),
+            ("pairs", "dem.group_pairs[0]", 1),
+            ("shape:disc", "dem.bodies[0].shape", 1),
+            ("shape:rectangle", "dem.bodies[1].shape", 2),
+            ("motion:free", "dem.bodies[0].motion", 2),
+            ("motion:fixed", "dem.bodies[1].motion", 1),
+            ("overlap:nearest_edge", "dem.overlap", 1),
+            ("law:hertz_mindlin", "dem.point_contact", 2),
+            ("law:granular", "dem.body_contact", 1),
+            ("law:linear", "dem.group_pairs[0].law", 1),
+            (
+                "feature:friction",
+                "dem.point_contact.hertz_mindlin.friction",
+                3
+            ),
+            (
+                "feature:damping",
+                "dem.point_contact.hertz_mindlin.restitution",
+                2
+            ),
+            ("feature:adhesion", &format!("{granular}.adhesion"), 1),
+            (
+                "feature:rolling_friction",
+                &format!("{granular}.rolling_friction"),
+                1
+            ),
+            ("feature:body_contact", "dem.body_contact", 1),
+            ("feature:contact_pairs", "dem.contact_pairs[0]", 1),
+        ]
+    );
+}
+
+#[test]
+fn discs_that_touch_nothing_need_no_law() {
+    let needs = plain_bodies().needs();
+    let told = said(&needs);
+    assert_eq!(
+        told,
+        [
+            ("shape:disc", "dem.bodies[0].shape", 1),
+            ("motion:free", "dem.bodies[0].motion", 1)
+        ]
+    );
+}
+
+#[test]
+fn what_is_missing_is_what_a_named_family_has_not_and_every_verb_that_is_not_said() {
+    let square = BodyShape::Rectangle {
+        width: 1.0,
+        height: 1.0,
+    };
+    let mut config = plain_bodies();
+    config.bodies.push(body(square, Motion::Driven));
+    config.interface = Interface::Segments;
+    let needs = config.needs();
+    let found = |names: &[&str]| {
+        let capabilities = Capabilities::of(names);
+        let missing = missing(&needs, &capabilities);
+        missing
+            .iter()
+            .map(|need| need.capability.clone())
+            .collect::<Vec<_>>()
+    };
+    // Who says nothing takes what it does not refuse; verbs have to be said.
+    assert_eq!(found(&[]), ["segments"]);
+    assert_eq!(found(&["segments", "shape:disc"]), ["shape:rectangle"]);
+    assert_eq!(
+        found(&["shape:disc", "shape:rectangle", "motion:free"]),
+        ["segments", "motion:driven"]
+    );
+    assert!(found(&["segments", "shape:disc", "shape:rectangle"]).is_empty());
+}

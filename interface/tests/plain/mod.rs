@@ -1,0 +1,94 @@
+//! Configurations with nothing but what they must have.
+
+#![allow(dead_code, reason = "tests use different parts")]
+
+use std::collections::BTreeMap;
+
+use interface::config::{
+    BodyConfig, BodyInertia, BodyShape, ContactForceScheme, DemConfig, Drift, Fill, Forcing,
+    GroupConfig, InitialFields, Interface, Leaving, MaterialConfig, MaterialModel, Motion,
+    MpmConfig, Plane, ShapeFunction, Spacing, StressUpdate, Transfer, Walls,
+};
+
+/// A continuum that leaves out all that may be left out.
+pub fn plain_continuum() -> MpmConfig {
+    MpmConfig {
+        domain: [[0.0, 0.0], [1.0, 0.5]],
+        cell: 0.25,
+        gravity: [0.0; 2],
+        shape: ShapeFunction::Ugimp,
+        transfer: Transfer::Flip,
+        stress_update: StressUpdate::Usf,
+        drift: Drift::Mapped,
+        plane: Plane::Strain,
+        walls: Walls::default(),
+        materials: vec![MaterialConfig {
+            name: "rubber".into(),
+            density: 1000.0,
+            model: MaterialModel::LinearElastic {
+                bulk_modulus: 5e6,
+                shear_modulus: 3e6,
+            },
+        }],
+        groups: vec![GroupConfig {
+            name: "disc".into(),
+            material: 0,
+            fill: Fill::Disc {
+                center: [0.5, 0.25],
+                radius: 0.125,
+            },
+            spacing: Spacing::PerCell(4),
+            velocity: [0.0; 2],
+            fields: InitialFields::default(),
+            contact_radius: None,
+            rigid: false,
+        }],
+        contact_force: ContactForceScheme::Point,
+        forcing: Forcing::default(),
+        constants: BTreeMap::new(),
+        leaving: Leaving::Stop,
+        grid_contact: None,
+        layers: false,
+        interface: Interface::Points,
+        skin: 0.01,
+        threads: 1,
+    }
+}
+
+pub const PLAIN_CONTINUUM: &str = concat!(
+    r#"{"domain":[[0.0,0.0],[1.0,0.5]],"cell":0.25,"shape":"ugimp","transfer":"flip","#,
+    r#""materials":[{"name":"rubber","density":1000.0,"#,
+    r#""model":{"linear_elastic":{"bulk_modulus":5000000.0,"shear_modulus":3000000.0}}}],"#,
+    r#""groups":[{"name":"disc","material":0,"fill":{"disc":{"center":[0.5,0.25],"radius":0.125}},"#,
+    r#""spacing":{"per_cell":4}}],"skin":0.01}"#
+);
+
+pub fn body(shape: BodyShape, motion: Motion) -> BodyConfig {
+    BodyConfig {
+        name: "ball".into(),
+        shape,
+        sphero_radius: 0.0,
+        inertia: BodyInertia::Density(2000.0),
+        position: [0.0, 0.0],
+        angle: 0.0,
+        velocity: [0.0; 2],
+        spin: 0.0,
+        motion,
+        surface: String::new(),
+    }
+}
+
+/// Bodies that leave out all that may be left out.
+pub fn plain_bodies() -> DemConfig {
+    DemConfig {
+        bodies: vec![body(BodyShape::Disc, Motion::Free)],
+        skin: 0.01,
+        threads: 1,
+        ..DemConfig::default()
+    }
+}
+
+pub const PLAIN_BODIES: &str = concat!(
+    r#"{"bodies":[{"name":"ball","shape":"disc","inertia":{"density":2000.0},"position":[0.0,0.0]}],"#,
+    r#""skin":0.01}"#
+);
