@@ -45,7 +45,8 @@ impl Stage {
             Party::Mpm
         };
         let mut peer = join(medium, names, other, &[], ROOM)?;
-        peer.open(true)?;
+        peer.open_measurement()?;
+        peer.open_exchange()?;
         Ok(Self {
             solver,
             coupler: RefCell::new(coupler),
@@ -139,13 +140,20 @@ impl Seat {
         })
     }
 
-    /// Opens what is needed before Ready: where the solver measures to, and in a coupled run the channels and bells
-    /// between the solvers.
+    /// Opens where the solver measures to: before its Ready.
     ///
     /// # Errors
     /// [`ChannelError`].
-    pub fn open(&self, coupled: bool) -> Result<(), ChannelError> {
-        self.ends.borrow_mut().open(coupled)
+    pub fn open_measurement(&self) -> Result<(), ChannelError> {
+        self.ends.borrow_mut().open_measurement()
+    }
+
+    /// Opens the channels and bells between the solvers, in a coupled run: before its Ready.
+    ///
+    /// # Errors
+    /// [`ChannelError`].
+    pub fn open_exchange(&self) -> Result<(), ChannelError> {
+        self.ends.borrow_mut().open_exchange()
     }
 
     /// Whether the coupler lives.

@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use interface::capability::{CONTACTS, Capabilities, LAYERS, PAIRS, SAVE, SEGMENTS};
+use interface::capability::Capabilities;
 use interface::config::{BodyShape, ContactLaw, DemConfig, Motion};
 use interface::control::Party;
 

@@ -276,7 +276,11 @@ pub struct Ends {
 }
 
 impl Transport for Ends {
-    fn open(&mut self, _: bool) -> Result<(), TransportError> {
+    fn open_measurement(&mut self) -> Result<(), TransportError> {
+        Ok(())
+    }
+
+    fn open_exchange(&mut self) -> Result<(), TransportError> {
         Ok(())
     }
 

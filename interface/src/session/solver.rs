@@ -313,7 +313,14 @@ impl<P: Perform> Turns for Side<P> {
                 }
             }
             Action::Open { coupled } => {
-                let event = match transport.open(coupled) {
+                let opened = transport.open_measurement().and_then(|()| {
+                    if coupled {
+                        transport.open_exchange()
+                    } else {
+                        Ok(())
+                    }
+                });
+                let event = match opened {
                     Ok(()) => Event::Opened,
                     Err(error) => Event::Broken(error),
                 };

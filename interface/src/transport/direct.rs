@@ -36,7 +36,11 @@ impl Direct {
 }
 
 impl Transport for Direct {
-    fn open(&mut self, _: bool) -> Result<(), TransportError> {
+    fn open_measurement(&mut self) -> Result<(), TransportError> {
+        Ok(())
+    }
+
+    fn open_exchange(&mut self) -> Result<(), TransportError> {
         Ok(())
     }
 

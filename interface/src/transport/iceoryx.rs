@@ -544,7 +544,7 @@ impl<S: Service + 'static> Ends<S> {
 }
 
 impl<S: Service + 'static> Transport for Ends<S> {
-    fn open(&mut self, coupled: bool) -> Result<(), TransportError> {
+    fn open_measurement(&mut self) -> Result<(), TransportError> {
         let measurement: &[Kind] = match self.party {
             Party::Mpm => &[Kind::Saved, Kind::Groups, Kind::Points],
             Party::Dem => &[Kind::Saved, Kind::Bodies, Kind::Contacts],
@@ -553,20 +553,21 @@ impl<S: Service + 'static> Transport for Ends<S> {
         for &kind in measurement {
             self.open_channel(Channel::of(self.party, kind))?;
         }
-        if coupled {
-            for channel in Channel::ALL {
-                if channel.is_between_solvers() {
-                    self.open_channel(channel)?;
-                }
-            }
-            let other = if self.party == Party::Mpm {
-                Party::Dem
-            } else {
-                Party::Mpm
-            };
-            self.open_bells(self.party, other)?;
-        }
         Ok(())
+    }
+
+    fn open_exchange(&mut self) -> Result<(), TransportError> {
+        let other = match self.party {
+            Party::Mpm => Party::Dem,
+            Party::Dem => Party::Mpm,
+            Party::Coupler => return Ok(()),
+        };
+        for channel in Channel::ALL {
+            if channel.is_between_solvers() {
+                self.open_channel(channel)?;
+            }
+        }
+        self.open_bells(self.party, other)
     }
 
     fn send(

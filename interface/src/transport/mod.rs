@@ -46,12 +46,17 @@ pub enum TransportError {
 
 /// One party's ends of the channels of a run.
 pub trait Transport {
-    /// Opens the ends that are not needed before Hello: those for measurements, and, if `coupled`, those to the other
-    /// solver (clause S-7).
+    /// Opens a solver's ends for measurements and saved states: before its Ready (clause S-7).
     ///
     /// # Errors
     /// [`TransportError`].
-    fn open(&mut self, coupled: bool) -> Result<(), TransportError>;
+    fn open_measurement(&mut self) -> Result<(), TransportError>;
+
+    /// Opens a solver's ends to the other one, in a coupled run: before its Ready (clause S-7).
+    ///
+    /// # Errors
+    /// [`TransportError`].
+    fn open_exchange(&mut self) -> Result<(), TransportError>;
 
     /// Sends `records` under `header` as it is. What has been sent is there for the receiver at once, and in order
     /// with all that this party has sent to the same receiver before.

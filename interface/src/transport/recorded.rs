@@ -23,8 +23,12 @@ impl<T: Transport> Recorded<T> {
 }
 
 impl<T: Transport> Transport for Recorded<T> {
-    fn open(&mut self, coupled: bool) -> Result<(), TransportError> {
-        self.inner.open(coupled)
+    fn open_measurement(&mut self) -> Result<(), TransportError> {
+        self.inner.open_measurement()
+    }
+
+    fn open_exchange(&mut self) -> Result<(), TransportError> {
+        self.inner.open_exchange()
     }
 
     fn send(
@@ -67,8 +71,12 @@ impl<T: Transport> Transport for Recorded<T> {
 }
 
 impl<T: Transport + ?Sized> Transport for Box<T> {
-    fn open(&mut self, coupled: bool) -> Result<(), TransportError> {
-        (**self).open(coupled)
+    fn open_measurement(&mut self) -> Result<(), TransportError> {
+        (**self).open_measurement()
+    }
+
+    fn open_exchange(&mut self) -> Result<(), TransportError> {
+        (**self).open_exchange()
     }
 
     fn send(

@@ -36,7 +36,7 @@ pub fn echo(medium: Medium, points: usize) -> Result<Duration, Unmet> {
 /// Answers until it is over; what fails here is seen at the other end as silence.
 fn answer(medium: Medium, domain: &Domain, over: &AtomicBool) -> Result<(), ChannelError> {
     let seat = Seat::join(medium, domain, Party::Dem)?;
-    seat.open(true)?;
+    seat.open_exchange()?;
     while !over.load(Ordering::Relaxed) {
         let patience = Patience {
             nap: NAP,

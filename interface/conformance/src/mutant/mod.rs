@@ -442,8 +442,11 @@ impl Relay {
             }
             self.said_bye |= matches!(notice, Ok(Notice::Bye));
             self.in_step &= message.kind() != Kind::Report;
+            if ready && self.coupled {
+                self.seat.open_exchange()?;
+            }
             if ready && !self.flaw.manners.opens_late {
-                self.seat.open(self.coupled)?;
+                self.seat.open_measurement()?;
             }
             for message in (self.flaw.outbound)(message) {
                 if self.flaw.manners.rings_no_bell {
@@ -454,7 +457,7 @@ impl Relay {
             }
             if ready && self.flaw.manners.opens_late {
                 std::thread::sleep(LATE);
-                self.seat.open(self.coupled)?;
+                self.seat.open_measurement()?;
             }
         }
         Ok(passed)
