@@ -117,10 +117,17 @@ impl Bench {
         let mut session = self.session()?;
         session.hello()?;
         let ready = session.ready(order)?;
-        Ok(Flow {
+        Ok(Flow::new(session, ready, self.window, order.coupled))
+    }
+}
+
+impl<'b> Flow<'b> {
+    /// A run whose solver is ready, without bodies.
+    pub(super) fn new(session: Session<'b>, ready: Ready, window: u64, coupled: bool) -> Self {
+        Self {
             session,
             ready,
-            window: self.window,
+            window,
             budget: Budget::ALL,
             outlines: Vec::new(),
             travel: 0.0,
@@ -128,8 +135,19 @@ impl Bench {
             set: Vec::new(),
             timeline: Timeline::new(),
             generation: 0,
-            coupled: order.coupled,
-        })
+            coupled,
+        }
+    }
+
+    pub(super) fn timeline(&self) -> &Timeline {
+        &self.timeline
+    }
+
+    /// Takes up a run in the middle.
+    pub(super) fn go_on(&mut self, timeline: Timeline, generation: u64, set: Vec<ImpInfo>) {
+        self.timeline = timeline;
+        self.generation = generation;
+        self.set = set;
     }
 }
 

@@ -75,6 +75,22 @@ impl<'b> Play<'b> {
         }
     }
 
+    pub(super) fn timeline(&self) -> &Timeline {
+        &self.timeline
+    }
+
+    /// Generation and members of the IMP set.
+    pub(super) fn imps(&self) -> (u64, &[ImpInfo]) {
+        (self.generation, &self.set)
+    }
+
+    /// Takes up a run in the middle.
+    pub(super) fn go_on(&mut self, timeline: Timeline, generation: u64, set: Vec<ImpInfo>) {
+        self.timeline = timeline;
+        self.generation = generation;
+        self.set = set;
+    }
+
     /// Number of the step that comes next.
     pub fn next(&self) -> u64 {
         self.timeline.clock.index()

@@ -7,6 +7,7 @@ mod echo;
 mod flow;
 mod lockstep;
 mod points;
+mod saved;
 mod subject;
 mod timeline;
 
@@ -25,6 +26,7 @@ pub use echo::echo;
 pub use flow::{Flow, Shown, Told, around_all, outline};
 pub use lockstep::{Answer, Measured, Play};
 pub use points::Points;
+pub use saved::Stand;
 pub use subject::{Solve, Start, Subject, Worker};
 pub use timeline::Budget;
 
@@ -305,6 +307,11 @@ impl Session<'_> {
     /// [`Unmet::Broken`].
     pub fn configure(&mut self, configure: &Configure) -> Result<Reply, Unmet> {
         self.order(&Order::Configure(configure.clone()))?;
+        self.reply()
+    }
+
+    /// What the solver says to its configuration.
+    fn reply(&mut self) -> Result<Reply, Unmet> {
         match self.starting()? {
             Notice::Ready(ready) => Ok(Reply::Ready(ready)),
             Notice::Refused(refusal) => Ok(Reply::Refused(refusal)),

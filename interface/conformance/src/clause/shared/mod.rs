@@ -5,6 +5,7 @@ mod grants;
 mod handshake;
 mod machine;
 mod run;
+mod saved;
 
 use super::Clause;
 
@@ -14,4 +15,5 @@ pub const CLAUSES: &[&[Clause]] = &[
     grants::CLAUSES,
     endings::CLAUSES,
     machine::CLAUSES,
+    saved::CLAUSES,
 ];

@@ -1,0 +1,358 @@
+//! Section 12: states that are saved and restored.
+
+use interface::control::{Configure, Order, Party};
+use interface::stage::{Message, Payload};
+use interface::wire::{Grant, ImpForce, ImpInfo, ImpState, StepHeader, flags};
+
+use crate::bench::{Bench, Flow, Play, Points, Reply, Shown, Stand, configure};
+use crate::clause::Clause;
+use crate::clause::dem::scene::{MASS, OVERLAP, RADIUS, SPHERO, STIFFNESS, elastic, frictional};
+use crate::clause::dem::scene::{disc, one_disc, scene as bodies};
+use crate::clause::mpm::scene::{DT, block, push, scene as continuum};
+use crate::mutant::{Flaw, spoil};
+use crate::verdict::{Judgement, Unmet, broken, require};
+
+const SAVES: &[&str] = &["save"];
+/// Steps before the state is saved, where nothing else is asked for.
+const BEFORE: u64 = 20;
+/// Steps that are compared.
+const AFTER: u64 = 100;
+/// Moments at which a state is saved: in the middle of an epoch, after a new set, at the beginning of an epoch that is
+/// measured.
+const MOMENTS: [Moment; 3] = [Moment::Midway, Moment::NewSet, Moment::Measured];
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Moment {
+    Midway,
+    NewSet,
+    Measured,
+}
+
+pub const CLAUSES: &[Clause] = &[
+    Clause::must(
+        "K-3a",
+        "sends its state before the report, in pieces with their hash",
+        saves,
+    )
+    .after(&["S-6a"])
+    .needs(SAVES)
+    .mutant("sends another hash", || {
+        pieces(|header, piece| {
+            if header.flags & flags::LAST != 0 {
+                piece[0] ^= 1;
+            }
+        })
+    }),
+    Clause::must(
+        "K-4a",
+        "restored in a fresh process, goes on to the same bits",
+        resumes,
+    )
+    .after(&["K-3a"])
+    .needs(SAVES)
+    .mutant("begins anew", begins_anew),
+    Clause::must("K-4b", "refuses a state that is damaged", damaged)
+        .after(&["K-3a", "K-4a"])
+        .needs(SAVES)
+        .mutant("mends the hash of a damaged state", mends_the_hash),
+];
+
+/// Changes the pieces of a saved state.
+fn pieces(mut spoil: impl FnMut(&StepHeader, &mut Vec<u8>) + 'static) -> Flaw {
+    Flaw::each(move |message| {
+        if let Payload::Saved(piece) = &mut message.payload {
+            spoil(&message.header, piece);
+        }
+    })
+}
+
+/// Configures as if there were nothing to restore, and counts steps from 0.
+fn begins_anew() -> Flaw {
+    let (first, known) = spoil::shared(None::<u64>);
+    let back = move |step: &mut u64| *step -= known.get().unwrap_or(0).min(*step);
+    let mut restoring = false;
+    Flaw::passing(move |mut message| match &mut message.payload {
+        Payload::Restore(_) => Vec::new(),
+        Payload::Order(_) => match message.as_order() {
+            Ok(Order::Configure(order)) => {
+                restoring = order.restore;
+                let order = Configure {
+                    restore: false,
+                    ..order
+                };
+                vec![Message::order(&Order::Configure(order))]
+            }
+            _ => vec![message],
+        },
+        Payload::Grant(grants) if restoring => {
+            for grant in grants {
+                first.set(first.get().or(Some(grant.first)));
+                back(&mut grant.first);
+            }
+            vec![message]
+        }
+        _ => vec![message],
+    })
+}
+
+/// Gives every state that comes the hash that it has.
+fn mends_the_hash() -> Flaw {
+    let mut state = Vec::new();
+    Flaw::each(move |message| {
+        if let Payload::Restore(piece) = &mut message.payload {
+            if message.header.flags & flags::LAST == 0 {
+                state.extend_from_slice(piece);
+            } else {
+                *piece = blake3::hash(&state).as_bytes().to_vec();
+            }
+        }
+    })
+}
+
+/// A configuration with a history: a point that slides over a disc, or a block that is pressed.
+fn order(bench: &Bench) -> Configure {
+    if bench.subject.party == Party::Mpm {
+        return configure(&continuum(vec![block([0.3, 0.4], [0.5, -0.25])]));
+    }
+    let law = if bench.takes("feature:friction") {
+        frictional(0.3 * STIFFNESS, 0.4)
+    } else {
+        elastic(STIFFNESS)
+    };
+    if bench.takes("motion:free") {
+        configure(&bodies(vec![disc([0.0; 2])], law))
+    } else {
+        configure(&one_disc(bench))
+    }
+}
+
+/// What a solver answered, bit by bit.
+type Bits = Vec<u64>;
+
+/// A run of either side that is saved and goes on.
+enum Run<'b> {
+    Bodies(Play<'b>, Points),
+    Continuum(Box<Flow<'b>>),
+}
+
+fn sliders() -> Points {
+    let top = SPHERO + RADIUS - OVERLAP;
+    Points::new()
+        .with([0.0, top], [0.2, -0.1], RADIUS, MASS)
+        .with([-0.5 * top, -0.9 * top], [0.1, 0.3], RADIUS, MASS)
+}
+
+fn press(flow: &Flow, shown: &Shown) -> Vec<ImpForce> {
+    let force = |(slot, state): (usize, &ImpState)| {
+        if (slot as u64 + shown.step.index).is_multiple_of(7) {
+            push([3.0 - 10.0 * state.position[0], 2.0], 1e3)
+        } else {
+            ImpForce::default()
+        }
+    };
+    let _ = flow;
+    shown.states.iter().enumerate().map(force).collect()
+}
+
+fn bits_of(vectors: impl IntoIterator<Item = [f64; 2]>) -> impl Iterator<Item = u64> {
+    vectors.into_iter().flatten().map(f64::to_bits)
+}
+
+impl<'b> Run<'b> {
+    fn begun(bench: &'b Bench, order: &Configure) -> Result<Self, Unmet> {
+        if bench.subject.party == Party::Mpm {
+            let config = serde_json::from_str(&order.config).expect("a configuration of the kit");
+            let mut flow = bench.flow(&config)?;
+            flow.step(0.0, press)?;
+            return Ok(Self::Continuum(Box::new(flow)));
+        }
+        let mut session = bench.session()?;
+        session.hello()?;
+        session.ready(order)?;
+        let (mut play, points) = (Play::new(session, bench.window), sliders());
+        play.set(&points.set);
+        play.step(0.0, &points.states)?;
+        Ok(Self::Bodies(play, points))
+    }
+
+    /// Grants a step of [`DT`] with these flags besides, and does it.
+    fn step(&mut self, more: u64, bits: &mut Bits) -> Result<(), Unmet> {
+        let measure = more & flags::MEASURE != 0;
+        match self {
+            Self::Bodies(play, points) => {
+                let grant = play.next_grant(DT, 1, measure);
+                play.send_grant(&with(grant, more))?;
+                let answer = play.exchange(&points.states)?;
+                bits.extend(bits_of(answer.forces.iter().map(|f| f.force)));
+                bits.extend([answer.header.travel.to_bits(), answer.header.flags]);
+                points.advance(&answer.step, &answer.forces);
+                let report = play.report()?.report;
+                bits.extend(
+                    [report.limits.contact_omega_sq, report.limits.speed].map(f64::to_bits),
+                );
+            }
+            Self::Continuum(flow) => {
+                let grant = flow.next_grant(DT, 1, measure);
+                flow.send_grant(&with(grant, more))?;
+                let shown = flow.states()?;
+                let states = shown.states.iter();
+                bits.extend(bits_of(states.flat_map(|s| [s.position, s.velocity])));
+                bits.push(shown.header.set);
+                let forces = press(flow, &shown);
+                flow.forces(&forces)?;
+                let report = flow.report()?.report;
+                bits.extend(
+                    [report.limits.contact_omega_sq, report.limits.speed].map(f64::to_bits),
+                );
+            }
+        }
+        Ok(())
+    }
+
+    fn new_set(&mut self) {
+        match self {
+            Self::Bodies(play, points) => {
+                let set: Vec<ImpInfo> = points.set.clone();
+                play.set(&set);
+            }
+            // So far that the set is too old (I-6).
+            Self::Continuum(flow) => flow.travel = 1.0,
+        }
+    }
+
+    fn stand(&self) -> Stand {
+        match self {
+            Self::Bodies(play, _) => play.stand(),
+            Self::Continuum(flow) => flow.stand(),
+        }
+    }
+
+    fn saved(&mut self) -> Result<Vec<u8>, Unmet> {
+        match self {
+            Self::Bodies(play, _) => play.session.saved(),
+            Self::Continuum(flow) => flow.session.saved(),
+        }
+    }
+
+    /// The same run in a fresh solver.
+    fn resumed(
+        &self,
+        bench: &'b Bench,
+        (order, state, stand): (&Configure, &[u8], &Stand),
+        points: &Points,
+    ) -> Result<Self, Unmet> {
+        match self {
+            Self::Bodies(play, _) => {
+                let mut session = bench.session()?;
+                session.hello()?;
+                match session.restore(order, state, |_| {})? {
+                    Reply::Ready(_) => {}
+                    Reply::Refused(refusal) => {
+                        return Err(broken("Ready after the restored state", refusal));
+                    }
+                }
+                let again = Play::resumed(session, play.window, stand);
+                Ok(Self::Bodies(again, points.clone()))
+            }
+            Self::Continuum(flow) => {
+                let mut again = bench.flow_resumed(order, state, stand)?;
+                again.outlines.clone_from(&flow.outlines);
+                Ok(Self::Continuum(Box::new(again)))
+            }
+        }
+    }
+}
+
+fn with(grant: Grant, more: u64) -> Grant {
+    Grant {
+        flags: grant.flags | more,
+        ..grant
+    }
+}
+
+/// A run up to the step before which its state is saved: the state, where the run stood, the points of the other side,
+/// and what came of that step.
+struct Saved {
+    state: Vec<u8>,
+    stand: Stand,
+    points: Points,
+    more: u64,
+    bits: Bits,
+}
+
+fn save(run: &mut Run, moment: Moment) -> Result<Saved, Unmet> {
+    for _ in 0..BEFORE {
+        run.step(0, &mut Vec::new())?;
+    }
+    if moment == Moment::NewSet {
+        run.new_set();
+        run.step(0, &mut Vec::new())?;
+        if let Run::Continuum(flow) = run {
+            flow.travel = 0.0;
+        }
+    }
+    let (stand, mut bits) = (run.stand(), Vec::new());
+    let points = match run {
+        Run::Bodies(_, points) => points.clone(),
+        Run::Continuum(_) => Points::new(),
+    };
+    let more = if moment == Moment::Measured {
+        flags::MEASURE
+    } else {
+        0
+    };
+    run.step(more | flags::CHECKPOINT, &mut bits)?;
+    Ok(Saved {
+        state: run.saved()?,
+        stand,
+        points,
+        more,
+        bits,
+    })
+}
+
+fn saves(bench: &Bench) -> Judgement {
+    let mut run = Run::begun(bench, &order(bench))?;
+    let saved = save(&mut run, Moment::Midway)?;
+    // Nothing is sent that nobody asked for.
+    run.step(0, &mut Vec::new())?;
+    require(run.saved().is_err(), "no state without CHECKPOINT", "one")?;
+    Ok(format!("{} bytes", saved.state.len()))
+}
+
+fn resumes(bench: &Bench) -> Judgement {
+    let order = order(bench);
+    for moment in MOMENTS {
+        let mut run = Run::begun(bench, &order)?;
+        let saved = save(&mut run, moment)?;
+        let mut bits = saved.bits;
+        let state = (&order, &saved.state[..], &saved.stand);
+        let mut again = run.resumed(bench, state, &saved.points)?;
+        let mut same = Vec::new();
+        again.step(saved.more, &mut same)?;
+        for _ in 0..AFTER {
+            run.step(0, &mut bits)?;
+            again.step(0, &mut same)?;
+        }
+        let differs = bits.iter().zip(&same).position(|(a, b)| a != b);
+        require(
+            differs.is_none() && bits.len() == same.len(),
+            format_args!("the bits of the run that went on ({moment:?})"),
+            format_args!("another number at place {differs:?} of {}", bits.len()),
+        )?;
+    }
+    Ok(format!("{AFTER} steps, {} moments", MOMENTS.len()))
+}
+
+fn damaged(bench: &Bench) -> Judgement {
+    let order = order(bench);
+    let mut run = Run::begun(bench, &order)?;
+    let saved = save(&mut run, Moment::Midway)?;
+    let mut session = bench.session()?;
+    session.hello()?;
+    let reply = session.restore(&order, &saved.state, |hash| hash[5] ^= 0x10);
+    match reply {
+        Err(_) | Ok(Reply::Refused(_)) => Ok("refused".into()),
+        Ok(Reply::Ready(_)) => Err(broken("a refusal of the damaged state", "Ready")),
+    }
+}
