@@ -246,6 +246,9 @@ where
         }
         self.grid.restore(contact, &mut self.clouds);
         self.imps.restore(imps, &self.clouds)?;
+        if !contact && !self.imps.infos.is_empty() {
+            return Err(refusal("IMPs, and no room for contact on the nodes".into()));
+        }
         self.loaded.clear();
         self.touches.clear();
         (self.books, self.moved) = (books, moved);

@@ -25,7 +25,7 @@ type Past = BTreeMap<u64, (Vec2, Vec<f64>)>;
 
 /// What the solver takes ([`interface::capability`]). Not `save`: rapier keeps of its contacts what it does not give. Of the
 /// family `overlap` nothing, since bodies meet by impulses, whatever the measure.
-const CAPABILITIES: [&str; 12] = [
+const CAPABILITIES: [&str; 11] = [
     "shape:disc",
     "shape:segment",
     "shape:polygon",
@@ -36,8 +36,6 @@ const CAPABILITIES: [&str; 12] = [
     "inertia:density",
     "inertia:mass",
     "feature:friction",
-    // Between bodies it is told in a note that it is not used; between points and bodies it is refused by its key.
-    "feature:damping",
     "feature:body_contact",
 ];
 

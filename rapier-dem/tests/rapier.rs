@@ -102,7 +102,7 @@ fn a_block_flies_and_tumbles_as_with_the_built_in_solver() {
 const WITHOUT_GATE: [&str; 4] = [
     "time.end=0.3",
     "contact_pair=[]",
-    "body_contact={linear={normal_stiffness=6e4,tangential_stiffness=3e3,friction=0.6,damping_ratio=0.3}}",
+    "body_contact={linear={normal_stiffness=6e4,tangential_stiffness=3e3,friction=0.6}}",
     "dem.body.4={name=\"gate\",shape=\"disc\",sphero_radius=0.01,position=[2.0,2.0],motion=\"fixed\"}",
 ];
 
