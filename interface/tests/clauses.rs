@@ -61,8 +61,13 @@ fn is_id(text: &str) -> bool {
 fn the_machines_check_what_the_registry_says() {
     let core = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/core");
     let mut named = BTreeSet::new();
-    for file in std::fs::read_dir(core).unwrap() {
-        let text = std::fs::read_to_string(file.unwrap().path()).unwrap();
+    let folders = [core.clone(), core.join("coupler")];
+    let entries = folders
+        .iter()
+        .flat_map(|folder| std::fs::read_dir(folder).unwrap());
+    let files = entries.map(|entry| entry.unwrap().path());
+    for file in files.filter(|path| path.is_file()) {
+        let text = std::fs::read_to_string(file).unwrap();
         let quoted = text.split('"').skip(1).step_by(2);
         named.extend(quoted.filter(|text| is_id(text)).map(String::from));
     }
