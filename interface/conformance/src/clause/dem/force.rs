@@ -165,7 +165,9 @@ pub const CLAUSES: &[Clause] = &[
         Flaw::set(move |_, set| {
             for (slot, info) in set.iter_mut().enumerate() {
                 match first.get(slot) {
-                    Some(radius) => info.radius = *radius,
+                    // A set that is to be refused stays what it is.
+                    Some(radius) if info.radius > 0.0 => info.radius = *radius,
+                    Some(_) => {}
                     None => first.push(info.radius),
                 }
             }

@@ -122,27 +122,6 @@ pub const CLAUSES: &[Clause] = &[
             before = forces.iter().map(|force| force.force[0]).collect();
         })
     }),
-    Clause::must(
-        "R-3g",
-        "friction's torque has its arm to the contact point",
-        arm,
-    )
-    .after(FRICTION)
-    .needs(&["feature:friction", "motion:free"])
-    .mutant("measures torque with an arm to the point's centre", || {
-        on_free_disc(|force, disc| disc.point_torque += RADIUS * force.force[0])
-    })
-    .mutant("turns the torque of friction round", || {
-        on_free_disc(|_, disc| disc.point_torque *= -1.0)
-    }),
-    Clause::must("F-7q", "friction turns a body by that torque", turned)
-        .after(&[
-            "F-7a", "F-7d", "J-1b", "F-7k", "F-7l", "R-3g", "T-1a", "T-4a",
-        ])
-        .needs(&["feature:friction", "motion:free"])
-        .mutant("turns bodies with an arm to the point's centre", || {
-            on_free_disc(|_, disc| disc.spin *= 1.0 + RADIUS / SPHERO)
-        }),
     Clause::must("F-7o", "the dashpot adds -c u_N", dashpot)
         .after(&["F-7a", "F-7d", "J-1b"])
         .needs(DAMPS)
@@ -172,6 +151,31 @@ pub const CLAUSES: &[Clause] = &[
                     forces.iter_mut().for_each(|force| force.force[1] -= 1.0);
                 }
             })
+        }),
+];
+
+/// What rests on the books and on motion besides.
+pub const TURNING: &[Clause] = &[
+    Clause::must(
+        "R-3g",
+        "friction's torque has its arm to the contact point",
+        arm,
+    )
+    .after(&["F-7a", "F-7d", "J-1b", "F-7k", "F-7l", "R-3d", "T-4a"])
+    .needs(&["feature:friction", "motion:free"])
+    .mutant("measures torque with an arm to the point's centre", || {
+        on_free_disc(|force, disc| disc.point_torque += RADIUS * force.force[0])
+    })
+    .mutant("turns the torque of friction round", || {
+        on_free_disc(|_, disc| disc.point_torque *= -1.0)
+    }),
+    Clause::must("F-7q", "friction turns a body by that torque", turned)
+        .after(&[
+            "F-7a", "F-7d", "J-1b", "F-7j", "F-7k", "F-7l", "R-3d", "T-1a", "T-4a", "R-3g",
+        ])
+        .needs(&["feature:friction", "motion:free"])
+        .mutant("turns bodies with an arm to the point's centre", || {
+            on_free_disc(|_, disc| disc.spin *= 1.0 + RADIUS / SPHERO)
         }),
 ];
 

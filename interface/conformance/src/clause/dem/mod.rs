@@ -15,6 +15,7 @@ use super::Clause;
 /// All of them, in order.
 pub const CLAUSES: &[&[Clause]] = &[
     order::CLAUSES,
+    super::shared::NAPS,
     time::CLAUSES,
     bodies::CLAUSES,
     force::CLAUSES,
@@ -22,5 +23,6 @@ pub const CLAUSES: &[&[Clause]] = &[
     motion::CLAUSES,
     limits::CLAUSES,
     books::CLAUSES,
+    friction::TURNING,
     time::OPENING,
 ];

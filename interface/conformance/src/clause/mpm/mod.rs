@@ -17,6 +17,7 @@ use super::Clause;
 pub const CLAUSES: &[&[Clause]] = &[
     handshake::CLAUSES,
     exchange::CLAUSES,
+    super::shared::NAPS,
     imps::CLAUSES,
     time::CLAUSES,
     force::CLAUSES,

@@ -7,6 +7,8 @@ mod machine;
 mod run;
 mod saved;
 
+pub use machine::NAPS;
+
 use super::Clause;
 
 /// All of them, in order.
