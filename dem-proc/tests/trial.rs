@@ -43,7 +43,7 @@ fn compare(name: &str, config: &DemConfig, points: &Cloud, steps: u64) -> usize 
     for i in 0..steps {
         once.choose();
         often.choose();
-        for _ in 0..1 + i % 2 {
+        for _ in 0..=i % 2 {
             faults += usize::from(try_out(&mut often, &mut random));
         }
         assert!(once.finish() == often.finish(), "{name}: step {i} differs");

@@ -296,8 +296,8 @@ impl Cloud {
     pub fn in_gaps() -> Self {
         let mut random = Random(13);
         let mut cloud = Self::default();
-        for i in 0..39 * 39 {
-            let place = [(i % 39) as f64, (i / 39) as f64].map(|x| CROWDED * (x + 0.5));
+        for i in 0..39 * 39_u32 {
+            let place = [i % 39, i / 39].map(|k| CROWDED * (f64::from(k) + 0.5));
             let velocity = [random.between(-0.1, 0.1), random.between(-0.1, 0.1)];
             cloud.add(0.0055, place, velocity);
         }
@@ -334,9 +334,9 @@ impl Cloud {
         for (&i, f) in self.chosen.iter().zip(forces) {
             force[i] = f.force;
         }
-        for (i, state) in self.states.iter_mut().enumerate() {
-            for k in 0..2 {
-                state.velocity[k] += force[i][k] / self.infos[i].mass * step.kick();
+        for ((state, info), force) in self.states.iter_mut().zip(&self.infos).zip(force) {
+            for (k, force) in force.into_iter().enumerate() {
+                state.velocity[k] += force / info.mass * step.kick();
                 state.position[k] += state.velocity[k] * step.dt;
             }
         }
