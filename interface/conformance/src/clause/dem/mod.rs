@@ -15,7 +15,7 @@ use super::Clause;
 /// All of them, in order.
 pub const CLAUSES: &[&[Clause]] = &[
     order::CLAUSES,
-    super::shared::NAPS,
+    &[super::shared::naps(&["B-2a", "G-10a"])],
     time::CLAUSES,
     bodies::CLAUSES,
     force::CLAUSES,

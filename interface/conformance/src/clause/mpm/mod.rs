@@ -17,7 +17,7 @@ use super::Clause;
 pub const CLAUSES: &[&[Clause]] = &[
     handshake::CLAUSES,
     exchange::CLAUSES,
-    super::shared::NAPS,
+    &[super::shared::naps(&["G-10a"])],
     imps::CLAUSES,
     time::CLAUSES,
     force::CLAUSES,

@@ -44,22 +44,24 @@ pub const CLAUSES: &[Clause] = &[
     ),
 ];
 
-/// What rests on clauses that each side has by itself.
-pub const NAPS: &[Clause] = &[Clause::should(
-    "G-10b",
-    "takes no nap in any of a thousand steps",
-    rare_naps,
-)
-.after(&["B-2a", "G-10a"])
-.mutant("takes a nap of 5 ms in every thousandth step", || {
-    let mut steps = 0;
-    Flaw::states(move |header, _| {
-        steps += u64::from(header.flags == 0);
-        if steps.is_multiple_of(1000) && steps > 0 {
-            std::thread::sleep(Duration::from_millis(5));
-        }
+/// That a solver takes no rare naps, which rests on clauses that each side has by itself.
+pub const fn naps(after: &'static [&'static str]) -> Clause {
+    Clause::should(
+        "G-10b",
+        "takes no nap in any of a thousand steps",
+        rare_naps,
+    )
+    .after(after)
+    .mutant("takes a nap of 5 ms in every thousandth step", || {
+        let mut steps = 0;
+        Flaw::states(move |header, _| {
+            steps += u64::from(header.flags == 0);
+            if steps.is_multiple_of(1000) && steps > 0 {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+        })
     })
-})];
+}
 
 /// Points of a bodies' exchange, and steps of a window.
 const POINTS: usize = 100;

@@ -7,7 +7,7 @@ mod machine;
 mod run;
 mod saved;
 
-pub use machine::NAPS;
+pub use machine::naps;
 
 use super::Clause;
 
