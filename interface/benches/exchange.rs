@@ -20,7 +20,7 @@ use interface::session::{DemSide, Lead, Leader, MpmSide, Stop, serve_dem, serve_
 use interface::transport::direct::Direct;
 use interface::transport::iceoryx::{self, Medium, ROOM};
 use interface::wire::{ImpForce, ImpState};
-use toys::{HalfPlane, Points, Steps};
+use toys::{Course, HalfPlane, Points};
 
 const BOTH: [Party; 2] = [Party::Mpm, Party::Dem];
 /// Steps before the clock starts.
@@ -28,14 +28,14 @@ const WARM: u64 = 256;
 
 /// Steps so short that nothing moves far: no set after the first. Times those after the first [`WARM`].
 struct Timed {
-    steps: Steps,
+    steps: Course,
     from: Option<Instant>,
     spent: Duration,
 }
 
 impl Timed {
     fn new(steps: u64, window: u64) -> Self {
-        let mut steps = Steps::new(WARM + steps, window);
+        let mut steps = Course::new(WARM + steps, window);
         steps.measures = false;
         steps.budget = f64::MAX;
         steps.begin_epoch(1e-12);

@@ -3,6 +3,8 @@
 //! The prose is PROTOCOL.md's. Its table of section 13 is made of these rows (`tests/clauses.rs`), the kit's cases refer
 //! to their ids, and so do the errors of the built-in parties.
 
+use std::fmt::Write;
+
 /// How binding a clause is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
@@ -218,7 +220,7 @@ pub fn table() -> String {
     for clause in CLAUSES {
         let (binds, checked_by) = (names(clause.binds), names(clause.checked_by));
         let (id, level, says) = (clause.id, clause.level.name(), clause.text);
-        text += &format!("| {id} | {level} | {binds} | {checked_by} | {says} |\n");
+        let _ = writeln!(text, "| {id} | {level} | {binds} | {checked_by} | {says} |");
     }
     text
 }

@@ -317,7 +317,10 @@ fn write_all<T: Record>(records: &[T], bytes: &mut Vec<u8>) {
 
 fn read_all<T: Record>(bytes: &[u8]) -> Option<Vec<T>> {
     let size = size_of::<T>();
-    (bytes.len() % size == 0).then(|| bytes.chunks_exact(size).map(T::read).collect())
+    bytes
+        .len()
+        .is_multiple_of(size)
+        .then(|| bytes.chunks_exact(size).map(T::read).collect())
 }
 
 impl Payload {

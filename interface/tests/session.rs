@@ -14,7 +14,7 @@ use interface::session::{DemSide, Leader, MpmSide, SessionError, serve_dem, serv
 use interface::transport::direct::Direct;
 use interface::transport::iceoryx::{self, Medium, ROOM};
 use interface::wire::{PointState, Report};
-use toys::{HalfPlane, Points, Steps};
+use toys::{Course, HalfPlane, Points};
 
 const BOTH: [Party; 2] = [Party::Mpm, Party::Dem];
 
@@ -61,7 +61,7 @@ fn between_threads_and_processes(test: fn(Way)) {
 
 /// Runs `steps` steps of 0.1 ms in windows of `window`, measuring the first step of each.
 fn run(way: Way, points: Points, wall: HalfPlane, steps: u64, window: u64) -> Outcome {
-    let mut lead = Steps::new(steps, window);
+    let mut lead = Course::new(steps, window);
     let (coupler, points, wall) = match way {
         Way::Over(medium) => over(medium, &mut lead, points, wall),
         Way::Direct => in_one_thread(&mut lead, points, wall),
@@ -81,7 +81,7 @@ type Verdicts = (
     Result<(), SessionError>,
 );
 
-fn over(medium: Medium, lead: &mut Steps, mut points: Points, mut wall: HalfPlane) -> Verdicts {
+fn over(medium: Medium, lead: &mut Course, mut points: Points, mut wall: HalfPlane) -> Verdicts {
     let domain = OwnedDomain::create().unwrap();
     let names = domain.domain();
     let _created = iceoryx::create(medium, names, &BOTH, false).unwrap();
@@ -97,7 +97,7 @@ fn over(medium: Medium, lead: &mut Steps, mut points: Points, mut wall: HalfPlan
     })
 }
 
-fn in_one_thread(lead: &mut Steps, mut points: Points, mut wall: HalfPlane) -> Verdicts {
+fn in_one_thread(lead: &mut Course, mut points: Points, mut wall: HalfPlane) -> Verdicts {
     let mut mpm = MpmSide::new(&mut points, Clocked::Shared);
     let mut dem = DemSide::new(&mut wall, Clocked::Shared);
     let mut leader = Leader::new(&BOTH, lead);
@@ -261,7 +261,7 @@ fn a_refusal_is_heard_though_the_other_solver_never_comes() {
         let names = domain.domain();
         let _created = iceoryx::create(medium, names, &BOTH, false).unwrap();
         let mut transport = iceoryx::join(medium, names, Party::Coupler, &BOTH, ROOM).unwrap();
-        let mut lead = Steps::new(10, 1);
+        let mut lead = Course::new(10, 1);
         std::thread::scope(|scope| {
             let solver = scope.spawn(move || {
                 let mut points = Points {

@@ -247,7 +247,7 @@ where
         self.grid.restore(contact, &mut self.clouds);
         self.imps.restore(imps, &self.clouds)?;
         if !contact && !self.imps.infos.is_empty() {
-            return Err(refusal("IMPs, and no room for contact on the nodes".into()));
+            return Err(refusal("IMPs, and no room for contact on the nodes"));
         }
         self.loaded.clear();
         self.touches.clear();

@@ -100,7 +100,7 @@ impl Scenario {
         if let Some(breach) = played.breaches.first() {
             return Err(breach.0.clone());
         }
-        self.all_have_ended(&played)?;
+        Self::all_have_ended(&played)?;
         let first = first_error(&played);
         let Some((who, error)) = first else {
             if played.verdicts[0].is_some() {
@@ -114,7 +114,7 @@ impl Scenario {
     }
 
     /// Whoever has not been stopped has a verdict.
-    fn all_have_ended(&self, played: &Played) -> Result<(), String> {
+    fn all_have_ended(played: &Played) -> Result<(), String> {
         for (n, party) in PARTIES.into_iter().enumerate() {
             let stopped = played
                 .struck

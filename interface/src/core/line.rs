@@ -256,7 +256,7 @@ impl Line {
                 let header = self.plain(self.notice.len());
                 Ok(Next::Act(self.send(Kind::Notice, header)))
             }
-            Event::Sent => self.sent(),
+            Event::Sent => Ok(self.sent()),
             Event::Done(done) => self.task_done(done),
             Event::Expired(waited) => self.expired(waited),
             Event::CouplerGone => Err(SessionError::CouplerGone { step: self.step }),
@@ -411,18 +411,18 @@ impl Line {
         self.send(Kind::Report, header)
     }
 
-    fn sent(&mut self) -> Result<Next, SessionError> {
+    fn sent(&mut self) -> Next {
         let next = match self.state {
             State::Hello => {
                 self.state = State::Configure;
                 self.await_order("its part of the scene", SETUP)
             }
             State::Ready | State::Reporting => self.await_grant(),
-            State::Frame => return Ok(self.checkpoint()),
+            State::Frame => return self.checkpoint(),
             State::Checkpoint if self.outgoing.sent() => self.send_piece(),
             State::Checkpoint => {
                 self.state = State::Window;
-                return Ok(Next::Step);
+                return Next::Step;
             }
             State::Measuring => self.report_now(),
             State::Draining => self.say(State::Bye, &Notice::Bye),
@@ -445,7 +445,7 @@ impl Line {
             }
             state => unreachable!("something sent in {state:?}"),
         };
-        Ok(Next::Act(next))
+        Next::Act(next)
     }
 
     fn task_done(&mut self, done: Done<'_>) -> Result<Next, SessionError> {

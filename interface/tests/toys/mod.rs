@@ -300,7 +300,7 @@ pub fn dem_config() -> DemConfig {
 }
 
 /// Leads a run of equal steps of 0.1 ms that measures the first step of each window.
-pub struct Steps {
+pub struct Course {
     /// How many steps.
     pub steps: u64,
     /// Steps of a grant.
@@ -317,7 +317,7 @@ pub struct Steps {
     epoch: u64,
 }
 
-impl Steps {
+impl Course {
     /// This many.
     pub fn new(steps: u64, window: u64) -> Self {
         let mut clock = Clock::new(0.0);
@@ -401,7 +401,7 @@ impl Steps {
     }
 }
 
-impl Lead for Steps {
+impl Lead for Course {
     fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop> {
         Ok(match question {
             Question::Configure => Decision::Configure(Self::parts()),

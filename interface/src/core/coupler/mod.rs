@@ -231,19 +231,19 @@ impl Coupler {
                 self.measured(i, header, records)?;
                 self.round.groups.clear();
                 self.round.groups.extend_from_slice(groups);
-                self.take_next(i)
+                Ok(self.take_next(i))
             }
             Records::Bodies(bodies) => {
                 self.measured(i, header, records)?;
                 self.round.bodies.clear();
                 self.round.bodies.extend_from_slice(bodies);
-                self.take_next(i)
+                Ok(self.take_next(i))
             }
             Records::Contacts(contacts) => {
                 self.before_report(i, "R-6", header, records)?;
                 self.round.contacts.clear();
                 self.round.contacts.extend_from_slice(contacts);
-                self.take_next(i)
+                Ok(self.take_next(i))
             }
             Records::Points(points) => self.points(i, header, points),
             _ => unreachable!("{channel:?} does not lead to the coupler"),
@@ -352,7 +352,7 @@ impl Coupler {
                 }
                 Ok(self.tell(0))
             }
-            (State::Beginning, Decision::Noted) => {
+            (State::Beginning | State::Collecting, Decision::Noted) => {
                 self.state = State::Deciding;
                 Ok(Action::Do(Question::Next))
             }
@@ -372,10 +372,6 @@ impl Coupler {
             (State::Deciding, Decision::Drain) => {
                 self.order = encode(&Order::Drain);
                 Ok(self.drain(0))
-            }
-            (State::Collecting, Decision::Noted) => {
-                self.state = State::Deciding;
-                Ok(Action::Do(Question::Next))
             }
             (State::Noting, Decision::Noted) => {
                 self.order = encode(&Order::Close);

@@ -63,14 +63,14 @@ impl Coupler {
         }
         self.to_take.reverse();
         self.state = State::Taking(i);
-        self.take_next(i)
+        Ok(self.take_next(i))
     }
 
-    pub(super) fn take_next(&mut self, i: usize) -> Result<Action<Question>, SessionError> {
-        Ok(match self.to_take.pop() {
+    pub(super) fn take_next(&mut self, i: usize) -> Action<Question> {
+        match self.to_take.pop() {
             Some(channel) => Action::Take(channel),
             None => self.await_report(i + 1),
-        })
+        }
     }
 
     pub(super) fn piece(
@@ -92,7 +92,7 @@ impl Coupler {
             line.saved = whole;
         }
         match self.state {
-            State::Taking(_) if ended => self.take_next(i),
+            State::Taking(_) if ended => Ok(self.take_next(i)),
             State::Taking(_) => Ok(Action::Take(channel)),
             State::Report(j) => Ok(self.await_report(j)),
             state => unreachable!("a piece of a state in {state:?}"),
@@ -172,7 +172,7 @@ impl Coupler {
         self.round.points.clear();
         self.round.points.extend_from_slice(points);
         if frame {
-            return self.take_next(i);
+            return Ok(self.take_next(i));
         }
         self.state = State::Noting;
         Ok(Action::Do(Question::Drained))

@@ -89,7 +89,7 @@ pub const CLAUSES: &[Clause] = &[
         |bench| {
             // The length of the hash, behind the variant's four bytes.
             first_order(bench, |bytes| {
-                bytes[4..12].copy_from_slice(&u64::MAX.to_le_bytes())
+                bytes[4..12].copy_from_slice(&u64::MAX.to_le_bytes());
             })
         },
     )

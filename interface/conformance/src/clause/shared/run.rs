@@ -14,7 +14,7 @@ use crate::verdict::Unmet;
 /// A run in which physics does not matter: one disc, or one point.
 pub enum Run<'b> {
     /// Of a bodies' side.
-    Bodies(Play<'b>),
+    Bodies(Box<Play<'b>>),
     /// Of a continuum.
     Continuum(Box<Flow<'b>>),
 }
@@ -36,7 +36,7 @@ impl<'b> Run<'b> {
         let mut session = bench.session()?;
         session.hello()?;
         session.ready(order)?;
-        Ok(Self::Bodies(Play::new(session, bench.window)))
+        Ok(Self::Bodies(Box::new(Play::new(session, bench.window))))
     }
 
     /// After a measured opening step.

@@ -131,7 +131,7 @@ type Bits = Vec<u64>;
 
 /// A run of either side that is saved and goes on.
 enum Run<'b> {
-    Bodies(Play<'b>, Points),
+    Bodies(Box<Play<'b>>, Points),
     Continuum(Box<Flow<'b>>),
 }
 
@@ -172,7 +172,7 @@ impl<'b> Run<'b> {
         let (mut play, points) = (Play::new(session, bench.window), sliders());
         play.set(&points.set);
         play.step(0.0, &points.states)?;
-        Ok(Self::Bodies(play, points))
+        Ok(Self::Bodies(Box::new(play), points))
     }
 
     /// Grants a step of [`DT`] with these flags besides, and does it.
@@ -252,7 +252,7 @@ impl<'b> Run<'b> {
                     }
                 }
                 let again = Play::resumed(session, play.window, stand);
-                Ok(Self::Bodies(again, points.clone()))
+                Ok(Self::Bodies(Box::new(again), points.clone()))
             }
             Self::Continuum(flow) => {
                 let mut again = bench.flow_resumed(order, state, stand)?;
