@@ -637,11 +637,7 @@ fn survives(case: usize, bytes: &[u8]) -> bool {
         return false;
     }
     let mut driver = driver.clone();
-    for _ in 0..6 {
-        if driver.step(&mut mpm).is_err() {
-            break;
-        }
-    }
+    let _ = (0..6).try_for_each(|_| driver.step(&mut mpm).map(drop));
     mpm.points();
     true
 }

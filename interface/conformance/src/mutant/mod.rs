@@ -393,6 +393,7 @@ impl Relay {
             Kind::Forces,
             Kind::Envelopes,
             Kind::Grant,
+            Kind::Restore,
             Kind::Order,
         ];
         let mut taken = Vec::new();
@@ -417,6 +418,7 @@ impl Relay {
         let late_first = [
             Kind::Notice,
             Kind::Report,
+            Kind::Saved,
             Kind::Points,
             Kind::Groups,
             Kind::Bodies,
