@@ -429,7 +429,14 @@ impl Relay {
         ];
         let mut taken = Vec::new();
         for kind in late_first {
-            taken.extend(self.stage.receive(kind)?);
+            let mut of_kind: Vec<_> = self.stage.receive(kind)?.into_iter().collect();
+            // A saved state is several messages, all of them before the report.
+            while kind == Kind::Saved
+                && let Some(piece) = self.stage.receive(kind)?
+            {
+                of_kind.push(piece);
+            }
+            taken.extend(of_kind.into_iter().rev());
         }
         let passed = !taken.is_empty();
         for message in taken.into_iter().rev() {
