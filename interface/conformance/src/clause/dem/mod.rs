@@ -11,11 +11,12 @@ pub(super) mod scene;
 mod time;
 
 use super::Clause;
+use super::shared::{looked_at, naps, resumed};
 
 /// All of them, in order.
 pub const CLAUSES: &[&[Clause]] = &[
     order::CLAUSES,
-    &[super::shared::naps(&["B-2a", "G-10a"])],
+    &[naps(&["S-7a", "B-2a", "G-10a"])],
     time::CLAUSES,
     bodies::CLAUSES,
     force::CLAUSES,
@@ -25,4 +26,8 @@ pub const CLAUSES: &[&[Clause]] = &[
     books::CLAUSES,
     friction::TURNING,
     time::OPENING,
+    &[
+        resumed(&["K-3a", "B-3a", "F-7d", "G-3b", "I-3a", "T-6a"]),
+        looked_at(&["K-3a", "B-3a", "F-7d", "G-3b", "I-3a", "T-6a", "K-4a"]),
+    ],
 ];

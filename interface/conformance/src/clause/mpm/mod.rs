@@ -12,12 +12,13 @@ pub(super) mod scene;
 mod time;
 
 use super::Clause;
+use super::shared::{looked_at, naps, resumed};
 
 /// All of them, in order.
 pub const CLAUSES: &[&[Clause]] = &[
     handshake::CLAUSES,
     exchange::CLAUSES,
-    &[super::shared::naps(&["G-10a"])],
+    &[naps(&["S-7a", "G-10a"])],
     imps::CLAUSES,
     time::CLAUSES,
     force::CLAUSES,
@@ -25,4 +26,8 @@ pub const CLAUSES: &[&[Clause]] = &[
     halt::CLAUSES,
     ledger::CLAUSES,
     end::CLAUSES,
+    &[
+        resumed(&["K-3a", "B-3a", "F-1a", "F-1b", "G-3b", "T-6a"]),
+        looked_at(&["K-3a", "B-3a", "F-1a", "F-1b", "G-3b", "T-6a", "K-4a"]),
+    ],
 ];

@@ -8,6 +8,7 @@ mod run;
 mod saved;
 
 pub use machine::naps;
+pub use saved::{looked_at, resumed};
 
 use super::Clause;
 
@@ -17,5 +18,5 @@ pub const CLAUSES: &[&[Clause]] = &[
     grants::CLAUSES,
     endings::CLAUSES,
     machine::CLAUSES,
-    saved::CLAUSES,
+    &[saved::SAVED],
 ];

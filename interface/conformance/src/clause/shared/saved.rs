@@ -28,34 +28,41 @@ enum Moment {
     Measured,
 }
 
-pub const CLAUSES: &[Clause] = &[
-    Clause::must(
-        "K-3a",
-        "sends its state before the report, in pieces with their hash",
-        saves,
-    )
-    .after(&["S-6a"])
-    .needs(SAVES)
-    .mutant("sends another hash", || {
-        pieces(|header, piece| {
-            if header.flags & flags::LAST != 0 {
-                piece[0] ^= 1;
-            }
-        })
-    }),
+/// That a state is sent whole.
+pub const SAVED: Clause = Clause::must(
+    "K-3a",
+    "sends its state before the report, in pieces with their hash",
+    saves,
+)
+.after(&["S-6a"])
+.needs(SAVES)
+.mutant("sends another hash", || {
+    pieces(|header, piece| {
+        if header.flags & flags::LAST != 0 {
+            piece[0] ^= 1;
+        }
+    })
+});
+
+/// That a run goes on from it, which rests on clauses that each side has by itself.
+pub const fn resumed(after: &'static [&'static str]) -> Clause {
     Clause::must(
         "K-4a",
         "restored in a fresh process, goes on to the same bits",
         resumes,
     )
-    .after(&["K-3a"])
+    .after(after)
     .needs(SAVES)
-    .mutant("begins anew", begins_anew),
+    .mutant("begins anew", begins_anew)
+}
+
+/// That it is looked at first; after the same, and K-4a.
+pub const fn looked_at(after: &'static [&'static str]) -> Clause {
     Clause::must("K-4b", "refuses a state that is damaged", damaged)
-        .after(&["K-3a", "K-4a"])
+        .after(after)
         .needs(SAVES)
-        .mutant("mends the hash of a damaged state", mends_the_hash),
-];
+        .mutant("mends the hash of a damaged state", mends_the_hash)
+}
 
 /// Changes the pieces of a saved state.
 fn pieces(mut spoil: impl FnMut(&StepHeader, &mut Vec<u8>) + 'static) -> Flaw {
