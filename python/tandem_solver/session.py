@@ -153,7 +153,7 @@ class Seat:
             return grant if grant is not None else self.order()
 
         # The coupler waits for a solver that waits for another one.
-        patience = SETUP if self.step == 0 else self.deadline + 2.0
+        patience = (SETUP if self.step == 0 else self.deadline) + 2.0
         found = wait(look, self.bell, self.alive, patience, f"coupler: no grant of step {self.step}")
         self.watch.lap("wait")
         if isinstance(found, control.Drain):

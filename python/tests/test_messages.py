@@ -14,7 +14,7 @@ class Control(unittest.TestCase):
         capabilities = "0100000000000000 0400000000000000 73617665"
         self.assertEqual(control.hello("dem", "disc 0.1", 4711, ["save"]), bytes.fromhex(hello + capabilities))
         order = control.decode_order(bytes.fromhex(
-            "00000000 0400000000000000 61623132 0200000000000000 7b7d 01 0000000000003e40"))
+            "00000000 0400000000000000 61623132 0200000000000000 7b7d 01 0000000000003e40 00"))
         self.assertEqual(order, control.Configure("ab12", "{}", True, 30.0))
         self.assertIsInstance(control.decode_order(bytes.fromhex("01000000")), control.Drain)
         ready = (
