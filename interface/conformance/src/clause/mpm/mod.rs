@@ -18,7 +18,7 @@ use super::shared::{looked_at, naps, resumed};
 pub const CLAUSES: &[&[Clause]] = &[
     handshake::CLAUSES,
     exchange::CLAUSES,
-    &[naps(&["S-7a", "G-10a"])],
+    &[naps(&["S-7a", "G-10a", "E-2b"])],
     imps::CLAUSES,
     time::CLAUSES,
     force::CLAUSES,
@@ -27,7 +27,7 @@ pub const CLAUSES: &[&[Clause]] = &[
     ledger::CLAUSES,
     end::CLAUSES,
     &[
-        resumed(&["K-3a", "B-3a", "F-1a", "F-1b", "G-3b", "T-6a"]),
-        looked_at(&["K-3a", "B-3a", "F-1a", "F-1b", "G-3b", "T-6a", "K-4a"]),
+        resumed(&["K-3a", "F-1a", "F-1b", "G-3b", "T-6a"]),
+        looked_at(&["K-3a", "F-1a", "F-1b", "G-3b", "T-6a", "K-4a"]),
     ],
 ];
