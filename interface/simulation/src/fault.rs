@@ -1,12 +1,11 @@
 //! What can go wrong, where.
 
 use interface::control::Party;
-use serde::{Deserialize, Serialize};
 
 use crate::world::Time;
 
 /// Something that goes wrong when a party does its `at`-th thing (sends a message or does a task), counted from 1.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Fault {
     /// Whose.
     pub party: Party,
@@ -17,7 +16,7 @@ pub struct Fault {
 }
 
 /// What goes wrong.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FaultKind {
     /// The process ends at once.
     Die,
@@ -28,7 +27,7 @@ pub enum FaultKind {
 }
 
 /// How a message is wrong.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spoil {
     /// Another step in its header.
     Step,

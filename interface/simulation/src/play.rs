@@ -90,7 +90,6 @@ struct Toy<'a> {
     checkpoint: Option<Checkpoint>,
     from: Option<Checkpoint>,
     finals: Option<(Vec<PointState>, Vec<BodyState>)>,
-    closed: bool,
     /// A solver whose end has been seen once.
     seen: Option<Party>,
 }
@@ -180,7 +179,6 @@ impl Toy<'_> {
         self.clock.advance_by(round.steps);
         let within = round.within;
         if self.clock.index() == self.plan.steps + 2 {
-            self.closed = true;
             self.finals = Some((Vec::new(), round.bodies.clone()));
         }
         if !within && self.clock.index() > 1 {
@@ -267,7 +265,6 @@ pub fn play(plan: &Plan, world: World, from: Option<&Checkpoint>) -> Played {
         checkpoint: None,
         from: from.cloned(),
         finals: None,
-        closed: false,
         seen: None,
     };
     let mut leader = Leader::new(&[Party::Mpm, Party::Dem], &mut toy);

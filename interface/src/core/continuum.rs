@@ -71,6 +71,11 @@ impl Continuum {
             .expect("the configuration has been read")
     }
 
+    /// Whether there are bodies to exchange with.
+    pub fn is_coupled(&self) -> bool {
+        self.coupled
+    }
+
     /// What [`Task::Restore`] is about.
     pub fn restored(&self) -> &[u8] {
         self.line.restored()

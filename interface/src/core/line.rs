@@ -202,14 +202,19 @@ impl Line {
         Action::Wait(Wait::on(channel, self.deadline))
     }
 
-    pub(crate) fn start(&mut self) -> Action {
-        let hello = Notice::Hello(Hello {
+    /// What the solver says first.
+    pub fn hello(&self) -> Hello {
+        Hello {
             protocol: PROTOCOL,
             party: self.party,
             identity: self.identity.clone(),
             pid: std::process::id(),
             capabilities: self.capabilities.clone(),
-        });
+        }
+    }
+
+    pub(crate) fn start(&mut self) -> Action {
+        let hello = Notice::Hello(self.hello());
         self.say(State::Hello, &hello)
     }
 

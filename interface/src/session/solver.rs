@@ -6,7 +6,7 @@ use super::SessionError;
 use super::stopwatch::{Activity, Stopwatch, cpu_ns};
 use super::turns::{Inbox, Turn, Turns, drive};
 use crate::codec::encode;
-use crate::control::{Hello, Notice, PROTOCOL, Party};
+use crate::control::{Hello, Notice, Party};
 use crate::core::bodies::Bodies;
 use crate::core::continuum::Continuum;
 use crate::core::{Action, Done, Event, Machine, Task, broken, fastest};
@@ -79,7 +79,7 @@ fn serve<P: Perform>(
         return Err(say_on_the_wrong_side(
             domain,
             expected,
-            side.performer.hello(),
+            side.performer.machine().line().hello(),
         ));
     }
     let mut transport = iceoryx::join(medium, domain, party, &[], ROOM)?;
@@ -128,8 +128,6 @@ pub trait Perform {
     type Machine: Machine;
     /// The machine.
     fn machine(&mut self) -> &mut Self::Machine;
-    /// What the solver says of itself.
-    fn hello(&self) -> Hello;
     /// Has the solver do a task with what has come, tells the machine, and sends what the solver has given if the
     /// machine says so.
     fn perform(&mut self, task: Task, desk: &mut Desk<'_>) -> Action;
@@ -365,29 +363,11 @@ impl<'a> MpmSide<'a> {
     }
 }
 
-fn hello(party: Party, identity: String, capabilities: crate::capability::Capabilities) -> Hello {
-    Hello {
-        protocol: PROTOCOL,
-        party,
-        identity,
-        pid: std::process::id(),
-        capabilities,
-    }
-}
-
 impl Perform for MpmPerformer<'_> {
     type Machine = Continuum;
 
     fn machine(&mut self) -> &mut Continuum {
         &mut self.machine
-    }
-
-    fn hello(&self) -> Hello {
-        hello(
-            Party::Mpm,
-            self.solver.identity(),
-            self.solver.capabilities(),
-        )
     }
 
     fn perform(&mut self, task: Task, desk: &mut Desk<'_>) -> Action {
@@ -396,7 +376,11 @@ impl Perform for MpmPerformer<'_> {
             Task::Configure => match solver.configure(machine.config()) {
                 Ok(readiness) => Done::Configured {
                     readiness,
-                    fastest: fastest(&solver.points()),
+                    fastest: if machine.is_coupled() {
+                        fastest(&solver.points())
+                    } else {
+                        0.0
+                    },
                 },
                 Err(refusal) => Done::Refused(refusal),
             },
@@ -468,14 +452,6 @@ impl Perform for DemPerformer<'_> {
 
     fn machine(&mut self) -> &mut Bodies {
         &mut self.machine
-    }
-
-    fn hello(&self) -> Hello {
-        hello(
-            Party::Dem,
-            self.solver.identity(),
-            self.solver.capabilities(),
-        )
     }
 
     fn perform(&mut self, task: Task, desk: &mut Desk<'_>) -> Action {

@@ -149,7 +149,7 @@ fn sliders() -> Points {
         .with([-0.5 * top, -0.9 * top], [0.1, 0.3], RADIUS, MASS)
 }
 
-fn press(flow: &Flow, shown: &Shown) -> Vec<ImpForce> {
+fn press(_: &Flow, shown: &Shown) -> Vec<ImpForce> {
     let force = |(slot, state): (usize, &ImpState)| {
         if (slot as u64 + shown.step.index).is_multiple_of(7) {
             push([3.0 - 10.0 * state.position[0], 2.0], 1e3)
@@ -157,7 +157,6 @@ fn press(flow: &Flow, shown: &Shown) -> Vec<ImpForce> {
             ImpForce::default()
         }
     };
-    let _ = flow;
     shown.states.iter().enumerate().map(force).collect()
 }
 
