@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use interface::capability::Capabilities;
+use interface::capability::{Capabilities, SAVE};
 use interface::config::{BodyShape, ContactLaw, DemConfig, Motion};
 use interface::control::Party;
 
@@ -75,6 +75,25 @@ pub const PROFILES: &[Profile] = &[
             "feature:body_contact",
         ],
     ),
+    of_bodies(
+        "full+save",
+        &[
+            "shape:disc",
+            "shape:segment",
+            "shape:rectangle",
+            "shape:polygon",
+            "law:linear",
+            "motion:fixed",
+            "motion:free",
+            "motion:driven",
+            "motion:guided",
+            "motion:pushed",
+            "feature:friction",
+            "feature:damping",
+            "feature:body_contact",
+            SAVE,
+        ],
+    ),
     Profile {
         name: "elastic",
         party: Party::Mpm,
@@ -89,6 +108,18 @@ pub const PROFILES: &[Profile] = &[
             "transfer:flip",
             "wall:open",
             "feature:fields",
+        ],
+    },
+    Profile {
+        name: "full+save",
+        party: Party::Mpm,
+        takes: &[
+            "material:linear_elastic",
+            "shape:linear",
+            "transfer:flip",
+            "wall:open",
+            "feature:fields",
+            SAVE,
         ],
     },
 ];
