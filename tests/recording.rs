@@ -140,7 +140,7 @@ fn a_recording_that_cannot_be_written_ends_the_run_with_the_reason() {
     );
     let ended = Command::new("sh")
         .args(["-c", &script])
-        .env("TMPDIR", place.path("t"))
+        .env("TANDEM_RUNTIME_DIR", place.temporary_path())
         .output()
         .unwrap();
     let told = String::from_utf8_lossy(&ended.stderr).into_owned();

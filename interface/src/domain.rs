@@ -13,6 +13,8 @@ use std::time::{Duration, SystemTime};
 use iceoryx2::prelude::{Config, FileName, SemanticString};
 use thiserror::Error;
 
+/// Where the directories of runs are, if it is set: for tests, and for machines on which `/dev/shm` cannot hold sockets.
+pub const RUNTIME_DIR: &str = "TANDEM_RUNTIME_DIR";
 const DIRECTORY_PREFIX: &str = "tandem-";
 const SHARED_MEMORY: &str = "/dev/shm";
 const LOCK: &str = "lock";
@@ -33,7 +35,7 @@ pub enum DomainError {
     /// There is no such run, or it is over.
     #[error("there is no run `{0}` to join on this machine (it may be over)")]
     NoSuchRun(String),
-    /// The run id or the temporary directory cannot be a name in shared memory.
+    /// The run id or the directory of runs cannot be a name in shared memory.
     #[error("`{0}` cannot be part of a shared-memory name")]
     Name(String),
 }
@@ -104,7 +106,7 @@ impl OwnedDomain {
     /// A new corner with an id of its own.
     ///
     /// # Errors
-    /// [`DomainError::Create`] when the temporary directory cannot be written.
+    /// [`DomainError::Create`] when the directory of runs cannot be written.
     pub fn create() -> Result<Self, DomainError> {
         let fail = |path: &Path| {
             let path = path.to_path_buf();
@@ -118,23 +120,28 @@ impl OwnedDomain {
                 Err(e) if e.kind() == io::ErrorKind::AlreadyExists => continue,
                 Err(e) => return Err(fail(&root)(e)),
             }
-            let lock = root.join(LOCK);
+            let path = root.join(LOCK);
             let lock = OpenOptions::new()
                 .create(true)
                 .truncate(true)
                 .write(true)
                 .mode(0o600)
-                .open(&lock)
-                .map_err(fail(&lock))?;
+                .open(&path);
+            let lock = match lock {
+                Ok(lock) => lock,
+                Err(e) if e.kind() == io::ErrorKind::NotFound => continue,
+                Err(e) => return Err(fail(&path)(e)),
+            };
+            // A sweep of another run may have taken the lock before this one did, and has removed the directory or is
+            // about to: then another id.
             match lock.try_lock() {
-                Ok(()) => {
+                Ok(()) if is_linked(&lock, &path) => {
                     return Ok(Self {
                         domain: Domain { id, root },
                         lock,
                     });
                 }
-                // A sweep of another run took the lock between the two calls and removes the directory: try again.
-                Err(TryLockError::WouldBlock) => {}
+                Ok(()) | Err(TryLockError::WouldBlock) => {}
                 Err(TryLockError::Error(e)) => return Err(fail(&root)(e)),
             }
         }
@@ -161,10 +168,10 @@ impl Drop for OwnedDomain {
 
 /// Removes what dead runs of this user left behind; returns their ids.
 pub fn sweep() -> Vec<String> {
-    let Ok(entries) = fs::read_dir(std::env::temp_dir()) else {
+    let Ok(entries) = fs::read_dir(runtime_dir()) else {
         return Vec::new();
     };
-    let me = owner_of(Path::new("/proc/self"));
+    let me = owner_of(Path::new("/proc/self/."));
     let mut swept = Vec::new();
     for entry in entries.flatten() {
         let name = entry.file_name();
@@ -172,7 +179,16 @@ pub fn sweep() -> Vec<String> {
             continue;
         };
         // Other things may be called `tandem-...` too: only what a run can have made is removed.
-        if is_id(id) && owner_of(&entry.path()) == me && is_dead(&entry.path()) {
+        if !is_id(id) || owner_of(&entry.path()) != me {
+            continue;
+        }
+        // Held until everything is gone: a run that is just being created does not take what is about to be removed.
+        let lock = File::open(entry.path().join(LOCK));
+        let dead = match &lock {
+            Ok(lock) => lock.try_lock().is_ok(),
+            Err(_) => is_abandoned(&entry.path()),
+        };
+        if dead {
             remove(id);
             swept.push(id.to_string());
         }
@@ -180,14 +196,21 @@ pub fn sweep() -> Vec<String> {
     swept
 }
 
+/// Whose it is; a link is its own, not that of what it leads to.
 fn owner_of(path: &Path) -> Option<u32> {
-    fs::metadata(path).ok().map(|m| m.uid())
+    let found = fs::symlink_metadata(path).ok();
+    found.filter(fs::Metadata::is_dir).map(|m| m.uid())
 }
 
-fn is_dead(root: &Path) -> bool {
-    if let Ok(lock) = File::open(root.join(LOCK)) {
-        return lock.try_lock().is_ok();
-    }
+/// Whether `path` still leads to this open file.
+fn is_linked(file: &File, path: &Path) -> bool {
+    let number = |m: fs::Metadata| (m.dev(), m.ino());
+    let (open, there) = (file.metadata().map(number), fs::metadata(path).map(number));
+    matches!((open, there), (Ok(open), Ok(there)) if open == there)
+}
+
+/// Whether a coupler was killed before it had made a lock.
+fn is_abandoned(root: &Path) -> bool {
     let age = fs::metadata(root)
         .and_then(|m| m.modified())
         .ok()
@@ -201,7 +224,8 @@ fn is_id(id: &str) -> bool {
     id.len() == 8 && id.bytes().all(|b| b.is_ascii_hexdigit())
 }
 
-/// Removes the run's shared-memory segments and its directory. Errors are left for the next sweep to meet.
+/// Removes the run's shared-memory segments and its directory, the lock last: who is killed in between leaves what the
+/// next sweep finds. Errors are left for it to meet too.
 fn remove(id: &str) {
     let prefix = shared_memory_prefix(id);
     for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
@@ -209,11 +233,33 @@ fn remove(id: &str) {
             let _ = fs::remove_file(entry.path());
         }
     }
-    let _ = fs::remove_dir_all(root_of(id));
+    let root = root_of(id);
+    for entry in fs::read_dir(&root).into_iter().flatten().flatten() {
+        if entry.file_name() == LOCK {
+            continue;
+        }
+        let _ = if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            fs::remove_dir_all(entry.path())
+        } else {
+            fs::remove_file(entry.path())
+        };
+    }
+    let _ = fs::remove_file(root.join(LOCK));
+    let _ = fs::remove_dir(&root);
 }
 
-fn root_of(id: &str) -> PathBuf {
-    std::env::temp_dir().join(format!("{DIRECTORY_PREFIX}{id}"))
+/// Where the directories of runs are: beside the shared memory of their channels. There a file costs no disk, the path is
+/// short enough for a socket, and what is left over is found wherever `TMPDIR` points to.
+fn runtime_dir() -> PathBuf {
+    match std::env::var_os(RUNTIME_DIR) {
+        Some(dir) if !dir.is_empty() => dir.into(),
+        _ => SHARED_MEMORY.into(),
+    }
+}
+
+/// The directory of the run `id`.
+pub fn root_of(id: &str) -> PathBuf {
+    runtime_dir().join(format!("{DIRECTORY_PREFIX}{id}"))
 }
 
 fn shared_memory_prefix(id: &str) -> String {
@@ -251,14 +297,54 @@ mod tests {
     #[test]
     fn what_a_killed_coupler_left_is_swept() {
         let id = fresh_id();
-        fs::create_dir(root_of(&id)).unwrap();
-        File::create(root_of(&id).join(LOCK)).unwrap();
         let segment = Path::new(SHARED_MEMORY).join(format!("{}x", shared_memory_prefix(&id)));
         fs::write(&segment, b"x").unwrap();
-        // Another test's sweep may be the one that finds it.
-        sweep();
+        fs::create_dir(root_of(&id)).unwrap();
+        File::create(root_of(&id).join(LOCK)).unwrap();
+        // Another test's sweep may be the one that finds it, and be at it.
+        let start = SystemTime::now();
+        while root_of(&id).exists() && start.elapsed().is_ok_and(|t| t < CREATION_GRACE) {
+            sweep();
+        }
         assert!(!root_of(&id).exists());
         assert!(!segment.exists());
+    }
+
+    /// D1: a sweep let go of the lock before it removed, so a run that began meanwhile lost its directory.
+    #[test]
+    fn runs_begin_while_others_sweep() {
+        let over = std::sync::atomic::AtomicBool::new(false);
+        let relaxed = std::sync::atomic::Ordering::Relaxed;
+        std::thread::scope(|scope| {
+            let sweeps = scope.spawn(|| {
+                while !over.load(relaxed) {
+                    sweep();
+                }
+            });
+            let lives = |_| {
+                let owned = OwnedDomain::create().unwrap();
+                let joined = Domain::join(owned.domain().id());
+                joined.is_ok_and(|run| run.coupler_lives())
+            };
+            let lost = (0..2000).map(lives).filter(|lives| !lives).count();
+            over.store(true, relaxed);
+            assert_eq!(lost, 0);
+            sweeps.join().unwrap();
+        });
+    }
+
+    #[test]
+    fn a_link_is_not_followed_to_a_run_of_somebody() {
+        let owned = OwnedDomain::create().unwrap();
+        let planted = root_of(&fresh_id());
+        std::os::unix::fs::symlink(root_of(owned.domain().id()), &planted).unwrap();
+        owned.release();
+        sweep();
+        assert!(
+            fs::symlink_metadata(&planted).is_ok(),
+            "the link is not ours"
+        );
+        fs::remove_file(&planted).unwrap();
     }
 
     #[test]

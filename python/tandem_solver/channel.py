@@ -33,7 +33,7 @@ class Run:
     def __init__(self, run_id, party):
         if not (1 <= len(run_id) <= 16 and run_id.isascii() and run_id.isalnum()):
             raise SessionError(f"`{run_id}` is not the id of a run")
-        root = os.path.join(os.environ.get("TMPDIR", "/tmp"), f"tandem-{run_id}")
+        root = os.path.join(os.environ.get("TANDEM_RUNTIME_DIR") or "/dev/shm", f"tandem-{run_id}")
         self.lock = os.path.join(root, "lock")
         if not os.path.isfile(self.lock):
             raise SessionError(f"there is no run `{run_id}` to join on this machine (it may be over)")

@@ -1,6 +1,6 @@
 //! Runs the real binary in a place of its own and watches what it leaves behind.
 //!
-//! Every run gets its own `TMPDIR`, so that the directories and segments that a test sees are of its own runs only, and
+//! Every run gets its own `TANDEM_RUNTIME_DIR`, so that the directories and segments that a test sees are of its own runs only, and
 //! every wait has a limit, so that nothing hangs. The limits are no claims about speed: they tell "late" from "never".
 #![allow(dead_code, reason = "each test file uses its own part")]
 
@@ -65,18 +65,20 @@ pub fn catalogue() -> Vec<PathBuf> {
 /// A corner of the machine for the runs of one test.
 pub struct Place {
     dir: TempDir,
+    /// Where the directories of its runs are.
+    runs: TempDir,
 }
 
 impl Place {
     /// An empty one.
     pub fn new() -> Self {
-        // The system's directory: socket paths below it are limited to 108 bytes.
-        let dir = tempfile::Builder::new()
-            .prefix("tt")
-            .tempdir()
-            .expect("a temporary directory");
-        fs::create_dir(dir.path().join("t")).unwrap();
-        Self { dir }
+        let new = || tempfile::Builder::new().prefix("tt").to_owned();
+        Self {
+            dir: new().tempdir().expect("a temporary directory"),
+            runs: new()
+                .tempdir_in("/dev/shm")
+                .expect("a directory beside shared memory"),
+        }
     }
 
     /// A path in it.
@@ -93,18 +95,23 @@ impl Place {
 
     /// What lies in it, but for the harness's own files.
     pub fn content(&self) -> BTreeSet<String> {
-        let ours = |name: &String| name != "t" && !name.starts_with("stream-");
+        let ours = |name: &String| !name.starts_with("stream-");
         names(self.dir.path()).into_iter().filter(ours).collect()
     }
 
-    /// What the runs of this place have in their temporary directory.
+    /// Where the runs of this place have their directories.
+    pub fn temporary_path(&self) -> &Path {
+        self.runs.path()
+    }
+
+    /// Directories of runs of this place.
     pub fn temporary(&self) -> BTreeSet<String> {
-        names(&self.path("t"))
+        names(self.temporary_path())
     }
 
     /// Processes that were started by a run of this place, whoever their parent is now.
     pub fn processes(&self) -> Vec<u32> {
-        let mark = format!("TMPDIR={}", self.path("t").display());
+        let mark = format!("TANDEM_RUNTIME_DIR={}", self.temporary_path().display());
         let ours = |pid: &u32| {
             fs::read(format!("/proc/{pid}/environ")).is_ok_and(|text| {
                 text.split(|&b| b == 0)
@@ -171,7 +178,7 @@ impl Place {
         let ((stdout, stdout_path), (stderr, stderr_path)) = (stream("out"), stream("err"));
         let child = Command::new(program)
             .args(arguments)
-            .env("TMPDIR", self.path("t"))
+            .env("TANDEM_RUNTIME_DIR", self.temporary_path())
             .current_dir(self.dir.path())
             .stdin(Stdio::null())
             .stdout(stdout)
