@@ -157,6 +157,7 @@ impl<'a> Run<'a> {
                 coupled,
                 deadline: self.scene.coupling.deadline.as_secs_f64(),
                 restore: false,
+                other_polls: false,
             },
             measured,
             restore: None,

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::capability::Capabilities;
+use crate::capability::{Capabilities, POLLS};
 use crate::codec::{DecodeError, decode_beginning};
 use crate::solver::{Fault, Readiness, Refusal};
 
@@ -63,6 +63,8 @@ pub struct Configure {
     pub deadline: f64,
     /// Whether the solver goes on from a saved state, which follows on its channel for it (clause K-4).
     pub restore: bool,
+    /// Whether the other solver has the capability `polls` (clause B-4).
+    pub other_polls: bool,
 }
 
 /// From a solver to the coupler.
@@ -107,6 +109,13 @@ pub struct Hello {
     pub pid: u32,
     /// What it can do and what it takes.
     pub capabilities: Capabilities,
+}
+
+impl Hello {
+    /// Whether it looks for messages for a while before it sleeps (clause B-4).
+    pub fn polls(&self) -> bool {
+        self.capabilities.has(POLLS)
+    }
 }
 
 /// The configuration is taken.
@@ -178,6 +187,7 @@ mod tests {
             coupled: true,
             deadline: 30.0,
             restore: false,
+            other_polls: false,
         };
         for order in [
             Order::Configure(configure),

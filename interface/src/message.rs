@@ -301,6 +301,13 @@ macro_rules! define {
 each_kind!(define);
 
 fn check_all<T: Record>(records: &[T]) -> Result<(), (usize, &'static str)> {
+    // Nearly always all are allowed.
+    let suspicion = records
+        .iter()
+        .fold(0, |all, record| all | record.suspicion());
+    if suspicion >> 63 == 0 {
+        return Ok(());
+    }
     for (slot, record) in records.iter().enumerate() {
         record.check().map_err(|field| (slot, field))?;
     }

@@ -21,6 +21,10 @@ pub trait Record:
     /// The name of the first field that has a NaN or infinite number, or a negative one where none may be.
     fn check(&self) -> Result<(), &'static str>;
 
+    /// Bit 63 is set if [`Self::check`] may say that a value is not allowed: without a branch for each value, so that
+    /// the compiler can look at several at once. The other bits mean nothing.
+    fn suspicion(&self) -> u64;
+
     /// Writes the record as it is on the wire to `bytes`, which are as many as it has.
     fn write(&self, bytes: &mut [u8]);
 
@@ -43,15 +47,20 @@ pub enum Number {
 /// What a field of a record may be made of.
 trait Numbers: Sized {
     fn finite(&self) -> bool;
+    /// Bit 63 is set if it is not finite.
+    fn suspicion(&self) -> u64;
     fn write(&self, bytes: &mut [u8]);
     fn read(bytes: &[u8]) -> Self;
     fn visit(&self, name: &'static str, see: &mut dyn FnMut(&'static str, Number));
 }
 macro_rules! number {
-    ($type:ty, $kind:expr, $finite:expr) => {
+    ($type:ty, $kind:expr, $finite:expr, $suspicion:expr) => {
         impl Numbers for $type {
             fn finite(&self) -> bool {
                 $finite(*self)
+            }
+            fn suspicion(&self) -> u64 {
+                $suspicion(*self)
             }
             fn write(&self, bytes: &mut [u8]) {
                 bytes.copy_from_slice(&self.to_le_bytes());
@@ -65,12 +74,20 @@ macro_rules! number {
         }
     };
 }
-number!(f64, Number::Real, f64::is_finite);
-number!(u64, Number::Count, |_| true);
-number!(u32, Number::Count, |_| true);
+// The exponent of what is not finite is all ones: one more carries into the sign.
+number!(f64, Number::Real, f64::is_finite, |x: f64| {
+    const LOWEST: u64 = 1 << 52;
+    (x.to_bits() & (0x7ff * LOWEST)) + LOWEST
+});
+number!(u64, Number::Count, |_| true, |_| 0);
+number!(u32, Number::Count, |_| true, |_| 0);
 impl<const N: usize> Numbers for [f64; N] {
     fn finite(&self) -> bool {
         self.iter().all(|x| x.is_finite())
+    }
+    fn suspicion(&self) -> u64 {
+        self.iter()
+            .fold(0, |suspicion, x| suspicion | x.suspicion())
     }
     fn write(&self, bytes: &mut [u8]) {
         for (x, bytes) in self.iter().zip(bytes.chunks_exact_mut(8)) {
@@ -110,6 +127,9 @@ macro_rules! record {
                 $($(if self.$bounded < 0.0 { return Err(stringify!($bounded)); })*)?
                 Ok(())
             }
+            fn suspicion(&self) -> u64 {
+                0 $(| Numbers::suspicion(&self.$field))* $($(| self.$bounded.to_bits())*)?
+            }
             fn write(&self, bytes: &mut [u8]) {
                 $(Numbers::write(&self.$field, &mut bytes[$offset..$offset + size_of::<$type>()]);)*
             }
@@ -128,6 +148,9 @@ impl Record for u8 {
     const LAYOUT: &'static str = "u8:1{}";
     fn check(&self) -> Result<(), &'static str> {
         Ok(())
+    }
+    fn suspicion(&self) -> u64 {
+        0
     }
     fn write(&self, bytes: &mut [u8]) {
         bytes[0] = *self;
@@ -355,6 +378,9 @@ macro_rules! nested {
         $(impl Numbers for $name {
             fn finite(&self) -> bool {
                 self.check().is_ok()
+            }
+            fn suspicion(&self) -> u64 {
+                Record::suspicion(self)
             }
             fn write(&self, bytes: &mut [u8]) {
                 Record::write(self, bytes);

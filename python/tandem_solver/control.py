@@ -46,6 +46,7 @@ class Configure:
     coupled: bool
     deadline: float
     restore: bool = False
+    other_polls: bool = False
 
 
 class Drain:
@@ -68,7 +69,7 @@ def decode_order(data):
     reader = _Reader(data)
     variant = reader.number("I")
     if variant == 0:
-        order = Configure(reader.string(), reader.string(), reader.bool(), reader.number("d"), reader.bool())
+        order = Configure(reader.string(), reader.string(), reader.bool(), reader.number("d"), reader.bool(), reader.bool())
     elif variant == 1:
         order = Drain()
     elif variant == 2:

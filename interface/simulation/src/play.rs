@@ -10,11 +10,11 @@ use interface::core::coupler::{Coupler, Decision, Part, Question};
 use interface::session::solver::Clocked;
 use interface::session::turns::{Turn, Turns};
 use interface::session::{DemSide, Lead, Leader, MpmSide, SessionError, Stop};
+use interface::solver::{DemSolver, MpmSolver};
 use interface::step::Clock;
 use interface::wire::{BodyState, Grant, PointState, flags};
 
 use crate::fault::Fault;
-use crate::toys::{CONFIGS, Points, Wall};
 use crate::world::{Breach, Ends, PARTIES, SECOND, Stopped, Time, World, number};
 
 /// Longest sleep before looking again (clause B-3).
@@ -28,9 +28,34 @@ const HANG: Time = 1000 * SECOND;
 /// Longest wait for another party within a step, in s.
 pub const DEADLINE: f64 = 2.0;
 
+/// The solvers of a session.
+#[derive(Clone, Copy)]
+pub struct Cast {
+    /// Their name.
+    pub name: &'static str,
+    /// Configurations of the continuum and of the bodies, as they are sent.
+    pub configs: fn() -> [String; 2],
+    /// The solvers for a plan.
+    pub solvers: fn(&Plan) -> (Box<dyn MpmSolver>, Box<dyn DemSolver>),
+}
+
+impl std::fmt::Debug for Cast {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.name)
+    }
+}
+
+impl PartialEq for Cast {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
 /// What a session is about.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
+    /// Between whom.
+    pub cast: Cast,
     /// Points of the toy continuum.
     pub points: usize,
     /// Steps between the opening and the closing one.
@@ -80,6 +105,7 @@ pub struct Played {
 /// Leads a toy session.
 struct Toy<'a> {
     plan: &'a Plan,
+    configs: [String; 2],
     world: Rc<RefCell<World>>,
     clock: Clock,
     epoch: u64,
@@ -99,10 +125,11 @@ impl Toy<'_> {
         let part = |i: usize| Part {
             configure: Configure {
                 scene_hash: "toy".into(),
-                config: CONFIGS[i].clone(),
+                config: self.configs[i].clone(),
                 coupled: true,
                 deadline: DEADLINE,
                 restore: false,
+                other_polls: false,
             },
             measured: 1,
             restore: self.from.as_ref().map(|from| from.states[i].clone()),
@@ -249,10 +276,10 @@ enum Doing {
 /// Plays a session of `plan` on `world`, from a checkpoint if one is given.
 pub fn play(plan: &Plan, world: World, from: Option<&Checkpoint>) -> Played {
     let world = Rc::new(RefCell::new(world));
-    let mut points = Points::new(plan.points, plan.stiffens_at);
-    let mut wall = Wall::new(plan.damps_at);
+    let (mut continuum, mut bodies) = (plan.cast.solvers)(plan);
     let mut toy = Toy {
         plan,
+        configs: (plan.cast.configs)(),
         world: world.clone(),
         clock: from.and_then(|c| c.clock).unwrap_or(Clock::new(0.0)),
         epoch: from.map_or(0, |c| c.epoch),
@@ -268,16 +295,16 @@ pub fn play(plan: &Plan, world: World, from: Option<&Checkpoint>) -> Played {
         seen: None,
     };
     let mut leader = Leader::new(&[Party::Mpm, Party::Dem], &mut toy);
-    let mut mpm = MpmSide::new(&mut points, Clocked::Shared);
-    let mut dem = DemSide::new(&mut wall, Clocked::Shared);
+    let mut mpm = MpmSide::new(&mut *continuum, Clocked::Shared);
+    let mut dem = DemSide::new(&mut *bodies, Clocked::Shared);
     let mut stage = Schedule::new(&world);
     stage.run(&mut leader, &mut mpm, &mut dem);
     let (doing, ended, steps) = (stage.doing, stage.ended, stage.steps);
-    let [coupler, continuum, bodies] = [0, 1, 2].map(|n| doing[n] == Doing::Ended);
+    let over = [0, 1, 2].map(|n| doing[n] == Doing::Ended);
     let verdicts = [
-        coupler.then(|| (leader.take_verdict(), ended[0])),
-        continuum.then(|| (mpm.take_verdict(), ended[1])),
-        bodies.then(|| (dem.take_verdict(), ended[2])),
+        over[0].then(|| (leader.take_verdict(), ended[0])),
+        over[1].then(|| (mpm.take_verdict(), ended[1])),
+        over[2].then(|| (dem.take_verdict(), ended[2])),
     ];
     drop(leader);
     let world = world.borrow();

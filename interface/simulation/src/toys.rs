@@ -17,6 +17,8 @@ use interface::wire::{
 };
 use serde::{Deserialize, Serialize};
 
+use crate::play::Cast;
+
 /// Stiffness of the wall in N/m.
 const STIFFNESS: f64 = 1e4;
 /// Contact radius of a point in m.
@@ -24,8 +26,17 @@ const RADIUS: f64 = 0.01;
 /// Verlet skin in m.
 const SKIN: f64 = 0.02;
 
-/// Configurations as they are sent.
-pub static CONFIGS: LazyLock<[String; 2]> = LazyLock::new(|| {
+/// The toys.
+pub const TOYS: Cast = Cast {
+    name: "toys",
+    configs: || CONFIGS.clone(),
+    solvers: |plan| {
+        let points = Points::new(plan.points, plan.stiffens_at);
+        (Box::new(points), Box::new(Wall::new(plan.damps_at)))
+    },
+};
+
+static CONFIGS: LazyLock<[String; 2]> = LazyLock::new(|| {
     let group = r#"{"name": "points", "material": 0, "fill": {"points": {"positions": []}}, "spacing": {"distance": 0.02},
         "velocity": [0, 0], "contact_radius": 0.01}"#;
     let mpm = format!(

@@ -102,7 +102,7 @@ impl Bodies {
             return self.await_states();
         }
         self.exchange = Exchange::Evaluating;
-        Action::Do(Task::Contact(self.line.present()))
+        Action::Do(Task::Contact)
     }
 
     fn finish(&mut self) -> Action {
@@ -179,16 +179,16 @@ impl Bodies {
             return Err(broken(Party::Mpm, "I-3", self.line.step, message));
         }
         self.exchange = Exchange::Evaluating;
-        Ok(Action::Do(Task::Contact(self.line.present())))
+        Ok(Action::Do(Task::Contact))
     }
 
-    fn contacts(&mut self, answer: Answer, forces: &[ImpForce]) -> Result<Action, SessionError> {
+    fn contacts(&mut self, answer: &Answer, forces: &[ImpForce]) -> Result<Action, SessionError> {
         let step = self.line.step;
         self.limits = answer.limits;
         check::number(Party::Dem, "L-1", step, &self.limits)?;
         if !self.coupled {
             self.exchange = Exchange::Advancing;
-            return Ok(Action::Do(Task::Advance(self.line.present())));
+            return Ok(Action::Do(Task::Advance));
         }
         let halt = if self.line.grant.allows(&self.limits) {
             0
@@ -201,12 +201,12 @@ impl Bodies {
         };
         check::forces(&header, forces, step)?;
         self.exchange = Exchange::Forces;
-        Ok(Action::Send(Channel::of(Party::Mpm, Kind::Forces), header))
+        Ok(self.line.send(Kind::Forces, header))
     }
 
     fn task_done(&mut self, done: Done<'_>) -> Result<Action, SessionError> {
-        match (self.exchange, done) {
-            (Exchange::Outlining, Done::Envelopes(envelopes)) => {
+        match done {
+            Done::Envelopes(envelopes) if self.exchange == Exchange::Outlining => {
                 let records = Records::Envelopes(envelopes);
                 check::numbers(Party::Dem, "E-3", self.line.step, records)?;
                 self.exchange = Exchange::Envelopes;
@@ -214,18 +214,17 @@ impl Bodies {
                     set: 0,
                     ..self.line.header(0, envelopes.len())
                 };
-                Ok(Action::Send(
-                    Channel::of(Party::Mpm, Kind::Envelopes),
-                    header,
-                ))
+                Ok(self.line.send(Kind::Envelopes, header))
             }
-            (Exchange::TakingSet, Done::SetTaken) => self.evaluate(),
-            (Exchange::Evaluating, Done::Contacts(answer, forces)) => self.contacts(answer, forces),
-            (Exchange::Advancing, Done::Advanced) => {
+            Done::SetTaken if self.exchange == Exchange::TakingSet => self.evaluate(),
+            Done::Contacts(answer, forces) if self.exchange == Exchange::Evaluating => {
+                self.contacts(answer, forces)
+            }
+            Done::Advanced if self.exchange == Exchange::Advancing => {
                 self.line.advanced(self.limits)?;
                 Ok(self.begin())
             }
-            (_, done) => self.pass(Event::Done(done)),
+            done => self.pass(Event::Done(done)),
         }
     }
 
@@ -239,25 +238,30 @@ impl Bodies {
     }
 
     fn react(&mut self, event: Event<'_>) -> Result<Action, SessionError> {
-        match (self.exchange, event) {
-            (Exchange::States, Event::Received(header, Records::States(states))) => {
-                self.states(header, states)
+        // Not as a pair with `self.exchange`: that copies the event, which costs more than the rest.
+        match event {
+            Event::Received(header, Records::States(states))
+                if self.exchange == Exchange::States =>
+            {
+                self.states(*header, states)
             }
-            (Exchange::Set, Event::Received(header, Records::Set(set))) => self.set(&header, set),
-            (Exchange::Set, Event::Absent) => {
+            Event::Received(header, Records::Set(set)) if self.exchange == Exchange::Set => {
+                self.set(header, set)
+            }
+            Event::Absent if self.exchange == Exchange::Set => {
                 let message = format!(
                     "nothing on {} although the states announce a set",
                     Channel::of(Party::Mpm, Kind::Set).name()
                 );
                 Err(broken(Party::Mpm, "I-2", self.line.step, message))
             }
-            (Exchange::Envelopes, Event::Sent) => Ok(self.await_states()),
-            (Exchange::Forces, Event::Sent) => {
+            Event::Sent if self.exchange == Exchange::Envelopes => Ok(self.await_states()),
+            Event::Sent if self.exchange == Exchange::Forces => {
                 self.exchange = Exchange::Advancing;
-                Ok(Action::Do(Task::Advance(self.line.present())))
+                Ok(Action::Do(Task::Advance))
             }
-            (_, Event::Done(done)) => self.task_done(done),
-            (_, event) => self.pass(event),
+            Event::Done(done) => self.task_done(done),
+            event => self.pass(event),
         }
     }
 }

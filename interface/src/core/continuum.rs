@@ -109,7 +109,7 @@ impl Continuum {
         }
         if !self.coupled {
             self.exchange = Exchange::Predicting;
-            return Action::Do(Task::Predict(self.line.present()));
+            return Action::Do(Task::Predict);
         }
         // I-6.
         self.new_set = self.line.set == 0 || self.approach.set_is_old();
@@ -123,10 +123,8 @@ impl Continuum {
     /// A message without states.
     fn say(&mut self, exchange: Exchange, flags: u64) -> Action {
         self.exchange = exchange;
-        Action::Send(
-            Channel::of(Party::Mpm, Kind::States),
-            self.line.header(flags, 0),
-        )
+        let header = self.line.header(flags, 0);
+        self.line.send(Kind::States, header)
     }
 
     fn sent(&mut self) -> Option<Action> {
@@ -146,7 +144,7 @@ impl Continuum {
             }
             Exchange::States => {
                 self.exchange = Exchange::Predicting;
-                Some(Action::Do(Task::Predict(self.line.present())))
+                Some(Action::Do(Task::Predict))
             }
             _ => None,
         }
@@ -192,50 +190,48 @@ impl Continuum {
         self.approach.bodies = header.travel;
         self.halt_after = header.flags & flags::HALT_AFTER != 0;
         self.exchange = Exchange::Correcting;
-        Ok(Action::Do(Task::Correct(self.line.present())))
+        Ok(Action::Do(Task::Correct))
     }
 
     fn task_done(&mut self, done: Done<'_>) -> Result<Action, SessionError> {
         let step = self.line.step;
-        match (self.exchange, done) {
-            (Exchange::Selecting, Done::Selected(set)) => {
+        match done {
+            Done::Selected(set) if self.exchange == Exchange::Selecting => {
                 check::set(set, step)?;
                 self.approach.selected();
                 self.line.imps = set.len() as u64;
                 self.line.set += 1;
                 self.exchange = Exchange::Announcing;
                 let header = self.line.header(flags::NEW_SET, set.len());
-                Ok(Action::Send(Channel::of(Party::Mpm, Kind::Set), header))
+                Ok(self.line.send(Kind::Set, header))
             }
-            (Exchange::Gathering, Done::States(states)) => {
+            Done::States(states) if self.exchange == Exchange::Gathering => {
                 check::numbers(Party::Mpm, "I-3", step, Records::States(states))?;
                 self.exchange = Exchange::States;
                 let flags = if self.new_set { flags::NEW_SET } else { 0 };
-                Ok(Action::Send(
-                    Channel::of(Party::Mpm, Kind::States),
-                    self.line.header(flags, states.len()),
-                ))
+                let header = self.line.header(flags, states.len());
+                Ok(self.line.send(Kind::States, header))
             }
-            (Exchange::Predicting, Done::Predicted) if self.coupled => {
+            Done::Predicted if self.exchange == Exchange::Predicting && self.coupled => {
                 self.exchange = Exchange::Forces;
                 let channel = Channel::of(Party::Mpm, Kind::Forces);
                 Ok(self.line.wait(channel, "the contact forces"))
             }
-            (Exchange::Predicting, Done::Predicted) => {
+            Done::Predicted if self.exchange == Exchange::Predicting => {
                 self.exchange = Exchange::Correcting;
-                Ok(Action::Do(Task::Correct(self.line.present())))
+                Ok(Action::Do(Task::Correct))
             }
-            (Exchange::Correcting, Done::Corrected(limits, travel)) => {
+            Done::Corrected(limits, travel) if self.exchange == Exchange::Correcting => {
                 let limits = if self.coupled {
                     let dt = self.line.grant.dt;
-                    self.approach.moved(limits, travel, dt)
+                    self.approach.moved(*limits, travel, dt)
                 } else {
-                    limits
+                    *limits
                 };
                 self.line.advanced(limits)?;
                 Ok(self.begin())
             }
-            (_, done) => {
+            done => {
                 match &done {
                     Done::Configured { fastest, .. } => self.approach.fastest = *fastest,
                     Done::Restored(travel) => {
@@ -265,19 +261,24 @@ impl Continuum {
     }
 
     fn react(&mut self, event: Event<'_>) -> Result<Action, SessionError> {
-        match (self.exchange, event) {
-            (Exchange::Envelopes, Event::Received(header, Records::Envelopes(envelopes))) => {
-                self.envelopes(&header, envelopes)
+        // Not as a pair with `self.exchange`: that copies the event, which costs more than the rest.
+        match event {
+            Event::Received(header, Records::Envelopes(envelopes))
+                if self.exchange == Exchange::Envelopes =>
+            {
+                self.envelopes(header, envelopes)
             }
-            (Exchange::Forces, Event::Received(header, Records::Forces(forces))) => {
-                self.forces(&header, forces)
+            Event::Received(header, Records::Forces(forces))
+                if self.exchange == Exchange::Forces =>
+            {
+                self.forces(header, forces)
             }
-            (_, Event::Done(done)) => self.task_done(done),
-            (_, Event::Sent) => match self.sent() {
+            Event::Done(done) => self.task_done(done),
+            Event::Sent => match self.sent() {
                 Some(action) => Ok(action),
                 None => self.pass(Event::Sent),
             },
-            (_, event) => self.pass(event),
+            event => self.pass(event),
         }
     }
 }

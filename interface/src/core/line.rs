@@ -113,6 +113,8 @@ pub struct Line {
     notice: Vec<u8>,
     report: [Report; 1],
     outgoing: Outgoing,
+    /// Of the message that is to be sent.
+    header_to_send: StepHeader,
     verdict: Option<Result<(), SessionError>>,
 }
 
@@ -140,6 +142,7 @@ impl Line {
             notice: Vec::new(),
             report: [Report::default()],
             outgoing: Outgoing::default(),
+            header_to_send: StepHeader::default(),
             verdict: None,
         }
     }
@@ -174,6 +177,16 @@ impl Line {
         }
     }
 
+    /// Whether the other solver looks for messages for a while before it sleeps (clause B-4).
+    pub fn other_polls(&self) -> bool {
+        self.configure.as_ref().is_some_and(|c| c.other_polls)
+    }
+
+    /// The header of the message that is to be sent.
+    pub fn header_to_send(&self) -> &StepHeader {
+        &self.header_to_send
+    }
+
     /// Writes times into the report that is to be sent.
     pub fn stamp(&mut self, stamp: impl FnOnce(&mut Report)) {
         stamp(&mut self.report[0]);
@@ -191,7 +204,7 @@ impl Line {
     }
 
     /// The present step.
-    pub(crate) fn present(&self) -> Step {
+    pub fn present(&self) -> Step {
         self.clock
             .step(self.done == 0 && self.grant.flags & flags::MEASURE != 0)
     }
@@ -254,8 +267,8 @@ impl Line {
         }
         match event {
             Event::Received(_, Records::Order(bytes)) => self.ordered(bytes),
-            Event::Received(header, Records::Grant(grants)) => self.granted(&header, grants),
-            Event::Received(header, Records::Restore(piece)) => self.piece(&header, piece),
+            Event::Received(header, Records::Grant(grants)) => self.granted(header, grants),
+            Event::Received(header, Records::Restore(piece)) => self.piece(header, piece),
             Event::Opened => {
                 self.state = State::Ready;
                 let header = self.plain(self.notice.len());
@@ -265,7 +278,7 @@ impl Line {
             Event::Done(done) => self.task_done(done),
             Event::Expired(waited) => self.expired(waited),
             Event::CouplerGone => Err(SessionError::CouplerGone { step: self.step }),
-            Event::Broken(error) => Err(error.into()),
+            Event::Broken(error) => Err((*error).into()),
             Event::Received(..) | Event::Absent => {
                 unreachable!("{event:?} in {:?}: not waited for", self.state)
             }
@@ -457,7 +470,7 @@ impl Line {
         let next = match (self.state, done) {
             (State::Configuring, Done::Configured { readiness, .. }) => {
                 self.items = readiness.items;
-                self.notice = self.ready(readiness);
+                self.notice = self.ready(*readiness);
                 if self.restored.is_some() {
                     self.state = State::Restoring;
                     if let Err(refusal) = self.take_mark() {
@@ -472,14 +485,16 @@ impl Line {
                 self.restored = None;
                 self.open()
             }
-            (State::Configuring | State::Restoring, Done::Refused(refusal)) => self.refuse(refusal),
+            (State::Configuring | State::Restoring, Done::Refused(refusal)) => {
+                self.refuse(*refusal)
+            }
             (State::Frame, Done::Points(points)) => {
                 check::numbers(self.party, "R-5", self.step, Records::Points(points))?;
-                self.send(Kind::Points, self.plain(points.len()))
+                self.send_points(points.len())
             }
             (State::Draining, Done::Points(points)) => {
                 check::numbers(self.party, "D-1", self.step, Records::Points(points))?;
-                self.send(Kind::Points, self.plain(points.len()))
+                self.send_points(points.len())
             }
             (State::Checkpoint, Done::Saved(state)) => {
                 let mark = Mark {
@@ -507,7 +522,7 @@ impl Line {
             (_, Done::Failed(fault)) => {
                 return Err(SessionError::Fault {
                     step: self.step,
-                    fault,
+                    fault: *fault,
                 });
             }
             (state, done) => unreachable!("{done:?} in {state:?}"),
@@ -582,10 +597,16 @@ impl Line {
     fn say(&mut self, state: State, notice: &Notice) -> Action {
         self.state = state;
         self.notice = encode(notice);
-        self.send(Kind::Notice, self.plain(self.notice.len()))
+        let header = self.plain(self.notice.len());
+        self.send(Kind::Notice, header)
     }
 
-    fn send_piece(&self) -> Action {
+    fn send_points(&mut self, count: usize) -> Action {
+        let header = self.plain(count);
+        self.send(Kind::Points, header)
+    }
+
+    fn send_piece(&mut self) -> Action {
         let (piece, flags) = self.outgoing.piece();
         let header = StepHeader {
             flags,
@@ -614,8 +635,9 @@ impl Line {
         })
     }
 
-    fn send(&self, kind: Kind, header: StepHeader) -> Action {
-        Action::Send(Channel::of(self.party, kind), header)
+    pub(crate) fn send(&mut self, kind: Kind, header: StepHeader) -> Action {
+        self.header_to_send = header;
+        Action::Send(Channel::of(self.party, kind))
     }
 
     /// The header of a message to the coupler that belongs to no epoch.

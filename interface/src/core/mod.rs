@@ -24,17 +24,16 @@ use crate::control::Party;
 use crate::message::{Channel, Records};
 use crate::session::SessionError;
 use crate::solver::{Answer, Fault, Readiness, Refusal};
-use crate::step::Step;
 use crate::transport::TransportError;
 use crate::wire::{
     EnvelopeVertex, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState, StepHeader,
 };
 
-/// What has happened to a solver's side.
+/// What has happened to a solver's side. What is rare is boxed, so that what happens in every step is small.
 #[derive(Debug)]
 pub enum Event<'a> {
     /// A message has come.
-    Received(StepHeader, Records<'a>),
+    Received(&'a StepHeader, Records<'a>),
     /// The channels that were to be opened are open.
     Opened,
     /// A message that should have been there ([`Action::Take`]) is not.
@@ -46,7 +45,7 @@ pub enum Event<'a> {
     /// The coupler is gone.
     CouplerGone,
     /// A channel failed.
-    Broken(TransportError),
+    Broken(Box<TransportError>),
     /// The solver has done its task.
     Done(Done<'a>),
 }
@@ -59,8 +58,9 @@ pub enum Action<T = Task> {
         /// Also those to the other solver.
         coupled: bool,
     },
-    /// Send a message. Its records are what the last task gave, or what the machine itself has ready.
-    Send(Channel, StepHeader),
+    /// Send a message. The machine has its header; its records are what the last task gave, or what the machine itself has
+    /// ready.
+    Send(Channel),
     /// Wait for a message.
     Wait(Wait),
     /// Take a message that was sent before the one that has just come.
@@ -93,7 +93,7 @@ impl Wait {
     }
 }
 
-/// Something for a solver to do.
+/// Something for a solver to do. The step that it belongs to is [`Line::present`](line::Line::present).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Task {
     /// Take the configuration that the machine has.
@@ -111,17 +111,17 @@ pub enum Task {
     /// Give the states of the IMPs (continuum).
     States,
     /// The part of the step that needs no forces (continuum).
-    Predict(Step),
+    Predict,
     /// The rest of it, with the forces that have come, or none in an uncoupled run (continuum).
-    Correct(Step),
+    Correct,
     /// Give the envelopes of the bodies (bodies).
     Envelopes,
     /// Take the IMP set that has come (bodies).
     TakeSet,
     /// Evaluate contact with the states that have come, or none in an uncoupled run (bodies).
-    Contact(Step),
+    Contact,
     /// Kick and move the bodies (bodies).
-    Advance(Step),
+    Advance,
 }
 
 /// What came of a [`Task`].
@@ -130,12 +130,12 @@ pub enum Done<'a> {
     /// The configuration is taken; `fastest` is the speed of the fastest point in m/s (0 for bodies).
     Configured {
         /// What the solver says of itself.
-        readiness: Readiness,
+        readiness: Box<Readiness>,
         /// Speed of the fastest point in m/s.
         fastest: f64,
     },
     /// The configuration, or the saved state, is not taken.
-    Refused(Refusal),
+    Refused(Box<Refusal>),
     /// The state is taken over; the travel of the points since the last selection is this, in m.
     Restored(f64),
     /// The state.
@@ -151,17 +151,17 @@ pub enum Done<'a> {
     /// The internal forces are there.
     Predicted,
     /// The step is done; the travel of the points since the last selection is now this, in m.
-    Corrected(Limits, f64),
+    Corrected(&'a Limits, f64),
     /// The envelopes.
     Envelopes(&'a [EnvelopeVertex]),
     /// The IMP set is taken.
     SetTaken,
     /// Contact is evaluated.
-    Contacts(Answer, &'a [ImpForce]),
+    Contacts(&'a Answer, &'a [ImpForce]),
     /// The bodies have moved.
     Advanced,
     /// The solver cannot go on.
-    Failed(Fault),
+    Failed(Box<Fault>),
 }
 
 /// A solver's side of a session, whichever it is.

@@ -138,9 +138,10 @@ impl Turns for Leader<'_> {
                 };
                 self.on(event);
             }
-            Action::Send(channel, header) => {
+            Action::Send(channel) => {
                 let records = self.machine.ready_to_send(channel);
-                let event = match transport.send(channel, &header, records) {
+                let header = self.machine.header_to_send();
+                let event = match transport.send(channel, header, records) {
                     Ok(()) => Event::Sent,
                     Err(error) => Event::Broken(error),
                 };

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use super::SessionError;
 use super::stopwatch::{Activity, Stopwatch, cpu_ns};
 use super::turns::{Inbox, Turn, Turns, drive};
+use crate::capability::{Capabilities, POLLS};
 use crate::codec::encode;
 use crate::control::{Hello, Notice, Party};
 use crate::core::bodies::Bodies;
@@ -17,6 +18,10 @@ use crate::solver::{DemSolver, MpmSolver};
 use crate::transport::Transport;
 use crate::transport::iceoryx::{self, Medium, ROOM};
 use crate::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, StepHeader};
+
+/// A bell may be left out if the other solver polls, and has not had its last message out for longer than this (clause
+/// B-4): less than [`crate::wait::POLL`], for which it looks before it sleeps.
+const BELL: Duration = Duration::from_micros(40);
 
 /// Longest that a solver on the wrong side waits for the coupler to end the session.
 const GRACE: Duration = Duration::from_secs(2);
@@ -120,6 +125,15 @@ pub struct Side<P: Perform> {
     inbox: Inbox,
     watch: Stopwatch,
     clocked: Clocked,
+    /// When the other solver's last message had not come yet; nothing if that is not known, or the other one sleeps
+    /// without polling, or the bell has been dealt with.
+    looked: Option<Instant>,
+}
+
+/// What a solver can do whose waits are those of [`drive`].
+fn polling(mut capabilities: Capabilities) -> Capabilities {
+    capabilities.0.insert(0, POLLS.into());
+    capabilities
 }
 
 /// A machine and the solver that does what it asks for.
@@ -138,6 +152,8 @@ pub struct Desk<'a> {
     inbox: &'a mut Inbox,
     transport: &'a mut dyn Transport,
     watch: &'a mut Stopwatch,
+    /// As [`Side::looked`].
+    looked: &'a mut Option<Instant>,
 }
 
 impl Desk<'_> {
@@ -172,9 +188,11 @@ impl Desk<'_> {
     /// The solver has given `records`, and the machine has said `action`: sends them if it is about them.
     fn send(&mut self, machine: &mut impl Machine, action: Action, records: Records<'_>) -> Action {
         match action {
-            Action::Send(channel, header) if channel.kind == records.kind() => {
+            Action::Send(channel) if channel.kind == records.kind() => {
                 self.watch.lap(Activity::Compute);
-                let event = sent(self.transport, channel, &header, records);
+                let looked = channel.is_between_solvers().then(|| self.looked.take());
+                let header = machine.line().header_to_send();
+                let event = sent(self.transport, channel, header, records, looked.flatten());
                 self.watch.lap(Activity::Exchange);
                 machine.on(event)
             }
@@ -183,21 +201,24 @@ impl Desk<'_> {
     }
 }
 
-/// Sends a message with its bell.
+/// Sends a message, with its bell unless that is needless.
 fn sent(
     transport: &mut dyn Transport,
     channel: Channel,
     header: &StepHeader,
     records: Records<'_>,
+    looked: Option<Instant>,
 ) -> Event<'static> {
     match transport.send(channel, header, records) {
         Ok(()) => {
-            if channel.rings() {
+            // After the message is there, or it could come when the other one has looked for the last time (B-4).
+            let polls = looked.is_some_and(|since| since.elapsed() < BELL);
+            if channel.rings() && !polls {
                 transport.ring(channel.to());
             }
             Event::Sent
         }
-        Err(error) => Event::Broken(error),
+        Err(error) => Event::Broken(error.into()),
     }
 }
 
@@ -211,6 +232,7 @@ impl<P: Perform> Side<P> {
             inbox: Inbox::new(),
             watch,
             clocked,
+            looked: None,
         }
     }
 
@@ -249,15 +271,15 @@ impl<P: Perform> Side<P> {
             Ok(None) => return false,
             Ok(Some(header)) => {
                 self.watch.lap(Activity::Wait);
-                let event = Event::Received(header, into.records());
+                let event = Event::Received(&header, into.records());
                 self.action = self.performer.machine().on(event);
             }
-            Err(error) => self.on(Event::Broken(error)),
+            Err(error) => self.on(Event::Broken(error.into())),
         }
         true
     }
 
-    fn send(&mut self, channel: Channel, header: &StepHeader, transport: &mut dyn Transport) {
+    fn send(&mut self, channel: Channel, transport: &mut dyn Transport) {
         self.watch.lap(Activity::Compute);
         let line = self.performer.machine().line_mut();
         if channel.kind == Kind::Report {
@@ -278,7 +300,7 @@ impl<P: Perform> Side<P> {
         let records = line
             .ready_to_send(channel.kind)
             .unwrap_or_else(|| empty.records());
-        let event = sent(transport, channel, header, records);
+        let event = sent(transport, channel, line.header_to_send(), records, None);
         self.on(event);
         self.watch.lap(Activity::Exchange);
     }
@@ -293,6 +315,10 @@ impl<P: Perform> Turns for Side<P> {
                         return Turn::Went;
                     }
                 }
+                let line = self.performer.machine().line();
+                if wait.from != Party::Coupler && line.other_polls() {
+                    self.looked = self.watch.mark();
+                }
                 return Turn::Waits(wait);
             }
             Action::Do(task) => {
@@ -300,11 +326,12 @@ impl<P: Perform> Turns for Side<P> {
                     inbox: &mut self.inbox,
                     transport,
                     watch: &mut self.watch,
+                    looked: &mut self.looked,
                 };
                 self.action = self.performer.perform(task, &mut desk);
                 self.watch.lap(Activity::Compute);
             }
-            Action::Send(channel, header) => self.send(channel, &header, transport),
+            Action::Send(channel) => self.send(channel, transport),
             Action::Take(channel) => {
                 if !self.take(channel, transport) {
                     self.on(Event::Absent);
@@ -320,7 +347,7 @@ impl<P: Perform> Turns for Side<P> {
                 });
                 let event = match opened {
                     Ok(()) => Event::Opened,
-                    Err(error) => Event::Broken(error),
+                    Err(error) => Event::Broken(error.into()),
                 };
                 self.on(event);
             }
@@ -358,7 +385,7 @@ pub struct MpmPerformer<'a> {
 impl<'a> MpmSide<'a> {
     /// The side of `solver`.
     pub fn new(solver: &'a mut dyn MpmSolver, clocked: Clocked) -> Self {
-        let machine = Continuum::new(solver.identity(), solver.capabilities());
+        let machine = Continuum::new(solver.identity(), polling(solver.capabilities()));
         Side::with(MpmPerformer { machine, solver }, clocked)
     }
 }
@@ -375,20 +402,23 @@ impl Perform for MpmPerformer<'_> {
         let done = match task {
             Task::Configure => match solver.configure(machine.config()) {
                 Ok(readiness) => Done::Configured {
-                    readiness,
+                    readiness: readiness.into(),
                     fastest: if machine.is_coupled() {
                         fastest(&solver.points())
                     } else {
                         0.0
                     },
                 },
-                Err(refusal) => Done::Refused(refusal),
+                Err(refusal) => Done::Refused(refusal.into()),
             },
             Task::Restore => match solver.restore(machine.restored()) {
                 Ok(()) => Done::Restored(solver.travel()),
-                Err(refusal) => Done::Refused(refusal),
+                Err(refusal) => Done::Refused(refusal.into()),
             },
-            Task::Save => solver.save().map_or_else(Done::Failed, Done::Saved),
+            Task::Save => match solver.save() {
+                Ok(state) => Done::Saved(state),
+                Err(fault) => Done::Failed(fault.into()),
+            },
             Task::Points => {
                 let points = solver.points();
                 let action = machine.on(Event::Done(Done::Points(&points)));
@@ -411,15 +441,18 @@ impl Perform for MpmPerformer<'_> {
                 let action = machine.on(Event::Done(Done::States(states)));
                 return desk.send(machine, action, Records::States(states));
             }
-            Task::Predict(step) => match solver.predict(&step) {
+            Task::Predict => match solver.predict(&machine.line().present()) {
                 Ok(()) => Done::Predicted,
-                Err(fault) => Done::Failed(fault),
+                Err(fault) => Done::Failed(fault.into()),
             },
-            Task::Correct(step) => match solver.correct(&step, desk.forces()) {
-                Ok(limits) => Done::Corrected(limits, solver.travel()),
-                Err(fault) => Done::Failed(fault),
+            Task::Correct => match solver.correct(&machine.line().present(), desk.forces()) {
+                Ok(limits) => {
+                    let done = Done::Corrected(&limits, solver.travel());
+                    return machine.on(Event::Done(done));
+                }
+                Err(fault) => Done::Failed(fault.into()),
             },
-            Task::Envelopes | Task::TakeSet | Task::Contact(_) | Task::Advance(_) => {
+            Task::Envelopes | Task::TakeSet | Task::Contact | Task::Advance => {
                 unreachable!("{task:?} is for bodies")
             }
         };
@@ -437,7 +470,7 @@ pub struct DemPerformer<'a> {
 impl<'a> DemSide<'a> {
     /// The side of `solver`.
     pub fn new(solver: &'a mut dyn DemSolver, clocked: Clocked) -> Self {
-        let machine = Bodies::new(solver.identity(), solver.capabilities());
+        let machine = Bodies::new(solver.identity(), polling(solver.capabilities()));
         let performer = DemPerformer {
             machine,
             solver,
@@ -459,16 +492,19 @@ impl Perform for DemPerformer<'_> {
         let done = match task {
             Task::Configure => match solver.configure(machine.config()) {
                 Ok(readiness) => Done::Configured {
-                    readiness,
+                    readiness: readiness.into(),
                     fastest: 0.0,
                 },
-                Err(refusal) => Done::Refused(refusal),
+                Err(refusal) => Done::Refused(refusal.into()),
             },
             Task::Restore => match solver.restore(machine.restored()) {
                 Ok(()) => Done::Restored(0.0),
-                Err(refusal) => Done::Refused(refusal),
+                Err(refusal) => Done::Refused(refusal.into()),
             },
-            Task::Save => solver.save().map_or_else(Done::Failed, Done::Saved),
+            Task::Save => match solver.save() {
+                Ok(state) => Done::Saved(state),
+                Err(fault) => Done::Failed(fault.into()),
+            },
             Task::Measure => {
                 let measurement = solver.measurement();
                 let bodies = Records::Bodies(&measurement.bodies);
@@ -485,25 +521,26 @@ impl Perform for DemPerformer<'_> {
                 solver.imp_set(desk.set());
                 Done::SetTaken
             }
-            Task::Contact(step) => {
+            Task::Contact => {
                 // Forces never accumulate from one step to the next (F-8).
                 let forces = &mut self.forces;
                 forces.clear();
                 forces.resize(machine.imps(), ImpForce::default());
                 let states = desk.states();
+                let step = machine.line().present();
                 match solver.contact(&step, &states[..forces.len().min(states.len())], forces) {
                     Ok(answer) => {
-                        let action = machine.on(Event::Done(Done::Contacts(answer, forces)));
+                        let action = machine.on(Event::Done(Done::Contacts(&answer, forces)));
                         return desk.send(machine, action, Records::Forces(forces));
                     }
-                    Err(fault) => Done::Failed(fault),
+                    Err(fault) => Done::Failed(fault.into()),
                 }
             }
-            Task::Advance(step) => match solver.advance(&step) {
+            Task::Advance => match solver.advance(&machine.line().present()) {
                 Ok(()) => Done::Advanced,
-                Err(fault) => Done::Failed(fault),
+                Err(fault) => Done::Failed(fault.into()),
             },
-            Task::Points | Task::Select | Task::States | Task::Predict(_) | Task::Correct(_) => {
+            Task::Points | Task::Select | Task::States | Task::Predict | Task::Correct => {
                 unreachable!("{task:?} is for the continuum")
             }
         };

@@ -32,6 +32,11 @@ impl Stopwatch {
         }
     }
 
+    /// When the present lap began.
+    pub(crate) fn mark(&self) -> Option<Instant> {
+        self.mark
+    }
+
     /// Books the time since the last lap on `activity`.
     pub(crate) fn lap(&mut self, activity: Activity) {
         let Some(mark) = &mut self.mark else {

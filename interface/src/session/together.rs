@@ -29,7 +29,9 @@ impl Together<'_, '_> {
             let led = turns(&mut *self.leader, &mut **coupler);
             let mut went = led.went;
             let mut ended = led.ended;
-            lap(&mut mark);
+            if went {
+                lap(&mut mark);
+            }
             if let Some(side) = &mut self.mpm {
                 let took = turns(&mut **side, &mut **mpm);
                 went |= took.went;

@@ -46,10 +46,15 @@ fn block(party: &mut dyn Turns, transport: &mut dyn Transport, wait: &Wait) {
     let start = Instant::now();
     loop {
         let window = Instant::now();
-        while window.elapsed() < POLL {
+        // The last look is one after the whole of it: B-4 rests on that.
+        loop {
             std::thread::yield_now();
+            let looks = window.elapsed();
             if !matches!(party.turn(transport), Turn::Waits(_)) {
                 return;
+            }
+            if looks >= POLL {
+                break;
             }
         }
         let waited = start.elapsed();

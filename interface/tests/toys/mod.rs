@@ -357,6 +357,7 @@ impl Course {
                 coupled: true,
                 deadline: 2.0,
                 restore: false,
+                other_polls: false,
             },
             measured: 1,
             restore: None,

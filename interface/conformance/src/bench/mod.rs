@@ -142,6 +142,7 @@ pub fn configure<C: serde::Serialize>(config: &C) -> Configure {
         // Longer than the kit waits, so that a solver's own deadline is not taken for its answer.
         deadline: 5.0 * PATIENCE.as_secs_f64(),
         restore: false,
+        other_polls: false,
     }
 }
 

@@ -71,6 +71,8 @@ pub struct Coupler {
     round: Round,
     /// What is still to be taken that was sent before the report.
     to_take: Vec<Channel>,
+    /// Of the message that is to be sent.
+    header_to_send: StepHeader,
     verdict: Option<Result<(), SessionError>>,
 }
 
@@ -83,6 +85,7 @@ impl Coupler {
             order: Vec::new(),
             round: Round::default(),
             to_take: Vec::new(),
+            header_to_send: StepHeader::default(),
             verdict: None,
         }
     }
@@ -105,6 +108,11 @@ impl Coupler {
     /// The notices of all solvers: looked at during every long wait.
     pub fn notices(&self) -> impl Iterator<Item = Channel> {
         self.lines.iter().map(|line| line.channel(Kind::Notice))
+    }
+
+    /// The header of the message that is to be sent.
+    pub fn header_to_send(&self) -> &StepHeader {
+        &self.header_to_send
     }
 
     /// Whether no grant has been sent yet: an interrupt then ends the session at once.
@@ -336,6 +344,13 @@ impl Coupler {
     fn decided(&mut self, decision: Decision) -> Result<Action<Question>, SessionError> {
         match (self.state, decision) {
             (State::Configuring, Decision::Configure(parts)) => {
+                let polls = |line: &Line| line.hello.as_ref().is_some_and(Hello::polls);
+                let polling: Vec<Party> = self
+                    .lines
+                    .iter()
+                    .filter(|line| polls(line))
+                    .map(|line| line.party)
+                    .collect();
                 for (line, part) in self.lines.iter_mut().zip(parts) {
                     line.scene_hash.clone_from(&part.configure.scene_hash);
                     line.measured = part.measured;
@@ -346,6 +361,7 @@ impl Coupler {
                     line.grant = [Grant::default()];
                     let configure = Configure {
                         restore: line.restore.is_some(),
+                        other_polls: polling.iter().any(|&party| party != line.party),
                         ..part.configure
                     };
                     line.configure(configure)?;
@@ -427,7 +443,7 @@ impl Coupler {
             count: 1,
             ..StepHeader::default()
         };
-        Action::Send(self.lines[i].channel(Kind::Grant), header)
+        self.send(i, Kind::Grant, header)
     }
 
     fn drain(&mut self, i: usize) -> Action<Question> {
@@ -449,15 +465,15 @@ impl Coupler {
         self.send_order(i)
     }
 
-    fn send_order(&self, i: usize) -> Action<Question> {
+    fn send_order(&mut self, i: usize) -> Action<Question> {
         let header = StepHeader {
             count: self.order.len() as u64,
             ..StepHeader::default()
         };
-        Action::Send(self.lines[i].channel(Kind::Order), header)
+        self.send(i, Kind::Order, header)
     }
 
-    fn send_piece(&self, i: usize) -> Action<Question> {
+    fn send_piece(&mut self, i: usize) -> Action<Question> {
         let state = self.lines[i]
             .restore
             .as_ref()
@@ -468,7 +484,12 @@ impl Coupler {
             count: piece.len() as u64,
             ..StepHeader::default()
         };
-        Action::Send(self.lines[i].channel(Kind::Restore), header)
+        self.send(i, Kind::Restore, header)
+    }
+
+    fn send(&mut self, i: usize, kind: Kind, header: StepHeader) -> Action<Question> {
+        self.header_to_send = header;
+        Action::Send(self.lines[i].channel(kind))
     }
 
     fn await_report(&mut self, i: usize) -> Action<Question> {
