@@ -436,7 +436,7 @@ mod the_rules_can_fail {
             ("dem-proc", &["interface"]),
             ("coupler", &["interface"]),
             ("conformance", &["interface"]),
-            ("simulation", &["interface"]),
+            ("simulation", &["interface", "mpm-proc", "dem-proc"]),
             ("study", &["interface", "coupler", "plotters"]),
             (
                 "rapier-dem",

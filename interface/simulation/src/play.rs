@@ -35,6 +35,8 @@ pub struct Cast {
     pub name: &'static str,
     /// Configurations of the continuum and of the bodies, as they are sent.
     pub configs: fn() -> [String; 2],
+    /// Groups and bodies of a measurement.
+    pub measured: [usize; 2],
     /// The solvers for a plan.
     pub solvers: fn(&Plan) -> (Box<dyn MpmSolver>, Box<dyn DemSolver>),
 }
@@ -131,7 +133,7 @@ impl Toy<'_> {
                 restore: false,
                 other_polls: false,
             },
-            measured: 1,
+            measured: self.plan.cast.measured[i],
             restore: self.from.as_ref().map(|from| from.states[i].clone()),
         };
         Decision::Configure(vec![part(0), part(1)])

@@ -30,6 +30,7 @@ const SKIN: f64 = 0.02;
 pub const TOYS: Cast = Cast {
     name: "toys",
     configs: || CONFIGS.clone(),
+    measured: [1, 1],
     solvers: |plan| {
         let points = Points::new(plan.points, plan.stiffens_at);
         (Box::new(points), Box::new(Wall::new(plan.damps_at)))

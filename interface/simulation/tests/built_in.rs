@@ -3,7 +3,7 @@
 //! More of them: `cargo test --release -p simulation --test built_in -- --ignored`.
 
 use dem_proc::Sdem;
-use mpm_proc::solver::Mpm;
+use mpm_proc::Mpm;
 use simulation::play::Cast;
 use simulation::scenario::{Outcome, Scenario};
 
@@ -29,6 +29,7 @@ const BUILT_IN: Cast = Cast {
         );
         [mpm, dem]
     },
+    measured: [1, 2],
     solvers: |_| (Box::new(Mpm::new()), Box::new(Sdem::default())),
 };
 
