@@ -269,3 +269,49 @@ pub(crate) fn newest(dir: &Path, ours: &About) -> Result<Found, CheckpointError>
         .next()
         .unwrap_or_else(|| CheckpointError::None(dir.to_path_buf())))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn states_come_back_whatever_their_length() {
+        for length in [0, 1, 1000, BLOCK, BLOCK + 1] {
+            let state: Vec<u8> = (0..length).map(|i| (i % 251) as u8).collect();
+            let mut bytes = Vec::new();
+            pack(&mut bytes, &state);
+            let mut rest = &bytes[..];
+            assert_eq!(unpack(&mut rest).unwrap(), state);
+            assert!(rest.is_empty());
+        }
+    }
+
+    /// Whatever lengths say, nothing beyond the file is allocated or believed.
+    #[test]
+    fn lengths_that_lie_are_refused() {
+        let lie = |numbers: &[u64], tail: &[u8]| {
+            let mut bytes: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
+            bytes.extend(tail);
+            unpack(&mut &bytes[..]).unwrap_err()
+        };
+        assert!(lie(&[1], &[]).contains("8 bytes are announced"));
+        assert!(lie(&[u64::MAX, 4], &[0; 3]).contains("4 bytes are announced, 3 follow"));
+        assert!(lie(&[1, u64::MAX], &[0; 9]).contains("are announced"));
+        assert!(lie(&[1, 5], &[255, 255, 255, 255, 0]).contains("a block of 4294967295 bytes"));
+    }
+
+    #[test]
+    fn what_is_no_checkpoint_or_a_damaged_one_is_told() {
+        let whole = |body: &[u8]| [body, blake3::hash(body).as_bytes()].concat();
+        assert!(read(&[]).unwrap_err().contains("too short"));
+        assert!(read(&[7; 100]).unwrap_err().contains("does not begin"));
+        let torn = [MAGIC, &[0; 40][..]].concat();
+        assert!(read(&torn).unwrap_err().contains("hash"));
+        // The right hash of a body that stops early.
+        assert!(
+            read(&whole(MAGIC))
+                .unwrap_err()
+                .contains("8 bytes are announced")
+        );
+    }
+}

@@ -157,7 +157,7 @@ impl Writer {
             fs::File::open(&self.folder)?.sync_all()
         };
         write().map_err(fail("write", &path))?;
-        tracing::info!(
+        tracing::debug!(
             step = checkpoint.about.step,
             time = checkpoint.about.time,
             bytes = bytes.len(),
