@@ -20,6 +20,8 @@ pub struct Cli {
 pub enum Command {
     /// Run a scene and check what it must show.
     Run(RunArgs),
+    /// Go on with a run from its newest checkpoint.
+    Resume(ResumeArgs),
     /// Play a recorded run to one solver alone and compare its answers.
     Replay(ReplayArgs),
     /// Validate scene files without running them.
@@ -95,15 +97,9 @@ pub struct RunArgs {
     /// Run directory; `runs/NAME` by default.
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// Threads of each solver.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
-    pub threads: u16,
-    /// Run both solvers in this thread, by direct calls in turns with the coupler.
-    #[arg(long)]
-    pub in_process: bool,
-    /// Most steps granted at once; 1 is the strict mode. The result is the same to the bit.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub window: Option<u32>,
+    /// How it is run.
+    #[command(flatten)]
+    pub how: HowArgs,
     /// Another rigid-body solver: a command that joins the run when called with `--join RUN`, or `built-in`; wins over
     /// the scene's `solvers.dem`.
     #[arg(long, value_name = "COMMAND", conflicts_with = "in_process")]
@@ -114,9 +110,33 @@ pub struct RunArgs {
     /// Record every message between the processes in the run directory, for `tandem replay`.
     #[arg(long)]
     pub record: bool,
+}
+
+/// How a scene is run: nothing of it changes a bit of the result.
+#[derive(Debug, Args)]
+pub struct HowArgs {
+    /// Threads of each solver.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: u16,
+    /// Run both solvers in this thread, by direct calls in turns with the coupler.
+    #[arg(long)]
+    pub in_process: bool,
+    /// Most steps granted at once; 1 is the strict mode.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub window: Option<u32>,
     /// What standard error shows.
     #[arg(long, value_enum, default_value_t = LogFormat::Text)]
     pub log: LogFormat,
+}
+
+/// Arguments of `resume`.
+#[derive(Debug, Args)]
+pub struct ResumeArgs {
+    /// Run directory of a run whose scene has `output.checkpoint`.
+    pub dir: PathBuf,
+    /// How it is run from here on.
+    #[command(flatten)]
+    pub how: HowArgs,
 }
 
 /// Arguments of `replay`.

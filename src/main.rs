@@ -24,6 +24,7 @@ const BAD_INPUT: u8 = 2;
 fn main() -> ExitCode {
     match Cli::parse().command {
         Command::Run(args) => run::run(&args),
+        Command::Resume(args) => run::resume(&args),
         Command::Replay(args) => replay::play(&args),
         Command::Check(args) => check(&args),
         Command::Plan(args) => with_scene(&args, |scene| say(scene.plan())),

@@ -1,19 +1,19 @@
 //! `tandem run`: this process becomes the coupler.
 
 use std::io;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use coupler::run::{RunOptions, Solvers, run as run_scene};
-use coupler::rundir::RunDir;
+use coupler::run::{Resumed, RunOptions, Solvers, run as run_scene};
+use coupler::rundir::{RunDir, RunDirError};
 use coupler::scene::{Scene, solver_override};
 use coupler::summary::{Status, Summary};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
-use crate::cli::{LogFormat, RunArgs};
+use crate::cli::{HowArgs, LogFormat, ResumeArgs, RunArgs};
 use crate::terminal::{complain, say};
 use crate::{BAD_INPUT, logging, solvers};
 
@@ -33,7 +33,7 @@ pub fn run(args: &RunArgs) -> ExitCode {
             return ExitCode::from(BAD_INPUT);
         }
     };
-    let options = match options(args, &scene) {
+    let options = match options(&args.how, args.record, &scene) {
         Ok(options) => options,
         Err(error) => return refuse(&error),
     };
@@ -46,9 +46,62 @@ pub fn run(args: &RunArgs) -> ExitCode {
         Err(error) => return refuse(&error.to_string()),
     };
     match dir.log() {
-        Ok(file) => logging::of_run(file, args.log),
+        Ok(file) => logging::of_run(file, args.how.log),
         Err(error) => return refuse(&error.to_string()),
     }
+    begin(&scene, &out);
+    finish(args.how.log, &out, run_scene(&scene, &options, &dir))
+}
+
+/// Goes on with a run from its newest checkpoint.
+pub fn resume(args: &ResumeArgs) -> ExitCode {
+    let scene = match Scene::load(&args.dir.join("scene.toml"), None, &[]) {
+        Ok(scene) => scene,
+        Err(errors) => {
+            complain(errors);
+            return ExitCode::from(BAD_INPUT);
+        }
+    };
+    let found = RunDir::reopen(&args.dir)
+        .map_err(|error| error.to_string())
+        .and_then(|dir| {
+            let resumed = Resumed::find(&scene, &dir).map_err(|error| error.to_string())?;
+            Ok((
+                dir.log_on().map_err(|error| error.to_string())?,
+                dir,
+                resumed,
+            ))
+        });
+    let (log, dir, resumed) = match found {
+        Ok(found) => found,
+        Err(error) => return refuse(&error),
+    };
+    let options = match options(&args.how, false, &scene) {
+        Ok(options) => options,
+        Err(error) => return refuse(&error),
+    };
+    logging::of_run(log, args.how.log);
+    begin(&scene, &args.dir);
+    for damaged in resumed.passed_over() {
+        tracing::warn!("{damaged}: passed over");
+    }
+    let about = resumed.about();
+    if about.recorded {
+        tracing::warn!(
+            "recording.tandem ends before the checkpoint's window: what follows is not recorded"
+        );
+    }
+    tracing::info!(
+        checkpoint = %resumed.path().display(),
+        step = about.step,
+        time = about.time,
+        "resumed"
+    );
+    finish(args.how.log, &args.dir, resumed.run(&scene, &options, &dir))
+}
+
+/// What is said and done before any run.
+fn begin(scene: &Scene, out: &Path) {
     for id in interface::domain::sweep() {
         tracing::info!("removed what the dead run {id} had left");
     }
@@ -56,19 +109,23 @@ pub fn run(args: &RunArgs) -> ExitCode {
         tracing::warn!("{warning}");
     }
     tracing::info!(pid = std::process::id(), scene = scene.name, out = %out.display(), "coupler");
-    match run_scene(&scene, &options, &dir) {
+}
+
+/// What is said after any run.
+fn finish(log: LogFormat, out: &Path, ran: Result<Summary, RunDirError>) -> ExitCode {
+    match ran {
         Ok(summary) => {
             if let Some(reason) = &summary.reason {
-                give_reason(args.log, reason);
+                give_reason(log, reason);
             }
-            if args.log == LogFormat::Text {
+            if log == LogFormat::Text {
                 show(&summary);
             }
             say(format_args!("results in {}", out.display()));
             ExitCode::from(summary.status.exit_code())
         }
         Err(error) => {
-            give_reason(args.log, &error.to_string());
+            give_reason(log, &error.to_string());
             ExitCode::from(Status::Failed.exit_code())
         }
     }
@@ -99,7 +156,7 @@ fn default_out(scene: &Scene, variant: Option<&str>) -> PathBuf {
     PathBuf::from("runs").join(name)
 }
 
-fn options(args: &RunArgs, scene: &Scene) -> Result<RunOptions, String> {
+fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions, String> {
     let solvers = if args.in_process {
         let others = [("mpm", &scene.solvers.mpm), ("dem", &scene.solvers.dem)];
         if let Some((side, _)) = others.iter().find(|(_, command)| command.is_some()) {
@@ -121,7 +178,7 @@ fn options(args: &RunArgs, scene: &Scene) -> Result<RunOptions, String> {
         solvers,
         threads: args.threads.into(),
         window: args.window,
-        record: args.record,
+        record,
         progress: args.log == LogFormat::Text,
         interrupt: interrupt()?,
     })

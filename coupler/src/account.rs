@@ -1,19 +1,45 @@
 //! What a run adds up to, kept so that however it ends there is a summary.
 
 use std::collections::BTreeMap;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use interface::control::Party;
 use interface::step::Clock;
 use interface::wire::Report;
+use serde::{Deserialize, Serialize};
 
-use crate::check::Recorder;
+use crate::check::{Recorded, Recorder};
 use crate::failure::RunError;
 use crate::ledger::Balance;
-use crate::pace::Pace;
+use crate::pace::{Pace, SoFar};
 use crate::scene::Scene;
 use crate::stability::Criteria;
 use crate::summary::{EnergyLedger, Status, Summary, WallParts};
+
+/// Time spent, in s.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+struct Spent {
+    wall: f64,
+    waited: f64,
+    cpu: f64,
+    /// Computing, exchanging, waiting and CPU time of each solver.
+    solvers: BTreeMap<Party, [f64; 4]>,
+}
+
+/// What of an account goes on in another process.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub(crate) struct Kept {
+    recorded: Recorded,
+    balance: Balance,
+    so_far: SoFar,
+    /// Of [`Criteria`], which leaves out what it has not.
+    criteria: [Option<f64>; 4],
+    clock: Clock,
+    imps_max: u64,
+    grants: u64,
+    epochs: u64,
+    spent: Spent,
+}
 
 /// What is known of a run at any time: enough for a summary, however it ends.
 pub(crate) struct Account {
@@ -32,6 +58,9 @@ pub(crate) struct Account {
     pub cpu_at_start: Duration,
     pub state_hash: Option<String>,
     pub interrupted: bool,
+    /// When this process began, and what others have spent before it.
+    started: Instant,
+    earlier: Spent,
     /// The solvers compute in the coupler's thread.
     shared_thread: bool,
 }
@@ -54,8 +83,77 @@ impl Account {
             cpu_at_start: interface::session::cpu_time(),
             state_hash: None,
             interrupted: false,
+            started: Instant::now(),
+            earlier: Spent::default(),
             shared_thread,
         }
+    }
+
+    /// What goes on in another process.
+    pub fn keep(&self) -> Kept {
+        let criteria = self.criteria;
+        Kept {
+            recorded: self.recorder.so_far(),
+            balance: self.balance,
+            so_far: self.pace.so_far().clone(),
+            criteria: [
+                criteria.composed,
+                criteria.jiang2020,
+                criteria.lightest_point,
+                criteria.contact_alone,
+            ],
+            clock: self.clock,
+            imps_max: self.imps_max,
+            grants: self.grants,
+            epochs: self.epochs,
+            spent: self.spent(self.started.elapsed()),
+        }
+    }
+
+    /// Goes on where another process has been; whether that was of this scene.
+    pub fn go_on(&mut self, kept: Kept) -> bool {
+        let [composed, jiang2020, lightest_point, contact_alone] = kept.criteria;
+        self.criteria = Criteria {
+            composed,
+            jiang2020,
+            lightest_point,
+            contact_alone,
+        };
+        self.balance = kept.balance;
+        self.pace.go_on(kept.so_far);
+        self.clock = kept.clock;
+        self.imps_max = kept.imps_max;
+        self.grants = kept.grants;
+        self.epochs = kept.epochs;
+        self.earlier = kept.spent;
+        self.recorder.go_on(kept.recorded)
+    }
+
+    /// Time spent, by this process and those before it.
+    fn spent(&self, wall: Duration) -> Spent {
+        let seconds = |ns: u64| ns as f64 * 1e-9;
+        let mut spent = self.earlier.clone();
+        spent.wall += wall.as_secs_f64();
+        spent.waited += self.waited.as_secs_f64();
+        let mut shared = 0.0;
+        for (&party, report) in &self.reports {
+            let own = [
+                report.compute_ns,
+                report.exchange_ns,
+                report.wait_ns,
+                report.cpu_ns,
+            ];
+            let sums = spent.solvers.entry(party).or_default();
+            for (sum, ns) in sums.iter_mut().zip(own) {
+                *sum += seconds(ns);
+            }
+            if self.shared_thread {
+                shared += seconds(report.cpu_ns);
+            }
+        }
+        let cpu = interface::session::cpu_time().saturating_sub(self.cpu_at_start);
+        spent.cpu += (cpu.as_secs_f64() - shared).max(0.0);
+        spent
     }
 
     pub fn summarise(self, ended: &Result<(), RunError>, wall: Duration) -> Summary {
@@ -79,47 +177,43 @@ impl Account {
             }
             Ok(()) => None,
         };
+        let spent = self.spent(wall);
         let mut wall_by_part = BTreeMap::new();
         let mut cpu_s = BTreeMap::new();
-        let seconds = |ns: u64| ns as f64 * 1e-9;
-        for (party, report) in &self.reports {
+        for (party, &[compute, exchange, wait, cpu]) in &spent.solvers {
             let parts = WallParts {
-                compute: seconds(report.compute_ns),
-                exchange: seconds(report.exchange_ns),
-                wait: seconds(report.wait_ns),
+                compute,
+                exchange,
+                wait,
             };
             wall_by_part.insert(party.name(), parts);
-            cpu_s.insert(party.name(), seconds(report.cpu_ns));
+            cpu_s.insert(party.name(), cpu);
         }
-        let wait = self.waited.as_secs_f64();
         let coupler = WallParts {
-            compute: wall.as_secs_f64() - wait,
+            compute: spent.wall - spent.waited,
             exchange: 0.0,
-            wait,
+            wait: spent.waited,
         };
         wall_by_part.insert(Party::Coupler.name(), coupler);
-        let cpu = interface::session::cpu_time().saturating_sub(self.cpu_at_start);
-        let others: f64 = if self.shared_thread {
-            cpu_s.values().sum()
-        } else {
-            0.0
-        };
-        cpu_s.insert(Party::Coupler.name(), (cpu.as_secs_f64() - others).max(0.0));
+        cpu_s.insert(Party::Coupler.name(), spent.cpu);
         let items = |party| {
             self.reports
                 .get(&party)
                 .map_or(0, |report: &Report| report.items)
         };
+        let laid_out = self.pace.so_far();
+        let bound_by = laid_out.bound_by.iter();
+        let bound_by = bound_by.map(|(bound, &steps)| (bound.name(), steps));
         let mut summary = Summary {
             scene: self.scene,
             scene_hash: self.scene_hash,
             status,
             reason,
-            steps: self.pace.bound_by.values().sum(),
+            steps: laid_out.bound_by.values().sum(),
             time: self.clock.time(),
-            dt_min: self.pace.range.map(|(low, _)| low),
-            dt_max: self.pace.range.map(|(_, high)| high),
-            dt_bound_by: self.pace.bound_by,
+            dt_min: laid_out.range.map(|(low, _)| low),
+            dt_max: laid_out.range.map(|(_, high)| high),
+            dt_bound_by: bound_by.collect(),
             criteria: self.criteria,
             grants: self.grants,
             epochs: self.epochs,
@@ -127,7 +221,7 @@ impl Account {
                 .reports
                 .get(&Party::Mpm)
                 .map_or(0, |report| report.rebuilds),
-            wall_s: wall.as_secs_f64(),
+            wall_s: spent.wall,
             wall_by_part,
             cpu_s,
             points: items(Party::Mpm),

@@ -6,7 +6,7 @@
 //! let results = recorder.finish();               // for summary.json
 //! ```
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::quantity::Sample;
 use crate::scene::Scene;
@@ -151,6 +151,25 @@ impl Recorder {
         }
     }
 
+    /// What has been recorded so far, as far as more records depend on it.
+    pub fn so_far(&self) -> Recorded {
+        let progress = self.checks.iter().map(|(_, progress)| progress.clone());
+        Recorded {
+            slots: self.slots.clone(),
+            checks: progress.collect(),
+        }
+    }
+
+    /// Goes on where another recorder of the same scene has been; whether it was of as many checks.
+    pub fn go_on(&mut self, recorded: Recorded) -> bool {
+        let fits = recorded.checks.len() == self.checks.len();
+        self.slots = recorded.slots;
+        for ((_, progress), kept) in self.checks.iter_mut().zip(recorded.checks) {
+            *progress = kept;
+        }
+        fits
+    }
+
     /// Names and units of the history's columns, as `name [unit]`; the first is the time.
     pub fn header(&self) -> Vec<String> {
         let columns = self
@@ -202,8 +221,15 @@ impl Recorder {
     }
 }
 
+/// What a recorder has taken so far.
+#[derive(Debug, Clone, Serialize, Deserialize)]
+pub struct Recorded {
+    slots: Vec<f64>,
+    checks: Vec<Progress>,
+}
+
 /// A value and its reference at one time.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 struct Point {
     time: f64,
     value: f64,
@@ -217,7 +243,7 @@ impl Point {
 }
 
 /// What a check keeps of the history so far: a few numbers, whatever the length of the run.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Progress {
     /// Last sample, in the window or not.
     before: Option<Point>,

@@ -57,6 +57,9 @@ pub enum RunError {
     /// A defect of this program, met where the solvers share its thread.
     #[error("this program has a defect: {0}")]
     Panicked(String),
+    /// The run cannot go on from its checkpoint.
+    #[error("the checkpoint is not of this run: {0}")]
+    Checkpoint(String),
     /// Asked to end before the solvers were ready.
     #[error("interrupted before the first step")]
     Interrupted,
@@ -78,6 +81,7 @@ impl RunError {
             }
             Self::Unmet(_) => "change these keys of the scene, or take another solver",
             Self::Panicked(_) => "please report it, with the scene",
+            Self::Checkpoint(_) => "run the scene again from its start",
             Self::Interrupted => "what was recorded until then is kept",
             Self::Output(_) => "make room, or give another directory with --out",
             Self::Session(error) => match error {
@@ -114,6 +118,7 @@ impl RunError {
             | Self::Start(_)
             | Self::Output(_)
             | Self::Unmet(_)
+            | Self::Checkpoint(_)
             | Self::Panicked(_) => Status::Failed,
         }
     }

@@ -3,6 +3,7 @@
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
+use interface::capability;
 use interface::config::{DemConfig, MpmConfig};
 use interface::control::{Configure, Hello, Party};
 use interface::core::coupler::{Coupler, Decision, Part, Question, Round};
@@ -11,11 +12,14 @@ use interface::session::{Lead, SessionError, Stop};
 use interface::wire::{BodyState, Grant, GroupState, Ledger, flags};
 
 use crate::account::Account;
+use crate::checkpoint::file::About;
+use crate::checkpoint::keeper::Keeper;
+use crate::checkpoint::{Checkpoint, Phase, Standing, UnderWay};
 use crate::failure::RunError;
 use crate::frames::{Frames, Instant as FrameInstant};
 use crate::launch::Crew;
 use crate::pace::{Collapsed, Epoch};
-use crate::progress::{Progress, Standing};
+use crate::progress::{self, Progress};
 use crate::quantity::{Measured, Sample};
 use crate::run::RunOptions;
 use crate::rundir::{History, RunDir};
@@ -34,28 +38,6 @@ const STANDSTILL: Epoch = Epoch {
     lands: false,
     bound: Bound::Output,
 };
-
-/// Where a run is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Phase {
-    /// The opening step comes next: nothing moves.
-    Opening,
-    /// Steps to the end.
-    Stepping,
-    /// The closing step comes next: the last half kick brings the velocities to the time of the positions.
-    Closing,
-    /// No more steps.
-    Done,
-}
-
-/// An epoch under way.
-#[derive(Debug, Clone, Copy)]
-struct UnderWay {
-    epoch: Epoch,
-    budgets: Budgets,
-    /// Steps of it that are done.
-    done: u64,
-}
 
 /// A run in progress.
 pub(crate) struct Run<'a> {
@@ -79,6 +61,14 @@ pub(crate) struct Run<'a> {
     under_way: Option<UnderWay>,
     /// Flags of the next grant.
     asked: u64,
+    /// Keeps checkpoints, if the scene asks for them and all solvers can save.
+    keeper: Option<Keeper>,
+    /// The coupler's own state at a checkpoint whose window is under way.
+    pending: Option<Standing>,
+    /// An interrupted run has asked for its last checkpoint.
+    last_asked: bool,
+    /// What the solvers go on from.
+    restored: Vec<(Party, Vec<u8>)>,
     /// When the last grant was decided on, and when the session was last given something to wait for.
     granted: Instant,
     /// Wall time of a step in the last window.
@@ -87,16 +77,20 @@ pub(crate) struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    /// A run that has not begun.
+    /// A run that has not begun, or one that goes on from a checkpoint.
     pub(crate) fn new(
         scene: &'a Scene,
         options: &'a RunOptions,
         dir: &'a RunDir,
         account: &'a mut Account,
+        from: Option<Checkpoint>,
     ) -> Result<Self, RunError> {
         let mut parties = Vec::new();
         parties.extend(scene.mpm.is_some().then_some(Party::Mpm));
         parties.extend(scene.dem.is_some().then_some(Party::Dem));
+        if let Some(checkpoint) = from {
+            return Self::resumed(scene, options, dir, account, parties, checkpoint);
+        }
         let history = dir.history(&account.recorder.header())?;
         let frames = Frames::begin(dir, scene)?;
         let asked = if frames.is_some() {
@@ -122,6 +116,56 @@ impl<'a> Run<'a> {
             phase: Phase::Opening,
             under_way: None,
             asked,
+            keeper: None,
+            pending: None,
+            last_asked: false,
+            restored: Vec::new(),
+            granted: Instant::now(),
+            step_time: None,
+            failure: None,
+        })
+    }
+
+    fn resumed(
+        scene: &'a Scene,
+        options: &'a RunOptions,
+        dir: &'a RunDir,
+        account: &'a mut Account,
+        parties: Vec<Party>,
+        checkpoint: Checkpoint,
+    ) -> Result<Self, RunError> {
+        let Checkpoint {
+            standing, solvers, ..
+        } = checkpoint;
+        let history = dir.history_from(standing.history)?;
+        let frames = Frames::go_on(dir, scene, standing.frames)?;
+        if !account.go_on(standing.account) {
+            return Err(RunError::Checkpoint(
+                "it has another number of checks".into(),
+            ));
+        }
+        Ok(Self {
+            scene,
+            options,
+            account,
+            dir,
+            crew: Crew::default(),
+            tape: None,
+            parties,
+            history,
+            frames,
+            progress: Progress::new(scene.time.end, options.progress),
+            stability: None,
+            sides: standing.sides,
+            sample: Sample::default(),
+            bodies: standing.bodies,
+            phase: standing.phase,
+            under_way: Some(standing.under_way),
+            asked: standing.asked,
+            keeper: None,
+            pending: None,
+            last_asked: false,
+            restored: solvers,
             granted: Instant::now(),
             step_time: None,
             failure: None,
@@ -138,6 +182,9 @@ impl<'a> Run<'a> {
         self.progress.finish();
         let flushed = self.history.flush();
         let framed = self.frames.as_mut().map_or(Ok(()), Frames::finish);
+        // A checkpoint waits for the frames that it lists.
+        self.frames = None;
+        let kept = self.keeper.as_mut().map_or(Ok(()), Keeper::finish);
         // What the run itself has found comes first: the session ended because of it.
         if let Some(failure) = self.failure {
             return Err(failure);
@@ -145,12 +192,14 @@ impl<'a> Run<'a> {
         led?;
         flushed?;
         framed?;
+        kept?;
         Ok(())
     }
 
-    fn parts(&self) -> Vec<Part> {
+    fn parts(&mut self) -> Vec<Part> {
         let (threads, coupled) = (self.options.threads, self.parties.len() == 2);
-        let part = |config: String, measured| Part {
+        let mut restored = std::mem::take(&mut self.restored).into_iter();
+        let mut part = |config: String, measured| Part {
             configure: Configure {
                 scene_hash: self.scene.hash.clone(),
                 config,
@@ -160,7 +209,8 @@ impl<'a> Run<'a> {
                 other_polls: false,
             },
             measured,
-            restore: None,
+            // In the order of the parties, as they were saved.
+            restore: restored.next().map(|(_, state)| state),
         };
         let mpm = self.scene.mpm.clone().map(|config| {
             let groups = config.groups.len();
@@ -173,7 +223,7 @@ impl<'a> Run<'a> {
         mpm.into_iter().chain(dem).collect()
     }
 
-    fn configure(&self, coupler: &Coupler) -> Result<Vec<Part>, RunError> {
+    fn configure(&mut self, coupler: &Coupler) -> Result<Vec<Part>, RunError> {
         for &party in &self.parties {
             let hello = coupler.hello(party).expect("all have said hello");
             // K-2.
@@ -181,7 +231,27 @@ impl<'a> Run<'a> {
                 return Err(RunError::Unmet(unmet.to_string()));
             }
         }
+        self.keep_checkpoints(coupler)?;
         Ok(self.parts())
+    }
+
+    /// Keeps checkpoints if the scene asks for them and all solvers can save their states.
+    fn keep_checkpoints(&mut self, coupler: &Coupler) -> Result<(), RunError> {
+        let Some(plan) = self.scene.output.checkpoint else {
+            return Ok(());
+        };
+        let saves = |party: &&Party| {
+            let hello = coupler.hello(**party).expect("all have said hello");
+            hello.capabilities.has(capability::SAVE)
+        };
+        if let Some(party) = self.parties.iter().find(|party| !saves(party)) {
+            tracing::warn!("no checkpoints: the {party} cannot save its state");
+            return Ok(());
+        }
+        let written = self.frames.as_ref().map(Frames::written);
+        let time = self.account.clock.time();
+        self.keeper = Some(Keeper::begin(plan, self.dir, time, written)?);
+        Ok(())
     }
 
     fn ready(&mut self, coupler: &Coupler) {
@@ -214,13 +284,14 @@ impl<'a> Run<'a> {
                 None => return Ok(Decision::Drain),
             },
         };
+        let checkpoint = self.checkpoint(&under_way)?;
         let window = self.window().min(under_way.epoch.steps - under_way.done);
         let (epoch_start, steps_in_epoch, dt_before_epoch) = self.account.clock.epoch();
         let grant = Grant {
             epoch: self.account.epochs,
             first: self.account.clock.index(),
             steps: window,
-            flags: self.asked,
+            flags: self.asked | checkpoint,
             epoch_start,
             steps_in_epoch,
             dt_before_epoch,
@@ -236,6 +307,58 @@ impl<'a> Run<'a> {
         self.account.grants += 1;
         self.granted = Instant::now();
         Ok(Decision::Grant(grant, budgets))
+    }
+
+    /// The flag that asks for a checkpoint before the next grant, if one is due; keeps what the coupler adds to it.
+    fn checkpoint(&mut self, under_way: &UnderWay) -> Result<u64, RunError> {
+        let time = self.account.clock.time();
+        let stepping = self.phase == Phase::Stepping;
+        let interrupted = self.account.interrupted;
+        let Some(keeper) = &self.keeper else {
+            return Ok(0);
+        };
+        let last = interrupted && !self.last_asked;
+        if !stepping || !(keeper.is_due(time) || last) {
+            return Ok(0);
+        }
+        self.last_asked |= last;
+        // The rows that it relies on reach the file before it does.
+        self.history.flush()?;
+        self.pending = Some(Standing {
+            account: self.account.keep(),
+            phase: self.phase,
+            under_way: *under_way,
+            asked: self.asked,
+            sides: self.sides,
+            bodies: self.bodies.clone(),
+            history: self.history.bytes(),
+            frames: self
+                .frames
+                .as_ref()
+                .map(|f| f.listed().clone())
+                .unwrap_or_default(),
+        });
+        Ok(flags::CHECKPOINT)
+    }
+
+    /// The solvers' states have come with the reports.
+    fn keep(&mut self, coupler: &mut Coupler) -> Result<(), RunError> {
+        let (Some(standing), Some(keeper)) = (self.pending.take(), &mut self.keeper) else {
+            return Ok(());
+        };
+        let mut about = About::of(self.scene, &self.parties, self.options.record);
+        about.step = self.account.clock.index();
+        about.time = self.account.clock.time();
+        let states = self.parties.iter().filter_map(|&party| {
+            let state = coupler.take_saved(party)?;
+            Some((party, state))
+        });
+        keeper.take(Checkpoint {
+            about,
+            standing,
+            solvers: states.collect(),
+        })?;
+        Ok(())
     }
 
     fn begin(&mut self, epoch: Epoch) -> UnderWay {
@@ -254,7 +377,7 @@ impl<'a> Run<'a> {
     fn next_epoch(&mut self) -> Result<Option<Epoch>, RunError> {
         if self.phase == Phase::Stepping {
             let time = self.account.clock.time();
-            if time < self.scene.time.end && !self.interrupted() {
+            if time < self.scene.time.end && !self.ends_early() {
                 let stability = *self.stability();
                 stability.compare(&self.sides, &mut self.account.criteria);
                 let epoch = self.account.pace.epoch(time, &stability, &self.sides);
@@ -274,6 +397,11 @@ impl<'a> Run<'a> {
             }
             Phase::Stepping | Phase::Done => Ok(None),
         }
+    }
+
+    /// Interrupted, and the last checkpoint has been asked for where there are any.
+    fn ends_early(&mut self) -> bool {
+        self.interrupted() && (self.last_asked || self.keeper.is_none())
     }
 
     fn interrupted(&mut self) -> bool {
@@ -303,6 +431,7 @@ impl<'a> Run<'a> {
     /// Takes the reports on the last grant.
     fn collected(&mut self, coupler: &mut Coupler) -> Result<(), RunError> {
         self.account.waited += self.granted.elapsed();
+        self.keep(coupler)?;
         for &party in &self.parties {
             let report = *coupler.report(party).expect("a solver of this session");
             match party {
@@ -328,7 +457,7 @@ impl<'a> Run<'a> {
         self.step_time = Some(self.granted.elapsed() / round.steps.max(1) as u32);
         self.show(&epoch);
         let whole = under_way.done == epoch.steps;
-        if !whole && round.within && !self.interrupted() {
+        if !whole && round.within && !self.ends_early() {
             self.under_way = Some(under_way);
         }
         if epoch.lands && whole {
@@ -406,7 +535,7 @@ impl<'a> Run<'a> {
     }
 
     fn show(&mut self, epoch: &Epoch) {
-        let standing = Standing {
+        let standing = progress::Standing {
             step: self.account.clock.index(),
             time: self.account.clock.time(),
             dt: epoch.dt,

@@ -1,12 +1,12 @@
 //! The energy ledger and the momentum balance of both sides together (PHYSICS.md section 7).
 
 use interface::wire::Ledger;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::quantity::total_energy;
 
 /// Energies of both sides at one time in J/m, as `summary.json` has them.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Energies {
     /// Kinetic energy of points and of the bodies' translation.
     pub kinetic: f64,
@@ -57,7 +57,7 @@ impl Energies {
 }
 
 /// The balance so far.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Balance {
     start: Option<(Energies, [f64; 2])>,
     /// Energies at the last measurement.

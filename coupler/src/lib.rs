@@ -8,10 +8,12 @@
 //! | [`launch`], [`run`], [`failure`] | solvers as processes or threads, the run from open to closed, and why it ended early |
 //! | [`ledger`], [`quantity`], [`check`] | energies and momenta, what can be asked of a run, what it must show |
 //! | [`summary`], [`rundir`], [`frames`], [`progress`] | what a run leaves behind, and what it shows meanwhile |
+//! | [`checkpoint`] | the state of a run, from which it can be resumed |
 #![forbid(unsafe_code)]
 
 mod account;
 pub mod check;
+pub mod checkpoint;
 pub mod diagnostic;
 pub mod failure;
 pub mod frames;

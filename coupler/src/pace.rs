@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use interface::step::GROWTH;
+use serde::{Deserialize, Serialize};
 
 use crate::scene::TimePlan;
 use crate::stability::{Bound, Sides, Stability, StepLimit};
@@ -18,7 +19,7 @@ const HEADROOM: f64 = 0.97;
 const OUTPUT_SHARE: f64 = 0.95;
 
 /// An interval of equal steps.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Epoch {
     /// Step in s.
     pub dt: f64,
@@ -44,13 +45,19 @@ pub struct Collapsed {
 pub struct Pace {
     plan: TimePlan,
     every: f64,
+    so_far: SoFar,
+}
+
+/// What has been laid out so far.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct SoFar {
     /// Outputs done; the next is due at `(outputs + 1) every`.
     outputs: u64,
     dt_last: Option<f64>,
     /// The last step that was taken in s, and what bound it.
     last: Option<(f64, Bound)>,
     /// Steps by what bound them.
-    pub bound_by: BTreeMap<&'static str, u64>,
+    pub bound_by: BTreeMap<Bound, u64>,
     /// Shortest and longest step so far in s.
     pub range: Option<(f64, f64)>,
 }
@@ -61,17 +68,23 @@ impl Pace {
         Self {
             plan,
             every,
-            outputs: 0,
-            dt_last: None,
-            last: None,
-            bound_by: BTreeMap::new(),
-            range: None,
+            so_far: SoFar::default(),
         }
+    }
+
+    /// What has been laid out so far.
+    pub fn so_far(&self) -> &SoFar {
+        &self.so_far
+    }
+
+    /// Goes on where another run has been.
+    pub fn go_on(&mut self, so_far: SoFar) {
+        self.so_far = so_far;
     }
 
     /// Time of the next output in s: a multiple of the interval, or the end.
     pub fn next_output(&self) -> f64 {
-        let due = (self.outputs + 1) as f64 * self.every;
+        let due = (self.so_far.outputs + 1) as f64 * self.every;
         // An interval that does not divide the run leaves a shorter one at the end, but none of mere rounding.
         if due > self.plan.end - 1e-9 * self.every {
             self.plan.end
@@ -82,12 +95,12 @@ impl Pace {
 
     /// Outputs done.
     pub fn outputs(&self) -> u64 {
-        self.outputs
+        self.so_far.outputs
     }
 
     /// The output that was next is done.
     pub fn output_done(&mut self) {
-        self.outputs += 1;
+        self.so_far.outputs += 1;
     }
 
     /// The next epoch from `time` (s) on.
@@ -111,7 +124,7 @@ impl Pace {
             (dt, bound) = (cap, Bound::Cap);
         }
         let mut steps = EPOCH;
-        if let Some(last) = self.dt_last
+        if let Some(last) = self.so_far.dt_last
             && GROWTH * last < dt
         {
             (dt, bound) = (GROWTH * last, Bound::Growth);
@@ -125,7 +138,7 @@ impl Pace {
         if left / needed < OUTPUT_SHARE * dt {
             bound = Bound::Output;
         }
-        self.dt_last = Some(left / needed);
+        self.so_far.dt_last = Some(left / needed);
         let needed_steps = if needed < 1e18 {
             needed as u64
         } else {
@@ -142,15 +155,16 @@ impl Pace {
 
     /// The last step that was taken in s, and what bound it.
     pub fn last(&self) -> Option<(f64, Bound)> {
-        self.last
+        self.so_far.last
     }
 
     /// Books `steps` steps of an epoch.
     pub fn book(&mut self, epoch: &Epoch, steps: u64) {
-        self.last = Some((epoch.dt, epoch.bound));
-        *self.bound_by.entry(epoch.bound.name()).or_default() += steps;
-        let (low, high) = self.range.unwrap_or((epoch.dt, epoch.dt));
-        self.range = Some((low.min(epoch.dt), high.max(epoch.dt)));
+        let so_far = &mut self.so_far;
+        so_far.last = Some((epoch.dt, epoch.bound));
+        *so_far.bound_by.entry(epoch.bound).or_default() += steps;
+        let (low, high) = so_far.range.unwrap_or((epoch.dt, epoch.dt));
+        so_far.range = Some((low.min(epoch.dt), high.max(epoch.dt)));
     }
 }
 

@@ -1,6 +1,7 @@
 //! A coupled run from scene to summary.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
@@ -20,6 +21,8 @@ use interface::transport::iceoryx::{self, Medium, ROOM};
 use interface::transport::recorded::Recorded;
 
 use crate::account::Account;
+use crate::checkpoint::Checkpoint;
+use crate::checkpoint::file::{self, CheckpointError, newest};
 use crate::failure::RunError;
 use crate::lead::Run;
 use crate::rundir::{RunDir, RunDirError};
@@ -68,12 +71,73 @@ pub enum Solvers {
 /// [`RunDirError`] when not even the summary can be written.
 pub fn run(scene: &Scene, options: &RunOptions, dir: &RunDir) -> Result<Summary, RunDirError> {
     dir.write_scene(&scene.resolved_toml)?;
+    go(scene, options, dir, None)
+}
+
+/// A run that goes on from the newest good checkpoint of its directory.
+#[derive(Debug)]
+pub struct Resumed {
+    path: PathBuf,
+    checkpoint: Checkpoint,
+    passed_over: Vec<CheckpointError>,
+}
+
+impl Resumed {
+    /// Looks for the newest good checkpoint of `scene` in `dir`.
+    ///
+    /// # Errors
+    /// [`CheckpointError`].
+    pub fn find(scene: &Scene, dir: &RunDir) -> Result<Self, CheckpointError> {
+        let ours = file::About::of(scene, &[], false);
+        let (path, checkpoint, passed_over) = newest(dir.path(), &ours)?;
+        Ok(Self {
+            path,
+            checkpoint,
+            passed_over,
+        })
+    }
+
+    /// Where the checkpoint is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Of what it is.
+    pub fn about(&self) -> &file::About {
+        &self.checkpoint.about
+    }
+
+    /// What is wrong with newer ones.
+    pub fn passed_over(&self) -> &[CheckpointError] {
+        &self.passed_over
+    }
+
+    /// Goes on.
+    ///
+    /// # Errors
+    /// As [`run`].
+    pub fn run(
+        self,
+        scene: &Scene,
+        options: &RunOptions,
+        dir: &RunDir,
+    ) -> Result<Summary, RunDirError> {
+        go(scene, options, dir, Some(self.checkpoint))
+    }
+}
+
+fn go(
+    scene: &Scene,
+    options: &RunOptions,
+    dir: &RunDir,
+    from: Option<Checkpoint>,
+) -> Result<Summary, RunDirError> {
     let started = Instant::now();
     let shared_thread = matches!(options.solvers, Solvers::Here { .. });
     let mut account = Account::new(scene, shared_thread);
     let ended = recorder(scene, options, dir).and_then(|recorder| {
         let tape = recorder.as_ref().map(Recorder::tape);
-        let ended = Run::new(scene, options, dir, &mut account).and_then(|mut run| {
+        let ended = Run::new(scene, options, dir, &mut account, from).and_then(|mut run| {
             run.tape.clone_from(&tape);
             let led = match &options.solvers {
                 Solvers::Processes { mpm, dem } => processes(&mut run, [mpm, dem], tape),

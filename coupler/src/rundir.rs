@@ -1,8 +1,8 @@
 //! The run directory: what a run leaves behind (DESIGN.md section 6).
 
 use std::fmt::Write as _;
-use std::fs::{self, File};
-use std::io::{self, Write};
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -20,6 +20,7 @@ pub struct RunDirError {
     source: io::Error,
 }
 
+pub(crate) const HISTORY: &str = "history.csv";
 const RECORDING: &str = "recording.tandem";
 /// Room for rows that have not reached the file.
 const ROWS: usize = 64 << 10;
@@ -62,6 +63,17 @@ impl RunDir {
         })
     }
 
+    /// The directory of a run that is to go on.
+    ///
+    /// # Errors
+    /// [`RunDirError`] when nothing can be written there.
+    pub fn reopen(path: &Path) -> Result<Self, RunDirError> {
+        tempfile::tempfile_in(path).map_err(fail("write in the run directory", path))?;
+        Ok(Self {
+            path: path.to_path_buf(),
+        })
+    }
+
     /// Where it is.
     pub fn path(&self) -> &Path {
         &self.path
@@ -79,6 +91,16 @@ impl RunDir {
     pub fn log(&self) -> Result<File, RunDirError> {
         let path = self.path.join("log.jsonl");
         File::create(&path).map_err(fail("create", &path))
+    }
+
+    /// Opens the file for lines of log of a run that goes on.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub fn log_on(&self) -> Result<File, RunDirError> {
+        let path = self.path.join("log.jsonl");
+        let file = OpenOptions::new().append(true).create(true).open(&path);
+        file.map_err(fail("open", &path))
     }
 
     /// Writes the scene as resolved.
@@ -122,22 +144,36 @@ impl RunDir {
     /// # Errors
     /// [`RunDirError`].
     pub fn history(&self, header: &[String]) -> Result<History, RunDirError> {
-        let path = self.path.join("history.csv");
+        let path = self.path.join(HISTORY);
         let file = File::create(&path).map_err(fail("create", &path))?;
-        let mut history = History {
-            writer: csv::WriterBuilder::new()
-                .buffer_capacity(2 * ROWS)
-                .from_writer(file),
-            path,
-            unwritten: 0,
-            written: Instant::now(),
-        };
+        let mut history = History::of(file, path, 0);
         history
             .writer
             .write_record(header)
             .map_err(|e| fail("write", &history.path)(e.into()))?;
         history.flush()?;
+        let written = history.writer.get_ref().metadata();
+        history.bytes = written.map_err(fail("write", &history.path))?.len();
         Ok(history)
+    }
+
+    /// Goes on with `history.csv` after its first `bytes` bytes.
+    ///
+    /// # Errors
+    /// [`RunDirError`], also when there are not as many.
+    pub fn history_from(&self, bytes: u64) -> Result<History, RunDirError> {
+        let path = self.path.join(HISTORY);
+        let open = || {
+            let mut file = OpenOptions::new().write(true).open(&path)?;
+            if file.metadata()?.len() < bytes {
+                return Err(io::Error::other("it is shorter than at the checkpoint"));
+            }
+            file.set_len(bytes)?;
+            file.seek(SeekFrom::End(0))?;
+            Ok(file)
+        };
+        let file = open().map_err(fail("go on with", &path))?;
+        Ok(History::of(file, path, bytes))
     }
 
     /// Writes a file as a whole: a reader sees the old one or the new one, never half of either.
@@ -162,9 +198,28 @@ pub struct History {
     /// Most bytes that the rows in memory may have.
     unwritten: usize,
     written: Instant,
+    /// All that has been written, in memory or not.
+    bytes: u64,
 }
 
 impl History {
+    fn of(file: File, path: PathBuf, bytes: u64) -> Self {
+        Self {
+            writer: csv::WriterBuilder::new()
+                .buffer_capacity(2 * ROWS)
+                .from_writer(file),
+            path,
+            unwritten: 0,
+            written: Instant::now(),
+            bytes,
+        }
+    }
+
+    /// Length in bytes of the file once all rows have reached it.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
     /// Adds a row. Numbers are written so that they read back to the same bits.
     ///
     /// # Errors
@@ -180,6 +235,7 @@ impl History {
             .write_record(row)
             .map_err(|e| fail("write", &self.path)(e.into()))?;
         self.unwritten += length;
+        self.bytes += length as u64;
         if self.written.elapsed() > UNWRITTEN {
             self.flush()?;
         }

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::scene::{Criterion, TimePlan};
 
 /// What binds the step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Bound {
     /// Waves in the continuum.
     Elastic,
@@ -51,7 +51,7 @@ impl Bound {
 }
 
 /// What both sides say of themselves at one time.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Sides {
     /// The continuum's limits; zeros where there is none.
     pub mpm: Limits,
@@ -60,7 +60,7 @@ pub struct Sides {
 }
 
 /// What a side may use of the step's allowance before it must halt.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
     /// Squared frequencies, own and contact, in 1/s^2.
     pub omega_sq: f64,
@@ -71,7 +71,7 @@ pub struct Budget {
 }
 
 /// Budgets of both sides.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Budgets {
     /// The continuum's.
     pub mpm: Budget,

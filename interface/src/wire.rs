@@ -7,6 +7,7 @@
 //! A record that a peer wrote is checked where it is received with the same [`Record::check`] as where it was sent.
 
 use iceoryx2::prelude::ZeroCopySend;
+use serde::{Deserialize, Serialize};
 
 /// A record of the wire: plain bytes plus the rule that its numbers obey.
 pub trait Record:
@@ -109,7 +110,7 @@ macro_rules! record {
         $(at least zero: $($bounded:ident),*)?) => {
         $(#[$meta])*
         #[repr(C)]
-        #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend)]
+        #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend, Serialize, Deserialize)]
         // A name of its own: the default is the path in this crate, which no other language has.
         #[type_name($wire_name)]
         pub struct $name { $($(#[$field_meta])* pub $field: $type),* }

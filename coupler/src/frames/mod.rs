@@ -7,7 +7,10 @@
 mod outline;
 pub mod vtu;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::{fs, io, thread};
@@ -15,6 +18,7 @@ use std::{fs, io, thread};
 use interface::wire::{BodyState, PointState};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Writer, XmlVersion};
+use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::rundir::{RunDir, RunDirError};
@@ -38,9 +42,20 @@ pub struct Instant {
     pub bodies: Vec<BodyState>,
 }
 
+/// The frames of a run so far.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Listed {
+    /// Their times in s.
+    pub times: Vec<f64>,
+    /// The bodies at the first one.
+    pub start: Vec<BodyState>,
+}
+
 /// Takes the frames of a run.
 #[derive(Debug)]
 pub struct Frames {
+    listed: Listed,
+    written: Arc<AtomicUsize>,
     queue: Option<SyncSender<Instant>>,
     writer: Option<JoinHandle<Result<(), RunDirError>>>,
 }
@@ -51,26 +66,41 @@ impl Frames {
     /// # Errors
     /// [`RunDirError`].
     pub fn begin(dir: &RunDir, scene: &Scene) -> Result<Option<Self>, RunDirError> {
+        Self::go_on(dir, scene, Listed::default())
+    }
+
+    /// The same of a run that goes on where so many frames are there; later ones are removed.
+    ///
+    /// # Errors
+    /// [`RunDirError`], also when one of them is not there.
+    pub fn go_on(dir: &RunDir, scene: &Scene, listed: Listed) -> Result<Option<Self>, RunDirError> {
         if scene.output.frames.is_none() {
             return Ok(None);
         }
         let folder = dir.path().join(FOLDER);
-        let emptied = match fs::remove_dir_all(&folder) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-            _ => fs::create_dir(&folder),
-        };
-        emptied.map_err(crate::rundir::fail("empty", &folder))?;
+        if listed.times.is_empty() {
+            let emptied = match fs::remove_dir_all(&folder) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+                _ => fs::create_dir(&folder),
+            };
+            emptied.map_err(crate::rundir::fail("empty", &folder))?;
+        }
         let bodies = scene.dem.iter().flat_map(|dem| &dem.bodies);
         let outlines = bodies.map(outline::outlines).collect();
         let (queue, taken) = sync_channel(WAITING);
+        let written = Arc::new(AtomicUsize::new(listed.times.len()));
         let series = Series {
             dir: dir.clone(),
             has: [scene.mpm.is_some(), scene.dem.is_some()],
             outlines,
-            start: Vec::new(),
-            times: Vec::new(),
+            start: listed.start.clone(),
+            times: listed.times.clone(),
+            written: written.clone(),
         };
+        series.keep_listed()?;
         Ok(Some(Self {
+            listed,
+            written,
             queue: Some(queue),
             writer: Some(thread::spawn(move || series.write_all(&taken))),
         }))
@@ -81,12 +111,26 @@ impl Frames {
     /// # Errors
     /// [`RunDirError`] when an earlier one could not be written.
     pub fn take(&mut self, instant: Instant) -> Result<(), RunDirError> {
+        if self.listed.times.is_empty() {
+            self.listed.start.clone_from(&instant.bodies);
+        }
+        self.listed.times.push(instant.time);
         let sent = self.queue.as_ref().map(|queue| queue.send(instant));
         match sent {
             Some(Ok(())) => Ok(()),
             // Nobody takes it: the writer has ended, and says why.
             _ => self.finish(),
         }
+    }
+
+    /// What has been taken so far.
+    pub fn listed(&self) -> &Listed {
+        &self.listed
+    }
+
+    /// How many frames are in their files.
+    pub fn written(&self) -> Arc<AtomicUsize> {
+        self.written.clone()
     }
 
     /// Everything taken so far is in its file.
@@ -119,9 +163,33 @@ struct Series {
     /// The bodies at the first frame, which is of the start.
     start: Vec<BodyState>,
     times: Vec<f64>,
+    written: Arc<AtomicUsize>,
 }
 
 impl Series {
+    /// Of the frames that are there, keeps those that are listed.
+    fn keep_listed(&self) -> Result<(), RunDirError> {
+        if self.times.is_empty() {
+            return Ok(());
+        }
+        let kept: BTreeSet<String> = (0..self.times.len())
+            .flat_map(|number| ["points", "bodies"].map(|name| file(name, number)))
+            .collect();
+        let folder = self.dir.path().join(FOLDER);
+        let keep = || {
+            for entry in fs::read_dir(&folder)? {
+                let name = entry?.file_name().to_string_lossy().into_owned();
+                let ours = name.starts_with("points_") || name.starts_with("bodies_");
+                if ours && !kept.contains(&name) {
+                    fs::remove_file(folder.join(name))?;
+                }
+            }
+            Ok(())
+        };
+        keep().map_err(crate::rundir::fail("go on in", &folder))?;
+        self.dir.write_whole(LIST, &self.list())
+    }
+
     fn write_all(mut self, taken: &Receiver<Instant>) -> Result<(), RunDirError> {
         for instant in taken {
             if self.times.is_empty() {
@@ -137,6 +205,7 @@ impl Series {
             }
             self.times.push(instant.time);
             self.dir.write_whole(LIST, &self.list())?;
+            self.written.store(self.times.len(), Ordering::Release);
         }
         Ok(())
     }
@@ -179,6 +248,12 @@ impl Series {
         written.expect("memory takes what is written");
         xml.into_inner()
     }
+}
+
+/// Files of these frames in a run directory.
+pub(crate) fn paths(dir: &Path, frames: std::ops::Range<usize>) -> Vec<PathBuf> {
+    let files = frames.flat_map(|number| ["points", "bodies"].map(|name| file(name, number)));
+    files.map(|name| dir.join(FOLDER).join(name)).collect()
 }
 
 fn file(name: &str, number: usize) -> String {

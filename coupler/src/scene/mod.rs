@@ -171,8 +171,19 @@ pub struct Output {
     pub every: f64,
     /// Intervals of the history between frames; `None`: there are none.
     pub frames: Option<u64>,
+    /// When the run saves its state; `None`: never.
+    pub checkpoint: Option<CheckpointPlan>,
     /// Columns after the time.
     pub columns: Vec<Column>,
+}
+
+/// When a run saves its state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CheckpointPlan {
+    /// Wall time between checkpoints.
+    pub wall: Option<Duration>,
+    /// Simulated time between checkpoints in s.
+    pub time: Option<f64>,
 }
 
 impl Scene {

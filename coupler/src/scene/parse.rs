@@ -11,10 +11,12 @@ use toml::Value;
 use super::document::{Document, Part, join};
 use super::output::{self, Context};
 use super::problems::Problems;
-use super::written::{CouplingWritten, CriterionWritten, DemWritten, SceneWritten, TimeWritten};
+use super::written::{
+    CheckpointWritten, CouplingWritten, CriterionWritten, DemWritten, SceneWritten, TimeWritten,
+};
 use super::{
-    Coupling, Criterion, Output, Scene, TimePlan, VERSION, bodies, continuum, schema, solvers,
-    structure, study,
+    CheckpointPlan, Coupling, Criterion, Output, Scene, TimePlan, VERSION, bodies, continuum,
+    schema, solvers, structure, study,
 };
 use crate::check::{Check, Expected, Reference};
 use crate::diagnostic::SceneErrors;
@@ -150,6 +152,7 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
     };
     let every = history_interval(problems, written.output.every, time.end);
     let frames = frame_interval(problems, written.output.frames, every);
+    let checkpoint = checkpoint(problems, written.output.checkpoint.as_ref());
     let mut columns = Vec::new();
     for (i, column) in written.output.column.iter().enumerate() {
         columns.extend(context.column(problems, &format!("output.column.{i}"), column));
@@ -184,6 +187,7 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         output: Output {
             every,
             frames,
+            checkpoint,
             columns,
         },
         checks,
@@ -307,6 +311,29 @@ fn history_interval(problems: &mut Problems, every: f64, end: f64) -> f64 {
         );
     }
     every
+}
+
+/// When the run saves its state.
+fn checkpoint(
+    problems: &mut Problems,
+    written: Option<&CheckpointWritten>,
+) -> Option<CheckpointPlan> {
+    let &CheckpointWritten { wall, time } = written?;
+    for (key, interval) in [("wall", wall), ("time", time)] {
+        if let Some(interval) = interval {
+            problems.above_zero(&format!("output.checkpoint.{key}"), interval, "a time");
+        }
+    }
+    if wall.is_none() && time.is_none() {
+        problems.refuse(
+            "output.checkpoint",
+            "no interval".to_owned(),
+            "give `wall`, `time`, or both, in s",
+        );
+    }
+    // What is not a time has been refused.
+    let wall = wall.map(|s| Duration::try_from_secs_f64(s).unwrap_or(Duration::MAX));
+    Some(CheckpointPlan { wall, time })
 }
 
 /// Intervals of the history between frames.

@@ -160,6 +160,12 @@ fn runs(scene: &Scene) -> Vec<String> {
             rows as f64 * scene.output.every
         ));
     }
+    if let Some(plan) = scene.output.checkpoint {
+        let wall = plan.wall.map(|wall| format!("every {wall:?} of wall time"));
+        let time = plan.time.map(|time| format!("every {time} s"));
+        let both: Vec<String> = time.into_iter().chain(wall).collect();
+        runs.push(format!("checkpoints: {}", both.join(", and ")));
+    }
     runs
 }
 
@@ -283,6 +289,11 @@ fn left_out(scene: &Scene) -> Vec<LeftOut> {
         scene.output.frames.is_none(),
         "frames",
         "the scene has no `output.frames`",
+    );
+    out(
+        scene.output.checkpoint.is_none(),
+        "checkpoints",
+        "the scene has no `output.checkpoint`",
     );
     list
 }

@@ -273,9 +273,21 @@ pub(crate) struct OutputWritten {
     /// Simulated time between frames in s: all points and bodies, as VTK files. A whole multiple of `every`; no frames by
     /// default.
     pub frames: Option<f64>,
+    /// When the run saves its state, so that `tandem resume` can go on from there; never by default.
+    pub checkpoint: Option<CheckpointWritten>,
     /// Columns of history.csv after the time.
     #[serde(default)]
     pub column: Vec<ColumnWritten>,
+}
+
+/// When a run saves its state. With both intervals, whenever one of them is over.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CheckpointWritten {
+    /// Wall time between checkpoints in s.
+    pub wall: Option<f64>,
+    /// Simulated time between checkpoints in s.
+    pub time: Option<f64>,
 }
 
 /// A column of history.csv.

@@ -311,9 +311,9 @@ fn hidden(blamed: Party, played: &Played) -> bool {
     }
     // One that stops for longer is the late one, since nobody answers the complaint; but a solver that dies before it can
     // take its complaint back leaves it standing (seed 628604).
-    let accuser_dies = struck.iter().any(|(f, _)| {
-        f.party != Party::Coupler && f.party != blamed && f.kind == FaultKind::Die
-    });
+    let accuser_dies = struck
+        .iter()
+        .any(|(f, _)| f.party != Party::Coupler && f.party != blamed && f.kind == FaultKind::Die);
     solver && accuser_dies && coupler_pauses(patience, Time::MAX)
 }
 

@@ -1,0 +1,317 @@
+//! The file of a checkpoint.
+//!
+//! ```text
+//! "tandem checkpoint 1\n"
+//! length (u64), what made it (JSON)
+//! of the coupler, then of each solver that takes part (continuum, bodies):
+//!     number of blocks (u64), then each: length (u64), LZ4 block of at most 16 MiB before packing
+//! BLAKE3 of all bytes before (32 bytes)
+//! ```
+//!
+//! All numbers are little-endian. The hash is looked at first, so nothing else of a torn file is believed.
+
+use std::path::{Path, PathBuf};
+use std::{fs, io};
+
+use interface::control::{PROTOCOL, Party};
+use interface::saved;
+use interface::wire::layout_hash;
+use serde::{Deserialize, Serialize};
+use thiserror::Error;
+
+use super::Checkpoint;
+use crate::scene::Scene;
+
+const MAGIC: &[u8] = b"tandem checkpoint 1\n";
+/// Format of the coupler's own state.
+const FORMAT: &str = "tandem-coupler 1";
+const HASH: usize = 32;
+/// Bytes of a block before it is packed.
+const BLOCK: usize = 16 << 20;
+/// The folder of a run directory.
+pub(crate) const FOLDER: &str = "checkpoints";
+
+/// What made a checkpoint, and of what it is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct About {
+    /// Name of the scene.
+    pub scene: String,
+    /// Hash of the scene as resolved.
+    pub scene_hash: String,
+    /// Program that made it.
+    pub made_by: String,
+    /// Version of the protocol.
+    pub protocol: (u32, u32),
+    /// Hash of the records' layout (clause C-3).
+    pub layout: String,
+    /// First step that is not done.
+    pub step: u64,
+    /// Simulated time in s.
+    pub time: f64,
+    /// The solvers that take part.
+    pub solvers: Vec<Party>,
+    /// Whether the run was recorded.
+    pub recorded: bool,
+}
+
+impl About {
+    /// Of a run of this program.
+    pub fn of(scene: &Scene, solvers: &[Party], recorded: bool) -> Self {
+        Self {
+            scene: scene.name.clone(),
+            scene_hash: scene.hash.clone(),
+            made_by: concat!("tandem ", env!("CARGO_PKG_VERSION")).to_owned(),
+            protocol: PROTOCOL,
+            layout: layout_hash(),
+            step: 0,
+            time: 0.0,
+            solvers: solvers.to_vec(),
+            recorded,
+        }
+    }
+
+    /// What keeps a run like `ours` from going on from here; the first thing that differs.
+    fn differs(&self, ours: &Self) -> Option<String> {
+        let differs = |what: &str, theirs: &str, ours: &str| {
+            (theirs != ours).then(|| format!("its {what} is {theirs}, here it is {ours}"))
+        };
+        let version = |(major, minor): (u32, u32)| format!("{major}.{minor}");
+        let protocols = [self, ours].map(|about| version(about.protocol));
+        differs("program", &self.made_by, &ours.made_by)
+            .or_else(|| differs("protocol", &protocols[0], &protocols[1]))
+            .or_else(|| differs("layout of records", &self.layout, &ours.layout))
+            .or_else(|| differs("scene", &self.scene, &ours.scene))
+            .or_else(|| differs("scene hash", &self.scene_hash, &ours.scene_hash))
+    }
+}
+
+/// A checkpoint cannot be used.
+#[derive(Debug, Error)]
+pub enum CheckpointError {
+    /// The file cannot be read.
+    #[error("cannot read {path}: {source}")]
+    Read {
+        /// Where.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// It is damaged.
+    #[error("{path} is damaged: {what}")]
+    Damaged {
+        /// Where.
+        path: PathBuf,
+        /// In what way.
+        what: String,
+    },
+    /// It is of another program, protocol or scene.
+    #[error("{path} is not of this run: {what}")]
+    Differs {
+        /// Where.
+        path: PathBuf,
+        /// What differs.
+        what: String,
+    },
+    /// There is none.
+    #[error(
+        "{0} has no checkpoint: its scene has no `output.checkpoint`, or ended before the first"
+    )]
+    None(PathBuf),
+}
+
+/// The bytes of a checkpoint.
+pub(crate) fn write(checkpoint: &Checkpoint) -> Vec<u8> {
+    let about = serde_json::to_vec(&checkpoint.about).expect("no map with other keys than strings");
+    let mut bytes = MAGIC.to_vec();
+    number(&mut bytes, about.len());
+    bytes.extend(about);
+    pack(&mut bytes, &saved::pack(FORMAT, &checkpoint.standing));
+    for (_, state) in &checkpoint.solvers {
+        pack(&mut bytes, state);
+    }
+    let hash = blake3::hash(&bytes);
+    bytes.extend(hash.as_bytes());
+    bytes
+}
+
+fn number(bytes: &mut Vec<u8>, number: usize) {
+    bytes.extend((number as u64).to_le_bytes());
+}
+
+fn pack(bytes: &mut Vec<u8>, state: &[u8]) {
+    number(bytes, state.len().div_ceil(BLOCK));
+    for block in state.chunks(BLOCK) {
+        let packed = lz4_flex::block::compress_prepend_size(block);
+        number(bytes, packed.len());
+        bytes.extend(packed);
+    }
+}
+
+/// The checkpoint in `bytes`.
+///
+/// # Errors
+/// What is wrong with them.
+pub(crate) fn read(bytes: &[u8]) -> Result<Checkpoint, String> {
+    let Some(body) = bytes.len().checked_sub(HASH) else {
+        return Err("it is too short".into());
+    };
+    let (body, hash) = bytes.split_at(body);
+    if !body.starts_with(MAGIC) {
+        return Err("it does not begin as a checkpoint".into());
+    }
+    if blake3::hash(body).as_bytes() != hash {
+        return Err("its hash is not that of its content".into());
+    }
+    let mut rest = &body[MAGIC.len()..];
+    let length = take_number(&mut rest)?;
+    let about: About =
+        serde_json::from_slice(take(&mut rest, length)?).map_err(|e| e.to_string())?;
+    let standing = unpack(&mut rest)?;
+    let standing = saved::unpack(FORMAT, &standing).map_err(|e| e.message)?;
+    let mut solvers = Vec::new();
+    for &party in &about.solvers {
+        solvers.push((party, unpack(&mut rest)?));
+    }
+    if !rest.is_empty() {
+        return Err(format!("{} bytes are left over", rest.len()));
+    }
+    Ok(Checkpoint {
+        about,
+        standing,
+        solvers,
+    })
+}
+
+fn take<'a>(rest: &mut &'a [u8], length: usize) -> Result<&'a [u8], String> {
+    let Some((taken, left)) = rest.split_at_checked(length) else {
+        return Err(format!(
+            "{length} bytes are announced, {} follow",
+            rest.len()
+        ));
+    };
+    *rest = left;
+    Ok(taken)
+}
+
+fn take_number(rest: &mut &[u8]) -> Result<usize, String> {
+    let bytes = take(rest, 8)?;
+    let number = u64::from_le_bytes(bytes.try_into().expect("eight bytes"));
+    usize::try_from(number).map_err(|_| format!("a length of {number}"))
+}
+
+fn unpack(rest: &mut &[u8]) -> Result<Vec<u8>, String> {
+    let blocks = take_number(rest)?;
+    let mut state = Vec::new();
+    for _ in 0..blocks {
+        let length = take_number(rest)?;
+        let packed = take(rest, length)?;
+        let (size, packed) =
+            lz4_flex::block::uncompressed_size(packed).map_err(|e| e.to_string())?;
+        if size > BLOCK {
+            return Err(format!("a block of {size} bytes"));
+        }
+        state.extend(lz4_flex::block::decompress(packed, size).map_err(|e| e.to_string())?);
+    }
+    Ok(state)
+}
+
+/// Name of the file of a checkpoint before this step.
+pub(crate) fn name(step: u64) -> String {
+    format!("{step:012}.tandem")
+}
+
+/// The checkpoints of a run directory, the newest first.
+pub(crate) fn list(dir: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(dir.join(FOLDER)).into_iter().flatten();
+    let mut paths: Vec<PathBuf> = entries
+        .flatten()
+        .map(|entry| entry.path())
+        .filter(|path| path.extension().is_some_and(|e| e == "tandem"))
+        .collect();
+    paths.sort();
+    paths.reverse();
+    paths
+}
+
+/// The newest checkpoint of a run directory that is whole, its path, and what is wrong with newer ones.
+pub(crate) type Found = (PathBuf, Checkpoint, Vec<CheckpointError>);
+
+/// The newest good checkpoint in `dir` of a run like `ours`.
+///
+/// # Errors
+/// [`CheckpointError`]: there is none, or it is of another run, program or protocol.
+pub(crate) fn newest(dir: &Path, ours: &About) -> Result<Found, CheckpointError> {
+    let mut passed_over = Vec::new();
+    for path in list(dir) {
+        let read = fs::read(&path)
+            .map_err(|source| CheckpointError::Read {
+                path: path.clone(),
+                source,
+            })
+            .and_then(|bytes| {
+                read(&bytes).map_err(|what| CheckpointError::Damaged {
+                    path: path.clone(),
+                    what,
+                })
+            });
+        match read {
+            Ok(checkpoint) => {
+                return match checkpoint.about.differs(ours) {
+                    None => Ok((path, checkpoint, passed_over)),
+                    Some(what) => Err(CheckpointError::Differs { path, what }),
+                };
+            }
+            Err(error) => passed_over.push(error),
+        }
+    }
+    Err(passed_over
+        .into_iter()
+        .next()
+        .unwrap_or_else(|| CheckpointError::None(dir.to_path_buf())))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn states_come_back_whatever_their_length() {
+        for length in [0, 1, 1000, BLOCK, BLOCK + 1] {
+            let state: Vec<u8> = (0..length).map(|i| (i % 251) as u8).collect();
+            let mut bytes = Vec::new();
+            pack(&mut bytes, &state);
+            let mut rest = &bytes[..];
+            assert_eq!(unpack(&mut rest).unwrap(), state);
+            assert!(rest.is_empty());
+        }
+    }
+
+    /// Whatever lengths say, nothing beyond the file is allocated or believed.
+    #[test]
+    fn lengths_that_lie_are_refused() {
+        let lie = |numbers: &[u64], tail: &[u8]| {
+            let mut bytes: Vec<u8> = numbers.iter().flat_map(|n| n.to_le_bytes()).collect();
+            bytes.extend(tail);
+            unpack(&mut &bytes[..]).unwrap_err()
+        };
+        assert!(lie(&[1], &[]).contains("8 bytes are announced"));
+        assert!(lie(&[u64::MAX, 4], &[0; 3]).contains("4 bytes are announced, 3 follow"));
+        assert!(lie(&[1, u64::MAX], &[0; 9]).contains("are announced"));
+        assert!(lie(&[1, 5], &[255, 255, 255, 255, 0]).contains("a block of 4294967295 bytes"));
+    }
+
+    #[test]
+    fn what_is_no_checkpoint_or_a_damaged_one_is_told() {
+        let whole = |body: &[u8]| [body, blake3::hash(body).as_bytes()].concat();
+        assert!(read(&[]).unwrap_err().contains("too short"));
+        assert!(read(&[7; 100]).unwrap_err().contains("does not begin"));
+        let torn = [MAGIC, &[0; 40][..]].concat();
+        assert!(read(&torn).unwrap_err().contains("hash"));
+        // The right hash of a body that stops early.
+        assert!(
+            read(&whole(MAGIC))
+                .unwrap_err()
+                .contains("8 bytes are announced")
+        );
+    }
+}
