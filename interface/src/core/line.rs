@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use super::pieces::{Incoming, Outgoing};
+use super::pieces::{Incoming, Mark, Outgoing};
 use super::{Action, Done, Event, Task, Wait, broken, check};
 use crate::capability::Capabilities;
 use crate::codec::{decode, encode};
@@ -663,39 +663,5 @@ impl Line {
 
     pub(crate) fn coupler_broke(&self, clause: &'static str, message: String) -> SessionError {
         broken(Party::Coupler, clause, self.step, message)
-    }
-}
-
-/// What the machine itself adds to a saved state: where the run goes on.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Mark {
-    step: u64,
-    set: u64,
-    imps: u64,
-    items: u64,
-    carried: [f64; 2],
-}
-
-impl Mark {
-    const BYTES: usize = 48;
-
-    fn bytes(self) -> Vec<u8> {
-        let [a, b] = self.carried.map(f64::to_bits);
-        let numbers = [self.step, self.set, self.imps, self.items, a, b];
-        numbers.iter().flat_map(|n| n.to_le_bytes()).collect()
-    }
-
-    fn read(bytes: &[u8]) -> Option<Self> {
-        let number = |k: usize| {
-            let bytes = bytes.get(8 * k..8 * k + 8)?;
-            Some(u64::from_le_bytes(bytes.try_into().ok()?))
-        };
-        Some(Self {
-            step: number(0)?,
-            set: number(1)?,
-            imps: number(2)?,
-            items: number(3)?,
-            carried: [f64::from_bits(number(4)?), f64::from_bits(number(5)?)],
-        })
     }
 }

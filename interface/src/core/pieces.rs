@@ -92,6 +92,40 @@ impl Incoming {
     }
 }
 
+/// What the machine itself adds to a saved state: where the run goes on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Mark {
+    pub step: u64,
+    pub set: u64,
+    pub imps: u64,
+    pub items: u64,
+    pub carried: [f64; 2],
+}
+
+impl Mark {
+    pub const BYTES: usize = 48;
+
+    pub fn bytes(self) -> Vec<u8> {
+        let [a, b] = self.carried.map(f64::to_bits);
+        let numbers = [self.step, self.set, self.imps, self.items, a, b];
+        numbers.iter().flat_map(|n| n.to_le_bytes()).collect()
+    }
+
+    pub fn read(bytes: &[u8]) -> Option<Self> {
+        let number = |k: usize| {
+            let bytes = bytes.get(8 * k..8 * k + 8)?;
+            Some(u64::from_le_bytes(bytes.try_into().ok()?))
+        };
+        Some(Self {
+            step: number(0)?,
+            set: number(1)?,
+            imps: number(2)?,
+            items: number(3)?,
+            carried: [f64::from_bits(number(4)?), f64::from_bits(number(5)?)],
+        })
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
