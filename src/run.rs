@@ -10,7 +10,7 @@ use coupler::run::{Resumed, RunOptions, Solvers, run as run_scene};
 use coupler::rundir::{RunDir, RunDirError};
 use coupler::scene::{Scene, solver_override};
 use coupler::summary::{Status, Summary};
-use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1, SIGXCPU};
 use signal_hook::flag;
 
 use crate::cli::{HowArgs, LogFormat, ResumeArgs, RunArgs};
@@ -122,6 +122,13 @@ fn finish(log: LogFormat, out: &Path, ran: Result<Summary, RunDirError>) -> Exit
                 show(&summary);
             }
             say(format_args!("results in {}", out.display()));
+            let cut_short = matches!(summary.status, Status::Interrupted | Status::Failed);
+            if cut_short && coupler::checkpoint::file::is_in(out) {
+                say(format_args!(
+                    "`tandem resume {}` goes on from its last checkpoint",
+                    out.display()
+                ));
+            }
             ExitCode::from(summary.status.exit_code())
         }
         Err(error) => {
@@ -181,22 +188,33 @@ fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions, St
         record,
         progress: args.log == LogFormat::Text,
         interrupt: interrupt()?,
+        save: on_signal(SIGUSR1)?,
     })
 }
 
-/// A flag that Ctrl-C and SIGTERM set; the second of them does not wait for an orderly end.
+/// A flag that ends a run in order: set by Ctrl-C and SIGTERM, of which the second does not wait for that, by the end of
+/// the terminal (SIGHUP), and by a queue's warning (SIGXCPU).
 pub fn interrupt() -> Result<Arc<AtomicBool>, String> {
     let interrupt = Arc::new(AtomicBool::new(false));
     for signal in [SIGINT, SIGTERM] {
-        flag::register_conditional_shutdown(
-            signal,
-            i32::from(Status::Interrupted.exit_code()),
-            interrupt.clone(),
-        )
-        .and_then(|_| flag::register(signal, interrupt.clone()))
-        .map_err(|e| format!("cannot handle signals: {e}"))?;
+        let code = i32::from(Status::Interrupted.exit_code());
+        flag::register_conditional_shutdown(signal, code, interrupt.clone()).map_err(no_signals)?;
+    }
+    for signal in [SIGINT, SIGTERM, SIGHUP, SIGXCPU] {
+        flag::register(signal, interrupt.clone()).map_err(no_signals)?;
     }
     Ok(interrupt)
+}
+
+/// A flag that this signal sets.
+pub fn on_signal(signal: i32) -> Result<Arc<AtomicBool>, String> {
+    let set = Arc::new(AtomicBool::new(false));
+    flag::register(signal, set.clone()).map_err(no_signals)?;
+    Ok(set)
+}
+
+fn no_signals(error: io::Error) -> String {
+    format!("cannot handle signals: {error}")
 }
 
 /// The command of a solver: the scene's, or this program again.

@@ -62,6 +62,16 @@ fn checkpoints(dir: &Path) -> Vec<PathBuf> {
     paths
 }
 
+#[test]
+fn a_signal_saves_and_the_run_goes_on() {
+    let place = Place::new();
+    let mut run = place.start_run("saved", &scene_of_the_test(), &LONG[..LONG.len() - 2]);
+    run.stepping("saved");
+    signal(run.pid(), "USR1");
+    run.end().expect(0);
+    assert_eq!(checkpoints(&place.path("saved")).len(), 1);
+}
+
 /// Waits until a run has a checkpoint, and a random while longer.
 #[track_caller]
 fn a_while_after_a_checkpoint(dir: &Path) {
@@ -112,9 +122,10 @@ fn a_run_that_is_killed_goes_on_to_the_same_bits() {
 fn an_interrupted_run_keeps_a_last_checkpoint() {
     let place = Place::new();
     let scene = scene_of_the_test();
-    let seldom = [LONG, &["--set", "output.checkpoint={wall=1e6}"]].concat();
-    place.run("whole", &scene, &seldom).expect(0);
-    let mut run = place.start_run("stopped", &scene, &seldom);
+    // The scene itself has no checkpoints.
+    let seldom = &LONG[..LONG.len() - 2];
+    place.run("whole", &scene, seldom).expect(0);
+    let mut run = place.start_run("stopped", &scene, seldom);
     run.stepping("stopped");
     std::thread::sleep(Duration::from_millis(20 + dice(80)));
     signal(run.pid(), "TERM");

@@ -411,19 +411,26 @@ fn judge(check: &Check, progress: &Progress, slots: &[f64]) -> CheckResult {
         return result;
     };
     result.value = value;
+    // An infinite bound or scale would pass whatever the run shows.
+    let mut finite = true;
+    let mut evaluate = |bound: &Expression| {
+        let bound = bound.evaluate(slots);
+        finite &= bound.is_finite();
+        bound
+    };
     match &check.expected {
         Expected::AtLeast(bound) => {
-            let bound = bound.evaluate(slots);
+            let bound = evaluate(bound);
             result.reference = bound;
             result.error = beyond(bound - value);
         }
         Expected::AtMost(bound) => {
-            let bound = bound.evaluate(slots);
+            let bound = evaluate(bound);
             result.reference = bound;
             result.error = beyond(value - bound);
         }
         Expected::Between(lower, upper) => {
-            let (lower, upper) = (lower.evaluate(slots), upper.evaluate(slots));
+            let (lower, upper) = (evaluate(lower), evaluate(upper));
             result.reference = 0.5 * (lower + upper);
             result.error = beyond(lower - value) + beyond(value - upper);
         }
@@ -435,14 +442,16 @@ fn judge(check: &Check, progress: &Progress, slots: &[f64]) -> CheckResult {
             result.error = match measure {
                 Measure::Absolute => distance,
                 Measure::Relative => distance / reference.abs(),
-                Measure::Scale(scale) => distance / scale.evaluate(slots).abs(),
+                Measure::Scale(scale) => distance / evaluate(scale).abs(),
             };
         }
     }
     // False for NaN.
-    result.pass = result.error <= result.tolerance && value.is_finite();
+    result.pass = result.error <= result.tolerance && value.is_finite() && finite;
     if !value.is_finite() {
         result.reason = Some("the value is not a finite number".to_owned());
+    } else if !finite {
+        result.reason = Some("what it is compared with is not a finite number".to_owned());
     }
     result
 }
@@ -555,6 +564,27 @@ mod tests {
         };
         let result = run(When::MaxError, [1.0, 2.0], table, &RAMP);
         assert!(result.pass, "{result:?}");
+    }
+
+    /// D5: these passed whatever the run showed.
+    #[test]
+    fn infinite_bounds_and_scales_fail() {
+        let infinite = || expression("initial.v / 0");
+        let rows = [[0.0, 1.0], [1.0, 5.0]];
+        for expected in [
+            Expected::AtMost(infinite()),
+            Expected::AtLeast(expression("-initial.v / 0")),
+            Expected::Between(expression("0"), infinite()),
+            near("0", 0.1, Measure::Scale(infinite())),
+        ] {
+            let result = run(When::End, [0.0, 1.0], expected, &rows);
+            assert!(!result.pass, "{result:?}");
+            assert!(
+                result
+                    .reason
+                    .is_some_and(|reason| reason.contains("compared with"))
+            );
+        }
     }
 
     #[test]

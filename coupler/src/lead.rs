@@ -61,7 +61,7 @@ pub(crate) struct Run<'a> {
     under_way: Option<UnderWay>,
     /// Flags of the next grant.
     asked: u64,
-    /// Keeps checkpoints, if the scene asks for them and all solvers can save.
+    /// Keeps checkpoints, if all solvers can save.
     keeper: Option<Keeper>,
     /// The coupler's own state at a checkpoint whose window is under way.
     pending: Option<Standing>,
@@ -231,27 +231,27 @@ impl<'a> Run<'a> {
                 return Err(RunError::Unmet(unmet.to_string()));
             }
         }
-        self.keep_checkpoints(coupler)?;
+        self.keep_checkpoints(coupler);
         Ok(self.parts())
     }
 
-    /// Keeps checkpoints if the scene asks for them and all solvers can save their states.
-    fn keep_checkpoints(&mut self, coupler: &Coupler) -> Result<(), RunError> {
-        let Some(plan) = self.scene.output.checkpoint else {
-            return Ok(());
-        };
+    /// Keeps checkpoints when the scene or a signal asks for them, if all solvers can save their states.
+    fn keep_checkpoints(&mut self, coupler: &Coupler) {
+        let plan = self.scene.output.checkpoint;
         let saves = |party: &&Party| {
             let hello = coupler.hello(**party).expect("all have said hello");
             hello.capabilities.has(capability::SAVE)
         };
         if let Some(party) = self.parties.iter().find(|party| !saves(party)) {
-            tracing::warn!("no checkpoints: the {party} cannot save its state");
-            return Ok(());
+            if plan.is_some() {
+                tracing::warn!("no checkpoints: the {party} cannot save its state");
+            }
+            return;
         }
         let written = self.frames.as_ref().map(Frames::written);
         let time = self.account.clock.time();
-        self.keeper = Some(Keeper::begin(plan, self.dir, time, written)?);
-        Ok(())
+        let plan = plan.unwrap_or_default();
+        self.keeper = Some(Keeper::begin(plan, self.dir, time, written));
     }
 
     fn ready(&mut self, coupler: &Coupler) {
@@ -317,8 +317,12 @@ impl<'a> Run<'a> {
         let Some(keeper) = &self.keeper else {
             return Ok(0);
         };
+        if !stepping {
+            return Ok(0);
+        }
         let last = interrupted && !self.last_asked;
-        if !stepping || !(keeper.is_due(time) || last) {
+        let wanted = self.options.save.swap(false, Ordering::Relaxed);
+        if !(last || wanted || keeper.is_due(time)) {
             return Ok(0);
         }
         self.last_asked |= last;

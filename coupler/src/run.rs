@@ -42,8 +42,10 @@ pub struct RunOptions {
     pub record: bool,
     /// Whether a bar is wanted on a terminal.
     pub progress: bool,
-    /// Set from outside to end the run in order.
+    /// Set from outside to end the run in order, after a last checkpoint.
     pub interrupt: Arc<AtomicBool>,
+    /// Set from outside to save a checkpoint soon.
+    pub save: Arc<AtomicBool>,
 }
 
 /// Where the solvers of a run are.

@@ -58,6 +58,9 @@ impl RunDir {
                 _ => {}
             }
         }
+        for file in crate::checkpoint::file::list(path) {
+            fs::remove_file(&file).map_err(fail("replace", &file))?;
+        }
         Ok(Self {
             path: path.to_path_buf(),
         })

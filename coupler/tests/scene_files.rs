@@ -108,6 +108,31 @@ fn defaults_are_as_documented() {
     assert_eq!(dem.skin, 0.25);
 }
 
+/// D5: a bound that nothing exceeds makes a check that cannot fail.
+#[test]
+fn bounds_that_are_not_finite_are_refused() {
+    for bound in ["inf", "\"1/0\"", "\"0/0\""] {
+        let check =
+            format!("check=[{{name=\"c\", value=\"time\", at_most={bound}, source=\"s\"}}]");
+        let refusal = Files::new().refusal(None, &[&check]);
+        assert!(refusal.contains("give a finite number"), "{refusal}");
+    }
+}
+
+#[test]
+fn checkpoints_need_an_interval_above_zero() {
+    let refuses = |set: &str| Files::new().refusal(None, &[set]);
+    assert!(refuses("output.checkpoint={}").contains("no interval"));
+    assert!(refuses("output.checkpoint={time=0}").contains("output.checkpoint.time"));
+    assert!(refuses("output.checkpoint={wall=-1}").contains("output.checkpoint.wall"));
+    let plan = Files::new().load(None, &["output.checkpoint={time=0.5, wall=60}"]);
+    let plan = plan.output.checkpoint.expect("it asks for checkpoints");
+    assert_eq!(
+        (plan.time, plan.wall),
+        (Some(0.5), Some(Duration::from_mins(1)))
+    );
+}
+
 #[test]
 fn set_wins_over_the_variant_and_the_variant_over_the_file() {
     let files = Files::new();

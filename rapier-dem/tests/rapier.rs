@@ -51,6 +51,7 @@ fn show(name: &str, variant: &str, set: &[&str], dem: fn() -> Box<dyn DemSolver>
         record: false,
         progress: false,
         interrupt: Arc::default(),
+        save: Arc::default(),
     };
     let summary = run(&scene, &options, &dir).unwrap();
     let text = std::fs::read_to_string(place.path().join("out/history.csv")).unwrap();

@@ -114,7 +114,7 @@ pub enum CheckpointError {
     },
     /// There is none.
     #[error(
-        "{0} has no checkpoint: its scene has no `output.checkpoint`, or ended before the first"
+        "{0} has no checkpoint: its scene has no `output.checkpoint`, or it ended before the first"
     )]
     None(PathBuf),
 }
@@ -231,6 +231,11 @@ pub(crate) fn list(dir: &Path) -> Vec<PathBuf> {
     paths.sort();
     paths.reverse();
     paths
+}
+
+/// Whether a run directory has a checkpoint.
+pub fn is_in(dir: &Path) -> bool {
+    !list(dir).is_empty()
 }
 
 /// The newest checkpoint of a run directory that is whole, its path, and what is wrong with newer ones.

@@ -30,32 +30,27 @@ pub(crate) struct Keeper {
 
 impl Keeper {
     /// Keeps checkpoints in `dir` from the simulated time `time` (s) on. `frames` counts those that are in their files.
-    ///
-    /// # Errors
-    /// [`RunDirError`] when the folder cannot be made.
     pub fn begin(
         plan: CheckpointPlan,
         dir: &RunDir,
         time: f64,
         frames: Option<Arc<AtomicUsize>>,
-    ) -> Result<Self, RunDirError> {
-        let folder = dir.path().join(FOLDER);
-        fs::create_dir_all(&folder).map_err(fail("create", &folder))?;
+    ) -> Self {
         let busy = Arc::new(AtomicUsize::new(0));
         let (queue, taken) = sync_channel(1);
         let writer = Writer {
             dir: dir.clone(),
-            folder,
+            folder: dir.path().join(FOLDER),
             frames,
             busy: busy.clone(),
         };
-        Ok(Self {
+        Self {
             plan,
             last: (Instant::now(), time),
             busy,
             queue: Some(queue),
             writer: Some(thread::spawn(move || writer.write_all(&taken))),
-        })
+        }
     }
 
     /// Whether one is to be taken at the simulated time `time` (s). While one is being written the next waits.
@@ -150,6 +145,7 @@ impl Writer {
         let bytes = file::write(checkpoint);
         let path = self.folder.join(file::name(checkpoint.about.step));
         let write = || -> io::Result<()> {
+            fs::create_dir_all(&self.folder)?;
             let mut file = tempfile::NamedTempFile::new_in(&self.folder)?;
             io::Write::write_all(&mut file, &bytes)?;
             file.as_file().sync_all()?;

@@ -177,8 +177,8 @@ pub struct Output {
     pub columns: Vec<Column>,
 }
 
-/// When a run saves its state.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// When a run saves its state by itself.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct CheckpointPlan {
     /// Wall time between checkpoints.
     pub wall: Option<Duration>,

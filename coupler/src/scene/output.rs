@@ -182,10 +182,18 @@ impl Context<'_> {
         path: &str,
         written: &NumberOrExpression,
     ) -> Option<Expression> {
-        match written {
-            NumberOrExpression::Number(number) => Some(Expression::constant(*number)),
-            NumberOrExpression::Expression(source) => self.compile(problems, scope, path, source),
+        let expression = match written {
+            NumberOrExpression::Number(number) => Expression::constant(*number),
+            NumberOrExpression::Expression(source) => {
+                self.compile(problems, scope, path, source)?
+            }
+        };
+        if let Some(number) = expression.as_number().filter(|number| !number.is_finite()) {
+            let help = "give a finite number: with this one the check would pass or fail whatever the run shows";
+            problems.refuse(path, format!("it is {number}"), help);
+            return None;
         }
+        Some(expression)
     }
 
     /// A number made of constants.
