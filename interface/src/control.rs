@@ -1,5 +1,7 @@
 //! Control messages: everything outside the steps. Encoded by [`crate::codec`], described in PROTOCOL.md section 3.
 
+use std::time::Duration;
+
 use serde::{Deserialize, Serialize};
 
 use crate::capability::{Capabilities, POLLS};
@@ -65,6 +67,17 @@ pub struct Configure {
     pub restore: bool,
     /// Whether the other solver has the capability `polls` (clause B-4).
     pub other_polls: bool,
+}
+
+impl Configure {
+    /// Longest deadline: thirty years, so that sums of times have no end in sight.
+    const LONGEST: f64 = 1e9;
+
+    /// The deadline; `None` if it is no time above zero, or longer than anybody waits.
+    pub fn longest_wait(&self) -> Option<Duration> {
+        let sensible = self.deadline > 0.0 && self.deadline <= Self::LONGEST;
+        sensible.then(|| Duration::from_secs_f64(self.deadline))
+    }
 }
 
 /// From a solver to the coupler.
@@ -142,6 +155,26 @@ pub struct Failure {
 mod tests {
     use super::*;
     use crate::codec::{decode, encode};
+
+    /// D17: these ended the process that read them.
+    #[test]
+    fn a_deadline_that_is_no_time_is_no_wait() {
+        let wait = |deadline| {
+            let configure = Configure {
+                scene_hash: String::new(),
+                config: String::new(),
+                coupled: true,
+                deadline,
+                restore: false,
+                other_polls: false,
+            };
+            configure.longest_wait()
+        };
+        for deadline in [f64::NAN, -1.0, 0.0, f64::INFINITY, 1e300] {
+            assert_eq!(wait(deadline), None, "{deadline}");
+        }
+        assert_eq!(wait(2.5), Some(Duration::from_millis(2500)));
+    }
 
     #[test]
     fn every_message_survives_the_wire() {

@@ -290,7 +290,11 @@ impl Line {
         match (self.state, order) {
             (_, Order::Abort(reason)) => Err(SessionError::Aborted(reason)),
             (State::Configure, Order::Configure(configure)) => {
-                self.deadline = Duration::from_secs_f64(configure.deadline);
+                let Some(deadline) = configure.longest_wait() else {
+                    let message = format!("a deadline of {} s", configure.deadline);
+                    return Err(self.coupler_broke("S-5", message));
+                };
+                self.deadline = deadline;
                 let restore = configure.restore;
                 self.configure = Some(configure);
                 if restore {

@@ -186,3 +186,33 @@ fn after_an_error_nothing_waits_for_the_disk() {
     assert!(tape.failure().unwrap().to_string().contains("deaf"));
     assert!(recorder.finish().is_err());
 }
+
+/// D17: a block that announced 4 GiB, with the right sums, was allocated before it was read.
+#[test]
+fn a_block_that_announces_more_than_follows_is_torn_or_damaged() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("r");
+    write(&path, 1, true);
+    let whole = fs::read(&path).unwrap();
+    let block = Playback::open(&path).unwrap().offset as usize;
+    let lie = |stored: u32, raw: u32| {
+        let numbers = [stored, raw, 1].map(u32::to_le_bytes).concat();
+        let sum = check(&[&0_u64.to_le_bytes(), &numbers]);
+        let body = [7; 8];
+        let body_sum = check(&[&body]);
+        let bytes = [&whole[..block], &numbers, &sum, &body, &body_sum].concat();
+        fs::write(&path, bytes).unwrap();
+        let mut playback = Playback::open(&path).unwrap();
+        let ended = playback.message().map(|message| message.is_some());
+        (ended, playback.end())
+    };
+    let (ended, end) = lie(u32::MAX, u32::MAX);
+    assert!(matches!(ended, Ok(false)) && matches!(end, Some(End::Torn { .. })));
+    let (ended, _) = lie(8, u32::MAX);
+    assert!(
+        ended
+            .unwrap_err()
+            .to_string()
+            .contains("the length of a block")
+    );
+}

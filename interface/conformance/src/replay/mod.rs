@@ -188,7 +188,10 @@ impl Player<'_> {
         }
         self.coupled = order.coupled;
         // As the coupler waits, who waits for one that waits for another (S-11).
-        self.patience = Duration::from_secs_f64(order.deadline) + Duration::from_secs(1);
+        let deadline = order.longest_wait();
+        let deadline =
+            deadline.ok_or_else(|| senseless(&format!("a deadline of {} s", order.deadline)))?;
+        self.patience = deadline + Duration::from_secs(1);
         let order = Message::order(&Order::Configure(order));
         self.stage.send(&order)?;
         let reply = self.await_notice(CONFIGURATION)?;
