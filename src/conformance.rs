@@ -54,6 +54,7 @@ pub fn judge(args: &ConformanceArgs) -> ExitCode {
         window: args.window.into(),
         startup: Duration::from_secs(args.startup.into()),
         trace: args.trace.is_some(),
+        jobs: args.jobs.map_or_else(jobs, usize::from),
     };
     let mut rows = Rows::new(&waivers, Paint(colour));
     let examination = match examine(&subject, &options, |judged| say(rows.row(judged))) {
@@ -75,6 +76,13 @@ pub fn judge(args: &ConformanceArgs) -> ExitCode {
     let kept = broken.all(|judged| waiver(judged, &waivers).is_some());
     let whole = is_whole(&examination, required);
     ExitCode::from(if kept && whole { 0 } else { BROKEN })
+}
+
+/// Clauses that are judged at the same time where nothing else is asked for. A clause mostly waits, for its deadlines and
+/// for the solver's start.
+fn jobs() -> usize {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    (2 * cores).min(8)
 }
 
 /// Whether nothing of the core that counts was left out; says what was.

@@ -69,6 +69,16 @@ impl Domain {
         &self.id
     }
 
+    /// The run's directory.
+    pub fn directory(&self) -> &Path {
+        &self.root
+    }
+
+    /// Where the run's directory is: `$TMPDIR` of whoever joins it (clause O-2).
+    pub fn place(&self) -> &Path {
+        self.root.parent().unwrap_or(&self.root)
+    }
+
     /// Whether the coupler that created the run still lives.
     pub fn coupler_lives(&self) -> bool {
         File::open(self.root.join(LOCK))
@@ -106,13 +116,27 @@ impl OwnedDomain {
     /// # Errors
     /// [`DomainError::Create`] when the temporary directory cannot be written.
     pub fn create() -> Result<Self, DomainError> {
+        Self::create_in(&std::env::temp_dir())
+    }
+
+    /// The same for one who begins run after run: in shared memory, unless `$TMPDIR` says where. On a disk iceoryx2
+    /// waits for each of some sixty files until it is written, milliseconds each where others write too. Who is started
+    /// with [`crate::process::start`] is told the place.
+    ///
+    /// # Errors
+    /// [`DomainError::Create`] when the directory cannot be made.
+    pub fn create_in_memory() -> Result<Self, DomainError> {
+        Self::create_in(&places()[0])
+    }
+
+    fn create_in(place: &Path) -> Result<Self, DomainError> {
         let fail = |path: &Path| {
             let path = path.to_path_buf();
             move |source| DomainError::Create { path, source }
         };
         loop {
             let id = fresh_id();
-            let root = root_of(&id);
+            let root = root_in(place, &id);
             match DirBuilder::new().mode(0o700).create(&root) {
                 Ok(()) => {}
                 Err(e) if e.kind() == io::ErrorKind::AlreadyExists => continue,
@@ -155,13 +179,26 @@ impl OwnedDomain {
 
 impl Drop for OwnedDomain {
     fn drop(&mut self) {
-        remove(&self.domain.id);
+        remove(&self.domain.root, &self.domain.id);
     }
+}
+
+/// Where runs of this user may have their directories: in `$TMPDIR` if that is set, or else in shared memory and in the
+/// system's temporary directory.
+fn places() -> Vec<PathBuf> {
+    let memory = PathBuf::from(SHARED_MEMORY);
+    let asked = std::env::var_os("TMPDIR").is_some();
+    let memory = (!asked && memory.is_dir()).then_some(memory);
+    memory.into_iter().chain([std::env::temp_dir()]).collect()
 }
 
 /// Removes what dead runs of this user left behind; returns their ids.
 pub fn sweep() -> Vec<String> {
-    let Ok(entries) = fs::read_dir(std::env::temp_dir()) else {
+    places().iter().flat_map(|place| sweep_in(place)).collect()
+}
+
+fn sweep_in(place: &Path) -> Vec<String> {
+    let Ok(entries) = fs::read_dir(place) else {
         return Vec::new();
     };
     let me = owner_of(Path::new("/proc/self"));
@@ -173,7 +210,7 @@ pub fn sweep() -> Vec<String> {
         };
         // Other things may be called `tandem-...` too: only what a run can have made is removed.
         if is_id(id) && owner_of(&entry.path()) == me && is_dead(&entry.path()) {
-            remove(id);
+            remove(&entry.path(), id);
             swept.push(id.to_string());
         }
     }
@@ -202,18 +239,22 @@ fn is_id(id: &str) -> bool {
 }
 
 /// Removes the run's shared-memory segments and its directory. Errors are left for the next sweep to meet.
-fn remove(id: &str) {
+fn remove(root: &Path, id: &str) {
     let prefix = shared_memory_prefix(id);
     for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
         if entry.file_name().to_string_lossy().starts_with(&prefix) {
             let _ = fs::remove_file(entry.path());
         }
     }
-    let _ = fs::remove_dir_all(root_of(id));
+    let _ = fs::remove_dir_all(root);
 }
 
 fn root_of(id: &str) -> PathBuf {
-    std::env::temp_dir().join(format!("{DIRECTORY_PREFIX}{id}"))
+    root_in(&std::env::temp_dir(), id)
+}
+
+fn root_in(place: &Path, id: &str) -> PathBuf {
+    place.join(format!("{DIRECTORY_PREFIX}{id}"))
 }
 
 fn shared_memory_prefix(id: &str) -> String {
@@ -249,16 +290,29 @@ mod tests {
     }
 
     #[test]
-    fn what_a_killed_coupler_left_is_swept() {
-        let id = fresh_id();
-        fs::create_dir(root_of(&id)).unwrap();
-        File::create(root_of(&id).join(LOCK)).unwrap();
-        let segment = Path::new(SHARED_MEMORY).join(format!("{}x", shared_memory_prefix(&id)));
-        fs::write(&segment, b"x").unwrap();
-        // Another test's sweep may be the one that finds it.
-        sweep();
-        assert!(!root_of(&id).exists());
-        assert!(!segment.exists());
+    fn what_a_killed_coupler_left_is_swept_wherever_it_was() {
+        for place in places() {
+            let id = fresh_id();
+            let root = root_in(&place, &id);
+            fs::create_dir(&root).unwrap();
+            File::create(root.join(LOCK)).unwrap();
+            let segment = Path::new(SHARED_MEMORY).join(format!("{}x", shared_memory_prefix(&id)));
+            fs::write(&segment, b"x").unwrap();
+            // Another test's sweep may be the one that finds it.
+            sweep();
+            assert!(!root.exists());
+            assert!(!segment.exists());
+        }
+    }
+
+    #[test]
+    fn a_run_in_memory_says_where_it_is_and_leaves_nothing() {
+        let owned = OwnedDomain::create_in_memory().unwrap();
+        let domain = owned.domain().clone();
+        assert_eq!(domain.place(), places()[0]);
+        assert!(domain.directory().join(LOCK).is_file() && domain.coupler_lives());
+        drop(owned);
+        assert!(!domain.directory().exists());
     }
 
     #[test]

@@ -99,8 +99,8 @@ pub(crate) fn started_as() -> Option<Party> {
     solvers.into_iter().find(|party| party.name() == name)
 }
 
-/// Starts `command --join RUN` as the solver `party`, as O-1 says: standard input closed, in a process group of its own, so that Ctrl-C at the
-/// terminal reaches the coupler alone.
+/// Starts `command --join RUN` as the solver `party`, as O-1 and O-2 say: standard input closed, in a process group of
+/// its own, so that Ctrl-C at the terminal reaches the coupler alone, with the `$TMPDIR` in which the run is.
 ///
 /// # Errors
 /// Why it cannot be started.
@@ -115,6 +115,7 @@ pub fn start(command: &[String], party: Party, domain: &Domain) -> io::Result<Ch
         .args(arguments)
         .args(["--join", domain.id()])
         .env(STARTED_AS, party.name())
+        .env("TMPDIR", domain.place())
         .stdin(Stdio::null())
         .process_group(0)
         .spawn()

@@ -35,7 +35,7 @@ impl Stage {
     /// # Errors
     /// [`ChannelError`].
     pub fn open(medium: Medium, solver: Party) -> Result<Self, ChannelError> {
-        let domain = OwnedDomain::create()?;
+        let domain = OwnedDomain::create_in_memory()?;
         let names = domain.domain();
         let created = create(medium, names, &[Party::Mpm, Party::Dem], false)?;
         let coupler = join(medium, names, Party::Coupler, &[solver], ROOM)?;

@@ -289,8 +289,7 @@ pub fn relay(medium: Medium, domain: &Domain, host: Host, flaw: Flaw) -> u8 {
     let manners = flaw.manners;
     let served = Relay::open(medium, domain, host, flaw).and_then(Relay::serve);
     if manners.removes_the_lock {
-        let run = std::env::temp_dir().join(format!("tandem-{}", domain.id()));
-        let _ = std::fs::remove_file(run.join("lock"));
+        let _ = std::fs::remove_file(domain.directory().join("lock"));
     }
     match served {
         Ok(true) => manners.status_closed.unwrap_or(0),

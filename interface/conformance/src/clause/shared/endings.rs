@@ -299,7 +299,7 @@ fn interrupted(bench: &Bench) -> Judgement {
 
 fn removes_nothing(bench: &Bench) -> Judgement {
     let mut session = Run::begun(bench)?.closed()?;
-    let run = std::env::temp_dir().join(format!("tandem-{}", session.stage.domain().id()));
+    let run = session.stage.domain().directory().to_path_buf();
     let end = session.end(SOON);
     end.ok_or_else(|| {
         broken(

@@ -35,13 +35,12 @@ pub const CLAUSES: &[Clause] = &[
         let mut kept = Vec::new();
         Flaw::each(move |message| kept.push(message.clone()))
     }),
-    Clause::should("G-10a", "answers at once, not after a nap", latency).mutant(
-        "takes a nap before it answers many points",
-        || {
+    Clause::should("G-10a", "answers at once, not after a nap", latency)
+        .alone()
+        .mutant("takes a nap before it answers many points", || {
             Flaw::states(|_, states| nap_for_many(states.len()))
                 .with(Flaw::forces(|_, forces| nap_for_many(forces.len())))
-        },
-    ),
+        }),
 ];
 
 /// That a solver takes no rare naps, which rests on clauses that each side has by itself.
@@ -52,6 +51,7 @@ pub const fn naps(after: &'static [&'static str]) -> Clause {
         rare_naps,
     )
     .after(after)
+    .alone()
     .mutant("takes a nap of 5 ms in every thousandth step", || {
         let mut steps = 0;
         Flaw::states(move |header, _| {
