@@ -24,7 +24,7 @@
 //! # How to add a mutant
 //!
 //! A clause that no mutant can trip is no clause (`tests/mutants.rs` of the root). A mutant is the built-in solver
-//! behind a [`mutant::relay`] that passes every message on but for the one rule it breaks. It stands in the clause's row,
+//! that talks through a transport ([`mutant::serve`]) which passes every message on but for the one rule it breaks. It stands in the clause's row,
 //! and [`mutant::Flaw`] and [`mutant::spoil`] have one constructor for each thing that can be spoilt. Then
 //! `tandem conformance --dem "tandem mutant F-8a"` shows it, and the test asks that clause F-8a fails and no other. A
 //! second mutant of a clause is called `F-8a/2`.

@@ -18,14 +18,14 @@ use interface::capability::Capabilities;
 use interface::control::{Configure, Failure, Hello, Notice, Order, Party, Ready};
 use interface::solver::Refusal;
 use interface::stage::{Kind, Message, Stage};
-use interface::wait::{Patience, wait};
+use interface::wait::Patience;
 
 pub use echo::echo;
 pub use flow::{Flow, Shown, around_all, outline};
 pub use lead::{Budget, Lead, Sent, Stand, Told};
 pub use lockstep::{Answer, Play};
 pub use points::Points;
-pub use subject::{Solve, Start, Subject, Worker};
+pub use subject::{Instead, Solve, Start, Subject, Worker};
 
 use crate::trace::{Trace, Way};
 use crate::verdict::{Unmet, broken};
@@ -221,37 +221,19 @@ impl Session<'_> {
             nap: Duration::from_micros(500),
             ..Patience::until(deadline)
         };
-        let mut ended = None;
-        let (stage, worker) = (&self.stage, &mut self.worker);
-        let message = wait(
-            patience,
-            || stage.receive(kind).map_err(Unmet::from),
-            |nap| {
-                stage.sleep(kind, nap);
-            },
-            || {
-                if kind != Kind::Notice
-                    && let Some(notice) = stage.receive(Kind::Notice)?
-                {
-                    return Err(broken(format_args!("{kind:?}"), words(&notice)));
+        let message = self.worker.expect(&self.stage, kind, patience);
+        let message = message.map_err(|instead| {
+            let expected = format!("{kind:?}");
+            match instead {
+                Instead::Notice(notice) => broken(expected, words(&notice)),
+                Instead::End(end) => broken(expected, format_args!("a solver that {end}")),
+                Instead::Silence(waited) => {
+                    let waited = waited.as_secs_f64();
+                    broken(expected, format_args!("nothing for {waited:.1} s"))
                 }
-                // Told at the second look: what was sent before the end has been looked for in between.
-                if let Some(end) = ended.take() {
-                    return Err(broken(
-                        format_args!("{kind:?}"),
-                        format_args!("a solver that {end}"),
-                    ));
-                }
-                ended = worker.ended();
-                Ok(())
-            },
-            |waited| {
-                broken(
-                    format_args!("{kind:?}"),
-                    format_args!("nothing for {:.1} s", waited.as_secs_f64()),
-                )
-            },
-        )?;
+                Instead::Channel(error) => error.into(),
+            }
+        })?;
         self.note(Way::FromSolver, &message);
         Ok(message)
     }
