@@ -390,6 +390,10 @@ pub struct ConformanceArgs {
     /// Most steps granted at once.
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
     pub window: u32,
+    /// Clauses judged at the same time; by default two for each core, eight at most. Those that measure time are judged
+    /// alone.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub jobs: Option<u16>,
     /// Longest wait for Hello and for Ready in seconds; how long a solver takes to start is not judged.
     #[arg(long, value_name = "SECONDS", default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..))]
     pub startup: u16,

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Duration;
 
-use conformance::bench::{Solve, Start, Subject};
+use conformance::bench::{Start, Subject};
 use conformance::mutant::{self, Host};
 use conformance::profile::{Profile, profiles};
 use conformance::report::{Paint, Rows, json, junit, listing, summary, waiver};
@@ -14,7 +14,6 @@ use conformance::waiver::Waivers;
 use conformance::{Examination, ExamineError, Options, clause, examine};
 use interface::control::Party;
 use interface::process;
-use interface::session::SessionError;
 use interface::stage::Medium;
 
 use crate::cli::{ConformanceArgs, MutantArgs};
@@ -54,6 +53,7 @@ pub fn judge(args: &ConformanceArgs) -> ExitCode {
         window: args.window.into(),
         startup: Duration::from_secs(args.startup.into()),
         trace: args.trace.is_some(),
+        jobs: args.jobs.map_or_else(jobs, usize::from),
     };
     let mut rows = Rows::new(&waivers, Paint(colour));
     let examination = match examine(&subject, &options, |judged| say(rows.row(judged))) {
@@ -75,6 +75,13 @@ pub fn judge(args: &ConformanceArgs) -> ExitCode {
     let kept = broken.all(|judged| waiver(judged, &waivers).is_some());
     let whole = is_whole(&examination, required);
     ExitCode::from(if kept && whole { 0 } else { BROKEN })
+}
+
+/// Clauses that are judged at the same time where nothing else is asked for. A clause mostly waits, for its deadlines and
+/// for the solver's start.
+fn jobs() -> usize {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    (2 * cores).min(8)
 }
 
 /// Whether nothing of the core that counts was left out; says what was.
@@ -121,18 +128,15 @@ pub fn mutate(args: &MutantArgs) -> ExitCode {
         return complain("a mutant is started by `conformance`", status);
     };
     process::join_as(id, flaw.manners.ends_on_interrupt, |domain| {
-        mutant::relay(Medium::Processes, domain, host(party), flaw)
+        mutant::serve(Medium::Processes, domain, host(party), flaw)
     })
 }
 
 /// The built-in solver, for a mutant to host.
-pub fn host(party: Party) -> Host {
-    Host {
-        party,
-        solve: match party {
-            Party::Mpm => solvers::mpm_thread,
-            _ => solvers::dem_thread,
-        },
+fn host(party: Party) -> Host {
+    match party {
+        Party::Mpm => Host::Mpm(solvers::mpm),
+        _ => Host::Dem(solvers::dem),
     }
 }
 
@@ -163,11 +167,13 @@ pub fn words(command: &str, party: Party) -> Result<Vec<String>, String> {
 
 /// The built-in solver, in a thread.
 pub fn built_in(party: Party) -> Start {
-    Start::Thread(in_thread(host(party).solve))
-}
-
-fn in_thread(solve: fn(&interface::domain::Domain) -> Result<(), SessionError>) -> Solve {
-    Arc::new(move |domain| if solve(domain).is_ok() { 0 } else { 3 })
+    let solve = match party {
+        Party::Mpm => solvers::mpm_thread,
+        _ => solvers::dem_thread,
+    };
+    Start::Thread(Arc::new(
+        move |domain| if solve(domain).is_ok() { 0 } else { 3 },
+    ))
 }
 
 fn waivers(args: &ConformanceArgs, party: Party) -> Result<Waivers, String> {

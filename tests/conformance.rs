@@ -170,7 +170,7 @@ fn what_cannot_be_judged_has_its_own_status() {
 #[test]
 fn a_slow_start_is_no_fault_and_an_endless_one_is_found_soon() {
     let code = |command: &str, startup: &str| {
-        let clauses = ["--only", "S-2a,S-6a,S-9a,F-7a", "--startup", startup];
+        let clauses = ["--only", "S-2a,S-6a,S-9a,G-10a,F-7a", "--startup", startup];
         let start = std::time::Instant::now();
         let output = tandem(&["conformance", "--dem", command])
             .args(clauses)

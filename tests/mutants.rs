@@ -9,40 +9,19 @@ use std::time::{Duration, Instant};
 
 use conformance::bench::{PATIENCE, Start, Subject};
 use conformance::clause::{self, Clause};
-use conformance::mutant::{self, Flaw, Host, Manners, Named, Pass, relay, spoil};
+use conformance::mutant::{self, Flaw, Host, Manners, Named, Pass, serve, spoil};
 use conformance::profile::{Profile, profiles};
 use conformance::verdict::Verdict;
 use conformance::{Examination, Options, examine};
 use interface::control::Party;
 use interface::domain::Domain;
-use interface::session::{SessionError, serve_dem, serve_mpm};
 use interface::stage::{Medium, Message};
 
-fn bodies(domain: &Domain) -> Result<(), SessionError> {
-    serve_dem(
-        Medium::Threads,
-        domain,
-        &mut dem_proc::Sdem::default(),
-        false,
-    )
-}
-
-fn continuum(domain: &Domain) -> Result<(), SessionError> {
-    serve_mpm(
-        Medium::Threads,
-        domain,
-        &mut mpm_proc::Mpm::default(),
-        false,
-    )
-}
-
 fn host(party: Party) -> Host {
-    let solve = if party == Party::Mpm {
-        continuum
-    } else {
-        bodies
-    };
-    Host { party, solve }
+    match party {
+        Party::Mpm => Host::Mpm(|| Box::new(mpm_proc::Mpm::default())),
+        _ => Host::Dem(|| Box::new(dem_proc::Sdem::default())),
+    }
 }
 
 fn options(only: Vec<String>) -> Options {
@@ -51,6 +30,8 @@ fn options(only: Vec<String>) -> Options {
         window: 64,
         startup: PATIENCE,
         trace: false,
+        // These tests judge several solvers at the same time.
+        jobs: 1,
     }
 }
 
@@ -88,10 +69,10 @@ impl Of {
     }
 }
 
-/// A relay with this flaw, in a thread.
-fn relayed(of: Of, flaw: impl Fn() -> Flaw + Send + Sync + 'static) -> Subject {
+/// A solver with this flaw, in a thread.
+fn flawed(of: Of, flaw: impl Fn() -> Flaw + Send + Sync + 'static) -> Subject {
     let party = of.party;
-    let solve = move |domain: &Domain| relay(Medium::Threads, domain, host(party), of.with(flaw()));
+    let solve = move |domain: &Domain| serve(Medium::Threads, domain, host(party), of.with(flaw()));
     let start = Start::Thread(Arc::new(solve));
     Subject { party, start }
 }
@@ -100,17 +81,17 @@ fn judge(subject: &Subject, only: Vec<String>) -> Examination {
     examine(subject, &options(only), |_| ()).expect("a kit that starts")
 }
 
-/// Which way a message passes a relay.
+/// Which way a message passes.
 #[derive(Clone, Copy)]
 enum Way {
     In,
     Out,
 }
 
-/// What passed a relay without a flaw in one session, in order.
+/// What passed without a flaw in one session, in order.
 type Tape = Arc<Mutex<Vec<(Way, Message)>>>;
 
-/// A relay that changes nothing and notes what passes it on a tape of its own.
+/// Changes nothing and notes what passes on a tape of its own.
 fn listening(tapes: &Mutex<Vec<Tape>>) -> Flaw {
     let tape = Tape::default();
     tapes.lock().expect("no panic").push(tape.clone());
@@ -130,7 +111,7 @@ fn listening(tapes: &Mutex<Vec<Tape>>) -> Flaw {
 /// Longer than to pass a message on takes, less than the nap of a mutant that is slow on purpose.
 const A_WHILE: Duration = Duration::from_millis(4);
 
-/// A clause that a relay without a flaw keeps, with the sessions in which that was seen.
+/// A clause that a solver without a flaw keeps, with the sessions in which that was seen.
 struct Kept {
     clause: &'static Clause,
     sessions: Vec<Tape>,
@@ -156,7 +137,7 @@ impl Kept {
     }
 }
 
-/// Judges a relay without a flaw by every clause that can be seen of a thread, on all cores.
+/// Judges a solver without a flaw by every clause that can be seen of a thread, on all cores.
 fn kept_by_the_flawless(of: Of) -> Vec<Kept> {
     let clauses: Vec<_> = of
         .clauses()
@@ -166,7 +147,7 @@ fn kept_by_the_flawless(of: Of) -> Vec<Kept> {
     on_all_cores(&clauses, |clause| {
         let tapes = Arc::new(Mutex::new(Vec::new()));
         let heard = tapes.clone();
-        let subject = relayed(of, move || listening(&heard));
+        let subject = flawed(of, move || listening(&heard));
         for judged in judge(&subject, vec![clause.id.into()]).judged {
             let kept = matches!(judged.verdict, Verdict::Pass { .. });
             assert!(kept, "{} without a flaw: {:?}", clause.id, judged.verdict);
@@ -247,7 +228,7 @@ fn every_mutant_breaks_its_clause_alone(of: Of) {
             return vec![format!("{}: does nothing where it is judged", mutant.name)];
         }
         let (start, count) = (Instant::now(), asked.len());
-        let found = judge(&relayed(of, mutant.mutant.flaw), asked.clone());
+        let found = judge(&flawed(of, mutant.mutant.flaw), asked.clone());
         let took = start.elapsed().as_secs_f64();
         println!("{}: {count} clauses, {took:.1} s", mutant.name);
         complaints(mutant, &found)
@@ -286,7 +267,7 @@ fn a_solver_of_each_profile_is_judged_by_its_core() {
                 party,
                 profile: Some(profile),
             };
-            let examination = judge(&relayed(of, Flaw::none), Vec::new());
+            let examination = judge(&flawed(of, Flaw::none), Vec::new());
             let fitting = examination.profile().map(|fitting| fitting.name);
             assert_eq!(fitting, Some(profile.name));
             let missing: Vec<_> = examination.missing(profile);
@@ -313,7 +294,7 @@ fn who_refuses_everything_has_kept_nothing() {
                 config.insert(key.into(), 0.into());
             })
         };
-        let examination = judge(&relayed(Of::whole(party), refusing), Vec::new());
+        let examination = judge(&flawed(Of::whole(party), refusing), Vec::new());
         assert!(
             examination.unkept().len() > 20,
             "{}",
@@ -333,7 +314,7 @@ fn who_rounds_otherwise_is_right() {
             }
         })
     };
-    let examination = judge(&relayed(Of::whole(Party::Dem), flaw), vec!["F-7m".into()]);
+    let examination = judge(&flawed(Of::whole(Party::Dem), flaw), vec!["F-7m".into()]);
     assert_eq!(examination.broken(true).count(), 0);
 }
 

@@ -71,6 +71,11 @@ impl Domain {
         &self.id
     }
 
+    /// The run's directory (clause O-2).
+    pub fn directory(&self) -> &Path {
+        &self.root
+    }
+
     /// Whether the coupler that created the run still lives.
     pub fn coupler_lives(&self) -> bool {
         File::open(self.root.join(LOCK))
@@ -257,8 +262,7 @@ fn runtime_dir() -> PathBuf {
     }
 }
 
-/// The directory of the run `id`.
-pub fn root_of(id: &str) -> PathBuf {
+fn root_of(id: &str) -> PathBuf {
     runtime_dir().join(format!("{DIRECTORY_PREFIX}{id}"))
 }
 

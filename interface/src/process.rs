@@ -99,8 +99,8 @@ pub(crate) fn started_as() -> Option<Party> {
     solvers.into_iter().find(|party| party.name() == name)
 }
 
-/// Starts `command --join RUN` as the solver `party`, as O-1 says: standard input closed, in a process group of its own, so that Ctrl-C at the
-/// terminal reaches the coupler alone.
+/// Starts `command --join RUN` as the solver `party`, as O-1 says: standard input closed, in a process group of its own,
+/// so that Ctrl-C at the terminal reaches the coupler alone.
 ///
 /// # Errors
 /// Why it cannot be started.

@@ -1,8 +1,8 @@
-//! The raw ends of a run, for those who examine a solver or play a broken one.
+//! The raw ends of a run, for those who examine a solver.
 //!
-//! A [`Stage`] creates every channel of a run for one solver and holds all other ends: the coupler's and the peer's. A
-//! [`Seat`] is the solver's end. Both send and receive [`Message`]s as they are: any header, any records, any bytes,
-//! in any order. Nothing is checked here; that is the point. Solvers and the coupler use [`crate::session`].
+//! A [`Stage`] creates every channel of a run for one solver and holds all other ends: the coupler's and the peer's. It
+//! sends and receives [`Message`]s as they are: any header, any records, any bytes, in any order. Nothing is checked
+//! here; that is the point. Solvers and the coupler use [`crate::session`].
 
 use std::time::Duration;
 
@@ -117,80 +117,5 @@ impl Stage {
     /// Channels and bells that the solver has not opened at its end.
     pub fn unopened(&self) -> Vec<&str> {
         self.created.unopened(self.solver)
-    }
-}
-
-/// A solver's end of a run.
-pub struct Seat {
-    solver: Party,
-    domain: Domain,
-    ends: RefCell<Box<dyn Transport>>,
-}
-
-impl Seat {
-    /// Joins a run, with the channels and bells that a solver opens before its Hello.
-    ///
-    /// # Errors
-    /// [`ChannelError`].
-    pub fn join(medium: Medium, domain: &Domain, solver: Party) -> Result<Self, ChannelError> {
-        Ok(Self {
-            solver,
-            domain: domain.clone(),
-            ends: RefCell::new(join(medium, domain, solver, &[], ROOM)?),
-        })
-    }
-
-    /// Opens where the solver measures to: before its Ready.
-    ///
-    /// # Errors
-    /// [`ChannelError`].
-    pub fn open_measurement(&self) -> Result<(), ChannelError> {
-        self.ends.borrow_mut().open_measurement()
-    }
-
-    /// Opens the channels and bells between the solvers, in a coupled run: before its Ready.
-    ///
-    /// # Errors
-    /// [`ChannelError`].
-    pub fn open_exchange(&self) -> Result<(), ChannelError> {
-        self.ends.borrow_mut().open_exchange()
-    }
-
-    /// Whether the coupler lives.
-    pub fn coupler_lives(&self) -> bool {
-        self.domain.coupler_lives()
-    }
-
-    /// Sends a message as it is, without a bell.
-    ///
-    /// # Errors
-    /// [`ChannelError`].
-    pub fn send_silently(&self, message: &Message) -> Result<(), ChannelError> {
-        let channel = Channel::of(self.solver, message.kind());
-        self.ends.borrow_mut().send_silently(channel, message)
-    }
-
-    /// Sends a message as it is, with the bell of B-2.
-    ///
-    /// # Errors
-    /// [`ChannelError`].
-    pub fn send(&self, message: &Message) -> Result<(), ChannelError> {
-        let channel = Channel::of(self.solver, message.kind());
-        self.ends.borrow_mut().send_and_ring(channel, message)
-    }
-
-    /// The next message of this kind, if there is one.
-    ///
-    /// # Errors
-    /// [`ChannelError`].
-    pub fn receive(&self, kind: Kind) -> Result<Option<Message>, ChannelError> {
-        let channel = Channel::of(self.solver, kind);
-        self.ends.borrow_mut().take(channel)
-    }
-
-    /// Sleeps until the bell that goes with this kind rings, for `nap` at most; returns how often it rang.
-    pub fn sleep(&self, kind: Kind, nap: Duration) -> u64 {
-        let from = Channel::of(self.solver, kind).from();
-        self.ends.borrow_mut().sleep(from, nap)
     }
 }

@@ -59,7 +59,7 @@ class Springs:
 
     identity = "springs_mpm 0.1"
     capabilities = ("material:linear_elastic", "fill:disc", "fill:rectangle", "fill:points", "wall:open", "plane:strain")
-    capabilities += ("contact_force:point",)
+    capabilities += ("contact_force:point", "feature:none")
 
     def configure(self, config):
         check_fields("mpm", config, MPM)

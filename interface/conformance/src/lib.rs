@@ -24,7 +24,7 @@
 //! # How to add a mutant
 //!
 //! A clause that no mutant can trip is no clause (`tests/mutants.rs` of the root). A mutant is the built-in solver
-//! behind a [`mutant::relay`] that passes every message on but for the one rule it breaks. It stands in the clause's row,
+//! that talks through a transport ([`mutant::serve`]) which passes every message on but for the one rule it breaks. It stands in the clause's row,
 //! and [`mutant::Flaw`] and [`mutant::spoil`] have one constructor for each thing that can be spoilt. Then
 //! `tandem conformance --dem "tandem mutant F-8a"` shows it, and the test asks that clause F-8a fails and no other. A
 //! second mutant of a clause is called `F-8a/2`.
@@ -42,6 +42,7 @@ pub mod bench;
 pub mod clause;
 pub mod mutant;
 pub mod profile;
+mod queue;
 pub mod replay;
 pub mod report;
 pub mod trace;
@@ -49,6 +50,7 @@ pub mod verdict;
 pub mod waiver;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use interface::capability::Capabilities;
@@ -58,6 +60,7 @@ use thiserror::Error;
 use bench::{Bench, Subject};
 use clause::{Clause, Level};
 use profile::Profile;
+use queue::Queue;
 use trace::Trace;
 use verdict::{Unmet, Verdict, Why};
 
@@ -73,6 +76,8 @@ pub struct Options {
     pub startup: Duration,
     /// Whether the messages of each clause are kept.
     pub trace: bool,
+    /// Clauses that are judged at the same time; 0 is taken for 1. Those that measure time are judged alone.
+    pub jobs: usize,
 }
 
 /// The kit cannot begin.
@@ -138,6 +143,8 @@ pub struct Examination {
     pub judged: Vec<Judged>,
     /// Whether all clauses were asked for.
     pub whole: bool,
+    /// Time that it took.
+    pub wall: Duration,
 }
 
 impl Examination {
@@ -195,15 +202,16 @@ impl Examination {
     }
 }
 
-/// Judges a solver, one clause after another; `tell` hears each verdict when it is known.
+/// Judges a solver; `tell` hears each verdict, in the order of the clauses.
 ///
 /// # Errors
 /// [`ExamineError`] when nothing can be judged.
 pub fn examine(
     subject: &Subject,
     options: &Options,
-    mut tell: impl FnMut(&Judged),
+    tell: impl FnMut(&Judged),
 ) -> Result<Examination, ExamineError> {
+    let start = Instant::now();
     let all = clause::of(subject.party);
     let known = |id: &&String| !all.iter().any(|clause| clause.id == **id);
     if let Some(id) = options.only.iter().find(known) {
@@ -212,56 +220,84 @@ pub fn examine(
             party: subject.party,
         });
     }
-    let mut options = options.clone();
     let greeting = greeting(subject, options.startup)?;
-    if !greeting.came {
-        options.startup = options.startup.min(bench::PATIENCE);
-    }
-    // What the first clause asks for, that a solver comes and says Hello, every other one needs.
     let first = all.first().map(|clause| clause.id);
-    let mut broken: BTreeMap<&str, &str> = BTreeMap::new();
-    let mut judged = Vec::new();
     let asked =
         |clause: &&Clause| options.only.is_empty() || options.only.iter().any(|id| id == clause.id);
-    for clause in all.iter().copied().filter(asked) {
-        let needs = first.iter().chain(clause.after).copied();
-        let by = needs
-            .filter(|id| *id != clause.id)
-            .find_map(|id| broken.get(id).copied());
-        let trace = if options.trace {
-            Trace::kept()
-        } else {
-            Trace::default()
-        };
-        let outcome = if let Some(by) = by {
-            Judged {
-                clause,
-                verdict: Verdict::Blocked { by },
-                wall: Duration::ZERO,
-                trace,
-            }
-        } else {
-            let (judged, awaited) = judge(subject, &options, &greeting.capabilities, clause, trace);
-            if awaited {
-                options.startup = options.startup.min(bench::PATIENCE);
-            }
-            judged
-        };
-        match outcome.verdict {
-            Verdict::Fail(_) => broken.insert(clause.id, clause.id),
-            Verdict::Blocked { by } => broken.insert(clause.id, by),
-            _ => None,
-        };
-        tell(&outcome);
-        judged.push(outcome);
-    }
+    let clauses: Vec<&Clause> = all.into_iter().filter(asked).collect();
+    let judged = judge_all(
+        subject,
+        options,
+        &greeting,
+        Queue::new(first, &clauses),
+        tell,
+    );
     Ok(Examination {
         party: subject.party,
         identity: greeting.identity,
         capabilities: greeting.capabilities,
         judged,
         whole: options.only.is_empty(),
+        wall: start.elapsed(),
     })
+}
+
+/// Judges the clauses of a queue, several at the same time; `tell` hears them in order.
+fn judge_all(
+    subject: &Subject,
+    options: &Options,
+    greeting: &Greeting,
+    queue: Queue,
+    mut tell: impl FnMut(&Judged),
+) -> Vec<Judged> {
+    let trace = || {
+        if options.trace {
+            Trace::kept()
+        } else {
+            Trace::default()
+        }
+    };
+    let impatient = AtomicBool::new(!greeting.came);
+    let judge = |clause| {
+        let mut options = options.clone();
+        if impatient.load(Ordering::Relaxed) {
+            options.startup = options.startup.min(bench::PATIENCE);
+        }
+        let (judged, awaited) = judge(subject, &options, &greeting.capabilities, clause, trace());
+        impatient.fetch_or(awaited, Ordering::Relaxed);
+        judged
+    };
+    let blocked = |clause, by| Judged {
+        clause,
+        verdict: Verdict::Blocked { by },
+        wall: Duration::ZERO,
+        trace: trace(),
+    };
+    let shared = queue::Shared::new(queue);
+    let (sender, receiver) = std::sync::mpsc::channel();
+    let mut judged = Vec::new();
+    std::thread::scope(|scope| {
+        for _ in 0..options.jobs.max(1) {
+            let (sender, shared) = (sender.clone(), &shared);
+            scope.spawn(move || {
+                let tell = |place, judged| {
+                    // The receiver lives until all are told.
+                    let _ = sender.send((place, judged));
+                };
+                shared.work(judge, |judged: &Judged| &judged.verdict, blocked, tell);
+            });
+        }
+        drop(sender);
+        let mut early = BTreeMap::new();
+        for (place, one) in receiver {
+            early.insert(place, one);
+            while let Some(one) = early.remove(&judged.len()) {
+                tell(&one);
+                judged.push(one);
+            }
+        }
+    });
+    judged
 }
 
 /// Judges a clause; returns also whether the solver was awaited in vain at its start.

@@ -18,110 +18,51 @@ pub struct Profile {
     pub name: &'static str,
     /// Whose.
     pub party: Party,
-    /// What a solver of this profile takes, at least.
-    pub takes: &'static [&'static str],
+    /// What a solver of this profile takes, at least, beyond the profile before it on its side.
+    adds: &'static [&'static str],
 }
 
-const fn of_bodies(name: &'static str, takes: &'static [&'static str]) -> Profile {
+const fn of_bodies(name: &'static str, adds: &'static [&'static str]) -> Profile {
     let party = Party::Dem;
-    Profile { name, party, takes }
+    Profile { name, party, adds }
+}
+
+const fn of_continua(name: &'static str, adds: &'static [&'static str]) -> Profile {
+    let party = Party::Mpm;
+    Profile { name, party, adds }
 }
 
 /// From the least to the most, side by side: each is judged by all clauses of those before it on its side.
 pub const PROFILES: &[Profile] = &[
     of_bodies("held", &["shape:disc", "law:linear", "motion:fixed"]),
-    of_bodies(
-        "discs",
-        &["shape:disc", "law:linear", "motion:fixed", "motion:free"],
-    ),
-    of_bodies(
-        "discs+friction",
-        &[
-            "shape:disc",
-            "law:linear",
-            "motion:fixed",
-            "motion:free",
-            "feature:friction",
-        ],
-    ),
+    of_bodies("discs", &["motion:free"]),
+    of_bodies("discs+friction", &["feature:friction"]),
     of_bodies(
         "polygons",
-        &[
-            "shape:disc",
-            "shape:segment",
-            "shape:rectangle",
-            "shape:polygon",
-            "law:linear",
-            "motion:fixed",
-            "motion:free",
-            "feature:friction",
-        ],
+        &["shape:segment", "shape:rectangle", "shape:polygon"],
     ),
     of_bodies(
         "full",
         &[
-            "shape:disc",
-            "shape:segment",
-            "shape:rectangle",
-            "shape:polygon",
-            "law:linear",
-            "motion:fixed",
-            "motion:free",
             "motion:driven",
             "motion:guided",
             "motion:pushed",
-            "feature:friction",
             "feature:damping",
             "feature:body_contact",
         ],
     ),
-    of_bodies(
-        "full+save",
+    of_bodies("full+save", &[SAVE]),
+    of_continua("elastic", &["material:linear_elastic"]),
+    of_continua(
+        "full",
         &[
-            "shape:disc",
-            "shape:segment",
-            "shape:rectangle",
-            "shape:polygon",
-            "law:linear",
-            "motion:fixed",
-            "motion:free",
-            "motion:driven",
-            "motion:guided",
-            "motion:pushed",
-            "feature:friction",
-            "feature:damping",
-            "feature:body_contact",
-            SAVE,
+            "shape:linear",
+            "transfer:flip",
+            "wall:open",
+            "feature:fields",
         ],
     ),
-    Profile {
-        name: "elastic",
-        party: Party::Mpm,
-        takes: &["material:linear_elastic"],
-    },
-    Profile {
-        name: "full",
-        party: Party::Mpm,
-        takes: &[
-            "material:linear_elastic",
-            "shape:linear",
-            "transfer:flip",
-            "wall:open",
-            "feature:fields",
-        ],
-    },
-    Profile {
-        name: "full+save",
-        party: Party::Mpm,
-        takes: &[
-            "material:linear_elastic",
-            "shape:linear",
-            "transfer:flip",
-            "wall:open",
-            "feature:fields",
-            SAVE,
-        ],
-    },
+    of_continua("full+save", &[SAVE]),
 ];
 
 /// The profiles of a side, from the least to the most.
@@ -132,9 +73,18 @@ pub fn profiles(party: Party) -> impl Iterator<Item = &'static Profile> {
 }
 
 impl Profile {
+    /// What a solver of this profile takes, at least.
+    pub fn takes(&self) -> impl Iterator<Item = &'static str> {
+        let name = self.name;
+        let mut last = false;
+        let up_to_it = profiles(self.party)
+            .take_while(move |profile| !std::mem::replace(&mut last, profile.name == name));
+        up_to_it.flat_map(|profile| profile.adds).copied()
+    }
+
     /// What such a solver says in Hello.
     pub fn capabilities(&self) -> Capabilities {
-        let mut names: Vec<&str> = self.takes.to_vec();
+        let mut names: Vec<&str> = self.takes().collect();
         // A family of which it takes nothing is named too, or it would be open.
         if !names.iter().any(|name| name.starts_with("feature:")) {
             names.push(NO_FEATURE);
@@ -165,7 +115,7 @@ pub fn lacking<'a>(taken: &Capabilities, needed: impl IntoIterator<Item = &'a st
 
 /// The largest profile that a solver with these capabilities fits: it takes all of it, as far as it says.
 pub fn fitting(party: Party, taken: &Capabilities) -> Option<&'static Profile> {
-    let fits = |profile: &&Profile| lacking(taken, profile.takes.iter().copied()).is_empty();
+    let fits = |profile: &&Profile| lacking(taken, profile.takes()).is_empty();
     profiles(party).filter(fits).last()
 }
 
@@ -261,7 +211,7 @@ mod tests {
             for pair in all.windows(2) {
                 let (less, more) = (pair[0], pair[1]);
                 let more_takes = more.capabilities();
-                assert!(lacking(&more_takes, less.takes.iter().copied()).is_empty());
+                assert!(lacking(&more_takes, less.takes()).is_empty());
                 assert!(less.core().count() < more.core().count(), "{}", more.name);
             }
             assert_eq!(all.last().unwrap().core().count(), of(party).len());

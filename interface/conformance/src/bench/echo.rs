@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use interface::control::Party;
 use interface::domain::Domain;
-use interface::stage::{ChannelError, Kind, Medium, Message, Payload, Seat, Stage};
+use interface::stage::{Channel, ChannelError, Kind, Medium, Message, Payload, Stage};
+use interface::transport::iceoryx::join;
 use interface::wait::{Patience, wait};
 use interface::wire::{ImpForce, ImpState, StepHeader};
 
@@ -35,29 +36,17 @@ pub fn echo(medium: Medium, points: usize) -> Result<Duration, Unmet> {
 
 /// Answers until it is over; what fails here is seen at the other end as silence.
 fn answer(medium: Medium, domain: &Domain, over: &AtomicBool) -> Result<(), ChannelError> {
-    let seat = Seat::join(medium, domain, Party::Dem)?;
-    seat.open_exchange()?;
+    let mut ends = join(medium, domain, Party::Dem, &[], PATIENCE)?;
+    ends.open_exchange()?;
+    let (states, forces) = [Kind::States, Kind::Forces]
+        .map(|kind| Channel::of(Party::Dem, kind))
+        .into();
     while !over.load(Ordering::Relaxed) {
-        let patience = Patience {
-            nap: NAP,
-            ..Patience::until(NAP)
-        };
-        let states = wait(
-            patience,
-            || seat.receive(Kind::States).map_err(Some),
-            |nap| {
-                seat.sleep(Kind::States, nap);
-            },
-            || Ok(()),
-            |_| None,
-        );
-        match states {
-            Ok(states) => {
-                let forces = vec![ImpForce::default(); states.payload.len()];
-                seat.send(&Message::new(states.header, Payload::Forces(forces)))?;
-            }
-            Err(Some(error)) => return Err(error),
-            Err(None) => {}
+        if let Some(message) = ends.take(states)? {
+            let answer = Payload::Forces(vec![ImpForce::default(); message.payload.len()]);
+            ends.send_and_ring(forces, &Message::new(message.header, answer))?;
+        } else {
+            ends.sleep(Party::Mpm, NAP);
         }
     }
     Ok(())

@@ -5,30 +5,27 @@
 
 mod echo;
 mod flow;
+mod lead;
 mod lockstep;
 mod points;
 mod saved;
 mod subject;
-mod timeline;
 
 use std::cell::{Cell, RefCell};
 use std::time::{Duration, Instant};
 
 use interface::capability::Capabilities;
-use interface::config::DemConfig;
-use interface::control::{Configure, Failure, Hello, Notice, Order, Ready};
+use interface::control::{Configure, Failure, Hello, Notice, Order, Party, Ready};
 use interface::solver::Refusal;
 use interface::stage::{Kind, Message, Stage};
-use interface::wait::{Patience, wait};
-use interface::wire::StepHeader;
+use interface::wait::Patience;
 
 pub use echo::echo;
-pub use flow::{Flow, Shown, Told, around_all, outline};
-pub use lockstep::{Answer, Measured, Play};
+pub use flow::{Flow, Shown, around_all, outline};
+pub use lead::{Budget, Lead, Sent, Stand, Told};
+pub use lockstep::{Answer, Play};
 pub use points::Points;
-pub use saved::Stand;
-pub use subject::{Solve, Start, Subject, Worker};
-pub use timeline::Budget;
+pub use subject::{Instead, Solve, Start, Subject, Worker};
 
 use crate::trace::{Trace, Way};
 use crate::verdict::{Unmet, broken};
@@ -103,20 +100,14 @@ impl Bench {
         profile::lacking(&self.capabilities, [capability]).is_empty()
     }
 
-    /// A coupled run of bodies, configured and ready; [`Unmet::Declined`] when the solver refuses it,
-    /// [`Unmet::Lacking`] when it has said that it would.
+    /// A run with the solver, which has said Hello.
     ///
     /// # Errors
-    /// [`Unmet`].
-    pub fn play(&self, config: &DemConfig) -> Result<Play<'_>, Unmet> {
-        let lacking = profile::lacking(&self.capabilities, profile::needs(config));
-        if !lacking.is_empty() {
-            return Err(Unmet::Lacking(lacking));
-        }
+    /// [`Unmet::Broken`].
+    pub fn greeted(&self) -> Result<Session<'_>, Unmet> {
         let mut session = self.session()?;
         session.hello()?;
-        session.ready(&configure(config))?;
-        Ok(Play::new(session, self.window))
+        Ok(session)
     }
 
     /// Whether the solver was awaited at its start for as long as it may be.
@@ -143,19 +134,6 @@ pub fn configure<C: serde::Serialize>(config: &C) -> Configure {
         deadline: 5.0 * PATIENCE.as_secs_f64(),
         restore: false,
         other_polls: false,
-    }
-}
-
-/// At least `count` of what a side sends before its report on a measured step, named `what`.
-fn sent<'a, T>(
-    records: Option<&'a (StepHeader, Vec<T>)>,
-    count: usize,
-    what: &str,
-) -> Result<&'a [T], Unmet> {
-    match records {
-        Some((_, records)) if records.len() >= count => Ok(records),
-        Some((_, records)) => Err(broken(format_args!("{count} {what}"), records.len())),
-        None => Err(broken(format_args!("{what} before the report"), "none")),
     }
 }
 
@@ -216,6 +194,21 @@ impl Session<'_> {
         Ok(message)
     }
 
+    /// The next message of this kind that comes within `time`, if one does: none is expected.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`] when the channel does not work.
+    pub fn unexpected(&mut self, kind: Kind, time: Duration) -> Result<Option<Message>, Unmet> {
+        let start = Instant::now();
+        loop {
+            let message = self.take(kind)?;
+            if message.is_some() || start.elapsed() >= time {
+                return Ok(message);
+            }
+            self.stage.sleep(kind, Duration::from_millis(1));
+        }
+    }
+
     /// Waits for a message of this kind.
     ///
     /// # Errors
@@ -229,37 +222,19 @@ impl Session<'_> {
             nap: Duration::from_micros(500),
             ..Patience::until(deadline)
         };
-        let mut ended = None;
-        let (stage, worker) = (&self.stage, &mut self.worker);
-        let message = wait(
-            patience,
-            || stage.receive(kind).map_err(Unmet::from),
-            |nap| {
-                stage.sleep(kind, nap);
-            },
-            || {
-                if kind != Kind::Notice
-                    && let Some(notice) = stage.receive(Kind::Notice)?
-                {
-                    return Err(broken(format_args!("{kind:?}"), words(&notice)));
+        let message = self.worker.expect(&self.stage, kind, patience);
+        let message = message.map_err(|instead| {
+            let expected = format!("{kind:?}");
+            match instead {
+                Instead::Notice(notice) => broken(expected, words(&notice)),
+                Instead::End(end) => broken(expected, format_args!("a solver that {end}")),
+                Instead::Silence(waited) => {
+                    let waited = waited.as_secs_f64();
+                    broken(expected, format_args!("nothing for {waited:.1} s"))
                 }
-                // Told at the second look: what was sent before the end has been looked for in between.
-                if let Some(end) = ended.take() {
-                    return Err(broken(
-                        format_args!("{kind:?}"),
-                        format_args!("a solver that {end}"),
-                    ));
-                }
-                ended = worker.ended();
-                Ok(())
-            },
-            |waited| {
-                broken(
-                    format_args!("{kind:?}"),
-                    format_args!("nothing for {:.1} s", waited.as_secs_f64()),
-                )
-            },
-        )?;
+                Instead::Channel(error) => error.into(),
+            }
+        })?;
         self.note(Way::FromSolver, &message);
         Ok(message)
     }
@@ -372,6 +347,11 @@ impl Session<'_> {
             }
             std::thread::sleep(Duration::from_micros(200));
         }
+    }
+
+    /// Whether a bodies' side is under test.
+    pub fn is_of_bodies(&self) -> bool {
+        self.bench.subject.party == Party::Dem
     }
 
     /// Process id of the solver, if it is a process.

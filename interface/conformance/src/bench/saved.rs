@@ -2,35 +2,14 @@
 
 use interface::control::{Configure, Order};
 use interface::stage::{Kind, Message, Payload};
-use interface::step::Clock;
-use interface::wire::{ImpInfo, StepHeader, flags};
+use interface::wire::{StepHeader, flags};
 
-use super::flow::Flow;
-use super::lockstep::Play;
-use super::timeline::Timeline;
-use super::{Bench, Budget, Reply, Session};
+use super::lead::records;
+use super::{Reply, Session};
 use crate::verdict::{Unmet, broken};
 
 /// Bytes of a piece, at most.
 const PIECE: usize = 1 << 20;
-
-/// Where a run stood when its state was saved, as far as the kit knows.
-#[derive(Debug, Clone)]
-pub struct Stand {
-    clock: Clock,
-    epoch: u64,
-    generation: u64,
-    set: Vec<ImpInfo>,
-}
-
-impl Stand {
-    fn timeline(&self) -> Timeline {
-        Timeline {
-            clock: self.clock,
-            epoch: self.epoch,
-        }
-    }
-}
 
 impl Session<'_> {
     /// The state that was sent before the report that has come.
@@ -46,14 +25,12 @@ impl Session<'_> {
                     "none",
                 ));
             };
-            let Payload::Saved(piece) = message.payload else {
-                unreachable!("only pieces come on their channel");
-            };
-            if message.header.count != piece.len() as u64 {
-                let got = format_args!("{} announced", message.header.count);
+            let (header, piece) = records!(message, Saved);
+            if header.count != piece.len() as u64 {
+                let got = format_args!("{} announced", header.count);
                 return Err(broken(format_args!("{} bytes", piece.len()), got));
             }
-            if message.header.flags & flags::LAST != 0 {
+            if header.flags & flags::LAST != 0 {
                 let hash = blake3::hash(&state);
                 if piece != hash.as_bytes() {
                     return Err(broken("the hash of all bytes before", "another"));
@@ -83,74 +60,16 @@ impl Session<'_> {
             restore: true,
             ..configure.clone()
         }))?;
-        for piece in state.chunks(PIECE) {
-            let header = StepHeader::default();
-            self.send(&Message::new(header, Payload::Restore(piece.to_vec())))?;
-        }
         let mut hash = *blake3::hash(state).as_bytes();
         spoil(&mut hash);
-        let header = StepHeader {
-            flags: flags::LAST,
-            ..StepHeader::default()
-        };
-        self.send(&Message::new(header, Payload::Restore(hash.to_vec())))?;
+        let pieces = state.chunks(PIECE).map(|piece| (0, piece));
+        for (flags, piece) in pieces.chain([(flags::LAST, &hash[..])]) {
+            let header = StepHeader {
+                flags,
+                ..StepHeader::default()
+            };
+            self.send(&Message::new(header, Payload::Restore(piece.to_vec())))?;
+        }
         self.reply()
-    }
-}
-
-impl<'b> Play<'b> {
-    /// Where the run stands.
-    pub fn stand(&self) -> Stand {
-        let (generation, set) = self.imps();
-        Stand {
-            clock: self.timeline().clock,
-            epoch: self.timeline().epoch,
-            generation,
-            set: set.to_vec(),
-        }
-    }
-
-    /// The run goes on in a fresh solver, which is ready.
-    pub fn resumed(session: Session<'b>, window: u64, stand: &Stand) -> Self {
-        let mut play = Self::new(session, window);
-        play.go_on(stand.timeline(), stand.generation, stand.set.clone());
-        play
-    }
-}
-
-impl Flow<'_> {
-    /// Where the run stands.
-    pub fn stand(&self) -> Stand {
-        Stand {
-            clock: self.timeline().clock,
-            epoch: self.timeline().epoch,
-            generation: self.generation(),
-            set: self.set.clone(),
-        }
-    }
-}
-
-impl Bench {
-    /// A run of a continuum that goes on in a fresh solver.
-    ///
-    /// # Errors
-    /// [`Unmet`].
-    pub fn flow_resumed(
-        &self,
-        order: &Configure,
-        state: &[u8],
-        stand: &Stand,
-    ) -> Result<Flow<'_>, Unmet> {
-        let mut session = self.session()?;
-        session.hello()?;
-        match session.restore(order, state, |_| {})? {
-            Reply::Ready(ready) => {
-                let mut flow = Flow::new(session, ready, self.window, true);
-                flow.budget = Budget::ALL;
-                flow.go_on(stand.timeline(), stand.generation, stand.set.clone());
-                Ok(flow)
-            }
-            Reply::Refused(refusal) => Err(broken("Ready after the restored state", refusal)),
-        }
     }
 }

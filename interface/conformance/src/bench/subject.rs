@@ -8,7 +8,8 @@ use std::time::{Duration, Instant};
 use interface::control::Party;
 use interface::domain::Domain;
 use interface::process;
-use interface::stage::Medium;
+use interface::stage::{ChannelError, Kind, Medium, Message, Stage};
+use interface::wait::{Patience, wait};
 
 /// Longest wait for a thread to end once its coupler is gone; one that is stuck ends with the program.
 const GRACE: Duration = Duration::from_secs(2);
@@ -68,6 +69,18 @@ impl Subject {
     }
 }
 
+/// What comes instead of a message that is waited for.
+pub enum Instead {
+    /// A notice.
+    Notice(Message),
+    /// The end of the solver, in words.
+    End(String),
+    /// Nothing for so long.
+    Silence(Duration),
+    /// The channel does not work.
+    Channel(ChannelError),
+}
+
 /// The solver under test at work.
 pub enum Worker {
     /// In a process.
@@ -77,6 +90,40 @@ pub enum Worker {
 }
 
 impl Worker {
+    /// Waits for a message of this kind on the other ends of its run.
+    ///
+    /// # Errors
+    /// What comes [`Instead`].
+    pub fn expect(
+        &mut self,
+        stage: &Stage,
+        kind: Kind,
+        patience: Patience,
+    ) -> Result<Message, Instead> {
+        let mut ended = None;
+        wait(
+            patience,
+            || stage.receive(kind).map_err(Instead::Channel),
+            |nap| {
+                stage.sleep(kind, nap);
+            },
+            || {
+                if kind != Kind::Notice
+                    && let Some(notice) = stage.receive(Kind::Notice).map_err(Instead::Channel)?
+                {
+                    return Err(Instead::Notice(notice));
+                }
+                // Told at the second look: what was sent before the end has been looked for in between.
+                if let Some(end) = ended.take() {
+                    return Err(Instead::End(end));
+                }
+                ended = self.ended();
+                Ok(())
+            },
+            Instead::Silence,
+        )
+    }
+
     /// How it ended, if it has.
     pub fn ended(&mut self) -> Option<String> {
         match self {

@@ -51,6 +51,8 @@ pub struct Clause {
     pub needs: &'static [&'static str],
     /// Whether it can be seen of a process only.
     pub of_processes: bool,
+    /// Whether it is judged while no other clause is, because it measures time.
+    pub alone: bool,
     /// Judges it.
     pub judge: fn(&Bench) -> Judgement,
     /// Solvers that break it and no other clause.
@@ -71,6 +73,7 @@ impl Clause {
             after: &[],
             needs: &[],
             of_processes: false,
+            alone: false,
             judge,
             mutants: [None; MUTANTS],
         }
@@ -105,6 +108,15 @@ impl Clause {
     pub const fn of_processes(self) -> Self {
         Self {
             of_processes: true,
+            ..self
+        }
+    }
+
+    /// It is judged while no other clause is, because it measures time.
+    #[must_use]
+    pub const fn alone(self) -> Self {
+        Self {
+            alone: true,
             ..self
         }
     }

@@ -1,19 +1,24 @@
 //! Mutants: solvers that are right but for one rule, to prove that each clause can fail.
 //!
-//! A mutant is a relay. It joins the run as the solver, with a raw [`Seat`], and hosts the real solver in a thread, in a
-//! run of its own with a raw [`Stage`]. Every message is passed on as it is, but for what its [`Flaw`] does.
+//! A mutant is a right solver that talks through a transport of its own. That passes every message on as it is, but for
+//! what its [`Flaw`] does.
 
 pub mod spoil;
+mod transport;
 
 use std::cell::RefCell;
 use std::rc::Rc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use interface::config::DemConfig;
 use interface::control::{Configure, Notice, Order, Party};
 use interface::domain::Domain;
-use interface::session::SessionError;
-use interface::stage::{ChannelError, Kind, Medium, Message, Payload, Seat, Stage};
+use interface::session::solver::{Clocked, Perform, Side};
+use interface::session::turns::drive;
+use interface::session::{DemSide, MpmSide, SessionError};
+use interface::solver::{DemSolver, MpmSolver};
+use interface::stage::{Medium, Message, Payload};
+use interface::transport::iceoryx::{ROOM, join};
 use interface::wire::{
     BodyState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, PointState, Report,
     StepHeader,
@@ -22,14 +27,15 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 use crate::clause::Clause;
+use transport::Flawed;
 
-/// The solver that a mutant hosts: joins a run over [`Medium::Threads`].
-#[derive(Debug, Clone, Copy)]
-pub struct Host {
-    /// Its side.
-    pub party: Party,
-    /// Serves until the session ends.
-    pub solve: fn(&Domain) -> Result<(), SessionError>,
+/// Makes the right solver that a mutant is but for its flaw.
+#[derive(Clone, Copy)]
+pub enum Host {
+    /// A continuum.
+    Mpm(fn() -> Box<dyn MpmSolver>),
+    /// A bodies' side.
+    Dem(fn() -> Box<dyn DemSolver>),
 }
 
 /// A solver that breaks one clause.
@@ -118,7 +124,7 @@ pub struct Manners {
 }
 
 impl Flaw {
-    /// None: a relay that changes nothing.
+    /// None: what passes is not changed.
     pub fn none() -> Self {
         Self {
             inbound: Box::new(|message| vec![message]),
@@ -266,14 +272,6 @@ spoil! {
     points: Points of PointState;
 }
 
-/// Looks of an idle relay before it sleeps between them.
-const LOOKS: u32 = 20;
-/// Its sleep.
-const NAP: Duration = Duration::from_micros(100);
-/// How much later than Ready a mutant opens what it should have opened before.
-const LATE: Duration = Duration::from_millis(20);
-/// Longest time between two looks whether the coupler lives.
-const LIFE: Duration = Duration::from_millis(10);
 /// Of how many points on a mutant naps: those of the clause on latency, and of few others.
 const MANY: usize = 100;
 
@@ -284,191 +282,39 @@ pub fn nap_for_many(points: usize) {
     }
 }
 
-/// Joins the run of `domain` as the hosted solver with a flaw; returns its exit status.
-pub fn relay(medium: Medium, domain: &Domain, host: Host, flaw: Flaw) -> u8 {
+/// Joins the run of `domain` as the hosted solver with a flaw, and serves until its session is over; returns its exit
+/// status.
+pub fn serve(medium: Medium, domain: &Domain, host: Host, flaw: Flaw) -> u8 {
     let manners = flaw.manners;
-    let served = Relay::open(medium, domain, host, flaw).and_then(Relay::serve);
+    let served = match host {
+        Host::Mpm(make) => {
+            let mut solver = make();
+            let side = MpmSide::new(&mut *solver, Clocked::Thread);
+            through(medium, domain, side, flaw)
+        }
+        Host::Dem(make) => {
+            let mut solver = make();
+            let side = DemSide::new(&mut *solver, Clocked::Thread);
+            through(medium, domain, side, flaw)
+        }
+    };
     if manners.removes_the_lock {
-        let run = interface::domain::root_of(domain.id());
-        let _ = std::fs::remove_file(run.join("lock"));
+        let _ = std::fs::remove_file(domain.directory().join("lock"));
     }
     match served {
-        Ok(true) => manners.status_closed.unwrap_or(0),
-        _ => manners.status_failed.unwrap_or(3),
+        Ok(()) => manners.status_closed.unwrap_or(0),
+        Err(_) => manners.status_failed.unwrap_or(3),
     }
 }
 
-#[expect(
-    clippy::struct_excessive_bools,
-    reason = "each is a moment of the session"
-)]
-struct Relay {
-    seat: Seat,
-    stage: Stage,
-    hosted: std::thread::JoinHandle<Result<(), SessionError>>,
+fn through<P: Perform>(
+    medium: Medium,
+    domain: &Domain,
+    mut side: Side<P>,
     flaw: Flaw,
-    coupled: bool,
-    /// Between a grant and the report on it.
-    in_step: bool,
-    /// Bye has been said.
-    said_bye: bool,
-    /// It waits for ever.
-    stuck: bool,
-}
-
-impl Relay {
-    fn open(medium: Medium, domain: &Domain, host: Host, flaw: Flaw) -> Result<Self, ChannelError> {
-        let seat = Seat::join(medium, domain, host.party)?;
-        let stage = Stage::open(Medium::Threads, host.party)?;
-        let inner = stage.domain().clone();
-        let hosted = std::thread::spawn(move || (host.solve)(&inner));
-        Ok(Self {
-            seat,
-            stage,
-            hosted,
-            flaw,
-            coupled: false,
-            in_step: false,
-            said_bye: false,
-            stuck: false,
-        })
-    }
-
-    /// Passes messages until either side is gone; returns whether the hosted solver ended in order.
-    fn serve(mut self) -> Result<bool, ChannelError> {
-        let mut idle = 0;
-        let mut looked = Instant::now();
-        loop {
-            // The end is looked for first: what was sent before it is passed on after.
-            let ended = self.hosted.is_finished();
-            let mut passed = self.pass_out()?;
-            if ended && !self.stuck {
-                return Ok(matches!(self.hosted.join(), Ok(Ok(()))));
-            }
-            let manners = self.flaw.manners;
-            if manners.goes_at_bye && self.said_bye {
-                self.dismiss();
-                return Ok(true);
-            }
-            if !manners.waits_for_the_bell || self.rung() {
-                passed |= self.pass_in()?;
-            }
-            idle = if passed { 0 } else { idle + 1 };
-            if idle > LOOKS {
-                std::thread::sleep(NAP);
-            } else {
-                std::thread::yield_now();
-            }
-            let looks_away =
-                manners.never_looks_up || (manners.never_looks_up_in_a_step && self.in_step);
-            if !looks_away && looked.elapsed() > LIFE {
-                looked = Instant::now();
-                if !self.seat.coupler_lives() {
-                    self.dismiss();
-                    return Ok(false);
-                }
-            }
-        }
-    }
-
-    /// Ends the hosted solver, which sees that its coupler is gone.
-    fn dismiss(self) {
-        self.stage.release();
-        let _ = self.hosted.join();
-    }
-
-    fn rung(&self) -> bool {
-        let bells = [Kind::Order, Kind::States, Kind::Forces];
-        bells
-            .iter()
-            .any(|&kind| self.seat.sleep(kind, Duration::ZERO) > 0)
-    }
-
-    /// From coupler and peer to the hosted solver.
-    fn pass_in(&mut self) -> Result<bool, ChannelError> {
-        // Late ones first: what was sent before them is then there, and passed on before them.
-        let late_first = [
-            Kind::States,
-            Kind::Set,
-            Kind::Forces,
-            Kind::Envelopes,
-            Kind::Grant,
-            Kind::Restore,
-            Kind::Order,
-        ];
-        let mut taken = Vec::new();
-        for kind in late_first {
-            taken.extend(self.seat.receive(kind)?);
-        }
-        let passed = !taken.is_empty();
-        for message in taken.into_iter().rev() {
-            if let Ok(Order::Configure(configure)) = message.as_order() {
-                self.coupled = configure.coupled;
-            }
-            self.in_step |= message.kind() == Kind::Grant;
-            for message in (self.flaw.inbound)(message) {
-                self.stage.send(&message)?;
-            }
-        }
-        Ok(passed)
-    }
-
-    /// From the hosted solver to coupler and peer.
-    fn pass_out(&mut self) -> Result<bool, ChannelError> {
-        let late_first = [
-            Kind::Notice,
-            Kind::Report,
-            Kind::Saved,
-            Kind::Points,
-            Kind::Groups,
-            Kind::Bodies,
-            Kind::Forces,
-            Kind::Envelopes,
-            Kind::States,
-            Kind::Set,
-        ];
-        let mut taken = Vec::new();
-        for kind in late_first {
-            let mut of_kind: Vec<_> = self.stage.receive(kind)?.into_iter().collect();
-            // A saved state is several messages, all of them before the report.
-            while kind == Kind::Saved
-                && let Some(piece) = self.stage.receive(kind)?
-            {
-                of_kind.push(piece);
-            }
-            taken.extend(of_kind.into_iter().rev());
-        }
-        let passed = !taken.is_empty();
-        for message in taken.into_iter().rev() {
-            let notice = message.as_notice();
-            let ready = matches!(notice, Ok(Notice::Ready(_)));
-            if self.flaw.manners.waits_for_ever
-                && let Ok(Notice::Failed(failure)) = &notice
-                && failure.message.contains("the next grant")
-            {
-                self.stuck = true;
-                continue;
-            }
-            self.said_bye |= matches!(notice, Ok(Notice::Bye));
-            self.in_step &= message.kind() != Kind::Report;
-            if ready && self.coupled {
-                self.seat.open_exchange()?;
-            }
-            if ready && !self.flaw.manners.opens_late {
-                self.seat.open_measurement()?;
-            }
-            for message in (self.flaw.outbound)(message) {
-                if self.flaw.manners.rings_no_bell {
-                    self.seat.send_silently(&message)?;
-                } else {
-                    self.seat.send(&message)?;
-                }
-            }
-            if ready && self.flaw.manners.opens_late {
-                std::thread::sleep(LATE);
-                self.seat.open_measurement()?;
-            }
-        }
-        Ok(passed)
-    }
+) -> Result<(), SessionError> {
+    let party = side.party();
+    let ends = join(medium, domain, party, &[], ROOM)?;
+    drive(&mut side, &mut Flawed::new(ends, party, flaw));
+    side.take_verdict()
 }

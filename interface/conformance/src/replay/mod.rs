@@ -20,7 +20,7 @@ use thiserror::Error;
 pub use compare::{Comparison, Difference};
 use script::Script;
 
-use crate::bench::{Subject, Worker};
+use crate::bench::{Instead, Subject, Worker};
 
 /// Longest wait for Hello, and for the end after Close.
 const ARRIVAL: Duration = Duration::from_secs(30);
@@ -381,41 +381,16 @@ impl Player<'_> {
     }
 
     fn await_message(&mut self, kind: Kind, patience: Duration) -> Result<Message, Stop> {
-        enum Instead {
-            Notice(Message),
-            End(String),
-            Channel(ChannelError),
-        }
-        let (stage, worker) = (&self.stage, &mut self.worker);
-        let mut ended = None;
-        let waited = wait(
-            Patience::until(patience),
-            || stage.receive(kind).map_err(Instead::Channel),
-            |nap| {
-                stage.sleep(kind, nap);
-            },
-            || {
-                if kind != Kind::Notice
-                    && let Some(notice) = stage.receive(Kind::Notice).map_err(Instead::Channel)?
-                {
-                    return Err(Instead::Notice(notice));
-                }
-                // Told at the second look: what was sent before the end has been looked for in between.
-                if let Some(end) = ended.take() {
-                    return Err(Instead::End(end));
-                }
-                ended = worker.ended();
-                Ok(())
-            },
-            |waited| {
-                let waited = waited.as_secs_f64();
-                Instead::End(format!("says nothing for {waited:.1} s, {kind:?} expected"))
-            },
-        );
-        match waited {
+        let patience = Patience::until(patience);
+        match self.worker.expect(&self.stage, kind, patience) {
             Ok(message) => Ok(message),
             Err(Instead::Channel(error)) => Err(error.into()),
             Err(Instead::End(how)) => Err(self.solver(how)),
+            Err(Instead::Silence(waited)) => {
+                let waited = waited.as_secs_f64();
+                let how = format!("says nothing for {waited:.1} s, {kind:?} expected");
+                Err(self.solver(how))
+            }
             Err(Instead::Notice(message)) => {
                 let replayed = message
                     .as_notice()

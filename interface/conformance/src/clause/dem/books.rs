@@ -8,7 +8,7 @@ use super::scene::{
     MASS, RADIUS, SPHERO, STIFFNESS, block_or_disc, body, damped, disc, elastic, frictional,
     one_disc, scene,
 };
-use crate::bench::{Answer, Bench, Measured, Points};
+use crate::bench::{Answer, Bench, Points, Told};
 use crate::clause::Clause;
 use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Largest, Unmet, near, require};
@@ -106,7 +106,7 @@ fn report(bench: &Bench) -> Judgement {
     play.step(0.0, &points.states)?;
     for steps in [1, 3] {
         let grant = play.next_grant(1e-5, steps, true);
-        play.send_grant(&grant)?;
+        play.send_grants(&[grant])?;
         for _ in 0..steps {
             play.exchange(&points.states)?;
         }
@@ -120,7 +120,7 @@ fn report(bench: &Bench) -> Judgement {
 }
 
 /// A measured step of length 0 of a disc that two points press.
-fn opened(bench: &Bench) -> Result<(Answer, Measured), Unmet> {
+fn opened(bench: &Bench) -> Result<(Answer, Told), Unmet> {
     let mut play = bench.play(&one_disc(bench))?;
     let points = pressed();
     play.set(&points.set);
@@ -191,7 +191,7 @@ fn unmeasured(bench: &Bench) -> Judgement {
 }
 
 /// A block pressed off its centre by one point, or a disc, and the force on that point.
-fn pushed_block(bench: &Bench) -> Result<(f64, Measured), Unmet> {
+fn pushed_block(bench: &Bench) -> Result<(f64, Told), Unmet> {
     let (target, corner) = target(bench);
     let at = [0.8 * corner[0], corner[1] + SPHERO + 0.9 * RADIUS];
     let points = Points::new().with(at, [0.0; 2], RADIUS, 0.5);
@@ -229,7 +229,7 @@ fn observe(
     config: &DemConfig,
     mut points: Points,
     (dt, steps): (f64, u64),
-    mut look: impl FnMut(&Answer, &Measured, [f64; 2], f64) -> Result<(), Unmet>,
+    mut look: impl FnMut(&Answer, &Told, [f64; 2], f64) -> Result<(), Unmet>,
 ) -> Result<(), Unmet> {
     let mut play = bench.play(config)?;
     play.set(&points.set);

@@ -9,7 +9,7 @@ use interface::wire::{BodyState, ImpForce, ImpState};
 use super::scene::{
     Contact, Ground, MASS, OVERLAP, RADIUS, SPHERO, STIFFNESS, damped, disc, frictional, scene,
 };
-use crate::bench::{Answer, Bench, Measured, Play, Points};
+use crate::bench::{Answer, Bench, Play, Points, Told};
 use crate::clause::Clause;
 use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Unmet, near, require};
@@ -443,7 +443,7 @@ fn carried_over(bench: &Bench) -> Judgement {
 }
 
 /// A point that has slid over a free disc by a step, seen in a step of `dt` (s) after it.
-fn rubbed(bench: &Bench, dt: f64) -> Result<(Answer, Measured), Unmet> {
+fn rubbed(bench: &Bench, dt: f64) -> Result<(Answer, Told), Unmet> {
     let config = scene(vec![disc([0.0, -SPHERO])], frictional(TANGENTIAL, MU));
     let mut play = bench.play(&config)?;
     let at = |steps: f64| {

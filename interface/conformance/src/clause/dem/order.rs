@@ -442,7 +442,10 @@ fn once(bench: &Bench) -> Judgement {
     for points in [pressed(), Points::new()] {
         play.set(&points.set);
         play.step(1e-5, &points.states)?;
-        if let Some(again) = play.unexpected(Kind::Forces, Duration::from_millis(20))? {
+        if let Some(again) = play
+            .session
+            .unexpected(Kind::Forces, Duration::from_millis(20))?
+        {
             let got = format_args!("a second answer to step {}", again.header.step);
             return Err(broken("one answer", got));
         }

@@ -62,7 +62,7 @@ fn points(bench: &Bench) -> Judgement {
         points.len(),
     )?;
     let mut largest = Largest::default();
-    for ((point, info), state) in points.iter().zip(&flow.set).zip(&first.states) {
+    for ((point, info), state) in points.iter().zip(flow.imps()).zip(&first.states) {
         require(
             point.id == info.id,
             format_args!("point {}", info.id),

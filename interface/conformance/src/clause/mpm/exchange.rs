@@ -266,7 +266,7 @@ fn answered(bench: &Bench, spoil: fn(&mut Message)) -> Result<(Flow<'_>, u64), U
     flow.grant(DT, 4, false)?;
     flow.exchange()?;
     let step = flow.states()?.step.index;
-    let forces = vec![push([0.0, 1e-3], 10.0); flow.set.len()];
+    let forces = vec![push([0.0, 1e-3], 10.0); flow.imps().len()];
     let mut message = Message::new(flow.header(), Payload::Forces(forces));
     spoil(&mut message);
     flow.send_forces(&message)?;

@@ -57,7 +57,7 @@ fn pushed(bench: &Bench) -> Result<Vec<[f64; 2]>, Unmet> {
     flow.run(DT, 8, |flow, shown| {
         velocities.extend(shown.states.first().map(|state| state.velocity));
         if shown.step.index == 3 {
-            return Ok(vec![push(FORCE, 1e3); flow.set.len()]);
+            return Ok(vec![push(FORCE, 1e3); flow.imps().len()]);
         }
         Ok(flow.no_forces())
     })?;
@@ -102,7 +102,7 @@ fn sum(bench: &Bench) -> Judgement {
             let x = slot as f64;
             push([5.0 + (7.0 * x).sin(), 1e-3 * x - 9.0], 1e3)
         };
-        let forces: Vec<_> = (0..flow.set.len()).map(force).collect();
+        let forces: Vec<_> = (0..flow.imps().len()).map(force).collect();
         for f in &forces {
             total = [total[0] + f.force[0], total[1] + f.force[1]];
         }

@@ -85,8 +85,7 @@ fn lightest(bench: &Bench) -> Judgement {
 }
 
 fn refused(bench: &Bench, config: &impl serde::Serialize) -> Judgement {
-    let mut session = bench.session()?;
-    session.hello()?;
+    let mut session = bench.greeted()?;
     match session.configure(&configure(config))? {
         Reply::Refused(refusal) if !refusal.key.is_empty() => Ok(refusal.to_string()),
         Reply::Refused(refusal) => Err(broken("a key", format_args!("`{refusal}`"))),

@@ -198,11 +198,11 @@ fn ids(bench: &Bench) -> Judgement {
             around_all(&config)
         };
         let step = flow.exchange()?.step.index;
-        let falls = flow.set.windows(2).find(|pair| pair[0].id >= pair[1].id);
+        let falls = flow.imps().windows(2).find(|pair| pair[0].id >= pair[1].id);
         require(falls.is_none(), "rising ids", format_args!("{falls:?}"))
             .map_err(|e| e.at(step))?;
-        let enough = flow.set.len() == 128 || (round == 1 && flow.set.len() > 1);
-        require(enough, "128 points, or some", flow.set.len()).map_err(|e| e.at(step))?;
+        let enough = flow.imps().len() == 128 || (round == 1 && flow.imps().len() > 1);
+        require(enough, "128 points, or some", flow.imps().len()).map_err(|e| e.at(step))?;
     }
     Ok("128 points in 3 sets".into())
 }
@@ -219,7 +219,7 @@ fn infos(bench: &Bench) -> Judgement {
     flow.grant(DT, 1, false)?;
     let shown = flow.exchange()?;
     let mut of_group = [0, 0];
-    for (info, state) in flow.set.iter().zip(&shown.states) {
+    for (info, state) in flow.imps().iter().zip(&shown.states) {
         let second = state.position[0] > 0.5;
         let (radius, mass) = if second {
             (0.8 * RADIUS, 2.0 * MASS)
@@ -257,7 +257,7 @@ fn slots(bench: &Bench) -> Judgement {
             around_all(&config)
         };
         let shown = flow.exchange()?;
-        for (info, state) in flow.set.iter().zip(&shown.states) {
+        for (info, state) in flow.imps().iter().zip(&shown.states) {
             let t = shown.step.time;
             let x0 = *start.entry(info.id).or_insert(state.position);
             for i in 0..2 {
@@ -345,7 +345,7 @@ fn reach(bench: &Bench) -> Judgement {
     flow.grant(DT, 1 + cases.len() as u64, false)?;
     let all = flow.exchange()?;
     let everyone: Vec<(u64, [f64; 2])> = flow
-        .set
+        .imps()
         .iter()
         .zip(&all.states)
         .map(|(info, state)| (info.id, state.position))
@@ -357,7 +357,7 @@ fn reach(bench: &Bench) -> Judgement {
         let shown = flow.exchange()?;
         require(shown.new_set.is_some(), "a new set", "the old one")
             .map_err(|e| e.at(shown.step.index))?;
-        let mut set = flow.set.iter().map(|info| info.id).peekable();
+        let mut set = flow.imps().iter().map(|info| info.id).peekable();
         for &(id, position) in &everyone {
             let bodies = flow.outlines.chunk_by(|a, b| a.body == b.body);
             let beyond = bodies

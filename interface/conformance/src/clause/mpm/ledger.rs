@@ -255,7 +255,7 @@ fn group_contact(bench: &Bench) -> Judgement {
             // Near, but not touched.
             _ => push([0.0; 2], 1e3),
         };
-        flow.set.iter().map(force).collect()
+        flow.imps().iter().map(force).collect()
     })?;
     let groups = told.groups(3)?;
     for (group, (force, contacts)) in
@@ -308,7 +308,7 @@ fn contact(bench: &Bench) -> Judgement {
                     push([1.0 + slot as f64, -2.0 * round as f64], 1e3)
                 }
             };
-            let forces: Vec<_> = (0..flow.set.len()).map(force).collect();
+            let forces: Vec<_> = (0..flow.imps().len()).map(force).collect();
             total = forces
                 .iter()
                 .fold([0.0; 2], |[x, y], f| [x + f.force[0], y + f.force[1]]);
@@ -347,7 +347,7 @@ fn framed(
 ) -> Result<(Shown, StepHeader, Vec<PointState>), Unmet> {
     let mut grant = flow.next_grant(dt, steps, true);
     grant.flags |= flags::FRAME;
-    flow.send_grant(&grant)?;
+    flow.send_grants(&[grant])?;
     let first = flow.exchange()?;
     for _ in 1..steps {
         flow.exchange()?;
@@ -368,7 +368,7 @@ pub(super) fn frame(bench: &Bench) -> Judgement {
         format_args!("{} points of step 2", IN_BLOCK + 3),
         format_args!("{} of step {}", said.1, said.0),
     )?;
-    for ((point, info), state) in points.iter().zip(&flow.set).zip(&first.states) {
+    for ((point, info), state) in points.iter().zip(flow.imps()).zip(&first.states) {
         let said = (point.id, point.group);
         let expected = (info.id, info.group);
         require(

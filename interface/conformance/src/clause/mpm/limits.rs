@@ -79,7 +79,7 @@ const STIFFNESS: f64 = 2e5;
 /// Limits of a run in whose one step every point has this stiffness.
 fn limits(flow: &mut Flow, stiffness: f64) -> Result<Limits, Unmet> {
     let (_, told) = flow.step(DT, |flow, _| {
-        vec![push([0.0, 0.0], stiffness); flow.set.len()]
+        vec![push([0.0, 0.0], stiffness); flow.imps().len()]
     })?;
     Ok(told.report.limits)
 }

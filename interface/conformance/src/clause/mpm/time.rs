@@ -326,7 +326,7 @@ fn history(bench: &Bench, window: u64) -> Result<Vec<Vec<ImpState>>, Unmet> {
     flow.run(DT, 64, |flow, shown| {
         history.push(shown.states.clone());
         let force = |slot: usize| push([0.1 * slot as f64, -1.0], 1e3);
-        Ok((0..flow.set.len()).map(force).collect())
+        Ok((0..flow.imps().len()).map(force).collect())
     })?;
     Ok(history)
 }
@@ -365,7 +365,7 @@ fn elsewhere(bench: &Bench) -> Judgement {
         let mut flow = bench.flow(&config)?;
         flow.run(DT, STEPS, |flow, _| {
             let force = |slot: usize| push([2.0 * slot as f64, -9.0], 1e3);
-            Ok((0..flow.set.len()).map(force).collect())
+            Ok((0..flow.imps().len()).map(force).collect())
         })?;
         flow.grant(DT, 1, false)?;
         ends.push(last_states(&mut flow)?);

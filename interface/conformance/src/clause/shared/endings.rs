@@ -15,7 +15,7 @@ use crate::verdict::{Judgement, Unmet, broken, require};
 
 pub const CLAUSES: &[Clause] = &[
     Clause::must("S-9a", "ends at Abort between windows", |bench| {
-        ends(Run::begun(bench)?.aborted()?)
+        ends(Run::begun(bench)?.into_lead().aborted()?)
     })
     .mutant("overlooks Abort", || {
         spoil::deaf_to(|order| matches!(order, Ok(Order::Abort(_))))
@@ -23,7 +23,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "S-9b",
         "ends at Abort while it waits for its peer",
-        |bench| ends(in_a_step(bench)?.aborted()?),
+        |bench| ends(in_a_step(bench)?.into_lead().aborted()?),
     )
     .after(&["S-9a"])
     .mutant("overlooks Abort within a step", || {
@@ -93,7 +93,7 @@ pub const CLAUSES: &[Clause] = &[
             spoil::words("G-2", "a clause")
         }),
     Clause::must("X-2a", "ends with status 0 after Close", |bench| {
-        status(Run::begun(bench)?.closed()?, 0)
+        status(Run::begun(bench)?.into_lead().closed()?, 0)
     })
     .of_processes()
     .mutant("ends with status 1", || {
@@ -148,7 +148,7 @@ fn ends(mut session: Session) -> Judgement {
 
 fn silent(bench: &Bench) -> Judgement {
     for run in [Run::begun, in_a_step] {
-        let mut session = run(bench)?.aborted()?;
+        let mut session = run(bench)?.into_lead().aborted()?;
         session.end(SOON);
         for kind in [Kind::Notice, Kind::Report] {
             if let Some(message) = session.take(kind)? {
@@ -164,7 +164,7 @@ fn silent(bench: &Bench) -> Judgement {
 }
 
 fn orphan(run: Run) -> Judgement {
-    let session = run.into_session();
+    let session = run.into_lead().session;
     session.stage.release();
     ends(session)
 }
@@ -176,14 +176,14 @@ const DEADLINE: f64 = 0.2;
 fn impatient(bench: &Bench) -> Result<Run<'_>, Unmet> {
     let mut order = order(bench);
     order.deadline = DEADLINE;
-    Run::ready(bench, &order)
+    bench.lead(&order).map(Run::from)
 }
 
 /// A failure that comes after `least` and before `most` (s) and names `who`.
 fn gives_up(run: &mut Run, who: &str, [least, most]: [f64; 2]) -> Judgement {
     let start = Instant::now();
     let longest = Duration::from_secs_f64(most);
-    let failure = run.session().failure_within(longest)?;
+    let failure = run.session.failure_within(longest)?;
     let waited = start.elapsed().as_secs_f64();
     let words = format!("after {waited:.2} s: {}", failure.message);
     require(
@@ -213,7 +213,7 @@ fn silent_coupler(bench: &Bench) -> Judgement {
 
 fn lives_till_close(bench: &Bench) -> Judgement {
     let mut run = Run::begun(bench)?;
-    let session = run.session();
+    let session = &mut run.session;
     session.order(&Order::Drain)?;
     match session.notice()? {
         Notice::Bye => {}
@@ -223,15 +223,15 @@ fn lives_till_close(bench: &Bench) -> Judgement {
         return Err(broken("a solver that waits for Close", end));
     }
     session.order(&Order::Close)?;
-    ends(run.into_session())
+    ends(run.into_lead().session)
 }
 
 fn named(bench: &Bench) -> Judgement {
     let mut run = Run::begun(bench)?;
-    let mut grant = run.next_grant();
+    let mut grant = run.next_step();
     grant.dt = f64::NAN;
     run.send_grants(&[grant])?;
-    let failure = run.session().failure()?;
+    let failure = run.session.failure()?;
     let said = failure.message.contains("G-2") && failure.step == 1;
     let got = format_args!("step {}: {}", failure.step, failure.message);
     require(said, "clause G-2 and step 1", got)?;
@@ -248,8 +248,7 @@ fn status(mut session: Session, expected: i32) -> Judgement {
 }
 
 fn failed(bench: &Bench) -> Judgement {
-    let mut session = bench.session()?;
-    session.hello()?;
+    let mut session = bench.greeted()?;
     session.order(&Order::Drain)?;
     session.failure()?;
     session.order(&Order::Abort("the solver failed".into()))?;
@@ -288,18 +287,18 @@ fn unjoined(bench: &Bench) -> Judgement {
 
 fn interrupted(bench: &Bench) -> Judgement {
     let mut run = Run::begun(bench)?;
-    let pid = run.session().pid().and_then(|pid| i32::try_from(pid).ok());
+    let pid = run.session.pid().and_then(|pid| i32::try_from(pid).ok());
     let pid = pid.and_then(Pid::from_raw).expect("a process has an id");
     kill_process(pid, Signal::INT).map_err(|e| broken("a process that takes a signal", e))?;
     std::thread::sleep(Duration::from_millis(20));
     run.step(1e-4)?;
-    run.closed()?;
+    run.into_lead().closed()?;
     Ok("the next step is done".into())
 }
 
 fn removes_nothing(bench: &Bench) -> Judgement {
-    let mut session = Run::begun(bench)?.closed()?;
-    let run = interface::domain::root_of(session.stage.domain().id());
+    let mut session = Run::begun(bench)?.into_lead().closed()?;
+    let run = session.stage.domain().directory().to_path_buf();
     let end = session.end(SOON);
     end.ok_or_else(|| {
         broken(

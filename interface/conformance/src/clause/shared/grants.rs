@@ -51,15 +51,15 @@ pub const CLAUSES: &[Clause] = &[
 /// A grant after step 0 that is wrong; the solver shall say Failed.
 fn wrong(bench: &Bench, spoil: fn(&mut Grant)) -> Judgement {
     let mut run = Run::begun(bench)?;
-    let mut grant = run.next_grant();
+    let mut grant = run.next_step();
     spoil(&mut grant);
     run.send_grants(&[grant])?;
-    Ok(run.session().failure()?.message)
+    Ok(run.session.failure()?.message)
 }
 
 fn two(bench: &Bench) -> Judgement {
     let mut run = Run::begun(bench)?;
-    let grant = run.next_grant();
+    let grant = run.next_step();
     run.send_grants(&[grant, grant])?;
-    Ok(run.session().failure()?.message)
+    Ok(run.session.failure()?.message)
 }

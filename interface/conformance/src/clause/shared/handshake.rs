@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 use interface::control::{Notice, Order, PROTOCOL, Party};
-use interface::stage::{Message, Payload};
+use interface::stage::{Kind, Message, Payload};
 use interface::wire::StepHeader;
 use serde_json::{Value, json};
 
-use super::run::{Run, order, unexpected};
+use super::run::{Run, order};
 use crate::bench::{Bench, HASH, Session};
 use crate::clause::Clause;
 use crate::mutant::{Flaw, spoil};
@@ -223,16 +223,14 @@ fn names(bench: &Bench) -> Judgement {
 }
 
 fn hash(bench: &Bench) -> Judgement {
-    let mut session = bench.session()?;
-    session.hello()?;
+    let mut session = bench.greeted()?;
     let ready = session.ready(&order(bench))?;
     require(ready.scene_hash == HASH, HASH, &ready.scene_hash)?;
     Ok(ready.scene_hash)
 }
 
 fn opened(bench: &Bench) -> Judgement {
-    let mut session = bench.session()?;
-    session.hello()?;
+    let mut session = bench.greeted()?;
     let of_line = |name: &&str| {
         let line = ["orders", "notices", "grants", "reports", "coupler"];
         line.iter().any(|part| name.contains(part))
@@ -266,14 +264,14 @@ fn notices(bench: &Bench) -> Judgement {
     // How long the kit listens for what should not be said.
     let grace = Duration::from_millis(10);
     for close in [true, false] {
-        if let Some(notice) = unexpected(run.session(), grace)? {
+        if let Some(notice) = run.session.unexpected(Kind::Notice, grace)? {
             return Err(broken(
                 "no notice",
                 format_args!("{:?}", notice.as_notice()),
             ));
         }
         if close {
-            run.session().close()?;
+            run.session.close()?;
         }
     }
     Ok("Hello, Ready, Bye".into())
@@ -290,8 +288,7 @@ fn rejection(session: &mut Session) -> Judgement {
 
 /// Sends bytes as the first order.
 fn first_order(bench: &Bench, spoil: fn(&mut Vec<u8>)) -> Judgement {
-    let mut session = bench.session()?;
-    session.hello()?;
+    let mut session = bench.greeted()?;
     let right = Message::order(&Order::Configure(order(bench)));
     let Payload::Order(mut bytes) = right.payload else {
         unreachable!("an order is one");
@@ -302,22 +299,20 @@ fn first_order(bench: &Bench, spoil: fn(&mut Vec<u8>)) -> Judgement {
 }
 
 fn no_configuration(bench: &Bench) -> Judgement {
-    let mut session = bench.session()?;
-    session.hello()?;
+    let mut session = bench.greeted()?;
     session.order(&Order::Drain)?;
     rejection(&mut session)
 }
 
 fn out_of_turn(bench: &Bench, order: &Order) -> Judgement {
     let mut run = Run::begun(bench)?;
-    run.session().order(order)?;
-    Ok(run.session().failure()?.message)
+    run.session.order(order)?;
+    Ok(run.session.failure()?.message)
 }
 
 /// Hands over a configuration after `spoil`.
 fn spoilt(bench: &Bench, spoil: fn(&mut Value)) -> Result<Session<'_>, Unmet> {
-    let mut session = bench.session()?;
-    session.hello()?;
+    let mut session = bench.greeted()?;
     let mut order = order(bench);
     let mut config = serde_json::from_str(&order.config).expect("a configuration is JSON");
     spoil(&mut config);

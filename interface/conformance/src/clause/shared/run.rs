@@ -1,17 +1,17 @@
 //! A run of either side, as far as clauses of both sides need one: it is begun, goes on, and waits for its peer.
 
-use std::time::{Duration, Instant};
+use core::ops::{Deref, DerefMut};
+use std::time::Duration;
 
-use interface::control::{Configure, Order, Party};
-use interface::stage::{Kind, Message, Payload};
-use interface::wire::{Grant, StepHeader};
+use interface::control::{Configure, Party};
+use interface::wire::Grant;
 
-use crate::bench::{Bench, Flow, Play, Session, configure};
+use crate::bench::{Bench, Flow, Lead, Play, configure};
 use crate::clause::dem::scene::one_disc;
 use crate::clause::mpm::scene::single;
 use crate::verdict::Unmet;
 
-/// A run in which physics does not matter: one disc, or one point.
+/// A run of the side under test.
 pub enum Run<'b> {
     /// Of a bodies' side.
     Bodies(Box<Play<'b>>),
@@ -19,7 +19,7 @@ pub enum Run<'b> {
     Continuum(Box<Flow<'b>>),
 }
 
-/// The configuration of such a run.
+/// The configuration of a run in which physics does not matter: one disc, or one point.
 pub fn order(bench: &Bench) -> Configure {
     match bench.subject.party {
         Party::Mpm => configure(&single([0.0; 2])),
@@ -27,38 +27,49 @@ pub fn order(bench: &Bench) -> Configure {
     }
 }
 
-impl<'b> Run<'b> {
-    /// Configured by `order`, and no step done.
-    pub fn ready(bench: &'b Bench, order: &Configure) -> Result<Self, Unmet> {
-        if bench.subject.party == Party::Mpm {
-            return Ok(Self::Continuum(Box::new(bench.flow_by(order)?)));
-        }
-        let mut session = bench.session()?;
-        session.hello()?;
-        session.ready(order)?;
-        Ok(Self::Bodies(Box::new(Play::new(session, bench.window))))
-    }
+impl<'b> Deref for Run<'b> {
+    type Target = Lead<'b>;
 
+    fn deref(&self) -> &Lead<'b> {
+        match self {
+            Self::Bodies(play) => &play.lead,
+            Self::Continuum(flow) => &flow.lead,
+        }
+    }
+}
+
+impl DerefMut for Run<'_> {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        match self {
+            Self::Bodies(play) => &mut play.lead,
+            Self::Continuum(flow) => &mut flow.lead,
+        }
+    }
+}
+
+impl<'b> From<Lead<'b>> for Run<'b> {
+    fn from(lead: Lead<'b>) -> Self {
+        if lead.session.is_of_bodies() {
+            Self::Bodies(Box::new(lead.into()))
+        } else {
+            Self::Continuum(Box::new(lead.into()))
+        }
+    }
+}
+
+impl<'b> Run<'b> {
     /// After a measured opening step.
     pub fn begun(bench: &'b Bench) -> Result<Self, Unmet> {
-        let mut run = Self::ready(bench, &order(bench))?;
+        let mut run = Self::from(bench.lead(&order(bench))?);
         run.step(0.0)?;
         Ok(run)
     }
 
-    /// The session.
-    pub fn session(&mut self) -> &mut Session<'b> {
-        match self {
-            Self::Bodies(play) => &mut play.session,
-            Self::Continuum(flow) => &mut flow.session,
-        }
-    }
-
     /// Ends the run's part in the session.
-    pub fn into_session(self) -> Session<'b> {
+    pub fn into_lead(self) -> Lead<'b> {
         match self {
-            Self::Bodies(play) => play.session,
-            Self::Continuum(flow) => flow.session,
+            Self::Bodies(play) => play.lead,
+            Self::Continuum(flow) => flow.lead,
         }
     }
 
@@ -71,30 +82,13 @@ impl<'b> Run<'b> {
     }
 
     /// The next grant, of one step.
-    pub fn next_grant(&mut self) -> Grant {
-        match self {
-            Self::Bodies(play) => play.next_grant(1e-4, 1, false),
-            Self::Continuum(flow) => flow.next_grant(1e-4, 1, false),
-        }
-    }
-
-    /// Sends these grants in one message.
-    pub fn send_grants(&mut self, grants: &[Grant]) -> Result<(), Unmet> {
-        let header = grants
-            .first()
-            .map_or_else(StepHeader::default, |grant| StepHeader {
-                epoch: grant.epoch,
-                step: grant.first,
-                ..StepHeader::default()
-            });
-        let grants = Payload::Grant(grants.to_vec());
-        self.session().send(&Message::new(header, grants))
+    pub fn next_step(&mut self) -> Grant {
+        self.next_grant(1e-4, 1, false)
     }
 
     /// Grants a step and leaves the solver where it waits for its peer.
     pub fn wait_for_peer(&mut self) -> Result<(), Unmet> {
-        let grant = self.next_grant();
-        self.send_grants(&[grant])?;
+        self.grant(1e-4, 1, false)?;
         match self {
             Self::Bodies(_) => std::thread::sleep(Duration::from_millis(20)),
             Self::Continuum(flow) => {
@@ -102,30 +96,5 @@ impl<'b> Run<'b> {
             }
         }
         Ok(())
-    }
-
-    /// Ends the run in order.
-    pub fn closed(mut self) -> Result<Session<'b>, Unmet> {
-        self.session().close()?;
-        Ok(self.into_session())
-    }
-
-    /// Ends the run by an Abort.
-    pub fn aborted(mut self) -> Result<Session<'b>, Unmet> {
-        let order = Order::Abort("the kit has seen enough".into());
-        self.session().order(&order)?;
-        Ok(self.into_session())
-    }
-}
-
-/// The next notice that comes within `time`, if one does: none is expected.
-pub fn unexpected(session: &mut Session, time: Duration) -> Result<Option<Message>, Unmet> {
-    let start = Instant::now();
-    loop {
-        let message = session.take(Kind::Notice)?;
-        if message.is_some() || start.elapsed() >= time {
-            return Ok(message);
-        }
-        session.stage.sleep(Kind::Notice, Duration::from_millis(1));
     }
 }

@@ -1,0 +1,343 @@
+//! A run in the order of section 5, as far as it is the same whichever side is under test: the kit is the coupler. It
+//! grants, keeps time, counts sets, and judges nothing but that an answer comes.
+
+use interface::control::{Configure, Order, Ready};
+use interface::stage::{Kind, Message, Payload};
+use interface::step::{Clock, Step};
+use interface::wire::{
+    BodyState, Grant, GroupState, ImpInfo, PointState, Report, StepHeader, flags,
+};
+
+use super::{Bench, Reply, Session};
+use crate::verdict::{Unmet, broken};
+
+/// What a grant allows the solver's limits to be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Budget {
+    /// 1/s^2.
+    pub omega_sq: f64,
+    /// m/s.
+    pub speed: f64,
+    /// Damping ratio.
+    pub damping: f64,
+}
+
+impl Budget {
+    /// Nothing limits.
+    pub const ALL: Self = Self {
+        omega_sq: f64::MAX,
+        speed: f64::MAX,
+        damping: f64::MAX,
+    };
+}
+
+/// Where a run stands, as far as the kit knows.
+#[derive(Debug, Clone)]
+pub struct Stand {
+    pub(super) clock: Clock,
+    /// The epoch that it is in; 0 before the first.
+    epoch: u64,
+    /// Generation of the IMP set.
+    pub(super) generation: u64,
+    /// The IMPs, slot by slot.
+    pub(super) set: Vec<ImpInfo>,
+}
+
+/// A message with its header.
+pub type Sent<T> = Option<(StepHeader, Vec<T>)>;
+
+/// What the solver reported on a window.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Told {
+    /// Its header.
+    pub header: StepHeader,
+    /// The report.
+    pub report: Report,
+    /// Header and records of the bodies' states, if they were sent before it.
+    pub bodies: Sent<BodyState>,
+    /// The same of groups.
+    pub groups: Sent<GroupState>,
+    /// The same of all points.
+    pub points: Sent<PointState>,
+}
+
+impl Told {
+    /// The bodies.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`] when they were not sent, or are fewer than `count`.
+    pub fn bodies(&self, count: usize) -> Result<&[BodyState], Unmet> {
+        at_least(self.bodies.as_ref(), count, "bodies")
+    }
+
+    /// The groups.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`] when they were not sent, or are fewer than `count`.
+    pub fn groups(&self, count: usize) -> Result<&[GroupState], Unmet> {
+        at_least(self.groups.as_ref(), count, "groups")
+    }
+}
+
+fn at_least<'a, T>(
+    records: Option<&'a (StepHeader, Vec<T>)>,
+    count: usize,
+    what: &str,
+) -> Result<&'a [T], Unmet> {
+    match records {
+        Some((_, records)) if records.len() >= count => Ok(records),
+        Some((_, records)) => Err(broken(format_args!("{count} {what}"), records.len())),
+        None => Err(broken(format_args!("{what} before the report"), "none")),
+    }
+}
+
+/// Header and records of a message of a channel that carries nothing else.
+macro_rules! records {
+    ($message:expr, $kind:ident) => {{
+        let message: interface::stage::Message = $message;
+        match message.payload {
+            interface::stage::Payload::$kind(records) => (message.header, records),
+            _ => unreachable!("a channel carries one kind of records"),
+        }
+    }};
+}
+pub(super) use records;
+
+/// What a run of one side has from its [`Lead`].
+macro_rules! has_lead {
+    ($run:ident) => {
+        impl<'b> core::ops::Deref for $run<'b> {
+            type Target = Lead<'b>;
+
+            fn deref(&self) -> &Lead<'b> {
+                &self.lead
+            }
+        }
+
+        impl core::ops::DerefMut for $run<'_> {
+            fn deref_mut(&mut self) -> &mut Self::Target {
+                &mut self.lead
+            }
+        }
+    };
+}
+pub(super) use has_lead;
+
+/// A run that the kit leads.
+pub struct Lead<'b> {
+    /// The session with the solver.
+    pub session: Session<'b>,
+    /// What the solver said of itself.
+    pub ready: Ready,
+    /// Most steps granted at once where several are to be done.
+    pub window: u64,
+    /// Of the grants to come.
+    pub budget: Budget,
+    pub(super) at: Stand,
+    pub(super) coupled: bool,
+}
+
+impl Bench {
+    /// A run that is configured just so, and ready.
+    ///
+    /// # Errors
+    /// [`Unmet`]; [`Unmet::Declined`] when the solver refuses it.
+    pub fn lead(&self, order: &Configure) -> Result<Lead<'_>, Unmet> {
+        let mut session = self.greeted()?;
+        let ready = session.ready(order)?;
+        let start = Stand {
+            clock: Clock::new(0.0),
+            epoch: 0,
+            generation: 0,
+            set: Vec::new(),
+        };
+        Ok(self.led(session, ready, order, start))
+    }
+
+    /// A run that goes on in a fresh solver, from where it stood when `state` was saved.
+    ///
+    /// # Errors
+    /// [`Unmet`].
+    pub fn resumed(
+        &self,
+        order: &Configure,
+        state: &[u8],
+        stand: &Stand,
+    ) -> Result<Lead<'_>, Unmet> {
+        let mut session = self.greeted()?;
+        match session.restore(order, state, |_| {})? {
+            Reply::Ready(ready) => Ok(self.led(session, ready, order, stand.clone())),
+            Reply::Refused(refusal) => Err(broken("Ready after the restored state", refusal)),
+        }
+    }
+
+    fn led<'b>(
+        &self,
+        session: Session<'b>,
+        ready: Ready,
+        order: &Configure,
+        at: Stand,
+    ) -> Lead<'b> {
+        Lead {
+            session,
+            ready,
+            window: self.window,
+            budget: Budget::ALL,
+            at,
+            coupled: order.coupled,
+        }
+    }
+}
+
+impl<'b> Lead<'b> {
+    /// Ends the run in order.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`].
+    pub fn closed(mut self) -> Result<Session<'b>, Unmet> {
+        self.session.close()?;
+        Ok(self.session)
+    }
+
+    /// Ends the run by an Abort.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`] when the solver takes nothing.
+    pub fn aborted(mut self) -> Result<Session<'b>, Unmet> {
+        let order = Order::Abort("the kit has seen enough".into());
+        self.session.order(&order)?;
+        Ok(self.session)
+    }
+
+    /// Number of the step that comes next.
+    pub fn next(&self) -> u64 {
+        self.at.clock.index()
+    }
+
+    /// Present time in s.
+    pub fn time(&self) -> f64 {
+        self.at.clock.time()
+    }
+
+    /// The step that comes next.
+    pub(super) fn next_step(&self) -> Step {
+        self.at.clock.step(false)
+    }
+
+    /// Generation of the IMP set.
+    pub fn generation(&self) -> u64 {
+        self.at.generation
+    }
+
+    /// The IMPs, slot by slot.
+    pub fn imps(&self) -> &[ImpInfo] {
+        &self.at.set
+    }
+
+    /// Where the run stands.
+    pub fn stand(&self) -> Stand {
+        self.at.clone()
+    }
+
+    /// Takes note of steps that were done otherwise.
+    pub fn done(&mut self, steps: u64) {
+        self.at.clock.advance_by(steps);
+    }
+
+    /// Begins an epoch of steps of `dt` (s), as the coupler does after a halt.
+    pub fn begin_epoch(&mut self, dt: f64) {
+        self.at.clock.begin_epoch(dt);
+        self.at.epoch += 1;
+    }
+
+    /// The next grant: of `steps` steps of `dt` (s). A measured one begins an epoch, as one with another step does.
+    pub fn next_grant(&mut self, dt: f64, steps: u64, measure: bool) -> Grant {
+        if measure || self.at.epoch == 0 || dt != self.at.clock.dt() {
+            self.begin_epoch(dt);
+        }
+        let (epoch_start, steps_in_epoch, dt_before_epoch) = self.at.clock.epoch();
+        Grant {
+            epoch: self.at.epoch,
+            first: self.next(),
+            steps,
+            flags: if measure { flags::MEASURE } else { 0 },
+            epoch_start,
+            steps_in_epoch,
+            dt_before_epoch,
+            dt,
+            budget_omega_sq: self.budget.omega_sq,
+            budget_speed: self.budget.speed,
+            budget_damping: self.budget.damping,
+        }
+    }
+
+    /// Sends any number of grants in one message.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`] when the solver takes nothing.
+    pub fn send_grants(&mut self, grants: &[Grant]) -> Result<(), Unmet> {
+        let header = grants.first().map(|grant| StepHeader {
+            epoch: grant.epoch,
+            step: grant.first,
+            ..StepHeader::default()
+        });
+        let grants = Payload::Grant(grants.to_vec());
+        self.session
+            .send(&Message::new(header.unwrap_or_default(), grants))
+    }
+
+    /// Grants `steps` steps of `dt` (s).
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`] when the solver takes nothing.
+    pub fn grant(&mut self, dt: f64, steps: u64, measure: bool) -> Result<(), Unmet> {
+        let grant = self.next_grant(dt, steps, measure);
+        self.send_grants(&[grant])
+    }
+
+    /// Header of a message of the kit in the next step.
+    pub fn header(&self) -> StepHeader {
+        StepHeader {
+            epoch: self.at.epoch,
+            step: self.next(),
+            set: self.at.generation,
+            ..StepHeader::default()
+        }
+    }
+
+    /// Waits for a message of the next step.
+    pub(super) fn expect(&mut self, kind: Kind) -> Result<Message, Unmet> {
+        let step = self.next();
+        self.session.expect(kind).map_err(|e| e.at(step))
+    }
+
+    /// Waits for the report on the last grant; what belongs to it was sent before, so it is there.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`] when nothing comes.
+    pub fn report(&mut self) -> Result<Told, Unmet> {
+        let message = self.expect(Kind::Report)?;
+        let step = self.next();
+        let (header, reports) = records!(message, Report);
+        let Some(&report) = reports.first() else {
+            return Err(broken("a report", "none in its message").at(step));
+        };
+        let mut told = Told {
+            header,
+            report,
+            bodies: None,
+            groups: None,
+            points: None,
+        };
+        if self.session.is_of_bodies() {
+            let bodies = self.session.take(Kind::Bodies)?;
+            told.bodies = bodies.map(|message| records!(message, Bodies));
+        } else {
+            let groups = self.session.take(Kind::Groups)?;
+            told.groups = groups.map(|message| records!(message, Groups));
+            let points = self.session.take(Kind::Points)?;
+            told.points = points.map(|message| records!(message, Points));
+        }
+        Ok(told)
+    }
+}

@@ -1,0 +1,177 @@
+//! A transport around another one that spoils what passes.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use interface::control::{Notice, Order, Party};
+use interface::message::{Channel, Kind, Message, Payload, Records};
+use interface::transport::{Transport, TransportError};
+use interface::wire::StepHeader;
+
+use super::Flaw;
+
+/// How much later than Ready a mutant opens what it should have opened before, and than Bye it goes.
+const LATE: Duration = Duration::from_millis(20);
+/// Time between two looks of one who waits for ever.
+const NAP: Duration = Duration::from_millis(1);
+/// What comes to a solver, in such an order that what was sent before a message that is there is looked for after it.
+const LATE_FIRST: [Kind; 7] = [
+    Kind::States,
+    Kind::Set,
+    Kind::Forces,
+    Kind::Envelopes,
+    Kind::Grant,
+    Kind::Restore,
+    Kind::Order,
+];
+
+/// One solver's ends with a flaw.
+pub struct Flawed {
+    inner: Box<dyn Transport>,
+    party: Party,
+    flaw: Flaw,
+    /// What has come and the solver has not asked for yet, kind by kind.
+    coming: [VecDeque<Message>; Kind::ALL.len()],
+    /// A bell has rung since it was last looked.
+    rung: bool,
+    /// Between a grant and the report on it.
+    in_step: bool,
+}
+
+impl Flawed {
+    /// Around the ends of `party`.
+    pub fn new(inner: Box<dyn Transport>, party: Party, flaw: Flaw) -> Self {
+        Self {
+            inner,
+            party,
+            flaw,
+            coming: [const { VecDeque::new() }; Kind::ALL.len()],
+            rung: false,
+            in_step: false,
+        }
+    }
+
+    /// Takes all that is there, in the order in which it was sent, past the flaw.
+    fn look(&mut self) -> Result<(), TransportError> {
+        if self.flaw.manners.waits_for_the_bell && !self.has_rung() {
+            return Ok(());
+        }
+        loop {
+            let mut taken = Vec::new();
+            for kind in LATE_FIRST {
+                taken.extend(self.inner.take(Channel::of(self.party, kind))?);
+            }
+            if taken.is_empty() {
+                return Ok(());
+            }
+            for message in taken.into_iter().rev() {
+                self.in_step |= message.kind() == Kind::Grant;
+                for message in (self.flaw.inbound)(message) {
+                    self.coming[message.kind() as usize].push_back(message);
+                }
+            }
+        }
+    }
+
+    fn has_rung(&mut self) -> bool {
+        for party in [Party::Coupler, Party::Mpm, Party::Dem] {
+            if party != self.party {
+                self.sleep(party, Duration::ZERO);
+            }
+        }
+        std::mem::take(&mut self.rung)
+    }
+
+    /// Sends what the flaw makes of a message, with its bells.
+    fn pass_on(&mut self, message: Message) -> Result<(), TransportError> {
+        for message in (self.flaw.outbound)(message) {
+            let channel = Channel::of(self.party, message.kind());
+            let records = message.payload.records();
+            self.inner.send(channel, &message.header, records)?;
+            if channel.rings() && !self.flaw.manners.rings_no_bell {
+                self.inner.ring(channel.to());
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Transport for Flawed {
+    fn open_measurement(&mut self) -> Result<(), TransportError> {
+        if self.flaw.manners.opens_late {
+            return Ok(());
+        }
+        self.inner.open_measurement()
+    }
+
+    fn open_exchange(&mut self) -> Result<(), TransportError> {
+        self.inner.open_exchange()
+    }
+
+    fn send(
+        &mut self,
+        channel: Channel,
+        header: &StepHeader,
+        records: Records<'_>,
+    ) -> Result<(), TransportError> {
+        self.in_step &= channel.kind != Kind::Report;
+        let message = Message {
+            header: *header,
+            payload: records.to_payload(),
+        };
+        let manners = self.flaw.manners;
+        match message.as_notice() {
+            Ok(Notice::Failed(failure))
+                if manners.waits_for_ever && failure.message.contains("the next grant") =>
+            {
+                while self.inner.coupler_lives() {
+                    std::thread::sleep(NAP);
+                }
+            }
+            Ok(Notice::Ready(_)) if manners.opens_late => {
+                self.pass_on(message)?;
+                std::thread::sleep(LATE);
+                self.inner.open_measurement()?;
+            }
+            Ok(Notice::Bye) if manners.goes_at_bye => {
+                self.pass_on(message)?;
+                // It takes Close for granted, once the last points have been taken: they are lost with their sender.
+                std::thread::sleep(LATE);
+                self.coming[Kind::Order as usize].push_back(Message::order(&Order::Close));
+            }
+            _ => self.pass_on(message)?,
+        }
+        Ok(())
+    }
+
+    fn receive(
+        &mut self,
+        channel: Channel,
+        into: &mut Payload,
+    ) -> Result<Option<StepHeader>, TransportError> {
+        let kind = channel.kind as usize;
+        if self.coming[kind].is_empty() {
+            self.look()?;
+        }
+        Ok(self.coming[kind].pop_front().map(|message| {
+            *into = message.payload;
+            message.header
+        }))
+    }
+
+    /// What is sent has rung already.
+    fn ring(&mut self, _: Party) {}
+
+    fn sleep(&mut self, from: Party, at_most: Duration) -> u64 {
+        let rings = self.inner.sleep(from, at_most);
+        self.rung |= rings > 0;
+        rings
+    }
+
+    fn coupler_lives(&self) -> bool {
+        let manners = self.flaw.manners;
+        let looks_away =
+            manners.never_looks_up || (manners.never_looks_up_in_a_step && self.in_step);
+        looks_away || self.inner.coupler_lives()
+    }
+}

@@ -1,0 +1,330 @@
+//! Solvers that save all but something, or take up something of their own when they are restored. What crosses is right
+//! until then, so no transport can make such a mutant: these are the built-in solvers, wrapped. The kit finds that a run
+//! does not go on to the same bits (K-4a), and nothing else wrong.
+
+use std::sync::Arc;
+
+use conformance::bench::{PATIENCE, Start, Subject};
+use conformance::verdict::Verdict;
+use conformance::{Options, examine};
+use dem_proc::Sdem;
+use interface::capability::Capabilities;
+use interface::config::{DemConfig, MpmConfig};
+use interface::control::Party;
+use interface::domain::Domain;
+use interface::saved::{pack, unpack};
+use interface::session::{serve_dem, serve_mpm};
+use interface::solver::{
+    Answer, DemMeasurement, DemSolver, Fault, MpmMeasurement, MpmSolver, Readiness, Refusal,
+};
+use interface::stage::Medium;
+use interface::step::Step;
+use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState, Record};
+use mpm_proc::Mpm;
+
+/// What is wrong.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Wrong {
+    /// Nothing.
+    Nothing,
+    /// Springs of contacts are not taken over.
+    ForgetsSprings,
+    /// Velocities are saved as a closing step leaves them: of the time of positions, not of half a step before.
+    SavesFullStepVelocities,
+    /// What was chosen or built some steps ago is chosen or built anew from how things are now.
+    RebuildsLists,
+}
+
+const FORMAT: &str = "wrapped 1";
+
+/// Records as bytes.
+fn bytes_of<T: Record>(records: &[T]) -> Vec<u8> {
+    let mut bytes = vec![0; size_of_val(records)];
+    for (record, bytes) in records.iter().zip(bytes.chunks_mut(size_of::<T>())) {
+        record.write(bytes);
+    }
+    bytes
+}
+
+fn records_of<T: Record>(bytes: &[u8]) -> Vec<T> {
+    bytes.chunks(size_of::<T>()).map(T::read).collect()
+}
+
+/// The step that would end a run in which `last` was done.
+fn closing(last: &Step) -> Step {
+    Step {
+        index: last.index + 1,
+        time: last.time + last.dt,
+        dt_before: last.dt,
+        dt: 0.0,
+        measure: false,
+    }
+}
+
+/// A bodies' side that is wrong.
+struct Bodies {
+    inner: Sdem,
+    wrong: Wrong,
+    config: DemConfig,
+    set: Vec<ImpInfo>,
+    last: Option<(Step, Vec<ImpState>)>,
+}
+
+impl Bodies {
+    fn new(wrong: Wrong) -> Self {
+        Self {
+            inner: Sdem::default(),
+            wrong,
+            config: DemConfig::default(),
+            set: Vec::new(),
+            last: None,
+        }
+    }
+}
+
+impl DemSolver for Bodies {
+    fn identity(&self) -> String {
+        self.inner.identity()
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        self.inner.capabilities()
+    }
+
+    fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal> {
+        self.config = config.clone();
+        self.inner.configure(config)
+    }
+
+    fn envelopes(&mut self) -> &[EnvelopeVertex] {
+        self.inner.envelopes()
+    }
+
+    fn imp_set(&mut self, set: &[ImpInfo]) {
+        self.set = set.to_vec();
+        self.inner.imp_set(set);
+    }
+
+    fn contact(
+        &mut self,
+        step: &Step,
+        imps: &[ImpState],
+        forces: &mut [ImpForce],
+    ) -> Result<Answer, Fault> {
+        self.last = Some((*step, imps.to_vec()));
+        self.inner.contact(step, imps, forces)
+    }
+
+    fn advance(&mut self, step: &Step) -> Result<(), Fault> {
+        self.inner.advance(step)
+    }
+
+    fn measurement(&self) -> &DemMeasurement {
+        self.inner.measurement()
+    }
+
+    fn save(&self) -> Result<Vec<u8>, Fault> {
+        let mut state = self.inner.save()?;
+        if let (Wrong::SavesFullStepVelocities, Some((last, imps))) = (self.wrong, &self.last) {
+            let other = |refusal: Refusal| Fault::Other(refusal.to_string());
+            let mut closed = Sdem::default();
+            closed.configure(&self.config).map_err(other)?;
+            closed.restore(&state).map_err(other)?;
+            // A new set has no states yet.
+            if imps.len() == self.set.len() {
+                let mut forces = vec![ImpForce::default(); imps.len()];
+                closed.contact(&closing(last), imps, &mut forces)?;
+                closed.advance(&closing(last))?;
+            }
+            state = closed.save()?;
+        }
+        Ok(pack(FORMAT, &(bytes_of(&self.set), state)))
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
+        let (set, state): (Vec<u8>, Vec<u8>) = unpack(FORMAT, saved)?;
+        self.set = records_of(&set);
+        self.inner.restore(&state)?;
+        match self.wrong {
+            Wrong::ForgetsSprings => {
+                // An opening step without points: it moves nothing, and nobody is touched any more.
+                let opening = Step {
+                    index: 0,
+                    time: 0.0,
+                    dt_before: 0.0,
+                    dt: 0.0,
+                    measure: false,
+                };
+                let refused = |fault: Fault| Refusal::new("restore", fault.to_string());
+                self.inner.imp_set(&[]);
+                self.inner
+                    .contact(&opening, &[], &mut [])
+                    .map_err(refused)?;
+                self.inner.advance(&opening).map_err(refused)?;
+                self.inner.imp_set(&self.set);
+            }
+            Wrong::RebuildsLists => {
+                self.inner.imp_set(&self.set);
+                self.inner.envelopes();
+            }
+            Wrong::Nothing | Wrong::SavesFullStepVelocities => {}
+        }
+        Ok(())
+    }
+}
+
+/// A continuum that is wrong.
+struct Continuum {
+    inner: Mpm,
+    wrong: Wrong,
+    config: Option<MpmConfig>,
+    envelopes: Vec<EnvelopeVertex>,
+    last: Option<(Step, Vec<ImpForce>)>,
+}
+
+impl Continuum {
+    fn new(wrong: Wrong) -> Self {
+        Self {
+            inner: Mpm::default(),
+            wrong,
+            config: None,
+            envelopes: Vec::new(),
+            last: None,
+        }
+    }
+}
+
+impl MpmSolver for Continuum {
+    fn identity(&self) -> String {
+        self.inner.identity()
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        self.inner.capabilities()
+    }
+
+    fn configure(&mut self, config: &MpmConfig) -> Result<Readiness, Refusal> {
+        self.config = Some(config.clone());
+        self.inner.configure(config)
+    }
+
+    fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo] {
+        self.envelopes = envelopes.to_vec();
+        self.inner.select_imps(envelopes)
+    }
+
+    fn travel(&self) -> f64 {
+        self.inner.travel()
+    }
+
+    fn imp_states(&mut self) -> &[ImpState] {
+        self.inner.imp_states()
+    }
+
+    fn predict(&mut self, step: &Step) -> Result<(), Fault> {
+        self.inner.predict(step)
+    }
+
+    fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault> {
+        self.last = Some((*step, forces.to_vec()));
+        self.inner.correct(step, forces)
+    }
+
+    fn measurement(&self) -> &MpmMeasurement {
+        self.inner.measurement()
+    }
+
+    fn points(&self) -> Vec<PointState> {
+        self.inner.points()
+    }
+
+    fn save(&self) -> Result<Vec<u8>, Fault> {
+        let mut state = self.inner.save()?;
+        let closes = self.wrong == Wrong::SavesFullStepVelocities;
+        if let (true, Some(config), Some((last, forces))) = (closes, &self.config, &self.last) {
+            let other = |refusal: Refusal| Fault::Other(refusal.to_string());
+            let mut closed = Mpm::default();
+            closed.configure(config).map_err(other)?;
+            closed.restore(&state).map_err(other)?;
+            closed.step(&closing(last), forces)?;
+            state = closed.save()?;
+        }
+        Ok(pack(FORMAT, &(bytes_of(&self.envelopes), state)))
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
+        let (envelopes, state): (Vec<u8>, Vec<u8>) = unpack(FORMAT, saved)?;
+        self.envelopes = records_of(&envelopes);
+        self.inner.restore(&state)?;
+        if self.wrong == Wrong::RebuildsLists {
+            self.inner.select_imps(&self.envelopes);
+        }
+        Ok(())
+    }
+}
+
+/// Clauses about saved states and those that they rest on.
+const SELECTION: [&str; 9] = [
+    "S-2a", "S-6a", "B-3a", "G-3b", "I-3a", "F-7d", "T-6a", "K-3a", "K-4a",
+];
+
+fn subject(party: Party, wrong: Wrong) -> Subject {
+    let solve = move |domain: &Domain| {
+        let ended = match party {
+            Party::Mpm => serve_mpm(Medium::Threads, domain, &mut Continuum::new(wrong), false),
+            _ => serve_dem(Medium::Threads, domain, &mut Bodies::new(wrong), false),
+        };
+        if ended.is_ok() { 0 } else { 3 }
+    };
+    let start = Start::Thread(Arc::new(solve));
+    Subject { party, start }
+}
+
+/// Ids of the clauses of the selection that the solver breaks, with what was seen.
+fn broken(party: Party, wrong: Wrong) -> Vec<(&'static str, String)> {
+    let known = |id: &&str| conformance::clause::of(party).iter().any(|c| c.id == *id);
+    let only = SELECTION.into_iter().filter(known).map(String::from);
+    let options = Options {
+        only: only.collect(),
+        window: 64,
+        startup: PATIENCE,
+        trace: false,
+        jobs: 2,
+    };
+    let examination = examine(&subject(party, wrong), &options, |_| ()).unwrap();
+    let mut broken = Vec::new();
+    for judged in &examination.judged {
+        match &judged.verdict {
+            Verdict::Pass { .. } => {}
+            other => broken.push((judged.clause.id, format!("{other:?}"))),
+        }
+    }
+    broken
+}
+
+#[test]
+fn a_wrapped_solver_that_saves_all_is_right() {
+    for party in [Party::Dem, Party::Mpm] {
+        assert_eq!(broken(party, Wrong::Nothing), [], "{party}");
+    }
+}
+
+#[test]
+fn who_does_not_save_or_restore_all_breaks_that_clause_alone() {
+    let cases = [
+        (Party::Dem, Wrong::ForgetsSprings),
+        (Party::Dem, Wrong::SavesFullStepVelocities),
+        (Party::Dem, Wrong::RebuildsLists),
+        (Party::Mpm, Wrong::SavesFullStepVelocities),
+        (Party::Mpm, Wrong::RebuildsLists),
+    ];
+    let mut wrong = Vec::new();
+    for (party, flaw) in cases {
+        let broken = broken(party, flaw);
+        println!("{party} {flaw:?}: {broken:?}");
+        if !matches!(&broken[..], [("K-4a", said)] if said.contains("the bits of the run")) {
+            wrong.push(format!("{party} {flaw:?}: {broken:?}"));
+        }
+    }
+    assert!(wrong.is_empty(), "\n{}\n", wrong.join("\n"));
+}
