@@ -37,7 +37,8 @@ pub enum RunError {
     },
     /// Energy has appeared from nowhere.
     #[error(
-        "at t = {time:.6e} s (step {step}) {percent:.0} % of the energy in play has appeared from nowhere: the computation is unstable with dt = {dt:.3e} s ({bound})"
+        "at t = {time:.6e} s (step {step}) {percent:.0} % of the energy in play has appeared from nowhere: the computation is {} with dt = {dt:.3e} s ({bound})",
+        if *.stable { "stable, but not resolved," } else { "unstable" }
     )]
     BlowUp {
         /// Simulated time in s.
@@ -50,6 +51,9 @@ pub enum RunError {
         dt: f64,
         /// What bound it.
         bound: &'static str,
+        /// Whether the step was within the composed limit, so that nothing grows by itself: what opens and closes, or
+        /// waves shorter than a few cells, take too few steps.
+        stable: bool,
     },
     /// The scene needs what a solver has not said that it takes (clause K-2).
     #[error("{0}")]
@@ -76,7 +80,10 @@ impl RunError {
             Self::Collapsed { .. } => {
                 "look for what makes the limit so small: a tiny mass or cell, a very stiff contact, a state that diverges"
             }
-            Self::BlowUp { .. } => {
+            Self::BlowUp { stable: true, .. } => {
+                "resolve it: lower dem.contact_resolution where bodies meet, time.safety where points do, or take finer cells"
+            }
+            Self::BlowUp { stable: false, .. } => {
                 "lower time.safety or time.max_step, and prefer criterion = \"composed\""
             }
             Self::Unmet(_) => "change these keys of the scene, or take another solver",
@@ -121,5 +128,32 @@ impl RunError {
             | Self::Checkpoint(_)
             | Self::Panicked(_) => Status::Failed,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn energy_from_nowhere_is_told_as_what_it_is() {
+        let blow_up = |stable: bool| RunError::BlowUp {
+            time: 1.0,
+            step: 2,
+            percent: 60.0,
+            dt: 1e-3,
+            bound: "bodies",
+            stable,
+        };
+        let unstable = blow_up(false).to_string();
+        assert!(unstable.contains("is unstable with dt = 1.000e-3 s (bodies)"));
+        let coarse = blow_up(true);
+        assert!(
+            coarse
+                .to_string()
+                .contains("is stable, but not resolved, with dt")
+        );
+        assert!(coarse.advice().contains("dem.contact_resolution"));
+        assert!(!blow_up(false).advice().contains("resolution"));
     }
 }

@@ -533,6 +533,7 @@ impl<'a> Run<'a> {
                 percent: 100.0 * residual,
                 dt,
                 bound: bound.name(),
+                stable: self.scene.time.is_stable(),
             });
         }
         Ok(())

@@ -355,6 +355,54 @@ fn the_plan_names_what_binds_and_what_is_left_out() {
     assert!(text.contains("estimates, before the run"), "{text}");
 }
 
+const BALLS: &str = r#"
+version = 1
+name = "balls"
+time.end = 1.0
+output.every = 0.1
+[[dem.body]]
+name = "ball"
+shape = "disc"
+sphero_radius = 0.1
+mass = 4
+[[dem.body]]
+name = "floor"
+shape = "disc"
+sphero_radius = 0.1
+position = [0.0, -0.3]
+motion = "fixed"
+[body_contact]
+linear = { normal_stiffness = 1e6 }
+"#;
+
+#[test]
+fn the_plan_says_what_impacts_cost_and_a_resolution_is_checked() {
+    let files = Files::new();
+    assert!(files.load(None, &[]).plan().impacts.is_none());
+    let path = files.write("balls.toml", BALLS);
+    let omega = (1e6_f64 / 4.0).sqrt();
+    for (set, resolution) in [
+        (&[][..], 0.04),
+        (&["body_contact.linear.damping_ratio=0.1"], 0.2),
+        (&["dem.contact_resolution=0.5"], 0.5),
+    ] {
+        let plan = load(&path, None, set).expect("a scene").plan();
+        let impacts = plan.impacts.clone().expect("bodies that meet");
+        let step = 0.8 * resolution / omega;
+        assert!((impacts.step / step - 1.0).abs() < 1e-12, "{plan}");
+        let steps = std::f64::consts::PI / (0.8 * resolution);
+        assert_eq!(impacts.steps, steps.ceil());
+        let text = plan.to_string();
+        assert!(text.contains("while bodies meet or part"), "{text}");
+    }
+    for wrong in ["0", "-1", "2.5"] {
+        let set = format!("dem.contact_resolution={wrong}");
+        let errors = load(&path, None, &[&set]).expect_err("no resolution");
+        let text = errors.to_string();
+        assert!(text.contains("dem.contact_resolution"), "{text}");
+    }
+}
+
 #[test]
 fn the_criterion_of_jiang_is_a_choice_with_its_own_factors() {
     let set = ["time.criterion=jiang2020", "time.kappa_1=0.5"];

@@ -53,6 +53,11 @@ impl Ahead {
         }
     }
 
+    /// The two steps together in s.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
     /// Of a surface with this speed (m/s), in m.
     pub fn way(&self, speed: f64) -> f64 {
         speed * self.time + self.gained

@@ -52,6 +52,8 @@ pub struct System {
     pub outer_acceleration: f64,
     /// Bound of the squared frequency of two bodies that touch, wherever they do, in 1/s^2.
     pub first_contact: f64,
+    /// `(2 / r)^2` with the resolution `r` of impacts.
+    pub per_resolution_sq: f64,
     /// Upper bound of the speed of any surface over the last step, in m/s.
     pub speed: f64,
     /// The same after the kick, not yet taken over.
@@ -91,6 +93,7 @@ impl Default for System {
             fastest: Vec::new(),
             outer_acceleration: 0.0,
             first_contact: 0.0,
+            per_resolution_sq: 1.0,
             speed: 0.0,
             kicked_speed: 0.0,
             published: Odometer::default(),
@@ -234,6 +237,7 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         speed: bodies.initial_speed(),
         outer_acceleration: outer_acceleration(&bodies, config.gravity.into()),
         first_contact: first_contact(&bodies, body_stiffness),
+        per_resolution_sq: (2.0 / config.resolution()).powi(2),
         skin: config.skin,
         bodies,
         marks: Marks::new(config),
@@ -264,6 +268,11 @@ fn check_numbers(config: &DemConfig) -> Result<(), Refusal> {
             config.skin
         );
         return Err(Refusal::new("dem.skin", text));
+    }
+    let resolution = config.resolution();
+    if !(resolution > 0.0 && resolution <= 2.0) {
+        let text = format!("{resolution}: expected above 0, at most 2 (the limit of stability)");
+        return Err(Refusal::new("dem.contact_resolution", text));
     }
     if config.threads == 0 {
         return Err(Refusal::new("dem.threads", "0: expected 1 or more"));

@@ -15,6 +15,7 @@ use interface::solver::Refusal;
 
 use crate::approach::{Ahead, Near, Watch, crossing_rate};
 use crate::body::{Bodies, Frame};
+use crate::impact::{Impacts, Pressing};
 use crate::law::{Law, Loss, Mates, Past, Touch, reduced};
 use crate::load::PairLoad;
 use crate::mass::cross;
@@ -141,6 +142,8 @@ pub struct ConvexContacts<L: Law, M> {
     depths: Vec<f64>,
     /// The candidates in reach.
     in_reach: Vec<Near>,
+    /// How each of them presses.
+    pressing: Vec<Pressing>,
     passed: Option<PassedBodies>,
     presses: usize,
     loss: Loss,
@@ -159,6 +162,7 @@ impl<L: Law, M: Measure> ConvexContacts<L, M> {
             next_normals: Vec::new(),
             depths: Vec::new(),
             in_reach: Vec::new(),
+            pressing: Vec::new(),
             passed: None,
             presses: 0,
             loss: Loss::default(),
@@ -216,6 +220,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
     ) {
         loads.fill(PairLoad::default());
         self.in_reach.clear();
+        self.pressing.clear();
         self.presses = 0;
         self.passed = None;
         self.loss = Loss::default();
@@ -251,6 +256,13 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
                 load.rate += rate(frames[i], arms[i], &spot, normal, tangential);
                 load.rate += frames[i].inverse_inertia * stiffness.rolling;
             }
+            self.pressing.push(Pressing {
+                overlap: spot.depth,
+                force: 0.0,
+                stiffness: stiffness.normal,
+                // From one end of the smaller body to the other.
+                width: 2.0 * spot.half_width,
+            });
             if spot.depth <= 0.0 {
                 self.loss += self.law.part(constants, &touch, before);
                 continue;
@@ -269,6 +281,9 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
             let (f_n, f_t) = (spot.gain * press.normal, spot.gain * press.tangential);
             let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
             let force = spot.normal * f_n + tangent * f_t;
+            if let Some(pressing) = self.pressing.last_mut() {
+                pressing.force = f_n;
+            }
             for (i, sign) in [(0, 1.0), (1, -1.0)] {
                 let load = &mut loads[pair[i] as usize];
                 load.force += force * sign;
@@ -292,6 +307,17 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
             a + b
         });
         sums.fold(0.0, f64::max)
+    }
+
+    fn impact(&self, bodies: &Bodies, loads: &[PairLoad], impacts: &Impacts) -> f64 {
+        let mut largest = 0.0;
+        for (near, pressing) in self.in_reach.iter().zip(&self.pressing) {
+            let [a, b] = near.bodies.map(|b| loads[b as usize].rate);
+            if a + b > largest && impacts.is_one(bodies, near, pressing) {
+                largest = a + b;
+            }
+        }
+        largest
     }
 
     fn crossing(&self, bodies: &Bodies, kicked: &[(Vec2, f64)], _: f64, known: f64) -> f64 {
@@ -373,6 +399,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
             next_normals: _,
             depths: _,
             in_reach: _,
+            pressing: _,
             passed: _,
             presses: _,
             loss: _,

@@ -44,6 +44,7 @@ pub mod cells;
 pub mod configure;
 pub mod contact;
 pub mod convex;
+pub mod impact;
 pub mod law;
 pub mod ledger;
 pub mod load;

@@ -9,7 +9,7 @@ use interface::outline::{contact_point, see};
 use crate::approach::thickness;
 use crate::body::Bodies;
 use crate::convex::{Candidate, Measure, Spot};
-use crate::passage::{Passage, admissible_depth, goes_through};
+use crate::passage::{Passage, TIP, admissible_depth, goes_through};
 use crate::shape::edge_count;
 
 /// The measure.
@@ -77,7 +77,11 @@ impl Measure for NearestEdge {
             let now = bodies.outline[candidate.vertex as usize];
             let [own, other] = [v, e].map(|b| &bodies.frames[b]);
             let moved = own.displacement(now - own.center) - other.displacement(now - other.center);
-            let reach = of_vertex + bodies.state[e].radius;
+            // Bare corners have no contact distance: what they may cut off of a tip is small beside both bodies.
+            let thickness = [v, e].map(|b| thickness(bodies.outline_of(b)));
+            let thinner = thickness.into_iter().filter(|t| *t > 0.0);
+            let tip = TIP * thinner.reduce(f64::min).unwrap_or(0.0);
+            let reach = tip.max(of_vertex + bodies.state[e].radius);
             goes_through(bodies.outline_of(e), now - other.turned(moved), now, reach)
         };
         if turned && through() {

@@ -19,6 +19,7 @@ use serde::{Deserialize, Serialize};
 use crate::approach::{Ahead, Near, SavedWatch, Watch, crossing_rate};
 use crate::body::Bodies;
 use crate::contact::vertex_edge;
+use crate::impact::{Impacts, Pressing};
 use crate::law::{Law, Loss, Mates, Past, reduced};
 use crate::load::PairLoad;
 use crate::meeting::{Answers, Apart, LANES, Lanes, first};
@@ -47,6 +48,8 @@ pub trait BodySide: Debug + Send + Sync {
     fn sum(&self, first: usize, loads: &mut [PairLoad]);
     /// Bound of the squared frequency, from the summed loads, in 1/s^2.
     fn omega_sq(&self, loads: &[PairLoad]) -> f64;
+    /// The same of the pairs in reach that open or close their contact ([`crate::impact`]); 0 where there is none.
+    fn impact(&self, bodies: &Bodies, loads: &[PairLoad], impacts: &Impacts) -> f64;
     /// The largest [`crossing_rate`] of a pair in reach in 1/s, or anything not above `known` where none is larger.
     /// Velocities and spins `kicked`, surfaces up to `speed` (m/s).
     fn crossing(&self, bodies: &Bodies, kicked: &[(Vec2, f64)], speed: f64, known: f64) -> f64;
@@ -212,6 +215,10 @@ struct Outcomes {
     count: usize,
     /// Owner of the vertex, owner of the edge.
     mates: Vec<[u32; 2]>,
+    /// Their numbers within the chunk.
+    numbers: Vec<u32>,
+    /// How they press, but for the overlap, which is left to who asks.
+    pressing: Vec<Pressing>,
     /// What they get.
     loads: [Vec<PairLoad>; 2],
     /// Dissipated over the last step by friction and by dashpots in J/m, lane by lane.
@@ -227,6 +234,8 @@ impl Outcomes {
     fn clear(&mut self) {
         self.count = 0;
         self.mates.resize(CHUNK + LANES, [0; 2]);
+        self.numbers.resize(CHUNK + LANES, 0);
+        self.pressing.resize(CHUNK + LANES, Pressing::default());
         for loads in &mut self.loads {
             loads.resize(CHUNK + LANES, PairLoad::default());
         }
@@ -247,9 +256,24 @@ impl Outcomes {
 
     /// Adds the first `count` lanes.
     #[inline(always)]
-    fn add(&mut self, count: usize, mates: [[u32; 2]; LANES], loads: [[PairLoad; LANES]; 2]) {
+    fn add(
+        &mut self,
+        count: usize,
+        k: [usize; LANES],
+        mates: [[u32; 2]; LANES],
+        answers: &Answers,
+        loads: [[PairLoad; LANES]; 2],
+    ) {
         let lanes = self.count..self.count + LANES;
         self.mates[lanes.clone()].copy_from_slice(&mates);
+        self.numbers[lanes.clone()].copy_from_slice(&k.map(|k| k as u32));
+        let pressing: [Pressing; LANES] = std::array::from_fn(|l| Pressing {
+            overlap: 0.0,
+            force: answers.force[0][l],
+            stiffness: answers.stiffness[0][l],
+            width: 0.0,
+        });
+        self.pressing[lanes.clone()].copy_from_slice(&pressing);
         for (all, loads) in self.loads.iter_mut().zip(&loads) {
             all[lanes.clone()].copy_from_slice(loads);
         }
@@ -346,7 +370,7 @@ impl<L: Law> Chunk<'_, L> {
             *sum += Lanes::new(loss) * valid;
         }
         let mates = k.map(|k| self.pairs[k].bodies);
-        outcomes.add(count, mates, meeting.loads(&answers));
+        outcomes.add(count, k, mates, &answers, meeting.loads(&answers));
     }
 }
 
@@ -444,6 +468,40 @@ impl<L: Law> BodySide for BodyContacts<L> {
             for &[a, b] in &found.mates[..found.count] {
                 let sum = loads[a as usize].rate + loads[b as usize].rate;
                 largest = if sum > largest { sum } else { largest };
+            }
+        }
+        largest
+    }
+
+    fn impact(&self, bodies: &Bodies, loads: &[PairLoad], impacts: &Impacts) -> f64 {
+        let pairs = self.now().list.pairs.chunks(CHUNK);
+        let mut largest = 0.0;
+        for (found, pairs) in self.outcomes.iter().zip(pairs) {
+            for i in 0..found.count {
+                let [a, b] = found.mates[i].map(|b| loads[b as usize].rate);
+                if a + b <= largest {
+                    continue;
+                }
+                let pair = &pairs[found.numbers[i] as usize];
+                let (away, sq) = separation(bodies, pair);
+                let distance = sq.sqrt();
+                // A vertex exactly on an edge is too deep: the run ends here.
+                if distance == 0.0 {
+                    continue;
+                }
+                let near = Near {
+                    bodies: pair.bodies,
+                    normal: away / distance,
+                    point: bodies.outline[pair.vertex as usize],
+                    length: pair.reach,
+                };
+                let pressing = Pressing {
+                    overlap: pair.reach - distance,
+                    ..found.pressing[i]
+                };
+                if impacts.is_one(bodies, &near, &pressing) {
+                    largest = a + b;
+                }
             }
         }
         largest

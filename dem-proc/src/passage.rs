@@ -24,7 +24,10 @@
 //! - *Each edge* ([`crate::pairs`]): the distance of a vertex from an edge has no sign, so the force turns round where it
 //!   is zero. A vertex may use up three quarters of its contact distance, the sum of the sphero-radii. The kinematic
 //!   limit lets it come nearer by half of that in a step, so none gets from one side to the other unseen.
-//! - *Nearest edge* ([`crate::nearest`]): signed, so a vertex is judged as a point is, by both signs.
+//! - *Nearest edge* ([`crate::nearest`]): signed, so a vertex is judged as a point is, by both signs. A corner that slides
+//!   off past a sharp tip of the other body comes from one of its sides to the other however lightly it presses; at an
+//!   overlap `xi` it cuts off a piece of the tip of `2 xi / tan(alpha/2)` along the outline, for an angle `alpha`. Where the
+//!   sphero-radii do not allow more, a quarter of the thickness of the thinner body is allowed.
 //! - *Area* ([`crate::overlap`]): the width of the overlap along which it pushes vanishes when a body spans a thin one,
 //!   and points back from then on. So a width below a fifth of the root of the area tells, which is that of a corner of
 //!   1.1 degrees, and a normal that has turned.
@@ -47,6 +50,9 @@ pub const CROSSING: f64 = 0.55;
 /// Share of the radius of the disc with the body's area that the centre of a point may be deep, and of the contact
 /// distance of a vertex and an edge that they may overlap.
 pub const DEEP: f64 = 0.75;
+
+/// Length along the outline of a tip that a corner may cut off, as a share of the thickness of the thinner body.
+pub const TIP: f64 = 0.25;
 
 /// How a point went too far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -62,6 +62,7 @@ impl System {
             // Answers that have been given.
             envelopes: _,
             measurement: _,
+            per_resolution_sq: _, // of the configuration
         } = self;
         SavedSystem {
             marks: marks.clone(),
@@ -186,6 +187,7 @@ impl Marks {
             point_contact,
             body_contact,
             overlap,
+            contact_resolution: _, // of the step alone, which the coupler may choose anew
             contact_pairs,
             point_surfaces,
             group_pairs,

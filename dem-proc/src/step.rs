@@ -11,6 +11,7 @@ use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, Recor
 use crate::Sdem;
 use crate::approach::Ahead;
 use crate::configure::{System, configure};
+use crate::impact::Impacts;
 use crate::law::Past;
 use crate::ledger::{Kick, measure};
 use crate::load::Load;
@@ -18,7 +19,7 @@ use crate::points::Interval;
 use crate::saved::FORMAT;
 
 /// What the solver does and takes ([`interface::capability`]).
-const CAPABILITIES: [&str; 26] = [
+const CAPABILITIES: [&str; 27] = [
     interface::capability::SAVE,
     "shape:disc",
     "shape:segment",
@@ -44,6 +45,7 @@ const CAPABILITIES: [&str; 26] = [
     "feature:rolling_friction",
     "feature:adhesion",
     "feature:body_contact",
+    "feature:contact_resolution",
     "feature:contact_pairs",
 ];
 
@@ -310,8 +312,17 @@ impl System {
         let (mut damping, mut omega_sq) = (0.0, 0.0);
         if let Some(pairs) = &self.pairs {
             damping = pairs.damping_ratio();
-            let stiff = pairs.omega_sq(&self.body_loads).sqrt();
+            let stiff = pairs.omega_sq(&self.body_loads);
             let (kicked, speed) = (&self.kicked, self.kicked_speed);
+            let impacts = Impacts {
+                kicked,
+                kick: step.kick(),
+                ahead: Ahead::new(step.kick(), step.dt, self.outer_acceleration),
+                speed,
+                outer: self.outer_acceleration,
+            };
+            let impact = pairs.impact(&self.bodies, &self.body_loads, &impacts);
+            let stiff = stiff.max(self.per_resolution_sq * impact).sqrt();
             let omega = pairs.crossing(&self.bodies, kicked, speed, stiff);
             omega_sq = omega * omega;
             let moves = speed > 0.0 || self.outer_acceleration > 0.0;

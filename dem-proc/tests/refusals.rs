@@ -166,6 +166,12 @@ fn every_bad_setting_is_named() {
         with(&|c| c.body_contact = Some(law(1.0, 0.0, -0.3, 0.0))),
         "dem.body_contact.linear.friction"
     );
+    for resolution in [0.0, -1.0, 2.1, f64::NAN] {
+        assert_eq!(
+            with(&|c| c.contact_resolution = Some(resolution)),
+            "dem.contact_resolution"
+        );
+    }
     assert_eq!(
         with(&|c| c.body_contact = Some(law(1.0, f64::NAN, 0.0, 0.0))),
         "dem.body_contact.linear.tangential_stiffness"

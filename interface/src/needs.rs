@@ -90,7 +90,7 @@ impl DemConfig {
     ///
     /// Verbs: `segments`, `pairs`. Families: `shape`, `motion`, `overlap` (where it is not the default), `law`, whose
     /// members are the words of the configuration, and `feature`: `friction`, `damping`, `adhesion`, `rolling_friction`
-    /// of any law, `body_contact`, `contact_pairs`.
+    /// of any law, `body_contact`, `contact_resolution`, `contact_pairs`.
     ///
     /// A law for points that is the default, without any stiffness, asks for nothing.
     pub fn needs(&self) -> Vec<Need> {
@@ -119,6 +119,10 @@ impl DemConfig {
         needs.extend(features_of(&laws));
         if self.body_contact.is_some() {
             needs.push(Need::once("feature:body_contact", "dem.body_contact"));
+        }
+        if self.contact_resolution.is_some() {
+            let key = "dem.contact_resolution";
+            needs.push(Need::once("feature:contact_resolution", key));
         }
         if !self.contact_pairs.is_empty() {
             needs.push(Need {

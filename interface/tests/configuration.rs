@@ -252,7 +252,7 @@ fn any_bodies() -> impl Strategy<Value = DemConfig> {
         laws,
         overlap,
         interface(),
-        (number(), 1_usize..3),
+        (number(), 1_usize..3, prop::option::of(number())),
     )
         .prop_map(
             |(
@@ -261,9 +261,10 @@ fn any_bodies() -> impl Strategy<Value = DemConfig> {
                 (point_contact, body_contact, contact_pairs, group_pairs),
                 overlap,
                 interface,
-                (skin, threads),
+                (skin, threads, contact_resolution),
             )| {
                 DemConfig {
+                    contact_resolution,
                     gravity,
                     bodies,
                     point_contact,

@@ -84,6 +84,7 @@ fn bodies_need_what_their_shapes_motions_and_laws_use() {
         rolling_friction: 0.1,
     });
     config.overlap = OverlapMeasure::NearestEdge;
+    config.contact_resolution = Some(0.25);
     config.contact_pairs = vec![ContactPair {
         between: ["a".into(), "b".into()],
         law: config.point_contact,
@@ -125,6 +126,7 @@ fn bodies_need_what_their_shapes_motions_and_laws_use() {
                 1
             ),
             ("feature:body_contact", "dem.body_contact", 1),
+            ("feature:contact_resolution", "dem.contact_resolution", 1),
             ("feature:contact_pairs", "dem.contact_pairs[0]", 1),
         ]
     );

@@ -81,6 +81,10 @@ impl DemSolver for Rapier {
             let text = "one law for all here: none is accepted";
             return refuse("dem.contact_pairs", text);
         }
+        if config.contact_resolution.is_some() {
+            let text = "bodies meet by impulses, which have nothing to resolve: none is accepted";
+            return refuse("dem.contact_resolution", text);
+        }
         let (friction, notes) = match config.body_contact {
             None => (None, Vec::new()),
             Some(ContactLaw::Linear { friction, .. }) => {

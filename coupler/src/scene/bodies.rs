@@ -50,6 +50,7 @@ pub(super) fn bodies(
         sets.map(|(i, f)| (format!("dem.fill.{i}.name"), f.name.as_str())),
     );
     overlap_measure(problems, written, scene);
+    contact_resolution(problems, written, scene);
     for (path, law) in [
         ("contact", scene.contact),
         ("body_contact", scene.body_contact),
@@ -93,6 +94,7 @@ pub(super) fn bodies(
         point_contact: law_for_points.unwrap_or_default(),
         body_contact: scene.body_contact,
         overlap: written.overlap,
+        contact_resolution: written.contact_resolution,
         contact_pairs: scene.contact_pair.clone(),
         point_surfaces: points.map(|group| group.material.clone()).collect(),
         skin: 0.0,
@@ -172,6 +174,21 @@ fn fill(problems: &mut Problems, path: &str, fill: &BodyFill) {
             );
             problems.refuse(&below("arrange.rows.width"), message, "make the rows wider");
         }
+    }
+}
+
+/// Refuses a resolution that is none.
+fn contact_resolution(problems: &mut Problems, written: &DemWritten, scene: &SceneWritten) {
+    let Some(resolution) = written.contact_resolution else {
+        return;
+    };
+    if !(resolution > 0.0 && resolution <= 2.0) {
+        let message = format!("`dem.contact_resolution` is {resolution}");
+        let help = "write a number above 0, at most 2: 2 is the limit of stability, 0.04 the default of elastic contacts, 0.2 that of damped ones";
+        problems.refuse("dem.contact_resolution", message, help);
+    }
+    if scene.body_contact.is_none() {
+        problems.warn("`dem.contact_resolution` has no effect: there is no `[body_contact]`");
     }
 }
 

@@ -100,6 +100,13 @@ pub struct TimePlan {
     pub criterion: Criterion,
 }
 
+impl TimePlan {
+    /// Whether every step is within the limit of stability: of what the composed criterion knows.
+    pub fn is_stable(&self) -> bool {
+        self.criterion == Criterion::Composed && self.safety * self.step_factor <= 1.0
+    }
+}
+
 /// How the step limit is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Criterion {

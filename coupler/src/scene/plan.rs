@@ -40,7 +40,9 @@ pub struct Plan {
     pub memory: f64,
     /// Upper limits of the step in s, smallest first; safety factors included.
     pub limits: Vec<StepLimit>,
-    /// About how many steps.
+    /// The step while bodies meet or part, where they do.
+    pub impacts: Option<Impacts>,
+    /// About how many steps, those of impacts left out: how many there will be is not known.
     pub steps: f64,
     /// Rows of the history.
     pub rows: f64,
@@ -55,6 +57,15 @@ pub struct LeftOut {
     pub what: String,
     /// Why not.
     pub why: String,
+}
+
+/// What it costs to resolve impacts between bodies.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Impacts {
+    /// Step in s while one contact of the lightest body opens or closes.
+    pub step: f64,
+    /// How many of them an impact takes.
+    pub steps: f64,
 }
 
 /// An upper limit of the step.
@@ -80,6 +91,7 @@ impl Plan {
             steps: (scene.time.end / step).ceil(),
             // One at the begin, one at the end, whether or not the interval divides the run; 1e-9 is rounding.
             rows: (scene.time.end / scene.output.every - 1e-9).ceil() + 1.0,
+            impacts: impacts(scene),
             limits,
             warnings: scene.warnings.clone(),
         }
@@ -390,6 +402,22 @@ fn limits(scene: &Scene) -> Vec<StepLimit> {
     limits
 }
 
+/// The step of impacts, where the criterion is one of resolution at all.
+fn impacts(scene: &Scene) -> Option<Impacts> {
+    let dem = scene.dem.as_ref()?;
+    dem.body_contact?;
+    let Criterion::Composed = scene.time.criterion else {
+        return None;
+    };
+    let omega = (stiffest(dem.body_laws()) / lightest_body(dem)).sqrt();
+    let angle = scene.time.safety * scene.time.step_factor * dem.resolution();
+    let cap = scene.time.max_step.unwrap_or(f64::INFINITY);
+    let step = (angle / omega).min(cap);
+    // Half a period of an elastic contact.
+    let steps = (std::f64::consts::PI / (omega * step)).ceil();
+    (step.is_finite() && step > 0.0).then_some(Impacts { step, steps })
+}
+
 fn stiffest(laws: impl Iterator<Item = ContactLaw>) -> f64 {
     // A stiffness that grows with the overlap is not known beforehand.
     let stiffness = laws.filter_map(|law| law.constant_stiffness());
@@ -487,7 +515,15 @@ impl fmt::Display for Plan {
             let binds = if i == 0 { "  <- binds" } else { "" };
             writeln!(f, "  {name:<8} {:.3e} s  {}{binds}", limit.step, limit.name)?;
         }
-        writeln!(f, "  steps    about {}", self.steps)?;
+        if let Some(Impacts { step, steps }) = self.impacts {
+            writeln!(
+                f,
+                "  impacts  {step:.3e} s  while bodies meet or part: about {steps} steps each (dem.contact_resolution)"
+            )?;
+            writeln!(f, "  steps    about {}, and those of impacts", self.steps)?;
+        } else {
+            writeln!(f, "  steps    about {}", self.steps)?;
+        }
         writeln!(f, "  history  {} rows", self.rows)?;
         for warning in &self.warnings {
             writeln!(f, "warning: {warning}")?;

@@ -204,6 +204,10 @@ pub(crate) struct DemWritten {
     /// What the overlap of two bodies is; each vertex on each edge by default.
     #[serde(default)]
     pub overlap: OverlapMeasure,
+    /// How finely impacts between bodies are resolved: `omega dt` of a contact that opens or closes is at most this times
+    /// `time.safety`, at most 2, which is the limit of stability. By default 0.04, and 0.2 where all contacts between bodies
+    /// are damped.
+    pub contact_resolution: Option<f64>,
 }
 
 /// A spheropolygon body.

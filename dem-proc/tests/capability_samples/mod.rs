@@ -162,6 +162,10 @@ fn feature(name: &str) -> DemConfig {
         "rolling_friction" => met(linear(), granular(0.0, 0.1)),
         "adhesion" => met(granular(10.0, 0.0), granular(10.0, 0.0)),
         "body_contact" => met(linear(), linear()),
+        "contact_resolution" => DemConfig {
+            contact_resolution: Some(0.5),
+            ..met(linear(), linear())
+        },
         "contact_pairs" => {
             let mut config = met(linear(), linear());
             for body in &mut config.bodies {
@@ -220,6 +224,7 @@ fn samples() -> Vec<(&'static str, String, DemConfig)> {
         "rolling_friction",
         "adhesion",
         "body_contact",
+        "contact_resolution",
         "contact_pairs",
     ];
     for name in features {

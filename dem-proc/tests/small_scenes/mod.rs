@@ -49,8 +49,10 @@ pub fn frictional(normal_stiffness: f64, tangential_stiffness: f64, friction: f6
     }
 }
 
+/// With the limit of stability alone, which most tests are about.
 pub fn scene(bodies: Vec<BodyConfig>, law: ContactLaw) -> DemConfig {
     DemConfig {
+        contact_resolution: Some(2.0),
         gravity: [0.0, 0.0],
         bodies,
         point_contact: law,

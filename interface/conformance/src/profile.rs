@@ -145,6 +145,9 @@ pub fn needs(config: &DemConfig) -> BTreeSet<&'static str> {
     if config.body_contact.is_some() {
         needs.insert("feature:body_contact");
     }
+    if config.contact_resolution.is_some() {
+        needs.insert("feature:contact_resolution");
+    }
     let laws = [&config.point_contact].into_iter();
     for law in laws.chain(config.body_contact.iter()).chain(pairs) {
         needs.extend(of_law(law));

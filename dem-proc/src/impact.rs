@@ -1,0 +1,100 @@
+//! Which contacts open or close, and so have to be resolved by the step.
+//!
+//! A step that is stable in contact, `omega dt` of 1.55, has two steps of a bounce: whether the first of them falls early or late
+//! in the contact decides on 30 % of the energy, of either sign. So while two bodies come into contact or leave it their
+//! frequency counts `2 / r` times, with the resolution `r` of [`interface::config::DemConfig::contact_resolution`]. A contact
+//! that stays closed is a spring, on which leapfrog keeps an energy whatever the phase: the limit of stability does.
+//!
+//! A closed contact swings about the overlap at which its force holds what else accelerates the pair. With the relative velocity
+//! `u` and acceleration `a` along the normal (apart), its own `omega^2 = k w`, mobility `w` and force `F`, that overlap times
+//! `omega^2` is `F w - a`, and the amplitude times `omega^2` is `sqrt(a^2 + omega^2 u^2)`, at any time of the swing. It opens
+//! where the amplitude is larger. Three things are left to stability, since their
+//! energy is nothing or they are rare:
+//!
+//! - what begins within the first step of a run, whose length is not known before it; that step is a fraction of what contact
+//!   allows anyway ([`crate::approach::first_contact`]);
+//! - speeds below a thousandth of that of the fastest surface;
+//! - blows that press no deeper than a body's own weight does (or what else pushes it from outside): a pile that has come to
+//!   rest has contacts that hardly carry anything and open and close all the time.
+
+use interface::Vec2;
+
+use crate::approach::{Ahead, Near};
+use crate::body::Bodies;
+
+/// A speed that is nothing, over that of the fastest surface: its energy is a millionth.
+const NOTHING: f64 = 1e-3;
+
+/// How two bodies that are near press.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Pressing {
+    /// Overlap `xi` in m; negative where they do not touch.
+    pub overlap: f64,
+    /// Normal force in N/m, 0 where they do not touch.
+    pub force: f64,
+    /// Bound of the stiffness in N/m.
+    pub stiffness: f64,
+    /// How far off the point where they are nearest they may touch first, in m: 0 where the point itself is listed.
+    pub width: f64,
+}
+
+/// By what impacts are told in a step.
+#[derive(Debug, Clone, Copy)]
+pub struct Impacts<'a> {
+    /// Velocities and spins at `t_{n+1/2}`; those at `t_{n-1/2}` are in [`Bodies::state`].
+    pub kicked: &'a [(Vec2, f64)],
+    /// Length of the kick in s.
+    pub kick: f64,
+    /// How far surfaces may go in the two steps ahead.
+    pub ahead: Ahead,
+    /// Speed of the fastest surface in m/s.
+    pub speed: f64,
+    /// Most that gravity and forces from outside accelerate any surface, in m/s^2.
+    pub outer: f64,
+}
+
+impl Impacts<'_> {
+    /// Whether two bodies that are near open or close their contact.
+    pub fn is_one(&self, bodies: &Bodies, near: &Near, pressing: &Pressing) -> bool {
+        let state = near.bodies.map(|b| &bodies.state[b as usize]);
+        let kicked = near.bodies.map(|b| self.kicked[b as usize]);
+        let arms = state.map(|s| near.point - s.center);
+        // Along the normal, of the first body less that of the second.
+        let along = |of: [(Vec2, f64); 2]| {
+            let [a, b] = [0, 1].map(|i| {
+                let (velocity, spin) = of[i];
+                velocity + Vec2::new(-arms[i].y, arms[i].x) * spin
+            });
+            (a - b).dot(&near.normal)
+        };
+        let velocity = along(kicked);
+        let acceleration = if self.kick > 0.0 {
+            let before = state.map(|s| (s.velocity, s.spin));
+            (velocity - along(before)) / self.kick
+        } else {
+            0.0
+        };
+        let mobility: f64 = (0..2)
+            .map(|i| {
+                let across = crate::mass::cross(arms[i], near.normal);
+                state[i].inverse_mass + state[i].inverse_inertia * across * across
+            })
+            .sum();
+        let omega_sq = pressing.stiffness * mobility;
+        let nothing = self.outer + NOTHING * omega_sq.sqrt() * self.speed;
+        if pressing.overlap > 0.0 {
+            let held = (pressing.force * mobility - acceleration).max(0.0);
+            let least = held + nothing;
+            acceleration * acceleration + omega_sq * velocity * velocity > least * least
+        } else {
+            let time = self.ahead.time();
+            let bend: f64 = (0..2).map(|i| kicked[i].1.powi(2) * arms[i].norm()).sum();
+            let drawn = (-acceleration).max(0.0) + bend;
+            let turning = (kicked[0].1 - kicked[1].1).abs() * pressing.width;
+            let closing = (turning - velocity).max(0.0);
+            let way = closing * time + 0.5 * drawn * time * time;
+            let speed = closing + drawn * time;
+            way > -pressing.overlap && omega_sq.sqrt() * speed > nothing
+        }
+    }
+}

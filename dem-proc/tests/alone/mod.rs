@@ -1,0 +1,101 @@
+//! Bodies alone with the steps that the coupler would give them: composed with the default safety, in epochs of equal steps,
+//! longer by a tenth at most.
+#![allow(dead_code)] // every test binary uses its own part of this
+
+use dem_proc::Sdem;
+use interface::Vec2;
+use interface::config::DemConfig;
+use interface::solver::{DemSolver, Fault};
+use interface::step::{GROWTH, Step};
+use interface::wire::Limits;
+
+use crate::small_scenes::configured;
+
+const SAFETY: f64 = 0.8;
+const HEADROOM: f64 = 0.97;
+const EPOCH: u32 = 64;
+const EPOCH_WHILE_GROWING: u32 = 4;
+
+/// A run of bodies alone.
+pub struct Alone {
+    pub dem: Sdem,
+    pub time: f64,
+    pub steps: u64,
+    /// Length of the last step in s.
+    pub dt: f64,
+    longest: f64,
+    limits: Limits,
+    allowed: f64,
+    left: u32,
+}
+
+/// Largest `omega dt` that is allowed.
+fn allowance(limits: &Limits) -> f64 {
+    let zeta = limits.damping;
+    SAFETY * 2.0 * (zeta.hypot(1.0) - zeta)
+}
+
+impl Alone {
+    /// With steps up to `longest` (s).
+    pub fn new(config: &DemConfig, longest: f64) -> Self {
+        let mut dem = configured(config);
+        let opening = Step {
+            index: 0,
+            time: 0.0,
+            dt_before: 0.0,
+            dt: 0.0,
+            measure: false,
+        };
+        let limits = dem.contact(&opening, &[], &mut []).unwrap().limits;
+        dem.advance(&opening).unwrap();
+        Self {
+            dem,
+            time: 0.0,
+            steps: 0,
+            dt: 0.0,
+            longest,
+            limits,
+            allowed: 0.0,
+            left: 0,
+        }
+    }
+
+    fn next(&mut self) -> f64 {
+        if self.left == 0 || self.limits.omega_sq > self.allowed {
+            let limit = HEADROOM * allowance(&self.limits) / self.limits.omega_sq.sqrt();
+            let limit = limit.min(self.longest);
+            let growing = self.dt > 0.0 && GROWTH * self.dt < limit;
+            let dt = if growing { GROWTH * self.dt } else { limit };
+            self.left = if growing { EPOCH_WHILE_GROWING } else { EPOCH };
+            self.allowed = (allowance(&self.limits) / dt).powi(2);
+            self.left -= 1;
+            return dt;
+        }
+        self.left -= 1;
+        self.dt
+    }
+
+    /// One step; `measure`: with the books.
+    pub fn step(&mut self, measure: bool) -> Result<(), Fault> {
+        let step = Step {
+            index: self.steps,
+            time: self.time,
+            dt_before: self.dt,
+            dt: self.next(),
+            measure,
+        };
+        self.limits = self.dem.contact(&step, &[], &mut [])?.limits;
+        self.dem.advance(&step)?;
+        self.dt = step.dt;
+        self.time += step.dt;
+        self.steps += 1;
+        Ok(())
+    }
+
+    /// Kinetic energy of body `b` at the half step, in J/m.
+    pub fn kinetic(&self, b: usize) -> f64 {
+        let (state, body) = (&self.dem.bodies().state[b], &self.dem.bodies().fixed[b]);
+        let v: Vec2 = state.velocity;
+        0.5 * (body.mass * v.norm_squared() + state.spin * state.spin / state.inverse_inertia)
+    }
+}
