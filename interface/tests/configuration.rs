@@ -351,7 +351,7 @@ fn group() -> impl Strategy<Value = GroupConfig> {
 
 fn model() -> impl Strategy<Value = MaterialModel> {
     (
-        0..6,
+        0..7,
         [number(), number(), number(), number(), number(), number()],
     )
         .prop_map(|(kind, n)| {
@@ -386,6 +386,10 @@ fn model() -> impl Strategy<Value = MaterialModel> {
                     bulk_modulus,
                     exponent: cohesion,
                     viscosity: tension,
+                },
+                5 => MaterialModel::Hypoelastic {
+                    bulk_modulus,
+                    shear_modulus,
                 },
                 _ => MaterialModel::VonMises {
                     bulk_modulus,

@@ -18,6 +18,7 @@ const TAKES: [(&str, &[&str]); 9] = [
         "material",
         &[
             "linear_elastic",
+            "hypoelastic",
             "drucker_prager",
             "mohr_coulomb",
             "neo_hookean",

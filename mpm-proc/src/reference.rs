@@ -369,22 +369,27 @@ impl Reference {
         }
     }
 
-    /// Elasticity with the rotation of Hughes and Winget in matrix form (24), (25), (36).
+    /// Hencky's elasticity with matrices and their eigenvectors: `b <- f b f^T`, `eps = ln(b)/2`.
     fn stress(&mut self, i: usize, l: nalgebra::Matrix2<f64>) {
         use nalgebra::Matrix3;
         let p = &mut self.points[i];
         let l = Matrix3::new(l.m11, l.m12, 0.0, l.m21, l.m22, 0.0, 0.0, 0.0, 0.0);
-        let strain = (l + l.transpose()) * 0.5;
-        let spin = (l - l.transpose()) * 0.5;
         let one = Matrix3::identity();
-        let turn = (one - spin * 0.5).try_inverse().expect("regular") * (one + spin * 0.5);
-        let [xx, yy, zz, xy] = p.stress;
+        let f = (one - l * 0.5).try_inverse().expect("regular") * (one + l * 0.5);
+        let function = |m: Matrix3<f64>, of: fn(f64) -> f64| {
+            let eigen = m.symmetric_eigen();
+            let diagonal = Matrix3::from_diagonal(&eigen.eigenvalues.map(of));
+            eigen.eigenvectors * diagonal * eigen.eigenvectors.transpose()
+        };
+        let [xx, yy, zz, xy] = p.stress.map(|s| s * p.ratio);
         let old = Matrix3::new(xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, zz);
+        let mean = one * (old.trace() / 3.0);
+        let strain = (old - mean) / (2.0 * self.shear) + mean / (3.0 * self.bulk);
+        let b = f * function(strain * 2.0, f64::exp) * f.transpose();
+        let strain = function((b + b.transpose()) * 0.5, f64::ln) * 0.5;
         let volumetric = one * strain.trace();
-        let new = turn * old * turn.transpose()
-            + volumetric * self.bulk
-            + (strain - volumetric / 3.0) * (2.0 * self.shear);
-        p.stress = [new[(0, 0)], new[(1, 1)], new[(2, 2)], new[(0, 1)]];
-        p.ratio *= 1.0 + strain.trace() + 0.5 * strain.trace().powi(2);
+        let new = volumetric * self.bulk + (strain - volumetric / 3.0) * (2.0 * self.shear);
+        p.ratio *= f.determinant();
+        p.stress = [new[(0, 0)], new[(1, 1)], new[(2, 2)], new[(0, 1)]].map(|s| s / p.ratio);
     }
 }
