@@ -207,10 +207,8 @@ fn balances<M: Material>(model: M, corners: &[Matrix2<f64>]) -> Result<(), TestC
         }
         Ok((path.work - path.energy() - path.plastic).abs() / MODULI.shear)
     };
+    // First order where it flows: the strains of a return belong to its end.
     let [coarse, fine] = [off(100)?, off(400)?];
-    prop_assert!(
-        fine < 2e-3 && fine < 0.5 * coarse + 1e-6,
-        "{coarse:e} {fine:e}"
-    );
+    prop_assert!(coarse < 2e-3 && fine < 5e-4, "{coarse:e} {fine:e}");
     Ok(())
 }
