@@ -416,7 +416,12 @@ fn scheme() -> impl Strategy<Value = MpmConfig> {
         number().prop_map(|pic_fraction| Transfer::Blend { pic_fraction }),
         (1_u32..9).prop_map(|order| Transfer::Xpic { order }),
     ];
-    let updates = [StressUpdate::Usf, StressUpdate::Usl, StressUpdate::Musl];
+    let updates = [
+        StressUpdate::Usf,
+        StressUpdate::Usl,
+        StressUpdate::Musl,
+        StressUpdate::Usavg,
+    ];
     let update = prop::sample::select(updates.to_vec());
     let forces = [
         ContactForceScheme::Point,

@@ -10,7 +10,7 @@ const TAKES: [(&str, &[&str]); 9] = [
         &["linear", "ugimp", "quadratic_bspline", "cubic_bspline"],
     ),
     ("transfer", &["pic", "flip", "blend", "apic", "xpic"]),
-    ("stress_update", &["usf", "usl", "musl"]),
+    ("stress_update", &["usf", "usl", "musl", "usavg"]),
     ("drift", &["nodal", "mapped"]),
     ("plane", &["strain", "stress"]),
     ("wall", &["open", "fixed", "slip", "friction", "periodic"]),

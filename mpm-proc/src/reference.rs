@@ -204,8 +204,10 @@ impl Reference {
             };
         let nodes = self.nodes();
         let (mass, before) = self.map(&nodes, inertia);
-        if self.stress_update == StressUpdate::Usf {
-            self.strain(&nodes, &before, dt_before, 0.5);
+        match self.stress_update {
+            StressUpdate::Usf => self.strain(&nodes, &before, dt_before, 0.5),
+            StressUpdate::Usavg => self.strain(&nodes, &before, 0.5 * dt_before, 0.5),
+            StressUpdate::Usl | StressUpdate::Musl => {}
         }
         let mut after = vec![[0.0; 2]; nodes.len()];
         for (n, node) in nodes.iter().enumerate() {
@@ -262,8 +264,10 @@ impl Reference {
             })
             .collect();
         let (_, again) = self.map(&nodes, inertia);
-        if self.stress_update == StressUpdate::Musl {
-            self.strain(&nodes, &again, dt, -0.5);
+        match self.stress_update {
+            StressUpdate::Musl => self.strain(&nodes, &again, dt, -0.5),
+            StressUpdate::Usavg => self.strain(&nodes, &again, 0.5 * dt, -0.5),
+            StressUpdate::Usf | StressUpdate::Usl => {}
         }
         if self.drift == Drift::Mapped {
             for (i, p) in self.points.iter().enumerate() {

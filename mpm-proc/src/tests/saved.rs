@@ -404,7 +404,7 @@ fn every_model_goes_on_in_every_surrounding() {
             config.materials[0].model = model;
             let n = m + around;
             config.transfer = [Transfer::Apic, Transfer::Flip][n % 2];
-            config.stress_update = [StressUpdate::Usf, StressUpdate::Musl][n / 2 % 2];
+            config.stress_update = [StressUpdate::Usf, StressUpdate::Usavg][n / 2 % 2];
             config.contact_force = [
                 ContactForceScheme::Traction,
                 ContactForceScheme::Point,
