@@ -35,15 +35,14 @@ impl Moduli {
     /// Stress, and volume over the initial one, after an interval in plane strain without plastic flow.
     #[inline(always)]
     pub fn trial(&self, stress: &Stress, volume: Lanes, by: &Deformation) -> (Stress, Lanes) {
-        let strained = strain(self.shear, in_plane(stress, volume), by);
-        let new = volume * strained.swelling;
-        let (centre, out) = (
-            splat(self.bulk + 1.0 / 3.0 * self.shear) * strained.trace,
-            splat(self.lame()) * strained.trace,
-        );
+        let strained = strain(self.shear, in_plane(stress, volume), volume, by);
+        let centre = splat(self.bulk + 1.0 / 3.0 * self.shear) * strained.trace;
         let centre = (splat(0.5) * (stress.xx + stress.yy)).mul_add(volume, centre);
-        let out = stress.zz.mul_add(volume, out);
-        (cauchy(centre, strained.deviator, out, new), new)
+        let out = stress
+            .zz
+            .mul_add(volume, splat(self.lame()) * strained.trace);
+        let stress = cauchy(centre, strained.deviator, out, strained.per_volume);
+        (stress, strained.volume)
     }
 
     /// Energy per volume in Pa: `p^2 / 2K + s:s / 4G`. Of Kirchhoff stress it is Hencky's, per initial volume.
@@ -105,10 +104,9 @@ fn in_plane(stress: &Stress, volume: Lanes) -> [Lanes; 2] {
     ]
 }
 
-/// Cauchy stress of a Kirchhoff stress.
+/// Cauchy stress of a Kirchhoff stress; `per` is one over the volume.
 #[inline(always)]
-fn cauchy(centre: Lanes, [half, xy]: [Lanes; 2], out: Lanes, volume: Lanes) -> Stress {
-    let per = splat(1.0) / volume;
+fn cauchy(centre: Lanes, [half, xy]: [Lanes; 2], out: Lanes, per: Lanes) -> Stress {
     Stress {
         xx: (centre + half) * per,
         yy: (centre - half) * per,
@@ -220,11 +218,12 @@ impl ElasticLaw for PlaneStress {
 
     #[inline(always)]
     fn advance(&self, stress: &Stress, volume: Lanes, by: &Deformation) -> (Stress, Lanes) {
-        let strained = strain(self.0.shear, in_plane(stress, volume), by);
+        let strained = strain(self.0.shear, in_plane(stress, volume), volume, by);
         let new = volume * (splat(1.0 - self.thinning()) * strained.trace).exp();
         let centre = splat(self.0.shear * (1.0 + 2.0 * self.thinning())) * strained.trace;
         let centre = (splat(0.5) * (stress.xx + stress.yy)).mul_add(volume, centre);
-        (cauchy(centre, strained.deviator, ZERO, new), new)
+        let per = splat(1.0) / new;
+        (cauchy(centre, strained.deviator, ZERO, per), new)
     }
 
     #[inline(always)]
@@ -306,6 +305,40 @@ mod tests {
             assert!(yy.abs() < 1e-7 * xx && zz == 0.0);
             assert!((volume.ln() / ((1.0 - 2.0 * nu) * ln) - 1.0).abs() < 1e-7);
             assert!((path.energy() / (0.5 * young * ln * ln) - 1.0).abs() < 1e-7);
+        }
+    }
+
+    /// The tangent in principal axes, from derivatives of `tau_i = lambda tr + 2 G ln(l_i)`, and the tension beside it.
+    #[test]
+    fn the_stiffness_is_not_below_that_of_the_strained_material() {
+        let mut random = crate::tests::Random::new(11);
+        let (m, l) = (9.0e5, 3.0e5);
+        for _ in 0..5000 {
+            let [a, b] = [(); 2].map(|()| random.between(-0.5, 0.5));
+            let [p, q] = [m * a + l * b, l * a + m * b];
+            let (sin, cos) = random.between(0.0, 3.2).sin_cos();
+            let volume = (a + b).exp();
+            let [xx, yy, xy] = [
+                p * cos * cos + q * sin * sin,
+                p * sin * sin + q * cos * cos,
+                (p - q) * sin * cos,
+            ]
+            .map(|tau| splat(tau / volume));
+            let stress = Stress {
+                xx,
+                yy,
+                zz: splat(l * (a + b) / volume),
+                xy,
+            };
+            let stretch = nalgebra::Matrix2::new(m - 2.0 * p, l, l, m - 2.0 * q);
+            let shear = 3.0e5 * (a - b) / (a - b).tanh() - 0.5 * (p + q);
+            let exact = stretch.symmetric_eigenvalues().max().max(2.0 * shear);
+            let exact = exact + p.max(q).max(0.0);
+            let bound = PlaneStrain(MODULI)
+                .stiffness(&stress, splat(volume))
+                .to_array()[0];
+            assert!(bound >= exact * (1.0 - 1e-12), "{a} {b}: {bound} {exact}");
+            assert!(bound < 1.6 * exact.max(5e5), "{a} {b}: {bound} {exact}");
         }
     }
 

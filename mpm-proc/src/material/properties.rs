@@ -209,6 +209,9 @@ fn balances<M: Material>(model: M, corners: &[Matrix2<f64>]) -> Result<(), TestC
     };
     // First order where it flows: the strains of a return belong to its end.
     let [coarse, fine] = [off(100)?, off(400)?];
-    prop_assert!(coarse < 2e-3 && fine < 5e-4, "{coarse:e} {fine:e}");
+    prop_assert!(
+        fine < 2e-3 && (fine < 0.4 * coarse || fine < 1e-4),
+        "{coarse:e} {fine:e}"
+    );
     Ok(())
 }
