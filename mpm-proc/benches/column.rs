@@ -12,6 +12,7 @@ pub const ELASTIC: MaterialModel = MaterialModel::LinearElastic {
 };
 
 /// The same in rate form.
+#[allow(dead_code)] // not by all that measure this column
 pub const HYPOELASTIC: MaterialModel = MaterialModel::Hypoelastic {
     bulk_modulus: 5.0e5,
     shear_modulus: 3.2e5,

@@ -204,11 +204,8 @@ impl Reference {
             };
         let nodes = self.nodes();
         let (mass, before) = self.map(&nodes, inertia);
-        match self.stress_update {
-            StressUpdate::Usf => self.strain(&nodes, &before, dt_before, 0.5),
-            StressUpdate::Usavg => self.strain(&nodes, &before, 0.5 * dt_before, 0.5),
-            StressUpdate::Usl | StressUpdate::Musl => {}
-        }
+        let [first, last] = self.shares();
+        self.strain(&nodes, &before, first * dt_before, 0.5);
         let mut after = vec![[0.0; 2]; nodes.len()];
         for (n, node) in nodes.iter().enumerate() {
             let mut f = [0.0; 2];
@@ -264,11 +261,7 @@ impl Reference {
             })
             .collect();
         let (_, again) = self.map(&nodes, inertia);
-        match self.stress_update {
-            StressUpdate::Musl => self.strain(&nodes, &again, dt, -0.5),
-            StressUpdate::Usavg => self.strain(&nodes, &again, 0.5 * dt, -0.5),
-            StressUpdate::Usf | StressUpdate::Usl => {}
-        }
+        self.strain(&nodes, &again, last * dt, -0.5);
         if self.drift == Drift::Mapped {
             for (i, p) in self.points.iter().enumerate() {
                 if forces[i] != [0.0; 2] {
@@ -294,6 +287,16 @@ impl Reference {
             for a in 0..2 {
                 p.x[a] += dt * v[a];
             }
+        }
+    }
+
+    /// The share of an interval that mapped velocities strain from its end, and from its start.
+    fn shares(&self) -> [f64; 2] {
+        match self.stress_update {
+            StressUpdate::Usf => [1.0, 0.0],
+            StressUpdate::Usl => [0.0, 0.0],
+            StressUpdate::Musl => [0.0, 1.0],
+            StressUpdate::Usavg => [0.5, 0.5],
         }
     }
 

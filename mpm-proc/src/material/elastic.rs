@@ -60,22 +60,10 @@ impl Moduli {
         self.energy(stress) * volume * volume
     }
 
-    /// Upper bound of the stiffness of [`Material::stiffness_over_density`] in Pa, per initial volume, where it is
-    /// `unstressed` without stress.
-    ///
-    /// In principal axes the tangent of the Kirchhoff stress is that of small strains less `2 tau_i` for stretch, and `G x
-    /// coth x - (tau_1 + tau_2)/2` for shear, `x` the difference of the strains; `x coth x <= 1 + x` and `G x` is half the
-    /// difference of the stresses. Tension stiffens motion across it besides.
+    /// Stiffness that counts for the step in plane strain, per initial volume in Pa ([`Material::stiffness_over_density`]).
     #[inline(always)]
-    pub fn stiffness(&self, unstressed: f64, stress: &Stress, volume: Lanes) -> Lanes {
-        let half = splat(0.5) * (stress.xx - stress.yy);
-        let radius = half.abs() + stress.xy.abs(); // no root, and not below it
-        let centre = splat(0.5) * (stress.xx + stress.yy);
-        let tension = (centre + radius).fast_max(ZERO);
-        volume.mul_add(
-            splat(2.0).mul_add(radius - centre, tension),
-            splat(unstressed),
-        )
+    pub fn stiffness(&self, stress: &Stress, volume: Lanes) -> Lanes {
+        under_stress(self.plane_stiffness(), stress, volume)
     }
 
     /// Largest eigenvalue of `C diag(1, 1, 2)` in plane strain in Pa: equal stretch, or shear.
@@ -113,6 +101,22 @@ fn cauchy(centre: Lanes, [half, xy]: [Lanes; 2], out: Lanes, per: Lanes) -> Stre
         zz: out * per,
         xy: xy * per,
     }
+}
+
+/// Upper bound of the stiffness of [`Material::stiffness_over_density`] in Pa, per initial volume, of a law that has
+/// `unstressed` without stress.
+///
+/// In principal axes the tangent of the Kirchhoff stress is that of small strains less `2 tau_i` for stretch, and `G x coth x -
+/// (tau_1 + tau_2)/2` for shear, `x` the difference of the strains; `x coth x <= 1 + x` and `G x` is half the difference of
+/// the stresses. Tension stiffens motion across it besides.
+#[inline(always)]
+fn under_stress(unstressed: f64, stress: &Stress, volume: Lanes) -> Lanes {
+    // Radius and centre twice over; no root, and not below it.
+    let radius = (stress.xx - stress.yy).abs() + (stress.xy + stress.xy).abs();
+    let centre = stress.xx + stress.yy;
+    let tension = (centre + radius).fast_max(ZERO);
+    let more = splat(0.5).mul_add(tension, radius - centre);
+    volume.mul_add(more, splat(unstressed))
 }
 
 /// How stress follows strain in an elastic solid.
@@ -186,7 +190,7 @@ impl ElasticLaw for PlaneStrain {
 
     #[inline(always)]
     fn stiffness(&self, stress: &Stress, volume: Lanes) -> Lanes {
-        self.0.stiffness(self.0.plane_stiffness(), stress, volume)
+        self.0.stiffness(stress, volume)
     }
 
     fn sound_speed(&self) -> f64 {
@@ -233,7 +237,7 @@ impl ElasticLaw for PlaneStress {
 
     #[inline(always)]
     fn stiffness(&self, stress: &Stress, volume: Lanes) -> Lanes {
-        self.0.stiffness(self.plane_stiffness(), stress, volume)
+        under_stress(self.plane_stiffness(), stress, volume)
     }
 
     fn sound_speed(&self) -> f64 {

@@ -144,12 +144,12 @@ impl Functions for Near {
     fn arsinh_over(square: Lanes) -> Lanes {
         const FITTED: [f64; 7] = [
             1.0,
-            -0.16666666666666435,
-            0.07499999999761822,
-            -0.04464285622702179,
-            0.03038177658044954,
-            -0.022356334566458733,
-            0.016609582368610487,
+            -0.166_666_666_666_664_35,
+            0.074_999_999_997_618_22,
+            -0.044_642_856_227_021_79,
+            0.030_381_776_580_449_54,
+            -0.022_356_334_566_458_733,
+            0.016_609_582_368_610_487,
         ];
         polynomial(&FITTED, square)
     }
@@ -244,7 +244,7 @@ mod tests {
         }
         assert_eq!(Near::arsinh_over(splat(0.0)).to_array(), [1.0; 4]);
         assert_eq!(
-            Near::hyperbolic(splat(0.0)).map(|f| f.to_array()),
+            Near::hyperbolic(splat(0.0)).map(Lanes::to_array),
             [[1.0; 4]; 2]
         );
     }

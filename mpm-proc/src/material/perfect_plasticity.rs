@@ -43,8 +43,7 @@ impl<Y: YieldSurface> Material for Y {
     #[inline(always)]
     fn stiffness_over_density(&self, point: &Point<()>) -> Lanes {
         let moduli = self.moduli();
-        moduli.stiffness(moduli.plane_stiffness(), &point.stress, point.volume)
-            * splat(1.0 / moduli.density)
+        moduli.stiffness(&point.stress, point.volume) * splat(1.0 / moduli.density)
     }
 
     fn elastic_energy(&self, point: &Point<()>) -> Lanes {

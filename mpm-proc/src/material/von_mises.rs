@@ -54,8 +54,7 @@ impl Material for VonMises {
     #[inline(always)]
     fn stiffness_over_density(&self, point: &Point<Lanes>) -> Lanes {
         let moduli = &self.moduli;
-        moduli.stiffness(moduli.plane_stiffness(), &point.stress, point.volume)
-            * splat(1.0 / moduli.density)
+        moduli.stiffness(&point.stress, point.volume) * splat(1.0 / moduli.density)
     }
 
     fn elastic_energy(&self, point: &Point<Lanes>) -> Lanes {
