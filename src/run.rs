@@ -249,14 +249,17 @@ fn show(summary: &Summary) {
         .iter()
         .map(|(name, steps)| format!("{name} {steps}"))
         .collect();
+    let gap = summary.energy.work_gap;
+    let gap = gap.map(|gap| format!(", work not stored {gap:.1e}"));
     say(format_args!(
-        "{}: {} steps to t = {:.6} s in {:.2} s; dt bound by: {}; momentum error {:.1e}, energy residual {:.1e}",
+        "{}: {} steps to t = {:.6} s in {:.2} s; dt bound by: {}; momentum error {:.1e}, energy residual {:.1e}{}",
         summary.scene,
         summary.steps,
         summary.time,
         summary.wall_s,
         bound.join(", "),
         summary.momentum_error,
-        summary.energy.residual_max
+        summary.energy.residual_max,
+        gap.unwrap_or_default()
     ));
 }

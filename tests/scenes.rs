@@ -34,9 +34,18 @@ const KEYS: [(&str, Kind); 14] = [
     ("cpu_s", Kind::Times),
     ("dt_bound_by", Kind::Times),
 ];
-const ENERGIES: [&str; 10] = [
-    "kinetic", "rotation", "elastic", "gravity", "contact", "friction", "viscous", "plastic",
-    "driven", "total",
+const ENERGIES: [&str; 11] = [
+    "kinetic",
+    "rotation",
+    "elastic",
+    "gravity",
+    "contact",
+    "friction",
+    "viscous",
+    "plastic",
+    "driven",
+    "total",
+    "stress_work",
 ];
 
 fn is(value: &Value, kind: Kind) -> bool {

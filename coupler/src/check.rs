@@ -51,6 +51,8 @@ pub enum When {
     Max,
     /// The smallest value.
     Min,
+    /// The largest rise above the least value before.
+    Rise,
     /// The mean over time.
     Mean,
     /// The root of the mean square over time.
@@ -251,6 +253,8 @@ struct Progress {
     last: Option<Point>,
     /// The sample that the check is about, where it is one.
     chosen: Option<Point>,
+    /// The least value of the window so far, where the check is about rises.
+    least: Option<f64>,
     /// Time in the window so far, and integrals over it of value, value^2, reference^2, distance^2.
     span: f64,
     integrals: [f64; 4],
@@ -266,7 +270,12 @@ impl Progress {
             if let Some(last) = self.last {
                 self.integrate(last, point);
             }
-            self.choose(check.when, point);
+            if check.when == When::Rise {
+                let risen = self.risen(point);
+                self.choose(When::Max, risen);
+            } else {
+                self.choose(check.when, point);
+            }
             self.last = Some(point);
         }
         self.before = Some(point);
@@ -289,6 +298,16 @@ impl Progress {
         }
     }
 
+    /// What the value has risen by since it was least.
+    fn risen(&mut self, point: Point) -> Point {
+        let least = self.least.map_or(point.value, |l| l.min(point.value));
+        self.least = Some(least);
+        Point {
+            value: point.value - least,
+            ..point
+        }
+    }
+
     /// Keeps the extreme sample. The first NaN is kept for good: it must fail the check.
     fn choose(&mut self, when: When, point: Point) {
         let measure = |p: &Point| match when {
@@ -308,7 +327,7 @@ impl Progress {
                     self.chosen = Some(point);
                 }
             }
-            When::At(_) | When::Mean | When::Rms | When::RmsError => {}
+            When::At(_) | When::Rise | When::Mean | When::Rms | When::RmsError => {}
         }
     }
 
@@ -342,7 +361,7 @@ impl Progress {
             }
         };
         match when {
-            When::End | When::At(_) | When::Max | When::Min | When::MaxError => {
+            When::End | When::At(_) | When::Max | When::Min | When::Rise | When::MaxError => {
                 self.chosen.map(|p| (p.value, p.reference, p.distance()))
             }
             When::Mean => last.map(|p| {
@@ -531,6 +550,8 @@ mod tests {
         assert_eq!(number(When::Max, ALL), 3.0);
         assert_eq!(number(When::Max, [1.5, 4.0]), 2.0);
         assert_eq!(number(When::Min, [0.0, 2.0]), 1.0);
+        assert_eq!(number(When::Rise, ALL), 2.0);
+        assert_eq!(number(When::Rise, [1.5, 4.0]), 0.0);
         assert_eq!(number(When::Mean, ALL), (2.0 + 2.5 + 2.0) / 4.0);
         assert_eq!(number(When::Mean, [2.0, 2.0]), 2.0);
         assert_eq!(number(When::Rms, [2.0, 4.0]), 2f64.sqrt());
@@ -617,6 +638,7 @@ mod tests {
         for when in [
             When::Max,
             When::Min,
+            When::Rise,
             When::Mean,
             When::Rms,
             When::MaxError,

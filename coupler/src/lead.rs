@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use interface::capability;
+use interface::capability::{SAVE, STRESS_WORK};
 use interface::config::{DemConfig, MpmConfig};
 use interface::control::{Configure, Hello, Party};
 use interface::core::coupler::{Coupler, Decision, Part, Question, Round};
@@ -240,7 +240,7 @@ impl<'a> Run<'a> {
         let plan = self.scene.output.checkpoint;
         let saves = |party: &&Party| {
             let hello = coupler.hello(**party).expect("all have said hello");
-            hello.capabilities.has(capability::SAVE)
+            hello.capabilities.has(SAVE)
         };
         if let Some(party) = self.parties.iter().find(|party| !saves(party)) {
             if plan.is_some() {
@@ -264,6 +264,9 @@ impl<'a> Run<'a> {
                 tracing::info!(%party, "{note}");
             }
         }
+        self.account.balance.keeps_stress_work = coupler
+            .hello(Party::Mpm)
+            .is_some_and(|hello| hello.capabilities.has(STRESS_WORK));
         let [mpm, dem] = [Party::Mpm, Party::Dem].map(|party| coupler.readiness(party));
         self.stability = Some(Stability::new(&self.scene.time, mpm, dem));
     }
@@ -511,6 +514,11 @@ impl<'a> Run<'a> {
             momentum_error: account.balance.momentum_error,
             energy_residual: account.balance.residual,
             energy_residual_relative: account.balance.residual_relative(),
+            work_gap: account
+                .balance
+                .work_gap()
+                .zip(account.balance.work_gap_relative())
+                .map(Into::into),
         };
         self.scene.quantities.fill(&mut self.sample, &measured);
         account.recorder.record(&self.sample);

@@ -28,6 +28,9 @@ pub struct Energies {
     pub driven: f64,
     /// What is conserved but for the transfer scheme's residual: energies held, plus dissipated, minus put in.
     pub total: f64,
+    /// Work of the stress of the points so far, less what plastic flow and viscous stress took; 0 of a continuum without
+    /// the capability `stress_work`. No part of the total: where the law has an energy it grows as `elastic` does.
+    pub stress_work: f64,
 }
 
 impl Energies {
@@ -44,6 +47,7 @@ impl Energies {
             plastic: sum(|l| l.plastic_work),
             driven: sum(|l| l.driven_work),
             total: total_energy(mpm, dem),
+            stress_work: sum(|l| l.stress_work),
         }
     }
 
@@ -60,6 +64,8 @@ impl Energies {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Balance {
     start: Option<(Energies, [f64; 2])>,
+    /// Whether the continuum keeps the work of its stress (capability `stress_work`).
+    pub keeps_stress_work: bool,
     /// Energies at the last measurement.
     pub now: Energies,
     /// Total minus the total at the start in J/m.
@@ -109,6 +115,21 @@ impl Balance {
     /// Energies at the first measurement.
     pub fn start(&self) -> Energies {
         self.start.map(|(energies, _)| energies).unwrap_or_default()
+    }
+
+    /// Work of the stress that is neither stored nor dissipated, in J/m: above 0 the law has taken it from the motion, below
+    /// 0 it has created it. `None` if the continuum does not keep that work.
+    pub fn work_gap(&self) -> Option<f64> {
+        let start = self.start();
+        let stored = self.now.elastic - start.elastic;
+        let done = self.now.stress_work - start.stress_work;
+        self.keeps_stress_work.then_some(done - stored)
+    }
+
+    /// The same relative to the largest energy in play so far.
+    pub fn work_gap_relative(&self) -> Option<f64> {
+        let relative = |gap| if gap == 0.0 { 0.0 } else { gap / self.scale };
+        self.work_gap().map(relative)
     }
 
     /// The residual relative to the largest energy in play so far.
@@ -201,6 +222,29 @@ mod tests {
         balance.take(&side(0.0, 0.0), &side(0.0, 0.0), 0.0);
         balance.take(&side(1e3, 1e-13), &side(-1e3, 0.0), 1e-13);
         assert!(balance.momentum_error_max < 1e-15);
+    }
+
+    /// A prestressed body does work of 3 J/m, of which its energy knows 2.
+    #[test]
+    fn work_that_is_not_stored_is_a_line_of_its_own() {
+        let books = |elastic: f64, stress_work: f64, kinetic: f64| Ledger {
+            elastic,
+            stress_work,
+            kinetic,
+            ..Ledger::default()
+        };
+        let mut balance = Balance {
+            keeps_stress_work: true,
+            ..Balance::default()
+        };
+        balance.take(&books(5.0, 0.0, 0.0), &Ledger::default(), 0.0);
+        balance.take(&books(3.0, -3.0, 3.0), &Ledger::default(), 0.0);
+        assert_eq!(balance.work_gap(), Some(-1.0));
+        assert_eq!(balance.work_gap_relative(), Some(-1.0 / 6.0));
+        // What the law creates is in the residual too.
+        assert_eq!(balance.residual, 1.0);
+        balance.keeps_stress_work = false;
+        assert_eq!(balance.work_gap(), None);
     }
 
     #[test]

@@ -5,6 +5,8 @@
 //! | `time`, `t` | simulated time | s |
 //! | `energy.X` | X: `kinetic` (points and translation of bodies), `rotation`, `elastic`, `gravity`, `contact`, `friction`, `viscous`, `plastic`, `driven`, `total`, `residual` | J/m |
 //! | `energy.residual_relative` | residual over the largest energy in play so far | 1 |
+//! | `energy.stress_work` | work of the stress of the points so far, less what plastic flow and viscous stress took | J/m |
+//! | `energy.work_gap`, `energy.work_gap_relative` | that work less the growth of `elastic`; not a number of a continuum that does not keep it | J/m, 1 |
 //! | `momentum.x`, `.y` | linear momentum of points and bodies at `t_{n+1/2}` | N s/m |
 //! | `momentum_error` | applied impulses subtracted, relative to the largest momentum so far ([`crate::ledger`]) | 1 |
 //! | `contact.force.x`, `.y` | force of bodies on points | N/m |
@@ -18,7 +20,7 @@ use interface::wire::{BodyState, GroupState, Ledger};
 use interface::expression::Meaning;
 
 /// Quantities that every scene has, in the order of their values in a [`Sample`].
-const COMMON: [&str; 19] = [
+const COMMON: [&str; 22] = [
     "time",
     "energy.kinetic",
     "energy.rotation",
@@ -32,6 +34,9 @@ const COMMON: [&str; 19] = [
     "energy.total",
     "energy.residual",
     "energy.residual_relative",
+    "energy.stress_work",
+    "energy.work_gap",
+    "energy.work_gap_relative",
     "momentum.x",
     "momentum.y",
     "momentum_error",
@@ -106,6 +111,9 @@ pub struct Measured<'a> {
     pub energy_residual: f64,
     /// The residual relative to the largest total so far.
     pub energy_residual_relative: f64,
+    /// Work of the stress that is neither stored nor dissipated, in J/m and relative to the same; `None` if the continuum
+    /// does not keep that work.
+    pub work_gap: Option<[f64; 2]>,
 }
 
 /// The registry: every quantity of a scene and its place in a [`Sample`].
@@ -234,6 +242,8 @@ impl From<Vec<f64>> for Sample {
 
 fn common(measured: &Measured) -> [f64; COMMON.len()] {
     let (m, d) = (measured.mpm, measured.dem);
+    let [gap, gap_relative] = measured.work_gap.unwrap_or([f64::NAN; 2]);
+    let stress_work = measured.work_gap.map_or(f64::NAN, |_| m.stress_work);
     [
         measured.time,
         m.kinetic + d.kinetic,
@@ -248,6 +258,9 @@ fn common(measured: &Measured) -> [f64; COMMON.len()] {
         total_energy(m, d),
         measured.energy_residual,
         measured.energy_residual_relative,
+        stress_work,
+        gap,
+        gap_relative,
         m.momentum[0] + d.momentum[0],
         m.momentum[1] + d.momentum[1],
         measured.momentum_error,
@@ -343,6 +356,7 @@ mod tests {
             contact_force: [3.0, 4.0],
             momentum: [5.0, 6.0],
             driven_work: 0.5,
+            stress_work: 2.25,
             ..Ledger::default()
         };
         let dem = Ledger {
@@ -388,6 +402,7 @@ mod tests {
             momentum_error: 14.0,
             energy_residual: 15.0,
             energy_residual_relative: 16.0,
+            work_gap: Some([0.25, 0.125]),
         };
         quantities.fill(&mut sample, &measured);
         for (name, expected) in [
@@ -398,6 +413,9 @@ mod tests {
             ("energy.total", 72.5),
             ("energy.residual", 15.0),
             ("energy.residual_relative", 16.0),
+            ("energy.stress_work", 2.25),
+            ("energy.work_gap", 0.25),
+            ("energy.work_gap_relative", 0.125),
             ("momentum.y", 6.0),
             ("momentum_error", 14.0),
             ("contact.force.x", 3.0),
@@ -425,5 +443,13 @@ mod tests {
         }
         assert_eq!(sample.values().len(), quantities.len());
         assert_eq!(quantities.index("body.targt.vx"), None);
+        // A check of what the continuum does not say must not pass.
+        let silent = Measured {
+            work_gap: None,
+            ..measured
+        };
+        quantities.fill(&mut sample, &silent);
+        let gap = quantities.index("energy.work_gap").expect("a quantity");
+        assert!(sample.values()[gap].is_nan());
     }
 }

@@ -69,6 +69,9 @@ pub struct EnergyLedger {
     pub end: Energies,
     /// Largest positive residual relative to the largest energy in play.
     pub residual_max: f64,
+    /// Work of the stress that is neither stored nor dissipated, at the last measurement, relative to the largest energy in
+    /// play; `null` of a continuum that does not keep that work.
+    pub work_gap: Option<f64>,
 }
 
 /// What a run has shown.
@@ -130,6 +133,7 @@ impl Summary {
             start: balance.start(),
             end: balance.now,
             residual_max: balance.residual_max,
+            work_gap: balance.work_gap_relative(),
         };
     }
 }

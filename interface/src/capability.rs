@@ -1,7 +1,8 @@
 //! What a solver says in Hello that it can do (PROTOCOL.md section 12).
 //!
 //! A capability is a short name. Verbs of the session stand alone: [`SAVE`], [`SEGMENTS`], [`PAIRS`], [`LAYERS`],
-//! [`CONTACTS`], [`POLLS`]. What a solver takes of a configuration is `family:member`, such as `shape:disc` or `law:linear`. A solver
+//! [`CONTACTS`], [`POLLS`],
+//! [`STRESS_WORK`]. What a solver takes of a configuration is `family:member`, such as `shape:disc` or `law:linear`. A solver
 //! that names one member of a family takes those that it names and no others; of a family that it does not name, it says
 //! nothing, and refuses in answer to Configure what it does not take.
 
@@ -17,13 +18,23 @@ pub const PAIRS: &str = "pairs";
 pub const LAYERS: &str = "layers";
 /// A frame has the contacts of bodies: who, where, with which force.
 pub const CONTACTS: &str = "contacts";
+/// The ledger's `elastic` is a function of the points' state, and `stress_work` is kept beside it.
+pub const STRESS_WORK: &str = "stress_work";
 
 /// After its last message to the other solver it looks for an answer for [`crate::wait::POLL`] before it sleeps, and
 /// once more after that, so that a bell may be left out (clause B-4).
 pub const POLLS: &str = "polls";
 
 /// All verbs.
-pub const VERBS: [&str; 6] = [SAVE, SEGMENTS, PAIRS, LAYERS, CONTACTS, POLLS];
+pub const VERBS: [&str; 7] = [
+    SAVE,
+    SEGMENTS,
+    PAIRS,
+    LAYERS,
+    CONTACTS,
+    POLLS,
+    STRESS_WORK,
+];
 /// All families (clause K-1), of either side.
 pub const FAMILIES: [&str; 14] = [
     "shape",

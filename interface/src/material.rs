@@ -19,16 +19,25 @@ pub struct MaterialConfig {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum MaterialModel {
-    /// Linear elasticity with the Jaumann rate (Jiang 2020 eqs. 25, 36).
+    /// Elasticity that is linear in the logarithmic strain (Hencky), with an energy of its own: Kirchhoff stress `K tr(eps) 1 +
+    /// 2 G dev(eps)`. For strains up to a third; beyond, `neo_hookean`.
     LinearElastic {
         /// K in Pa.
         bulk_modulus: f64,
         /// G in Pa.
         shear_modulus: f64,
     },
-    /// Drucker-Prager with tension cut-off and dilation (Jiang 2020 eqs. 31 to 35).
+    /// Linear elasticity in rate form, with the Jaumann rate of the Cauchy stress (Jiang 2020 eqs. 25, 36), as in the paper. It has
+    /// no energy: cycles of volume and shear create or lose some.
+    Hypoelastic {
+        /// K in Pa.
+        bulk_modulus: f64,
+        /// G in Pa.
+        shear_modulus: f64,
+    },
+    /// Drucker-Prager with tension cut-off and dilation (Jiang 2020 eqs. 31 to 35), in Cauchy stress; elastic as `linear_elastic`.
     DruckerPrager(Frictional),
-    /// Mohr-Coulomb with tension cut-off, plane strain (Singer 2022, Chen 2023).
+    /// Mohr-Coulomb with tension cut-off, plane strain (Singer 2022, Chen 2023), in Cauchy stress; elastic as `linear_elastic`.
     MohrCoulomb(Frictional),
     /// Compressible Neo-Hookean (Chen 2023).
     NeoHookean {
@@ -46,7 +55,7 @@ pub enum MaterialModel {
         /// mu in Pa s.
         viscosity: f64,
     },
-    /// Von Mises plasticity with linear isotropic hardening (Bardenhagen 2000).
+    /// Von Mises plasticity with linear isotropic hardening (Bardenhagen 2000), in Cauchy stress; elastic as `linear_elastic`.
     VonMises {
         /// K in Pa.
         bulk_modulus: f64,
@@ -93,6 +102,7 @@ impl MaterialModel {
     pub fn key(&self) -> &'static str {
         match self {
             Self::LinearElastic { .. } => "linear_elastic",
+            Self::Hypoelastic { .. } => "hypoelastic",
             Self::DruckerPrager(_) => "drucker_prager",
             Self::MohrCoulomb(_) => "mohr_coulomb",
             Self::NeoHookean { .. } => "neo_hookean",
@@ -105,6 +115,10 @@ impl MaterialModel {
     pub fn moduli(&self) -> (f64, f64) {
         match *self {
             Self::LinearElastic {
+                bulk_modulus,
+                shear_modulus,
+            }
+            | Self::Hypoelastic {
                 bulk_modulus,
                 shear_modulus,
             }
@@ -148,7 +162,7 @@ impl MaterialModel {
             check("shear_modulus", shear, shear > 0.0, "a modulus above 0");
         }
         match *self {
-            Self::LinearElastic { .. } | Self::NeoHookean { .. } => {}
+            Self::LinearElastic { .. } | Self::Hypoelastic { .. } | Self::NeoHookean { .. } => {}
             Self::DruckerPrager(m) | Self::MohrCoulomb(m) => {
                 let (phi, psi) = (m.friction_angle, m.dilation_angle);
                 let below = (0.0..90.0).contains(&phi);

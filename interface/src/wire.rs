@@ -308,12 +308,12 @@ record! {
 
 record! {
     /// Energies, momenta and impulses of one side at `t_n` of a measured step, per metre of thickness.
-    Ledger, "tandem/Ledger", 144 {
+    Ledger, "tandem/Ledger", 152 {
         /// Kinetic energy in J/m (points: with the affine part; bodies: translation).
         kinetic: f64 = 0,
         /// Kinetic energy of rotation in J/m (bodies).
         kinetic_rotation: f64 = 8,
-        /// Elastic energy in J/m (points).
+        /// Elastic energy in J/m (points): what they store, a function of their state.
         elastic: f64 = 16,
         /// Potential energy of gravity in J/m, zero at the origin.
         gravity: f64 = 24,
@@ -338,12 +338,15 @@ record! {
         contact_force: [f64; 2] = 120,
         /// IMPs or bodies with a non-zero contact force at `t_n`.
         contacts: u64 = 136,
+        /// Work of the stress on the points so far, less what plastic flow and viscous stress have taken of it, in J/m (points;
+        /// capability [`stress_work`](crate::capability::STRESS_WORK)). Where the law has an energy it grows as `elastic` does.
+        stress_work: f64 = 144,
     }
 }
 
 record! {
     /// What a side says when its window is done or it halted.
-    Report, "tandem/Report", 280 {
+    Report, "tandem/Report", 288 {
         /// Epoch of the grant.
         epoch: u64 = 0,
         /// Number of the next step: all before it are done.

@@ -352,7 +352,7 @@ fn group() -> impl Strategy<Value = GroupConfig> {
 
 fn model() -> impl Strategy<Value = MaterialModel> {
     (
-        0..6,
+        0..7,
         [number(), number(), number(), number(), number(), number()],
     )
         .prop_map(|(kind, n)| {
@@ -388,6 +388,10 @@ fn model() -> impl Strategy<Value = MaterialModel> {
                     exponent: cohesion,
                     viscosity: tension,
                 },
+                5 => MaterialModel::Hypoelastic {
+                    bulk_modulus,
+                    shear_modulus,
+                },
                 _ => MaterialModel::VonMises {
                     bulk_modulus,
                     shear_modulus,
@@ -413,7 +417,12 @@ fn scheme() -> impl Strategy<Value = MpmConfig> {
         number().prop_map(|pic_fraction| Transfer::Blend { pic_fraction }),
         (1_u32..9).prop_map(|order| Transfer::Xpic { order }),
     ];
-    let updates = [StressUpdate::Usf, StressUpdate::Usl, StressUpdate::Musl];
+    let updates = [
+        StressUpdate::Usf,
+        StressUpdate::Usl,
+        StressUpdate::Musl,
+        StressUpdate::Usavg,
+    ];
     let update = prop::sample::select(updates.to_vec());
     let forces = [
         ContactForceScheme::Point,

@@ -11,6 +11,13 @@ pub const ELASTIC: MaterialModel = MaterialModel::LinearElastic {
     shear_modulus: 3.2e5,
 };
 
+/// The same in rate form.
+#[allow(dead_code)] // not by all that measure this column
+pub const HYPOELASTIC: MaterialModel = MaterialModel::Hypoelastic {
+    bulk_modulus: 5.0e5,
+    shear_modulus: 3.2e5,
+};
+
 /// Dry sand.
 pub const SAND: MaterialModel = MaterialModel::DruckerPrager(Frictional {
     bulk_modulus: 5.0e5,

@@ -12,7 +12,7 @@ use mpm_proc::Mpm;
 use rustix::time::{ClockId, clock_gettime};
 
 mod column;
-use column::{ELASTIC, SAND, column};
+use column::{ELASTIC, HYPOELASTIC, SAND, column};
 
 fn cpu() -> Duration {
     let t = clock_gettime(ClockId::ProcessCPUTime);
@@ -23,7 +23,11 @@ fn cpu() -> Duration {
 }
 
 fn steps(c: &mut Criterion) {
-    for (name, model) in [("elastic", ELASTIC), ("drucker_prager", SAND)] {
+    for (name, model) in [
+        ("elastic", ELASTIC),
+        ("hypoelastic", HYPOELASTIC),
+        ("drucker_prager", SAND),
+    ] {
         let mut group = c.benchmark_group(name);
         group.sample_size(10);
         for (points, threads) in [

@@ -12,7 +12,7 @@ use rustix::time::{ClockId, clock_gettime};
 
 #[path = "../benches/column.rs"]
 mod column;
-use column::{ELASTIC, SAND, column};
+use column::{ELASTIC, HYPOELASTIC, SAND, column};
 
 fn main() {
     let mut arguments = std::env::args()
@@ -20,7 +20,11 @@ fn main() {
         .map(|a| a.parse().expect("a number"));
     let points: usize = arguments.next().unwrap_or(40_000);
     let threads: usize = arguments.next().unwrap_or(1);
-    for (name, model) in [("elastic", ELASTIC), ("drucker-prager", SAND)] {
+    for (name, model) in [
+        ("elastic", ELASTIC),
+        ("hypoelastic", HYPOELASTIC),
+        ("drucker-prager", SAND),
+    ] {
         let (cpu, wall, bytes) = cost(points, threads, model);
         println!(
             "{name}: {points} points, {threads} threads: {cpu:.1} ns CPU, {wall:.1} ns wall per point and step; {bytes:.0} bytes a point"

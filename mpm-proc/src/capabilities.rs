@@ -1,6 +1,6 @@
 //! What the solver says in Hello that it takes.
 
-use interface::capability::{Capabilities, SAVE};
+use interface::capability::{Capabilities, SAVE, STRESS_WORK};
 
 /// Families of a configuration with the members that the solver takes, by their names there. Which of them go together is
 /// for [`crate::configure`] to say.
@@ -10,7 +10,7 @@ const TAKES: [(&str, &[&str]); 9] = [
         &["linear", "ugimp", "quadratic_bspline", "cubic_bspline"],
     ),
     ("transfer", &["pic", "flip", "blend", "apic", "xpic"]),
-    ("stress_update", &["usf", "usl", "musl"]),
+    ("stress_update", &["usf", "usl", "musl", "usavg"]),
     ("drift", &["nodal", "mapped"]),
     ("plane", &["strain", "stress"]),
     ("wall", &["open", "fixed", "slip", "friction", "periodic"]),
@@ -18,6 +18,7 @@ const TAKES: [(&str, &[&str]); 9] = [
         "material",
         &[
             "linear_elastic",
+            "hypoelastic",
             "drucker_prager",
             "mohr_coulomb",
             "neo_hookean",
@@ -37,8 +38,13 @@ pub fn capabilities() -> Capabilities {
             .iter()
             .map(move |member| format!("{family}:{member}"))
     };
-    let verbs = core::iter::once(SAVE.to_owned());
-    Capabilities(verbs.chain(TAKES.iter().flat_map(member)).collect())
+    let verbs = [SAVE, STRESS_WORK].map(ToOwned::to_owned);
+    Capabilities(
+        verbs
+            .into_iter()
+            .chain(TAKES.iter().flat_map(member))
+            .collect(),
+    )
 }
 
 #[cfg(test)]
@@ -96,6 +102,6 @@ mod tests {
             let variants = variants.iter().map(String::as_str).collect();
             assert_eq!(named, variants, "{family}");
         }
-        assert!(capabilities.has(SAVE));
+        assert!(capabilities.has(SAVE) && capabilities.has(STRESS_WORK));
     }
 }

@@ -188,11 +188,14 @@ fn check_rigid(config: &MpmConfig, g: usize) -> Result<(), Refusal> {
 pub fn check_choices(config: &MpmConfig) -> Result<(), Refusal> {
     if config.plane == Plane::Stress {
         for (i, material) in config.materials.iter().enumerate() {
-            if !matches!(material.model, MaterialModel::LinearElastic { .. }) {
+            if !matches!(
+                material.model,
+                MaterialModel::LinearElastic { .. } | MaterialModel::Hypoelastic { .. }
+            ) {
                 return Err(Refusal::new(
                     "mpm.plane",
                     format!(
-                        "stress goes with linear_elastic only: material {i}, '{}', needs the stress out of plane; use strain",
+                        "stress goes with linear_elastic and hypoelastic only: material {i}, '{}', needs the stress out of plane; use strain",
                         material.name
                     ),
                 ));

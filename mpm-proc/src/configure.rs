@@ -20,8 +20,8 @@ use crate::lanes::LANES;
 use crate::leaving::Outside;
 use crate::limits::stiffest_place;
 use crate::material::{
-    Constitutive, DruckerPrager, Elastic, Fluid, Material, MaterialPoints, Moduli, MohrCoulomb,
-    NeoHookean, PlaneStrain, PlaneStress, Rigid, VonMises,
+    Constitutive, DruckerPrager, Elastic, Fluid, Jaumann, Material, MaterialPoints, Moduli,
+    MohrCoulomb, NeoHookean, PlaneStrain, PlaneStress, Rigid, VonMises,
 };
 use crate::measure::Books;
 use crate::points::{Cloud, Kind, LaneCopy};
@@ -313,6 +313,16 @@ fn constitutive<const W: usize, S: Shape<W>>(
             match plane {
                 Plane::Strain => points(Elastic(PlaneStrain(moduli)), blocks),
                 Plane::Stress => points(Elastic(PlaneStress(moduli)), blocks),
+            }
+        }
+        MaterialModel::Hypoelastic {
+            bulk_modulus,
+            shear_modulus,
+        } => {
+            let moduli = moduli(bulk_modulus, shear_modulus);
+            match plane {
+                Plane::Strain => points(Elastic(Jaumann(PlaneStrain(moduli))), blocks),
+                Plane::Stress => points(Elastic(Jaumann(PlaneStress(moduli))), blocks),
             }
         }
         MaterialModel::DruckerPrager(m) => points(DruckerPrager::new(density, &m), blocks),

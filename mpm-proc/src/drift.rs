@@ -67,7 +67,9 @@ where
         let (clouds, grid) = (&mut self.clouds, &self.grid);
         let mapped = |tile: usize, node: usize| match self.stress_update {
             StressUpdate::Usf => grid.seen[tile].velocity[node],
-            StressUpdate::Usl | StressUpdate::Musl => grid.tiles[tile].before[node],
+            StressUpdate::Usl | StressUpdate::Musl | StressUpdate::Usavg => {
+                grid.tiles[tile].before[node]
+            }
         };
         let touches = self.touches.chunks_exact(W * W);
         for (point, touches) in self.loaded.iter().zip(touches) {

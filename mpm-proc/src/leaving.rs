@@ -94,11 +94,13 @@ where
         for &(number, lane) in &self.outside.gone {
             let cloud = &mut self.clouds[number];
             let [x, v] = [cloud.position(lane), cloud.velocity(lane)];
-            let held = cloud.kinetic_of(lane) + cloud.volume * cloud.material.energy_of(lane)
+            let elastic = cloud.volume * cloud.material.energy_of(lane);
+            let held = cloud.kinetic_of(lane) + elastic
                 - cloud.mass * (gravity[0] * x[0] + gravity[1] * x[1]);
             let work = cloud.loads.as_ref().map_or(0.0, |l| l.last_work(lane, x));
             self.books.applied_impulse += v.map(|v| -cloud.mass * v);
             self.books.driven_work += work - held;
+            self.books.stress_work -= elastic;
             let local = cloud.remove(lane);
             let number = number as u32;
             let is_imp = |m: &crate::imps::Member| m.cloud == number && m.local == local;

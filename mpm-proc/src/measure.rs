@@ -11,6 +11,7 @@ use crate::continuum::Continuum;
 use crate::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
 use crate::points::{Cloud, LaneCopy};
 use crate::shape::Shape;
+use crate::stress::StressReport;
 use crate::transfer::{AffineState, Transfer};
 
 /// Sums that go on through the run, and the last measurement.
@@ -28,6 +29,12 @@ pub struct Books {
     pub plastic_work: f64,
     /// Dissipated by viscous stress so far in J/m.
     pub viscous_work: f64,
+    /// Work of the stress so far, less what plastic flow and viscous stress took of it and less the elastic energy of points
+    /// removed, in J/m.
+    pub stress_work: f64,
+    /// What stress that is updated last has lost to plastic flow and viscous stress and done on the way to the next step, in
+    /// J/m; it counts from there.
+    pub ahead: [f64; 3],
     /// Not saved: between two steps it is in the sums.
     #[serde(skip)]
     kick: KickWork,
@@ -67,11 +74,11 @@ where
                 self.books.kick.damping += tile.damping_work;
             }
         }
-        for cloud in &self.clouds {
-            for report in &cloud.stress_reports {
-                self.books.plastic_work += cloud.volume * report.lost[0];
-                self.books.viscous_work += cloud.volume * report.lost[1];
-            }
+        let ahead = core::mem::take(&mut self.books.ahead);
+        for [plastic, viscous, work] in core::iter::once(ahead).chain(told(&self.clouds)) {
+            self.books.plastic_work += plastic;
+            self.books.viscous_work += viscous;
+            self.books.stress_work += work - plastic - viscous;
         }
         let mut contact_force = [0.0; 2];
         for f in &self.imps.forces {
@@ -82,6 +89,15 @@ where
         self.books.contact_impulse += contact_force.map(|f| kick * f);
         if step.measure {
             self.measure(contact_force, 1.0 - step.centring());
+        }
+    }
+
+    /// Takes what updating stress last told, before the points are sorted into other tiles.
+    pub fn book_stress_ahead(&mut self) {
+        let add = |sum: [f64; 3], told: [f64; 3]| core::array::from_fn(|i| sum[i] + told[i]);
+        self.books.ahead = told(&self.clouds).fold([0.0; 3], add);
+        for report in self.clouds.iter_mut().flat_map(|c| &mut c.stress_reports) {
+            (report.lost, report.work) = ([0.0; 2], 0.0);
         }
     }
 
@@ -125,6 +141,7 @@ where
             driven_work: self.books.driven_work,
             plastic_work: self.books.plastic_work,
             viscous_work: self.books.viscous_work,
+            stress_work: self.books.stress_work,
             applied_impulse: self.books.applied_impulse.value(),
             contact_impulse: self.books.contact_impulse.value(),
             contact_force,
@@ -164,6 +181,19 @@ where
             }
         }
     }
+}
+
+/// What each tile has lost to plastic flow and to viscous stress in the last stress pass, and the work of its stress, in J/m.
+fn told<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
+    clouds: &[Cloud<W, S, A>],
+) -> impl Iterator<Item = [f64; 3]> {
+    clouds.iter().flat_map(|cloud| {
+        let told = |report: &StressReport| {
+            let [plastic, viscous] = report.lost;
+            [plastic, viscous, report.work].map(|sum| cloud.volume * sum)
+        };
+        cloud.stress_reports.iter().map(told)
+    })
 }
 
 /// Counts the place (m) of the loaded point that the group counted last into the extent of them.

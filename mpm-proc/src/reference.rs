@@ -204,9 +204,8 @@ impl Reference {
             };
         let nodes = self.nodes();
         let (mass, before) = self.map(&nodes, inertia);
-        if self.stress_update == StressUpdate::Usf {
-            self.strain(&nodes, &before, dt_before, 0.5);
-        }
+        let [first, last] = self.shares();
+        self.strain(&nodes, &before, first * dt_before, 0.5);
         let mut after = vec![[0.0; 2]; nodes.len()];
         for (n, node) in nodes.iter().enumerate() {
             let mut f = [0.0; 2];
@@ -262,9 +261,7 @@ impl Reference {
             })
             .collect();
         let (_, again) = self.map(&nodes, inertia);
-        if self.stress_update == StressUpdate::Musl {
-            self.strain(&nodes, &again, dt, -0.5);
-        }
+        self.strain(&nodes, &again, last * dt, -0.5);
         if self.drift == Drift::Mapped {
             for (i, p) in self.points.iter().enumerate() {
                 if forces[i] != [0.0; 2] {
@@ -290,6 +287,16 @@ impl Reference {
             for a in 0..2 {
                 p.x[a] += dt * v[a];
             }
+        }
+    }
+
+    /// The share of an interval that mapped velocities strain from its end, and from its start.
+    fn shares(&self) -> [f64; 2] {
+        match self.stress_update {
+            StressUpdate::Usf => [1.0, 0.0],
+            StressUpdate::Usl => [0.0, 0.0],
+            StressUpdate::Musl => [0.0, 1.0],
+            StressUpdate::Usavg => [0.5, 0.5],
         }
     }
 
@@ -369,22 +376,27 @@ impl Reference {
         }
     }
 
-    /// Elasticity with the rotation of Hughes and Winget in matrix form (24), (25), (36).
+    /// Hencky's elasticity with matrices and their eigenvectors: `b <- f b f^T`, `eps = ln(b)/2`.
     fn stress(&mut self, i: usize, l: nalgebra::Matrix2<f64>) {
         use nalgebra::Matrix3;
         let p = &mut self.points[i];
         let l = Matrix3::new(l.m11, l.m12, 0.0, l.m21, l.m22, 0.0, 0.0, 0.0, 0.0);
-        let strain = (l + l.transpose()) * 0.5;
-        let spin = (l - l.transpose()) * 0.5;
         let one = Matrix3::identity();
-        let turn = (one - spin * 0.5).try_inverse().expect("regular") * (one + spin * 0.5);
-        let [xx, yy, zz, xy] = p.stress;
+        let f = (one - l * 0.5).try_inverse().expect("regular") * (one + l * 0.5);
+        let function = |m: Matrix3<f64>, of: fn(f64) -> f64| {
+            let eigen = m.symmetric_eigen();
+            let diagonal = Matrix3::from_diagonal(&eigen.eigenvalues.map(of));
+            eigen.eigenvectors * diagonal * eigen.eigenvectors.transpose()
+        };
+        let [xx, yy, zz, xy] = p.stress.map(|s| s * p.ratio);
         let old = Matrix3::new(xx, xy, 0.0, xy, yy, 0.0, 0.0, 0.0, zz);
+        let mean = one * (old.trace() / 3.0);
+        let strain = (old - mean) / (2.0 * self.shear) + mean / (3.0 * self.bulk);
+        let b = f * function(strain * 2.0, f64::exp) * f.transpose();
+        let strain = function((b + b.transpose()) * 0.5, f64::ln) * 0.5;
         let volumetric = one * strain.trace();
-        let new = turn * old * turn.transpose()
-            + volumetric * self.bulk
-            + (strain - volumetric / 3.0) * (2.0 * self.shear);
-        p.stress = [new[(0, 0)], new[(1, 1)], new[(2, 2)], new[(0, 1)]];
-        p.ratio *= 1.0 + strain.trace() + 0.5 * strain.trace().powi(2);
+        let new = volumetric * self.bulk + (strain - volumetric / 3.0) * (2.0 * self.shear);
+        p.ratio *= f.determinant();
+        p.stress = [new[(0, 0)], new[(1, 1)], new[(2, 2)], new[(0, 1)]].map(|s| s / p.ratio);
     }
 }

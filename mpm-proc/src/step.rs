@@ -70,29 +70,43 @@ where
 
     /// The stress at `t_n` and its forces. Where it is updated last it is there already.
     fn update_stress_first(&mut self, dt: f64) {
-        let first = self.stress_update == StressUpdate::Usf;
-        self.stress_pass(dt, Velocity::Before, first, true);
+        let strained = match self.stress_update {
+            StressUpdate::Usf => Some(dt),
+            StressUpdate::Usavg => Some(0.5 * dt),
+            StressUpdate::Usl | StressUpdate::Musl => None,
+        };
+        let standing = match strained {
+            Some(_) => Standing::End,
+            None => Standing::Start, // as it was strained
+        };
+        let by = (Velocity::Before, standing);
+        self.stress_pass(strained.unwrap_or(dt), by, strained.is_some(), true);
     }
 
     /// The stress at `t_{n+1}`, from the velocities after the kick: those of the nodes (USL), or those of the points,
-    /// mapped to the nodes once more (MUSL).
+    /// mapped to the nodes once more (MUSL; USAVG, on the way to the middle of the step).
     fn update_stress_last(&mut self, dt: f64) {
-        match self.stress_update {
-            StressUpdate::Usf => {}
-            StressUpdate::Usl => self.stress_pass(dt, Velocity::After, true, false),
-            StressUpdate::Musl => {
-                self.transfer_pass::<true, false>(Which::All, 0.0);
-                self.points_to_grid();
-                self.stress_pass(dt, Velocity::Before, true, false);
-            }
+        let (velocity, dt) = match self.stress_update {
+            StressUpdate::Usf => return,
+            StressUpdate::Usl => (Velocity::After, dt),
+            StressUpdate::Musl => (Velocity::Before, dt),
+            StressUpdate::Usavg => (Velocity::Before, 0.5 * dt),
+        };
+        if velocity == Velocity::Before {
+            self.transfer_pass::<true, false>(Which::All, 0.0);
+            self.points_to_grid();
         }
+        self.stress_pass(dt, (velocity, Standing::Start), true, false);
+        self.book_stress_ahead();
     }
 
     fn grid_to_points(&mut self, dt: f64) -> Result<(), Fault> {
         let mapped = self.drift == Drift::Mapped && !self.loaded.is_empty();
         match self.stress_update {
             // The velocities have been taken, and mapped, before.
-            StressUpdate::Musl => self.transfer_pass::<false, true>(Which::All, dt),
+            StressUpdate::Musl | StressUpdate::Usavg => {
+                self.transfer_pass::<false, true>(Which::All, dt);
+            }
             StressUpdate::Usf if mapped => {
                 self.look_near_loads();
                 self.transfer_pass::<true, false>(Which::NearLoad, 0.0);
@@ -121,12 +135,14 @@ where
         });
     }
 
-    fn stress_pass(&mut self, dt: f64, velocity: Velocity, strain: bool, load: bool) {
+    fn stress_pass(
+        &mut self,
+        dt: f64,
+        (velocity, standing): (Velocity, Standing),
+        strain: bool,
+        load: bool,
+    ) {
         let grain = self.grain();
-        let standing = match self.stress_update {
-            StressUpdate::Usf => Standing::End,
-            StressUpdate::Usl | StressUpdate::Musl => Standing::Start,
-        };
         let (clouds, grid) = (&mut self.clouds, &self.grid);
         self.threads.run(|| {
             for cloud in clouds {

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::grid::{NodeTile, fill_window};
 use crate::lanes::{Lanes, ZERO, largest, splat, sum};
-use crate::material::{Deformation, Dissipated, Material, Point};
+use crate::material::{Deformation, Dissipated, Material, Point, power};
 use crate::points::Tile;
 use crate::shape::Shape;
 use crate::threads::{PerBlock, PerTile, over_tiles};
@@ -29,14 +29,15 @@ pub enum Standing {
     End,
 }
 
-/// What updating the stress of a tile tells. Where stress is updated last, what was lost in one step is counted in the
-/// next one, so it is part of the state between them.
+/// What updating the stress of a tile tells.
 #[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
 pub struct StressReport {
     /// Largest stiffness over density in m^2/s^2 ([`crate::limits`]).
     pub stiffness: f64,
     /// Work per initial volume lost to plastic flow and to viscous stress in this step, summed over points, in Pa.
     pub lost: [f64; 2],
+    /// Work per initial volume of the stress in this step, summed over points, in Pa.
+    pub work: f64,
 }
 
 /// What the pass reads and writes besides the material's own state.
@@ -140,8 +141,10 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
                         *by = gradient.in_the_middle(half);
                     }
                     for (b, (point, by)) in points.iter_mut().zip(&memory.by).enumerate() {
+                        let before = point.volume * power(&point.stress, by);
                         let dissipated = model.update(point, by, per_dt);
-                        lost.count::<M>(&dissipated, live(b));
+                        let after = point.volume * power(&point.stress, by);
+                        lost.count::<M>(&dissipated, before + after, live(b));
                     }
                 }
                 for point in points.iter() {
@@ -159,6 +162,7 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
             report.items[0].stiffness = largest(lost.stiffest);
             if strain {
                 report.items[0].lost = [sum(lost.plastic), sum(lost.viscous)];
+                report.items[0].work = 0.5 * sum(lost.twice_work);
             }
         },
     );
@@ -189,11 +193,15 @@ struct Losses {
     stiffest: Lanes,
     plastic: Lanes,
     viscous: Lanes,
+    twice_work: Lanes,
 }
 
 impl Losses {
+    /// The work by the trapezoidal rule is what the leapfrog of nodes and points does to the same stress: the force of t_n
+    /// acts over half of the interval behind and half of the one ahead.
     #[inline(always)]
-    fn count<M: Material>(&mut self, dissipated: &Dissipated, live: Lanes) {
+    fn count<M: Material>(&mut self, dissipated: &Dissipated, twice_work: Lanes, live: Lanes) {
+        self.twice_work = live.mul_add(twice_work, self.twice_work);
         if M::DISSIPATES {
             self.plastic = live.mul_add(dissipated.plastic, self.plastic);
             self.viscous = live.mul_add(dissipated.viscous, self.viscous);

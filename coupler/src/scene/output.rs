@@ -310,6 +310,7 @@ impl Context<'_> {
             }
             WhenWritten::Max => When::Max,
             WhenWritten::Min => When::Min,
+            WhenWritten::Rise => When::Rise,
             WhenWritten::Mean => When::Mean,
             WhenWritten::Rms => When::Rms,
             WhenWritten::MaxError => When::MaxError,
@@ -394,7 +395,7 @@ impl Context<'_> {
         let tolerance = self.tolerance(problems, path, written);
         let reference_path = format!("{path}.reference");
         let scope = match when {
-            When::Mean | When::Rms => Scope::Unchanging,
+            When::Rise | When::Mean | When::Rms => Scope::Unchanging,
             _ => Scope::All,
         };
         let reference = match reference {

@@ -372,6 +372,8 @@ pub(crate) enum WhenWritten {
     Max,
     /// The smallest value of the window.
     Min,
+    /// The largest rise above the least value before it in the window.
+    Rise,
     /// The mean over the window's time.
     Mean,
     /// The root of the mean square over the window's time.

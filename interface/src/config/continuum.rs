@@ -192,6 +192,9 @@ pub enum StressUpdate {
     Usl,
     /// Modified update stress last: velocities are mapped to the grid once more after the kick.
     Musl,
+    /// Both, each for half of the time (Nairn 2003): the stress of a time is strained before and after it by velocities of the
+    /// same grid, so that what points take in is what nodes give, to second order of the step.
+    Usavg,
 }
 
 /// With which velocity points move to their new places.

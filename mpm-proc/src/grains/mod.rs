@@ -163,6 +163,7 @@ fn add(sum: &mut Ledger, of: &Ledger) {
     sum.friction_work += of.friction_work;
     sum.viscous_work += of.viscous_work;
     sum.plastic_work += of.plastic_work;
+    sum.stress_work += of.stress_work;
     sum.driven_work += of.driven_work;
     for a in 0..2 {
         sum.momentum[a] += of.momentum[a];

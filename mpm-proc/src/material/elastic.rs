@@ -1,7 +1,8 @@
-//! Linear elasticity with the Jaumann rate (Jiang 2020 eqs. 25, 36; PHYSICS.md section 1).
+//! Elasticity with an energy: Hencky's, which is linear in the logarithmic strain ([`super::hencky`]; `docs/decisions/0017-hencky.md`).
 
 use interface::material::Frictional;
 
+use super::hencky::strain;
 use super::{Deformation, Dissipated, Material, Point, Stress};
 use crate::lanes::{Lanes, ZERO, splat};
 
@@ -26,29 +27,43 @@ impl Moduli {
         }
     }
 
-    /// The stress that was there, turned with the material, plus what the strain increment adds, in plane strain.
-    ///
-    /// The rotation is that of Hughes and Winget (1980): the exact rotation by the midpoint rule's angle, so that
-    /// turning alone changes no invariant. It agrees with the Jaumann rate `C:D + W sigma - sigma W` to second order.
-    #[inline(always)]
-    pub fn trial(&self, old: &Stress, by: &Deformation) -> Stress {
-        let turned = rotate(old, by);
-        let lame = splat(self.bulk - 2.0 / 3.0 * self.shear) * (by.xx + by.yy);
-        let two_g = splat(2.0 * self.shear);
-        Stress {
-            xx: two_g.mul_add(by.xx, turned.xx + lame),
-            yy: two_g.mul_add(by.yy, turned.yy + lame),
-            zz: turned.zz + lame,
-            xy: splat(self.shear).mul_add(by.xy + by.yx, turned.xy),
-        }
+    /// `lambda = K - 2G/3` in Pa.
+    pub fn lame(&self) -> f64 {
+        self.bulk - 2.0 / 3.0 * self.shear
     }
 
-    /// Elastic energy per current volume in Pa: `p^2 / 2K + s:s / 4G`.
+    /// Stress, and volume over the initial one, after an interval in plane strain without plastic flow.
+    #[inline(always)]
+    pub fn trial(&self, stress: &Stress, volume: Lanes, by: &Deformation) -> (Stress, Lanes) {
+        let strained = strain(self.shear, in_plane(stress, volume), volume, by);
+        let centre = splat(self.bulk + 1.0 / 3.0 * self.shear) * strained.trace;
+        let centre = (splat(0.5) * (stress.xx + stress.yy)).mul_add(volume, centre);
+        let out = stress
+            .zz
+            .mul_add(volume, splat(self.lame()) * strained.trace);
+        let stress = cauchy(centre, strained.deviator, out, strained.per_volume);
+        (stress, strained.volume)
+    }
+
+    /// Energy per volume in Pa: `p^2 / 2K + s:s / 4G`. Of Kirchhoff stress it is Hencky's, per initial volume.
+    #[inline(always)]
     pub fn energy(&self, stress: &Stress) -> Lanes {
         let mean = (stress.xx + stress.yy + stress.zz) * splat(1.0 / 3.0);
         let [x, y, z] = [stress.xx, stress.yy, stress.zz].map(|s| s - mean);
         let deviator = x * x + y * y + z * z + splat(2.0) * stress.xy * stress.xy;
         mean * mean * splat(0.5 / self.bulk) + deviator * splat(0.25 / self.shear)
+    }
+
+    /// Energy stored per initial volume in Pa, of Cauchy stress and volume over the initial one.
+    #[inline(always)]
+    pub fn stored(&self, stress: &Stress, volume: Lanes) -> Lanes {
+        self.energy(stress) * volume * volume
+    }
+
+    /// Stiffness that counts for the step in plane strain, per initial volume in Pa ([`Material::stiffness_over_density`]).
+    #[inline(always)]
+    pub fn stiffness(&self, stress: &Stress, volume: Lanes) -> Lanes {
+        under_stress(self.plane_stiffness(), stress, volume)
     }
 
     /// Largest eigenvalue of `C diag(1, 1, 2)` in plane strain in Pa: equal stretch, or shear.
@@ -62,101 +77,91 @@ impl Moduli {
     }
 }
 
-/// `Q sigma Q^T` with the rotation over the interval.
-#[inline(always)]
-fn rotate(s: &Stress, by: &Deformation) -> Stress {
-    // Half of the angle that the interval turns the material by, W_yx dt / 2; tan(angle/2) in the midpoint rule.
-    let h = splat(0.25) * (by.yx - by.xy);
-    let hh = h * h;
-    let scale = splat(1.0) / (splat(1.0) + hh);
-    let (cos, sin) = ((splat(1.0) - hh) * scale, splat(2.0) * h * scale);
-    let (cos2, sin2) = (cos * cos - sin * sin, splat(2.0) * sin * cos);
-    let centre = splat(0.5) * (s.xx + s.yy);
-    let half = splat(0.5) * (s.xx - s.yy);
-    let turned = half * cos2 - s.xy * sin2;
-    Stress {
-        xx: centre + turned,
-        yy: centre - turned,
-        zz: s.zz,
-        xy: half * sin2 + s.xy * cos2,
-    }
-}
-
 /// `sigma : D dt` in Pa.
 #[inline(always)]
 pub fn power(s: &Stress, by: &Deformation) -> Lanes {
     s.xx * by.xx + s.yy * by.yy + s.xy * (by.xy + by.yx)
 }
 
-/// Volume after the interval over volume before in plane strain.
+/// Half the difference of the normal Kirchhoff stresses, and the shear, in Pa.
 #[inline(always)]
-pub fn volume_ratio(by: &Deformation) -> Lanes {
-    swelling(by.xx + by.yy)
+fn in_plane(stress: &Stress, volume: Lanes) -> [Lanes; 2] {
+    [
+        splat(0.5) * (stress.xx - stress.yy) * volume,
+        stress.xy * volume,
+    ]
 }
 
-/// `exp(trace)` to second order, positive whatever the step.
+/// Cauchy stress of a Kirchhoff stress; `per` is one over the volume.
 #[inline(always)]
-fn swelling(trace: Lanes) -> Lanes {
-    trace.mul_add(trace.mul_add(splat(0.5), splat(1.0)), splat(1.0))
+fn cauchy(centre: Lanes, [half, xy]: [Lanes; 2], out: Lanes, per: Lanes) -> Stress {
+    Stress {
+        xx: (centre + half) * per,
+        yy: (centre - half) * per,
+        zz: out * per,
+        xy: xy * per,
+    }
 }
 
-/// How stress follows strain in a linear elastic solid.
+/// Upper bound of the stiffness of [`Material::stiffness_over_density`] in Pa, per initial volume, of a law that has
+/// `unstressed` without stress.
 ///
-/// The rate form of Cauchy stress is not integrable at finite strain: no function of stress and volume is its energy
-/// (one that pretends to be, `p^2 / 2K + s:s / 4G`, is off by a share of the order of the strain and would show up as
-/// energy from nowhere). So the work of the stress itself is kept, and is the elastic energy of the ledger.
+/// In principal axes the tangent of the Kirchhoff stress is that of small strains less `2 tau_i` for stretch, and `G x coth x -
+/// (tau_1 + tau_2)/2` for shear, `x` the difference of the strains; `x coth x <= 1 + x` and `G x` is half the difference of
+/// the stresses. Tension stiffens motion across it besides.
+#[inline(always)]
+fn under_stress(unstressed: f64, stress: &Stress, volume: Lanes) -> Lanes {
+    // Radius and centre twice over; no root, and not below it.
+    let radius = (stress.xx - stress.yy).abs() + (stress.xy + stress.xy).abs();
+    let centre = stress.xx + stress.yy;
+    let tension = (centre + radius).fast_max(ZERO);
+    let more = splat(0.5).mul_add(tension, radius - centre);
+    volume.mul_add(more, splat(unstressed))
+}
+
+/// How stress follows strain in an elastic solid.
 pub trait ElasticLaw: Copy + Send + Sync + 'static {
     /// The moduli of the solid.
     fn moduli(&self) -> &Moduli;
 
-    /// Stress after the interval, and volume after it over volume before.
-    fn advance(&self, stress: &Stress, by: &Deformation) -> (Stress, Lanes);
+    /// Stress, and volume over the initial one, after the interval.
+    fn advance(&self, stress: &Stress, volume: Lanes, by: &Deformation) -> (Stress, Lanes);
 
-    /// Largest eigenvalue of the law's stiffness in the plane, in Pa.
-    fn plane_stiffness(&self) -> f64;
+    /// Energy stored per initial volume in Pa: a function of state.
+    fn stored(&self, stress: &Stress, volume: Lanes) -> Lanes;
+
+    /// Stiffness that counts for the step, per initial volume in Pa ([`Material::stiffness_over_density`]).
+    fn stiffness(&self, stress: &Stress, volume: Lanes) -> Lanes;
 
     /// Speed of pressure waves in m/s.
     fn sound_speed(&self) -> f64;
 }
 
-/// A linear elastic solid.
+/// An elastic solid.
 #[derive(Debug, Clone, Copy)]
 pub struct Elastic<L>(pub L);
 
 impl<L: ElasticLaw> Material for Elastic<L> {
-    /// Work of the stress per initial volume in Pa.
-    type State = Lanes;
+    type State = ();
     const DISSIPATES: bool = false;
 
-    fn initial(&self) -> Point<Lanes> {
-        Point::unstressed(ZERO)
-    }
-
-    fn prestressed(&self, stress: Stress) -> Result<Point<Lanes>, String> {
-        let mut point = Point::unstressed(self.0.moduli().energy(&stress));
-        point.stress = stress;
-        Ok(point)
+    fn initial(&self) -> Point<()> {
+        Point::unstressed(())
     }
 
     #[inline(always)]
-    fn update(&self, point: &mut Point<Lanes>, by: &Deformation, _per_dt: f64) -> Dissipated {
-        let before = point.volume * power(&point.stress, by);
-        let (stress, ratio) = self.0.advance(&point.stress, by);
-        point.stress = stress;
-        point.volume *= ratio;
-        // The trapezoidal rule is what the leapfrog of nodes and points does to the same force: the force of t_n acts
-        // over half of the interval behind and half of the one ahead.
-        point.state += splat(0.5) * (before + point.volume * power(&point.stress, by));
+    fn update(&self, point: &mut Point<()>, by: &Deformation, _per_dt: f64) -> Dissipated {
+        (point.stress, point.volume) = self.0.advance(&point.stress, point.volume, by);
         Dissipated::NOTHING
     }
 
     #[inline(always)]
-    fn stiffness_over_density(&self, point: &Point<Lanes>) -> Lanes {
-        point.volume * splat(self.0.plane_stiffness() / self.0.moduli().density)
+    fn stiffness_over_density(&self, point: &Point<()>) -> Lanes {
+        self.0.stiffness(&point.stress, point.volume) * splat(1.0 / self.0.moduli().density)
     }
 
-    fn elastic_energy(&self, point: &Point<Lanes>) -> Lanes {
-        point.state
+    fn elastic_energy(&self, point: &Point<()>) -> Lanes {
+        self.0.stored(&point.stress, point.volume)
     }
 
     fn sound_speed(&self) -> f64 {
@@ -174,12 +179,18 @@ impl ElasticLaw for PlaneStrain {
     }
 
     #[inline(always)]
-    fn advance(&self, stress: &Stress, by: &Deformation) -> (Stress, Lanes) {
-        (self.0.trial(stress, by), volume_ratio(by))
+    fn advance(&self, stress: &Stress, volume: Lanes, by: &Deformation) -> (Stress, Lanes) {
+        self.0.trial(stress, volume, by)
     }
 
-    fn plane_stiffness(&self) -> f64 {
-        self.0.plane_stiffness()
+    #[inline(always)]
+    fn stored(&self, stress: &Stress, volume: Lanes) -> Lanes {
+        self.0.stored(stress, volume)
+    }
+
+    #[inline(always)]
+    fn stiffness(&self, stress: &Stress, volume: Lanes) -> Lanes {
+        self.0.stiffness(stress, volume)
     }
 
     fn sound_speed(&self) -> f64 {
@@ -193,9 +204,14 @@ pub struct PlaneStress(pub Moduli);
 
 impl PlaneStress {
     /// Strain out of plane over the sum of those in it, negated: `lambda / (lambda + 2G)`.
-    fn thinning(&self) -> f64 {
-        let lame = self.0.bulk - 2.0 / 3.0 * self.0.shear;
-        lame / (lame + 2.0 * self.0.shear)
+    pub fn thinning(&self) -> f64 {
+        self.0.lame() / (self.0.lame() + 2.0 * self.0.shear)
+    }
+
+    /// Largest eigenvalue of the stiffness in the plane at small strains in Pa. Equal stretch: `2 G (1 + 2 thinning)`;
+    /// shear: 2 G.
+    pub fn plane_stiffness(&self) -> f64 {
+        2.0 * self.0.shear * (1.0 + 2.0 * self.thinning()).max(1.0)
     }
 }
 
@@ -205,23 +221,23 @@ impl ElasticLaw for PlaneStress {
     }
 
     #[inline(always)]
-    fn advance(&self, stress: &Stress, by: &Deformation) -> (Stress, Lanes) {
-        let turned = rotate(stress, by);
-        let two_g = splat(2.0 * self.0.shear);
-        let mean = two_g * splat(self.thinning()) * (by.xx + by.yy);
-        let stress = Stress {
-            xx: two_g.mul_add(by.xx, turned.xx + mean),
-            yy: two_g.mul_add(by.yy, turned.yy + mean),
-            zz: ZERO,
-            xy: splat(self.0.shear).mul_add(by.xy + by.yx, turned.xy),
-        };
-        let trace = (by.xx + by.yy) * splat(1.0 - self.thinning());
-        (stress, swelling(trace))
+    fn advance(&self, stress: &Stress, volume: Lanes, by: &Deformation) -> (Stress, Lanes) {
+        let strained = strain(self.0.shear, in_plane(stress, volume), volume, by);
+        let new = volume * (splat(1.0 - self.thinning()) * strained.trace).exp();
+        let centre = splat(self.0.shear * (1.0 + 2.0 * self.thinning())) * strained.trace;
+        let centre = (splat(0.5) * (stress.xx + stress.yy)).mul_add(volume, centre);
+        let per = splat(1.0) / new;
+        (cauchy(centre, strained.deviator, ZERO, per), new)
     }
 
-    fn plane_stiffness(&self) -> f64 {
-        // Equal stretch: 2 G (1 + 2 thinning); shear: 2 G.
-        2.0 * self.0.shear * (1.0 + 2.0 * self.thinning()).max(1.0)
+    #[inline(always)]
+    fn stored(&self, stress: &Stress, volume: Lanes) -> Lanes {
+        self.0.stored(stress, volume)
+    }
+
+    #[inline(always)]
+    fn stiffness(&self, stress: &Stress, volume: Lanes) -> Lanes {
+        under_stress(self.plane_stiffness(), stress, volume)
     }
 
     fn sound_speed(&self) -> f64 {
@@ -232,7 +248,7 @@ impl ElasticLaw for PlaneStress {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::single_point::{Path, stress};
+    use crate::material::single_point::{Path, cayley, stress};
 
     const MODULI: Moduli = Moduli {
         bulk: 5.0e5,
@@ -240,68 +256,101 @@ mod tests {
         density: 1000.0,
     };
 
-    /// `sigma_yy = (K + 4G/3) ln(h/h_0)` for a rate form: increments of true strain.
+    /// `tau_yy = (K + 4G/3) ln(h/h_0)`: at any number of steps.
     #[test]
     fn uniaxial_strain() {
-        let mut path = Path::new(Elastic(PlaneStrain(MODULI)));
-        path.stretch([0.0, -0.05], 1000);
-        let [xx, yy, zz, xy] = stress(&path.point);
-        assert!((yy / ((5.0e5 + 4.0e5) * -0.05) - 1.0).abs() < 1e-12);
-        assert!((xx / ((5.0e5 - 2.0e5) * -0.05) - 1.0).abs() < 1e-12);
-        assert!((zz / xx - 1.0).abs() < 1e-12 && xy == 0.0);
-        let volume = path.point.volume.to_array()[0];
-        assert!((volume - (-0.05_f64).exp()).abs() < 1e-8);
-        // sigma:eps/2 of the same state.
-        let energy = MODULI.energy(&path.point.stress).to_array()[0];
-        assert!((energy / (0.5 * yy * -0.05) - 1.0).abs() < 1e-12);
+        for (strain, steps) in [(-0.05, 1), (-0.05, 100), (0.4, 3), (-1.5, 10)] {
+            let mut path = Path::new(Elastic(PlaneStrain(MODULI)));
+            path.stretch([0.0, strain], steps);
+            let ln = cayley(strain, steps).ln();
+            let [xx, yy, zz, xy] = stress(&path.point);
+            let volume = path.point.volume.to_array()[0];
+            assert!((volume / ln.exp() - 1.0).abs() < 1e-12);
+            assert!((yy * volume / ((5.0e5 + 4.0e5) * ln) - 1.0).abs() < 1e-12);
+            assert!((xx * volume / ((5.0e5 - 2.0e5) * ln) - 1.0).abs() < 1e-12);
+            assert!((zz / xx - 1.0).abs() < 1e-12 && xy == 0.0);
+            let energy = path.energy();
+            assert!((energy / (0.5 * 9.0e5 * ln * ln) - 1.0).abs() < 1e-12);
+        }
     }
 
-    /// The Jaumann rate in simple shear: `sigma_xy = G sin(gamma)`, `sigma_xx = G (1 - cos(gamma))` (Dienes 1979).
+    /// Simple shear by gamma: `b = ((1 + gamma^2, gamma), (gamma, 1))`, whose principal stretches are `e^{+-x}` with
+    /// `x = arsinh(gamma/2)`: `tau_xy = 2 G x / cosh x`, `tau_xx = 2 G x tanh x` (Xiao, Bruhns and Meyers 1997 have the same
+    /// of the logarithmic rate).
     #[test]
     fn simple_shear() {
-        let mut path = Path::new(Elastic(PlaneStrain(MODULI)));
-        let steps = 20_000;
-        path.shear(2.0, steps);
-        let [xx, yy, zz, xy] = stress(&path.point);
-        // The increment is added to the stress turned over the whole step: first order in gamma per step.
-        let tolerance = 2.0 / steps as f64 * 3.0e5;
-        assert!((xy - 3.0e5 * 2.0_f64.sin()).abs() < tolerance);
-        assert!((xx - 3.0e5 * (1.0 - 2.0_f64.cos())).abs() < tolerance);
-        assert!((yy + xx).abs() < 1e-8 * 3.0e5 && zz.abs() < 1e-8 * 3.0e5);
-        assert_eq!(path.point.volume.to_array()[0], 1.0);
+        for (gamma, steps) in [(1e-6, 1), (0.3, 4), (2.0, 7), (2.0, 5000), (9.0, 40)] {
+            let mut path = Path::new(Elastic(PlaneStrain(MODULI)));
+            path.shear(gamma, steps);
+            let x = (0.5_f64 * gamma).asinh();
+            let [xx, yy, zz, xy] = stress(&path.point);
+            assert!((xy / (6.0e5 * x / x.cosh()) - 1.0).abs() < 1e-12);
+            assert!((xx / (6.0e5 * x * x.tanh()) - 1.0).abs() < 1e-9, "{gamma}");
+            assert!((yy + xx).abs() < 1e-12 * xy && zz.abs() < 1e-9);
+            assert!((path.point.volume.to_array()[0] - 1.0).abs() < 1e-12);
+            // dW = tau : d = tau_xy dgamma integrates to 2 G x^2.
+            assert!((path.energy() / (6.0e5 * x * x) - 1.0).abs() < 1e-12);
+        }
     }
 
-    #[test]
-    fn stress_turns_with_the_material_and_nothing_else_changes() {
-        let mut path = Path::new(Elastic(PlaneStrain(MODULI)));
-        path.stretch([0.02, -0.01], 10);
-        let [xx, yy, zz, _] = stress(&path.point);
-        let energy = MODULI.energy(&path.point.stress).to_array()[0];
-        let turns = 3.0 * core::f64::consts::TAU + 0.7;
-        path.turn(turns, 40_000);
-        let [txx, tyy, tzz, txy] = stress(&path.point);
-        let (centre, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
-        // The midpoint rule's angle falls short by (angle per step)^3 / 12 a step.
-        assert!((txx - centre - half * 1.4_f64.cos()).abs() < 1e-6 * half);
-        assert!((txy - half * 1.4_f64.sin()).abs() < 1e-6 * half);
-        assert!((txx + tyy - xx - yy).abs() < 1e-9 * half && tzz == zz);
-        assert!((MODULI.energy(&path.point.stress).to_array()[0] / energy - 1.0).abs() < 1e-10);
-        assert!((path.point.volume.to_array()[0] - (0.01_f64).exp()).abs() < 1e-6);
-    }
-
-    /// `sigma_xx = E eps_xx` where y is free: eps_yy = -nu eps_xx by definition of E and nu.
+    /// `tau_xx = E eps_xx` where y is free: eps_yy = -nu eps_xx by definition of E and nu, at any strain.
     #[test]
     fn plane_stress_is_youngs_modulus() {
         let (k, g) = (MODULI.bulk, MODULI.shear);
         let young = 9.0 * k * g / (3.0 * k + g);
         let nu = (3.0 * k - 2.0 * g) / (2.0 * (3.0 * k + g));
-        let mut path = Path::new(Elastic(PlaneStress(MODULI)));
-        path.stretch([1e-3, -nu * 1e-3], 10);
-        let [xx, yy, zz, _] = stress(&path.point);
-        assert!((xx / (young * 1e-3) - 1.0).abs() < 1e-12, "{xx}");
-        assert!(yy.abs() < 1e-9 * xx && zz == 0.0);
-        let volume = path.point.volume.to_array()[0];
-        assert!((volume - ((1.0 - 2.0 * nu) * 1e-3).exp()).abs() < 1e-11);
+        for strain in [1e-3, 0.3] {
+            let mut path = Path::new(Elastic(PlaneStress(MODULI)));
+            path.stretch([strain, -nu * strain], 1000);
+            let ln = cayley(strain, 1000).ln();
+            let [xx, yy, zz, _] = stress(&path.point);
+            let volume = path.point.volume.to_array()[0];
+            assert!((xx * volume / (young * ln) - 1.0).abs() < 1e-8, "{xx}");
+            assert!(yy.abs() < 1e-7 * xx && zz == 0.0);
+            assert!((volume.ln() / ((1.0 - 2.0 * nu) * ln) - 1.0).abs() < 1e-7);
+            assert!((path.energy() / (0.5 * young * ln * ln) - 1.0).abs() < 1e-7);
+        }
+    }
+
+    /// The tangent in principal axes, from derivatives of `tau_i = lambda tr + 2 G ln(l_i)`, and the tension beside it.
+    #[test]
+    fn the_stiffness_is_not_below_that_of_the_strained_material() {
+        let mut random = crate::tests::Random::new(11);
+        let (m, l) = (9.0e5, 3.0e5);
+        for _ in 0..5000 {
+            let [a, b] = [(); 2].map(|()| random.between(-0.5, 0.5));
+            let [p, q] = [m * a + l * b, l * a + m * b];
+            let (sin, cos) = random.between(0.0, 3.2).sin_cos();
+            let volume = (a + b).exp();
+            let [xx, yy, xy] = [
+                p * cos * cos + q * sin * sin,
+                p * sin * sin + q * cos * cos,
+                (p - q) * sin * cos,
+            ]
+            .map(|tau| splat(tau / volume));
+            let stress = Stress {
+                xx,
+                yy,
+                zz: splat(l * (a + b) / volume),
+                xy,
+            };
+            let stretch = nalgebra::Matrix2::new(m - 2.0 * p, l, l, m - 2.0 * q);
+            let shear = 3.0e5 * (a - b) / (a - b).tanh() - 0.5 * (p + q);
+            let exact = stretch.symmetric_eigenvalues().max().max(2.0 * shear);
+            let exact = exact + p.max(q).max(0.0);
+            let bound = PlaneStrain(MODULI)
+                .stiffness(&stress, splat(volume))
+                .to_array()[0];
+            assert!(bound >= exact * (1.0 - 1e-12), "{a} {b}: {bound} {exact}");
+            assert!(bound < 1.6 * exact.max(5e5), "{a} {b}: {bound} {exact}");
+        }
+    }
+
+    #[test]
+    fn turned_inside_out_is_not_a_number() {
+        let mut path = Path::new(Elastic(PlaneStrain(MODULI)));
+        path.stretch([-2.5, 0.0], 1); // beyond -2 the end is on the other side of the start
+        assert!(path.point.stress.xx.to_array()[0].is_nan());
     }
 
     #[test]

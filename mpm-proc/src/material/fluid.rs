@@ -1,7 +1,6 @@
 //! Weakly compressible Newtonian fluid (Chen 2023): `p = K/gamma (J^-gamma - 1)`, `J = rho_0/rho`.
 
-use super::elastic::volume_ratio;
-use super::{Deformation, Dissipated, Material, Point, Stress};
+use super::{Deformation, Dissipated, Material, Point, Stress, swelling};
 use crate::lanes::{Lanes, ZERO, splat};
 
 /// A fluid.
@@ -51,7 +50,7 @@ impl Material for Fluid {
 
     #[inline(always)]
     fn update(&self, point: &mut Point<()>, by: &Deformation, per_dt: f64) -> Dissipated {
-        point.volume *= volume_ratio(by);
+        point.volume *= swelling(by.xx + by.yy);
         let pressure = splat(self.bulk / self.exponent) * (self.power(point.volume) - splat(1.0));
         // 2 mu dev(D)
         let mean = (by.xx + by.yy) * splat(1.0 / 3.0);

@@ -6,17 +6,22 @@
 mod drucker_prager;
 mod elastic;
 mod fluid;
+mod hencky;
+mod hypoelastic;
 mod mohr_coulomb;
 mod neo_hookean;
 mod perfect_plasticity;
+#[cfg(test)]
+mod properties;
 mod rigid;
 #[cfg(test)]
 mod single_point;
 mod von_mises;
 
 pub use drucker_prager::DruckerPrager;
-pub use elastic::{Elastic, Moduli, PlaneStrain, PlaneStress};
+pub use elastic::{Elastic, Moduli, PlaneStrain, PlaneStress, power};
 pub use fluid::Fluid;
+pub use hypoelastic::Jaumann;
 pub use mohr_coulomb::MohrCoulomb;
 pub use neo_hookean::NeoHookean;
 pub use rigid::Rigid;
@@ -110,6 +115,13 @@ impl Deformation {
         yx: ZERO,
         yy: ZERO,
     };
+}
+
+/// `exp(trace)` to second order, positive whatever the step: volume after an interval over volume before, where it is
+/// integrated as a rate.
+#[inline(always)]
+fn swelling(trace: Lanes) -> Lanes {
+    trace.mul_add(trace.mul_add(splat(0.5), splat(1.0)), splat(1.0))
 }
 
 /// Work per initial volume that was lost in an interval, in Pa.

@@ -1,7 +1,11 @@
-//! Elasticity up to a yield surface that does not move: the trial stress is returned to it, and what is taken is
+//! Hencky's elasticity up to a yield surface that does not move: the trial stress is returned to it, and what is taken is
 //! dissipated.
+//!
+//! The surface is one of Cauchy stress, as it is published. The volume stays during the return, so the Cauchy stress follows
+//! the elastic strain with the moduli over it, and where a trial ends on a surface does not depend on the size of the moduli,
+//! only on their ratio: the return is that of small strains.
 
-use super::elastic::{Moduli, volume_ratio};
+use super::elastic::Moduli;
 use super::{Deformation, Dissipated, Material, Point, Stress};
 use crate::lanes::{Lanes, ZERO, splat};
 
@@ -10,7 +14,8 @@ pub trait YieldSurface: Copy + Send + Sync + 'static {
     /// The elastic part.
     fn moduli(&self) -> &Moduli;
 
-    /// Returns a trial stress to the surface, and tells the work per volume in Pa that plastic flow has taken.
+    /// Returns a trial stress to the surface, and tells the work per volume in Pa that plastic flow has taken, by the moduli of
+    /// small strains.
     fn return_stress(&self, trial: &Stress) -> (Stress, Lanes);
 }
 
@@ -24,23 +29,25 @@ impl<Y: YieldSurface> Material for Y {
 
     #[inline(always)]
     fn update(&self, point: &mut Point<()>, by: &Deformation, _per_dt: f64) -> Dissipated {
-        let trial = self.moduli().trial(&point.stress, by);
+        let (trial, volume) = self.moduli().trial(&point.stress, point.volume, by);
         let (stress, work) = self.return_stress(&trial);
         point.stress = stress;
-        point.volume *= volume_ratio(by);
+        point.volume = volume;
         Dissipated {
-            plastic: work * point.volume,
+            // Once for the volume, once for the moduli, which are smaller by it.
+            plastic: work * volume * volume,
             viscous: ZERO,
         }
     }
 
     #[inline(always)]
     fn stiffness_over_density(&self, point: &Point<()>) -> Lanes {
-        point.volume * splat(self.moduli().plane_stiffness() / self.moduli().density)
+        let moduli = self.moduli();
+        moduli.stiffness(&point.stress, point.volume) * splat(1.0 / moduli.density)
     }
 
     fn elastic_energy(&self, point: &Point<()>) -> Lanes {
-        self.moduli().energy(&point.stress) * point.volume
+        self.moduli().stored(&point.stress, point.volume)
     }
 
     fn sound_speed(&self) -> f64 {

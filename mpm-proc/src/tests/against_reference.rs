@@ -193,7 +193,7 @@ fn every_shape_and_transfer_agrees_with_the_oracle() {
 
 #[test]
 fn stresses_updated_last_agree_with_the_oracle() {
-    for update in [StressUpdate::Usl, StressUpdate::Musl] {
+    for update in [StressUpdate::Usl, StressUpdate::Musl, StressUpdate::Usavg] {
         compare(ShapeFunction::QuadraticBspline, Transfer::Apic, update, 50);
         compare(ShapeFunction::Ugimp, Transfer::Flip, update, 51);
         compare(

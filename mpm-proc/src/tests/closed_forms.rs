@@ -98,7 +98,7 @@ fn a_wave_in_a_bar_converges() {
 
 #[test]
 fn updating_stress_last_converges_to_the_same_wave() {
-    for update in [StressUpdate::Usl, StressUpdate::Musl] {
+    for update in [StressUpdate::Usl, StressUpdate::Musl, StressUpdate::Usavg] {
         let errors = [16, 64].map(|n| wave_error(n, ShapeFunction::Ugimp, Transfer::Flip, update));
         println!("{update:?}: {errors:?}");
         assert!(

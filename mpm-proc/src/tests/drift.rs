@@ -65,7 +65,7 @@ const ELASTIC: MaterialModel = MaterialModel::LinearElastic {
 /// velocities, first order where they drift with those of the nodes.
 #[test]
 fn contact_balances_to_second_order_with_the_mapped_drift() {
-    for update in [StressUpdate::Usf, StressUpdate::Musl] {
+    for update in [StressUpdate::Usf, StressUpdate::Musl, StressUpdate::Usavg] {
         let error = |drift, dt| {
             let scheme = (Transfer::Flip, update, drift);
             imbalance(scheme, ELASTIC, 0.03, 1e5, dt)
@@ -87,7 +87,7 @@ fn large_strains_balance() {
         shear_modulus: SHEAR,
     };
     for model in [ELASTIC, neo_hookean] {
-        for update in [StressUpdate::Usf, StressUpdate::Musl] {
+        for update in [StressUpdate::Usf, StressUpdate::Musl, StressUpdate::Usavg] {
             let scheme = (Transfer::Flip, update, Drift::Mapped);
             let error = imbalance(scheme, model, 5.0, 1e5, 2e-4);
             assert!(error < 1e-3, "{update:?} {model:?}: {error:e}");

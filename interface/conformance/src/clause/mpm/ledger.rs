@@ -95,6 +95,13 @@ pub const CLAUSES: &[Clause] = &[
         .mutant("loses energy to nothing", || {
             spoil::measured(|report| report.ledger.plastic_work = 0.2 * report.ledger.kinetic)
         }),
+    Clause::must("N-1i", "the work of the stress is what is stored", work)
+        .needs(&["feature:fields"])
+        .after(&["N-1b"])
+        .mutant(
+            "takes what is stored for the work of the stress, twice",
+            || spoil::measured(|report| report.ledger.stress_work = 2.0 * report.ledger.elastic),
+        ),
 ];
 
 fn of_its_grant(bench: &Bench) -> Judgement {
@@ -445,17 +452,46 @@ fn potential(bench: &Bench) -> Judgement {
     Ok(format!("{said:.6e} J/m"))
 }
 
-fn closure(bench: &Bench) -> Judgement {
+/// A block with its longest wave: half a period of a cosine over it, a few cells long.
+fn ringing() -> GroupConfig {
     let field = |text: &str| text.to_string();
-    // Its longest wave: half a period of a cosine over the block, a few cells long.
-    let ringing = GroupConfig {
+    GroupConfig {
         fields: InitialFields {
             velocity: Some([field("0.02*cos(5*pi*(x - 0.4))"), field("0")]),
             stress: None,
         },
         ..block([0.4; 2], [0.0; 2])
-    };
-    let mut flow = bench.flow(&scene(vec![ringing]))?;
+    }
+}
+
+/// Strains are so small that any elastic law has an energy.
+fn work(bench: &Bench) -> Judgement {
+    let mut flow = bench.flow(&scene(vec![ringing()]))?;
+    let (_, told) = flow.free_step(0.0)?;
+    let start = told.report.ledger.elastic;
+    let (mut off, mut most) = (0.0_f64, 0.0_f64);
+    for _ in 0..10 {
+        flow.coast(0.5 * DT, 9)?;
+        let (_, told) = flow.free_step(0.5 * DT)?;
+        let ledger = &told.report.ledger;
+        let kept = if bench.takes("stress_work") {
+            ledger.elastic - start
+        } else {
+            0.0
+        };
+        off = off.max((ledger.stress_work - kept).abs());
+        most = most.max(ledger.elastic);
+    }
+    require(
+        off <= 0.02 * most,
+        "work within 2 % of the most that is stored; 0 without the capability `stress_work`",
+        format_args!("off by {:.2} %", 100.0 * off / most),
+    )?;
+    Ok(format!("within {:.2} %", 100.0 * off / most))
+}
+
+fn closure(bench: &Bench) -> Judgement {
+    let mut flow = bench.flow(&scene(vec![ringing()]))?;
     let total = |told: &Told| {
         let l = &told.report.ledger;
         l.kinetic

@@ -1,0 +1,186 @@
+//! Hypoelasticity: the Jaumann rate of the Cauchy stress is linear in the strain rate (Jiang 2020 eqs. 25, 36; PHYSICS.md
+//! section 1).
+//!
+//! It has no energy: over a closed cycle of volume and shear its work is not zero, so it creates or loses some of it, by a share
+//! of the order of the strain (Simo and Pister 1984). For who wants the paper's law. What is booked as stored is the energy of
+//! small strains, `p^2 / 2K + s:s / 4G` times the volume: a function of state, from which the work of the stress departs.
+
+use super::elastic::{ElasticLaw, Moduli, PlaneStrain, PlaneStress};
+use super::{Deformation, Stress, swelling};
+use crate::lanes::{Lanes, ZERO, splat};
+
+/// The rate form with the moduli of a law.
+#[derive(Debug, Clone, Copy)]
+pub struct Jaumann<L>(pub L);
+
+/// `Q sigma Q^T` with the rotation over the interval.
+#[inline(always)]
+fn rotate(s: &Stress, by: &Deformation) -> Stress {
+    // Half of the angle that the interval turns the material by, W_yx dt / 2; tan(angle/2) in the midpoint rule.
+    let h = splat(0.25) * (by.yx - by.xy);
+    let hh = h * h;
+    let scale = splat(1.0) / (splat(1.0) + hh);
+    let (cos, sin) = ((splat(1.0) - hh) * scale, splat(2.0) * h * scale);
+    let (cos2, sin2) = (cos * cos - sin * sin, splat(2.0) * sin * cos);
+    let centre = splat(0.5) * (s.xx + s.yy);
+    let half = splat(0.5) * (s.xx - s.yy);
+    let turned = half * cos2 - s.xy * sin2;
+    Stress {
+        xx: centre + turned,
+        yy: centre - turned,
+        zz: s.zz,
+        xy: half * sin2 + s.xy * cos2,
+    }
+}
+
+impl ElasticLaw for Jaumann<PlaneStrain> {
+    fn moduli(&self) -> &Moduli {
+        &self.0.0
+    }
+
+    /// The stress that was there, turned with the material, plus what the strain increment adds.
+    ///
+    /// The rotation is that of Hughes and Winget (1980): the exact rotation by the midpoint rule's angle, so that
+    /// turning alone changes no invariant. It agrees with the Jaumann rate `C:D + W sigma - sigma W` to second order.
+    #[inline(always)]
+    fn advance(&self, stress: &Stress, volume: Lanes, by: &Deformation) -> (Stress, Lanes) {
+        let moduli = self.moduli();
+        let turned = rotate(stress, by);
+        let lame = splat(moduli.lame()) * (by.xx + by.yy);
+        let two_g = splat(2.0 * moduli.shear);
+        let stress = Stress {
+            xx: two_g.mul_add(by.xx, turned.xx + lame),
+            yy: two_g.mul_add(by.yy, turned.yy + lame),
+            zz: turned.zz + lame,
+            xy: splat(moduli.shear).mul_add(by.xy + by.yx, turned.xy),
+        };
+        (stress, volume * swelling(by.xx + by.yy))
+    }
+
+    #[inline(always)]
+    fn stored(&self, stress: &Stress, volume: Lanes) -> Lanes {
+        self.moduli().energy(stress) * volume
+    }
+
+    #[inline(always)]
+    fn stiffness(&self, _stress: &Stress, volume: Lanes) -> Lanes {
+        volume * splat(self.moduli().plane_stiffness())
+    }
+
+    fn sound_speed(&self) -> f64 {
+        self.0.sound_speed()
+    }
+}
+
+impl ElasticLaw for Jaumann<PlaneStress> {
+    fn moduli(&self) -> &Moduli {
+        &self.0.0
+    }
+
+    #[inline(always)]
+    fn advance(&self, stress: &Stress, volume: Lanes, by: &Deformation) -> (Stress, Lanes) {
+        let shear = self.moduli().shear;
+        let turned = rotate(stress, by);
+        let two_g = splat(2.0 * shear);
+        let mean = two_g * splat(self.0.thinning()) * (by.xx + by.yy);
+        let stress = Stress {
+            xx: two_g.mul_add(by.xx, turned.xx + mean),
+            yy: two_g.mul_add(by.yy, turned.yy + mean),
+            zz: ZERO,
+            xy: splat(shear).mul_add(by.xy + by.yx, turned.xy),
+        };
+        let trace = (by.xx + by.yy) * splat(1.0 - self.0.thinning());
+        (stress, volume * swelling(trace))
+    }
+
+    #[inline(always)]
+    fn stored(&self, stress: &Stress, volume: Lanes) -> Lanes {
+        self.moduli().energy(stress) * volume
+    }
+
+    #[inline(always)]
+    fn stiffness(&self, _stress: &Stress, volume: Lanes) -> Lanes {
+        volume * splat(self.0.plane_stiffness())
+    }
+
+    fn sound_speed(&self) -> f64 {
+        self.0.sound_speed()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::material::elastic::Elastic;
+    use crate::material::single_point::{Path, stress};
+
+    const MODULI: Moduli = Moduli {
+        bulk: 5.0e5,
+        shear: 3.0e5,
+        density: 1000.0,
+    };
+
+    /// `sigma_yy = (K + 4G/3) ln(h/h_0)` for a rate form: increments of true strain.
+    #[test]
+    fn uniaxial_strain() {
+        let mut path = Path::new(Elastic(Jaumann(PlaneStrain(MODULI))));
+        path.stretch([0.0, -0.05], 1000);
+        let [xx, yy, zz, xy] = stress(&path.point);
+        assert!((yy / ((5.0e5 + 4.0e5) * -0.05) - 1.0).abs() < 1e-12);
+        assert!((xx / ((5.0e5 - 2.0e5) * -0.05) - 1.0).abs() < 1e-12);
+        assert!((zz / xx - 1.0).abs() < 1e-12 && xy == 0.0);
+        let volume = path.point.volume.to_array()[0];
+        assert!((volume - (-0.05_f64).exp()).abs() < 1e-8);
+        // sigma:eps/2 of the same state.
+        let energy = MODULI.energy(&path.point.stress).to_array()[0];
+        assert!((energy / (0.5 * yy * -0.05) - 1.0).abs() < 1e-12);
+    }
+
+    /// The Jaumann rate in simple shear: `sigma_xy = G sin(gamma)`, `sigma_xx = G (1 - cos(gamma))` (Dienes 1979).
+    #[test]
+    fn simple_shear() {
+        let mut path = Path::new(Elastic(Jaumann(PlaneStrain(MODULI))));
+        let steps = 20_000;
+        path.shear(2.0, steps);
+        let [xx, yy, zz, xy] = stress(&path.point);
+        // The increment is added to the stress turned over the whole step: first order in gamma per step.
+        let tolerance = 2.0 / steps as f64 * 3.0e5;
+        assert!((xy - 3.0e5 * 2.0_f64.sin()).abs() < tolerance);
+        assert!((xx - 3.0e5 * (1.0 - 2.0_f64.cos())).abs() < tolerance);
+        assert!((yy + xx).abs() < 1e-8 * 3.0e5 && zz.abs() < 1e-8 * 3.0e5);
+        assert_eq!(path.point.volume.to_array()[0], 1.0);
+    }
+
+    #[test]
+    fn stress_turns_with_the_material_and_nothing_else_changes() {
+        let mut path = Path::new(Elastic(Jaumann(PlaneStrain(MODULI))));
+        path.stretch([0.02, -0.01], 10);
+        let [xx, yy, zz, _] = stress(&path.point);
+        let energy = MODULI.energy(&path.point.stress).to_array()[0];
+        let turns = 3.0 * core::f64::consts::TAU + 0.7;
+        path.turn(turns, 40_000);
+        let [txx, tyy, tzz, txy] = stress(&path.point);
+        let (centre, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+        // The midpoint rule's angle falls short by (angle per step)^3 / 12 a step.
+        assert!((txx - centre - half * 1.4_f64.cos()).abs() < 1e-6 * half);
+        assert!((txy - half * 1.4_f64.sin()).abs() < 1e-6 * half);
+        assert!((txx + tyy - xx - yy).abs() < 1e-9 * half && tzz == zz);
+        assert!((MODULI.energy(&path.point.stress).to_array()[0] / energy - 1.0).abs() < 1e-10);
+        assert!((path.point.volume.to_array()[0] - (0.01_f64).exp()).abs() < 1e-6);
+    }
+
+    /// `sigma_xx = E eps_xx` where y is free: eps_yy = -nu eps_xx by definition of E and nu.
+    #[test]
+    fn plane_stress_is_youngs_modulus() {
+        let (k, g) = (MODULI.bulk, MODULI.shear);
+        let young = 9.0 * k * g / (3.0 * k + g);
+        let nu = (3.0 * k - 2.0 * g) / (2.0 * (3.0 * k + g));
+        let mut path = Path::new(Elastic(Jaumann(PlaneStress(MODULI))));
+        path.stretch([1e-3, -nu * 1e-3], 10);
+        let [xx, yy, zz, _] = stress(&path.point);
+        assert!((xx / (young * 1e-3) - 1.0).abs() < 1e-12, "{xx}");
+        assert!(yy.abs() < 1e-9 * xx && zz == 0.0);
+        let volume = path.point.volume.to_array()[0];
+        assert!((volume - ((1.0 - 2.0 * nu) * 1e-3).exp()).abs() < 1e-11);
+    }
+}
