@@ -26,15 +26,7 @@ pub const STRESS_WORK: &str = "stress_work";
 pub const POLLS: &str = "polls";
 
 /// All verbs.
-pub const VERBS: [&str; 7] = [
-    SAVE,
-    SEGMENTS,
-    PAIRS,
-    LAYERS,
-    CONTACTS,
-    POLLS,
-    STRESS_WORK,
-];
+pub const VERBS: [&str; 7] = [SAVE, SEGMENTS, PAIRS, LAYERS, CONTACTS, POLLS, STRESS_WORK];
 /// All families (clause K-1), of either side.
 pub const FAMILIES: [&str; 14] = [
     "shape",

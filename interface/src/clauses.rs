@@ -88,7 +88,7 @@ pub const CLAUSES: &[Clause] = &[
     row("B-1", Must, ALL, "A bell has one notifier and one listener", &[Transport]),
     row("B-2", Should, ALL, "A sender rings after what another one waits for", &[Kit]),
     row("B-3", Must, ALL, "A receiver finds a message though no bell rang", &[Kit]),
-    row("B-4", Must, SOLVERS, "A solver that polls looks for 50 us after its last message before it sleeps", &[]),
+    row("B-4", Must, SOLVERS, "A solver that polls looks for 50 us after its last message before it sleeps", &[Kit]),
     row("S-1", Must, ALL, "A control message decodes, with all its bytes", &[Coupler, Mpm, Dem, Kit]),
     row("S-2", Must, SOLVERS, "Notices come in order: Hello, Ready or Refused, Bye; Failed is the last", &[Coupler, Kit]),
     row("S-3", Must, COUPLER, "Orders come in order: Configure, Drain, Close; Abort at any time", &[Mpm, Dem, Kit]),

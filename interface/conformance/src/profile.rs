@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use interface::capability::{Capabilities, SAVE};
+use interface::capability::{Capabilities, POLLS, SAVE};
 use interface::config::{BodyShape, ContactLaw, DemConfig, Motion};
 use interface::control::Party;
 
@@ -52,6 +52,7 @@ pub const PROFILES: &[Profile] = &[
         ],
     ),
     of_bodies("full+save", &[SAVE]),
+    of_bodies("full+save+polls", &[POLLS]),
     of_continua("elastic", &["material:linear_elastic"]),
     of_continua(
         "full",
@@ -63,6 +64,7 @@ pub const PROFILES: &[Profile] = &[
         ],
     ),
     of_continua("full+save", &[SAVE]),
+    of_continua("full+save+polls", &[POLLS]),
 ];
 
 /// The profiles of a side, from the least to the most.

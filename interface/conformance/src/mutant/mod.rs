@@ -109,6 +109,8 @@ pub struct Manners {
     pub rings_no_bell: bool,
     /// Looks for messages only when a bell has rung.
     pub waits_for_the_bell: bool,
+    /// Does not look for a while before it sleeps.
+    pub sleeps_at_once: bool,
     /// Ends when it has said Bye.
     pub goes_at_bye: bool,
     /// Does not look whether the coupler lives.

@@ -12,6 +12,8 @@ use super::Flaw;
 
 /// How much later than Ready a mutant opens what it should have opened before, and than Bye it goes.
 const LATE: Duration = Duration::from_millis(20);
+/// Sleep of one who looks no more before it (B-3).
+const POLLED_NAP: Duration = Duration::from_millis(10);
 /// Time between two looks of one who waits for ever.
 const NAP: Duration = Duration::from_millis(1);
 /// What comes to a solver, in such an order that what was sent before a message that is there is looked for after it.
@@ -151,6 +153,11 @@ impl Transport for Flawed {
     ) -> Result<Option<StepHeader>, TransportError> {
         let kind = channel.kind as usize;
         if self.coming[kind].is_empty() {
+            self.look()?;
+        }
+        let sleeps = self.flaw.manners.sleeps_at_once && channel.is_between_solvers();
+        if sleeps && self.coming[kind].is_empty() {
+            self.sleep(channel.from(), POLLED_NAP);
             self.look()?;
         }
         Ok(self.coming[kind].pop_front().map(|message| {

@@ -2,12 +2,13 @@
 
 use std::time::{Duration, Instant};
 
+use interface::capability;
 use interface::stage::{Kind, Message, Payload};
 use interface::wire::{StepHeader, flags};
 
 use super::scene::{RADIUS, SPHERO, one_disc};
 use crate::bench::{Answer, Bench, Play, Points};
-use crate::clause::Clause;
+use crate::clause::{Clause, shared};
 use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Unmet, broken, near, require};
 
@@ -222,6 +223,11 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("B-3a", "finds states though no bell rang", no_bell)
         .mutant("trusts the bell", || {
             spoil::manners(|m| m.waits_for_the_bell = true)
+        }),
+    Clause::must("B-4a", shared::POLLS, polls)
+        .needs(&[capability::POLLS])
+        .mutant("sleeps at once", || {
+            spoil::manners(|m| m.sleeps_at_once = true)
         }),
     Clause::should("B-2a", "rings after what it sends", rings).mutant("rings no bell", || {
         spoil::manners(|m| m.rings_no_bell = true)
@@ -478,6 +484,18 @@ fn no_bell(bench: &Bench) -> Judgement {
         "after {:.1} ms at most",
         longest.as_secs_f64() * 1e3
     ))
+}
+
+fn polls(bench: &Bench) -> Judgement {
+    let mut play = begun(bench)?;
+    let points = pressed();
+    play.grant(1e-6, shared::EXCHANGES, false)?;
+    shared::polls(|| {
+        let states = Message::new(play.header(), Payload::States(points.states.clone()));
+        play.session.send_silently(&states)?;
+        play.forces()?;
+        Ok(())
+    })
 }
 
 fn rings(bench: &Bench) -> Judgement {

@@ -3,12 +3,13 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
+use interface::capability;
 use interface::stage::{Kind, Message, Payload};
 use interface::wire::{ImpForce, StepHeader, flags};
 
 use super::scene::{DT, IN_BLOCK, block, push, scene, single};
 use crate::bench::{Bench, Flow};
-use crate::clause::Clause;
+use crate::clause::{Clause, shared};
 use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Unmet, broken, require};
 
@@ -21,6 +22,11 @@ pub const CLAUSES: &[Clause] = &[
     .mutant("leaves out the epoch", || {
         Flaw::states(|header, _| header.epoch = 0)
     }),
+    Clause::must("B-4a", shared::POLLS, polls)
+        .needs(&[capability::POLLS])
+        .mutant("sleeps at once", || {
+            spoil::manners(|m| m.sleeps_at_once = true)
+        }),
     Clause::must("G-9b", "sends one message of states in a step", once).mutant(
         "sends empty states twice",
         || {
@@ -165,6 +171,20 @@ pub const CLAUSES: &[Clause] = &[
         })
     }),
 ];
+
+fn polls(bench: &Bench) -> Judgement {
+    let mut flow = bench.flow(&scene(vec![block([0.4; 2], [0.0; 2])]))?;
+    flow.step(0.0, |flow, _| flow.no_forces())?;
+    flow.grant(DT, shared::EXCHANGES + 1, false)?;
+    flow.states()?;
+    shared::polls(|| {
+        let message = Message::new(flow.header(), Payload::Forces(flow.no_forces()));
+        flow.session.send_silently(&message)?;
+        flow.done(1);
+        flow.states()?;
+        Ok(())
+    })
+}
 
 fn headers(bench: &Bench) -> Judgement {
     let mut flow = bench.flow(&scene(vec![block([0.4; 2], [0.0; 2])]))?;

@@ -1,0 +1,31 @@
+//! B-4: who polls finds a message that comes soon, though no bell rings.
+
+use std::time::{Duration, Instant};
+
+use crate::verdict::{Judgement, Unmet, require};
+
+/// What the clause says.
+pub const POLLS: &str = "that polls, finds a message at once though no bell rang";
+/// Exchanges, of which the middle one counts: a machine that is busy delays some.
+pub const EXCHANGES: u64 = 40;
+/// Half a nap of B-3.
+const LIMIT: Duration = Duration::from_millis(5);
+
+/// Judges a solver by exchanges without a bell, each begun right after the one before.
+pub fn polls(mut exchange: impl FnMut() -> Result<(), Unmet>) -> Judgement {
+    let mut times = Vec::new();
+    for _ in 0..EXCHANGES {
+        let start = Instant::now();
+        exchange()?;
+        times.push(start.elapsed());
+    }
+    times.sort_unstable();
+    let middle = times[times.len() / 2];
+    let micros = middle.as_secs_f64() * 1e6;
+    require(
+        middle < LIMIT,
+        format_args!("the middle one of {EXCHANGES} exchanges without a bell within {LIMIT:?}"),
+        format_args!("{micros:.0} us"),
+    )?;
+    Ok(format!("an exchange without a bell takes {micros:.0} us"))
+}
