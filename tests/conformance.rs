@@ -124,6 +124,29 @@ fn a_broken_clause_is_told_to_people_programs_and_build_servers() {
     assert!(lines.iter().any(|line| line["kind"] == "Forces"), "{trace}");
 }
 
+/// What blocks what, and the order in which it is told, does not depend on how many clauses are judged at once.
+#[test]
+fn verdicts_are_the_same_for_any_number_of_jobs() {
+    let dir = tempfile::tempdir().unwrap();
+    let broken = solver("mutant F-7a");
+    let told = |jobs: &str| {
+        let (status, verdicts) = verdicts(dir.path(), &["--dem", &broken, "--jobs", jobs]);
+        assert_eq!(status, 1);
+        verdicts
+    };
+    let one = told("1");
+    let verdict = |id: &str| {
+        one.iter()
+            .find(|(known, _)| known == id)
+            .unwrap()
+            .1
+            .as_str()
+    };
+    assert_eq!((verdict("S-2a"), verdict("F-7a")), ("pass", "fail"));
+    assert_eq!(verdict("F-7b"), "blocked");
+    assert_eq!(told("8"), one);
+}
+
 #[test]
 fn a_waiver_holds_until_it_expires() {
     let dir = tempfile::tempdir().unwrap();

@@ -13,17 +13,12 @@ use interface::wire::{
 };
 use serde_json::Value;
 
-use super::{Flaw, Manners};
+use super::Flaw;
 
 /// A value that two flaws see.
 pub fn shared<T>(value: T) -> (Rc<Cell<T>>, Rc<Cell<T>>) {
     let one = Rc::new(Cell::new(value));
     (one.clone(), one)
-}
-
-/// Bad manners.
-pub fn manners(spoil: impl FnOnce(&mut Manners)) -> Flaw {
-    Flaw::manners(spoil)
 }
 
 /// Changes Hello.

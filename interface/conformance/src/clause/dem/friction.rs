@@ -131,7 +131,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "F-7r",
         "the dashpot goes by displacement, not by a point's own velocity",
-        noisy_fall,
+        |bench| falls(bench, 0.05),
     )
     .after(&["F-7o"])
     .needs(DAMPS)
@@ -518,10 +518,6 @@ fn falls(bench: &Bench, told: f64) -> Judgement {
 
 fn dashpot(bench: &Bench) -> Judgement {
     falls(bench, -0.1)
-}
-
-fn noisy_fall(bench: &Bench) -> Judgement {
-    falls(bench, 0.05)
 }
 
 fn no_pull(bench: &Bench) -> Judgement {

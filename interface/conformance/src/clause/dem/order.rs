@@ -13,72 +13,68 @@ use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Unmet, broken, near, require};
 
 pub const CLAUSES: &[Clause] = &[
-    Clause::must("I-1a", "refuses states of another step", other_step).mutant(
-        "does not look at the step of states",
-        || {
-            spoil::in_step(|message, now| {
-                if message.kind() == Kind::States {
-                    message.header.step = now.step;
-                }
-            })
-        },
-    ),
-    Clause::must("I-1b", "refuses states of another epoch", other_epoch).mutant(
-        "does not look at the epoch of states",
-        || {
-            spoil::in_step(|message, now| {
-                if message.kind() == Kind::States {
-                    message.header.epoch = now.epoch;
-                }
-            })
-        },
-    ),
-    Clause::must("I-2a", "refuses a set whose ids do not rise", ids_fall).mutant(
-        "takes ids in any order",
-        || {
-            spoil::sets(|set| {
-                if set.windows(2).any(|pair| pair[0].id >= pair[1].id) {
-                    (0..).zip(set).for_each(|(k, info)| info.id = k);
-                }
-            })
-        },
-    ),
-    Clause::must("I-2b", "refuses a point without radius", no_radius).mutant(
-        "takes a point without radius",
-        || {
-            spoil::sets(|set| {
-                set.iter_mut()
-                    .for_each(|info| info.radius = info.radius.max(1e-6));
-            })
-        },
-    ),
-    Clause::must("I-2c", "refuses a point without mass", no_mass).mutant(
-        "takes a point without mass",
-        || {
-            spoil::sets(|set| {
-                set.iter_mut()
-                    .for_each(|info| info.mass = info.mass.max(1e-6));
-            })
-        },
-    ),
-    Clause::must(
-        "I-2d",
-        "refuses a set whose count is not its number",
-        wrong_count,
-    )
-    .mutant("does not look at the count of a set", || {
-        Flaw::inbound(|mut message| {
-            if message.kind() == Kind::Set {
-                message.header.count = message.payload.len() as u64;
+    Clause::must("I-1a", "refuses states of another step", |bench| {
+        refuses(bench, |_, states| states.header.step += 1)
+    })
+    .mutant("does not look at the step of states", || {
+        spoil::in_step(|message, now| {
+            if message.kind() == Kind::States {
+                message.header.step = now.step;
             }
-            vec![message]
+        })
+    }),
+    Clause::must("I-1b", "refuses states of another epoch", |bench| {
+        refuses(bench, |_, states| states.header.epoch += 1)
+    })
+    .mutant("does not look at the epoch of states", || {
+        spoil::in_step(|message, now| {
+            if message.kind() == Kind::States {
+                message.header.epoch = now.epoch;
+            }
+        })
+    }),
+    Clause::must("I-2a", "refuses a set whose ids do not rise", |bench| {
+        refuses(bench, |set, _| set_of(set)[1].id = 0)
+    })
+    .mutant("takes ids in any order", || {
+        spoil::sets(|set| {
+            if set.windows(2).any(|pair| pair[0].id >= pair[1].id) {
+                (0..).zip(set).for_each(|(k, info)| info.id = k);
+            }
+        })
+    }),
+    Clause::must("I-2b", "refuses a point without radius", |bench| {
+        refuses(bench, |set, _| set_of(set)[1].radius = 0.0)
+    })
+    .mutant("takes a point without radius", || {
+        spoil::sets(|set| {
+            set.iter_mut()
+                .for_each(|info| info.radius = info.radius.max(1e-6));
+        })
+    }),
+    Clause::must("I-2c", "refuses a point without mass", |bench| {
+        refuses(bench, |set, _| set_of(set)[1].mass = 0.0)
+    })
+    .mutant("takes a point without mass", || {
+        spoil::sets(|set| {
+            set.iter_mut()
+                .for_each(|info| info.mass = info.mass.max(1e-6));
         })
     }),
     Clause::must(
-        "I-2e",
-        "refuses a generation that skips one",
-        skipped_generation,
+        "I-2d",
+        "refuses a set whose count is not its number",
+        |bench| refuses(bench, |set, _| set.header.count = 3),
     )
+    .mutant("does not look at the count of a set", || {
+        Flaw::set(|header, set| header.count = set.len() as u64)
+    }),
+    Clause::must("I-2e", "refuses a generation that skips one", |bench| {
+        refuses(bench, |set, states| {
+            set.header.set += 1;
+            states.header.set += 1;
+        })
+    })
     .mutant("takes any generation", || {
         let mut generation = 0;
         Flaw::inbound(move |mut message| {
@@ -140,7 +136,12 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "I-3b",
         "refuses fewer states than the set has points",
-        too_few,
+        |bench| {
+            refuses(bench, |_, states| {
+                states_of(states).pop();
+                states.header.count = 1;
+            })
+        },
     )
     .mutant("fills states up that are missing", || {
         let mut points = 0;
@@ -157,21 +158,23 @@ pub const CLAUSES: &[Clause] = &[
             vec![message]
         })
     }),
-    Clause::must("I-3c", "refuses a position that is NaN", nan_state).mutant(
-        "takes a position that is NaN for 0",
-        || {
-            Flaw::states(|_, states| {
-                for x in states.iter_mut().flat_map(|s| &mut s.position) {
-                    *x = if x.is_nan() { 0.0 } else { *x };
-                }
-            })
-        },
-    ),
-    Clause::must(
-        "I-3d",
-        "refuses a velocity that is infinite",
-        infinite_state,
-    )
+    Clause::must("I-3c", "refuses a position that is NaN", |bench| {
+        refuses(bench, |_, states| {
+            states_of(states)[1].position[1] = f64::NAN;
+        })
+    })
+    .mutant("takes a position that is NaN for 0", || {
+        Flaw::states(|_, states| {
+            for x in states.iter_mut().flat_map(|s| &mut s.position) {
+                *x = if x.is_nan() { 0.0 } else { *x };
+            }
+        })
+    }),
+    Clause::must("I-3d", "refuses a velocity that is infinite", |bench| {
+        refuses(bench, |_, states| {
+            states_of(states)[0].velocity[0] = f64::INFINITY;
+        })
+    })
     .mutant("takes a velocity that is infinite for 0", || {
         Flaw::states(|_, states| {
             for v in states.iter_mut().flat_map(|s| &mut s.velocity) {
@@ -222,7 +225,7 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must("B-3a", "finds states though no bell rang", no_bell)
         .mutant("trusts the bell", || {
-            spoil::manners(|m| m.waits_for_the_bell = true)
+            Flaw::manners(|m| m.waits_for_the_bell = true)
         }),
     Clause::must("B-4a", shared::POLLS, polls)
         .needs(&[capability::POLLS])
@@ -230,7 +233,7 @@ pub const CLAUSES: &[Clause] = &[
             spoil::manners(|m| m.sleeps_at_once = true)
         }),
     Clause::should("B-2a", "rings after what it sends", rings).mutant("rings no bell", || {
-        spoil::manners(|m| m.rings_no_bell = true)
+        Flaw::manners(|m| m.rings_no_bell = true)
     }),
     Clause::must(
         "C-1a",
@@ -290,37 +293,6 @@ fn states_of(message: &mut Message) -> &mut Vec<interface::wire::ImpState> {
     }
 }
 
-fn other_step(bench: &Bench) -> Judgement {
-    refuses(bench, |_, states| states.header.step += 1)
-}
-
-fn other_epoch(bench: &Bench) -> Judgement {
-    refuses(bench, |_, states| states.header.epoch += 1)
-}
-
-fn ids_fall(bench: &Bench) -> Judgement {
-    refuses(bench, |set, _| set_of(set)[1].id = 0)
-}
-
-fn no_radius(bench: &Bench) -> Judgement {
-    refuses(bench, |set, _| set_of(set)[1].radius = 0.0)
-}
-
-fn no_mass(bench: &Bench) -> Judgement {
-    refuses(bench, |set, _| set_of(set)[1].mass = 0.0)
-}
-
-fn wrong_count(bench: &Bench) -> Judgement {
-    refuses(bench, |set, _| set.header.count = 3)
-}
-
-fn skipped_generation(bench: &Bench) -> Judgement {
-    refuses(bench, |set, states| {
-        set.header.set += 1;
-        states.header.set += 1;
-    })
-}
-
 fn no_set(bench: &Bench) -> Judgement {
     let mut play = begun(bench)?;
     play.grant(1e-4, 1, false)?;
@@ -344,25 +316,6 @@ fn other_generation(bench: &Bench) -> Judgement {
     let states = Payload::States(pressed().states);
     play.session.send(&Message::new(header, states))?;
     Ok(play.session.failure()?.message)
-}
-
-fn too_few(bench: &Bench) -> Judgement {
-    refuses(bench, |_, states| {
-        states_of(states).pop();
-        states.header.count = 1;
-    })
-}
-
-fn nan_state(bench: &Bench) -> Judgement {
-    refuses(bench, |_, states| {
-        states_of(states)[1].position[1] = f64::NAN;
-    })
-}
-
-fn infinite_state(bench: &Bench) -> Judgement {
-    refuses(bench, |_, states| {
-        states_of(states)[0].velocity[0] = f64::INFINITY;
-    })
 }
 
 fn unused(bench: &Bench) -> Judgement {

@@ -62,7 +62,7 @@ pub const CLAUSES: &[Clause] = &[
         opened,
     )
     .mutant("opens a channel only after Ready", || {
-        spoil::manners(|m| m.opens_late = true)
+        Flaw::manners(|m| m.opens_late = true)
     }),
     Clause::must(
         "S-2b",
