@@ -397,8 +397,7 @@ fn the_plan_says_what_impacts_cost_and_a_resolution_is_checked() {
     }
     for wrong in ["0", "-1", "2.5"] {
         let set = format!("dem.contact_resolution={wrong}");
-        let errors = load(&path, None, &[&set]).expect_err("no resolution");
-        let text = errors.to_string();
+        let text = load(&path, None, &[&set]).expect_err("no resolution");
         assert!(text.contains("dem.contact_resolution"), "{text}");
     }
 }

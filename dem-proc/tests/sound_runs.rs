@@ -219,7 +219,7 @@ fn run(config: &DemConfig, seconds: f64) -> End {
         if let Err(fault) = run.step(false) {
             return End::Stopped(format!("t = {:.3}: {fault}", run.time));
         }
-        if run.steps % 8 == 0
+        if run.steps.is_multiple_of(8)
             && let Some(which) = witness.look(&run)
         {
             return End::Swallowed(which);

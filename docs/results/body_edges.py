@@ -41,6 +41,7 @@ gravity = [0.0, {gravity}]
 [time]
 end = {end}
 [dem]
+contact_resolution = 2
 {"".join(bodies)}
 [body_contact]
 linear = {{ normal_stiffness = {K}, tangential_stiffness = {tangential}, friction = {friction} }}

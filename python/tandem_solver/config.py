@@ -2,7 +2,8 @@
 
 A field that has its default is not sent (clause J-2). `complete_dem` and `complete_mpm` fill in what is left out; the
 session does so before `configure`, so a solver finds every field. `check_fields` refuses what is missing, mistyped or not
-known here, such as the fields of capabilities that a solver has to name (`layers`, `interface`, `group_pairs`): one that
+known here, such as the fields of capabilities that a solver has to name (`layers`, `interface`, `group_pairs`,
+`contact_resolution`): one that
 has them checks with a table of its own, `(DEM[0], {**DEM[1], "interface:text": "points"})`.
 """
 
