@@ -571,8 +571,8 @@ mod tests {
         assert_eq!(again, bytes);
         let mut names = Vec::new();
         report.visit(&mut |name, _| names.push(name));
-        assert_eq!(names.len(), 280 / 8);
-        assert_eq!((names[0], names[34]), ("epoch", "contacts"));
+        assert_eq!(names.len(), 288 / 8);
+        assert_eq!((names[0], names[35]), ("epoch", "stress_work"));
     }
 
     #[test]
