@@ -230,7 +230,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("B-4a", shared::POLLS, polls)
         .needs(&[capability::POLLS])
         .mutant("sleeps at once", || {
-            spoil::manners(|m| m.sleeps_at_once = true)
+            Flaw::manners(|m| m.sleeps_at_once = true)
         }),
     Clause::should("B-2a", "rings after what it sends", rings).mutant("rings no bell", || {
         Flaw::manners(|m| m.rings_no_bell = true)
