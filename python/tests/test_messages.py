@@ -14,7 +14,7 @@ class Control(unittest.TestCase):
         capabilities = "0100000000000000 0400000000000000 73617665"
         self.assertEqual(control.hello("dem", "disc 0.1", 4711, ["save"]), bytes.fromhex(hello + capabilities))
         order = control.decode_order(bytes.fromhex(
-            "00000000 0400000000000000 61623132 0200000000000000 7b7d 01 0000000000003e40 00"))
+            "00000000 0400000000000000 61623132 0200000000000000 7b7d 01 0000000000003e40 00 00"))
         self.assertEqual(order, control.Configure("ab12", "{}", True, 30.0))
         self.assertIsInstance(control.decode_order(bytes.fromhex("01000000")), control.Drain)
         ready = (
@@ -130,7 +130,7 @@ class Records(unittest.TestCase):
 
     def test_the_layout_is_that_of_ctypes(self):
         self.assertEqual(wire.layout_lines(), wire.LAYOUT.splitlines())
-        self.assertEqual(ctypes.sizeof(wire.Report), 280)
+        self.assertEqual(ctypes.sizeof(wire.Report), 288)
         self.assertTrue(all(ctypes.alignment(record) == 8 for record in wire.RECORDS.values()))
 
 

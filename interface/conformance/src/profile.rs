@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use interface::capability::{Capabilities, POLLS, SAVE};
+use interface::capability::{Capabilities, POLLS, SAVE, STRESS_WORK};
 use interface::config::{BodyShape, ContactLaw, DemConfig, Motion};
 use interface::control::Party;
 
@@ -61,6 +61,7 @@ pub const PROFILES: &[Profile] = &[
             "transfer:flip",
             "wall:open",
             "feature:fields",
+            STRESS_WORK,
         ],
     ),
     of_continua("full+save", &[SAVE]),

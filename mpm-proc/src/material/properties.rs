@@ -209,9 +209,15 @@ fn balances<M: Material>(model: M, corners: &[Matrix2<f64>]) -> Result<(), TestC
     };
     // First order where it flows: the strains of a return belong to its end.
     let [coarse, fine] = [off(100)?, off(400)?];
+    prop_assert!(fine < 2e-3, "{fine:e}");
+    if fine < 0.4 * coarse || fine < 1e-4 {
+        return Ok(());
+    }
+    // Errors of several corners may cancel at one number of steps: then at a sixteenth of the step.
+    let finest = off(1600)?;
     prop_assert!(
-        fine < 2e-3 && (fine < 0.4 * coarse || fine < 1e-4),
-        "{coarse:e} {fine:e}"
+        finest < 0.2 * coarse && finest < 0.4 * fine,
+        "{coarse:e} {fine:e} {finest:e}"
     );
     Ok(())
 }

@@ -15,6 +15,7 @@ mod physics;
 mod refusals;
 mod saved;
 mod selection;
+mod torn;
 
 use interface::config::{
     Fill, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing,

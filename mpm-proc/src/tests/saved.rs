@@ -7,7 +7,6 @@
 use core::fmt::{Debug, Write};
 use std::collections::hash_map::DefaultHasher;
 use std::hash::Hasher;
-use std::sync::LazyLock;
 
 use interface::config::{
     ContactForceScheme, Drift, Fill, Forcing, GridContact, GroupConfig, Leaving, MaterialModel,
@@ -17,7 +16,6 @@ use interface::material::Frictional;
 use interface::saved::{pack, unpack};
 use interface::solver::{Fault, MpmSolver};
 use interface::wire::{EnvelopeVertex, ImpForce};
-use proptest::prelude::*;
 
 use super::{BULK, Random, SHEAR, Stepper, block, configured};
 use crate::Mpm;
@@ -30,7 +28,7 @@ const COMPARED: usize = 100;
 
 /// The session's part of a run, which is not the solver's to save.
 #[derive(Clone)]
-struct Driver {
+pub(super) struct Driver {
     stepper: (u64, f64, f64),
     random: u64,
     chosen: bool,
@@ -64,7 +62,7 @@ impl Driver {
     }
 
     /// One step; the first one opens. Returns a hash of what the solver says.
-    fn step(&mut self, mpm: &mut Mpm) -> Result<u64, Fault> {
+    pub(super) fn step(&mut self, mpm: &mut Mpm) -> Result<u64, Fault> {
         let mut said = Hashed(DefaultHasher::new());
         let mut random = Random(self.random);
         let mut forces = Vec::new();
@@ -244,7 +242,7 @@ fn models() -> [MaterialModel; 7] {
 }
 
 /// A block in the open that flies to the right and turns.
-fn flying() -> MpmConfig {
+pub(super) fn flying() -> MpmConfig {
     let mut config = block();
     config.gravity = [0.0, -9.81];
     config.groups[0].spacing = Spacing::PerCell(9);
@@ -259,7 +257,7 @@ fn rectangle(lower: [f64; 2]) -> Fill {
 }
 
 /// What happens to the block besides, in turn.
-fn surround(config: &mut MpmConfig, which: usize) {
+pub(super) fn surround(config: &mut MpmConfig, which: usize) {
     match which % 6 {
         0 => {} // in the open
         1 => {
@@ -290,7 +288,7 @@ fn surround(config: &mut MpmConfig, which: usize) {
 }
 
 /// Loads of all kinds, and stages that begin while a run is compared.
-fn force(config: &mut MpmConfig) {
+pub(super) fn force(config: &mut MpmConfig) {
     let blends = matches!(config.transfer, Transfer::Flip | Transfer::Blend { .. });
     let stage = |from, damping, fraction| Stage {
         from,
@@ -418,7 +416,7 @@ fn every_model_goes_on_in_every_surrounding() {
 }
 
 /// Two blocks that meet, one of them rigid where `rigid` says so, with friction.
-fn grains(rigid: [bool; 2]) -> MpmConfig {
+pub(super) fn grains(rigid: [bool; 2]) -> MpmConfig {
     let mut config = flying();
     config.transfer = Transfer::Flip;
     config.drift = Drift::Nodal;
@@ -482,7 +480,7 @@ fn grains_remember_that_bodies_of_another_solver_are_near() {
 }
 
 /// A run of the block under forces, after 60 steps.
-fn under_way(config: &MpmConfig) -> (Driver, Mpm) {
+pub(super) fn under_way(config: &MpmConfig) -> (Driver, Mpm) {
     let mut mpm = configured(config);
     let mut driver = Driver::new(config, 2e-4);
     driver.steps(&mut mpm, 60);
@@ -605,98 +603,4 @@ fn a_solver_is_of_no_use_after_it_has_refused() {
     assert!(fault.to_string().contains("configured"));
     mpm.configure(&flying()).unwrap();
     mpm.restore(&bytes).unwrap();
-}
-
-/// Configurations whose states are torn: with IMPs and loads, with points that go, with grains, with hats.
-static TORN: LazyLock<Vec<(MpmConfig, Driver, Vec<u8>)>> = LazyLock::new(|| {
-    let mut cases = vec![
-        flying(),
-        flying(),
-        flying(),
-        grains([false, true]),
-        flying(),
-    ];
-    force(&mut cases[0]);
-    surround(&mut cases[1], 3);
-    surround(&mut cases[2], 2);
-    (cases[4].shape, cases[4].transfer) = (ShapeFunction::Linear, Transfer::Pic);
-    surround(&mut cases[4], 1);
-    cases
-        .into_iter()
-        .map(|config| {
-            let (driver, mpm) = under_way(&config);
-            let bytes = mpm.save().unwrap();
-            (config, driver, bytes)
-        })
-        .collect()
-});
-
-/// Whatever comes of the bytes, nothing panics; steps end with a fault at worst.
-fn survives(case: usize, bytes: &[u8]) -> bool {
-    let (config, driver, _) = &TORN[case];
-    let mut mpm = configured(config);
-    let taken = mpm.restore(bytes);
-    if let Err(refusal) = &taken {
-        assert_eq!(refusal.key, "restore");
-        return false;
-    }
-    let mut driver = driver.clone();
-    let _ = (0..6).try_for_each(|_| driver.step(&mut mpm).map(drop));
-    mpm.points();
-    true
-}
-
-/// A state with IMPs, and no room for their contact, was taken once.
-#[test]
-fn a_flag_that_is_cleared_never_panics() {
-    for (case, (_, _, bytes)) in TORN.iter().enumerate() {
-        for at in (0..bytes.len()).filter(|&at| bytes[at] == 1).take(400) {
-            let cleared = [&bytes[..at], &[0], &bytes[at + 1..]].concat();
-            survives(case, &cleared);
-        }
-    }
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(400))]
-
-    #[test]
-    fn a_state_cut_short_is_refused(case in 0..5_usize, at in any::<prop::sample::Index>()) {
-        let bytes = &TORN[case].2;
-        prop_assert!(!survives(case, &bytes[..at.index(bytes.len())]));
-    }
-
-    #[test]
-    fn flipped_bits_never_panic(
-        case in 0..5_usize,
-        flips in prop::collection::vec((any::<prop::sample::Index>(), 0..8_u8), 1..6),
-    ) {
-        let mut bytes = TORN[case].2.clone();
-        for (at, bit) in flips {
-            let at = at.index(bytes.len());
-            bytes[at] ^= 1 << bit;
-        }
-        survives(case, &bytes);
-    }
-
-    /// Where a list begins and what stands at the ends of numbers is hit more often than by chance alone.
-    #[test]
-    fn extreme_bytes_never_panic(
-        case in 0..5_usize,
-        at in any::<prop::sample::Index>(),
-        with in prop::collection::vec(prop_oneof![Just(0_u8), Just(0x7f), Just(0xf0), Just(0xff)], 8),
-    ) {
-        let mut bytes = TORN[case].2.clone();
-        let at = at.index(bytes.len() - 8) / 4 * 4;
-        bytes[at..at + 8].copy_from_slice(&with);
-        survives(case, &bytes);
-    }
-
-    #[test]
-    fn random_bytes_are_refused(case in 0..5_usize, bytes in prop::collection::vec(any::<u8>(), 0..200)) {
-        prop_assert!(!survives(case, &bytes));
-        // The same behind the right marks.
-        let sealed = configured(&TORN[case].0).form().seal(bytes);
-        prop_assert!(!survives(case, &sealed));
-    }
 }

@@ -229,6 +229,7 @@ pub const CLAUSES: &[Clause] = &[
         }),
     Clause::must("B-4a", shared::POLLS, polls)
         .needs(&[capability::POLLS])
+        .after(&["B-3a"])
         .mutant("sleeps at once", || {
             Flaw::manners(|m| m.sleeps_at_once = true)
         }),

@@ -1,5 +1,6 @@
 //! Sections 4 and 9: the report and what is measured.
 
+use interface::capability::STRESS_WORK;
 use interface::config::{GroupConfig, InitialFields};
 use interface::wire::{GroupState, Ledger, PointState, StepHeader, flags};
 
@@ -96,7 +97,7 @@ pub const CLAUSES: &[Clause] = &[
             spoil::measured(|report| report.ledger.plastic_work = 0.2 * report.ledger.kinetic)
         }),
     Clause::must("N-1i", "the work of the stress is what is stored", work)
-        .needs(&["feature:fields"])
+        .needs(&["feature:fields", STRESS_WORK])
         .after(&["N-1b"])
         .mutant(
             "takes what is stored for the work of the stress, twice",
