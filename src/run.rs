@@ -213,6 +213,7 @@ pub fn on_signal(signal: i32) -> Result<Arc<AtomicBool>, String> {
     Ok(set)
 }
 
+#[expect(clippy::needless_pass_by_value, reason = "the shape of `map_err`")]
 fn no_signals(error: io::Error) -> String {
     format!("cannot handle signals: {error}")
 }

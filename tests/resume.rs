@@ -82,7 +82,7 @@ fn a_while_after_a_checkpoint(dir: &Path) {
     std::thread::sleep(Duration::from_millis(dice(150)));
 }
 
-fn resume<'a>(place: &'a Place, out: &str, more: &[&str]) -> harness::Ended {
+fn resume(place: &Place, out: &str, more: &[&str]) -> harness::Ended {
     let dir = place.path(out);
     let arguments = [&["resume", dir.to_str().unwrap(), "--log", "json"], more].concat();
     place.start(&arguments).end()

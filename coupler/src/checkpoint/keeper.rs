@@ -24,7 +24,7 @@ pub(crate) struct Keeper {
     last: (Instant, f64),
     /// One is being written or waits to be.
     busy: Arc<AtomicUsize>,
-    queue: Option<SyncSender<Checkpoint>>,
+    queue: Option<SyncSender<Box<Checkpoint>>>,
     writer: Option<JoinHandle<Result<(), RunDirError>>>,
 }
 
@@ -68,7 +68,11 @@ impl Keeper {
     pub fn take(&mut self, checkpoint: Checkpoint) -> Result<(), RunDirError> {
         self.last = (Instant::now(), checkpoint.about.time);
         self.busy.fetch_add(1, Ordering::AcqRel);
-        match self.queue.as_ref().map(|queue| queue.send(checkpoint)) {
+        match self
+            .queue
+            .as_ref()
+            .map(|queue| queue.send(checkpoint.into()))
+        {
             Some(Ok(())) => Ok(()),
             // Nobody takes it: the writer has ended, and says why.
             _ => self.finish(),
@@ -106,7 +110,7 @@ struct Writer {
 }
 
 impl Writer {
-    fn write_all(self, taken: &Receiver<Checkpoint>) -> Result<(), RunDirError> {
+    fn write_all(self, taken: &Receiver<Box<Checkpoint>>) -> Result<(), RunDirError> {
         let mut synced = 0;
         for checkpoint in taken {
             let frames = checkpoint.standing.frames.times.len();

@@ -327,7 +327,7 @@ fn checkpoint(
     if wall.is_none() && time.is_none() {
         problems.refuse(
             "output.checkpoint",
-            "no interval".to_owned(),
+            "no interval",
             "give `wall`, `time`, or both, in s",
         );
     }

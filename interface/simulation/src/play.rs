@@ -28,6 +28,9 @@ const HANG: Time = 1000 * SECOND;
 /// Longest wait for another party within a step, in s.
 pub const DEADLINE: f64 = 2.0;
 
+/// A continuum and bodies.
+pub type Pair = (Box<dyn MpmSolver>, Box<dyn DemSolver>);
+
 /// The solvers of a session.
 #[derive(Clone, Copy)]
 pub struct Cast {
@@ -38,7 +41,7 @@ pub struct Cast {
     /// Groups and bodies of a measurement.
     pub measured: [usize; 2],
     /// The solvers for a plan.
-    pub solvers: fn(&Plan) -> (Box<dyn MpmSolver>, Box<dyn DemSolver>),
+    pub solvers: fn(&Plan) -> Pair,
 }
 
 impl std::fmt::Debug for Cast {
