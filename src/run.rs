@@ -207,7 +207,7 @@ pub fn interrupt() -> Result<Arc<AtomicBool>, String> {
 }
 
 /// A flag that this signal sets.
-pub fn on_signal(signal: i32) -> Result<Arc<AtomicBool>, String> {
+fn on_signal(signal: i32) -> Result<Arc<AtomicBool>, String> {
     let set = Arc::new(AtomicBool::new(false));
     flag::register(signal, set.clone()).map_err(no_signals)?;
     Ok(set)

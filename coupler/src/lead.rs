@@ -85,20 +85,51 @@ impl<'a> Run<'a> {
         account: &'a mut Account,
         from: Option<Checkpoint>,
     ) -> Result<Self, RunError> {
+        let Some(Checkpoint {
+            standing, solvers, ..
+        }) = from
+        else {
+            let history = dir.history(&account.recorder.header())?;
+            let frames = Frames::begin(dir, scene)?;
+            return Ok(Self::at_start(
+                scene, options, dir, account, history, frames,
+            ));
+        };
+        let history = dir.history_from(standing.history)?;
+        let frames = Frames::go_on(dir, scene, standing.frames)?;
+        if !account.go_on(standing.account) {
+            return Err(RunError::Checkpoint(
+                "it has another number of checks".into(),
+            ));
+        }
+        Ok(Self {
+            sides: standing.sides,
+            bodies: standing.bodies,
+            phase: standing.phase,
+            under_way: Some(standing.under_way),
+            asked: standing.asked,
+            restored: solvers,
+            ..Self::at_start(scene, options, dir, account, history, frames)
+        })
+    }
+
+    fn at_start(
+        scene: &'a Scene,
+        options: &'a RunOptions,
+        dir: &'a RunDir,
+        account: &'a mut Account,
+        history: History,
+        frames: Option<Frames>,
+    ) -> Self {
         let mut parties = Vec::new();
         parties.extend(scene.mpm.is_some().then_some(Party::Mpm));
         parties.extend(scene.dem.is_some().then_some(Party::Dem));
-        if let Some(checkpoint) = from {
-            return Self::resumed(scene, options, dir, account, parties, checkpoint);
-        }
-        let history = dir.history(&account.recorder.header())?;
-        let frames = Frames::begin(dir, scene)?;
         let asked = if frames.is_some() {
             flags::MEASURE | flags::FRAME
         } else {
             flags::MEASURE
         };
-        Ok(Self {
+        Self {
             scene,
             options,
             account,
@@ -123,53 +154,7 @@ impl<'a> Run<'a> {
             granted: Instant::now(),
             step_time: None,
             failure: None,
-        })
-    }
-
-    fn resumed(
-        scene: &'a Scene,
-        options: &'a RunOptions,
-        dir: &'a RunDir,
-        account: &'a mut Account,
-        parties: Vec<Party>,
-        checkpoint: Checkpoint,
-    ) -> Result<Self, RunError> {
-        let Checkpoint {
-            standing, solvers, ..
-        } = checkpoint;
-        let history = dir.history_from(standing.history)?;
-        let frames = Frames::go_on(dir, scene, standing.frames)?;
-        if !account.go_on(standing.account) {
-            return Err(RunError::Checkpoint(
-                "it has another number of checks".into(),
-            ));
         }
-        Ok(Self {
-            scene,
-            options,
-            account,
-            dir,
-            crew: Crew::default(),
-            tape: None,
-            parties,
-            history,
-            frames,
-            progress: Progress::new(scene.time.end, options.progress),
-            stability: None,
-            sides: standing.sides,
-            sample: Sample::default(),
-            bodies: standing.bodies,
-            phase: standing.phase,
-            under_way: Some(standing.under_way),
-            asked: standing.asked,
-            keeper: None,
-            pending: None,
-            last_asked: false,
-            restored: solvers,
-            granted: Instant::now(),
-            step_time: None,
-            failure: None,
-        })
     }
 
     /// The solvers that take part.

@@ -76,7 +76,7 @@ def main():
     low, high = -4 * CELL, side + 4 * CELL
     print(HEAD.format(bodies=len(bodies), blobs=len(blobs), cell=CELL, low=low, high=round(high, 6)), end="")
     print("".join(blobs), end="")
-    print("\n# Inner faces of the box: 0 and", f"{side:g} m.\n[dem]", end="")
+    print("\n# Inner faces of the box: 0 and", f"{side:g} m.\n[dem]\ncontact_resolution = 2   # the step is the cap's: what is lost by it is what is studied", end="")
     out = side + 0.03
     print(wall("floor", out, 0.02, 0.5 * side, -0.015) + wall("lid", out, 0.02, 0.5 * side, side + 0.015)
           + wall("left", 0.02, out, -0.015, 0.5 * side) + wall("right", 0.02, out, side + 0.015, 0.5 * side), end="")

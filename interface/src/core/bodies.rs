@@ -236,7 +236,9 @@ impl Bodies {
             Next::Step => Ok(self.begin()),
         }
     }
+}
 
+impl Machine for Bodies {
     fn react(&mut self, event: Event<'_>) -> Result<Action, SessionError> {
         // Not as a pair with `self.exchange`: that copies the event, which costs more than the rest.
         match event {
@@ -264,21 +266,9 @@ impl Bodies {
             event => self.pass(event),
         }
     }
-}
 
-impl Machine for Bodies {
-    fn start(&mut self) -> Action {
-        self.line.start()
-    }
-
-    fn on(&mut self, event: Event<'_>) -> Action {
-        match self.react(event) {
-            Ok(action) => action,
-            Err(error) => {
-                self.exchange = Exchange::Idle;
-                self.line.fail(error)
-            }
-        }
+    fn stand(&mut self) {
+        self.exchange = Exchange::Idle;
     }
 
     fn line(&self) -> &Line {

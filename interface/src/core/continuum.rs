@@ -259,7 +259,9 @@ impl Continuum {
             }
         }
     }
+}
 
+impl Machine for Continuum {
     fn react(&mut self, event: Event<'_>) -> Result<Action, SessionError> {
         // Not as a pair with `self.exchange`: that copies the event, which costs more than the rest.
         match event {
@@ -281,21 +283,9 @@ impl Continuum {
             event => self.pass(event),
         }
     }
-}
 
-impl Machine for Continuum {
-    fn start(&mut self) -> Action {
-        self.line.start()
-    }
-
-    fn on(&mut self, event: Event<'_>) -> Action {
-        match self.react(event) {
-            Ok(action) => action,
-            Err(error) => {
-                self.exchange = Exchange::Idle;
-                self.line.fail(error)
-            }
-        }
+    fn stand(&mut self) {
+        self.exchange = Exchange::Idle;
     }
 
     fn line(&self) -> &Line {

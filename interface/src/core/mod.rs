@@ -164,12 +164,71 @@ pub enum Done<'a> {
     Failed(Box<Fault>),
 }
 
+impl Done<'_> {
+    /// What came of [`Task::Configure`]; `fastest` is asked for if the configuration is taken.
+    pub(crate) fn configure(
+        came: Result<Readiness, Refusal>,
+        fastest: impl FnOnce() -> f64,
+    ) -> Self {
+        match came {
+            Ok(readiness) => Self::Configured {
+                readiness: readiness.into(),
+                fastest: fastest(),
+            },
+            Err(refusal) => Self::Refused(refusal.into()),
+        }
+    }
+
+    /// What came of [`Task::Restore`]; `travel` is asked for if the state is taken over.
+    pub(crate) fn restore(came: Result<(), Refusal>, travel: impl FnOnce() -> f64) -> Self {
+        match came {
+            Ok(()) => Self::Restored(travel()),
+            Err(refusal) => Self::Refused(refusal.into()),
+        }
+    }
+
+    /// What came of [`Task::Save`].
+    pub(crate) fn save(came: Result<Vec<u8>, Fault>) -> Self {
+        match came {
+            Ok(state) => Self::Saved(state),
+            Err(fault) => Self::Failed(fault.into()),
+        }
+    }
+
+    /// What came of a part of the step that gives nothing: `done` unless there is a fault.
+    pub(crate) fn part(came: Result<(), Fault>, done: Self) -> Self {
+        match came {
+            Ok(()) => done,
+            Err(fault) => Self::Failed(fault.into()),
+        }
+    }
+}
+
 /// A solver's side of a session, whichever it is.
 pub trait Machine {
     /// What to do first.
-    fn start(&mut self) -> Action;
+    fn start(&mut self) -> Action {
+        self.line_mut().start()
+    }
+
     /// What to do now that this has happened.
-    fn on(&mut self, event: Event<'_>) -> Action;
+    fn on(&mut self, event: Event<'_>) -> Action {
+        match self.react(event) {
+            Ok(action) => action,
+            Err(error) => {
+                self.stand();
+                self.line_mut().fail(error)
+            }
+        }
+    }
+
+    /// The same where a clause may be broken.
+    ///
+    /// # Errors
+    /// Any [`SessionError`]; it ends the session.
+    fn react(&mut self, event: Event<'_>) -> Result<Action, SessionError>;
+    /// No step of the exchange is under way any more.
+    fn stand(&mut self);
     /// What both sides have in common.
     fn line(&self) -> &line::Line;
     /// What both sides have in common.

@@ -400,25 +400,15 @@ impl Perform for MpmPerformer<'_> {
     fn perform(&mut self, task: Task, desk: &mut Desk<'_>) -> Action {
         let (machine, solver) = (&mut self.machine, &mut *self.solver);
         let done = match task {
-            Task::Configure => match solver.configure(machine.config()) {
-                Ok(readiness) => Done::Configured {
-                    readiness: readiness.into(),
-                    fastest: if machine.is_coupled() {
-                        fastest(&solver.points())
-                    } else {
-                        0.0
-                    },
-                },
-                Err(refusal) => Done::Refused(refusal.into()),
-            },
-            Task::Restore => match solver.restore(machine.restored()) {
-                Ok(()) => Done::Restored(solver.travel()),
-                Err(refusal) => Done::Refused(refusal.into()),
-            },
-            Task::Save => match solver.save() {
-                Ok(state) => Done::Saved(state),
-                Err(fault) => Done::Failed(fault.into()),
-            },
+            Task::Configure => Done::configure(solver.configure(machine.config()), || {
+                if machine.is_coupled() {
+                    fastest(&solver.points())
+                } else {
+                    0.0
+                }
+            }),
+            Task::Restore => Done::restore(solver.restore(machine.restored()), || solver.travel()),
+            Task::Save => Done::save(solver.save()),
             Task::Points => {
                 let points = solver.points();
                 let action = machine.on(Event::Done(Done::Points(&points)));
@@ -441,10 +431,7 @@ impl Perform for MpmPerformer<'_> {
                 let action = machine.on(Event::Done(Done::States(states)));
                 return desk.send(machine, action, Records::States(states));
             }
-            Task::Predict => match solver.predict(&machine.line().present()) {
-                Ok(()) => Done::Predicted,
-                Err(fault) => Done::Failed(fault.into()),
-            },
+            Task::Predict => Done::part(solver.predict(&machine.line().present()), Done::Predicted),
             Task::Correct => match solver.correct(&machine.line().present(), desk.forces()) {
                 Ok(limits) => {
                     let done = Done::Corrected(&limits, solver.travel());
@@ -490,21 +477,9 @@ impl Perform for DemPerformer<'_> {
     fn perform(&mut self, task: Task, desk: &mut Desk<'_>) -> Action {
         let (machine, solver) = (&mut self.machine, &mut *self.solver);
         let done = match task {
-            Task::Configure => match solver.configure(machine.config()) {
-                Ok(readiness) => Done::Configured {
-                    readiness: readiness.into(),
-                    fastest: 0.0,
-                },
-                Err(refusal) => Done::Refused(refusal.into()),
-            },
-            Task::Restore => match solver.restore(machine.restored()) {
-                Ok(()) => Done::Restored(0.0),
-                Err(refusal) => Done::Refused(refusal.into()),
-            },
-            Task::Save => match solver.save() {
-                Ok(state) => Done::Saved(state),
-                Err(fault) => Done::Failed(fault.into()),
-            },
+            Task::Configure => Done::configure(solver.configure(machine.config()), || 0.0),
+            Task::Restore => Done::restore(solver.restore(machine.restored()), || 0.0),
+            Task::Save => Done::save(solver.save()),
             Task::Measure => {
                 let measurement = solver.measurement();
                 let bodies = Records::Bodies(&measurement.bodies);
@@ -536,10 +511,7 @@ impl Perform for DemPerformer<'_> {
                     Err(fault) => Done::Failed(fault.into()),
                 }
             }
-            Task::Advance => match solver.advance(&machine.line().present()) {
-                Ok(()) => Done::Advanced,
-                Err(fault) => Done::Failed(fault.into()),
-            },
+            Task::Advance => Done::part(solver.advance(&machine.line().present()), Done::Advanced),
             Task::Points | Task::Select | Task::States | Task::Predict | Task::Correct => {
                 unreachable!("{task:?} is for the continuum")
             }
