@@ -12,9 +12,9 @@ use conformance::profile::{Profile, profiles};
 use conformance::report::{Paint, Rows, json, junit, listing, summary, waiver};
 use conformance::waiver::Waivers;
 use conformance::{Examination, ExamineError, Options, clause, examine};
-use interface::control::Party;
-use interface::process;
-use interface::stage::Medium;
+use interface::message::control::Party;
+use interface::session::process;
+use interface::transport::raw::Medium;
 
 use crate::cli::{ConformanceArgs, MutantArgs};
 use crate::terminal::{self, say};

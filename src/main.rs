@@ -37,7 +37,7 @@ fn main() -> ExitCode {
         Command::Conformance(args) => conformance::judge(&args),
         Command::Plot(args) => studies::plot(&args),
         Command::Clean => {
-            let swept = interface::domain::sweep();
+            let swept = interface::transport::domain::sweep();
             say(format_args!(
                 "removed what {} dead run(s) had left",
                 swept.len()

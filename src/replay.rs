@@ -4,7 +4,7 @@ use std::process::ExitCode;
 
 use conformance::bench::{Start, Subject};
 use conformance::replay::{Options, Outcome, ReplayError, replay};
-use interface::control::Party;
+use interface::message::control::Party;
 use interface::recording::End;
 
 use crate::cli::ReplayArgs;
@@ -24,7 +24,7 @@ pub fn play(args: &ReplayArgs) -> ExitCode {
         Ok(subject) => subject,
         Err(error) => return complain(&error, BAD_INPUT),
     };
-    let interrupted = interface::domain::sweep();
+    let interrupted = interface::transport::domain::sweep();
     if !interrupted.is_empty() {
         terminal::complain(format_args!(
             "removed what {} dead run(s) had left",

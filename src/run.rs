@@ -102,7 +102,7 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
 
 /// What is said and done before any run.
 fn begin(scene: &Scene, out: &Path) {
-    for id in interface::domain::sweep() {
+    for id in interface::transport::domain::sweep() {
         tracing::info!("removed what the dead run {id} had left");
     }
     for warning in &scene.warnings {

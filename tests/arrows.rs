@@ -102,17 +102,21 @@ fn sources() -> Vec<Source> {
 fn wrong_arrows(arrows: &Arrows) -> Vec<String> {
     let allowed: BTreeMap<&str, &[&str]> = BTreeMap::from([
         ("interface", &[][..]),
-        ("mpm-proc", &["interface"][..]),
-        ("dem-proc", &["interface"][..]),
-        ("coupler", &["interface"][..]),
-        ("conformance", &["interface"][..]),
+        ("mechanics", &["interface"][..]),
+        ("mpm-proc", &["interface", "mechanics"][..]),
+        ("dem-proc", &["interface", "mechanics"][..]),
+        ("coupler", &["interface", "mechanics"][..]),
+        ("conformance", &["interface", "mechanics"][..]),
         // Its tests play the built-in solvers.
-        ("simulation", &["interface", "mpm-proc", "dem-proc"][..]),
-        ("study", &["coupler", "interface"][..]),
+        (
+            "simulation",
+            &["interface", "mechanics", "mpm-proc", "dem-proc"][..],
+        ),
+        ("study", &["coupler", "interface", "mechanics"][..]),
         // Its tests run scenes; the solver itself sees the contract.
         (
             "rapier-dem",
-            &["interface", "dem-proc", "coupler", "mpm-proc"][..],
+            &["interface", "mechanics", "dem-proc", "coupler", "mpm-proc"][..],
         ),
         (
             "tandem",
@@ -180,8 +184,8 @@ fn of_interface(source: &Source) -> bool {
 /// The files that name the transport: what opens channels, what configures it, and the records that cross as they are.
 const TRANSPORT: [&str; 3] = [
     "interface/src/transport/iceoryx.rs",
-    "interface/src/domain.rs",
-    "interface/src/wire.rs",
+    "interface/src/transport/domain.rs",
+    "interface/src/message/wire.rs",
 ];
 
 /// The core of the protocol names no clock, thread or file.
@@ -223,7 +227,7 @@ fn misplaced_names(sources: &[Source]) -> Vec<String> {
     let mut wrong = Vec::new();
     for source in sources.iter().filter(|s| s.is_rust()) {
         let transport = TRANSPORT.contains(&source.path.as_str());
-        let codec = source.path == "interface/src/codec.rs";
+        let codec = source.path == "interface/src/message/codec.rs";
         for (line, code) in source.code() {
             for (name, allowed) in [("iceoryx2", transport), ("bincode", codec)] {
                 if !allowed && names(code, name) {
@@ -432,15 +436,19 @@ mod the_rules_can_fail {
     fn house() -> Arrows {
         arrows(&[
             ("interface", &["iceoryx2", "bincode"]),
-            ("mpm-proc", &["interface", "rayon"]),
-            ("dem-proc", &["interface"]),
-            ("coupler", &["interface"]),
-            ("conformance", &["interface"]),
-            ("simulation", &["interface", "mpm-proc", "dem-proc"]),
-            ("study", &["interface", "coupler", "plotters"]),
+            ("mechanics", &["interface", "schemars"]),
+            ("mpm-proc", &["interface", "mechanics", "rayon"]),
+            ("dem-proc", &["interface", "mechanics"]),
+            ("coupler", &["interface", "mechanics"]),
+            ("conformance", &["interface", "mechanics"]),
+            (
+                "simulation",
+                &["interface", "mechanics", "mpm-proc", "dem-proc"],
+            ),
+            ("study", &["interface", "mechanics", "coupler", "plotters"]),
             (
                 "rapier-dem",
-                &["interface", "dem-proc", "coupler", "mpm-proc"],
+                &["interface", "mechanics", "dem-proc", "coupler", "mpm-proc"],
             ),
             (
                 "tandem",
@@ -464,6 +472,7 @@ mod the_rules_can_fail {
             ("coupler", "mpm-proc"),
             ("interface", "coupler"),
             ("interface", "conformance"),
+            ("interface", "mechanics"),
             ("conformance", "dem-proc"),
             ("coupler", "study"),
             ("study", "mpm-proc"),
@@ -478,7 +487,13 @@ mod the_rules_can_fail {
         assert_eq!(wrong_arrows(&stranger).len(), 1);
         let mut aloof = house();
         aloof.get_mut("coupler").unwrap().clear();
-        assert_eq!(wrong_arrows(&aloof), ["coupler does not see interface"]);
+        assert_eq!(
+            wrong_arrows(&aloof),
+            [
+                "coupler does not see interface",
+                "coupler does not see mechanics"
+            ]
+        );
     }
 
     #[test]
@@ -499,8 +514,8 @@ mod the_rules_can_fail {
         let at = |path: &str, text: &str| misplaced_names(&[Source::new(path, text)]).len();
         assert_eq!(at("interface/src/transport/iceoryx.rs", transport), 0);
         assert_eq!(at("interface/src/session/turns.rs", transport), 1);
-        assert_eq!(at("interface/src/codec.rs", codec), 0);
-        assert_eq!(at("interface/src/domain.rs", codec), 1);
+        assert_eq!(at("interface/src/message/codec.rs", codec), 0);
+        assert_eq!(at("interface/src/transport/domain.rs", codec), 1);
         assert_eq!(at("interface/conformance/src/lib.rs", transport), 1);
         assert_eq!(at("coupler/src/run.rs", transport), 1);
         assert_eq!(at("coupler/src/run.rs", codec), 1);

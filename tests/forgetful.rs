@@ -8,18 +8,20 @@ use conformance::bench::{PATIENCE, Start, Subject};
 use conformance::verdict::Verdict;
 use conformance::{Options, examine};
 use dem_proc::Sdem;
-use interface::capability::Capabilities;
+use interface::config::capability::Capabilities;
 use interface::config::{DemConfig, MpmConfig};
-use interface::control::Party;
-use interface::domain::Domain;
+use interface::message::control::Party;
+use interface::message::wire::{
+    EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState, Record,
+};
 use interface::saved::{pack, unpack};
 use interface::session::{serve_dem, serve_mpm};
 use interface::solver::{
     Answer, DemMeasurement, DemSolver, Fault, MpmMeasurement, MpmSolver, Readiness, Refusal,
 };
-use interface::stage::Medium;
 use interface::step::Step;
-use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState, Record};
+use interface::transport::domain::Domain;
+use interface::transport::raw::Medium;
 use mpm_proc::Mpm;
 
 /// What is wrong.

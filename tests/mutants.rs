@@ -13,9 +13,9 @@ use conformance::mutant::{self, Flaw, Host, Manners, Named, Pass, serve, spoil};
 use conformance::profile::{Profile, profiles};
 use conformance::verdict::Verdict;
 use conformance::{Examination, Options, examine};
-use interface::control::Party;
-use interface::domain::Domain;
-use interface::stage::{Medium, Message};
+use interface::message::control::Party;
+use interface::transport::domain::Domain;
+use interface::transport::raw::{Medium, Message};
 
 fn host(party: Party) -> Host {
     match party {

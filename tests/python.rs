@@ -12,7 +12,7 @@ use harness::{
     Ended, History, Place, RunFiles, lives, python_can_join, root, scene, signal, until,
 };
 use interface::config::{DemConfig, MpmConfig};
-use interface::wire::{LAYOUT, layout_hash};
+use interface::message::wire::{LAYOUT, layout_hash};
 
 const HARD: &str = "jiang2020/collision_hard";
 /// Largest difference of a column relative to its largest value: sums in another order, over a thousand steps.

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use harness::{Place, RunFiles, python_can_join, root, scene};
+use interface::message::wire::flags;
 use interface::recording::{End, Playback};
-use interface::wire::flags;
 
 const HARD: &str = "jiang2020/collision_hard";
 const QUICK: [&str; 2] = ["--variant", "quick"];

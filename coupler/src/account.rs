@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
 
-use interface::control::Party;
+use interface::message::control::Party;
+use interface::message::wire::Report;
 use interface::step::Clock;
-use interface::wire::Report;
 use serde::{Deserialize, Serialize};
 
 use crate::check::{Recorded, Recorder};

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::quantity::Sample;
 use crate::scene::Scene;
-use interface::expression::Expression;
+use mechanics::expression::Expression;
 
 /// A column of the history.
 #[derive(Debug, Clone)]
@@ -483,7 +483,7 @@ fn beyond(excess: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface::expression::Meaning;
+    use mechanics::expression::Meaning;
 
     /// Slots: time, value, then both at `t_0`.
     fn expression(source: &str) -> Expression {

@@ -1,6 +1,6 @@
 //! Why a run did not reach its end, how it counts, and what the user can do about it.
 
-use interface::session::SessionError;
+use interface::core::SessionError;
 use interface::solver::Fault;
 use thiserror::Error;
 

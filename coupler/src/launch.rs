@@ -4,9 +4,9 @@ use std::io;
 use std::process::Child;
 use std::time::{Duration, Instant};
 
-use interface::control::Party;
-use interface::domain::Domain;
-use interface::process;
+use interface::message::control::Party;
+use interface::session::process;
+use interface::transport::domain::Domain;
 use thiserror::Error;
 
 /// A solver could not be started.
@@ -112,7 +112,7 @@ impl Drop for Crew {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface::domain::OwnedDomain;
+    use interface::transport::domain::OwnedDomain;
 
     #[test]
     fn an_end_is_told_at_the_second_look_with_how() {

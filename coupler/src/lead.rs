@@ -3,13 +3,14 @@
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use interface::capability::{SAVE, STRESS_WORK};
+use interface::config::capability::{SAVE, STRESS_WORK};
 use interface::config::{DemConfig, MpmConfig};
-use interface::control::{Configure, Hello, Party};
+use interface::core::SessionError;
 use interface::core::coupler::{Coupler, Decision, Part, Question, Round};
+use interface::message::control::{Configure, Hello, Party};
+use interface::message::wire::{BodyState, Grant, GroupState, Ledger, flags};
 use interface::recording::Tape;
-use interface::session::{Lead, SessionError, Stop};
-use interface::wire::{BodyState, Grant, GroupState, Ledger, flags};
+use interface::session::{Lead, Stop};
 
 use crate::account::Account;
 use crate::checkpoint::file::About;

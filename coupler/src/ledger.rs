@@ -1,6 +1,6 @@
 //! The energy ledger and the momentum balance of both sides together (PHYSICS.md section 7).
 
-use interface::wire::Ledger;
+use interface::message::wire::Ledger;
 use serde::{Deserialize, Serialize};
 
 use crate::quantity::total_energy;

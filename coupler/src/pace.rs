@@ -172,7 +172,7 @@ impl Pace {
 mod tests {
     use super::*;
     use crate::scene::Criterion;
-    use interface::wire::Limits;
+    use interface::message::wire::Limits;
 
     fn pace(end: f64, every: f64) -> Pace {
         let plan = TimePlan {

@@ -15,9 +15,9 @@
 //! | `fill.NAME.Q` | Q: `x`, `y`, `vx`, `vy` (mean by mass), `mass`, `kinetic` (with rotation) of a generated set of bodies; `spread` (m): mean of `\|x - x_mean\|` by mass; `xmin`, `xmax`, `ymin`, `ymax` of their centres | |
 //! | `initial.Q` | the value of any of these at `t_0` | |
 
-use interface::wire::{BodyState, GroupState, Ledger};
+use interface::message::wire::{BodyState, GroupState, Ledger};
 
-use interface::expression::Meaning;
+use mechanics::expression::Meaning;
 
 /// Quantities that every scene has, in the order of their values in a [`Sample`].
 const COMMON: [&str; 22] = [

@@ -6,17 +6,18 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use interface::control::Party;
-use interface::domain::OwnedDomain;
+use interface::core::SessionError;
+use interface::message::control::Party;
 use interface::message::{Channel, Kind};
 use interface::recording::{About, Recorder, Tap, Tape};
 use interface::session::solver::Clocked;
 use interface::session::together::Together;
 use interface::session::turns::drive;
-use interface::session::{DemSide, Leader, MpmSide, SessionError};
+use interface::session::{DemSide, Leader, MpmSide};
 use interface::solver::{DemSolver, MpmSolver};
 use interface::transport::Transport;
 use interface::transport::direct::Direct;
+use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, Medium, ROOM};
 use interface::transport::recorded::Recorded;
 

@@ -6,7 +6,7 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use interface::wire::BodyState;
+use interface::message::wire::BodyState;
 use thiserror::Error;
 
 use crate::summary::Summary;

@@ -7,8 +7,8 @@
 
 use std::f64::consts::TAU;
 
+use interface::message::wire::Limits;
 use interface::solver::Readiness;
-use interface::wire::Limits;
 use serde::{Deserialize, Serialize};
 
 use crate::scene::{Criterion, TimePlan};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use interface::wire::{BodyState, PointState};
+use interface::message::wire::{BodyState, PointState};
 use serde::{Deserialize, Serialize};
 
 use crate::check::CheckResult;

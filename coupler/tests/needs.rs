@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 
 use coupler::scene::{Scene, unmet};
-use interface::capability::Capabilities;
-use interface::control::Party;
+use interface::config::capability::Capabilities;
+use interface::message::control::Party;
 
 const SCENE: &str = r#"version = 1
 name = "needs"

@@ -1,10 +1,10 @@
 //! The case that speed is measured on: grains in rows that settle in an open box (MEASURED.md section 2).
 
 use dem_proc::Sdem;
-use dem_proc::generate::{Grain, Packing, Sizes, open_box};
 use interface::config::{ContactLaw, DemConfig};
 use interface::solver::DemSolver;
 use interface::step::Step;
+use mechanics::generate::{Grain, Packing, Sizes, open_box};
 
 /// Stiffness of a contact in N/m.
 pub const STIFFNESS: f64 = 1e6;

@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use dem_proc::Sdem;
-use dem_proc::generate::Grain;
 use interface::config::DemConfig;
+use mechanics::generate::Grain;
 
 use grain_box::{DT, grain_box, run, step};
 

@@ -5,10 +5,10 @@
 
 use dem_proc::Sdem;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
+use interface::message::wire::{ImpForce, ImpInfo, ImpState};
 use interface::session::cpu_time;
 use interface::solver::DemSolver;
 use interface::step::Step;
-use interface::wire::{ImpForce, ImpInfo, ImpState};
 
 const DT: f64 = 1e-5;
 /// Of a point and of a body's outline in m.

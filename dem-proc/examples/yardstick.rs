@@ -3,8 +3,8 @@
 //!
 //! `cargo run --release -p dem-proc --example yardstick -- 1000`
 
-use dem_proc::generate::Grain;
 use interface::session::cpu_time;
+use mechanics::generate::Grain;
 
 use grain_box::{DT, STIFFNESS as K, grain_box, run};
 

@@ -23,9 +23,9 @@ use interface::step::GROWTH;
 use serde::{Deserialize, Serialize};
 
 use crate::body::Bodies;
-use crate::mass::cross;
 use crate::odometer::{Odometer, SavedOdometer};
 use crate::saved::{count, finite};
+use mechanics::mass::cross;
 
 /// Terms of the sum over vertices and edges in which two bodies can meet at once: flush squares with aligned corners
 /// (PHYSICS.md section 5).

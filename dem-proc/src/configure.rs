@@ -1,11 +1,11 @@
 //! From the configuration to a solver: every check, and the one `match` that chooses the contact laws.
 
 use interface::Vec2;
-use interface::books::Totals;
+use interface::config::surfaces::ContactPair;
 use interface::config::{ContactLaw, DemConfig, Interface, OverlapMeasure};
+use interface::message::wire::EnvelopeVertex;
 use interface::solver::{DemMeasurement, Readiness, Refusal};
-use interface::surfaces::ContactPair;
-use interface::wire::EnvelopeVertex;
+use mechanics::books::Totals;
 
 use crate::approach::{first_contact, outer_acceleration};
 use crate::body::Bodies;

@@ -1,9 +1,9 @@
 //! Geometry of contact between bodies and nothing else (Jiang 2020 section 3.1; PHYSICS.md section 5). What a point sees of an
-//! outline is in [`interface::outline`].
+//! outline is in [`mechanics::outline`].
 
 use interface::Vec2;
 
-use crate::mass::outward;
+use mechanics::mass::outward;
 
 /// Vector from the nearest point of the edge `a b` to a vertex (eq. 38), and its squared length. Unsigned distance.
 ///

@@ -18,10 +18,10 @@ use crate::body::{Bodies, Frame};
 use crate::impact::{Impacts, Pressing};
 use crate::law::{Law, Loss, Mates, Past, Touch, reduced};
 use crate::load::PairLoad;
-use crate::mass::cross;
 use crate::pairs::{BodySide, SavedPairs};
 use crate::passage::{Passage, PassedBodies, TURN};
 use crate::saved::{SavedHistories, count, finite};
+use mechanics::mass::cross;
 
 /// What may touch: a part of one body, and another body. In the order of the list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

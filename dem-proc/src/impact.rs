@@ -76,7 +76,7 @@ impl Impacts<'_> {
         };
         let mobility: f64 = (0..2)
             .map(|i| {
-                let across = crate::mass::cross(arms[i], near.normal);
+                let across = mechanics::mass::cross(arms[i], near.normal);
                 state[i].inverse_mass + state[i].inverse_inertia * across * across
             })
             .sum();

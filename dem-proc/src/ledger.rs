@@ -1,12 +1,12 @@
-//! Energies, momenta and impulses of the bodies' side (PHYSICS.md section 7), by [`interface::books`].
+//! Energies, momenta and impulses of the bodies' side (PHYSICS.md section 7), by [`mechanics::books`].
 //!
 //! Losses are trapezoid sums over the steps done.
 
 use interface::Vec2;
-use interface::books::{self, Entry, Totals};
+use interface::message::wire::{BodyState, ImpState};
 use interface::solver::DemMeasurement;
 use interface::step::Step;
-use interface::wire::{BodyState, ImpState};
+use mechanics::books::{self, Entry, Totals};
 
 use crate::body::Bodies;
 use crate::configure::System;

@@ -64,8 +64,6 @@ pub mod shape;
 mod step;
 pub mod threads;
 
-pub use interface::{generate, mass};
-
 /// The spheropolygon solver: without bodies until it is configured.
 #[derive(Debug, Default)]
 pub struct Sdem {

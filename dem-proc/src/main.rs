@@ -2,5 +2,5 @@
 #![forbid(unsafe_code)]
 
 fn main() -> std::process::ExitCode {
-    interface::process::serve_dem(dem_proc::Sdem::default())
+    interface::session::process::serve_dem(dem_proc::Sdem::default())
 }

@@ -4,7 +4,7 @@
 //! The distance is signed, as for points: a vertex driven past the bare outline is pushed back the way it came. The
 //! history of a contact belongs to the vertex and the other body, so it goes round corners by itself.
 
-use interface::outline::{contact_point, see};
+use mechanics::outline::{contact_point, see};
 
 use crate::approach::thickness;
 use crate::body::Bodies;

@@ -6,8 +6,8 @@
 //! bodies reaches farther, since it also tells what may touch soon ([`crate::approach`]).
 
 use interface::Vec2;
-use interface::outline::{crosses_ray, nearest_on_edge};
-use interface::wire::ImpInfo;
+use interface::message::wire::ImpInfo;
+use mechanics::outline::{crosses_ray, nearest_on_edge};
 
 use crate::approach::Watch;
 use crate::body::Bodies;

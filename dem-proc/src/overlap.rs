@@ -13,9 +13,9 @@ use interface::Vec2;
 use crate::approach::thickness;
 use crate::body::Bodies;
 use crate::convex::{Candidate, Measure, Spot};
-use crate::mass::cross;
 use crate::passage::Passage;
 use crate::seam::{Gap, gap};
+use mechanics::mass::cross;
 
 /// Smallest width of an overlap over the root of its area with which it still pushes the right way: half of it is the
 /// root of `tan(alpha / 2)` for a corner of the angle `alpha`.

@@ -33,12 +33,12 @@
 //!   1.1 degrees, and a normal that has turned.
 
 use interface::Vec2;
-use interface::outline::{Feature, Nearest, nearest};
 use interface::solver::Fault;
+use mechanics::outline::{Feature, Nearest, nearest};
 
 use crate::body::Bodies;
-use crate::mass::cross;
 use crate::shape::edge_count;
+use mechanics::mass::cross;
 
 /// Cosine of the angle by which a normal may turn in one step, relative to the body: of 100 degrees.
 pub const TURN: f64 = -0.173_648_177_666_930_36;

@@ -8,21 +8,21 @@
 use std::fmt::Debug;
 
 use interface::Vec2;
-use interface::outline::{contact_point, see};
+use interface::message::wire::{ImpForce, ImpInfo, ImpState};
 use interface::solver::Refusal;
-use interface::wire::{ImpForce, ImpInfo, ImpState};
+use mechanics::outline::{contact_point, see};
 use serde::{Deserialize, Serialize};
 
 use crate::body::Bodies;
 use crate::law::{Law, Loss, Mates, Past, Touch};
 use crate::load::Load;
-use crate::mass::cross;
 use crate::neighbours::{PointList, PointPair, REACH};
 use crate::odometer::{Odometer, SavedOdometer};
 use crate::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
 use crate::saved::{SavedHistories, count, finite, refusal, restored_set, save_set};
 use crate::shape::edge_count;
 use crate::threads::Threads;
+use mechanics::mass::cross;
 
 /// The intervals around `t_n`, as contact sees them.
 #[derive(Debug, Clone, Copy)]

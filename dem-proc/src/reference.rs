@@ -3,14 +3,14 @@
 
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
-use interface::outline::{nearest, nearest_on_edge};
+use interface::message::wire::{ImpForce, ImpInfo, ImpState};
 use interface::solver::DemSolver;
 use interface::step::Step;
-use interface::wire::{ImpForce, ImpInfo, ImpState};
+use mechanics::outline::{nearest, nearest_on_edge};
 
 use crate::Sdem;
 use crate::body::Bodies;
-use crate::mass::cross;
+use mechanics::mass::cross;
 
 const K: f64 = 1e4;
 

@@ -5,10 +5,10 @@
 //! evaluation only. Lists are not in it: they follow, in their order, from where bodies and points were when they were
 //! built, and that is in it.
 
-use interface::books::Totals;
 use interface::config::DemConfig;
+use interface::message::wire::{ImpInfo, Record};
 use interface::solver::Refusal;
-use interface::wire::{ImpInfo, Record};
+use mechanics::books::Totals;
 use serde::{Deserialize, Serialize};
 
 use crate::body::SavedBody;

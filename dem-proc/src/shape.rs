@@ -3,8 +3,8 @@
 use interface::Vec2;
 use interface::config::BodyShape;
 
-use crate::mass::{AreaMoments, cross, outward, swept, union_of_discs};
 use crate::seam::{Bounds, BoxTree};
+use mechanics::mass::{AreaMoments, cross, outward, swept, union_of_discs};
 
 /// Outlines with more edges than this are searched through a tree instead of edge by edge: below it, walking the
 /// edges is as fast as walking the tree.
@@ -259,7 +259,7 @@ fn segments_meet(a: Vec2, b: Vec2, c: Vec2, d: Vec2) -> bool {
 }
 
 /// An edge whose offset by `a` comes closer than `a` to another part of the outline, so that the pieces of
-/// [`crate::mass`] cover one another and their sum is not the area of the swept shape.
+/// [`mechanics::mass`] cover one another and their sum is not the area of the swept shape.
 fn hidden_edge(vertices: &[Vec2], a: f64) -> Option<usize> {
     let n = vertices.len();
     let at = |i: usize| vertices[i % n];
@@ -316,7 +316,7 @@ fn hidden_edge(vertices: &[Vec2], a: f64) -> Option<usize> {
 }
 
 fn nearest_on(a: Vec2, b: Vec2, p: Vec2) -> Vec2 {
-    interface::outline::nearest_on_edge(a, b, p, 0, 1).0
+    mechanics::outline::nearest_on_edge(a, b, p, 0, 1).0
 }
 
 /// Distance of two segments.

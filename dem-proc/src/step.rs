@@ -1,12 +1,12 @@
 //! One coupled step, as Jiang 2020 section 4.2 lists it, in the leapfrog of [`interface::step::Step`].
 
 use interface::Vec2;
-use interface::capability::Capabilities;
 use interface::config::DemConfig;
+use interface::config::capability::Capabilities;
+use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, Record};
 use interface::saved::{pack, unpack};
 use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
 use interface::step::Step;
-use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, Record};
 
 use crate::Sdem;
 use crate::approach::Ahead;
@@ -18,9 +18,9 @@ use crate::load::Load;
 use crate::points::Interval;
 use crate::saved::FORMAT;
 
-/// What the solver does and takes ([`interface::capability`]).
+/// What the solver does and takes ([`interface::config::capability`]).
 const CAPABILITIES: [&str; 27] = [
-    interface::capability::SAVE,
+    interface::config::capability::SAVE,
     "shape:disc",
     "shape:segment",
     "shape:polygon",

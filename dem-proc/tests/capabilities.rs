@@ -3,7 +3,7 @@
 mod capability_samples;
 
 use dem_proc::Sdem;
-use interface::capability::SAVE;
+use interface::config::capability::SAVE;
 use interface::solver::DemSolver;
 
 #[test]

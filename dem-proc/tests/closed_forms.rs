@@ -3,12 +3,12 @@
 mod small_scenes;
 
 use dem_proc::Sdem;
-use dem_proc::generate::{open_box, stack, wall};
 use interface::Vec2;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, ratio_of_restitution,
 };
 use interface::solver::DemSolver;
+use mechanics::generate::{open_box, stack, wall};
 use small_scenes::*;
 
 /// Does `n` steps of `dt`, the first of them as the first of the run.

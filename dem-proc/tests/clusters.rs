@@ -3,10 +3,10 @@
 mod small_scenes;
 
 use dem_proc::Sdem;
-use dem_proc::generate::wall;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw};
 use interface::solver::DemSolver;
+use mechanics::generate::wall;
 use small_scenes::*;
 
 /// `n` x `n` discs of radius `a` that touch, about the origin.

@@ -106,7 +106,7 @@ fn balance(config: &DemConfig, dt: f64) -> [f64; 4] {
     let totals = |dem: &Sdem| {
         let m = dem.measurement();
         let l = &m.ledger;
-        let angular = |b: &interface::wire::BodyState| {
+        let angular = |b: &interface::message::wire::BodyState| {
             b.inertia * b.spin + b.mass * cross(b.position.into(), b.velocity.into())
         };
         let energy = l.kinetic + l.kinetic_rotation + l.contact;

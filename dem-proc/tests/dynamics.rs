@@ -2,10 +2,10 @@
 
 mod small_scenes;
 
-use dem_proc::generate::{Grain, Packing, Sizes, open_box};
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion};
 use interface::solver::DemSolver;
+use mechanics::generate::{Grain, Packing, Sizes, open_box};
 use small_scenes::*;
 
 /// A point hits a free disc head-on; returns restitution and the largest energy seen over the initial one.
@@ -136,7 +136,7 @@ fn totals(dem: &dem_proc::Sdem) -> (f64, Vec2, f64) {
     let m = dem.measurement();
     let l = &m.ledger;
     let energy = l.kinetic + l.kinetic_rotation + l.gravity + l.contact;
-    let angular = |b: &interface::wire::BodyState| {
+    let angular = |b: &interface::message::wire::BodyState| {
         b.inertia * b.spin + b.mass * cross(b.position.into(), b.velocity.into())
     };
     (

@@ -7,9 +7,9 @@ use std::f64::consts::{PI, TAU};
 
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig, Motion, OverlapMeasure};
+use interface::message::wire::{ImpForce, ImpState};
 use interface::solver::DemSolver;
 use interface::step::Step;
-use interface::wire::{ImpForce, ImpState};
 use small_scenes::*;
 
 const RADIUS: f64 = 0.05;

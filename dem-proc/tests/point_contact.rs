@@ -5,8 +5,8 @@ mod small_scenes;
 use dem_proc::Sdem;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, DemConfig, Motion};
+use interface::message::wire::{ImpForce, ImpState};
 use interface::solver::DemSolver;
-use interface::wire::{ImpForce, ImpState};
 use small_scenes::*;
 
 const K: f64 = 1e5;

@@ -6,8 +6,8 @@ mod small_scenes;
 
 use dem_proc::Sdem;
 use interface::config::{DemConfig, OverlapMeasure};
+use interface::message::wire::ImpForce;
 use interface::solver::{DemSolver, Refusal};
-use interface::wire::ImpForce;
 use mixtures::{Cloud, HERTZ, LINEAR, World, all, crowd, scene};
 use proptest::prelude::*;
 

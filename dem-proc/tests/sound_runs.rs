@@ -13,8 +13,8 @@ use interface::Vec2;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, OverlapMeasure,
 };
-use interface::generate::Random;
-use interface::outline::nearest;
+use mechanics::generate::Random;
+use mechanics::outline::nearest;
 use small_scenes::{body, fixed, scene};
 
 const MEASURES: [OverlapMeasure; 3] = [

@@ -3,11 +3,11 @@
 mod small_scenes;
 
 use dem_proc::Sdem;
-use dem_proc::generate::wall;
+use interface::config::surfaces::ContactPair;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig};
+use interface::message::wire::{ImpForce, ImpInfo};
 use interface::solver::DemSolver;
-use interface::surfaces::ContactPair;
-use interface::wire::{ImpForce, ImpInfo};
+use mechanics::generate::wall;
 use small_scenes::*;
 
 fn pair(a: &str, b: &str, law: ContactLaw) -> ContactPair {

@@ -4,9 +4,9 @@ mod mixtures;
 mod small_scenes;
 
 use interface::config::{DemConfig, OverlapMeasure};
+use interface::message::wire::ImpForce;
 use interface::solver::DemSolver;
 use interface::step::Step;
-use interface::wire::ImpForce;
 use mixtures::{Cloud, LINEAR, World, all, crowd};
 use small_scenes::Random;
 

@@ -10,16 +10,16 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use interface::control::Party;
 use interface::core::coupler::{Coupler, Decision, Question};
-use interface::domain::OwnedDomain;
+use interface::message::control::Party;
+use interface::message::wire::{ImpForce, ImpState};
 use interface::session::solver::Clocked;
 use interface::session::together::Together;
 use interface::session::turns::drive;
 use interface::session::{DemSide, Lead, Leader, MpmSide, Stop, serve_dem, serve_mpm};
 use interface::transport::direct::Direct;
+use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, Medium, ROOM};
-use interface::wire::{ImpForce, ImpState};
 use toys::{Course, HalfPlane, Points};
 
 const BOTH: [Party; 2] = [Party::Mpm, Party::Dem];

@@ -5,7 +5,7 @@
 
 use serde::{Serialize, de::DeserializeOwned};
 
-use crate::codec::{decode_state, encode_state};
+use crate::message::codec::{decode_state, encode_state};
 use crate::solver::Refusal;
 
 /// The bytes of `state`, marked as `format`, such as `tandem-dem 1`.

@@ -4,12 +4,12 @@
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::capability::Capabilities;
+use crate::config::capability::Capabilities;
 use crate::config::{DemConfig, MpmConfig};
-use crate::step::Step;
-use crate::wire::{
+use crate::message::wire::{
     BodyState, EnvelopeVertex, GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState,
 };
+use crate::step::Step;
 
 /// Why a solver does not take its configuration. Nothing has been started when it is said.
 #[derive(Debug, Clone, PartialEq, Eq, Error, Serialize, Deserialize)]

@@ -3,13 +3,13 @@
 
 mod plain;
 
+use interface::config::surfaces::ContactPair;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactForceScheme, ContactLaw, DemConfig, Drift, Fill,
     Forcing, Frictional, GridContact, GroupConfig, GroupPair, InitialFields, Interface, Leaving,
     MaterialConfig, MaterialModel, Motion, MpmConfig, OverlapMeasure, Plane, ShapeFunction,
     Spacing, Stage, StressUpdate, Traction, Transfer, Wall, Walls,
 };
-use interface::surfaces::ContactPair;
 use proptest::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;

@@ -2,12 +2,12 @@
 
 mod plain;
 
-use interface::capability::Capabilities;
+use interface::config::capability::Capabilities;
+use interface::config::needs::{Need, missing};
+use interface::config::surfaces::ContactPair;
 use interface::config::{
     BodyShape, ContactLaw, GroupPair, Interface, Motion, OverlapMeasure, Transfer, Wall,
 };
-use interface::needs::{Need, missing};
-use interface::surfaces::ContactPair;
 
 /// A continuum that leaves out all that may be left out.
 use plain::{body, plain_bodies, plain_continuum};

@@ -5,15 +5,16 @@ mod toys;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use interface::control::Party;
-use interface::domain::OwnedDomain;
+use interface::core::SessionError;
+use interface::message::control::Party;
+use interface::message::wire::{PointState, Report};
 use interface::session::solver::Clocked;
 use interface::session::together::Together;
 use interface::session::turns::drive;
-use interface::session::{DemSide, Leader, MpmSide, SessionError, serve_dem, serve_mpm};
+use interface::session::{DemSide, Leader, MpmSide, serve_dem, serve_mpm};
 use interface::transport::direct::Direct;
+use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, Medium, ROOM};
-use interface::wire::{PointState, Report};
 use toys::{Course, HalfPlane, Points};
 
 const BOTH: [Party; 2] = [Party::Mpm, Party::Dem];

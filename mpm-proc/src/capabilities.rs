@@ -1,6 +1,6 @@
 //! What the solver says in Hello that it takes.
 
-use interface::capability::{Capabilities, SAVE, STRESS_WORK};
+use interface::config::capability::{Capabilities, SAVE, STRESS_WORK};
 
 /// Families of a configuration with the members that the solver takes, by their names there. Which of them go together is
 /// for [`crate::configure`] to say.

@@ -1,7 +1,7 @@
 //! Contact forces of bodies on the nodes (Jiang 2020 eq. 47), and what they cost of the step.
 
+use interface::message::wire::ImpForce;
 use interface::solver::Fault;
-use interface::wire::ImpForce;
 
 use crate::continuum::Continuum;
 use crate::grid::owner;

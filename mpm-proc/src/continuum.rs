@@ -1,10 +1,10 @@
 //! The continuum: clouds of points over one grid, for one shape function and one transfer.
 
 use interface::config::{Drift, StressUpdate};
+use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
 use interface::saved::{pack, unpack};
 use interface::solver::{Fault, MpmMeasurement, Refusal};
 use interface::step::Step;
-use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
 use serde::{Deserialize, Serialize};
 
 use crate::contact::{Loaded, Touch};

@@ -1,8 +1,8 @@
 //! Initial fields and loads of a group, from the expressions of its configuration.
 
 use interface::config::MpmConfig;
-use interface::expression::{Expression, Meaning};
 use interface::solver::Refusal;
+use mechanics::expression::{Expression, Meaning};
 
 use crate::lanes::{LANES, ZERO};
 use crate::loads::Loads;

@@ -6,8 +6,8 @@
 
 use interface::Vec2;
 use interface::config::{Fill, GroupConfig, Spacing};
-use interface::outline::crosses_ray;
 use interface::solver::Refusal;
+use mechanics::outline::crosses_ray;
 
 use crate::tiles::Geometry;
 

@@ -1,9 +1,9 @@
 //! Identified material points (Jiang 2020 section 4): which points the bodies ask for.
 
 use interface::Vec2;
-use interface::outline::{crosses_ray, nearest_on_edge};
+use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState};
 use interface::solver::Refusal;
-use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState};
+use mechanics::outline::{crosses_ray, nearest_on_edge};
 use serde::{Deserialize, Serialize};
 
 use crate::lanes::LANES;

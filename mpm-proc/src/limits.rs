@@ -20,7 +20,7 @@
 //! A scheme that keeps velocities on points applies `S M^-1 S^T M_p` between steps, whose eigenvalues lie between 0 and
 //! 1, so it can only lower these frequencies.
 
-use interface::wire::Limits;
+use interface::message::wire::Limits;
 
 use crate::contact::ContactLoad;
 use crate::continuum::Continuum;

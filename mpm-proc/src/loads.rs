@@ -8,9 +8,9 @@
 //! (the force of `t_n` acts over half of the interval behind and half of the one ahead). It is counted as work of driven
 //! boundaries.
 
-use interface::expression::Expression;
 use interface::solver::Fault;
 use interface::step::Step;
+use mechanics::expression::Expression;
 use serde::{Deserialize, Serialize};
 
 use crate::continuum::Continuum;

@@ -2,5 +2,5 @@
 #![forbid(unsafe_code)]
 
 fn main() -> std::process::ExitCode {
-    interface::process::serve_mpm(mpm_proc::Mpm::default())
+    interface::session::process::serve_mpm(mpm_proc::Mpm::default())
 }

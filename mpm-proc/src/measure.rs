@@ -1,10 +1,10 @@
 //! Energies, momenta and impulses (PHYSICS.md section 7). Impulses are counted in every step, the rest only where a step
 //! is measured.
 
-use interface::impulse::Impulse;
+use interface::message::wire::GroupState;
 use interface::solver::MpmMeasurement;
 use interface::step::Step;
-use interface::wire::GroupState;
+use mechanics::impulse::Impulse;
 use serde::{Deserialize, Serialize};
 
 use crate::continuum::Continuum;
@@ -136,7 +136,7 @@ where
     /// Starts a measurement; quantities of `t_{n-1/2}` count by `before`.
     fn measure(&mut self, contact_force: [f64; 2], before: f64) {
         let MpmMeasurement { ledger, groups } = &mut self.books.measurement;
-        *ledger = interface::wire::Ledger {
+        *ledger = interface::message::wire::Ledger {
             friction_work: self.books.friction_work,
             driven_work: self.books.driven_work,
             plastic_work: self.books.plastic_work,

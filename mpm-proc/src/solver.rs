@@ -1,10 +1,10 @@
 //! The solver as the session sees it.
 
-use interface::capability::Capabilities;
 use interface::config::MpmConfig;
+use interface::config::capability::Capabilities;
+use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
 use interface::solver::{Fault, MpmMeasurement, MpmSolver, Readiness, Refusal};
 use interface::step::Step;
-use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
 
 use crate::capabilities::capabilities;
 use crate::configure::build;

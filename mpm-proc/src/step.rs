@@ -1,9 +1,9 @@
 //! The step, as the paper has it (Jiang 2020 section 2.2 and eqs. 46 to 48; PHYSICS.md section 3).
 
 use interface::config::{Drift, StressUpdate};
+use interface::message::wire::{ImpForce, Limits};
 use interface::solver::Fault;
 use interface::step::Step;
-use interface::wire::{ImpForce, Limits};
 
 use crate::contact::ContactLoad;
 use crate::continuum::Continuum;

@@ -1,9 +1,9 @@
 //! After it has warmed up, a step allocates nothing.
 
 use interface::config::{MpmConfig, Transfer, Wall};
+use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::MpmSolver;
 use interface::step::Step;
-use interface::wire::{EnvelopeVertex, ImpForce};
 use mpm_proc::Mpm;
 
 #[path = "../benches/column.rs"]

@@ -13,9 +13,9 @@
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
-use interface::control::{PROTOCOL, Party};
+use interface::message::control::{PROTOCOL, Party};
+use interface::message::wire::layout_hash;
 use interface::saved;
-use interface::wire::layout_hash;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 

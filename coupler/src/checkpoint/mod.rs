@@ -6,8 +6,8 @@
 pub mod file;
 pub(crate) mod keeper;
 
-use interface::control::Party;
-use interface::wire::BodyState;
+use interface::message::control::Party;
+use interface::message::wire::BodyState;
 use serde::{Deserialize, Serialize};
 
 use crate::account::Kept;

@@ -15,7 +15,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::{fs, io, thread};
 
-use interface::wire::{BodyState, PointState};
+use interface::message::wire::{BodyState, PointState};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Writer, XmlVersion};
 use serde::{Deserialize, Serialize};

@@ -3,7 +3,7 @@
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, MpmConfig, OverlapMeasure,
 };
-use interface::generate::{Arrangement, BodyFill, Grain};
+use mechanics::generate::{Arrangement, BodyFill, Grain};
 
 use super::geometry;
 use super::outline::simple_polygon;

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use interface::config::{Forcing, InitialFields, Stage, Traction, Transfer};
-use interface::expression::{Expression, Meaning};
+use mechanics::expression::{Expression, Meaning};
 
 use super::output::suggestion_for;
 use super::problems::Problems;

@@ -1,8 +1,8 @@
 //! What a scene needs of a solver that has said in Hello what it has: told by the scene's own lines and keys.
 
-use interface::capability::Capabilities;
-use interface::control::Party;
-use interface::needs::{Need, missing};
+use interface::config::capability::Capabilities;
+use interface::config::needs::{Need, missing};
+use interface::message::control::Party;
 
 use super::Scene;
 use super::document::{Document, Part};

@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::check::{Check, Column, Expected, Measure, Reference, When};
 use crate::diagnostic::suggestion;
 use crate::quantity::Quantities;
-use interface::expression::{Expression, ExpressionError, Meaning, reserved_names};
+use mechanics::expression::{Expression, ExpressionError, Meaning, reserved_names};
 
 use super::problems::Problems;
 use super::written::{

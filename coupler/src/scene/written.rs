@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use interface::config::surfaces::ContactPair;
 use interface::config::{
     BodyShape, ContactForceScheme, ContactLaw, Drift, Fill, GridContact, Leaving, MaterialConfig,
     Motion, OverlapMeasure, Plane, ShapeFunction, Spacing, Stage, StressUpdate, Transfer, Walls,
 };
-use interface::generate::BodyFill;
-use interface::surfaces::ContactPair;
+use mechanics::generate::BodyFill;
 use schemars::JsonSchema;
 use serde::Deserialize;
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use interface::expression::{Expression, Meaning};
+use mechanics::expression::{Expression, Meaning};
 
 use crate::StudyError;
 use crate::figure::curves::{Curve, Stroke, Words, draw};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use coupler::frames::Frame;
 use coupler::frames::vtu::Mesh;
-use interface::expression::{Expression, Meaning};
+use mechanics::expression::{Expression, Meaning};
 
 use crate::StudyError;
 use crate::figure::panels::{Dot, Layout, Panel, draw};

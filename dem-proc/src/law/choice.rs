@@ -1,8 +1,8 @@
 //! From a law as written to a law as a type: the checks, and the one `match` that chooses.
 
+use interface::config::surfaces::ContactPair;
 use interface::config::{ContactLaw, ratio_of_restitution};
 use interface::solver::Refusal;
-use interface::surfaces::ContactPair;
 
 use super::dashpot::{Dashpot, Elastic, Tsuji, Viscous};
 use super::normal::{Adhesive, Area, Hertz, Linear, Normal};

@@ -1,7 +1,7 @@
 //! Laws by pairs of surfaces: one kind of law, with numbers of its own for every pair.
 
+use interface::config::surfaces::ContactPair;
 use interface::config::{ContactLaw, DemConfig};
-use interface::surfaces::ContactPair;
 
 use super::{Law, Mates, Press, Stiffness, Touch};
 use crate::law::Loss;

@@ -5,9 +5,9 @@
 use dem_proc::Sdem;
 use interface::Vec2;
 use interface::config::DemConfig;
+use interface::message::wire::Limits;
 use interface::solver::{DemSolver, Fault};
 use interface::step::{GROWTH, Step};
-use interface::wire::Limits;
 
 use crate::small_scenes::configured;
 

@@ -2,11 +2,11 @@
 //! what it says that it takes. The names are those of the configuration's own schema, so a variant that is new is asked for
 //! here.
 
+use interface::config::surfaces::ContactPair;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, OverlapMeasure,
 };
 use interface::solver::DemSolver;
-use interface::surfaces::ContactPair;
 use schemars::JsonSchema;
 
 /// The names of an enum's variants, as a scene writes them.

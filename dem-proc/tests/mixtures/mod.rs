@@ -3,13 +3,13 @@
 #![allow(dead_code)] // every test binary uses its own part of this
 
 use dem_proc::Sdem;
+use interface::config::surfaces::ContactPair;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, OverlapMeasure,
 };
+use interface::message::wire::{ImpForce, ImpInfo, ImpState};
 use interface::solver::DemSolver;
 use interface::step::Step;
-use interface::surfaces::ContactPair;
-use interface::wire::{ImpForce, ImpInfo, ImpState};
 
 use crate::small_scenes::{Random, info};
 

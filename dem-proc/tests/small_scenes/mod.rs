@@ -4,9 +4,9 @@
 use dem_proc::Sdem;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
+use interface::message::wire::{ImpForce, ImpInfo, ImpState};
 use interface::solver::{Answer, DemSolver};
 use interface::step::Step;
-use interface::wire::{ImpForce, ImpInfo, ImpState};
 
 /// A free body of 1 kg/m at the origin.
 pub fn body(shape: BodyShape, sphero_radius: f64) -> BodyConfig {

@@ -53,8 +53,8 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use interface::capability::Capabilities;
-use interface::control::{Notice, Party};
+use interface::config::capability::Capabilities;
+use interface::message::control::{Notice, Party};
 use thiserror::Error;
 
 use bench::{Bench, Subject};
@@ -93,7 +93,7 @@ pub enum ExamineError {
     },
     /// The run's channels cannot be made.
     #[error(transparent)]
-    Channel(#[from] interface::stage::ChannelError),
+    Channel(#[from] interface::transport::raw::ChannelError),
     /// The command cannot be started.
     #[error("cannot start the solver: {0}")]
     Start(std::io::Error),
@@ -344,12 +344,12 @@ struct Greeting {
 
 /// Starts the solver once, to learn whether it can be started and what it says within `startup`.
 fn greeting(subject: &Subject, startup: Duration) -> Result<Greeting, ExamineError> {
-    let stage = interface::stage::Stage::open(subject.medium(), subject.party)?;
+    let stage = interface::transport::raw::Stage::open(subject.medium(), subject.party)?;
     let mut worker = subject.start(stage.domain()).map_err(ExamineError::Start)?;
     let start = Instant::now();
     let mut greeting = Greeting::default();
     while start.elapsed() < startup && !greeting.came {
-        if let Some(message) = stage.receive(interface::stage::Kind::Notice)? {
+        if let Some(message) = stage.receive(interface::transport::raw::Kind::Notice)? {
             if let Ok(Notice::Hello(hello)) = message.as_notice() {
                 greeting.identity = hello.identity;
                 greeting.capabilities = hello.capabilities;
@@ -358,7 +358,10 @@ fn greeting(subject: &Subject, startup: Duration) -> Result<Greeting, ExamineErr
         } else if worker.ended().is_some() {
             greeting.came = true;
         } else {
-            stage.sleep(interface::stage::Kind::Notice, Duration::from_millis(2));
+            stage.sleep(
+                interface::transport::raw::Kind::Notice,
+                Duration::from_millis(2),
+            );
         }
     }
     stage.release();

@@ -5,9 +5,9 @@
 
 use std::collections::BTreeSet;
 
-use interface::capability::{Capabilities, POLLS, SAVE, STRESS_WORK};
+use interface::config::capability::{Capabilities, POLLS, SAVE, STRESS_WORK};
 use interface::config::{BodyShape, ContactLaw, DemConfig, Motion};
-use interface::control::Party;
+use interface::message::control::Party;
 
 use crate::clause::{Clause, of};
 

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::time::Duration;
 
-use interface::stage::{Kind, Message, Payload};
+use interface::transport::raw::{Kind, Message, Payload};
 use serde::Serialize;
 
 /// Direction of a message.

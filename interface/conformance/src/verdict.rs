@@ -3,7 +3,7 @@
 use core::fmt::{self, Display};
 
 use interface::solver::Refusal;
-use interface::stage::ChannelError;
+use interface::transport::raw::ChannelError;
 use serde::Serialize;
 
 /// How a clause was judged.

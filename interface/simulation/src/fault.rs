@@ -1,6 +1,6 @@
 //! What can go wrong, where.
 
-use interface::control::Party;
+use interface::message::control::Party;
 
 use crate::world::Time;
 

@@ -4,15 +4,16 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
 
-use interface::control::{Configure, Party};
+use interface::core::SessionError;
 use interface::core::Wait;
 use interface::core::coupler::{Coupler, Decision, Part, Question};
+use interface::message::control::{Configure, Party};
+use interface::message::wire::{BodyState, Grant, PointState, flags};
 use interface::session::solver::Clocked;
 use interface::session::turns::{Turn, Turns};
-use interface::session::{DemSide, Lead, Leader, MpmSide, SessionError, Stop};
+use interface::session::{DemSide, Lead, Leader, MpmSide, Stop};
 use interface::solver::{DemSolver, MpmSolver};
 use interface::step::Clock;
-use interface::wire::{BodyState, Grant, PointState, flags};
 
 use crate::fault::Fault;
 use crate::world::{Breach, Ends, PARTIES, SECOND, Stopped, Time, World, number};

@@ -3,10 +3,10 @@
 use std::cell::RefCell;
 use std::collections::HashMap;
 
-use interface::control::Party;
-use interface::generate::Random;
-use interface::session::SessionError;
-use interface::wire::{BodyState, PointState};
+use interface::core::SessionError;
+use interface::message::control::Party;
+use interface::message::wire::{BodyState, PointState};
+use mechanics::generate::Random;
 
 use crate::fault::{Fault, FaultKind, Spoil};
 use crate::play::{Cast, DEADLINE, Plan, Played, play};

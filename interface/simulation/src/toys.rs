@@ -5,16 +5,16 @@
 
 use std::sync::LazyLock;
 
-use interface::capability::Capabilities;
+use interface::config::capability::Capabilities;
 use interface::config::{DemConfig, MpmConfig};
+use interface::message::wire::{
+    BodyState, EnvelopeVertex, GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState,
+};
 use interface::saved;
 use interface::solver::{
     Answer, DemMeasurement, DemSolver, Fault, MpmMeasurement, MpmSolver, Readiness, Refusal,
 };
 use interface::step::Step;
-use interface::wire::{
-    BodyState, EnvelopeVertex, GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState,
-};
 use serde::{Deserialize, Serialize};
 
 use crate::play::Cast;

@@ -5,11 +5,11 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 use std::time::Duration;
 
-use interface::control::{Order, Party};
-use interface::generate::Random;
+use interface::message::control::{Order, Party};
+use interface::message::wire::{StepHeader, flags};
 use interface::message::{CHANNELS, Channel, Kind, Message, Payload, Records};
 use interface::transport::{Transport, TransportError};
-use interface::wire::{StepHeader, flags};
+use mechanics::generate::Random;
 
 use crate::fault::{Fault, FaultKind, Spoil};
 

@@ -1,6 +1,6 @@
 //! A fixed set of scenarios, and those by which defects were found.
 
-use interface::control::Party;
+use interface::message::control::Party;
 use simulation::fault::{Fault, FaultKind, Spoil};
 use simulation::play::Plan;
 use simulation::scenario::{Outcome, Scenario};

@@ -5,8 +5,8 @@ use serde::{Deserialize, Serialize};
 
 use super::{ContactLaw, Interface};
 use crate::Vec2;
-use crate::defaults::{are_zero, is_default, is_one_thread, is_zero, never, one_thread};
-use crate::surfaces::ContactPair;
+use crate::config::defaults::{are_zero, is_default, is_one_thread, is_zero, never, one_thread};
+use crate::config::surfaces::ContactPair;
 
 /// The rigid-body solver's part of a scene.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Interface, MaterialConfig};
-use crate::defaults::{are_zero, is_default, is_one_thread, is_zero, never, one_thread};
+use crate::config::defaults::{are_zero, is_default, is_one_thread, is_zero, never, one_thread};
 
 /// The continuum solver's part of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -91,7 +91,7 @@ pub struct GridContact {
     pub friction: f64,
 }
 
-/// What acts on the continuum besides gravity, walls and bodies. Expressions are those of [`crate::expression`].
+/// What acts on the continuum besides gravity, walls and bodies. Expressions are those of [`mechanics::expression`].
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Forcing {
@@ -288,7 +288,7 @@ pub struct GroupConfig {
     pub rigid: bool,
 }
 
-/// Initial fields as expressions ([`crate::expression`]) in the position `x`, `y` (m).
+/// Initial fields as expressions ([`mechanics::expression`]) in the position `x`, `y` (m).
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InitialFields {

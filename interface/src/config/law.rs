@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::defaults::{is_one, is_zero, never, one};
+use crate::config::defaults::{is_one, is_zero, never, one};
 
 /// Contact law. Stiffness in N/m per metre of thickness.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -8,8 +8,13 @@
 //! cla
 
 mod bodies;
+pub mod capability;
 mod continuum;
+mod defaults;
 mod law;
+pub mod material;
+pub mod needs;
+pub mod surfaces;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -17,7 +22,7 @@ use serde::{Deserialize, Serialize};
 pub use self::bodies::*;
 pub use self::continuum::*;
 pub use self::law::{ContactLaw, ratio_of_restitution};
-pub use crate::material::{Frictional, MaterialConfig, MaterialModel};
+pub use crate::config::material::{Frictional, MaterialConfig, MaterialModel};
 
 /// What the bodies meet of the continuum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]

@@ -2,7 +2,7 @@
 //! may come that is no IMP yet (L-2).
 
 use crate::config::MpmConfig;
-use crate::wire::{Limits, PointState};
+use crate::message::wire::{Limits, PointState};
 
 /// The skin rule and the kinematic limit.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

@@ -2,13 +2,13 @@
 
 use super::line::{Line, Next};
 use super::{Action, Done, Event, Machine, Task, broken, check};
-use crate::capability::Capabilities;
 use crate::config::DemConfig;
-use crate::control::Party;
+use crate::config::capability::Capabilities;
+use crate::core::SessionError;
+use crate::message::control::Party;
+use crate::message::wire::{ImpForce, ImpInfo, ImpState, Limits, StepHeader, flags};
 use crate::message::{Channel, Kind, Records};
-use crate::session::SessionError;
 use crate::solver::Answer;
-use crate::wire::{ImpForce, ImpInfo, ImpState, Limits, StepHeader, flags};
 
 /// Where a step of the exchange is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

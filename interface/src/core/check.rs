@@ -1,10 +1,10 @@
 //! Clauses on the numbers of records: the same function for what is sent and for what is received.
 
 use super::broken;
-use crate::control::Party;
+use crate::core::SessionError;
 use crate::message::Records;
-use crate::session::SessionError;
-use crate::wire::{ImpForce, ImpInfo, Record, StepHeader};
+use crate::message::control::Party;
+use crate::message::wire::{ImpForce, ImpInfo, Record, StepHeader};
 
 /// W-1: every number finite, and not negative where it may not be. `clause` is the one that asks for it here.
 pub(crate) fn numbers(

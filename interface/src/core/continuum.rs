@@ -3,12 +3,12 @@
 use super::approach::Approach;
 use super::line::{Line, Next};
 use super::{Action, Done, Event, Machine, Task, broken, check};
-use crate::capability::Capabilities;
 use crate::config::MpmConfig;
-use crate::control::Party;
+use crate::config::capability::Capabilities;
+use crate::core::SessionError;
+use crate::message::control::Party;
+use crate::message::wire::{EnvelopeVertex, ImpForce, StepHeader, flags};
 use crate::message::{Channel, Kind, Records};
-use crate::session::SessionError;
-use crate::wire::{EnvelopeVertex, ImpForce, StepHeader, flags};
 
 /// Where a step of the exchange is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

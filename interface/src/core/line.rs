@@ -5,14 +5,14 @@ use std::time::Duration;
 
 use super::pieces::{Incoming, Mark, Outgoing};
 use super::{Action, Done, Event, Task, Wait, broken, check};
-use crate::capability::Capabilities;
-use crate::codec::{decode, encode};
-use crate::control::{Configure, Failure, Hello, Notice, Order, PROTOCOL, Party, Ready};
+use crate::config::capability::Capabilities;
+use crate::core::{PATIENCE_WITH_WAITERS, SessionError};
+use crate::message::codec::{decode, encode};
+use crate::message::control::{Configure, Failure, Hello, Notice, Order, PROTOCOL, Party, Ready};
+use crate::message::wire::{Grant, Limits, Report, StepHeader, flags};
 use crate::message::{Channel, Kind, Records};
-use crate::session::{PATIENCE_WITH_WAITERS, SessionError};
 use crate::solver::{Readiness, Refusal};
 use crate::step::{Clock, Step};
-use crate::wire::{Grant, Limits, Report, StepHeader, flags};
 
 /// Longest wait for the coupler while the session is being set up: the other solver may be filling a large scene.
 const SETUP: Duration = Duration::from_mins(2);

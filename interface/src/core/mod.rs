@@ -13,21 +13,26 @@ pub mod bodies;
 mod check;
 pub mod continuum;
 pub mod coupler;
+mod error;
 mod line;
 mod pieces;
 
 use std::time::Duration;
 
 pub(crate) use approach::fastest;
+pub use error::SessionError;
 
-use crate::control::Party;
-use crate::message::{Channel, Records};
-use crate::session::SessionError;
-use crate::solver::{Answer, Fault, Readiness, Refusal};
-use crate::transport::TransportError;
-use crate::wire::{
+use crate::message::control::Party;
+use crate::message::wire::{
     EnvelopeVertex, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState, StepHeader,
 };
+use crate::message::{Channel, Records};
+use crate::solver::{Answer, Fault, Readiness, Refusal};
+use crate::transport::TransportError;
+
+/// Clause S-11: who waits for a party that itself waits for another is this much more patient with it, so that the one
+/// who waits for the silent party is the first to lose patience and names the right one.
+pub(crate) const PATIENCE_WITH_WAITERS: Duration = Duration::from_secs(1);
 
 /// What has happened to a solver's side. What is rare is boxed, so that what happens in every step is small.
 #[derive(Debug)]

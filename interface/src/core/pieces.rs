@@ -1,6 +1,6 @@
 //! A saved state on its way: pieces of bytes, and the hash of all of them at the end (clauses K-3, K-4).
 
-use crate::wire::{StepHeader, flags};
+use crate::message::wire::{StepHeader, flags};
 
 /// Bytes of a piece, at most.
 pub const PIECE: usize = 1 << 20;

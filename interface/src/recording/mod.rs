@@ -31,9 +31,9 @@ use serde::{Deserialize, Serialize};
 pub use tap::Tap;
 use thiserror::Error;
 
-use crate::control::PROTOCOL;
 use crate::message::Channel;
-use crate::wire::{LAYOUT, StepHeader, layout_hash};
+use crate::message::control::PROTOCOL;
+use crate::message::wire::{LAYOUT, StepHeader, layout_hash};
 
 const MAGIC: &[u8; 8] = b"TANDEMRC";
 /// Version of the file's layout.

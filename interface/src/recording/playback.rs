@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::{About, BLOCK_HEADER, CHECK, FORMAT, MAGIC, MESSAGE_HEADER, RecordingError, check};
 use crate::message::Channel;
-use crate::wire::{Record, StepHeader, layout_hash};
+use crate::message::wire::{Record, StepHeader, layout_hash};
 
 /// Longest description of a run.
 const ABOUT: u32 = 1 << 20;

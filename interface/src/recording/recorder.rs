@@ -8,8 +8,8 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use super::{About, BLOCK, FORMAT, MAGIC, MESSAGE_HEADER, RecordingError, check};
+use crate::message::wire::{Record, StepHeader};
 use crate::message::{Channel, Records};
-use crate::wire::{Record, StepHeader};
 
 /// Longest time that a message waits in memory while the run goes on: what a killed run loses at most.
 const UNWRITTEN: Duration = Duration::from_millis(250);

@@ -7,8 +7,8 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use super::{RecordingError, Tape};
-use crate::domain::Domain;
 use crate::message::{Channel, Kind, Payload};
+use crate::transport::domain::Domain;
 use crate::transport::iceoryx::{self, Medium};
 use crate::transport::recorded::Recorded;
 use crate::transport::{Transport, TransportError};
@@ -29,7 +29,7 @@ fn drain(transport: &mut dyn Transport, buffers: &mut [Payload]) -> Result<bool,
     // In the order of a step, so that the file has nearly the order of the run.
     let kinds = [Kind::Envelopes, Kind::Set, Kind::States, Kind::Forces];
     for (kind, buffer) in kinds.into_iter().zip(buffers) {
-        let channel = Channel::of(crate::control::Party::Mpm, kind);
+        let channel = Channel::of(crate::message::control::Party::Mpm, kind);
         while transport.receive(channel, buffer)?.is_some() {
             any = true;
         }

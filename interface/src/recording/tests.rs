@@ -1,9 +1,9 @@
 use std::fs;
 
 use super::*;
-use crate::control::Party;
+use crate::message::control::Party;
+use crate::message::wire::ImpState;
 use crate::message::{Kind, Records};
-use crate::wire::ImpState;
 
 fn states_channel() -> Channel {
     Channel::of(Party::Mpm, Kind::States)

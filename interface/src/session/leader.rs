@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
-use super::SessionError;
 use super::turns::{Inbox, Turn, Turns};
-use crate::control::{Hello, Party};
 use crate::core::Action;
+use crate::core::SessionError;
 use crate::core::coupler::{Coupler, Decision, Event, Question};
 use crate::message::Channel;
+use crate::message::control::{Hello, Party};
 use crate::transport::Transport;
 
 /// The run cannot go on; the solvers are told this reason.

@@ -2,25 +2,25 @@
 
 use std::time::{Duration, Instant};
 
-use super::SessionError;
 use super::stopwatch::{Activity, Stopwatch, cpu_ns};
 use super::turns::{Inbox, Turn, Turns, drive};
-use crate::capability::{Capabilities, POLLS};
-use crate::codec::encode;
-use crate::control::{Hello, Notice, Party};
+use crate::config::capability::{Capabilities, POLLS};
+use crate::core::SessionError;
 use crate::core::bodies::Bodies;
 use crate::core::continuum::Continuum;
 use crate::core::{Action, Done, Event, Machine, Task, broken, fastest};
-use crate::domain::Domain;
+use crate::message::codec::encode;
+use crate::message::control::{Hello, Notice, Party};
+use crate::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, StepHeader};
 use crate::message::{Channel, Kind, Payload, Records};
-use crate::process::started_as;
+use crate::session::process::started_as;
 use crate::solver::{DemSolver, MpmSolver};
 use crate::transport::Transport;
+use crate::transport::domain::Domain;
 use crate::transport::iceoryx::{self, Medium, ROOM};
-use crate::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, StepHeader};
 
 /// A bell may be left out if the other solver polls, and has not had its last message out for longer than this (clause
-/// B-4): less than [`crate::wait::POLL`], for which it looks before it sleeps.
+/// B-4): less than [`crate::transport::wait::POLL`], for which it looks before it sleeps.
 const BELL: Duration = Duration::from_micros(40);
 
 /// Longest that a solver on the wrong side waits for the coupler to end the session.

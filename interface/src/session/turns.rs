@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use crate::core::Wait;
 use crate::message::Payload;
 use crate::transport::Transport;
-use crate::wait::{NAP, POLL};
+use crate::transport::wait::{NAP, POLL};
 
 /// What came of a turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +30,7 @@ pub trait Turns {
     fn expire(&mut self, waited: Duration);
 }
 
-/// Lets `party` take turns until its session is over, waiting as [`crate::wait`] says.
+/// Lets `party` take turns until its session is over, waiting as [`crate::transport::wait`] says.
 pub fn drive(party: &mut dyn Turns, transport: &mut dyn Transport) {
     loop {
         match party.turn(transport) {

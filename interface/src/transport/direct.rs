@@ -6,9 +6,9 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use super::{Transport, TransportError};
-use crate::control::Party;
+use crate::message::control::Party;
+use crate::message::wire::StepHeader;
 use crate::message::{CHANNELS, Channel, Payload, Records};
-use crate::wire::StepHeader;
 
 /// What is on its way between the parties of one thread.
 #[derive(Debug, Default)]
@@ -92,7 +92,7 @@ impl Transport for Direct {
 mod tests {
     use super::*;
     use crate::message::Kind;
-    use crate::wire::ImpState;
+    use crate::message::wire::ImpState;
 
     #[test]
     fn messages_arrive_in_order_and_memory_is_used_again() {

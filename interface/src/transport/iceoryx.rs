@@ -1,5 +1,5 @@
 //! Channels and bells over iceoryx2: shared memory between processes, or within one. The only file that names it, but
-//! for [`crate::wire`], whose records cross as they are, and [`crate::domain`], which configures it.
+//! for [`crate::message::wire`], whose records cross as they are, and [`crate::transport::domain`], which configures it.
 //!
 //! A channel has one sender and one receiver, carries slices of one record type with a [`StepHeader`], never drops and
 //! never overwrites. Lockstep keeps at most a few messages in flight, so a full channel means that the receiver is
@@ -23,10 +23,10 @@ use iceoryx2::service::builder::{event, publish_subscribe};
 use iceoryx2::service::port_factory::{self, PortFactory as _};
 
 use super::{Transport, TransportError};
-use crate::control::Party;
-use crate::domain::Domain;
+use crate::message::control::Party;
+use crate::message::wire::{Record, StepHeader, layout_hash};
 use crate::message::{CHANNELS, Channel, Kind, Payload, Records, each_kind};
-use crate::wire::{Record, StepHeader, layout_hash};
+use crate::transport::domain::Domain;
 
 /// Over what the parties talk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -5,17 +5,20 @@
 //! messages are the crate `simulation`'s.
 
 pub mod direct;
+pub mod domain;
 pub mod iceoryx;
+pub mod raw;
 pub mod recorded;
+pub mod wait;
 
 use std::time::Duration;
 
 use thiserror::Error;
 
-use crate::control::Party;
-use crate::domain::DomainError;
+use crate::message::control::Party;
+use crate::message::wire::StepHeader;
 use crate::message::{Channel, Message, Payload, Records};
-use crate::wire::StepHeader;
+use crate::transport::domain::DomainError;
 
 /// A channel could not be made, opened or used.
 #[derive(Debug, Error)]

@@ -3,10 +3,10 @@
 use std::time::Duration;
 
 use super::{Transport, TransportError};
-use crate::control::Party;
+use crate::message::control::Party;
+use crate::message::wire::StepHeader;
 use crate::message::{Channel, Payload, Records};
 use crate::recording::Tape;
-use crate::wire::StepHeader;
 
 /// Notes every message that is sent or received through it, of the channels that it is to note.
 pub struct Recorded<T> {

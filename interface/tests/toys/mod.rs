@@ -5,17 +5,17 @@
 use interface::config::{
     ContactLaw, DemConfig, MpmConfig, Plane, ShapeFunction, StressUpdate, Transfer, Walls,
 };
-use interface::control::{Configure, Party};
 use interface::core::coupler::{Coupler, Decision, Part, Question};
+use interface::message::control::{Configure, Party};
+use interface::message::wire::{
+    BodyState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits,
+    PointState, Report, flags,
+};
 use interface::session::{Lead, Stop};
 use interface::solver::{
     Answer, DemMeasurement, DemSolver, Fault, MpmMeasurement, MpmSolver, Readiness, Refusal,
 };
 use interface::step::{Clock, Step};
-use interface::wire::{
-    BodyState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits,
-    PointState, Report, flags,
-};
 
 /// Points of mass 1 kg/m that fly freely along x, and their misbehaviour.
 pub struct Points {

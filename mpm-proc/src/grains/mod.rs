@@ -11,10 +11,12 @@ mod density;
 mod onto_rigid;
 mod rigid;
 
+use interface::message::wire::{
+    EnvelopeVertex, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState,
+};
 use interface::saved::{pack, unpack};
 use interface::solver::{Fault, MpmMeasurement, Refusal};
 use interface::step::Step;
-use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState};
 use serde::{Deserialize, Serialize};
 
 use crate::contact::ContactLoad;

@@ -4,9 +4,9 @@
 //! Its nodes have been kicked, held by walls and pushed by other grains; what momentum and angular momentum they have won
 //! is the body's. Mass and moment of inertia are those of its points, so that its energy is the sum of theirs.
 
+use interface::message::wire::Limits;
 use interface::solver::Fault;
 use interface::step::Step;
-use interface::wire::Limits;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 

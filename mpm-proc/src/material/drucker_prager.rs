@@ -1,6 +1,6 @@
 //! Drucker-Prager plasticity with tension cut-off and dilation (Jiang 2020 eqs. 31 to 35 and its reference 24).
 
-use interface::material::Frictional;
+use interface::config::material::Frictional;
 
 use super::Stress;
 use super::elastic::Moduli;

@@ -1,6 +1,6 @@
 //! Elasticity with an energy: Hencky's, which is linear in the logarithmic strain ([`super::hencky`]; `docs/decisions/0017-hencky.md`).
 
-use interface::material::Frictional;
+use interface::config::material::Frictional;
 
 use super::hencky::strain;
 use super::{Deformation, Dissipated, Material, Point, Stress};

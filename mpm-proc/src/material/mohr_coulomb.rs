@@ -1,7 +1,7 @@
 //! Mohr-Coulomb plasticity in plane strain with tension cut-off (Singer 2022, Chen 2023), returned in principal stresses
 //! (Clausen, Damkilde and Andersen 2006).
 
-use interface::material::Frictional;
+use interface::config::material::Frictional;
 
 use super::Stress;
 use super::elastic::Moduli;

@@ -1,6 +1,6 @@
 //! What must hold of every path of deformation: energy is a function of state, and its changes are the work of the stress.
 
-use interface::material::Frictional;
+use interface::config::material::Frictional;
 use nalgebra::Matrix2;
 use proptest::prelude::*;
 

@@ -3,8 +3,8 @@
 use interface::config::{
     Drift, Fill, MpmConfig, ShapeFunction, Spacing, StressUpdate, Transfer, Wall, Walls,
 };
+use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::MpmSolver;
-use interface::wire::{EnvelopeVertex, ImpForce};
 
 use super::{BULK, Random, SHEAR, Stepper, block, configured};
 use crate::reference::{Kernel, RefPoint, Reference};

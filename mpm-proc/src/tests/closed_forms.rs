@@ -129,10 +129,11 @@ fn a_rotating_disc_keeps_spinning() {
         let mut mpm = configured(&config);
         let spin = |mpm: &Mpm| -> (f64, f64) {
             let points = mpm.points();
-            let angular = |p: &interface::wire::PointState| {
+            let angular = |p: &interface::message::wire::PointState| {
                 p.position[0] * p.velocity[1] - p.position[1] * p.velocity[0]
             };
-            let radius = |p: &interface::wire::PointState| p.position[0].hypot(p.position[1]);
+            let radius =
+                |p: &interface::message::wire::PointState| p.position[0].hypot(p.position[1]);
             (
                 points.iter().map(angular).sum(),
                 points.iter().map(radius).fold(0.0, f64::max),

@@ -1,8 +1,8 @@
 //! Momentum, angular momentum, and the same bits whatever the threads.
 
 use interface::config::{Fill, ShapeFunction, Spacing, Transfer};
+use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
-use interface::wire::ImpForce;
 
 use super::against_reference::everywhere;
 use super::{Random, Stepper, bits, block, configured};

@@ -1,8 +1,8 @@
 //! How a contact force reaches the grid: momentum, and the step limit of each way.
 
 use interface::config::{ContactForceScheme, Fill, ShapeFunction, Spacing, Transfer};
+use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
-use interface::wire::ImpForce;
 use nalgebra::{DMatrix, DVector};
 
 use super::against_reference::everywhere;

@@ -1,8 +1,8 @@
 //! The energy balance of contact, and of large strains: what the drift and the strain of a step are there for.
 
 use interface::config::{Drift, MaterialModel, ShapeFunction, StressUpdate, Transfer};
+use interface::message::wire::ImpForce;
 use interface::solver::MpmSolver;
-use interface::wire::ImpForce;
 
 use super::against_reference::everywhere;
 use super::{BULK, SHEAR, Stepper, block, configured};

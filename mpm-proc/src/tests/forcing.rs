@@ -50,7 +50,7 @@ fn balance(mpm: &Mpm) -> f64 {
     l.kinetic + l.elastic + l.gravity + l.viscous_work - l.driven_work
 }
 
-fn measured(stepper: &mut Stepper, mpm: &mut Mpm, dt: f64) -> interface::wire::Ledger {
+fn measured(stepper: &mut Stepper, mpm: &mut Mpm, dt: f64) -> interface::message::wire::Ledger {
     stepper.step(mpm, dt, true, &[]).expect("a sound step");
     mpm.measurement().ledger
 }

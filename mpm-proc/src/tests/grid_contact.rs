@@ -1,8 +1,8 @@
 //! Bodies of points that touch on the grid (Bardenhagen 2000; Jiang 2020 section 5.4).
 
 use interface::config::{Drift, Fill, GridContact, GroupConfig, MpmConfig, Spacing, Transfer};
+use interface::message::wire::PointState;
 use interface::solver::MpmSolver;
-use interface::wire::PointState;
 
 use super::{Stepper, block, configured};
 use crate::Mpm;

@@ -1,9 +1,9 @@
 //! The step limits against eigenvalues of dense matrices.
 
 use interface::config::{Fill, MpmConfig, ShapeFunction, Spacing, Transfer};
+use interface::message::wire::{ImpForce, Limits};
 use interface::solver::MpmSolver;
 use interface::step::Step;
-use interface::wire::{ImpForce, Limits};
 use nalgebra::{DMatrix, DVector};
 
 use super::against_reference::everywhere;

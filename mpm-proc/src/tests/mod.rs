@@ -21,9 +21,9 @@ use interface::config::{
     Fill, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing,
     StressUpdate, Transfer, Wall, Walls,
 };
+use interface::message::wire::{ImpForce, Limits};
 use interface::solver::{Fault, MpmSolver};
 use interface::step::Step;
-use interface::wire::{ImpForce, Limits};
 
 use crate::Mpm;
 

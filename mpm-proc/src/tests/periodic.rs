@@ -1,8 +1,8 @@
 //! Periodic walls, and walls that are mirrors to B-splines.
 
 use interface::config::{Fill, MpmConfig, ShapeFunction, Spacing, Transfer, Wall, Walls};
+use interface::message::wire::ImpForce;
 use interface::solver::{Fault, MpmSolver};
-use interface::wire::ImpForce;
 
 use super::against_reference::everywhere;
 use super::{Stepper, bits, block, configured};
@@ -113,7 +113,7 @@ fn a_body_at_a_periodic_wall_stops_the_run() {
     ));
     let count = mpm.select_imps(&everywhere()).len();
     let mut forces = vec![ImpForce::default(); count];
-    let near_wall = |p: &interface::wire::PointState| p.position[0] > 0.77;
+    let near_wall = |p: &interface::message::wire::PointState| p.position[0] > 0.77;
     let (id, far) = (
         mpm.points().iter().position(near_wall).expect("one"),
         mpm.points()

@@ -4,8 +4,8 @@ use interface::config::{
     Drift, Fill, GridContact, MaterialModel, MpmConfig, ShapeFunction, Spacing, StressUpdate,
     Transfer, Wall,
 };
+use interface::message::wire::ImpForce;
 use interface::solver::{Fault, MpmSolver};
-use interface::wire::ImpForce;
 
 use super::against_reference::everywhere;
 use super::{Stepper, block, configured};

@@ -8,14 +8,14 @@ use core::fmt::{Debug, Write};
 use std::collections::hash_map::DefaultHasher;
 use std::hash::Hasher;
 
+use interface::config::material::Frictional;
 use interface::config::{
     ContactForceScheme, Drift, Fill, Forcing, GridContact, GroupConfig, Leaving, MaterialModel,
     MpmConfig, Plane, ShapeFunction, Spacing, Stage, StressUpdate, Traction, Transfer, Wall, Walls,
 };
-use interface::material::Frictional;
+use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::saved::{pack, unpack};
 use interface::solver::{Fault, MpmSolver};
-use interface::wire::{EnvelopeVertex, ImpForce};
 
 use super::{BULK, Random, SHEAR, Stepper, block, configured};
 use crate::Mpm;

@@ -2,9 +2,9 @@
 
 use interface::Vec2;
 use interface::config::{Fill, Spacing};
-use interface::outline::nearest;
+use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::solver::MpmSolver;
-use interface::wire::{EnvelopeVertex, ImpForce};
+use mechanics::outline::nearest;
 
 use super::against_reference::everywhere;
 use super::{Random, Stepper, block, configured};

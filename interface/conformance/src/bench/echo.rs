@@ -3,12 +3,12 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use interface::control::Party;
-use interface::domain::Domain;
-use interface::stage::{Channel, ChannelError, Kind, Medium, Message, Payload, Stage};
+use interface::message::control::Party;
+use interface::message::wire::{ImpForce, ImpState, StepHeader};
+use interface::transport::domain::Domain;
 use interface::transport::iceoryx::join;
-use interface::wait::{Patience, wait};
-use interface::wire::{ImpForce, ImpState, StepHeader};
+use interface::transport::raw::{Channel, ChannelError, Kind, Medium, Message, Payload, Stage};
+use interface::transport::wait::{Patience, wait};
 
 use super::PATIENCE;
 use crate::verdict::{Unmet, broken};

@@ -2,10 +2,10 @@
 //! down.
 
 use interface::config::MpmConfig;
-use interface::control::{Configure, Notice, Order};
-use interface::stage::{Kind, Message, Payload};
+use interface::message::control::{Configure, Notice, Order};
+use interface::message::wire::{EnvelopeVertex, ImpForce, ImpState, PointState, StepHeader, flags};
 use interface::step::Step;
-use interface::wire::{EnvelopeVertex, ImpForce, ImpState, PointState, StepHeader, flags};
+use interface::transport::raw::{Kind, Message, Payload};
 
 use super::lead::{Lead, Told, has_lead, records};
 use super::{Bench, configure};

@@ -1,12 +1,12 @@
 //! A run in the order of section 5, as far as it is the same whichever side is under test: the kit is the coupler. It
 //! grants, keeps time, counts sets, and judges nothing but that an answer comes.
 
-use interface::control::{Configure, Order, Ready};
-use interface::stage::{Kind, Message, Payload};
-use interface::step::{Clock, Step};
-use interface::wire::{
+use interface::message::control::{Configure, Order, Ready};
+use interface::message::wire::{
     BodyState, Grant, GroupState, ImpInfo, PointState, Report, StepHeader, flags,
 };
+use interface::step::{Clock, Step};
+use interface::transport::raw::{Kind, Message, Payload};
 
 use super::{Bench, Reply, Session};
 use crate::verdict::{Unmet, broken};
@@ -94,9 +94,9 @@ fn at_least<'a, T>(
 /// Header and records of a message of a channel that carries nothing else.
 macro_rules! records {
     ($message:expr, $kind:ident) => {{
-        let message: interface::stage::Message = $message;
+        let message: interface::transport::raw::Message = $message;
         match message.payload {
-            interface::stage::Payload::$kind(records) => (message.header, records),
+            interface::transport::raw::Payload::$kind(records) => (message.header, records),
             _ => unreachable!("a channel carries one kind of records"),
         }
     }};

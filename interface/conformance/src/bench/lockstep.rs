@@ -2,9 +2,9 @@
 //! down.
 
 use interface::config::DemConfig;
-use interface::stage::{Kind, Message, Payload};
+use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, StepHeader, flags};
 use interface::step::Step;
-use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, StepHeader, flags};
+use interface::transport::raw::{Kind, Message, Payload};
 
 use super::lead::{Lead, Told, has_lead, records};
 use super::{Bench, Points, configure};

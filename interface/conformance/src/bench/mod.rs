@@ -14,11 +14,11 @@ mod subject;
 use std::cell::{Cell, RefCell};
 use std::time::{Duration, Instant};
 
-use interface::capability::Capabilities;
-use interface::control::{Configure, Failure, Hello, Notice, Order, Party, Ready};
+use interface::config::capability::Capabilities;
+use interface::message::control::{Configure, Failure, Hello, Notice, Order, Party, Ready};
 use interface::solver::Refusal;
-use interface::stage::{Kind, Message, Stage};
-use interface::wait::Patience;
+use interface::transport::raw::{Kind, Message, Stage};
+use interface::transport::wait::Patience;
 
 pub use echo::echo;
 pub use flow::{Flow, Shown, around_all, outline};

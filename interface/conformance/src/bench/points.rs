@@ -1,7 +1,7 @@
 //! The kit's own continuum: mass points that nothing but contact moves, in the leapfrog of T-1.
 
+use interface::message::wire::{ImpForce, ImpInfo, ImpState};
 use interface::step::Step;
-use interface::wire::{ImpForce, ImpInfo, ImpState};
 
 /// Mass points. Their states are those that go out in the next step: positions at `t_n`, velocities at `t_{n-1/2}`.
 #[derive(Debug, Clone, Default, PartialEq)]

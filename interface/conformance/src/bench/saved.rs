@@ -1,8 +1,8 @@
 //! States that a solver has saved (clauses K-3, K-4): taken in pieces, handed to a fresh solver.
 
-use interface::control::{Configure, Order};
-use interface::stage::{Kind, Message, Payload};
-use interface::wire::{StepHeader, flags};
+use interface::message::control::{Configure, Order};
+use interface::message::wire::{StepHeader, flags};
+use interface::transport::raw::{Kind, Message, Payload};
 
 use super::lead::records;
 use super::{Reply, Session};

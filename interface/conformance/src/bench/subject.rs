@@ -5,11 +5,11 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use interface::control::Party;
-use interface::domain::Domain;
-use interface::process;
-use interface::stage::{ChannelError, Kind, Medium, Message, Stage};
-use interface::wait::{Patience, wait};
+use interface::message::control::Party;
+use interface::session::process;
+use interface::transport::domain::Domain;
+use interface::transport::raw::{ChannelError, Kind, Medium, Message, Stage};
+use interface::transport::wait::{Patience, wait};
 
 /// Longest wait for a thread to end once its coupler is gone; one that is stuck ends with the program.
 const GRACE: Duration = Duration::from_secs(2);

@@ -7,8 +7,8 @@ mod shared;
 
 use core::fmt::{self, Display};
 
-use interface::capability::Capabilities;
-use interface::control::Party;
+use interface::config::capability::Capabilities;
+use interface::message::control::Party;
 use serde::Serialize;
 
 use crate::bench::Bench;

@@ -11,18 +11,19 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use interface::config::DemConfig;
-use interface::control::{Configure, Notice, Order, Party};
-use interface::domain::Domain;
-use interface::session::solver::{Clocked, Perform, Side};
-use interface::session::turns::drive;
-use interface::session::{DemSide, MpmSide, SessionError};
-use interface::solver::{DemSolver, MpmSolver};
-use interface::stage::{Medium, Message, Payload};
-use interface::transport::iceoryx::{ROOM, join};
-use interface::wire::{
+use interface::core::SessionError;
+use interface::message::control::{Configure, Notice, Order, Party};
+use interface::message::wire::{
     BodyState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, PointState, Report,
     StepHeader,
 };
+use interface::session::solver::{Clocked, Perform, Side};
+use interface::session::turns::drive;
+use interface::session::{DemSide, MpmSide};
+use interface::solver::{DemSolver, MpmSolver};
+use interface::transport::domain::Domain;
+use interface::transport::iceoryx::{ROOM, join};
+use interface::transport::raw::{Medium, Message, Payload};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 

@@ -5,12 +5,12 @@ use std::rc::Rc;
 use std::sync::atomic::AtomicU32;
 
 use interface::config::{ContactLaw, DemConfig, Motion};
-use interface::control::{Hello, Notice, Order};
-use interface::solver::Readiness;
-use interface::stage::{Message, Payload};
-use interface::wire::{
+use interface::message::control::{Hello, Notice, Order};
+use interface::message::wire::{
     Grant, ImpForce, ImpInfo, ImpState, Ledger, Limits, Report, StepHeader, flags,
 };
+use interface::solver::Readiness;
+use interface::transport::raw::{Message, Payload};
 use serde_json::Value;
 
 use super::Flaw;

@@ -3,10 +3,10 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use interface::control::{Notice, Order, Party};
+use interface::message::control::{Notice, Order, Party};
+use interface::message::wire::StepHeader;
 use interface::message::{Channel, Kind, Message, Payload, Records};
 use interface::transport::{Transport, TransportError};
-use interface::wire::StepHeader;
 
 use super::Flaw;
 

@@ -3,9 +3,9 @@
 use core::fmt::{self, Display};
 use std::collections::BTreeMap;
 
-use interface::control::{Party, Ready};
-use interface::stage::{Channel, Kind, Message, Payload};
-use interface::wire::{Number, Record};
+use interface::message::control::{Party, Ready};
+use interface::message::wire::{Number, Record};
+use interface::transport::raw::{Channel, Kind, Message, Payload};
 
 /// Numbers of a report that tell of the machine, not of the run.
 const OF_THE_MACHINE: [&str; 4] = ["compute_ns", "exchange_ns", "wait_ns", "cpu_ns"];
@@ -316,7 +316,7 @@ impl Comparison {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use interface::wire::{ImpForce, ImpInfo, StepHeader};
+    use interface::message::wire::{ImpForce, ImpInfo, StepHeader};
 
     fn forces(x: f64) -> Message {
         let force = |x| ImpForce {

@@ -10,11 +10,11 @@ mod script;
 use std::path::Path;
 use std::time::Duration;
 
-use interface::control::{Configure, Notice, Order, Party};
+use interface::message::control::{Configure, Notice, Order, Party};
+use interface::message::wire::{Grant, flags};
 use interface::recording::{End, Playback, RecordingError};
-use interface::stage::{ChannelError, Kind, Message, Payload, Stage};
-use interface::wait::{Patience, wait};
-use interface::wire::{Grant, flags};
+use interface::transport::raw::{ChannelError, Kind, Message, Payload, Stage};
+use interface::transport::wait::{Patience, wait};
 use thiserror::Error;
 
 pub use compare::{Comparison, Difference};
@@ -346,7 +346,7 @@ impl Player<'_> {
                 Stop::FailedAsRecorded(now.message.clone())
             }
             Some(Notice::Failed(then)) => {
-                let of = |failure: &interface::control::Failure| {
+                let of = |failure: &interface::message::control::Failure| {
                     format!("failed at step {}: {}", failure.step, failure.message)
                 };
                 self.comparison.words(now.step, of(&then), of(now));

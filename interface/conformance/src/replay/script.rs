@@ -3,9 +3,9 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;
 
-use interface::control::Party;
+use interface::message::control::Party;
 use interface::recording::Playback;
-use interface::stage::{Kind, Message, Payload};
+use interface::transport::raw::{Kind, Message, Payload};
 
 use super::{ReplayError, Stop};
 

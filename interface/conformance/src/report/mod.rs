@@ -58,7 +58,7 @@ pub fn json(examination: &Examination, waivers: &Waivers) -> String {
     });
     let not_checked = NOT_CHECKED.iter();
     let document = Document {
-        protocol: interface::control::PROTOCOL,
+        protocol: interface::message::control::PROTOCOL,
         party: examination.party.name(),
         solver: &examination.identity,
         profile: examination.profile().map(|profile| profile.name),

@@ -3,7 +3,7 @@
 use core::fmt::Write as _;
 use std::collections::BTreeMap;
 
-use interface::control::Party;
+use interface::message::control::Party;
 
 use super::waiver;
 use crate::clause::{Clause, NOT_CHECKED, common, of, own};

@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use crate::control::{Configure, Party};
+use crate::message::control::{Configure, Party};
+use crate::message::wire::{BodyState, ContactState, Grant, GroupState, PointState, StepHeader};
 use crate::message::{Channel, Records};
 use crate::transport::TransportError;
-use crate::wire::{BodyState, ContactState, Grant, GroupState, PointState, StepHeader};
 
 /// What has happened to the coupler.
 #[derive(Debug)]

@@ -3,15 +3,15 @@
 use std::time::Duration;
 
 use super::CONFIGURATION;
-use crate::capability::SAVE;
-use crate::codec::encode;
-use crate::control::{Configure, Hello, Order, PROTOCOL, Party};
+use crate::config::capability::SAVE;
+use crate::core::SessionError;
 use crate::core::broken;
 use crate::core::pieces::{Incoming, Outgoing};
+use crate::message::codec::encode;
+use crate::message::control::{Configure, Hello, Order, PROTOCOL, Party};
+use crate::message::wire::{Grant, Report};
 use crate::message::{Channel, Kind};
-use crate::session::SessionError;
 use crate::solver::Readiness;
-use crate::wire::{Grant, Report};
 
 /// The coupler's line to one solver.
 #[derive(Debug)]

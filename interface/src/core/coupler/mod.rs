@@ -10,12 +10,12 @@ pub use self::asked::{Decision, Event, Part, Question, Round};
 use self::line::Line;
 use super::pieces::Outgoing;
 use super::{Action, Wait, check};
-use crate::codec::encode;
-use crate::control::{Configure, Hello, Notice, Order, Party};
+use crate::core::{PATIENCE_WITH_WAITERS, SessionError};
+use crate::message::codec::encode;
+use crate::message::control::{Configure, Hello, Notice, Order, Party};
+use crate::message::wire::{Grant, Report, StepHeader, flags};
 use crate::message::{Channel, Kind, Records};
-use crate::session::{PATIENCE_WITH_WAITERS, SessionError};
 use crate::solver::Readiness;
-use crate::wire::{Grant, Report, StepHeader, flags};
 
 /// Longest wait for a solver to come and say hello.
 const ARRIVAL: Duration = Duration::from_secs(30);

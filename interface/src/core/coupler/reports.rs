@@ -2,12 +2,12 @@
 
 use super::asked::Question;
 use super::{Coupler, State};
-use crate::capability::{CONTACTS, SAVE};
-use crate::control::Party;
+use crate::config::capability::{CONTACTS, SAVE};
+use crate::core::SessionError;
 use crate::core::{Action, broken, check};
+use crate::message::control::Party;
+use crate::message::wire::{PointState, Report, StepHeader, flags};
 use crate::message::{Channel, Kind, Records};
-use crate::session::SessionError;
-use crate::wire::{PointState, Report, StepHeader, flags};
 
 impl Coupler {
     /// then what was sent before the report.

@@ -1,8 +1,9 @@
 //! Sections 6 and 10: what the configuration says of bodies is so, and their envelopes hold them.
 
+use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, ContactLaw, DemConfig, Motion};
-use interface::outline::nearest;
-use interface::{Vec2, wire::BodyState};
+use interface::message::wire::BodyState;
+use mechanics::outline::nearest;
 
 use super::limits::touching;
 use super::scene::{MASS, SPHERO, STIFFNESS, block_or_disc, disc, elastic, one_disc, scene};
@@ -112,7 +113,13 @@ fn asked(bench: &Bench) -> Judgement {
 /// Envelopes of a disc and a block, both turned, with the bodies.
 fn envelopes(
     bench: &Bench,
-) -> Result<(Vec<BodyConfig>, Vec<interface::wire::EnvelopeVertex>), Unmet> {
+) -> Result<
+    (
+        Vec<BodyConfig>,
+        Vec<interface::message::wire::EnvelopeVertex>,
+    ),
+    Unmet,
+> {
     let mut bodies = vec![disc([0.5, 0.25]), block_or_disc(bench, [-0.5, 0.0])];
     for body in &mut bodies {
         body.motion = Motion::Fixed;

@@ -1,7 +1,7 @@
 //! Sections 5 and 9: reports, measurements, and books that balance.
 
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion};
-use interface::wire::{Ledger, Record};
+use interface::message::wire::{Ledger, Record};
 
 use super::order::pressed;
 use super::scene::{

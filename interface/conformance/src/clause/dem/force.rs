@@ -1,7 +1,7 @@
 //! Section 7: the force on a point, by closed forms.
 
 use interface::config::{BodyConfig, BodyShape, Motion};
-use interface::wire::ImpForce;
+use interface::message::wire::ImpForce;
 
 use super::scene::{RADIUS, SPHERO, STIFFNESS, block_or_disc, body, elastic, scene};
 use crate::bench::{Bench, Points};

@@ -2,9 +2,9 @@
 //! solver takes.
 
 use interface::config::{ContactLaw, DemConfig, Motion};
-use interface::control::Order;
-use interface::stage::{Message, Payload};
-use interface::wire::{BodyState, ImpForce, ImpState};
+use interface::message::control::Order;
+use interface::message::wire::{BodyState, ImpForce, ImpState};
+use interface::transport::raw::{Message, Payload};
 
 use super::scene::{
     Contact, Ground, MASS, OVERLAP, RADIUS, SPHERO, STIFFNESS, damped, disc, frictional, scene,

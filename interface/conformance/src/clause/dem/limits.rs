@@ -1,7 +1,7 @@
 //! Sections 5 and 8: limits bound what the bodies can do, and who is beyond its budget halts.
 
 use interface::config::{BodyConfig, DemConfig};
-use interface::wire::{BodyState, ImpForce, Limits, flags};
+use interface::message::wire::{BodyState, ImpForce, Limits, flags};
 
 use super::order::pressed;
 use super::scene::{

@@ -2,9 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use interface::capability;
-use interface::stage::{Kind, Message, Payload};
-use interface::wire::{StepHeader, flags};
+use interface::config::capability;
+use interface::message::wire::{StepHeader, flags};
+use interface::transport::raw::{Kind, Message, Payload};
 
 use super::scene::{RADIUS, SPHERO, one_disc};
 use crate::bench::{Answer, Bench, Play, Points};
@@ -279,7 +279,7 @@ fn refuses(bench: &Bench, spoil: impl FnOnce(&mut Message, &mut Message)) -> Jud
 }
 
 /// Changes the records of a set.
-fn set_of(message: &mut Message) -> &mut Vec<interface::wire::ImpInfo> {
+fn set_of(message: &mut Message) -> &mut Vec<interface::message::wire::ImpInfo> {
     match &mut message.payload {
         Payload::Set(set) => set,
         _ => unreachable!("a set is one"),
@@ -287,7 +287,7 @@ fn set_of(message: &mut Message) -> &mut Vec<interface::wire::ImpInfo> {
 }
 
 /// Changes the records of states.
-fn states_of(message: &mut Message) -> &mut Vec<interface::wire::ImpState> {
+fn states_of(message: &mut Message) -> &mut Vec<interface::message::wire::ImpState> {
     match &mut message.payload {
         Payload::States(states) => states,
         _ => unreachable!("states are states"),

@@ -3,8 +3,8 @@
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use interface::config::{BodyConfig, DemConfig};
+use interface::message::wire::{BodyState, ImpForce};
 use interface::step::Step;
-use interface::wire::{BodyState, ImpForce};
 
 use super::order::pressed;
 use super::scene::{

@@ -3,9 +3,9 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
-use interface::capability;
-use interface::stage::{Kind, Message, Payload};
-use interface::wire::{ImpForce, StepHeader, flags};
+use interface::config::capability;
+use interface::message::wire::{ImpForce, StepHeader, flags};
+use interface::transport::raw::{Kind, Message, Payload};
 
 use super::scene::{DT, IN_BLOCK, block, push, scene, single};
 use crate::bench::{Bench, Flow};

@@ -1,8 +1,8 @@
 //! Section 5, halting.
 
-use interface::control::Order;
-use interface::stage::{Message, Payload};
-use interface::wire::{StepHeader, flags};
+use interface::message::control::Order;
+use interface::message::wire::{StepHeader, flags};
+use interface::transport::raw::{Message, Payload};
 
 use super::scene::{DT, block, push, scene, single};
 use crate::bench::{Bench, Budget, Flow, configure};
@@ -195,7 +195,7 @@ fn bodies_halt(bench: &Bench, budget: Budget) -> Judgement {
     flow.forces(&flow.no_forces())?;
     flow.flags = 0;
     stopped(&mut flow, first, first + 1)?;
-    let more = flow.session.take(interface::stage::Kind::States)?;
+    let more = flow.session.take(interface::transport::raw::Kind::States)?;
     require(
         more.is_none(),
         "no states after it",

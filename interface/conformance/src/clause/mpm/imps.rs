@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use interface::config::GroupConfig;
-use interface::stage::Payload;
-use interface::wire::{EnvelopeVertex, flags};
+use interface::message::wire::{EnvelopeVertex, flags};
+use interface::transport::raw::Payload;
 
 use super::scene::{
     DENSITY, DT, MASS, MODULI, RADIUS, SKIN, SPACING, block, material, points, scene, single,

@@ -1,8 +1,8 @@
 //! Sections 4 and 9: the report and what is measured.
 
-use interface::capability::STRESS_WORK;
+use interface::config::capability::STRESS_WORK;
 use interface::config::{GroupConfig, InitialFields};
-use interface::wire::{GroupState, Ledger, PointState, StepHeader, flags};
+use interface::message::wire::{GroupState, Ledger, PointState, StepHeader, flags};
 
 use super::scene::{DT, IN_BLOCK, MASS, MODULI, SPACING, block, points, push, scene, single};
 use crate::bench::{Bench, Flow, Shown, Told};
@@ -257,7 +257,7 @@ fn extent(bench: &Bench) -> Judgement {
 fn group_contact(bench: &Bench) -> Judgement {
     let mut flow = bench.flow(&three())?;
     let (_, told) = flow.step(DT, |flow, _| {
-        let force = |info: &interface::wire::ImpInfo| match info.group {
+        let force = |info: &interface::message::wire::ImpInfo| match info.group {
             0 => push([1.0, 2.0], 1e3),
             2 => push([-4.0, 0.5], 1e3),
             // Near, but not touched.

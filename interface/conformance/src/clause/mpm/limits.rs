@@ -1,7 +1,7 @@
 //! Section 8: limits that hold.
 
 use interface::config::{GroupConfig, InitialFields};
-use interface::wire::Limits;
+use interface::message::wire::Limits;
 
 use super::scene::{DT, IN_BLOCK, MASS, RADIUS, block, push, scene, single};
 use crate::bench::{Bench, Flow};

@@ -5,7 +5,7 @@ use interface::config::{
     Fill, GroupConfig, InitialFields, MaterialConfig, MaterialModel, MpmConfig, Plane,
     ShapeFunction, Spacing, StressUpdate, Transfer, Walls,
 };
-use interface::wire::ImpForce;
+use interface::message::wire::ImpForce;
 
 /// Grid spacing in m.
 pub const CELL: f64 = 0.05;

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::sync::atomic::Ordering;
 
 use interface::config::{GroupConfig, InitialFields, MpmConfig};
-use interface::wire::ImpState;
+use interface::message::wire::ImpState;
 
 use super::scene::{CELL, DT, IN_BLOCK, MASS, block, push, scene, single};
 use crate::bench::{Bench, Flow};

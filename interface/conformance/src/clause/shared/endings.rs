@@ -3,8 +3,8 @@
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-use interface::control::{Notice, Order, Party};
-use interface::stage::{Kind, Message};
+use interface::message::control::{Notice, Order, Party};
+use interface::transport::raw::{Kind, Message};
 use rustix::process::{Pid, Signal, kill_process};
 
 use super::run::{Run, order};
@@ -269,7 +269,7 @@ fn unjoined(bench: &Bench) -> Judgement {
     loop {
         match child.try_wait() {
             Ok(Some(status)) => {
-                let got = interface::process::describe(status);
+                let got = interface::session::process::describe(status);
                 require(status.code() == Some(2), "ended with exit status 2", &got)?;
                 return Ok(got);
             }

@@ -1,6 +1,6 @@
 //! Section 5, grants: what is out of order or no number is refused.
 
-use interface::wire::Grant;
+use interface::message::wire::Grant;
 
 use super::run::Run;
 use crate::bench::Bench;

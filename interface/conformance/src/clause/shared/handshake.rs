@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use interface::control::{Notice, Order, PROTOCOL, Party};
-use interface::stage::{Kind, Message, Payload};
-use interface::wire::StepHeader;
+use interface::message::control::{Notice, Order, PROTOCOL, Party};
+use interface::message::wire::StepHeader;
+use interface::transport::raw::{Kind, Message, Payload};
 use serde_json::{Value, json};
 
 use super::run::{Run, order};
@@ -12,7 +12,7 @@ use crate::bench::{Bench, HASH, Session};
 use crate::clause::Clause;
 use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Unmet, broken, require};
-use interface::capability::{FAMILIES, VERBS};
+use interface::config::capability::{FAMILIES, VERBS};
 
 pub const CLAUSES: &[Clause] = &[
     Clause::must(

@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use interface::control::Party;
-use interface::wire::{ImpForce, ImpInfo, ImpState};
+use interface::message::control::Party;
+use interface::message::wire::{ImpForce, ImpInfo, ImpState};
 
 use crate::bench::{Bench, Flow, Play, Points, echo};
 use crate::clause::Clause;

@@ -3,8 +3,8 @@
 use core::ops::{Deref, DerefMut};
 use std::time::Duration;
 
-use interface::control::{Configure, Party};
-use interface::wire::Grant;
+use interface::message::control::{Configure, Party};
+use interface::message::wire::Grant;
 
 use crate::bench::{Bench, Flow, Lead, Play, configure};
 use crate::clause::dem::scene::one_disc;

@@ -1,8 +1,8 @@
 //! Section 12: states that are saved and restored.
 
-use interface::control::{Configure, Order, Party};
-use interface::stage::{Message, Payload};
-use interface::wire::{ImpForce, ImpState, StepHeader, flags};
+use interface::message::control::{Configure, Order, Party};
+use interface::message::wire::{ImpForce, ImpState, StepHeader, flags};
+use interface::transport::raw::{Message, Payload};
 
 use super::run::Run;
 use crate::bench::{Bench, Flow, Points, Reply, Shown, Stand, around_all, configure};

@@ -1,4 +1,4 @@
-//! What a configuration asks of a solver, in the words of [`crate::capability`] (PROTOCOL.md section 12).
+//! What a configuration asks of a solver, in the words of [`crate::config::capability`] (PROTOCOL.md section 12).
 //!
 //! Compared with what a solver says in Hello, so that a scene that needs what it has not is refused before Configure,
 //! with the key that asks for it.
@@ -7,7 +7,7 @@ use std::mem::{Discriminant, discriminant};
 
 use serde::Serialize;
 
-use crate::capability::{Capabilities, LAYERS, PAIRS, SEGMENTS};
+use crate::config::capability::{Capabilities, LAYERS, PAIRS, SEGMENTS};
 use crate::config::{ContactLaw, DemConfig, Interface, MpmConfig, OverlapMeasure};
 
 /// Something that a configuration asks of its solver.

@@ -1,13 +1,13 @@
 //! What the solver promises without a session: an evaluation that commits nothing, and capabilities that are true.
 
-#[path = "../../dem-proc/tests/capability_samples/mod.rs"]
+#[path = "../../../dem-proc/tests/capability_samples/mod.rs"]
 mod capability_samples;
 
-use interface::capability::SAVE;
+use interface::config::capability::SAVE;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
+use interface::message::wire::{ImpForce, ImpInfo, ImpState, Ledger};
 use interface::solver::DemSolver;
 use interface::step::Step;
-use interface::wire::{ImpForce, ImpInfo, ImpState, Ledger};
 use rapier_dem::Rapier;
 
 /// A block that falls on a floor.

@@ -8,10 +8,11 @@ use std::sync::Arc;
 
 use rustix::process::{Pid, Signal, kill_process_group};
 
-use crate::control::Party;
-use crate::domain::Domain;
-use crate::session::{self, SessionError};
+use crate::core::SessionError;
+use crate::message::control::Party;
+use crate::session;
 use crate::solver::{DemSolver, MpmSolver};
+use crate::transport::domain::Domain;
 use crate::transport::iceoryx::Medium;
 
 /// The session has failed; the coupler knows why.

@@ -9,11 +9,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::Vec2;
 use crate::impulse::Impulse;
-use crate::solver::DemMeasurement;
-use crate::step::Step;
-use crate::wire::{BodyState, Ledger};
+use interface::Vec2;
+use interface::message::wire::{BodyState, Ledger};
+use interface::solver::DemMeasurement;
+use interface::step::Step;
 
 /// A body in the kick of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -3,8 +3,8 @@
 //! The continuum uses it to tell which points a body asks for, a rigid-body solver may use it for contact. An outline
 //! is a closed list of vertices: one is a point, two a segment, three or more a simple polygon in either sense.
 
-use crate::Vec2;
 use crate::mass::{cross, outward};
+use interface::Vec2;
 
 /// The part of an outline that is nearest to a point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

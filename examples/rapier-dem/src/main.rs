@@ -2,5 +2,5 @@
 #![forbid(unsafe_code)]
 
 fn main() -> std::process::ExitCode {
-    interface::process::serve_dem(rapier_dem::Rapier::default())
+    interface::session::process::serve_dem(rapier_dem::Rapier::default())
 }

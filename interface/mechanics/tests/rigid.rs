@@ -1,10 +1,10 @@
 //! What a solver gets that leaves points, kick and books to the contract crate, against closed forms.
 
 use interface::Vec2;
-use interface::books::{Totals, measure};
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, Motion};
-use interface::rigid::{Body, Springs};
 use interface::step::Step;
+use mechanics::books::{Totals, measure};
+use mechanics::rigid::{Body, Springs};
 
 const MASS: f64 = 1.5;
 const RADIUS: f64 = 0.02;

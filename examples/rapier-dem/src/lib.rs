@@ -1,19 +1,19 @@
 //! rapier as the bodies' side of Tandem: an example of a solver of another kind than the built-in one.
 //!
 //! Bodies meet by rapier's impulses, without rebound, and rapier moves them; material points push them by springs, as
-//! [`interface::rigid`] has it. What differs from the built-in solver stands in `docs/solver-authors.md`.
+//! [`mechanics::rigid`] has it. What differs from the built-in solver stands in `docs/solver-authors.md`.
 #![forbid(unsafe_code)]
 
 use std::collections::BTreeMap;
 
 use interface::Vec2;
-use interface::books::{self, Totals};
-use interface::capability::Capabilities;
+use interface::config::capability::Capabilities;
 use interface::config::{ContactLaw, DemConfig, Motion};
-use interface::rigid::{Body, Springs};
+use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits};
 use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
 use interface::step::Step;
-use interface::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits};
+use mechanics::books::{self, Totals};
+use mechanics::rigid::{Body, Springs};
 use rapier2d_f64::prelude::*;
 
 /// Bodies that meet may pass speed on, and a far end may get more than the end that was hit; twice is ample for convex
@@ -23,7 +23,7 @@ const PASSED_ON: f64 = 2.0;
 /// Where each point was one step before, and its tangential spring on each body, in m.
 type Past = BTreeMap<u64, (Vec2, Vec<f64>)>;
 
-/// What the solver takes ([`interface::capability`]). Not `save`: rapier keeps of its contacts what it does not give. Of the
+/// What the solver takes ([`interface::config::capability`]). Not `save`: rapier keeps of its contacts what it does not give. Of the
 /// family `overlap` nothing, since bodies meet by impulses, whatever the measure.
 const CAPABILITIES: [&str; 11] = [
     "shape:disc",

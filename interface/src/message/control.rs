@@ -1,11 +1,11 @@
-//! Control messages: everything outside the steps. Encoded by [`crate::codec`], described in PROTOCOL.md section 3.
+//! Control messages: everything outside the steps. Encoded by [`crate::message::codec`], described in PROTOCOL.md section 3.
 
 use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use crate::capability::{Capabilities, POLLS};
-use crate::codec::{DecodeError, decode_beginning};
+use crate::config::capability::{Capabilities, POLLS};
+use crate::message::codec::{DecodeError, decode_beginning};
 use crate::solver::{Fault, Readiness, Refusal};
 
 /// Version of the protocol. Another major version is refused, another minor one accepted.
@@ -154,7 +154,7 @@ pub struct Failure {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::codec::{decode, encode};
+    use crate::message::codec::{decode, encode};
 
     /// D17: these ended the process that read them.
     #[test]

@@ -11,8 +11,8 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::Vec2;
-use crate::config::BodyInertia;
+use interface::Vec2;
+use interface::config::BodyInertia;
 
 /// The z component of the cross product of two plane vectors.
 #[inline]

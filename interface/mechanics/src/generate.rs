@@ -8,7 +8,7 @@ use std::f64::consts::{PI, TAU};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::config::{BodyConfig, BodyInertia, BodyShape, Motion};
+use interface::config::{BodyConfig, BodyInertia, BodyShape, Motion};
 
 /// A small generator (SplitMix64, Steele, Lea and Flood 2014): four lines, no state to share, good enough for sizes
 /// and angles.

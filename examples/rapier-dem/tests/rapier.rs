@@ -25,7 +25,7 @@ fn built_in() -> Box<dyn DemSolver> {
 }
 
 fn catalogue(name: &str) -> PathBuf {
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes");
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
     scenes.join(name).with_extension("toml")
 }
 

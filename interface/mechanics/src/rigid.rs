@@ -6,14 +6,14 @@
 //! In a step: [`Springs::press`] for each point and body, [`Body::kick`], [`Body::entry`] into the
 //! [books](crate::books), then [`Body::drift`], or [`Body::moved_to`] where the solver has moved it.
 
-use crate::Vec2;
 use crate::books::Entry;
-use crate::config::{BodyConfig, BodyShape, ContactLaw, Motion};
 use crate::mass::{cross, swept};
 use crate::outline::{contact_point, see};
-use crate::solver::{Fault, Refusal};
-use crate::step::Step;
-use crate::wire::{BodyState, EnvelopeVertex};
+use interface::Vec2;
+use interface::config::{BodyConfig, BodyShape, ContactLaw, Motion};
+use interface::message::wire::{BodyState, EnvelopeVertex};
+use interface::solver::{Fault, Refusal};
+use interface::step::Step;
 
 /// A disc, a rounded segment or a convex spheropolygon. Its frame lies at its centre of mass.
 #[derive(Debug, Clone)]

@@ -21,7 +21,7 @@ pub const CONTACTS: &str = "contacts";
 /// The ledger's `elastic` is a function of the points' state, and `stress_work` is kept beside it.
 pub const STRESS_WORK: &str = "stress_work";
 
-/// After its last message to the other solver it looks for an answer for [`crate::wait::POLL`] before it sleeps, and
+/// After its last message to the other solver it looks for an answer for [`crate::transport::wait::POLL`] before it sleeps, and
 /// once more after that, so that a bell may be left out (clause B-4).
 pub const POLLS: &str = "polls";
 

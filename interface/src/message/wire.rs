@@ -173,7 +173,7 @@ record! {
         step: u64 = 8,
         /// Number of records that follow.
         count: u64 = 16,
-        /// Bits of [`flags`](crate::wire::flags).
+        /// Bits of [`flags`](crate::message::wire::flags).
         flags: u64 = 24,
         /// `FORCES`: largest displacement of any body's surface, at the end of this step, since its envelopes were
         /// published, in m. Zero elsewhere.
@@ -266,7 +266,7 @@ record! {
         first: u64 = 8,
         /// Steps granted.
         steps: u64 = 16,
-        /// Bits of [`flags`](crate::wire::flags).
+        /// Bits of [`flags`](crate::message::wire::flags).
         flags: u64 = 24,
         /// Time at the start of the epoch in s.
         epoch_start: f64 = 32,
@@ -339,7 +339,7 @@ record! {
         /// IMPs or bodies with a non-zero contact force at `t_n`.
         contacts: u64 = 136,
         /// Work of the stress on the points so far, less what plastic flow and viscous stress have taken of it, in J/m (points;
-        /// capability [`stress_work`](crate::capability::STRESS_WORK)). Where the law has an energy it grows as `elastic` does.
+        /// capability [`stress_work`](crate::config::capability::STRESS_WORK)). Where the law has an energy it grows as `elastic` does.
         stress_work: f64 = 144,
     }
 }

@@ -8,11 +8,11 @@ use std::time::Duration;
 
 use std::cell::RefCell;
 
-use crate::control::Party;
-use crate::domain::{Domain, OwnedDomain};
+use crate::message::control::Party;
 pub use crate::message::{Channel, Kind, Message, Payload};
 use crate::transport::Transport;
 pub use crate::transport::TransportError as ChannelError;
+use crate::transport::domain::{Domain, OwnedDomain};
 pub use crate::transport::iceoryx::Medium;
 use crate::transport::iceoryx::{Created, create, join};
 

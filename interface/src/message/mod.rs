@@ -3,11 +3,15 @@
 //! A channel has one sender, one receiver and one type of record. [`Channel`] lists them; every other list of channels
 //! follows from it.
 
+pub(crate) mod codec;
+pub mod control;
+pub mod wire;
+
 use serde::Serialize;
 
-use crate::codec::{DecodeError, decode, encode};
-use crate::control::{Notice, Order, Party};
-use crate::wire::{Record, StepHeader};
+use crate::message::codec::{DecodeError, decode, encode};
+use crate::message::control::{Notice, Order, Party};
+use crate::message::wire::{Record, StepHeader};
 
 /// What a channel carries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -220,9 +224,9 @@ impl Kind {
 macro_rules! each_kind {
     ($do:ident) => {
         $do! {
-            Order: u8, Notice: u8, Grant: $crate::wire::Grant, Report: $crate::wire::Report, Saved: u8, Restore: u8, Groups: $crate::wire::GroupState,
-            Points: $crate::wire::PointState, Bodies: $crate::wire::BodyState, Contacts: $crate::wire::ContactState, Set: $crate::wire::ImpInfo, States: $crate::wire::ImpState,
-            Forces: $crate::wire::ImpForce, Envelopes: $crate::wire::EnvelopeVertex
+            Order: u8, Notice: u8, Grant: $crate::message::wire::Grant, Report: $crate::message::wire::Report, Saved: u8, Restore: u8, Groups: $crate::message::wire::GroupState,
+            Points: $crate::message::wire::PointState, Bodies: $crate::message::wire::BodyState, Contacts: $crate::message::wire::ContactState, Set: $crate::message::wire::ImpInfo, States: $crate::message::wire::ImpState,
+            Forces: $crate::message::wire::ImpForce, Envelopes: $crate::message::wire::EnvelopeVertex
         }
     };
 }
@@ -418,7 +422,7 @@ impl Message {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::wire::ImpState;
+    use crate::message::wire::ImpState;
 
     #[test]
     fn every_channel_has_its_number_and_name() {
