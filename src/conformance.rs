@@ -17,8 +17,9 @@ use interface::session::process;
 use interface::transport::raw::Medium;
 
 use crate::cli::{ConformanceArgs, MutantArgs};
+use crate::exit::BAD_INPUT;
 use crate::terminal::{self, say};
-use crate::{BAD_INPUT, logging, solvers};
+use crate::{logging, solvers};
 
 /// Some clause that counts is broken.
 const BROKEN: u8 = 1;
@@ -113,12 +114,12 @@ fn required(args: &ConformanceArgs, party: Party) -> Result<Option<&'static Prof
 pub fn mutate(args: &MutantArgs) -> ExitCode {
     let party = if args.mpm { Party::Mpm } else { Party::Dem };
     let Some(name) = &args.clause else {
-        for mutant in mutant::of(party) {
+        for mutant in clause::mutants(party) {
             say(format_args!("  {:<8} {}", mutant.name, mutant.mutant.what));
         }
         return ExitCode::SUCCESS;
     };
-    let Some(mutant) = mutant::of(party).into_iter().find(|m| m.name == *name) else {
+    let Some(mutant) = clause::mutants(party).into_iter().find(|m| m.name == *name) else {
         return complain(&format!("there is no mutant `{name}`"), BAD_INPUT);
     };
     logging::of_solver();

@@ -4,6 +4,7 @@
 
 mod cli;
 mod conformance;
+mod exit;
 mod logging;
 mod replay;
 mod run;
@@ -16,10 +17,8 @@ use std::process::ExitCode;
 use clap::Parser;
 use cli::{Cli, Command};
 use coupler::scene::{Scene, schema};
+use exit::BAD_INPUT;
 use terminal::{complain, say};
-
-/// Bad input: nothing was started.
-const BAD_INPUT: u8 = 2;
 
 fn main() -> ExitCode {
     match Cli::parse().command {

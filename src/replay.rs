@@ -9,9 +9,10 @@ use interface::recording::End;
 
 use crate::cli::ReplayArgs;
 use crate::conformance::{built_in, words};
+use crate::exit::BAD_INPUT;
+use crate::logging;
 use crate::run::this_program;
 use crate::terminal::{self, say};
-use crate::{BAD_INPUT, logging};
 
 /// Some answer differs.
 const DIFFERENT: u8 = 1;

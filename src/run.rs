@@ -14,8 +14,9 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1, SIGXCPU};
 use signal_hook::flag;
 
 use crate::cli::{HowArgs, LogFormat, ResumeArgs, RunArgs};
+use crate::exit::BAD_INPUT;
 use crate::terminal::{complain, say};
-use crate::{BAD_INPUT, logging, solvers};
+use crate::{logging, solvers};
 
 /// Runs a scene from the command line.
 pub fn run(args: &RunArgs) -> ExitCode {

@@ -8,8 +8,8 @@ use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use conformance::bench::{PATIENCE, Start, Subject};
-use conformance::clause::{self, Clause};
-use conformance::mutant::{self, Flaw, Host, Manners, Named, Pass, serve, spoil};
+use conformance::clause::{self, Clause, NamedMutant};
+use conformance::mutant::{Flaw, Host, Manners, Pass, serve, spoil};
 use conformance::profile::{Profile, profiles};
 use conformance::verdict::Verdict;
 use conformance::{Examination, Options, examine};
@@ -121,7 +121,7 @@ impl Kept {
     /// Whether a mutant does anything in these sessions, or takes its time. Kit and solver do the same whenever they are told the same
     /// (T-6a), so where a flaw passes on all that passed without it, the mutant is told and answers what was told and
     /// answered without it, and the clause is kept: nothing has to be run to know that.
-    fn is_touched_by(&self, mutant: &Named) -> bool {
+    fn is_touched_by(&self, mutant: &NamedMutant) -> bool {
         self.sessions.iter().any(|tape| {
             let mut flaw = (mutant.mutant.flaw)();
             flaw.manners != Manners::default()
@@ -179,7 +179,7 @@ fn on_all_cores<T: Sync, R: Send>(items: &[T], work: impl Fn(&T) -> R + Sync) ->
 }
 
 /// What is wrong with how a mutant was judged.
-fn complaints(mutant: &Named, examination: &Examination) -> Vec<String> {
+fn complaints(mutant: &NamedMutant, examination: &Examination) -> Vec<String> {
     let mut wrong = Vec::new();
     let (name, meant) = (&mutant.name, mutant.clause.id);
     for judged in &examination.judged {
@@ -198,7 +198,7 @@ fn complaints(mutant: &Named, examination: &Examination) -> Vec<String> {
 }
 
 /// The clauses that a mutant may break, and those that are blocked where it breaks its own.
-fn to_be_judged(kept: &[Kept], mutant: &Named) -> Vec<String> {
+fn to_be_judged(kept: &[Kept], mutant: &NamedMutant) -> Vec<String> {
     let mut blocked = vec![mutant.clause.id];
     let mut asked = Vec::new();
     for kept in kept {
@@ -216,8 +216,11 @@ fn to_be_judged(kept: &[Kept], mutant: &Named) -> Vec<String> {
 
 fn every_mutant_breaks_its_clause_alone(of: Of) {
     let kept = kept_by_the_flawless(of);
-    let judged = |mutant: &Named| kept.iter().any(|kept| kept.clause.id == mutant.clause.id);
-    let mutants: Vec<_> = mutant::of(of.party).into_iter().filter(judged).collect();
+    let judged = |mutant: &NamedMutant| kept.iter().any(|kept| kept.clause.id == mutant.clause.id);
+    let mutants: Vec<_> = clause::mutants(of.party)
+        .into_iter()
+        .filter(judged)
+        .collect();
     let mut work = on_all_cores(&mutants, |mutant| {
         (mutant.clone(), to_be_judged(&kept, mutant))
     });
@@ -327,7 +330,7 @@ fn every_mutant_process_breaks_its_clause_alone() {
             .filter(|c| c.of_processes)
             .collect();
         let only: Vec<String> = about.iter().map(|c| c.id.to_string()).collect();
-        for mutant in mutant::of(party) {
+        for mutant in clause::mutants(party) {
             if !mutant.clause.of_processes {
                 continue;
             }

@@ -41,6 +41,7 @@
 pub mod bench;
 pub mod clause;
 pub mod mutant;
+mod options;
 pub mod profile;
 mod queue;
 pub mod replay;
@@ -57,28 +58,14 @@ use interface::config::capability::Capabilities;
 use interface::message::control::{Notice, Party};
 use thiserror::Error;
 
+pub use options::Options;
+
 use bench::{Bench, Subject};
 use clause::{Clause, Level};
 use profile::Profile;
 use queue::Queue;
 use trace::Trace;
 use verdict::{Unmet, Verdict, Why};
-
-/// How the kit is used.
-#[derive(Debug, Clone)]
-pub struct Options {
-    /// Ids of the clauses to judge; all when empty.
-    pub only: Vec<String>,
-    /// Most steps granted at once.
-    pub window: u64,
-    /// Longest wait for Hello and for Ready. A solver that has been awaited for so long once is awaited for
-    /// [`bench::PATIENCE`] from then on, so that one that never comes is judged in bounded time.
-    pub startup: Duration,
-    /// Whether the messages of each clause are kept.
-    pub trace: bool,
-    /// Clauses that are judged at the same time; 0 is taken for 1. Those that measure time are judged alone.
-    pub jobs: usize,
-}
 
 /// The kit cannot begin.
 #[derive(Debug, Error)]

@@ -3,10 +3,7 @@
 //! A clause says what it needs ([`crate::clause::Clause::needs`]), so a profile's core follows from the rows: the
 //! clauses that need nothing beyond it. Within a clause, scenes are made of what the solver takes.
 
-use std::collections::BTreeSet;
-
 use interface::config::capability::{Capabilities, POLLS, SAVE, STRESS_WORK};
-use interface::config::{BodyShape, ContactLaw, DemConfig, Motion};
 use interface::message::control::Party;
 
 use crate::clause::{Clause, of};
@@ -106,104 +103,10 @@ impl Profile {
 /// By which a solver says that it takes no feature at all.
 pub const NO_FEATURE: &str = "feature:none";
 
-/// Those of `needed` that a solver with these capabilities does not take.
-pub fn lacking<'a>(taken: &Capabilities, needed: impl IntoIterator<Item = &'a str>) -> Vec<String> {
-    let lacks = |name: &&str| match name.split_once(':') {
-        Some((family, member)) => !taken.takes(family, member),
-        None => !taken.has(name),
-    };
-    let lacking = needed.into_iter().filter(lacks);
-    lacking.map(ToString::to_string).collect()
-}
-
 /// The largest profile that a solver with these capabilities fits: it takes all of it, as far as it says.
 pub fn fitting(party: Party, taken: &Capabilities) -> Option<&'static Profile> {
-    let fits = |profile: &&Profile| lacking(taken, profile.takes()).is_empty();
+    let fits = |profile: &&Profile| profile.takes().all(|name| taken.meets(name));
     profiles(party).filter(fits).last()
-}
-
-/// What bodies' scenes need of a solver.
-pub fn needs(config: &DemConfig) -> BTreeSet<&'static str> {
-    let mut needs = BTreeSet::new();
-    for body in &config.bodies {
-        needs.insert(match body.shape {
-            BodyShape::Disc => "shape:disc",
-            BodyShape::Segment { .. } => "shape:segment",
-            BodyShape::Polygon { .. } => "shape:polygon",
-            BodyShape::Rectangle { .. } => "shape:rectangle",
-            BodyShape::Cluster { .. } => "shape:cluster",
-        });
-        needs.insert(match body.motion {
-            Motion::Free => "motion:free",
-            Motion::Fixed => "motion:fixed",
-            Motion::Driven => "motion:driven",
-            Motion::Guided { .. } => "motion:guided",
-            Motion::Pushed { .. } => "motion:pushed",
-        });
-    }
-    let pairs = config.contact_pairs.iter().map(|pair| &pair.law);
-    if !config.contact_pairs.is_empty() {
-        needs.insert("feature:contact_pairs");
-    }
-    if config.body_contact.is_some() {
-        needs.insert("feature:body_contact");
-    }
-    if config.contact_resolution.is_some() {
-        needs.insert("feature:contact_resolution");
-    }
-    let laws = [&config.point_contact].into_iter();
-    for law in laws.chain(config.body_contact.iter()).chain(pairs) {
-        needs.extend(of_law(law));
-    }
-    needs
-}
-
-/// What a law needs of a solver.
-fn of_law(law: &ContactLaw) -> Vec<&'static str> {
-    let (kind, friction, damping, adhesion, rolling) = match *law {
-        ContactLaw::Linear {
-            friction,
-            damping_ratio,
-            ..
-        } => ("law:linear", friction, damping_ratio, 0.0, 0.0),
-        ContactLaw::Granular {
-            friction,
-            damping_ratio,
-            adhesion,
-            rolling_friction,
-            ..
-        } => (
-            "law:granular",
-            friction,
-            damping_ratio,
-            adhesion,
-            rolling_friction,
-        ),
-        ContactLaw::HertzMindlin {
-            friction,
-            restitution,
-            adhesion,
-            ..
-        } => (
-            "law:hertz_mindlin",
-            friction,
-            1.0 - restitution,
-            adhesion,
-            0.0,
-        ),
-        ContactLaw::Area { friction, .. } => ("law:area", friction, 0.0, 0.0, 0.0),
-    };
-    let features = [
-        (friction, "feature:friction"),
-        (damping, "feature:damping"),
-        (adhesion, "feature:adhesion"),
-        (rolling, "feature:rolling_friction"),
-    ];
-    let used = features.into_iter().filter(|(value, _)| *value != 0.0);
-    [kind]
-        .into_iter()
-        .chain(used.map(|(_, name)| name))
-        .collect()
 }
 
 #[cfg(test)]
@@ -217,7 +120,7 @@ mod tests {
             for pair in all.windows(2) {
                 let (less, more) = (pair[0], pair[1]);
                 let more_takes = more.capabilities();
-                assert!(lacking(&more_takes, less.takes()).is_empty());
+                assert!(less.takes().all(|name| more_takes.meets(name)));
                 assert!(less.core().count() < more.core().count(), "{}", more.name);
             }
             assert_eq!(all.last().unwrap().core().count(), of(party).len());

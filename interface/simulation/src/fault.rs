@@ -2,7 +2,11 @@
 
 use interface::message::control::Party;
 
-use crate::world::Time;
+/// Virtual time in ns.
+pub type Time = u64;
+
+/// A second.
+pub const SECOND: Time = 1_000_000_000;
 
 /// Something that goes wrong when a party does its `at`-th thing (sends a message or does a task), counted from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

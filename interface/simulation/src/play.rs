@@ -16,7 +16,8 @@ use interface::solver::{DemSolver, MpmSolver};
 use interface::step::Clock;
 
 use crate::fault::Fault;
-use crate::world::{Breach, Ends, PARTIES, SECOND, Stopped, Time, World, number};
+use crate::fault::{SECOND, Time};
+use crate::world::{Breach, Ends, PARTIES, Stopped, World, number};
 
 /// Longest sleep before looking again (clause B-3).
 const NAP: Time = SECOND / 100;

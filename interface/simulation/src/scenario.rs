@@ -9,9 +9,10 @@ use interface::message::wire::{BodyState, PointState};
 use mechanics::generate::Random;
 
 use crate::fault::{Fault, FaultKind, Spoil};
+use crate::fault::{SECOND, Time};
 use crate::play::{Cast, DEADLINE, Plan, Played, play};
 use crate::toys::{MOST, TOYS};
-use crate::world::{PARTIES, SECOND, Time, World, number};
+use crate::world::{PARTIES, World, number};
 
 /// A session and what goes wrong in it.
 #[derive(Debug, Clone, PartialEq)]

@@ -11,13 +11,8 @@ use interface::message::{CHANNELS, Channel, Kind, Message, Payload, Records};
 use interface::transport::{Transport, TransportError};
 use mechanics::generate::Random;
 
-use crate::fault::{Fault, FaultKind, Spoil};
+use crate::fault::{Fault, FaultKind, SECOND, Spoil, Time};
 
-/// Virtual time in ns.
-pub type Time = u64;
-
-/// A second.
-pub const SECOND: Time = 1_000_000_000;
 /// Messages that may wait in a channel (clause C-7).
 const ROOM: usize = 4;
 /// How long a sender waits for room.

@@ -66,6 +66,14 @@ impl Capabilities {
         named.peek().is_none() || named.any(|known| known == member)
     }
 
+    /// Whether the solver has the verb `name`, or takes it where it is a `family:member`.
+    pub fn meets(&self, name: &str) -> bool {
+        match name.split_once(':') {
+            Some((family, member)) => self.takes(family, member),
+            None => self.has(name),
+        }
+    }
+
     /// What the solver names of `family`.
     pub fn members(&self, family: &str) -> impl Iterator<Item = &str> {
         let of = move |name: &'_ String| name.split_once(':').is_some_and(|(f, _)| f == family);

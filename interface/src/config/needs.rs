@@ -32,10 +32,7 @@ impl Need {
 
     /// Whether a solver with these capabilities has it.
     pub fn is_met(&self, capabilities: &Capabilities) -> bool {
-        match self.capability.split_once(':') {
-            Some((family, member)) => capabilities.takes(family, member),
-            None => capabilities.has(&self.capability),
-        }
+        capabilities.meets(&self.capability)
     }
 }
 

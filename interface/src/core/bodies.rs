@@ -1,10 +1,10 @@
 //! The bodies' side of a session: the order of PROTOCOL.md section 5 as its receiver of states and sender of forces.
 
+use super::error::{SessionError, broken};
 use super::line::{Line, Next};
-use super::{Action, Done, Event, Machine, Task, broken, check};
+use super::{Action, Done, Event, Machine, Task, check};
 use crate::config::DemConfig;
 use crate::config::capability::Capabilities;
-use crate::core::SessionError;
 use crate::message::control::Party;
 use crate::message::wire::{ImpForce, ImpInfo, ImpState, Limits, StepHeader, flags};
 use crate::message::{Channel, Kind, Records};

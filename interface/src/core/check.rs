@@ -1,7 +1,6 @@
 //! Clauses on the numbers of records: the same function for what is sent and for what is received.
 
-use super::broken;
-use crate::core::SessionError;
+use super::error::{SessionError, broken};
 use crate::message::Records;
 use crate::message::control::Party;
 use crate::message::wire::{ImpForce, ImpInfo, Record, StepHeader};

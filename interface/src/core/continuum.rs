@@ -1,11 +1,11 @@
 //! The continuum's side of a session: the order of PROTOCOL.md section 5 as its sender of states and receiver of forces.
 
 use super::approach::Approach;
+use super::error::{SessionError, broken};
 use super::line::{Line, Next};
-use super::{Action, Done, Event, Machine, Task, broken, check};
+use super::{Action, Done, Event, Machine, Task, check};
 use crate::config::MpmConfig;
 use crate::config::capability::Capabilities;
-use crate::core::SessionError;
 use crate::message::control::Party;
 use crate::message::wire::{EnvelopeVertex, ImpForce, StepHeader, flags};
 use crate::message::{Channel, Kind, Records};

@@ -86,3 +86,17 @@ pub enum SessionError {
         failure: Failure,
     },
 }
+
+/// Clause S-11: who waits for a party that itself waits for another is this much more patient with it, so that the one
+/// who waits for the silent party is the first to lose patience and names the right one.
+pub(crate) const PATIENCE_WITH_WAITERS: Duration = Duration::from_secs(1);
+
+/// A clause that somebody broke.
+pub(crate) fn broken(who: Party, clause: &'static str, step: u64, message: String) -> SessionError {
+    SessionError::Contract {
+        who,
+        clause,
+        step,
+        message,
+    }
+}

@@ -3,10 +3,11 @@
 
 use std::time::Duration;
 
+use super::check;
+use super::error::{PATIENCE_WITH_WAITERS, SessionError, broken};
+use super::event::{Action, Done, Event, Task, Wait};
 use super::pieces::{Incoming, Mark, Outgoing};
-use super::{Action, Done, Event, Task, Wait, broken, check};
 use crate::config::capability::Capabilities;
-use crate::core::{PATIENCE_WITH_WAITERS, SessionError};
 use crate::message::codec::{decode, encode};
 use crate::message::control::{Configure, Failure, Hello, Notice, Order, PROTOCOL, Party, Ready};
 use crate::message::wire::{Grant, Limits, Report, StepHeader, flags};

@@ -10,7 +10,7 @@ use interface::transport::iceoryx::join;
 use interface::transport::raw::{Channel, ChannelError, Kind, Medium, Message, Payload, Stage};
 use interface::transport::wait::{Patience, wait};
 
-use super::PATIENCE;
+use super::session::PATIENCE;
 use crate::verdict::{Unmet, broken};
 
 /// Exchanges, of which the fastest counts.

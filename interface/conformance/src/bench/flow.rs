@@ -8,7 +8,7 @@ use interface::step::Step;
 use interface::transport::raw::{Kind, Message, Payload};
 
 use super::lead::{Lead, Told, has_lead, records};
-use super::{Bench, configure};
+use super::session::{Bench, configure};
 use crate::verdict::{Unmet, broken};
 
 /// The states that the continuum sent in a step.

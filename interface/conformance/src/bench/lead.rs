@@ -8,7 +8,7 @@ use interface::message::wire::{
 use interface::step::{Clock, Step};
 use interface::transport::raw::{Kind, Message, Payload};
 
-use super::{Bench, Reply, Session};
+use super::session::{Bench, Reply, Session};
 use crate::verdict::{Unmet, broken};
 
 /// What a grant allows the solver's limits to be.

@@ -2,13 +2,14 @@
 //! down.
 
 use interface::config::DemConfig;
+use interface::config::needs::missing;
 use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, StepHeader, flags};
 use interface::step::Step;
 use interface::transport::raw::{Kind, Message, Payload};
 
 use super::lead::{Lead, Told, has_lead, records};
-use super::{Bench, Points, configure};
-use crate::profile;
+use super::points::Points;
+use super::session::{Bench, configure};
 use crate::verdict::{Unmet, broken};
 
 /// What the solver answered to the states of a step.
@@ -46,9 +47,11 @@ impl Bench {
     /// # Errors
     /// [`Unmet`].
     pub fn play(&self, config: &DemConfig) -> Result<Play<'_>, Unmet> {
-        let lacking = profile::lacking(&self.capabilities, profile::needs(config));
+        let needs = config.needs();
+        let lacking = missing(&needs, &self.capabilities);
         if !lacking.is_empty() {
-            return Err(Unmet::Lacking(lacking));
+            let names = lacking.iter().map(|need| need.capability.clone());
+            return Err(Unmet::Lacking(names.collect()));
         }
         self.lead(&configure(config)).map(Play::from)
     }

@@ -5,7 +5,7 @@ use interface::message::wire::{StepHeader, flags};
 use interface::transport::raw::{Kind, Message, Payload};
 
 use super::lead::records;
-use super::{Reply, Session};
+use super::session::{Reply, Session};
 use crate::verdict::{Unmet, broken};
 
 /// Bytes of a piece, at most.

@@ -3,145 +3,14 @@
 
 pub mod dem;
 pub mod mpm;
+mod row;
 mod shared;
 
-use core::fmt::{self, Display};
-
-use interface::config::capability::Capabilities;
 use interface::message::control::Party;
-use serde::Serialize;
 
-use crate::bench::Bench;
-use crate::mutant::{Flaw, Mutant};
-use crate::verdict::Judgement;
+pub use row::{Clause, Level};
 
-/// How binding a clause is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "UPPERCASE")]
-pub enum Level {
-    /// *Shall* in PROTOCOL.md.
-    Must,
-    /// *Should*, or a bound of our own on what PROTOCOL.md leaves open.
-    Should,
-}
-
-impl Display for Level {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.pad(match self {
-            Self::Must => "MUST",
-            Self::Should => "SHOULD",
-        })
-    }
-}
-
-/// Most mutants of a clause.
-const MUTANTS: usize = 4;
-
-/// One thing that a solver must or should do, how to see whether it does, and solvers that do not.
-pub struct Clause {
-    /// A case of a clause of PROTOCOL.md: `F-7a`. The same id is the same statement on both sides.
-    pub id: &'static str,
-    /// How binding it is.
-    pub level: Level,
-    /// What it says, in a line.
-    pub title: &'static str,
-    /// Clauses without which this one cannot be judged.
-    pub after: &'static [&'static str],
-    /// Capabilities without which it cannot be judged (`shape:rectangle`).
-    pub needs: &'static [&'static str],
-    /// Whether it can be seen of a process only.
-    pub of_processes: bool,
-    /// Whether it is judged while no other clause is, because it measures time.
-    pub alone: bool,
-    /// Judges it.
-    pub judge: fn(&Bench) -> Judgement,
-    /// Solvers that break it and no other clause.
-    mutants: [Option<Mutant>; MUTANTS],
-}
-
-impl Clause {
-    /// A clause that is *shall*.
-    pub const fn must(
-        id: &'static str,
-        title: &'static str,
-        judge: fn(&Bench) -> Judgement,
-    ) -> Self {
-        Self {
-            id,
-            level: Level::Must,
-            title,
-            after: &[],
-            needs: &[],
-            of_processes: false,
-            alone: false,
-            judge,
-            mutants: [None; MUTANTS],
-        }
-    }
-
-    /// A clause that is *should*.
-    pub const fn should(
-        id: &'static str,
-        title: &'static str,
-        judge: fn(&Bench) -> Judgement,
-    ) -> Self {
-        Self {
-            level: Level::Should,
-            ..Self::must(id, title, judge)
-        }
-    }
-
-    /// It can be judged only where these are kept.
-    #[must_use]
-    pub const fn after(self, after: &'static [&'static str]) -> Self {
-        Self { after, ..self }
-    }
-
-    /// It can be judged only of a solver that takes these.
-    #[must_use]
-    pub const fn needs(self, needs: &'static [&'static str]) -> Self {
-        Self { needs, ..self }
-    }
-
-    /// It can be seen of a process only.
-    #[must_use]
-    pub const fn of_processes(self) -> Self {
-        Self {
-            of_processes: true,
-            ..self
-        }
-    }
-
-    /// It is judged while no other clause is, because it measures time.
-    #[must_use]
-    pub const fn alone(self) -> Self {
-        Self {
-            alone: true,
-            ..self
-        }
-    }
-
-    /// A solver that is right but for this.
-    #[must_use]
-    pub const fn mutant(mut self, what: &'static str, flaw: fn() -> Flaw) -> Self {
-        let mut k = 0;
-        while self.mutants[k].is_some() {
-            k += 1;
-        }
-        self.mutants[k] = Some(Mutant { what, flaw });
-        self
-    }
-
-    /// Its mutants.
-    pub fn mutants(&self) -> impl Iterator<Item = Mutant> {
-        self.mutants.iter().flatten().copied()
-    }
-
-    /// The capabilities that it needs and `taken` has not.
-    pub fn lacks(&self, taken: &Capabilities) -> Vec<String> {
-        crate::profile::lacking(taken, self.needs.iter().copied())
-    }
-}
+use crate::mutant::Mutant;
 
 /// The clauses by which the solver of one side is judged, in order; what a clause is `after` comes before it.
 pub fn of(party: Party) -> Vec<&'static Clause> {
@@ -164,6 +33,36 @@ pub fn own(party: Party) -> impl Iterator<Item = &'static Clause> {
         Party::Coupler => &[],
     };
     own.iter().copied().flatten()
+}
+
+/// A mutant with the name by which it is called, and the clause that it breaks.
+#[derive(Clone)]
+pub struct NamedMutant {
+    /// The clause's id, for its second mutant with `/2` behind it.
+    pub name: String,
+    /// What it breaks.
+    pub clause: &'static Clause,
+    /// The mutant.
+    pub mutant: Mutant,
+}
+
+/// The mutants of one side.
+pub fn mutants(party: Party) -> Vec<NamedMutant> {
+    let mut named = Vec::new();
+    for clause in of(party) {
+        for (k, mutant) in (1..).zip(clause.mutants()) {
+            let name = match k {
+                1 => clause.id.to_string(),
+                k => format!("{}/{k}", clause.id),
+            };
+            named.push(NamedMutant {
+                name,
+                clause,
+                mutant,
+            });
+        }
+    }
+    named
 }
 
 /// What nobody can see from outside, or what this kit does not look at, with the reason.

@@ -13,7 +13,7 @@ use interface::solver::Readiness;
 use interface::transport::raw::{Message, Payload};
 use serde_json::Value;
 
-use super::Flaw;
+use super::flaw::Flaw;
 
 /// A value that two flaws see.
 pub fn shared<T>(value: T) -> (Rc<Cell<T>>, Rc<Cell<T>>) {

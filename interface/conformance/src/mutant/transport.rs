@@ -8,7 +8,7 @@ use interface::message::wire::StepHeader;
 use interface::message::{Channel, Kind, Message, Payload, Records};
 use interface::transport::{Transport, TransportError};
 
-use super::Flaw;
+use super::flaw::Flaw;
 
 /// How much later than Ready a mutant opens what it should have opened before, and than Bye it goes.
 const LATE: Duration = Duration::from_millis(20);

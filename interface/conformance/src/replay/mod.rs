@@ -5,6 +5,7 @@
 //! and a solver can be stepped through in a debugger without the rest of the run.
 
 mod compare;
+mod error;
 mod script;
 
 use std::path::Path;
@@ -12,12 +13,13 @@ use std::time::Duration;
 
 use interface::message::control::{Configure, Notice, Order, Party};
 use interface::message::wire::{Grant, flags};
-use interface::recording::{End, Playback, RecordingError};
-use interface::transport::raw::{ChannelError, Kind, Message, Payload, Stage};
+use interface::recording::{End, Playback};
+use interface::transport::raw::{Kind, Message, Payload, Stage};
 use interface::transport::wait::{Patience, wait};
-use thiserror::Error;
 
 pub use compare::{Comparison, Difference};
+pub use error::ReplayError;
+use error::Stop;
 use script::Script;
 
 use crate::bench::{Instead, Subject, Worker};
@@ -26,39 +28,6 @@ use crate::bench::{Instead, Subject, Worker};
 const ARRIVAL: Duration = Duration::from_secs(30);
 /// Longest wait for Ready and Bye.
 const CONFIGURATION: Duration = Duration::from_mins(2);
-
-/// A recording could not be replayed.
-#[derive(Debug, Error)]
-pub enum ReplayError {
-    /// The recording cannot be read.
-    #[error(transparent)]
-    Recording(#[from] RecordingError),
-    /// It is not of such a run.
-    #[error("the recording has no {0}: nothing to replay it against")]
-    Absent(Party),
-    /// A message of the recording is not what its channel carries, or comes in an impossible order.
-    #[error("the recording makes no sense: {0}")]
-    Senseless(String),
-    /// A value for the configuration has no place in it.
-    #[error("--set {0}")]
-    Override(String),
-    /// The solver could not be started.
-    #[error("cannot start the {0} solver: {1}")]
-    Start(Party, std::io::Error),
-    /// The channels do not work.
-    #[error(transparent)]
-    Channel(#[from] ChannelError),
-    /// The solver ended, failed or fell silent, and had not when it was recorded.
-    #[error("the {party} solver at step {step}: {how}")]
-    Solver {
-        /// Its side.
-        party: Party,
-        /// First step that was not replayed.
-        step: u64,
-        /// What it did.
-        how: String,
-    },
-}
 
 /// What a replay has shown.
 #[derive(Debug)]
@@ -81,23 +50,6 @@ pub struct Options {
     pub tolerance: f64,
     /// Values of the solver's configuration other than those recorded, as `key.key=JSON`.
     pub set: Vec<String>,
-}
-
-/// Why the play is over before the recorded session is closed.
-enum Stop {
-    /// The recording has no more of what comes next.
-    Over,
-    /// The answers are so different that the rest of the recording does not fit them.
-    Diverged,
-    /// The solver failed, with the same words as then.
-    FailedAsRecorded(String),
-    Error(ReplayError),
-}
-
-impl<E: Into<ReplayError>> From<E> for Stop {
-    fn from(error: E) -> Self {
-        Self::Error(error.into())
-    }
 }
 
 /// Plays the recording at `path` to `subject`.

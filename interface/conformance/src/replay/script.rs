@@ -7,7 +7,7 @@ use interface::message::control::Party;
 use interface::recording::Playback;
 use interface::transport::raw::{Kind, Message, Payload};
 
-use super::{ReplayError, Stop};
+use super::error::{ReplayError, Stop};
 
 /// The part of a recording that one solver has in it, read as far as it is asked for.
 pub(super) struct Script {

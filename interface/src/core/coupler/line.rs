@@ -2,16 +2,17 @@
 
 use std::time::Duration;
 
-use super::CONFIGURATION;
 use crate::config::capability::SAVE;
-use crate::core::SessionError;
-use crate::core::broken;
+use crate::core::error::{SessionError, broken};
 use crate::core::pieces::{Incoming, Outgoing};
 use crate::message::codec::encode;
 use crate::message::control::{Configure, Hello, Order, PROTOCOL, Party};
 use crate::message::wire::{Grant, Report};
 use crate::message::{Channel, Kind};
 use crate::solver::Readiness;
+
+/// Longest wait for a solver to take its configuration: it may fill millions of points.
+pub(super) const CONFIGURATION: Duration = Duration::from_mins(2);
 
 /// The coupler's line to one solver.
 #[derive(Debug)]

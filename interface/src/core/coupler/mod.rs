@@ -7,10 +7,10 @@ mod reports;
 use std::time::Duration;
 
 pub use self::asked::{Decision, Event, Part, Question, Round};
-use self::line::Line;
+use self::line::{CONFIGURATION, Line};
 use super::pieces::Outgoing;
 use super::{Action, Wait, check};
-use crate::core::{PATIENCE_WITH_WAITERS, SessionError};
+use crate::core::error::{PATIENCE_WITH_WAITERS, SessionError};
 use crate::message::codec::encode;
 use crate::message::control::{Configure, Hello, Notice, Order, Party};
 use crate::message::wire::{Grant, Report, StepHeader, flags};
@@ -19,8 +19,6 @@ use crate::solver::Readiness;
 
 /// Longest wait for a solver to come and say hello.
 const ARRIVAL: Duration = Duration::from_secs(30);
-/// Longest wait for a solver to take its configuration: it may fill millions of points.
-const CONFIGURATION: Duration = Duration::from_mins(2);
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {

@@ -3,8 +3,8 @@
 use super::asked::Question;
 use super::{Coupler, State};
 use crate::config::capability::{CONTACTS, SAVE};
-use crate::core::SessionError;
-use crate::core::{Action, broken, check};
+use crate::core::error::{SessionError, broken};
+use crate::core::{Action, check};
 use crate::message::control::Party;
 use crate::message::wire::{PointState, Report, StepHeader, flags};
 use crate::message::{Channel, Kind, Records};

@@ -10,7 +10,7 @@ mod order;
 pub(super) mod scene;
 mod time;
 
-use super::Clause;
+use super::row::Clause;
 use super::shared::{looked_at, naps, resumed};
 
 /// All of them, in order.

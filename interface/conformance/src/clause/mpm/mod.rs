@@ -11,7 +11,7 @@ mod limits;
 pub(super) mod scene;
 mod time;
 
-use super::Clause;
+use super::row::Clause;
 use super::shared::{looked_at, naps, resumed};
 
 /// All of them, in order.

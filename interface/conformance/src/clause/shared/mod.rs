@@ -12,7 +12,7 @@ pub use machine::naps;
 pub use polls::{EXCHANGES, POLLS, polls};
 pub use saved::{looked_at, resumed};
 
-use super::Clause;
+use super::row::Clause;
 
 /// All of them, in order.
 pub const CLAUSES: &[&[Clause]] = &[

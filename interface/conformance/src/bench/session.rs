@@ -1,0 +1,371 @@
+//! One clause being judged, and the sessions that it has with the solver.
+
+use std::cell::{Cell, RefCell};
+use std::time::{Duration, Instant};
+
+use interface::config::capability::Capabilities;
+use interface::message::control::{Configure, Failure, Hello, Notice, Order, Party, Ready};
+use interface::solver::Refusal;
+use interface::transport::raw::{Kind, Message, Stage};
+use interface::transport::wait::Patience;
+
+use super::subject::{Instead, Subject, Worker};
+use crate::options::Options;
+use crate::trace::{Trace, Way};
+use crate::verdict::{Unmet, broken};
+
+/// Longest silence of a solver that is to answer.
+pub const PATIENCE: Duration = Duration::from_secs(2);
+/// Longest wait for Hello and for Ready where nothing else is asked for: an interpreter may have much to load, and the
+/// coupler waits longer (S-11).
+pub const STARTUP: Duration = Duration::from_secs(20);
+/// Longest time that a clause takes in all, start-up left out: a solver that answers every time, but late, does not hold up the kit.
+pub const LIMIT: Duration = Duration::from_secs(20);
+/// Hash of the kit's scenes.
+pub const HASH: &str = "00c0ffee";
+
+/// Where one clause is judged.
+pub struct Bench {
+    /// The solver under test.
+    pub subject: Subject,
+    /// Most steps granted at once.
+    pub window: u64,
+    /// Longest wait for Hello and for Ready.
+    pub startup: Duration,
+    /// What the solver says in Hello that it takes.
+    pub capabilities: Capabilities,
+    trace: RefCell<Trace>,
+    started: Instant,
+    /// Time spent waiting for Hello and Ready.
+    starting: Cell<Duration>,
+    sessions: Cell<u32>,
+}
+
+impl Bench {
+    /// A bench whose clock starts now.
+    pub fn new(subject: Subject, options: &Options, hello: &Capabilities, trace: Trace) -> Self {
+        Self {
+            subject,
+            window: options.window.max(1),
+            startup: options.startup,
+            capabilities: hello.clone(),
+            trace: RefCell::new(trace),
+            started: Instant::now(),
+            starting: Cell::new(Duration::ZERO),
+            sessions: Cell::new(0),
+        }
+    }
+
+    /// Time since the clause began.
+    pub fn elapsed(&self) -> Duration {
+        self.started.elapsed()
+    }
+
+    /// A run with the solver, which has been started and has said nothing yet.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`] when it cannot be started.
+    pub fn session(&self) -> Result<Session<'_>, Unmet> {
+        let stage = Stage::open(self.subject.medium(), self.subject.party)?;
+        let worker = self.subject.start(stage.domain());
+        let worker = worker.map_err(|e| broken("a solver that starts", e))?;
+        self.sessions.set(self.sessions.get() + 1);
+        Ok(Session {
+            bench: self,
+            stage,
+            worker,
+            number: self.sessions.get(),
+        })
+    }
+
+    /// Whether the solver takes a capability, as far as it says.
+    pub fn takes(&self, capability: &str) -> bool {
+        self.capabilities.meets(capability)
+    }
+
+    /// A run with the solver, which has said Hello.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`].
+    pub fn greeted(&self) -> Result<Session<'_>, Unmet> {
+        let mut session = self.session()?;
+        session.hello()?;
+        Ok(session)
+    }
+
+    /// Whether the solver was awaited at its start for as long as it may be.
+    pub(crate) fn was_kept_waiting(&self) -> bool {
+        self.starting.get() >= self.startup
+    }
+
+    pub(crate) fn into_trace(self) -> Trace {
+        self.trace.into_inner()
+    }
+
+    fn left(&self) -> Duration {
+        (LIMIT + self.starting.get()).saturating_sub(self.started.elapsed())
+    }
+}
+
+/// The order that hands a solver `config`, coupled.
+pub fn configure<C: serde::Serialize>(config: &C) -> Configure {
+    Configure {
+        scene_hash: HASH.into(),
+        config: serde_json::to_string(config).expect("a configuration has string keys only"),
+        coupled: true,
+        // Longer than the kit waits, so that a solver's own deadline is not taken for its answer.
+        deadline: 5.0 * PATIENCE.as_secs_f64(),
+        restore: false,
+        other_polls: false,
+    }
+}
+
+/// What a solver says to its configuration.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Reply {
+    /// It takes it.
+    Ready(Ready),
+    /// It does not.
+    Refused(Refusal),
+}
+
+/// One run with the solver under test. Dropping it ends the solver.
+pub struct Session<'b> {
+    bench: &'b Bench,
+    /// The coupler's and the peer's ends.
+    pub stage: Stage,
+    worker: Worker,
+    number: u32,
+}
+
+impl Session<'_> {
+    /// Sends a message as it is, with its bell.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`] when the solver takes nothing.
+    pub fn send(&mut self, message: &Message) -> Result<(), Unmet> {
+        self.note(Way::ToSolver, message);
+        Ok(self.stage.send(message)?)
+    }
+
+    /// Sends a message as it is, without a bell.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`] when the solver takes nothing.
+    pub fn send_silently(&mut self, message: &Message) -> Result<(), Unmet> {
+        self.note(Way::ToSolver, message);
+        Ok(self.stage.send_silently(message)?)
+    }
+
+    /// Sends an order.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`] when the solver takes nothing.
+    pub fn order(&mut self, order: &Order) -> Result<(), Unmet> {
+        self.send(&Message::order(order))
+    }
+
+    /// The next message of this kind, if it is there.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`] when the channel does not work.
+    pub fn take(&mut self, kind: Kind) -> Result<Option<Message>, Unmet> {
+        let message = self.stage.receive(kind)?;
+        if let Some(message) = &message {
+            self.note(Way::FromSolver, message);
+        }
+        Ok(message)
+    }
+
+    /// The next message of this kind that comes within `time`, if one does: none is expected.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`] when the channel does not work.
+    pub fn unexpected(&mut self, kind: Kind, time: Duration) -> Result<Option<Message>, Unmet> {
+        let start = Instant::now();
+        loop {
+            let message = self.take(kind)?;
+            if message.is_some() || start.elapsed() >= time {
+                return Ok(message);
+            }
+            self.stage.sleep(kind, Duration::from_millis(1));
+        }
+    }
+
+    /// Waits for a message of this kind.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`] when a notice comes instead, the solver ends, or nothing comes.
+    pub fn expect(&mut self, kind: Kind) -> Result<Message, Unmet> {
+        self.expect_within(kind, PATIENCE.min(self.bench.left()))
+    }
+
+    fn expect_within(&mut self, kind: Kind, deadline: Duration) -> Result<Message, Unmet> {
+        let patience = Patience {
+            nap: Duration::from_micros(500),
+            ..Patience::until(deadline)
+        };
+        let message = self.worker.expect(&self.stage, kind, patience);
+        let message = message.map_err(|instead| {
+            let expected = format!("{kind:?}");
+            match instead {
+                Instead::Notice(notice) => broken(expected, words(&notice)),
+                Instead::End(end) => broken(expected, format_args!("a solver that {end}")),
+                Instead::Silence(waited) => {
+                    let waited = waited.as_secs_f64();
+                    broken(expected, format_args!("nothing for {waited:.1} s"))
+                }
+                Instead::Channel(error) => error.into(),
+            }
+        })?;
+        self.note(Way::FromSolver, &message);
+        Ok(message)
+    }
+
+    /// Waits for the next notice.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`], also when it does not decode (S-1).
+    pub fn notice(&mut self) -> Result<Notice, Unmet> {
+        self.notice_within(PATIENCE.min(self.bench.left()))
+    }
+
+    fn notice_within(&mut self, deadline: Duration) -> Result<Notice, Unmet> {
+        let message = self.expect_within(Kind::Notice, deadline)?;
+        message.as_notice().map_err(|e| {
+            broken(
+                "a notice as section 3 says",
+                format_args!("{e}: {}", words(&message)),
+            )
+        })
+    }
+
+    /// Waits for what a solver says while it starts, whose time is not counted.
+    fn starting(&mut self) -> Result<Notice, Unmet> {
+        let start = Instant::now();
+        let notice = self.notice_within(self.bench.startup);
+        let starting = &self.bench.starting;
+        starting.set(starting.get() + start.elapsed());
+        notice
+    }
+
+    /// Waits for Hello.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`].
+    pub fn hello(&mut self) -> Result<Hello, Unmet> {
+        match self.starting()? {
+            Notice::Hello(hello) => Ok(hello),
+            other => Err(broken("Hello", format_args!("{other:?}"))),
+        }
+    }
+
+    /// Hands over a configuration and waits for what the solver says to it.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`].
+    pub fn configure(&mut self, configure: &Configure) -> Result<Reply, Unmet> {
+        self.order(&Order::Configure(configure.clone()))?;
+        self.reply()
+    }
+
+    /// What the solver says to its configuration.
+    pub(super) fn reply(&mut self) -> Result<Reply, Unmet> {
+        match self.starting()? {
+            Notice::Ready(ready) => Ok(Reply::Ready(ready)),
+            Notice::Refused(refusal) => Ok(Reply::Refused(refusal)),
+            other => Err(broken("Ready or Refused", format_args!("{other:?}"))),
+        }
+    }
+
+    /// The same, where only Ready will do.
+    ///
+    /// # Errors
+    /// [`Unmet::Declined`] when the solver refuses.
+    pub fn ready(&mut self, order: &Configure) -> Result<Ready, Unmet> {
+        match self.configure(order)? {
+            Reply::Ready(ready) => Ok(ready),
+            Reply::Refused(refusal) => Err(Unmet::Declined(refusal)),
+        }
+    }
+
+    /// Waits until the solver says why it cannot go on, whatever it was asked.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`] when it says something else, or nothing.
+    pub fn failure(&mut self) -> Result<Failure, Unmet> {
+        self.failure_within(PATIENCE.min(self.bench.left()))
+    }
+
+    /// The same, where it may take longer than an answer.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`] when it says something else, or nothing.
+    pub fn failure_within(&mut self, deadline: Duration) -> Result<Failure, Unmet> {
+        match self.notice_within(deadline)? {
+            Notice::Failed(failure) => Ok(failure),
+            other => Err(broken("Failed", format_args!("{other:?}"))),
+        }
+    }
+
+    /// Asks for an orderly end: Drain, Bye, Close.
+    ///
+    /// # Errors
+    /// [`Unmet::Broken`].
+    pub fn close(&mut self) -> Result<(), Unmet> {
+        self.order(&Order::Drain)?;
+        match self.notice()? {
+            Notice::Bye => self.order(&Order::Close),
+            other => Err(broken("Bye", format_args!("{other:?}"))),
+        }
+    }
+
+    /// Waits for the end of the solver for `within` at most; returns how it ended.
+    pub fn end(&mut self, within: Duration) -> Option<String> {
+        let start = Instant::now();
+        loop {
+            let end = self.worker.ended();
+            if end.is_some() || start.elapsed() >= within {
+                return end;
+            }
+            std::thread::sleep(Duration::from_micros(200));
+        }
+    }
+
+    /// Whether a bodies' side is under test.
+    pub fn is_of_bodies(&self) -> bool {
+        self.bench.subject.party == Party::Dem
+    }
+
+    /// Process id of the solver, if it is a process.
+    pub fn pid(&self) -> Option<u32> {
+        self.worker.pid()
+    }
+
+    fn note(&self, way: Way, message: &Message) {
+        let mut trace = self.bench.trace.borrow_mut();
+        trace.note(self.number, self.bench.elapsed(), way, message);
+    }
+}
+
+impl Drop for Session<'_> {
+    fn drop(&mut self) {
+        if self.worker.pid().is_none() {
+            // A thread cannot be killed: it is told, and sees that the coupler is gone.
+            let _ = self.stage.send(&Message::order(&Order::Abort(
+                "the clause is judged".into(),
+            )));
+            self.stage.release();
+        }
+        self.worker.dismiss();
+    }
+}
+
+/// A notice for people, or its bytes.
+fn words(message: &Message) -> String {
+    match message.as_notice() {
+        Ok(Notice::Failed(failure)) => format!("Failed: {}", failure.message),
+        Ok(notice) => format!("{notice:?}"),
+        Err(e) => format!("{e}: {:?}", message.payload),
+    }
+}

@@ -1,0 +1,231 @@
+//! What a mutant does wrong.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::time::Duration;
+
+use interface::config::DemConfig;
+use interface::message::control::{Configure, Notice, Order};
+use interface::message::wire::{
+    BodyState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, PointState, Report,
+    StepHeader,
+};
+use interface::transport::raw::{Message, Payload};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+/// A solver that breaks one clause.
+#[derive(Clone, Copy)]
+pub struct Mutant {
+    /// What it does wrong.
+    pub what: &'static str,
+    /// Makes its flaw, afresh for every run.
+    pub flaw: fn() -> Flaw,
+}
+
+/// What to pass on instead of a message: nothing, the message, or several.
+pub type Pass = Box<dyn FnMut(Message) -> Vec<Message>>;
+
+/// What a mutant does wrong.
+pub struct Flaw {
+    /// To what comes from coupler and peer.
+    pub inbound: Pass,
+    /// To what goes to them.
+    pub outbound: Pass,
+    /// Outside the messages.
+    pub manners: Manners,
+}
+
+/// What a solver does besides sending and receiving.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is a bad manner of its own, which one mutant has"
+)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Manners {
+    /// Exit status after Close, instead of 0.
+    pub status_closed: Option<u8>,
+    /// Exit status after anything else, instead of 3.
+    pub status_failed: Option<u8>,
+    /// Exit status when there is nothing to join, instead of 2.
+    pub status_unjoined: Option<u8>,
+    /// Opens where it measures to only after it has said Ready.
+    pub opens_late: bool,
+    /// Rings no bell.
+    pub rings_no_bell: bool,
+    /// Looks for messages only when a bell has rung.
+    pub waits_for_the_bell: bool,
+    /// Does not look for a while before it sleeps.
+    pub sleeps_at_once: bool,
+    /// Ends when it has said Bye.
+    pub goes_at_bye: bool,
+    /// Does not look whether the coupler lives.
+    pub never_looks_up: bool,
+    /// Does not look whether the coupler lives between a grant and the report.
+    pub never_looks_up_in_a_step: bool,
+    /// Removes the run's lock when it ends.
+    pub removes_the_lock: bool,
+    /// Waits for the next grant for ever.
+    pub waits_for_ever: bool,
+    /// Ends on Ctrl-C.
+    pub ends_on_interrupt: bool,
+}
+
+impl Flaw {
+    /// None: what passes is not changed.
+    pub fn none() -> Self {
+        Self {
+            inbound: Box::new(|message| vec![message]),
+            outbound: Box::new(|message| vec![message]),
+            manners: Manners::default(),
+        }
+    }
+
+    /// Spoils what comes in.
+    pub fn inbound(pass: impl FnMut(Message) -> Vec<Message> + 'static) -> Self {
+        Self {
+            inbound: Box::new(pass),
+            ..Self::none()
+        }
+    }
+
+    /// Spoils what goes out.
+    pub fn outbound(pass: impl FnMut(Message) -> Vec<Message> + 'static) -> Self {
+        Self {
+            outbound: Box::new(pass),
+            ..Self::none()
+        }
+    }
+
+    /// Spoils what passes, whichever way: a kind of message goes one way only.
+    pub fn passing(pass: impl FnMut(Message) -> Vec<Message> + 'static) -> Self {
+        let pass = Rc::new(RefCell::new(pass));
+        let other = Rc::clone(&pass);
+        Self {
+            inbound: Box::new(move |message| pass.borrow_mut()(message)),
+            outbound: Box::new(move |message| other.borrow_mut()(message)),
+            manners: Manners::default(),
+        }
+    }
+
+    /// Spoils each message that passes.
+    pub fn each(mut spoil: impl FnMut(&mut Message) + 'static) -> Self {
+        Self::passing(move |mut message| {
+            spoil(&mut message);
+            vec![message]
+        })
+    }
+
+    /// Behaves badly.
+    pub fn manners(spoil: impl FnOnce(&mut Manners)) -> Self {
+        let mut flaw = Self::none();
+        spoil(&mut flaw.manners);
+        flaw
+    }
+
+    /// This one, and then another one.
+    #[must_use]
+    pub fn with(self, other: Self) -> Self {
+        let then = |mut first: Pass, mut second: Pass| -> Pass {
+            Box::new(move |message| first(message).into_iter().flat_map(&mut second).collect())
+        };
+        Self {
+            inbound: then(self.inbound, other.inbound),
+            outbound: then(self.outbound, other.outbound),
+            manners: if other.manners == Manners::default() {
+                self.manners
+            } else {
+                other.manners
+            },
+        }
+    }
+
+    /// Spoils notices.
+    pub fn notices(mut spoil: impl FnMut(&mut Notice) + 'static) -> Self {
+        Self::outbound(move |message| match message.as_notice() {
+            Ok(mut notice) => {
+                spoil(&mut notice);
+                vec![Message::notice(message.header.step, &notice)]
+            }
+            Err(_) => vec![message],
+        })
+    }
+
+    /// Spoils the Configure that the solver gets to see.
+    pub fn configure(mut spoil: impl FnMut(&mut Configure) + 'static) -> Self {
+        Self::inbound(move |message| match message.as_order() {
+            Ok(Order::Configure(mut configure)) => {
+                spoil(&mut configure);
+                vec![Message::order(&Order::Configure(configure))]
+            }
+            _ => vec![message],
+        })
+    }
+
+    /// Spoils a configuration, where it parses; one that is left as it was keeps its bytes.
+    pub fn config<C: Clone + PartialEq + Serialize + DeserializeOwned>(
+        mut spoil: impl FnMut(&mut C) + 'static,
+    ) -> Self {
+        Self::configure(move |configure| {
+            if let Ok(config) = serde_json::from_str::<C>(&configure.config) {
+                let mut spoilt = config.clone();
+                spoil(&mut spoilt);
+                if spoilt != config {
+                    configure.config = serde_json::to_string(&spoilt).expect("it was JSON before");
+                }
+            }
+        })
+    }
+
+    /// Spoils the bodies' configuration, where it parses.
+    pub fn bodies_config(spoil: impl FnMut(&mut DemConfig) + 'static) -> Self {
+        Self::config(spoil)
+    }
+}
+
+/// One constructor for each kind of record that can be spoilt.
+macro_rules! spoil {
+    ($($(#[$doc:meta])* $name:ident: $payload:ident of $record:ty;)*) => {
+        impl Flaw {
+            $($(#[$doc])*
+            pub fn $name(mut spoil: impl FnMut(&mut StepHeader, &mut Vec<$record>) + 'static) -> Self {
+                Self::each(move |message| {
+                    if let Payload::$payload(records) = &mut message.payload {
+                        spoil(&mut message.header, records);
+                    }
+                })
+            })*
+        }
+    };
+}
+
+spoil! {
+    /// Spoils grants.
+    grants: Grant of Grant;
+    /// Spoils sets.
+    set: Set of ImpInfo;
+    /// Spoils states.
+    states: States of ImpState;
+    /// Spoils forces.
+    forces: Forces of ImpForce;
+    /// Spoils outlines.
+    envelopes: Envelopes of EnvelopeVertex;
+    /// Spoils reports.
+    reports: Report of Report;
+    /// Spoils the states of bodies.
+    bodies: Bodies of BodyState;
+    /// Spoils those of groups.
+    groups: Groups of GroupState;
+    /// Spoils those of all points.
+    points: Points of PointState;
+}
+
+/// Of how many points on a mutant naps: those of the clause on latency, and of few others.
+const MANY: usize = 100;
+
+/// Sleeps for several naps of B-3 where there are many points.
+pub fn nap_for_many(points: usize) {
+    if points >= MANY {
+        std::thread::sleep(Duration::from_millis(60));
+    }
+}

@@ -1,0 +1,36 @@
+//! What the machines of both solvers' sides have in common.
+
+use super::error::SessionError;
+use super::event::{Action, Event};
+use super::line::Line;
+
+/// A solver's side of a session, whichever it is.
+pub trait Machine {
+    /// What to do first.
+    fn start(&mut self) -> Action {
+        self.line_mut().start()
+    }
+
+    /// What to do now that this has happened.
+    fn on(&mut self, event: Event<'_>) -> Action {
+        match self.react(event) {
+            Ok(action) => action,
+            Err(error) => {
+                self.stand();
+                self.line_mut().fail(error)
+            }
+        }
+    }
+
+    /// The same where a clause may be broken.
+    ///
+    /// # Errors
+    /// Any [`SessionError`]; it ends the session.
+    fn react(&mut self, event: Event<'_>) -> Result<Action, SessionError>;
+    /// No step of the exchange is under way any more.
+    fn stand(&mut self);
+    /// What both sides have in common.
+    fn line(&self) -> &Line;
+    /// What both sides have in common.
+    fn line_mut(&mut self) -> &mut Line;
+}
