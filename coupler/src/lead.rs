@@ -10,7 +10,7 @@ use interface::core::coupler::{Coupler, Decision, Part, Question, Round};
 use interface::message::control::{Configure, Hello, Party};
 use interface::message::wire::{BodyState, Grant, GroupState, Ledger, flags};
 use interface::recording::Tape;
-use interface::session::{Lead, Stop};
+use interface::session::{Stop, Supervisor};
 
 use crate::account::Account;
 use crate::checkpoint::file::About;
@@ -567,7 +567,7 @@ impl<'a> Run<'a> {
     }
 }
 
-impl Lead for Run<'_> {
+impl Supervisor for Run<'_> {
     fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop> {
         let decision = match question {
             Question::Configure => self.configure(coupler).map(Decision::Configure),

@@ -13,7 +13,7 @@ use interface::recording::{About, Recorder, Tap, Tape};
 use interface::session::solver::Clocked;
 use interface::session::together::Together;
 use interface::session::turns::drive;
-use interface::session::{DemSide, Leader, MpmSide};
+use interface::session::{CouplerSide, DemSide, MpmSide};
 use interface::solver::{DemSolver, MpmSolver};
 use interface::transport::Transport;
 use interface::transport::direct::Direct;
@@ -210,7 +210,7 @@ fn processes(
         });
     }
     if verdict.is_ok() {
-        let mut leader = Leader::new(&parties, run);
+        let mut leader = CouplerSide::new(&parties, run);
         drive(&mut leader, &mut *transport);
         verdict = leader.take_verdict().map_err(RunError::from);
     }
@@ -250,7 +250,7 @@ fn here(
         ],
         None => [Box::new(hub.clone()), Box::new(hub.clone()), Box::new(hub)],
     };
-    let mut leader = Leader::new(&parties, run);
+    let mut leader = CouplerSide::new(&parties, run);
     let mut together = Together {
         leader: &mut leader,
         mpm: mpm.as_mut(),

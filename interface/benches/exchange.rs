@@ -16,7 +16,7 @@ use interface::message::wire::{ImpForce, ImpState};
 use interface::session::solver::Clocked;
 use interface::session::together::Together;
 use interface::session::turns::drive;
-use interface::session::{DemSide, Lead, Leader, MpmSide, Stop, serve_dem, serve_mpm};
+use interface::session::{CouplerSide, DemSide, MpmSide, Stop, Supervisor, serve_dem, serve_mpm};
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, Medium, ROOM};
@@ -47,7 +47,7 @@ impl Timed {
     }
 }
 
-impl Lead for Timed {
+impl Supervisor for Timed {
     fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop> {
         if question == Question::Next {
             if self.from.is_none() && self.steps.done() >= WARM {
@@ -73,7 +73,7 @@ fn between_processes(imps: usize, window: u64, steps: u64) -> Duration {
     std::thread::scope(|scope| {
         scope.spawn(move || serve_mpm(medium, names, &mut Points::new(imps), false));
         scope.spawn(move || serve_dem(medium, names, &mut HalfPlane::default(), false));
-        let mut leader = Leader::new(&BOTH, &mut lead);
+        let mut leader = CouplerSide::new(&BOTH, &mut lead);
         drive(&mut leader, &mut *transport);
         leader.take_verdict().expect("an orderly end");
     });
@@ -86,7 +86,7 @@ fn direct(imps: usize, window: u64, steps: u64) -> Duration {
     let mut mpm = MpmSide::new(&mut points, Clocked::Shared);
     let mut dem = DemSide::new(&mut wall, Clocked::Shared);
     let mut lead = Timed::new(steps, window);
-    let mut leader = Leader::new(&BOTH, &mut lead);
+    let mut leader = CouplerSide::new(&BOTH, &mut lead);
     let hub = Direct::new();
     Together {
         leader: &mut leader,

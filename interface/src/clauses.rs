@@ -78,6 +78,7 @@ pub const CLAUSES: &[Clause] = &[
     row("O-4", Must, ALL, "The coupler holds a lock for as long as it lives; who can take it looks at a dead run, and releases it at once", &[Coupler, Mpm, Dem]),
     row("O-5", Must, ALL, "The coupler creates every channel and bell; a solver creates none", &[]),
     row("O-6", Must, ALL, "The coupler removes the run's files; a solver removes nothing", &[Kit]),
+    row("O-7", Must, COUPLER, "The process ids of the parties are in the run's directory", &[]),
     row("C-1", Must, ALL, "Quality of service of every channel; a solver asks for these numbers as the least", &[Transport, Kit]),
     row("C-2", Must, ALL, "Type names, sizes and alignments of records and header", &[Transport]),
     row("C-3", Must, ALL, "Channels have the hash of the layout lines as an attribute, which a solver requires", &[Transport]),

@@ -11,7 +11,7 @@ use interface::message::wire::{PointState, Report};
 use interface::session::solver::Clocked;
 use interface::session::together::Together;
 use interface::session::turns::drive;
-use interface::session::{DemSide, Leader, MpmSide, serve_dem, serve_mpm};
+use interface::session::{CouplerSide, DemSide, MpmSide, serve_dem, serve_mpm};
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, Medium, ROOM};
@@ -90,7 +90,7 @@ fn over(medium: Medium, lead: &mut Course, mut points: Points, mut wall: HalfPla
     std::thread::scope(|scope| {
         let points = scope.spawn(move || serve_mpm(medium, names, &mut points, false));
         let wall = scope.spawn(move || serve_dem(medium, names, &mut wall, false));
-        let mut leader = Leader::new(&BOTH, lead);
+        let mut leader = CouplerSide::new(&BOTH, lead);
         drive(&mut leader, &mut *transport);
         let verdict = leader.take_verdict();
         domain.release();
@@ -101,7 +101,7 @@ fn over(medium: Medium, lead: &mut Course, mut points: Points, mut wall: HalfPla
 fn in_one_thread(lead: &mut Course, mut points: Points, mut wall: HalfPlane) -> Verdicts {
     let mut mpm = MpmSide::new(&mut points, Clocked::Shared);
     let mut dem = DemSide::new(&mut wall, Clocked::Shared);
-    let mut leader = Leader::new(&BOTH, lead);
+    let mut leader = CouplerSide::new(&BOTH, lead);
     let hub = Direct::new();
     Together {
         leader: &mut leader,
@@ -278,7 +278,7 @@ fn a_refusal_is_heard_though_the_other_solver_never_comes() {
             };
             let other = scope.spawn(move || serve_dem(medium, names, &mut wall, false));
             let begin = Instant::now();
-            let mut leader = Leader::new(&BOTH, &mut lead);
+            let mut leader = CouplerSide::new(&BOTH, &mut lead);
             drive(&mut leader, &mut *transport);
             let error = leader.take_verdict().unwrap_err();
             assert!(begin.elapsed() < Duration::from_secs(2));

@@ -3,6 +3,7 @@
 import ctypes
 import fcntl
 import os
+import pathlib
 import time
 
 import iceoryx2 as iox2
@@ -13,6 +14,8 @@ from .wire import LAYOUT_HASH, StepHeader
 NAP = iox2.Duration.from_millis(10)
 # How long to look again and again before sleeping on the bell, in s.
 POLL = 50e-6
+# Longest time in s between two looks that counts as silence: who comes back later was stopped.
+ROUND = 0.1
 
 
 class SessionError(Exception):
@@ -34,6 +37,7 @@ class Run:
         if not (1 <= len(run_id) <= 16 and run_id.isascii() and run_id.isalnum()):
             raise SessionError(f"`{run_id}` is not the id of a run")
         root = os.path.join(os.environ.get("TANDEM_RUNTIME_DIR") or "/dev/shm", f"tandem-{run_id}")
+        self.root, self.party = pathlib.Path(root), party
         self.lock = os.path.join(root, "lock")
         if not os.path.isfile(self.lock):
             raise SessionError(f"there is no run `{run_id}` to join on this machine (it may be over)")
@@ -58,6 +62,18 @@ class Run:
             return False
         return False
 
+    def held(self):
+        """Clause S-11: whether another party is stopped, or blocked within the system."""
+        for party in {"coupler", "mpm", "dem"} - {self.party}:
+            try:
+                pid = int((self.root / f"pid-{party}").read_text())
+                stat = pathlib.Path(f"/proc/{pid}/stat").read_text()
+            except (OSError, ValueError):
+                continue
+            if stat.rpartition(")")[2].split()[0] in "TtD":
+                return True
+        return False
+
     def _service(self, name, record):
         attributes = iox2.AttributeVerifier.new()
         attributes = attributes.require(iox2.AttributeKey.new("layout"), iox2.AttributeValue.new(LAYOUT_HASH))
@@ -66,20 +82,20 @@ class Run:
         builder = builder.subscriber_max_buffer_size(4).subscriber_max_borrowed_samples(1)
         return builder.history_size(0).enable_safe_overflow(False).open_with_attributes(attributes)
 
-    def outlet(self, name, record, room=64):
+    def sender(self, name, record, room=64):
         """The sending end of a channel; `room` is its initial slice."""
         builder = self._service(name, record).publisher_builder().initial_max_slice_len(room)
         builder = builder.allocation_strategy(iox2.AllocationStrategy.PowerOfTwo).max_loaned_samples(1)
-        return Outlet(builder.backpressure_strategy(iox2.BackpressureStrategy.RetryUntilDelivered).create())
+        return Sender(builder.backpressure_strategy(iox2.BackpressureStrategy.RetryUntilDelivered).create())
 
-    def inlet(self, name, record):
+    def receiver(self, name, record):
         """The receiving end of a channel."""
-        return Inlet(self._service(name, record).subscriber_builder().create(), record)
+        return Receiver(self._service(name, record).subscriber_builder().create(), record)
 
     def _bell(self, sender, receiver):
         return self.node.service_builder(iox2.ServiceName.new(f"bell/{sender}-{receiver}")).event().open()
 
-    def rope(self, sender, receiver):
+    def notifier(self, sender, receiver):
         """The end of a bell that rings, by `notify()`."""
         return self._bell(sender, receiver).notifier_builder().create()
 
@@ -88,7 +104,7 @@ class Run:
         return self._bell(sender, receiver).listener_builder().create()
 
 
-class Outlet:
+class Sender:
     """The sending end of a channel."""
 
     def __init__(self, publisher):
@@ -103,7 +119,7 @@ class Outlet:
         sample.assume_init().send()
 
 
-class Inlet:
+class Receiver:
     """The receiving end of a channel."""
 
     def __init__(self, subscriber, record):
@@ -122,19 +138,24 @@ class Inlet:
         return header, count, data
 
 
-def wait(look, bell, alarm, patience, late):
+def wait(look, bell, alarm, patience, late, held):
     """What `look` finds. Polls and yields, then sleeps on the bell, ever again; `alarm` raises if there is no use in
-    waiting; after `patience` s `SessionError(late)`."""
-    begin = time.perf_counter()
+    waiting; after `patience` s of silence `SessionError(late)`. Silence does not count while `held()`, nor beyond
+    `ROUND` between two looks (clause S-11)."""
+    mark = begin = time.perf_counter()
+    silence = 0.0
     while True:
         found = look()
         if found is not None:
             return found
-        waited = time.perf_counter() - begin
-        if waited < POLL:
+        now = time.perf_counter()
+        if now - begin < POLL:
             os.sched_yield()
             continue
         alarm()
-        if waited > patience:
-            raise SessionError(f"{late} (waited {waited:.1f} s)")
+        if not held():
+            silence += min(now - mark, ROUND)
+        mark = now
+        if silence > patience:
+            raise SessionError(f"{late} (waited {silence:.1f} s)")
         bell.timed_wait(NAP)

@@ -30,12 +30,12 @@ class _Mpm(Seat):
     COMPLETE = staticmethod(complete_mpm)
 
     def open(self, config):
-        self.points_out = self.run.outlet("mpm/points", wire.PointState)
+        self.points_out = self.run.sender("mpm/points", wire.PointState)
         if self.coupled:
-            self.set_out = self.run.outlet("imp/set", wire.ImpInfo)
-            self.states_out = self.run.outlet("imp/states", wire.ImpState)
-            self.forces_in = self.run.inlet("imp/forces", wire.ImpForce)
-            self.envelopes_in = self.run.inlet("imp/envelopes", wire.EnvelopeVertex)
+            self.set_out = self.run.sender("imp/set", wire.ImpInfo)
+            self.states_out = self.run.sender("imp/states", wire.ImpState)
+            self.forces_in = self.run.receiver("imp/forces", wire.ImpForce)
+            self.envelopes_in = self.run.receiver("imp/envelopes", wire.EnvelopeVertex)
             radii = [group["contact_radius"] for group in config["groups"] if group["contact_radius"] is not None]
             # Clause I-6. Any point may become identified: the kinematic limit counts them all.
             self.allowed_travel = config["skin"] - 0.5 * max(radii, default=0.0)
@@ -80,7 +80,7 @@ class _Mpm(Seat):
         """A message without states."""
         self.watch.lap("compute")
         self.states_out.send(self.header(grant, flags), 0, b"")
-        self.other_rope.notify()
+        self.other_notifier.notify()
         self.watch.lap("exchange")
 
     def coupled_step(self, grant, step):
@@ -93,7 +93,7 @@ class _Mpm(Seat):
             raise self.broken("mpm", "I-3", f"{len(states)} states of {len(self.set)} points, or one is not finite")
         data = b"".join(wire.ImpState.FLAT.pack(*state) for state in states)
         self.states_out.send(self.header(grant, wire.NEW_SET if new_set else 0), len(states), data)
-        self.other_rope.notify()
+        self.other_notifier.notify()
         self.watch.lap("exchange")
         taken = []
 
@@ -131,10 +131,10 @@ class _Mpm(Seat):
         self.set_out.send(self.header(grant, wire.NEW_SET), len(self.set), data)
         self.watch.lap("exchange")
 
-    def awaited(self, inlet, what):
+    def awaited(self, receiver, what):
         late = f"dem: no {what} of step {self.step}"
         self.watch.lap("compute")
-        found = wait(inlet.receive, self.other_bell, self.alarm, self.deadline, late)
+        found = wait(receiver.receive, self.other_bell, self.alarm, self.deadline, late, self.run.held)
         self.watch.lap("wait")
         return found
 

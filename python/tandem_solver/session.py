@@ -96,17 +96,17 @@ class Seat:
         self.run, self.solver, self.watch, self.step = run, solver, _Stopwatch(), 0
         self.generation, self.set, self.deadline, self.ready = 0, [], SETUP, False
         byte, me = ctypes.c_uint8, self.PARTY
-        self.orders, self.grants = run.inlet(f"{me}/orders", byte), run.inlet(f"{me}/grants", wire.Grant)
-        self.notices = run.outlet(f"{me}/notices", byte, 65536)
-        self.reports = run.outlet(f"{me}/reports", wire.Report)
-        self.bell, self.rope = run.bell("coupler", me), run.rope(me, "coupler")
+        self.orders, self.grants = run.receiver(f"{me}/orders", byte), run.receiver(f"{me}/grants", wire.Grant)
+        self.notices = run.sender(f"{me}/notices", byte, 65536)
+        self.reports = run.sender(f"{me}/reports", wire.Report)
+        self.bell, self.notifier = run.bell("coupler", me), run.notifier(me, "coupler")
         self.notify(_hello(me, solver))
 
     # The line to the coupler.
 
     def notify(self, data):
         self.notices.send(wire.StepHeader(step=self.step), len(data), data)
-        self.rope.notify()
+        self.notifier.notify()
 
     def broken(self, who, clause, message):
         return SessionError(f"{who} broke {clause} at step {self.step}: {message}")
@@ -140,7 +140,7 @@ class Seat:
 
     def await_order(self, kind, clause):
         late = f"coupler: no {kind.__name__} at step {self.step}"
-        order = wait(self.order, self.bell, self.alive, SETUP, late)
+        order = wait(self.order, self.bell, self.alive, SETUP, late, self.run.held)
         if not isinstance(order, kind):
             raise self.broken("coupler", clause, f"{order}, not {kind.__name__}")
         return order
@@ -154,7 +154,8 @@ class Seat:
 
         # The coupler waits for a solver that waits for another one.
         patience = (SETUP if self.step == 0 else self.deadline) + 2.0
-        found = wait(look, self.bell, self.alive, patience, f"coupler: no grant of step {self.step}")
+        found = wait(look, self.bell, self.alive, patience, f"coupler: no grant of step {self.step}",
+                     self.run.held)
         self.watch.lap("wait")
         if isinstance(found, control.Drain):
             return None
@@ -176,10 +177,10 @@ class Seat:
             raise self.broken("coupler", "S-5", str(error)) from None
         self.deadline, self.coupled = configure.deadline, configure.coupled
         readiness = self.solver.configure(config)
-        self.results = self.run.outlet(*self.RESULTS)
+        self.results = self.run.sender(*self.RESULTS)
         if self.coupled:
             self.other_bell = self.run.bell(self.OTHER, self.PARTY)
-            self.other_rope = self.run.rope(self.PARTY, self.OTHER)
+            self.other_notifier = self.run.notifier(self.PARTY, self.OTHER)
         self.open(config)
         self.notify(control.ready(configure.scene_hash, readiness))
         self.ready = True
@@ -205,7 +206,7 @@ class Seat:
         report.cpu_ns = time.process_time_ns()
         self.checked(self.PARTY, "R-2", report)
         self.reports.send(wire.StepHeader(epoch=report.epoch, step=report.next), 1, bytes(report))
-        self.rope.notify()
+        self.notifier.notify()
         self.watch.lap("exchange")
 
     def steps(self, grant):
@@ -223,7 +224,7 @@ class Seat:
         report.imps, report.rebuilds = len(self.set), self.generation
         return report
 
-    def lament(self, fault, message):
+    def fail(self, fault, message):
         """Last words (clause S-10)."""
         self.say_last(control.failed(self.step, fault, message))
 
@@ -233,7 +234,7 @@ class Seat:
         self.notify(notice)
         if not self.ready:
             try:
-                wait(self.order, self.bell, self.alive, SETUP, "coupler: no Abort")
+                wait(self.order, self.bell, self.alive, SETUP, "coupler: no Abort", self.run.held)
             except SessionError:
                 pass  # Abort is what was waited for
 
@@ -259,10 +260,10 @@ class _Dem(Seat):
 
     def open(self, config):
         if self.coupled:
-            self.set_in = self.run.inlet("imp/set", wire.ImpInfo)
-            self.states_in = self.run.inlet("imp/states", wire.ImpState)
-            self.forces_out = self.run.outlet("imp/forces", wire.ImpForce)
-            self.envelopes_out = self.run.outlet("imp/envelopes", wire.EnvelopeVertex)
+            self.set_in = self.run.receiver("imp/set", wire.ImpInfo)
+            self.states_in = self.run.receiver("imp/states", wire.ImpState)
+            self.forces_out = self.run.sender("imp/forces", wire.ImpForce)
+            self.envelopes_out = self.run.sender("imp/envelopes", wire.EnvelopeVertex)
 
     def drain(self):
         """Nothing: the end state of the bodies is the measurement of the closing step (clause D-1)."""
@@ -295,7 +296,8 @@ class _Dem(Seat):
         while True:
             self.watch.lap("compute")
             late = f"mpm: no states of step {step.index}"
-            header, count, data = wait(self.states_in.receive, self.other_bell, self.alarm, self.deadline, late)
+            header, count, data = wait(self.states_in.receive, self.other_bell, self.alarm, self.deadline, late,
+                                       self.run.held)
             self.watch.lap("wait")
             if (header.step, header.epoch) != (step.index, grant.epoch):
                 raise self.broken("mpm", "I-1", f"states of step {header.step} epoch {header.epoch}")
@@ -308,7 +310,7 @@ class _Dem(Seat):
                 raise self.broken("dem", "E-3", f"envelopes {vertices}")
             data = b"".join(wire.EnvelopeVertex.FLAT.pack(*vertex) for vertex in vertices)
             self.envelopes_out.send(wire.StepHeader(epoch=grant.epoch, step=step.index), len(vertices), data)
-            self.other_rope.notify()
+            self.other_notifier.notify()
             self.watch.lap("exchange")
         if header.flags & wire.NEW_SET:
             self.take_set(header)
@@ -349,7 +351,7 @@ class _Dem(Seat):
             message = f"force {slot} is not finite, or its stiffness negative: {forces[slot]}"
             raise self.broken("dem", "F-4", message)
         self.forces_out.send(header, len(forces), b"".join(wire.ImpForce.FLAT.pack(*force) for force in forces))
-        self.other_rope.notify()
+        self.other_notifier.notify()
         self.watch.lap("exchange")
 
 
@@ -361,9 +363,9 @@ def serve_dem(solver, arguments=None):
 def _say_on_the_wrong_side(run_id, expected, hello):
     """Clause O-1: says Hello where the coupler listens for another party, and waits for the end of the session."""
     run = Run(run_id, expected)
-    notices, rope = run.outlet(f"{expected}/notices", ctypes.c_uint8, 65536), run.rope(expected, "coupler")
+    notices, notifier = run.sender(f"{expected}/notices", ctypes.c_uint8, 65536), run.notifier(expected, "coupler")
     notices.send(wire.StepHeader(), len(hello), hello)
-    rope.notify()
+    notifier.notify()
     end = time.monotonic() + 2.0
     while run.coupler_lives() and time.monotonic() < end:
         time.sleep(0.01)
@@ -377,30 +379,30 @@ def serve(side, solver, arguments):
         return 2
     # Clause X-5: Ctrl-C is the coupler's.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    seat = None
+    session = None
     expected = os.environ.get("TANDEM_PARTY", side.PARTY)
     try:
         if expected != side.PARTY:
             _say_on_the_wrong_side(arguments[1], expected, _hello(side.PARTY, solver))
             return 3
-        seat = side(Run(arguments[1], side.PARTY), solver)
-        seat.serve()
+        session = side(Run(arguments[1], side.PARTY), solver)
+        session.serve()
         return 0
     except control.Refusal as refusal:
-        seat.say_last(control.refused(refusal))
+        session.say_last(control.refused(refusal))
     except (Aborted, CouplerGone):
         pass
     except control.Fault as fault:
-        seat.lament(fault, str(fault))
+        session.fail(fault, str(fault))
     except Exception as error:  # whatever it is, the coupler shall know before this process ends
-        if isinstance(error, SessionError) and seat is None:
+        if isinstance(error, SessionError) and session is None:
             print(f"error: {error}", file=sys.stderr)
-        elif seat is None:
-            seats = "who computes bodies belongs to --dem, a continuum to --mpm"
-            print(f"error: the {side.PARTY}'s seat cannot be taken: {error} ({seats})", file=sys.stderr)
+        elif session is None:
+            hint = "who computes bodies belongs to --dem, a continuum to --mpm"
+            print(f"error: the {side.PARTY} cannot join the run: {error} ({hint})", file=sys.stderr)
         else:
             told = isinstance(error, SessionError)
-            seat.lament(None, str(error) if told else f"{type(error).__name__}: {error}")
+            session.fail(None, str(error) if told else f"{type(error).__name__}: {error}")
             if not told:
                 traceback.print_exc()
     return 3

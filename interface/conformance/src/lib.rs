@@ -14,7 +14,7 @@
 //!    broken rule does not break it. The first clause of a side is before all others without being named. `needs` names
 //!    the capabilities without which it cannot be judged; let them be few, by scenes that are made of what the solver
 //!    takes ([`bench::Bench::takes`]): profiles follow from them ([`profile`]).
-//! 3. Write `fn no_contact(bench: &Bench) -> Judgement`: take a [`bench::Play`] (a coupled run in lockstep) or a bare
+//! 3. Write `fn no_contact(bench: &Bench) -> Judgement`: take a [`bench::BodiesRun`] (a coupled run in lockstep) or a bare
 //!    [`bench::Session`], do what shows the clause in as few steps as do, return `Ok(what was measured)` or an
 //!    [`verdict::Unmet`] by [`verdict::require`] or [`verdict::near`], with the numbers. A refused configuration comes
 //!    back as *not applicable* by itself. Put many cases in one run (bodies far apart): a run costs milliseconds, a step
@@ -331,7 +331,7 @@ struct Greeting {
 
 /// Starts the solver once, to learn whether it can be started and what it says within `startup`.
 fn greeting(subject: &Subject, startup: Duration) -> Result<Greeting, ExamineError> {
-    let stage = interface::transport::raw::Stage::open(subject.medium(), subject.party)?;
+    let stage = interface::transport::raw::RawRun::open(subject.medium(), subject.party)?;
     let mut worker = subject.start(stage.domain()).map_err(ExamineError::Start)?;
     let start = Instant::now();
     let mut greeting = Greeting::default();

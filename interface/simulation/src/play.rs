@@ -11,7 +11,7 @@ use interface::message::control::{Configure, Party};
 use interface::message::wire::{BodyState, Grant, PointState, flags};
 use interface::session::solver::Clocked;
 use interface::session::turns::{Turn, Turns};
-use interface::session::{DemSide, Lead, Leader, MpmSide, Stop};
+use interface::session::{CouplerSide, DemSide, MpmSide, Stop, Supervisor};
 use interface::solver::{DemSolver, MpmSolver};
 use interface::step::Clock;
 
@@ -230,7 +230,7 @@ impl Toy<'_> {
     }
 }
 
-impl Lead for Toy<'_> {
+impl Supervisor for Toy<'_> {
     fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop> {
         Ok(match question {
             Question::Configure => self.configure(),
@@ -301,7 +301,7 @@ pub fn play(plan: &Plan, world: World, from: Option<&Checkpoint>) -> Played {
         finals: None,
         seen: None,
     };
-    let mut leader = Leader::new(&[Party::Mpm, Party::Dem], &mut toy);
+    let mut leader = CouplerSide::new(&[Party::Mpm, Party::Dem], &mut toy);
     let mut mpm = MpmSide::new(&mut *continuum, Clocked::Shared);
     let mut dem = DemSide::new(&mut *bodies, Clocked::Shared);
     let mut stage = Schedule::new(&world);
@@ -353,7 +353,7 @@ impl<'w> Schedule<'w> {
         }
     }
 
-    fn run(&mut self, leader: &mut Leader<'_>, mpm: &mut MpmSide<'_>, dem: &mut DemSide<'_>) {
+    fn run(&mut self, leader: &mut CouplerSide<'_>, mpm: &mut MpmSide<'_>, dem: &mut DemSide<'_>) {
         loop {
             self.kill_what_stays(matches!(leader.coupler().verdict(), Some(Err(_))));
             let Some((n, at)) = self.next() else {

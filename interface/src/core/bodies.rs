@@ -267,7 +267,7 @@ impl Machine for Bodies {
         }
     }
 
-    fn stand(&mut self) {
+    fn leave_exchange(&mut self) {
         self.exchange = Exchange::Idle;
     }
 

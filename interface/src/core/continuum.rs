@@ -284,7 +284,7 @@ impl Machine for Continuum {
         }
     }
 
-    fn stand(&mut self) {
+    fn leave_exchange(&mut self) {
         self.exchange = Exchange::Idle;
     }
 

@@ -16,7 +16,7 @@ pub trait Machine {
         match self.react(event) {
             Ok(action) => action,
             Err(error) => {
-                self.stand();
+                self.leave_exchange();
                 self.line_mut().fail(error)
             }
         }
@@ -28,7 +28,7 @@ pub trait Machine {
     /// Any [`SessionError`]; it ends the session.
     fn react(&mut self, event: Event<'_>) -> Result<Action, SessionError>;
     /// No step of the exchange is under way any more.
-    fn stand(&mut self);
+    fn leave_exchange(&mut self);
     /// What both sides have in common.
     fn line(&self) -> &Line;
     /// What both sides have in common.

@@ -5,13 +5,13 @@
 //! its session is over, waiting as a process does; [`together`] lets all three take turns in one thread; a simulation
 //! decides by itself whose turn it is.
 
-pub mod leader;
+pub mod coupler;
 pub mod process;
 pub mod solver;
 mod stopwatch;
 pub mod together;
 pub mod turns;
 
-pub use leader::{Lead, Leader, Stop};
+pub use coupler::{CouplerSide, Stop, Supervisor};
 pub use solver::{DemSide, MpmSide, serve_dem, serve_mpm};
 pub use stopwatch::cpu_time;

@@ -112,13 +112,15 @@ pub fn start(command: &[String], party: Party, domain: &Domain) -> io::Result<Ch
             "the command is empty",
         ));
     };
-    Command::new(program)
+    let child = Command::new(program)
         .args(arguments)
         .args(["--join", domain.id()])
         .env(STARTED_AS, party.name())
         .stdin(Stdio::null())
         .process_group(0)
-        .spawn()
+        .spawn()?;
+    domain.note_process(party, child.id());
+    Ok(child)
 }
 
 /// Kills a solver and whatever it has started: it leads a process group of its own.

@@ -144,11 +144,11 @@ pub trait Perform {
     fn machine(&mut self) -> &mut Self::Machine;
     /// Has the solver do a task with what has come, tells the machine, and sends what the solver has given if the
     /// machine says so.
-    fn perform(&mut self, task: Task, desk: &mut Desk<'_>) -> Action;
+    fn perform(&mut self, task: Task, outbox: &mut Outbox<'_>) -> Action;
 }
 
 /// What a task may use: what has come, and where to send.
-pub struct Desk<'a> {
+pub struct Outbox<'a> {
     inbox: &'a mut Inbox,
     transport: &'a mut dyn Transport,
     watch: &'a mut Stopwatch,
@@ -156,7 +156,7 @@ pub struct Desk<'a> {
     looked: &'a mut Option<Instant>,
 }
 
-impl Desk<'_> {
+impl Outbox<'_> {
     fn forces(&mut self) -> &[ImpForce] {
         match self.inbox.of(Kind::Forces) {
             Payload::Forces(forces) => forces,
@@ -322,13 +322,13 @@ impl<P: Perform> Turns for Side<P> {
                 return Turn::Waits(wait);
             }
             Action::Do(task) => {
-                let mut desk = Desk {
+                let mut outbox = Outbox {
                     inbox: &mut self.inbox,
                     transport,
                     watch: &mut self.watch,
                     looked: &mut self.looked,
                 };
-                self.action = self.performer.perform(task, &mut desk);
+                self.action = self.performer.perform(task, &mut outbox);
                 self.watch.lap(Activity::Compute);
             }
             Action::Send(channel) => self.send(channel, transport),
@@ -397,7 +397,7 @@ impl Perform for MpmPerformer<'_> {
         &mut self.machine
     }
 
-    fn perform(&mut self, task: Task, desk: &mut Desk<'_>) -> Action {
+    fn perform(&mut self, task: Task, outbox: &mut Outbox<'_>) -> Action {
         let (machine, solver) = (&mut self.machine, &mut *self.solver);
         let done = match task {
             Task::Configure => Done::configure(solver.configure(machine.config()), || {
@@ -412,27 +412,27 @@ impl Perform for MpmPerformer<'_> {
             Task::Points => {
                 let points = solver.points();
                 let action = machine.on(Event::Done(Done::Points(&points)));
-                return desk.send(machine, action, Records::Points(&points));
+                return outbox.send(machine, action, Records::Points(&points));
             }
             Task::Measure => {
                 let measurement = solver.measurement();
                 let groups = Records::Groups(&measurement.groups);
                 let measured = Done::Measured(&measurement.ledger, groups);
                 let action = machine.on(Event::Done(measured));
-                return desk.send(machine, action, groups);
+                return outbox.send(machine, action, groups);
             }
             Task::Select => {
-                let set = solver.select_imps(desk.envelopes());
+                let set = solver.select_imps(outbox.envelopes());
                 let action = machine.on(Event::Done(Done::Selected(set)));
-                return desk.send(machine, action, Records::Set(set));
+                return outbox.send(machine, action, Records::Set(set));
             }
             Task::States => {
                 let states = solver.imp_states();
                 let action = machine.on(Event::Done(Done::States(states)));
-                return desk.send(machine, action, Records::States(states));
+                return outbox.send(machine, action, Records::States(states));
             }
             Task::Predict => Done::part(solver.predict(&machine.line().present()), Done::Predicted),
-            Task::Correct => match solver.correct(&machine.line().present(), desk.forces()) {
+            Task::Correct => match solver.correct(&machine.line().present(), outbox.forces()) {
                 Ok(limits) => {
                     let done = Done::Corrected(&limits, solver.travel());
                     return machine.on(Event::Done(done));
@@ -474,7 +474,7 @@ impl Perform for DemPerformer<'_> {
         &mut self.machine
     }
 
-    fn perform(&mut self, task: Task, desk: &mut Desk<'_>) -> Action {
+    fn perform(&mut self, task: Task, outbox: &mut Outbox<'_>) -> Action {
         let (machine, solver) = (&mut self.machine, &mut *self.solver);
         let done = match task {
             Task::Configure => Done::configure(solver.configure(machine.config()), || 0.0),
@@ -485,15 +485,15 @@ impl Perform for DemPerformer<'_> {
                 let bodies = Records::Bodies(&measurement.bodies);
                 let measured = Done::Measured(&measurement.ledger, bodies);
                 let action = machine.on(Event::Done(measured));
-                return desk.send(machine, action, bodies);
+                return outbox.send(machine, action, bodies);
             }
             Task::Envelopes => {
                 let envelopes = solver.envelopes();
                 let action = machine.on(Event::Done(Done::Envelopes(envelopes)));
-                return desk.send(machine, action, Records::Envelopes(envelopes));
+                return outbox.send(machine, action, Records::Envelopes(envelopes));
             }
             Task::TakeSet => {
-                solver.imp_set(desk.set());
+                solver.imp_set(outbox.set());
                 Done::SetTaken
             }
             Task::Contact => {
@@ -501,12 +501,12 @@ impl Perform for DemPerformer<'_> {
                 let forces = &mut self.forces;
                 forces.clear();
                 forces.resize(machine.imps(), ImpForce::default());
-                let states = desk.states();
+                let states = outbox.states();
                 let step = machine.line().present();
                 match solver.contact(&step, &states[..forces.len().min(states.len())], forces) {
                     Ok(answer) => {
                         let action = machine.on(Event::Done(Done::Contacts(&answer, forces)));
-                        return desk.send(machine, action, Records::Forces(forces));
+                        return outbox.send(machine, action, Records::Forces(forces));
                     }
                     Err(fault) => Done::Failed(fault.into()),
                 }

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use super::leader::Leader;
+use super::coupler::CouplerSide;
 use super::solver::{DemSide, MpmSide};
 use super::turns::{Turn, Turns};
 use crate::transport::Transport;
@@ -10,7 +10,7 @@ use crate::transport::Transport;
 /// The parties of a session, each with its ends of the channels.
 pub struct Together<'a, 'b> {
     /// The coupler.
-    pub leader: &'a mut Leader<'b>,
+    pub leader: &'a mut CouplerSide<'b>,
     /// The continuum, if there is one.
     pub mpm: Option<&'a mut MpmSide<'b>>,
     /// The bodies, if there are any.

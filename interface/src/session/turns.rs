@@ -43,7 +43,7 @@ pub fn drive(party: &mut dyn Turns, transport: &mut dyn Transport) {
 
 /// Waits until there is something to do.
 fn block(party: &mut dyn Turns, transport: &mut dyn Transport, wait: &Wait) {
-    let start = Instant::now();
+    let mut silence = Silence::begin();
     loop {
         let window = Instant::now();
         // The last look is one after the whole of it: B-4 rests on that.
@@ -57,7 +57,7 @@ fn block(party: &mut dyn Turns, transport: &mut dyn Transport, wait: &Wait) {
                 break;
             }
         }
-        let waited = start.elapsed();
+        let waited = silence.so_far(wait.at_most, || transport.held().is_some());
         if waited >= wait.at_most {
             return party.expire(waited);
         }
@@ -65,6 +65,50 @@ fn block(party: &mut dyn Turns, transport: &mut dyn Transport, wait: &Wait) {
         if !matches!(party.turn(transport), Turn::Waits(_)) || party.look_up(transport) {
             return;
         }
+    }
+}
+
+/// For how long a party has been silent that could have spoken (clause S-11): time in which this process or another one of
+/// the run was stopped, frozen or blocked is not counted.
+struct Silence {
+    /// Up to the last look at the others.
+    counted: Duration,
+    /// Since then.
+    since: Duration,
+    mark: Instant,
+}
+
+impl Silence {
+    /// Longest time between two rounds of a wait that is counted. A round is a nap; who comes back later was held itself.
+    const ROUND: Duration = Duration::from_millis(100);
+    /// After so much silence it is looked whether the others run.
+    const LOOK: Duration = Duration::from_millis(50);
+
+    fn begin() -> Self {
+        Self {
+            counted: Duration::ZERO,
+            since: Duration::ZERO,
+            mark: Instant::now(),
+        }
+    }
+
+    /// The silence so far; `held` looks whether another party is held.
+    fn so_far(&mut self, at_most: Duration, held: impl FnOnce() -> bool) -> Duration {
+        let now = Instant::now();
+        self.since += (now - self.mark).min(Self::ROUND);
+        self.mark = now;
+        self.settle(at_most, held)
+    }
+
+    /// Counts what has passed since the last look at the others, if it is time for one.
+    fn settle(&mut self, at_most: Duration, held: impl FnOnce() -> bool) -> Duration {
+        if self.since >= Self::LOOK || self.counted + self.since >= at_most {
+            if !held() {
+                self.counted += self.since;
+            }
+            self.since = Duration::ZERO;
+        }
+        self.counted + self.since
     }
 }
 
@@ -79,5 +123,47 @@ impl Inbox {
     /// The buffer for messages of this kind.
     pub(crate) fn of(&mut self, kind: crate::message::Kind) -> &mut Payload {
         &mut self.0[kind as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const AT_MOST: Duration = Duration::from_millis(500);
+
+    fn after(silence: &mut Silence, ms: u64, held: bool) -> Duration {
+        silence.mark = Instant::now()
+            .checked_sub(Duration::from_millis(ms))
+            .expect("the machine has been up for a minute");
+        silence.so_far(AT_MOST, || held)
+    }
+
+    #[test]
+    fn silence_adds_up() {
+        let mut silence = Silence::begin();
+        for _ in 0..49 {
+            assert!(after(&mut silence, 10, false) < AT_MOST);
+        }
+        assert!(after(&mut silence, 11, false) >= AT_MOST);
+    }
+
+    #[test]
+    fn a_pause_of_this_process_counts_as_one_round() {
+        let mut silence = Silence::begin();
+        let waited = after(&mut silence, 60_000, false);
+        assert_eq!(waited, Silence::ROUND);
+    }
+
+    #[test]
+    fn a_pause_of_another_one_does_not_count() {
+        let mut silence = Silence::begin();
+        for _ in 0..6000 {
+            assert!(after(&mut silence, 10, true) < AT_MOST);
+        }
+        for _ in 0..60 {
+            after(&mut silence, 10, false);
+        }
+        assert!(silence.counted >= AT_MOST);
     }
 }

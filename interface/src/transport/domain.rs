@@ -13,6 +13,9 @@ use std::time::{Duration, SystemTime};
 use iceoryx2::prelude::{Config, FileName, SemanticString};
 use thiserror::Error;
 
+use crate::message::control::Party;
+use crate::transport::liveness::{Hold, hold_of};
+
 /// Where the directories of runs are, if it is set: for tests, and for machines on which `/dev/shm` cannot hold sockets.
 pub const RUNTIME_DIR: &str = "TANDEM_RUNTIME_DIR";
 const DIRECTORY_PREFIX: &str = "tandem-";
@@ -82,6 +85,28 @@ impl Domain {
             .is_ok_and(|lock| matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)))
     }
 
+    /// Notes the process of a party (clause O-7), so that the others can see whether it runs. What goes wrong costs only
+    /// that: its silence counts although it may be held.
+    pub(crate) fn note_process(&self, party: Party, pid: u32) {
+        if let Err(e) = fs::write(self.process_file(party), pid.to_string()) {
+            tracing::debug!("the process of the {party} is not noted: {e}");
+        }
+    }
+
+    /// Where the process of a party is noted.
+    fn process_file(&self, party: Party) -> PathBuf {
+        self.root.join(format!("pid-{}", party.name()))
+    }
+
+    /// A party besides `me` that lives and does not run, with why.
+    pub fn held(&self, me: Party) -> Option<(Party, Hold)> {
+        let others = [Party::Coupler, Party::Mpm, Party::Dem].into_iter();
+        others.filter(|party| *party != me).find_map(|party| {
+            let noted = fs::read_to_string(self.process_file(party)).ok()?;
+            Some((party, hold_of(noted.parse().ok()?)?))
+        })
+    }
+
     /// The transport's configuration for this run; no configuration file is read.
     pub(crate) fn config(&self) -> Result<Config, DomainError> {
         let name = |e: &str| DomainError::Name(e.to_string());
@@ -141,10 +166,9 @@ impl OwnedDomain {
             // about to: then another id.
             match lock.try_lock() {
                 Ok(()) if is_linked(&lock, &path) => {
-                    return Ok(Self {
-                        domain: Domain { id, root },
-                        lock,
-                    });
+                    let domain = Domain { id, root };
+                    domain.note_process(Party::Coupler, std::process::id());
+                    return Ok(Self { domain, lock });
                 }
                 Ok(()) | Err(TryLockError::WouldBlock) => {}
                 Err(TryLockError::Error(e)) => return Err(fail(&root)(e)),

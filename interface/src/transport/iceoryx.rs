@@ -27,6 +27,7 @@ use crate::message::control::Party;
 use crate::message::wire::{Record, StepHeader, layout_hash};
 use crate::message::{CHANNELS, Channel, Kind, Payload, Records, each_kind};
 use crate::transport::domain::Domain;
+use crate::transport::liveness::Hold;
 
 /// Over what the parties talk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -624,5 +625,9 @@ impl<S: Service + 'static> Transport for Ends<S> {
 
     fn coupler_lives(&self) -> bool {
         self.party == Party::Coupler || self.domain.coupler_lives()
+    }
+
+    fn held(&self) -> Option<(Party, Hold)> {
+        self.domain.held(self.party)
     }
 }

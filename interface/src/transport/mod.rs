@@ -7,6 +7,7 @@
 pub mod direct;
 pub mod domain;
 pub mod iceoryx;
+pub mod liveness;
 pub mod raw;
 pub mod recorded;
 pub mod wait;
@@ -19,6 +20,7 @@ use crate::message::control::Party;
 use crate::message::wire::StepHeader;
 use crate::message::{Channel, Message, Payload, Records};
 use crate::transport::domain::DomainError;
+use crate::transport::liveness::Hold;
 
 /// A channel could not be made, opened or used.
 #[derive(Debug, Error)]
@@ -92,6 +94,12 @@ pub trait Transport {
 
     /// Whether the coupler lives (for a solver; clause O-4).
     fn coupler_lives(&self) -> bool;
+
+    /// Another party of the run that lives and does not run, with why: while there is one, silence does not count (clause
+    /// S-11). In one thread there is none.
+    fn held(&self) -> Option<(Party, Hold)> {
+        None
+    }
 }
 
 impl dyn Transport + '_ {

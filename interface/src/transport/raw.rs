@@ -1,6 +1,6 @@
 //! The raw ends of a run, for those who examine a solver.
 //!
-//! A [`Stage`] creates every channel of a run for one solver and holds all other ends: the coupler's and the peer's. It
+//! A [`RawRun`] creates every channel of a run for one solver and holds all other ends: the coupler's and the peer's. It
 //! sends and receives [`Message`]s as they are: any header, any records, any bytes, in any order. Nothing is checked
 //! here; that is the point. Solvers and the coupler use [`crate::session`].
 
@@ -20,7 +20,7 @@ use crate::transport::iceoryx::{Created, create, join};
 const ROOM: Duration = Duration::from_secs(1);
 
 /// The other ends of one solver's run: the coupler's and the peer's. Dropping it ends the run as a coupler's death does.
-pub struct Stage {
+pub struct RawRun {
     solver: Party,
     coupler: RefCell<Box<dyn Transport>>,
     peer: RefCell<Box<dyn Transport>>,
@@ -29,7 +29,7 @@ pub struct Stage {
     domain: OwnedDomain,
 }
 
-impl Stage {
+impl RawRun {
     /// Creates every channel that `solver` may open, those of a coupled run included.
     ///
     /// # Errors

@@ -7,6 +7,7 @@ use crate::message::control::Party;
 use crate::message::wire::StepHeader;
 use crate::message::{Channel, Payload, Records};
 use crate::recording::Tape;
+use crate::transport::liveness::Hold;
 
 /// Notes every message that is sent or received through it, of the channels that it is to note.
 pub struct Recorded<T> {
@@ -68,6 +69,10 @@ impl<T: Transport> Transport for Recorded<T> {
     fn coupler_lives(&self) -> bool {
         self.inner.coupler_lives()
     }
+
+    fn held(&self) -> Option<(Party, Hold)> {
+        self.inner.held()
+    }
 }
 
 impl<T: Transport + ?Sized> Transport for Box<T> {
@@ -106,5 +111,9 @@ impl<T: Transport + ?Sized> Transport for Box<T> {
 
     fn coupler_lives(&self) -> bool {
         (**self).coupler_lives()
+    }
+
+    fn held(&self) -> Option<(Party, Hold)> {
+        (**self).held()
     }
 }

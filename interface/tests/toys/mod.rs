@@ -11,7 +11,7 @@ use interface::message::wire::{
     BodyState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits,
     PointState, Report, flags,
 };
-use interface::session::{Lead, Stop};
+use interface::session::{Stop, Supervisor};
 use interface::solver::{
     Answer, DemMeasurement, DemSolver, Fault, MpmMeasurement, MpmSolver, Readiness, Refusal,
 };
@@ -402,7 +402,7 @@ impl Course {
     }
 }
 
-impl Lead for Course {
+impl Supervisor for Course {
     fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop> {
         Ok(match question {
             Question::Configure => Decision::Configure(Self::parts()),

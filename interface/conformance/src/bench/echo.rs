@@ -7,7 +7,7 @@ use interface::message::control::Party;
 use interface::message::wire::{ImpForce, ImpState, StepHeader};
 use interface::transport::domain::Domain;
 use interface::transport::iceoryx::join;
-use interface::transport::raw::{Channel, ChannelError, Kind, Medium, Message, Payload, Stage};
+use interface::transport::raw::{Channel, ChannelError, Kind, Medium, Message, Payload, RawRun};
 use interface::transport::wait::{Patience, wait};
 
 use super::session::PATIENCE;
@@ -23,7 +23,7 @@ const NAP: Duration = Duration::from_millis(1);
 /// # Errors
 /// [`Unmet::Broken`] when the channels do not work.
 pub fn echo(medium: Medium, points: usize) -> Result<Duration, Unmet> {
-    let stage = Stage::open(medium, Party::Dem)?;
+    let stage = RawRun::open(medium, Party::Dem)?;
     let domain = stage.domain().clone();
     let over = AtomicBool::new(false);
     std::thread::scope(|scope| {
@@ -52,7 +52,7 @@ fn answer(medium: Medium, domain: &Domain, over: &AtomicBool) -> Result<(), Chan
     Ok(())
 }
 
-fn ask(stage: &Stage, points: usize) -> Result<Duration, Unmet> {
+fn ask(stage: &RawRun, points: usize) -> Result<Duration, Unmet> {
     let start = Instant::now();
     let closed = |name: &&str| name.starts_with("imp/") || name.contains("mpm-dem");
     while stage.unopened().iter().any(closed) {

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use interface::config::capability::Capabilities;
 use interface::message::control::{Configure, Failure, Hello, Notice, Order, Party, Ready};
 use interface::solver::Refusal;
-use interface::transport::raw::{Kind, Message, Stage};
+use interface::transport::raw::{Kind, Message, RawRun};
 use interface::transport::wait::Patience;
 
 use super::subject::{Instead, Subject, Worker};
@@ -66,7 +66,7 @@ impl Bench {
     /// # Errors
     /// [`Unmet::Broken`] when it cannot be started.
     pub fn session(&self) -> Result<Session<'_>, Unmet> {
-        let stage = Stage::open(self.subject.medium(), self.subject.party)?;
+        let stage = RawRun::open(self.subject.medium(), self.subject.party)?;
         let worker = self.subject.start(stage.domain());
         let worker = worker.map_err(|e| broken("a solver that starts", e))?;
         self.sessions.set(self.sessions.get() + 1);
@@ -133,7 +133,7 @@ pub enum Reply {
 pub struct Session<'b> {
     bench: &'b Bench,
     /// The coupler's and the peer's ends.
-    pub stage: Stage,
+    pub stage: RawRun,
     worker: Worker,
     number: u32,
 }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use interface::message::control::Party;
 use interface::session::process;
 use interface::transport::domain::Domain;
-use interface::transport::raw::{ChannelError, Kind, Medium, Message, Stage};
+use interface::transport::raw::{ChannelError, Kind, Medium, Message, RawRun};
 use interface::transport::wait::{Patience, wait};
 
 /// Longest wait for a thread to end once its coupler is gone; one that is stuck ends with the program.
@@ -96,7 +96,7 @@ impl Worker {
     /// What comes [`Instead`].
     pub fn expect(
         &mut self,
-        stage: &Stage,
+        stage: &RawRun,
         kind: Kind,
         patience: Patience,
     ) -> Result<Message, Instead> {
@@ -113,7 +113,7 @@ impl Worker {
                 {
                     return Err(Instead::Notice(notice));
                 }
-                // Told at the second look: what was sent before the end has been looked for in between.
+                // WindowReport at the second look: what was sent before the end has been looked for in between.
                 if let Some(end) = ended.take() {
                     return Err(Instead::End(end));
                 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 use interface::message::control::{Notice, Order, Party};
 use interface::message::wire::StepHeader;
 use interface::message::{Channel, Kind, Message, Payload, Records};
+use interface::transport::liveness::Hold;
 use interface::transport::{Transport, TransportError};
 
 use super::flaw::Flaw;
@@ -180,5 +181,9 @@ impl Transport for Flawed {
         let looks_away =
             manners.never_looks_up || (manners.never_looks_up_in_a_step && self.in_step);
         looks_away || self.inner.coupler_lives()
+    }
+
+    fn held(&self) -> Option<(Party, Hold)> {
+        self.inner.held()
     }
 }

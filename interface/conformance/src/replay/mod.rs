@@ -14,7 +14,7 @@ use std::time::Duration;
 use interface::message::control::{Configure, Notice, Order, Party};
 use interface::message::wire::{Grant, flags};
 use interface::recording::{End, Playback};
-use interface::transport::raw::{Kind, Message, Payload, Stage};
+use interface::transport::raw::{Kind, Message, Payload, RawRun};
 use interface::transport::wait::{Patience, wait};
 
 pub use compare::{Comparison, Difference};
@@ -61,7 +61,7 @@ pub fn replay(path: &Path, subject: &Subject, options: &Options) -> Result<Outco
     let end = Playback::verify(path)?;
     let party = subject.party;
     let script = Script::open(path, party)?;
-    let stage = Stage::open(subject.medium(), party)?;
+    let stage = RawRun::open(subject.medium(), party)?;
     let worker = subject.start(stage.domain());
     let mut player = Player {
         party,
@@ -92,7 +92,7 @@ struct Player<'a> {
     party: Party,
     set: &'a [String],
     script: Script,
-    stage: Stage,
+    stage: RawRun,
     worker: Worker,
     comparison: Comparison,
     /// Longest wait for an answer within a step.

@@ -92,7 +92,7 @@ const DT: f64 = 1e-4;
 const STEPS: u64 = 50;
 
 fn asked(bench: &Bench) -> Judgement {
-    let mut play = bench.play(&one_disc(bench))?;
+    let mut play = bench.run_bodies(&one_disc(bench))?;
     play.step(0.0, &[])?;
     play.grant(DT, 2, false)?;
     play.exchange(&[])?;
@@ -125,7 +125,7 @@ fn envelopes(
         body.motion = Motion::Fixed;
     }
     bodies[1].angle = 0.4;
-    let mut play = bench.play(&scene(bodies.clone(), elastic(STIFFNESS)))?;
+    let mut play = bench.run_bodies(&scene(bodies.clone(), elastic(STIFFNESS)))?;
     play.grant(0.0, 1, true)?;
     let (_, vertices) = play.envelopes()?;
     Ok((bodies, vertices))
@@ -199,7 +199,7 @@ fn fallen(
         gravity,
         ..scene(bodies, elastic(STIFFNESS))
     };
-    let mut play = bench.play(&config)?;
+    let mut play = bench.run_bodies(&config)?;
     play.run(&mut Points::new(), DT, STEPS, |_, _| Ok(()))?;
     let (_, measured) = play.step(0.0, &[])?;
     Ok(measured.bodies(count)?.to_vec())
@@ -260,7 +260,7 @@ fn pushed(bench: &Bench) -> Judgement {
 }
 
 fn body_contact(bench: &Bench) -> Judgement {
-    let mut play = bench.play(&touching())?;
+    let mut play = bench.run_bodies(&touching())?;
     let (_, measured) = play.step(0.0, &[])?;
     let bodies = measured.bodies(2)?;
     let want = STIFFNESS * 1e-3;

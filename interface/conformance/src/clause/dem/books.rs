@@ -8,7 +8,7 @@ use super::scene::{
     MASS, RADIUS, SPHERO, STIFFNESS, block_or_disc, body, damped, disc, elastic, frictional,
     one_disc, scene,
 };
-use crate::bench::{Answer, Bench, Points, Told};
+use crate::bench::{Answer, Bench, Points, WindowReport};
 use crate::clause::Clause;
 use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Largest, Unmet, near, require};
@@ -100,7 +100,7 @@ pub const CLAUSES: &[Clause] = &[
 ];
 
 fn report(bench: &Bench) -> Judgement {
-    let mut play = bench.play(&one_disc(bench))?;
+    let mut play = bench.run_bodies(&one_disc(bench))?;
     let points = pressed();
     play.set(&points.set);
     play.step(0.0, &points.states)?;
@@ -120,8 +120,8 @@ fn report(bench: &Bench) -> Judgement {
 }
 
 /// A measured step of length 0 of a disc that two points press.
-fn opened(bench: &Bench) -> Result<(Answer, Told), Unmet> {
-    let mut play = bench.play(&one_disc(bench))?;
+fn opened(bench: &Bench) -> Result<(Answer, WindowReport), Unmet> {
+    let mut play = bench.run_bodies(&one_disc(bench))?;
     let points = pressed();
     play.set(&points.set);
     play.step(0.0, &points.states)
@@ -141,7 +141,7 @@ fn finite(bench: &Bench) -> Judgement {
 fn measured(bench: &Bench) -> Judgement {
     let held = |k| body(BodyShape::Disc, [f64::from(k), 0.0], Motion::Fixed);
     let bodies = (0..3).map(held).collect();
-    let mut play = bench.play(&scene(bodies, elastic(STIFFNESS)))?;
+    let mut play = bench.run_bodies(&scene(bodies, elastic(STIFFNESS)))?;
     play.step(0.0, &[])?;
     play.grant(1e-4, 2, true)?;
     play.exchange(&[])?;
@@ -172,7 +172,7 @@ fn measured(bench: &Bench) -> Judgement {
 }
 
 fn unmeasured(bench: &Bench) -> Judgement {
-    let mut play = bench.play(&one_disc(bench))?;
+    let mut play = bench.run_bodies(&one_disc(bench))?;
     play.grant(1e-4, 1, false)?;
     play.exchange(&[])?;
     let got = play.report()?;
@@ -191,11 +191,11 @@ fn unmeasured(bench: &Bench) -> Judgement {
 }
 
 /// A block pressed off its centre by one point, or a disc, and the force on that point.
-fn pushed_block(bench: &Bench) -> Result<(f64, Told), Unmet> {
+fn pushed_block(bench: &Bench) -> Result<(f64, WindowReport), Unmet> {
     let (target, corner) = target(bench);
     let at = [0.8 * corner[0], corner[1] + SPHERO + 0.9 * RADIUS];
     let points = Points::new().with(at, [0.0; 2], RADIUS, 0.5);
-    let mut play = bench.play(&scene(vec![target], elastic(STIFFNESS)))?;
+    let mut play = bench.run_bodies(&scene(vec![target], elastic(STIFFNESS)))?;
     play.set(&points.set);
     let (answer, measured) = play.step(0.0, &points.states)?;
     Ok((answer.forces[0].force[1], measured))
@@ -229,9 +229,9 @@ fn observe(
     config: &DemConfig,
     mut points: Points,
     (dt, steps): (f64, u64),
-    mut look: impl FnMut(&Answer, &Told, [f64; 2], f64) -> Result<(), Unmet>,
+    mut look: impl FnMut(&Answer, &WindowReport, [f64; 2], f64) -> Result<(), Unmet>,
 ) -> Result<(), Unmet> {
-    let mut play = bench.play(config)?;
+    let mut play = bench.run_bodies(config)?;
     play.set(&points.set);
     for _ in 0..steps {
         let (answer, measured) = play.step(dt, &points.states)?;

@@ -290,7 +290,7 @@ fn table(bench: &Bench, overlaps: &[f64]) -> (Vec<BodyConfig>, Points, Vec<Expec
 
 fn geometry(bench: &Bench) -> Judgement {
     let (bodies, points, expected) = table(bench, &OVERLAPS);
-    let mut play = bench.play(&scene(bodies, elastic(STIFFNESS)))?;
+    let mut play = bench.run_bodies(&scene(bodies, elastic(STIFFNESS)))?;
     play.set(&points.set);
     let (answer, _) = play.step(0.0, &points.states)?;
     // Coordinates of up to 6 m carry the overlap to a few of their ulp.
@@ -313,7 +313,7 @@ fn geometry(bench: &Bench) -> Judgement {
 fn no_contact(bench: &Bench) -> Judgement {
     let (bodies, points, expected) = table(bench, &[-1e-9, -1e-3, -0.4 * RADIUS]);
     let outside = |case: &(String, [f64; 2], f64)| case.2 <= 0.0;
-    let mut play = bench.play(&scene(bodies, elastic(STIFFNESS)))?;
+    let mut play = bench.run_bodies(&scene(bodies, elastic(STIFFNESS)))?;
     play.set(&points.set);
     let (answer, _) = play.step(0.0, &points.states)?;
     let mut count = 0;
@@ -337,7 +337,7 @@ fn no_contact(bench: &Bench) -> Judgement {
 /// The overlap table's first points in one answer, for a law of this stiffness.
 fn forces_of(bench: &Bench, stiffness: f64) -> Result<Vec<ImpForce>, Unmet> {
     let (bodies, points, _) = table(bench, &[1e-3]);
-    let mut play = bench.play(&scene(bodies, elastic(stiffness)))?;
+    let mut play = bench.run_bodies(&scene(bodies, elastic(stiffness)))?;
     play.set(&points.set);
     Ok(play.step(0.0, &points.states)?.0.forces)
 }
@@ -369,7 +369,7 @@ fn between(overlap: f64) -> (Vec<BodyConfig>, Points) {
 fn two_bodies(bench: &Bench) -> Judgement {
     let overlap = 1e-3;
     let (bodies, points) = between(overlap);
-    let mut play = bench.play(&scene(bodies, elastic(STIFFNESS)))?;
+    let mut play = bench.run_bodies(&scene(bodies, elastic(STIFFNESS)))?;
     play.set(&points.set);
     let got = play.step(0.0, &points.states)?.0.forces[0].force;
     let force = STIFFNESS * overlap;
@@ -385,7 +385,7 @@ fn two_bodies(bench: &Bench) -> Judgement {
 
 fn again(bench: &Bench) -> Judgement {
     let (bodies, points, _) = table(bench, &OVERLAPS);
-    let mut play = bench.play(&scene(bodies, elastic(STIFFNESS)))?;
+    let mut play = bench.run_bodies(&scene(bodies, elastic(STIFFNESS)))?;
     play.set(&points.set);
     let first = play.step(1e-4, &points.states)?.0.forces;
     for _ in 0..3 {
@@ -405,7 +405,7 @@ fn again(bench: &Bench) -> Judgement {
 
 fn lag(bench: &Bench) -> Judgement {
     let fixed = body(BodyShape::Disc, [0.0; 2], Motion::Fixed);
-    let mut play = bench.play(&scene(vec![fixed], elastic(STIFFNESS)))?;
+    let mut play = bench.run_bodies(&scene(vec![fixed], elastic(STIFFNESS)))?;
     let at =
         |overlap: f64| Points::new().with([0.0, SPHERO + RADIUS - overlap], [0.0; 2], RADIUS, 0.5);
     play.set(&at(0.0).set);
@@ -429,7 +429,7 @@ fn on_the_outline(bench: &Bench) -> Judgement {
     let fixed = body(rectangle, [0.0; 2], Motion::Fixed);
     // Numbers without rounding: the point is on the upper edge to the last bit.
     let points = Points::new().with([0.03125, 0.0625], [0.0; 2], RADIUS, 0.5);
-    let mut play = bench.play(&scene(vec![fixed], elastic(STIFFNESS)))?;
+    let mut play = bench.run_bodies(&scene(vec![fixed], elastic(STIFFNESS)))?;
     play.set(&points.set);
     let got = play.step(0.0, &points.states)?.0.forces[0].force;
     let want = STIFFNESS * (SPHERO + RADIUS);
@@ -446,7 +446,7 @@ fn moved(
 ) -> Result<(Vec<ImpForce>, Vec<ImpForce>), Unmet> {
     let (mut bodies, mut points, _) = table(bench, &[1e-3]);
     let answer = |bodies: &[BodyConfig], points: &Points| -> Result<Vec<ImpForce>, Unmet> {
-        let mut play = bench.play(&scene(bodies.to_vec(), elastic(STIFFNESS)))?;
+        let mut play = bench.run_bodies(&scene(bodies.to_vec(), elastic(STIFFNESS)))?;
         play.set(&points.set);
         Ok(play.step(0.0, &points.states)?.0.forces)
     };
@@ -504,7 +504,7 @@ fn rotated(bench: &Bench) -> Judgement {
 
 fn stiffness_positive(bench: &Bench) -> Judgement {
     let (bodies, points, expected) = table(bench, &OVERLAPS);
-    let mut play = bench.play(&scene(bodies, elastic(STIFFNESS)))?;
+    let mut play = bench.run_bodies(&scene(bodies, elastic(STIFFNESS)))?;
     play.set(&points.set);
     let (answer, _) = play.step(0.0, &points.states)?;
     for (case, force) in expected.iter().zip(&answer.forces) {
@@ -520,7 +520,7 @@ fn reach(bench: &Bench) -> Judgement {
     let gaps = [-0.1, 0.2, 0.6, 2.0];
     for (gap, count) in gaps.into_iter().zip([2.0, 2.0, 0.0, 0.0]) {
         let (bodies, points) = between(-gap * RADIUS);
-        let mut play = bench.play(&scene(bodies, elastic(STIFFNESS)))?;
+        let mut play = bench.run_bodies(&scene(bodies, elastic(STIFFNESS)))?;
         play.set(&points.set);
         let got = play.step(0.0, &points.states)?.0.forces[0].stiffness;
         let what = format!("stiffness of two bodies at a gap of {gap} r_p");
@@ -536,7 +536,7 @@ fn slots(bench: &Bench) -> Judgement {
         let overlap = 1e-4 * f64::from(k + 1);
         ([f64::from(k), SPHERO + RADIUS - overlap], overlap)
     };
-    let mut play = bench.play(&scene(bodies.collect(), elastic(STIFFNESS)))?;
+    let mut play = bench.run_bodies(&scene(bodies.collect(), elastic(STIFFNESS)))?;
     // Every set has other points in other slots.
     for ids in [vec![0, 1, 2, 3], vec![1, 3], vec![0, 2, 3], vec![3]] {
         let mut points = Points::new();
@@ -560,7 +560,7 @@ fn slots(bench: &Bench) -> Judgement {
 fn radii(bench: &Bench) -> Judgement {
     let held = |k| body(BodyShape::Disc, [f64::from(k), 0.0], Motion::Fixed);
     let config = scene((0..3).map(held).collect(), elastic(STIFFNESS));
-    let mut play = bench.play(&config)?;
+    let mut play = bench.run_bodies(&config)?;
     for ids in [[0u32, 1, 2].as_slice(), &[1, 2], &[0, 2]] {
         let mut points = Points::new();
         for &k in ids {
@@ -586,7 +586,7 @@ fn travel(bench: &Bench) -> Judgement {
     let mut runner = block_or_disc(bench, [0.0; 2]);
     runner.velocity = [0.8, -0.6];
     runner.spin = 5.0;
-    let mut play = bench.play(&scene(vec![runner], elastic(STIFFNESS)))?;
+    let mut play = bench.run_bodies(&scene(vec![runner], elastic(STIFFNESS)))?;
     let dt = 1e-3;
     play.grant(dt, 20, false)?;
     let (_, from) = play.envelopes()?;

@@ -9,7 +9,7 @@ use interface::transport::raw::{Message, Payload};
 use super::scene::{
     Contact, Ground, MASS, OVERLAP, RADIUS, SPHERO, STIFFNESS, damped, disc, frictional, scene,
 };
-use crate::bench::{Answer, Bench, Play, Points, Told};
+use crate::bench::{Answer, Bench, BodiesRun, Points, WindowReport};
 use crate::clause::Clause;
 use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Unmet, near, require};
@@ -268,7 +268,7 @@ fn on_free_disc(spoil: fn(&ImpForce, &mut BodyState)) -> Flaw {
 
 /// A point that slides on a ground.
 struct Slider<'b> {
-    play: Play<'b>,
+    play: BodiesRun<'b>,
     ground: Ground,
     way: f64,
 }
@@ -276,7 +276,7 @@ struct Slider<'b> {
 impl<'b> Slider<'b> {
     /// One that has just been set on the ground.
     fn landed(bench: &'b Bench, ground: Ground, law: ContactLaw) -> Result<Self, Unmet> {
-        let play = bench.play(&scene(vec![ground.body()], law))?;
+        let play = bench.run_bodies(&scene(vec![ground.body()], law))?;
         let mut slider = Self {
             play,
             ground,
@@ -425,7 +425,7 @@ fn carried_over(bench: &Bench) -> Judgement {
         hill.position[0] = x;
         hill
     });
-    let mut play = bench.play(&scene(hills.to_vec(), frictional(TANGENTIAL, MU)))?;
+    let mut play = bench.run_bodies(&scene(hills.to_vec(), frictional(TANGENTIAL, MU)))?;
     play.set(&two_sliders([0.0; 2], false).0.set);
     for k in 0..6 {
         let (points, _) = two_sliders([f64::from(k), f64::from(k.min(2))], false);
@@ -443,9 +443,9 @@ fn carried_over(bench: &Bench) -> Judgement {
 }
 
 /// A point that has slid over a free disc by a step, seen in a step of `dt` (s) after it.
-fn rubbed(bench: &Bench, dt: f64) -> Result<(Answer, Told), Unmet> {
+fn rubbed(bench: &Bench, dt: f64) -> Result<(Answer, WindowReport), Unmet> {
     let config = scene(vec![disc([0.0, -SPHERO])], frictional(TANGENTIAL, MU));
-    let mut play = bench.play(&config)?;
+    let mut play = bench.run_bodies(&config)?;
     let at = |steps: f64| {
         let at = Ground::Hill.at(steps * SLIDE, SLIDE, OVERLAP);
         Points::new().with(at.position, [0.0; 2], RADIUS, 0.5)
@@ -524,7 +524,7 @@ fn no_pull(bench: &Bench) -> Judgement {
     // So fast that the dashpot would pull five times as hard as the spring pushes.
     let speed = 5.0 * STIFFNESS * OVERLAP / damping();
     for ground in Ground::of(bench) {
-        let mut play = bench.play(&scene(vec![ground.body()], damped(0.1)))?;
+        let mut play = bench.run_bodies(&scene(vec![ground.body()], damped(0.1)))?;
         let at = ground.at(0.0, SLIDE, OVERLAP);
         let points = Points::new().with(at.position, [0.0, speed], RADIUS, 0.5);
         play.set(&points.set);

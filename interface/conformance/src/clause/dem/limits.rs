@@ -142,7 +142,7 @@ fn limits(
     config: &DemConfig,
     points: &Points,
 ) -> Result<(Limits, Vec<BodyState>), Unmet> {
-    let mut play = bench.play(config)?;
+    let mut play = bench.run_bodies(config)?;
     play.set(&points.set);
     let (_, measured) = play.step(0.0, &points.states)?;
     Ok((
@@ -310,7 +310,7 @@ fn halts(bench: &Bench) -> Judgement {
     ];
     let damps = bench.takes("feature:damping");
     for (name, budget) in budgets.into_iter().take(if damps { 3 } else { 2 }) {
-        let mut play = bench.play(&lively(bench))?;
+        let mut play = bench.run_bodies(&lively(bench))?;
         let points = pressed();
         play.set(&points.set);
         play.budget = budget;
@@ -331,7 +331,7 @@ fn halts(bench: &Bench) -> Judgement {
 }
 
 fn last_step(bench: &Bench) -> Judgement {
-    let mut play = bench.play(&lively(bench))?;
+    let mut play = bench.run_bodies(&lively(bench))?;
     let points = pressed();
     play.set(&points.set);
     play.budget.speed = 0.0;
@@ -344,7 +344,7 @@ fn last_step(bench: &Bench) -> Judgement {
 }
 
 fn other_halts(bench: &Bench) -> Judgement {
-    let mut play = bench.play(&one_disc(bench))?;
+    let mut play = bench.run_bodies(&one_disc(bench))?;
     let points = pressed();
     play.set(&points.set);
     play.grant(1e-5, 5, true)?;
@@ -362,7 +362,7 @@ fn other_halts(bench: &Bench) -> Judgement {
 
 fn halt_is_free(bench: &Bench) -> Judgement {
     let run = |budget: Budget| -> Result<(Vec<ImpForce>, u64), Unmet> {
-        let mut play = bench.play(&lively(bench))?;
+        let mut play = bench.run_bodies(&lively(bench))?;
         play.budget = budget;
         let mut points = pressed();
         play.set(&points.set);

@@ -88,7 +88,7 @@ fn row(dt: f64) -> (Vec<BodyConfig>, Points) {
 fn bounced(bench: &Bench, h: f64) -> Result<Vec<(f64, f64)>, Unmet> {
     let dt = h / omega();
     let (bodies, mut points) = row(dt);
-    let mut play = bench.play(&scene(bodies, elastic(STIFFNESS)))?;
+    let mut play = bench.run_bodies(&scene(bodies, elastic(STIFFNESS)))?;
     play.set(&points.set);
     // Half a period of contact, and the way there.
     let steps = (std::f64::consts::PI / h) as u64 + 6;
@@ -147,7 +147,7 @@ fn spin(bench: &Bench) -> Judgement {
     let far = [3.0, -2.0];
     let about = |x: [f64; 2], v: [f64; 2]| (x[0] - far[0]) * v[1] - (x[1] - far[1]) * v[0];
     let before = POINT * about(start, [0.2, -1.0]);
-    let mut play = bench.play(&scene(vec![target], elastic(STIFFNESS)))?;
+    let mut play = bench.run_bodies(&scene(vec![target], elastic(STIFFNESS)))?;
     play.set(&points.set);
     play.run(&mut points, 1e-4, 200, |_, _| Ok(()))?;
     let (answer, measured) = play.step(0.0, &points.states)?;
@@ -178,7 +178,7 @@ fn carried(bench: &Bench, boost: f64, law: ContactLaw) -> Result<Vec<f64>, Unmet
     target.velocity = [boost, 0.0];
     let start = [SPHERO + RADIUS + 1e-5, 0.0];
     let mut points = Points::new().with(start, [boost - 1.0, 0.0], RADIUS, POINT);
-    let mut play = bench.play(&scene(vec![target], law))?;
+    let mut play = bench.run_bodies(&scene(vec![target], law))?;
     play.set(&points.set);
     let mut forces = Vec::new();
     play.run(&mut points, 1e-4, 100, |_, answer| {

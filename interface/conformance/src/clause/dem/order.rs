@@ -7,7 +7,7 @@ use interface::message::wire::{StepHeader, flags};
 use interface::transport::raw::{Kind, Message, Payload};
 
 use super::scene::{RADIUS, SPHERO, one_disc};
-use crate::bench::{Answer, Bench, Play, Points};
+use crate::bench::{Answer, Bench, BodiesRun, Points};
 use crate::clause::{Clause, shared};
 use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Unmet, broken, near, require};
@@ -257,8 +257,8 @@ pub fn pressed() -> Points {
         .with([-x, 0.0], [0.0; 2], RADIUS, 0.5)
 }
 
-fn begun(bench: &Bench) -> Result<Play<'_>, Unmet> {
-    let mut play = bench.play(&one_disc(bench))?;
+fn begun(bench: &Bench) -> Result<BodiesRun<'_>, Unmet> {
+    let mut play = bench.run_bodies(&one_disc(bench))?;
     let points = pressed();
     play.set(&points.set);
     play.step(0.0, &points.states)?;
@@ -322,7 +322,7 @@ fn other_generation(bench: &Bench) -> Judgement {
 fn unused(bench: &Bench) -> Judgement {
     let points = pressed();
     let answer = |spoil: fn(&mut Message, &mut Message)| -> Result<Answer, Unmet> {
-        let mut play = bench.play(&one_disc(bench))?;
+        let mut play = bench.run_bodies(&one_disc(bench))?;
         play.grant(0.0, 1, false)?;
         play.send_spoilt(&points, spoil)?;
         play.set(&points.set);
@@ -343,7 +343,7 @@ fn unused(bench: &Bench) -> Judgement {
 }
 
 fn counts(bench: &Bench) -> Judgement {
-    let mut play = bench.play(&one_disc(bench))?;
+    let mut play = bench.run_bodies(&one_disc(bench))?;
     let points = pressed();
     play.set(&points.set);
     let (answer, measured) = play.step(0.0, &points.states)?;

@@ -175,7 +175,7 @@ fn falling(bench: &Bench) -> DemConfig {
 
 fn flight(bench: &Bench) -> Judgement {
     let bodies = flying(bench);
-    let mut play = bench.play(&scene(bodies.clone(), elastic(STIFFNESS)))?;
+    let mut play = bench.run_bodies(&scene(bodies.clone(), elastic(STIFFNESS)))?;
     play.run(&mut Points::new(), DT, STEPS, |_, _| Ok(()))?;
     let (_, measured) = play.step(0.0, &[])?;
     let mut largest = Largest::default();
@@ -192,7 +192,7 @@ fn flight(bench: &Bench) -> Judgement {
 }
 
 fn first_kick(bench: &Bench) -> Judgement {
-    let mut play = bench.play(&falling(bench))?;
+    let mut play = bench.run_bodies(&falling(bench))?;
     play.step(DT, &[])?;
     let (_, measured) = play.step(DT, &[])?;
     let mut largest = Largest::default();
@@ -212,7 +212,7 @@ fn first_kick(bench: &Bench) -> Judgement {
 }
 
 fn fall(bench: &Bench) -> Judgement {
-    let mut play = bench.play(&falling(bench))?;
+    let mut play = bench.run_bodies(&falling(bench))?;
     play.run(&mut Points::new(), DT, STEPS, |_, _| Ok(()))?;
     let (_, measured) = play.step(0.0, &[])?;
     let mut largest = Largest::default();
@@ -252,7 +252,7 @@ fn follow(
     bench: &Bench,
     mut look: impl FnMut(&Step, &BodyState, [f64; 2], [f64; 2]) -> Result<(), Unmet>,
 ) -> Result<(), Unmet> {
-    let mut play = bench.play(&falling(bench))?;
+    let mut play = bench.run_bodies(&falling(bench))?;
     let body = &flying(bench)[0];
     let mut own = Falling {
         position: body.position,
@@ -292,7 +292,7 @@ fn centred(bench: &Bench) -> Judgement {
 }
 
 fn closing(bench: &Bench) -> Judgement {
-    let mut play = bench.play(&falling(bench))?;
+    let mut play = bench.run_bodies(&falling(bench))?;
     play.run(&mut Points::new(), DT, STEPS, |_, _| Ok(()))?;
     let (_, measured) = play.step(0.0, &[])?;
     let mut largest = Largest::default();
@@ -315,7 +315,7 @@ struct Record {
 
 /// Points run into a falling, spinning block, with friction.
 fn tumble(bench: &Bench, window: u64) -> Result<Record, Unmet> {
-    let mut play = bench.play(&tumbling(bench))?;
+    let mut play = bench.run_bodies(&tumbling(bench))?;
     play.window = window;
     let flat = bench.takes("shape:rectangle");
     let mut points = Points::new();
@@ -391,7 +391,7 @@ fn opening(bench: &Bench) -> Judgement {
         ..scene(vec![disc([0.0; 2])], elastic(STIFFNESS))
     };
     let run = |open: bool| -> Result<(Vec<ImpForce>, BodyState), Unmet> {
-        let mut play = bench.play(&config)?;
+        let mut play = bench.run_bodies(&config)?;
         let mut points = pressed();
         play.set(&points.set);
         if open {

@@ -50,7 +50,7 @@ fn points(bench: &Bench) -> Judgement {
         block([0.2, 0.6], velocity),
         block([0.6, 0.2], velocity),
     ]);
-    let mut flow = bench.flow(&config)?;
+    let mut flow = bench.run_continuum(&config)?;
     let (first, _) = flow.free_step(DT)?;
     flow.coast(DT, 20)?;
     let t = 21.0 * DT;
@@ -78,7 +78,7 @@ fn points(bench: &Bench) -> Judgement {
 }
 
 fn header(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&scene(vec![block([0.4; 2], [0.0; 2])]))?;
+    let mut flow = bench.run_continuum(&scene(vec![block([0.4; 2], [0.0; 2])]))?;
     flow.coast(DT, 3)?;
     let (header, _) = flow.drain()?;
     let said = (header.step, header.count);

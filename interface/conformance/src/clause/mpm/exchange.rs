@@ -8,7 +8,7 @@ use interface::message::wire::{ImpForce, StepHeader, flags};
 use interface::transport::raw::{Kind, Message, Payload};
 
 use super::scene::{DT, IN_BLOCK, block, push, scene, single};
-use crate::bench::{Bench, Flow};
+use crate::bench::{Bench, ContinuumRun};
 use crate::clause::{Clause, shared};
 use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Unmet, broken, require};
@@ -173,7 +173,7 @@ pub const CLAUSES: &[Clause] = &[
 ];
 
 fn polls(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&scene(vec![block([0.4; 2], [0.0; 2])]))?;
+    let mut flow = bench.run_continuum(&scene(vec![block([0.4; 2], [0.0; 2])]))?;
     flow.step(0.0, |flow, _| flow.no_forces())?;
     flow.grant(DT, shared::EXCHANGES + 1, false)?;
     flow.states()?;
@@ -187,7 +187,7 @@ fn polls(bench: &Bench) -> Judgement {
 }
 
 fn headers(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&scene(vec![block([0.4; 2], [0.0; 2])]))?;
+    let mut flow = bench.run_continuum(&scene(vec![block([0.4; 2], [0.0; 2])]))?;
     let mut epoch = 0;
     for (dt, steps) in [(DT, 3), (0.5 * DT, 3)] {
         flow.grant(dt, steps, false)?;
@@ -233,7 +233,7 @@ fn headers(bench: &Bench) -> Judgement {
 
 /// Without any point too: an empty message is a message.
 fn once(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&single([0.0; 2]))?;
+    let mut flow = bench.run_continuum(&single([0.0; 2]))?;
     flow.outlines.clear();
     flow.grant(DT, 8, false)?;
     for _ in 0..8 {
@@ -253,7 +253,7 @@ fn once(bench: &Bench) -> Judgement {
 }
 
 fn outlines(bench: &Bench, spoil: fn(&mut Message)) -> Judgement {
-    let mut flow = bench.flow(&single([0.0; 2]))?;
+    let mut flow = bench.run_continuum(&single([0.0; 2]))?;
     flow.grant(DT, 1, false)?;
     let (header, _) = flow.next_states()?;
     if header.flags & flags::WANT_ENVELOPES == 0 {
@@ -273,7 +273,7 @@ fn outlines(bench: &Bench, spoil: fn(&mut Message)) -> Judgement {
 }
 
 /// The solver fails at once, and does not go on until it finds nobody there.
-fn refusal(flow: &mut Flow) -> Judgement {
+fn refusal(flow: &mut ContinuumRun) -> Judgement {
     let failure = flow.session.failure()?;
     let states = flow.session.take(Kind::States)?;
     require(states.is_none(), "Failed at once", "states before it")?;
@@ -281,8 +281,8 @@ fn refusal(flow: &mut Flow) -> Judgement {
 }
 
 /// Step 1 is answered with spoilt forces; the run and the step of it are returned.
-fn answered(bench: &Bench, spoil: fn(&mut Message)) -> Result<(Flow<'_>, u64), Unmet> {
-    let mut flow = bench.flow(&scene(vec![block([0.4; 2], [0.0; 2])]))?;
+fn answered(bench: &Bench, spoil: fn(&mut Message)) -> Result<(ContinuumRun<'_>, u64), Unmet> {
+    let mut flow = bench.run_continuum(&scene(vec![block([0.4; 2], [0.0; 2])]))?;
     flow.grant(DT, 4, false)?;
     flow.exchange()?;
     let step = flow.states()?.step.index;

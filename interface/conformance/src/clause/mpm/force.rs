@@ -52,7 +52,7 @@ const FORCE: [f64; 2] = [3.0, -2.0];
 
 /// Velocities of a point that is pushed in step 3 alone, step by step: those of `t_{n-1/2}`.
 fn pushed(bench: &Bench) -> Result<Vec<[f64; 2]>, Unmet> {
-    let mut flow = bench.flow(&single([0.0; 2]))?;
+    let mut flow = bench.run_continuum(&single([0.0; 2]))?;
     let mut velocities = Vec::new();
     flow.run(DT, 8, |flow, shown| {
         velocities.extend(shown.states.first().map(|state| state.velocity));
@@ -94,7 +94,7 @@ fn once(bench: &Bench) -> Judgement {
 }
 
 fn sum(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&scene(vec![block([0.4; 2], [0.0; 2])]))?;
+    let mut flow = bench.run_continuum(&scene(vec![block([0.4; 2], [0.0; 2])]))?;
     flow.coast(DT, 2)?;
     let mut total = [0.0; 2];
     let (_, told) = flow.step(DT, |flow, _| {
@@ -125,7 +125,7 @@ fn sum(bench: &Bench) -> Judgement {
 /// Two points further apart than any shape function reaches: the one that is pushed moves.
 fn place(bench: &Bench) -> Judgement {
     let config = scene(vec![super::scene::points(&[[0.21, 0.23], [0.78, 0.81]])]);
-    let mut flow = bench.flow(&config)?;
+    let mut flow = bench.run_continuum(&config)?;
     flow.grant(DT, 2, false)?;
     let shown = flow.states()?;
     let left = shown.states.iter().position(|s| s.position[0] < 0.5);

@@ -5,7 +5,7 @@ use interface::message::wire::{StepHeader, flags};
 use interface::transport::raw::{Message, Payload};
 
 use super::scene::{DT, block, push, scene, single};
-use crate::bench::{Bench, Budget, Flow, configure};
+use crate::bench::{Bench, Budget, ContinuumRun, configure};
 use crate::clause::Clause;
 use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Unmet, require};
@@ -114,7 +114,7 @@ const SLOW: Budget = Budget {
 };
 
 /// The next message is HALT_BEFORE of this step, and the report fits it.
-fn halted(flow: &mut Flow, first: u64, step: u64) -> Result<(), Unmet> {
+fn halted(flow: &mut ContinuumRun, first: u64, step: u64) -> Result<(), Unmet> {
     let (header, states) = flow.next_states()?;
     let told = (header.flags, header.step, states.len());
     require(
@@ -127,7 +127,7 @@ fn halted(flow: &mut Flow, first: u64, step: u64) -> Result<(), Unmet> {
 }
 
 /// The report tells of a halt before this step.
-fn stopped(flow: &mut Flow, first: u64, step: u64) -> Result<(), Unmet> {
+fn stopped(flow: &mut ContinuumRun, first: u64, step: u64) -> Result<(), Unmet> {
     let report = flow.report()?.report;
     require(
         (report.halted, report.next) == (1, step) && step > first,
@@ -138,7 +138,7 @@ fn stopped(flow: &mut Flow, first: u64, step: u64) -> Result<(), Unmet> {
 }
 
 fn before(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&single([0.8, 0.0]))?;
+    let mut flow = bench.run_continuum(&single([0.8, 0.0]))?;
     flow.budget = SLOW;
     flow.grant(DT, 4, false)?;
     flow.exchange()?;
@@ -151,7 +151,7 @@ fn before(bench: &Bench) -> Judgement {
 }
 
 fn single_step(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&single([0.8, 0.0]))?;
+    let mut flow = bench.run_continuum(&single([0.8, 0.0]))?;
     flow.budget = SLOW;
     for _ in 0..3 {
         flow.grant(DT, 1, false)?;
@@ -167,7 +167,7 @@ fn single_step(bench: &Bench) -> Judgement {
 }
 
 fn stiff(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&single([0.0; 2]))?;
+    let mut flow = bench.run_continuum(&single([0.0; 2]))?;
     let (_, told) = flow.free_step(DT)?;
     flow.budget = Budget {
         omega_sq: 2.0 * told.report.limits.omega_sq + 1.0,
@@ -185,7 +185,7 @@ fn stiff(bench: &Bench) -> Judgement {
 
 /// A window of 4 steps, in the second of which the bodies say HALT_AFTER.
 fn bodies_halt(bench: &Bench, budget: Budget) -> Judgement {
-    let mut flow = bench.flow(&single([0.8, 0.0]))?;
+    let mut flow = bench.run_continuum(&single([0.8, 0.0]))?;
     flow.free_step(DT)?;
     flow.budget = budget;
     let first = flow.next();
@@ -216,7 +216,7 @@ fn both(bench: &Bench) -> Judgement {
 }
 
 fn last(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&single([0.0; 2]))?;
+    let mut flow = bench.run_continuum(&single([0.0; 2]))?;
     flow.grant(DT, 2, false)?;
     flow.exchange()?;
     flow.states()?;
@@ -258,7 +258,7 @@ fn no_cost(bench: &Bench) -> Judgement {
     for budget in [Budget::ALL, SLOW] {
         let mut config = single([0.8, 0.3]);
         config.gravity = [1.0, -9.0];
-        let mut flow = bench.flow(&config)?;
+        let mut flow = bench.run_continuum(&config)?;
         flow.budget = budget;
         while flow.next() < 6 {
             // Within an epoch the same time is start + n dt; every step begins one here, as after a halt.

@@ -9,7 +9,7 @@ use interface::transport::raw::Payload;
 use super::scene::{
     DENSITY, DT, MASS, MODULI, RADIUS, SKIN, SPACING, block, material, points, scene, single,
 };
-use crate::bench::{Bench, Flow, around_all, outline};
+use crate::bench::{Bench, ContinuumRun, around_all, outline};
 use crate::clause::Clause;
 use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Unmet, near, require};
@@ -147,7 +147,7 @@ const FAR: f64 = 1.0;
 
 fn generations(bench: &Bench) -> Judgement {
     let config = scene(vec![block([0.4; 2], [0.0; 2])]);
-    let mut flow = bench.flow(&config)?;
+    let mut flow = bench.run_continuum(&config)?;
     flow.travel = FAR;
     flow.grant(DT, 5, false)?;
     let mut sets = 0;
@@ -187,7 +187,7 @@ fn generations(bench: &Bench) -> Judgement {
 
 fn ids(bench: &Bench) -> Judgement {
     let config = scene(vec![block([0.2; 2], [0.0; 2]), block([0.6; 2], [0.0; 2])]);
-    let mut flow = bench.flow(&config)?;
+    let mut flow = bench.run_continuum(&config)?;
     flow.travel = FAR;
     flow.grant(DT, 3, false)?;
     for round in 0..3 {
@@ -215,7 +215,7 @@ fn infos(bench: &Bench) -> Judgement {
         contact_radius: Some(0.8 * RADIUS),
         ..config.groups[1].clone()
     };
-    let mut flow = bench.flow(&config)?;
+    let mut flow = bench.run_continuum(&config)?;
     flow.grant(DT, 1, false)?;
     let shown = flow.exchange()?;
     let mut of_group = [0, 0];
@@ -246,7 +246,7 @@ fn infos(bench: &Bench) -> Judgement {
 fn slots(bench: &Bench) -> Judgement {
     let velocity = [0.7, -0.4];
     let config = scene(vec![block([0.3, 0.5], velocity)]);
-    let mut flow = bench.flow(&config)?;
+    let mut flow = bench.run_continuum(&config)?;
     flow.travel = FAR;
     flow.grant(DT, 6, false)?;
     let mut start: BTreeMap<u64, [f64; 2]> = BTreeMap::new();
@@ -339,7 +339,7 @@ fn reach(bench: &Bench) -> Judgement {
         spacing: interface::config::Spacing::Distance(0.2 * SPACING),
         ..points(&positions)
     }]);
-    let mut flow = bench.flow(&config)?;
+    let mut flow = bench.run_continuum(&config)?;
     flow.travel = FAR;
     let cases = outlines();
     flow.grant(DT, 1 + cases.len() as u64, false)?;
@@ -389,7 +389,7 @@ const ALLOWED: f64 = SKIN - 0.5 * RADIUS;
 fn points_travel(bench: &Bench) -> Judgement {
     let velocity = [0.6, 0.8];
     let config = scene(vec![block([0.3; 2], velocity)]);
-    let mut flow = bench.flow(&config)?;
+    let mut flow = bench.run_continuum(&config)?;
     let mut chosen: Vec<[f64; 2]> = Vec::new();
     let mut largest: f64 = 0.0;
     // 1 m/s and a tenth of a millisecond: 0.1 mm a step, once across the skin and back to its half.
@@ -421,7 +421,7 @@ fn points_travel(bench: &Bench) -> Judgement {
 }
 
 fn bodies_travel(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&single([0.0; 2]))?;
+    let mut flow = bench.run_continuum(&single([0.0; 2]))?;
     let mut kept = 0;
     for share in [0.5, 0.999, 1.001, 0.3, 7.0, 0.0] {
         flow.travel = share * ALLOWED;
@@ -445,7 +445,7 @@ fn bodies_travel(bench: &Bench) -> Judgement {
 
 fn seldom(bench: &Bench) -> Judgement {
     let velocity = [0.6, 0.8];
-    let mut flow = bench.flow(&scene(vec![block([0.3; 2], velocity)]))?;
+    let mut flow = bench.run_continuum(&scene(vec![block([0.3; 2], velocity)]))?;
     let steps = 400;
     flow.coast(DT, steps)?;
     let needed = steps as f64 * DT / ALLOWED;
@@ -465,7 +465,7 @@ fn many(bench: &Bench) -> Judgement {
         upper: [0.75; 2],
     };
     config.groups[0].spacing = interface::config::Spacing::Counts([100, 100]);
-    let mut flow: Flow = bench.flow(&config)?;
+    let mut flow: ContinuumRun = bench.run_continuum(&config)?;
     let start = flow.free_step(DT)?.0;
     flow.coast(DT, 2)?;
     let end = flow.free_step(DT)?.0;

@@ -5,7 +5,7 @@ use interface::config::{GroupConfig, InitialFields};
 use interface::message::wire::{GroupState, Ledger, PointState, StepHeader, flags};
 
 use super::scene::{DT, IN_BLOCK, MASS, MODULI, SPACING, block, points, push, scene, single};
-use crate::bench::{Bench, Flow, Shown, Told};
+use crate::bench::{Bench, ContinuumRun, Shown, WindowReport};
 use crate::clause::Clause;
 use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Largest, Unmet, broken, near, require};
@@ -106,7 +106,7 @@ pub const CLAUSES: &[Clause] = &[
 ];
 
 fn of_its_grant(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&single([0.0; 2]))?;
+    let mut flow = bench.run_continuum(&single([0.0; 2]))?;
     let mut epoch = 0;
     for (dt, steps, measure) in [
         (0.0, 1, true),
@@ -142,7 +142,7 @@ fn of_its_grant(bench: &Bench) -> Judgement {
 
 fn counts(bench: &Bench) -> Judgement {
     let config = scene(vec![points(&[[0.1, 0.1]]), block([0.4; 2], [0.0; 2])]);
-    let mut flow = bench.flow(&config)?;
+    let mut flow = bench.run_continuum(&config)?;
     for imps in [65, 0] {
         flow.travel = 1.0;
         let told = flow.free_step(DT)?.1.report;
@@ -160,11 +160,11 @@ fn counts(bench: &Bench) -> Judgement {
 }
 
 fn unmeasured(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&single([0.5, 0.0]))?;
+    let mut flow = bench.run_continuum(&single([0.5, 0.0]))?;
     flow.grant(DT, 2, false)?;
     flow.exchange()?;
     flow.exchange()?;
-    let Told {
+    let WindowReport {
         report,
         groups,
         points,
@@ -191,7 +191,7 @@ fn three() -> interface::config::MpmConfig {
 }
 
 fn measured(bench: &Bench) -> Result<(u64, Vec<GroupState>, StepHeader), Unmet> {
-    let mut flow = bench.flow(&three())?;
+    let mut flow = bench.run_continuum(&three())?;
     flow.coast(DT, 2)?;
     // Measured is the first step of the window; others follow before the report.
     flow.grant(DT, 3, true)?;
@@ -255,7 +255,7 @@ fn extent(bench: &Bench) -> Judgement {
 }
 
 fn group_contact(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&three())?;
+    let mut flow = bench.run_continuum(&three())?;
     let (_, told) = flow.step(DT, |flow, _| {
         let force = |info: &interface::message::wire::ImpInfo| match info.group {
             0 => push([1.0, 2.0], 1e3),
@@ -283,7 +283,7 @@ fn group_contact(bench: &Bench) -> Judgement {
 fn momentum(bench: &Bench) -> Judgement {
     let mut config = scene(vec![block([0.4; 2], [0.4, 0.1])]);
     config.gravity = [2.0, -9.81];
-    let mut flow = bench.flow(&config)?;
+    let mut flow = bench.run_continuum(&config)?;
     let mass = IN_BLOCK as f64 * MASS;
     let mut largest = Largest::default();
     for round in 0..4 {
@@ -303,7 +303,7 @@ fn momentum(bench: &Bench) -> Judgement {
 }
 
 fn contact(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&scene(vec![block([0.4; 2], [0.0; 2])]))?;
+    let mut flow = bench.run_continuum(&scene(vec![block([0.4; 2], [0.0; 2])]))?;
     let (mut total, mut impulse, mut before) = ([0.0; 2], [0.0; 2], 0.0);
     let mut largest = Largest::default();
     for (round, share) in [1.0, 1.0, 0.4].into_iter().enumerate() {
@@ -349,7 +349,7 @@ fn contact(bench: &Bench) -> Judgement {
 
 /// A window of steps of `dt` (s) with a frame: what was shown of its first step, and the points.
 fn framed(
-    flow: &mut Flow,
+    flow: &mut ContinuumRun,
     dt: f64,
     steps: u64,
 ) -> Result<(Shown, StepHeader, Vec<PointState>), Unmet> {
@@ -367,7 +367,7 @@ fn framed(
 }
 
 pub(super) fn frame(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&three())?;
+    let mut flow = bench.run_continuum(&three())?;
     flow.coast(DT, 2)?;
     let (first, header, points) = framed(&mut flow, DT, 2)?;
     let said = (header.step, header.count);
@@ -399,7 +399,7 @@ pub(super) fn frame(bench: &Bench) -> Judgement {
 const STRESS: [f64; 4] = [-3e3, 1e3, -500.0, 800.0];
 
 pub(super) fn stressed(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&scene(vec![under_stress()]))?;
+    let mut flow = bench.run_continuum(&scene(vec![under_stress()]))?;
     let (_, _, points) = framed(&mut flow, 0.0, 1)?;
     for point in &points {
         for (said, expected) in point.stress.iter().zip(STRESS) {
@@ -429,7 +429,7 @@ fn elastic(bench: &Bench) -> Judgement {
     let p = (xx + yy + zz) / 3.0;
     let square = (xx - p).powi(2) + (yy - p).powi(2) + (zz - p).powi(2) + 2.0 * xy * xy;
     let density = 0.5 * (p * p / k + square / (2.0 * g));
-    let mut flow = bench.flow(&scene(vec![under_stress()]))?;
+    let mut flow = bench.run_continuum(&scene(vec![under_stress()]))?;
     let said = flow.free_step(0.0)?.1.report.ledger.elastic;
     let expected = density * (8.0 * SPACING).powi(2);
     near("elastic energy in J/m", said, expected, 1e-10 * expected)?;
@@ -439,7 +439,7 @@ fn elastic(bench: &Bench) -> Judgement {
 fn potential(bench: &Bench) -> Judgement {
     let mut config = three();
     config.gravity = [3.0, -7.0];
-    let mut flow = bench.flow(&config)?;
+    let mut flow = bench.run_continuum(&config)?;
     let said = flow.free_step(0.0)?.1.report.ledger.gravity;
     // Sums of m x by hand: two points, a block of 64 about (0.7, 0.7), one point.
     let [x, y] = [0.3 + 64.0 * 0.7 + 0.3, 0.3 + 64.0 * 0.7 + 0.8];
@@ -467,7 +467,7 @@ fn ringing() -> GroupConfig {
 
 /// Strains are so small that any elastic law has an energy.
 fn work(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&scene(vec![ringing()]))?;
+    let mut flow = bench.run_continuum(&scene(vec![ringing()]))?;
     let (_, told) = flow.free_step(0.0)?;
     let start = told.report.ledger.elastic;
     let (mut off, mut most) = (0.0_f64, 0.0_f64);
@@ -492,8 +492,8 @@ fn work(bench: &Bench) -> Judgement {
 }
 
 fn closure(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&scene(vec![ringing()]))?;
-    let total = |told: &Told| {
+    let mut flow = bench.run_continuum(&scene(vec![ringing()]))?;
+    let total = |told: &WindowReport| {
         let l = &told.report.ledger;
         l.kinetic
             + l.kinetic_rotation

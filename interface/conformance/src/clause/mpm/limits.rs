@@ -4,7 +4,7 @@ use interface::config::{GroupConfig, InitialFields};
 use interface::message::wire::Limits;
 
 use super::scene::{DT, IN_BLOCK, MASS, RADIUS, block, push, scene, single};
-use crate::bench::{Bench, Flow};
+use crate::bench::{Bench, ContinuumRun};
 use crate::clause::Clause;
 use crate::mutant::spoil;
 use crate::verdict::{Judgement, Unmet, require};
@@ -77,7 +77,7 @@ pub const CLAUSES: &[Clause] = &[
 const STIFFNESS: f64 = 2e5;
 
 /// Limits of a run in whose one step every point has this stiffness.
-fn limits(flow: &mut Flow, stiffness: f64) -> Result<Limits, Unmet> {
+fn limits(flow: &mut ContinuumRun, stiffness: f64) -> Result<Limits, Unmet> {
     let (_, told) = flow.step(DT, |flow, _| {
         vec![push([0.0, 0.0], stiffness); flow.imps().len()]
     })?;
@@ -87,7 +87,7 @@ fn limits(flow: &mut Flow, stiffness: f64) -> Result<Limits, Unmet> {
 fn contact(bench: &Bench) -> Judgement {
     let mut least = f64::INFINITY;
     for config in [single([0.0; 2]), scene(vec![block([0.4; 2], [0.0; 2])])] {
-        let mut flow = bench.flow(&config)?;
+        let mut flow = bench.run_continuum(&config)?;
         for share in [1.0, 10.0] {
             let stiffness = share * STIFFNESS;
             let said = limits(&mut flow, stiffness)?.contact_omega_sq;
@@ -107,7 +107,7 @@ fn contact(bench: &Bench) -> Judgement {
 }
 
 fn no_contact(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&single([0.0; 2]))?;
+    let mut flow = bench.run_continuum(&single([0.0; 2]))?;
     limits(&mut flow, STIFFNESS)?;
     let said = limits(&mut flow, 0.0)?.contact_omega_sq;
     require(said == 0.0, 0.0, said)?;
@@ -115,7 +115,7 @@ fn no_contact(bench: &Bench) -> Judgement {
 }
 
 fn not_absurd(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&single([0.0; 2]))?;
+    let mut flow = bench.run_continuum(&single([0.0; 2]))?;
     let said = limits(&mut flow, STIFFNESS)?.contact_omega_sq;
     let bound = STIFFNESS / MASS;
     require(
@@ -129,7 +129,7 @@ fn not_absurd(bench: &Bench) -> Judgement {
 fn speed(bench: &Bench) -> Judgement {
     let mut config = single([0.3, 0.4]);
     config.gravity = [30.0, 40.0];
-    let mut flow = bench.flow(&config)?;
+    let mut flow = bench.run_continuum(&config)?;
     let mut velocity: f64 = 0.5;
     for step in 0..5 {
         let said = limits(&mut flow, 0.0)?.speed;
@@ -151,7 +151,7 @@ fn radius_min(bench: &Bench) -> Judgement {
         contact_radius: Some(0.6 * RADIUS),
         ..config.groups[1].clone()
     };
-    let mut flow = bench.flow(&config)?;
+    let mut flow = bench.run_continuum(&config)?;
     let said = limits(&mut flow, 0.0)?.radius_min;
     require(said == 0.6 * RADIUS, 0.6 * RADIUS, said)?;
     Ok(format!("{said} m"))
@@ -169,7 +169,7 @@ fn growth(bench: &Bench, share: f64) -> Result<f64, Unmet> {
         },
         ..block([0.4; 2], [0.0; 2])
     };
-    let mut flow = bench.flow(&scene(vec![ringing]))?;
+    let mut flow = bench.run_continuum(&scene(vec![ringing]))?;
     let (_, told) = flow.free_step(0.0)?;
     let start = told.report.ledger.kinetic;
     let mut omega_sq = told.report.limits.omega_sq;

@@ -8,7 +8,7 @@ use interface::config::{GroupConfig, InitialFields, MpmConfig};
 use interface::message::wire::ImpState;
 
 use super::scene::{CELL, DT, IN_BLOCK, MASS, block, push, scene, single};
-use crate::bench::{Bench, Flow};
+use crate::bench::{Bench, ContinuumRun};
 use crate::clause::Clause;
 use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Largest, Unmet, broken, near, require};
@@ -141,7 +141,7 @@ const ROUNDING: f64 = STEPS as f64 * 16.0 * f64::EPSILON;
 
 fn flight(bench: &Bench) -> Judgement {
     let velocity = [0.7, -0.9];
-    let mut flow = bench.flow(&scene(vec![block([0.4; 2], velocity)]))?;
+    let mut flow = bench.run_continuum(&scene(vec![block([0.4; 2], velocity)]))?;
     let mut start: Vec<ImpState> = Vec::new();
     let mut largest = Largest::default();
     flow.run(DT, STEPS, |flow, shown| {
@@ -179,7 +179,7 @@ fn one(states: &[ImpState]) -> Result<ImpState, Unmet> {
 }
 
 fn first_kick(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&falling())?;
+    let mut flow = bench.run_continuum(&falling())?;
     flow.grant(DT, 2, false)?;
     flow.exchange()?;
     let state = one(&flow.exchange()?.states)?;
@@ -191,7 +191,7 @@ fn first_kick(bench: &Bench) -> Judgement {
 }
 
 fn fall(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&falling())?;
+    let mut flow = bench.run_continuum(&falling())?;
     let x0 = [0.512, 0.487];
     let mut largest = Largest::default();
     flow.run(DT, STEPS, |flow, shown| {
@@ -213,7 +213,7 @@ fn fall(bench: &Bench) -> Judgement {
 }
 
 fn changing_steps(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&falling())?;
+    let mut flow = bench.run_continuum(&falling())?;
     let (mut v, mut before) = ([0.3, 0.2], 0.0);
     let mut x = [0.512, 0.487];
     let mut largest = Largest::default();
@@ -249,7 +249,7 @@ fn stretching() -> MpmConfig {
 }
 
 fn opening(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&stretching())?;
+    let mut flow = bench.run_continuum(&stretching())?;
     let (first, told) = flow.free_step(0.0)?;
     flow.grant(DT, 1, false)?;
     let second = flow.exchange()?;
@@ -283,7 +283,7 @@ fn momentum_of(states: &[ImpState]) -> [f64; 2] {
 }
 
 fn closing(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&falling())?;
+    let mut flow = bench.run_continuum(&falling())?;
     let steps = 40;
     flow.coast(DT, steps)?;
     flow.free_step(0.0)?;
@@ -298,7 +298,7 @@ fn closing(bench: &Bench) -> Judgement {
 }
 
 fn centring(bench: &Bench) -> Judgement {
-    let mut flow = bench.flow(&falling())?;
+    let mut flow = bench.run_continuum(&falling())?;
     flow.coast(DT, 2)?;
     // From steps of 1 to one of 0.5: the velocity after the kick counts by 2/3.
     let (shown, told) = flow.free_step(0.5 * DT)?;
@@ -320,7 +320,7 @@ fn centring(bench: &Bench) -> Judgement {
 
 /// States of a block that stretches and is pushed, step by step.
 fn history(bench: &Bench, window: u64) -> Result<Vec<Vec<ImpState>>, Unmet> {
-    let mut flow = bench.flow(&stretching())?;
+    let mut flow = bench.run_continuum(&stretching())?;
     flow.window = window;
     let mut history = Vec::new();
     flow.run(DT, 64, |flow, shown| {
@@ -362,7 +362,7 @@ fn elsewhere(bench: &Bench) -> Judgement {
     for lower in [[0.3, 0.5], [0.3 + shift[0], 0.5 + shift[1]]] {
         let mut config = stretching();
         config.groups[0] = block(lower, [0.2, 0.1]);
-        let mut flow = bench.flow(&config)?;
+        let mut flow = bench.run_continuum(&config)?;
         flow.run(DT, STEPS, |flow, _| {
             let force = |slot: usize| push([2.0 * slot as f64, -9.0], 1e3);
             Ok((0..flow.imps().len()).map(force).collect())
@@ -382,7 +382,7 @@ fn elsewhere(bench: &Bench) -> Judgement {
     Ok(format!("within {largest} m or m/s after {STEPS} steps"))
 }
 
-fn last_states(flow: &mut Flow) -> Result<Vec<ImpState>, Unmet> {
+fn last_states(flow: &mut ContinuumRun) -> Result<Vec<ImpState>, Unmet> {
     let states = flow.exchange()?.states;
     flow.report()?;
     Ok(states)

@@ -175,7 +175,7 @@ const DEADLINE: f64 = 0.2;
 fn impatient(bench: &Bench) -> Result<Run<'_>, Unmet> {
     let mut order = order(bench);
     order.deadline = DEADLINE;
-    bench.lead(&order).map(Run::from)
+    bench.run_coupled(&order).map(Run::from)
 }
 
 /// A failure that comes after `least` and before `most` (s) and names `who`.

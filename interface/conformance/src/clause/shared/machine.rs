@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use interface::message::control::Party;
 use interface::message::wire::{ImpForce, ImpInfo, ImpState};
 
-use crate::bench::{Bench, Flow, Play, Points, echo};
+use crate::bench::{Bench, BodiesRun, ContinuumRun, Points, echo};
 use crate::clause::Clause;
 use crate::clause::dem::scene::{RADIUS, SPHERO, held_disc};
 use crate::clause::mpm::scene::{IN_BLOCK, block, scene, single};
@@ -81,8 +81,8 @@ fn ring(count: usize, first: u64) -> Points {
 }
 
 /// A held disc pressed by a ring of points, after a step.
-fn pressed(bench: &Bench, count: usize) -> Result<(Play<'_>, Points), Unmet> {
-    let mut play = bench.play(&held_disc())?;
+fn pressed(bench: &Bench, count: usize) -> Result<(BodiesRun<'_>, Points), Unmet> {
+    let mut play = bench.run_bodies(&held_disc())?;
     let points = ring(count, 0);
     play.set(&points.set);
     play.step(0.0, &points.states)?;
@@ -90,14 +90,14 @@ fn pressed(bench: &Bench, count: usize) -> Result<(Play<'_>, Points), Unmet> {
 }
 
 /// A continuum at rest, after a step: two blocks, or one point.
-fn resting(bench: &Bench, many: bool) -> Result<Flow<'_>, Unmet> {
+fn resting(bench: &Bench, many: bool) -> Result<ContinuumRun<'_>, Unmet> {
     let blocks = vec![block([0.2, 0.6], [0.0; 2]), block([0.6, 0.2], [0.0; 2])];
     let config = if many {
         scene(blocks)
     } else {
         single([0.0; 2])
     };
-    let mut flow = bench.flow(&config)?;
+    let mut flow = bench.run_continuum(&config)?;
     flow.free_step(0.0)?;
     Ok(flow)
 }

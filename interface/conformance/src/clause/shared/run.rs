@@ -6,7 +6,7 @@ use std::time::Duration;
 use interface::message::control::{Configure, Party};
 use interface::message::wire::Grant;
 
-use crate::bench::{Bench, Flow, Lead, Play, configure};
+use crate::bench::{Bench, BodiesRun, ContinuumRun, KitRun, configure};
 use crate::clause::dem::scene::one_disc;
 use crate::clause::mpm::scene::single;
 use crate::verdict::Unmet;
@@ -14,9 +14,9 @@ use crate::verdict::Unmet;
 /// A run of the side under test.
 pub enum Run<'b> {
     /// Of a bodies' side.
-    Bodies(Box<Play<'b>>),
+    Bodies(Box<BodiesRun<'b>>),
     /// Of a continuum.
-    Continuum(Box<Flow<'b>>),
+    Continuum(Box<ContinuumRun<'b>>),
 }
 
 /// The configuration of a run in which physics does not matter: one disc, or one point.
@@ -28,9 +28,9 @@ pub fn order(bench: &Bench) -> Configure {
 }
 
 impl<'b> Deref for Run<'b> {
-    type Target = Lead<'b>;
+    type Target = KitRun<'b>;
 
-    fn deref(&self) -> &Lead<'b> {
+    fn deref(&self) -> &KitRun<'b> {
         match self {
             Self::Bodies(play) => &play.lead,
             Self::Continuum(flow) => &flow.lead,
@@ -47,8 +47,8 @@ impl DerefMut for Run<'_> {
     }
 }
 
-impl<'b> From<Lead<'b>> for Run<'b> {
-    fn from(lead: Lead<'b>) -> Self {
+impl<'b> From<KitRun<'b>> for Run<'b> {
+    fn from(lead: KitRun<'b>) -> Self {
         if lead.session.is_of_bodies() {
             Self::Bodies(Box::new(lead.into()))
         } else {
@@ -60,13 +60,13 @@ impl<'b> From<Lead<'b>> for Run<'b> {
 impl<'b> Run<'b> {
     /// After a measured opening step.
     pub fn begun(bench: &'b Bench) -> Result<Self, Unmet> {
-        let mut run = Self::from(bench.lead(&order(bench))?);
+        let mut run = Self::from(bench.run_coupled(&order(bench))?);
         run.step(0.0)?;
         Ok(run)
     }
 
     /// Ends the run's part in the session.
-    pub fn into_lead(self) -> Lead<'b> {
+    pub fn into_lead(self) -> KitRun<'b> {
         match self {
             Self::Bodies(play) => play.lead,
             Self::Continuum(flow) => flow.lead,

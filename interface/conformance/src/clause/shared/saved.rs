@@ -5,7 +5,7 @@ use interface::message::wire::{ImpForce, ImpState, StepHeader, flags};
 use interface::transport::raw::{Message, Payload};
 
 use super::run::Run;
-use crate::bench::{Bench, Flow, Points, Reply, Shown, Stand, around_all, configure};
+use crate::bench::{Bench, ContinuumRun, Points, Reply, RunState, Shown, around_all, configure};
 use crate::clause::Clause;
 use crate::clause::dem::scene::{MASS, OVERLAP, RADIUS, SPHERO, STIFFNESS, elastic, frictional};
 use crate::clause::dem::scene::{disc, one_disc, scene as bodies};
@@ -152,7 +152,7 @@ fn sliders() -> Points {
         .with([-0.5 * top, -0.9 * top], [0.1, 0.3], RADIUS, MASS)
 }
 
-fn press(_: &Flow, shown: &Shown) -> Vec<ImpForce> {
+fn press(_: &ContinuumRun, shown: &Shown) -> Vec<ImpForce> {
     let force = |(slot, state): (usize, &ImpState)| {
         if (slot as u64 + shown.step.index).is_multiple_of(7) {
             push([3.0 - 10.0 * state.position[0], 2.0], 1e3)
@@ -169,7 +169,7 @@ fn bits_of(vectors: impl IntoIterator<Item = [f64; 2]>) -> impl Iterator<Item = 
 
 impl<'b> Course<'b> {
     fn begun(bench: &'b Bench, order: &Configure) -> Result<Self, Unmet> {
-        let (mut run, points) = (Run::from(bench.lead(order)?), sliders());
+        let (mut run, points) = (Run::from(bench.run_coupled(order)?), sliders());
         match &mut run {
             Run::Bodies(play) => {
                 play.set(&points.set);
@@ -239,7 +239,7 @@ impl<'b> Course<'b> {
 /// and what came of that step.
 struct Saved {
     state: Vec<u8>,
-    stand: Stand,
+    stand: RunState,
     points: Points,
     more: u64,
     bits: Bits,

@@ -7,7 +7,7 @@ use interface::message::wire::{EnvelopeVertex, ImpForce, ImpState, PointState, S
 use interface::step::Step;
 use interface::transport::raw::{Kind, Message, Payload};
 
-use super::lead::{Lead, Told, has_lead, records};
+use super::kit_run::{KitRun, WindowReport, is_kit_run, records};
 use super::session::{Bench, configure};
 use crate::verdict::{Unmet, broken};
 
@@ -27,9 +27,9 @@ pub struct Shown {
 }
 
 /// A run with a continuum under test.
-pub struct Flow<'b> {
+pub struct ContinuumRun<'b> {
     /// What is the same whichever side is under test.
-    pub lead: Lead<'b>,
+    pub lead: KitRun<'b>,
     /// Outlines of the bodies, answered when they are asked for.
     pub outlines: Vec<EnvelopeVertex>,
     /// Of the forces to come (F-9).
@@ -38,11 +38,11 @@ pub struct Flow<'b> {
     pub flags: u64,
 }
 
-has_lead!(Flow);
+is_kit_run!(ContinuumRun);
 
-impl<'b> From<Lead<'b>> for Flow<'b> {
+impl<'b> From<KitRun<'b>> for ContinuumRun<'b> {
     /// A run without bodies.
-    fn from(lead: Lead<'b>) -> Self {
+    fn from(lead: KitRun<'b>) -> Self {
         Self {
             lead,
             outlines: Vec::new(),
@@ -80,7 +80,7 @@ impl Bench {
     ///
     /// # Errors
     /// [`Unmet`].
-    pub fn flow(&self, config: &MpmConfig) -> Result<Flow<'_>, Unmet> {
+    pub fn run_continuum(&self, config: &MpmConfig) -> Result<ContinuumRun<'_>, Unmet> {
         let mut flow = self.flow_by(&configure(config))?;
         flow.outlines = around_all(config);
         Ok(flow)
@@ -90,12 +90,12 @@ impl Bench {
     ///
     /// # Errors
     /// [`Unmet`].
-    pub fn flow_by(&self, order: &Configure) -> Result<Flow<'_>, Unmet> {
-        self.lead(order).map(Flow::from)
+    pub fn flow_by(&self, order: &Configure) -> Result<ContinuumRun<'_>, Unmet> {
+        self.run_coupled(order).map(ContinuumRun::from)
     }
 }
 
-impl Flow<'_> {
+impl ContinuumRun<'_> {
     /// Header of a message of the bodies in the next step.
     pub fn header(&self) -> StepHeader {
         StepHeader {
@@ -227,7 +227,7 @@ impl Flow<'_> {
         &mut self,
         dt: f64,
         press: impl FnOnce(&Self, &Shown) -> Vec<ImpForce>,
-    ) -> Result<(Option<Shown>, Told), Unmet> {
+    ) -> Result<(Option<Shown>, WindowReport), Unmet> {
         self.grant(dt, 1, true)?;
         let shown = self.pressed(|flow, shown| Ok(press(flow, shown)))?;
         Ok((shown, self.report()?))
@@ -237,7 +237,7 @@ impl Flow<'_> {
     ///
     /// # Errors
     /// [`Unmet::Broken`].
-    pub fn free_step(&mut self, dt: f64) -> Result<(Shown, Told), Unmet> {
+    pub fn free_step(&mut self, dt: f64) -> Result<(Shown, WindowReport), Unmet> {
         let (shown, told) = self.step(dt, |flow, _| flow.no_forces())?;
         let shown = shown.ok_or_else(|| broken("a coupled run", "none"))?;
         Ok((shown, told))

@@ -7,7 +7,7 @@ use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Step
 use interface::step::Step;
 use interface::transport::raw::{Kind, Message, Payload};
 
-use super::lead::{Lead, Told, has_lead, records};
+use super::kit_run::{KitRun, WindowReport, is_kit_run, records};
 use super::points::Points;
 use super::session::{Bench, configure};
 use crate::verdict::{Unmet, broken};
@@ -24,17 +24,17 @@ pub struct Answer {
 }
 
 /// A coupled run with a bodies' side under test.
-pub struct Play<'b> {
+pub struct BodiesRun<'b> {
     /// What is the same whichever side is under test.
-    pub lead: Lead<'b>,
+    pub lead: KitRun<'b>,
     /// The set has not been sent.
     fresh: bool,
 }
 
-has_lead!(Play);
+is_kit_run!(BodiesRun);
 
-impl<'b> From<Lead<'b>> for Play<'b> {
-    fn from(lead: Lead<'b>) -> Self {
+impl<'b> From<KitRun<'b>> for BodiesRun<'b> {
+    fn from(lead: KitRun<'b>) -> Self {
         let fresh = false;
         Self { lead, fresh }
     }
@@ -46,18 +46,18 @@ impl Bench {
     ///
     /// # Errors
     /// [`Unmet`].
-    pub fn play(&self, config: &DemConfig) -> Result<Play<'_>, Unmet> {
+    pub fn run_bodies(&self, config: &DemConfig) -> Result<BodiesRun<'_>, Unmet> {
         let needs = config.needs();
         let lacking = missing(&needs, &self.capabilities);
         if !lacking.is_empty() {
             let names = lacking.iter().map(|need| need.capability.clone());
             return Err(Unmet::Lacking(names.collect()));
         }
-        self.lead(&configure(config)).map(Play::from)
+        self.run_coupled(&configure(config)).map(BodiesRun::from)
     }
 }
 
-impl Play<'_> {
+impl BodiesRun<'_> {
     /// Announces a new IMP set with the next states.
     pub fn set(&mut self, set: &[ImpInfo]) {
         self.at.set = set.to_vec();
@@ -132,7 +132,7 @@ impl Play<'_> {
     ///
     /// # Errors
     /// [`Unmet::Broken`].
-    pub fn step(&mut self, dt: f64, states: &[ImpState]) -> Result<(Answer, Told), Unmet> {
+    pub fn step(&mut self, dt: f64, states: &[ImpState]) -> Result<(Answer, WindowReport), Unmet> {
         self.grant(dt, 1, true)?;
         let answer = self.exchange(states)?;
         Ok((answer, self.report()?))

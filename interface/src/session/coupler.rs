@@ -15,7 +15,7 @@ use crate::transport::Transport;
 pub struct Stop(pub String);
 
 /// Who decides what a session is about.
-pub trait Lead {
+pub trait Supervisor {
     /// Answers a question of the machine, which has what the solvers have said.
     ///
     /// # Errors
@@ -37,18 +37,18 @@ pub trait Lead {
 }
 
 /// The coupler's side of a session.
-pub struct Leader<'a> {
+pub struct CouplerSide<'a> {
     machine: Coupler,
-    lead: &'a mut dyn Lead,
+    lead: &'a mut dyn Supervisor,
     action: Action<Question>,
     inbox: Inbox,
     /// Solvers that have said hello, in their order.
     joined: Vec<Party>,
 }
 
-impl<'a> Leader<'a> {
+impl<'a> CouplerSide<'a> {
     /// Leads `solvers` as `lead` decides.
-    pub fn new(solvers: &[Party], lead: &'a mut dyn Lead) -> Self {
+    pub fn new(solvers: &[Party], lead: &'a mut dyn Supervisor) -> Self {
         let mut machine = Coupler::new(solvers);
         let action = machine.start();
         Self {
@@ -120,7 +120,7 @@ impl<'a> Leader<'a> {
     }
 }
 
-impl Turns for Leader<'_> {
+impl Turns for CouplerSide<'_> {
     fn turn(&mut self, transport: &mut dyn Transport) -> Turn {
         match self.action {
             Action::Wait(wait) => {

@@ -33,7 +33,7 @@ impl Budget {
 
 /// Where a run stands, as far as the kit knows.
 #[derive(Debug, Clone)]
-pub struct Stand {
+pub struct RunState {
     pub(super) clock: Clock,
     /// The epoch that it is in; 0 before the first.
     epoch: u64,
@@ -48,7 +48,7 @@ pub type Sent<T> = Option<(StepHeader, Vec<T>)>;
 
 /// What the solver reported on a window.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Told {
+pub struct WindowReport {
     /// Its header.
     pub header: StepHeader,
     /// The report.
@@ -61,7 +61,7 @@ pub struct Told {
     pub points: Sent<PointState>,
 }
 
-impl Told {
+impl WindowReport {
     /// The bodies.
     ///
     /// # Errors
@@ -103,13 +103,13 @@ macro_rules! records {
 }
 pub(super) use records;
 
-/// What a run of one side has from its [`Lead`].
-macro_rules! has_lead {
+/// What a run of one side has from its [`KitRun`].
+macro_rules! is_kit_run {
     ($run:ident) => {
         impl<'b> core::ops::Deref for $run<'b> {
-            type Target = Lead<'b>;
+            type Target = KitRun<'b>;
 
-            fn deref(&self) -> &Lead<'b> {
+            fn deref(&self) -> &KitRun<'b> {
                 &self.lead
             }
         }
@@ -121,10 +121,10 @@ macro_rules! has_lead {
         }
     };
 }
-pub(super) use has_lead;
+pub(super) use is_kit_run;
 
 /// A run that the kit leads.
-pub struct Lead<'b> {
+pub struct KitRun<'b> {
     /// The session with the solver.
     pub session: Session<'b>,
     /// What the solver said of itself.
@@ -133,7 +133,7 @@ pub struct Lead<'b> {
     pub window: u64,
     /// Of the grants to come.
     pub budget: Budget,
-    pub(super) at: Stand,
+    pub(super) at: RunState,
     pub(super) coupled: bool,
 }
 
@@ -142,10 +142,10 @@ impl Bench {
     ///
     /// # Errors
     /// [`Unmet`]; [`Unmet::Declined`] when the solver refuses it.
-    pub fn lead(&self, order: &Configure) -> Result<Lead<'_>, Unmet> {
+    pub fn run_coupled(&self, order: &Configure) -> Result<KitRun<'_>, Unmet> {
         let mut session = self.greeted()?;
         let ready = session.ready(order)?;
-        let start = Stand {
+        let start = RunState {
             clock: Clock::new(0.0),
             epoch: 0,
             generation: 0,
@@ -162,8 +162,8 @@ impl Bench {
         &self,
         order: &Configure,
         state: &[u8],
-        stand: &Stand,
-    ) -> Result<Lead<'_>, Unmet> {
+        stand: &RunState,
+    ) -> Result<KitRun<'_>, Unmet> {
         let mut session = self.greeted()?;
         match session.restore(order, state, |_| {})? {
             Reply::Ready(ready) => Ok(self.led(session, ready, order, stand.clone())),
@@ -176,9 +176,9 @@ impl Bench {
         session: Session<'b>,
         ready: Ready,
         order: &Configure,
-        at: Stand,
-    ) -> Lead<'b> {
-        Lead {
+        at: RunState,
+    ) -> KitRun<'b> {
+        KitRun {
             session,
             ready,
             window: self.window,
@@ -189,7 +189,7 @@ impl Bench {
     }
 }
 
-impl<'b> Lead<'b> {
+impl<'b> KitRun<'b> {
     /// Ends the run in order.
     ///
     /// # Errors
@@ -235,7 +235,7 @@ impl<'b> Lead<'b> {
     }
 
     /// Where the run stands.
-    pub fn stand(&self) -> Stand {
+    pub fn stand(&self) -> RunState {
         self.at.clone()
     }
 
@@ -315,14 +315,14 @@ impl<'b> Lead<'b> {
     ///
     /// # Errors
     /// [`Unmet::Broken`] when nothing comes.
-    pub fn report(&mut self) -> Result<Told, Unmet> {
+    pub fn report(&mut self) -> Result<WindowReport, Unmet> {
         let message = self.expect(Kind::Report)?;
         let step = self.next();
         let (header, reports) = records!(message, Report);
         let Some(&report) = reports.first() else {
             return Err(broken("a report", "none in its message").at(step));
         };
-        let mut told = Told {
+        let mut told = WindowReport {
             header,
             report,
             bodies: None,
