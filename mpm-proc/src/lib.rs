@@ -45,40 +45,14 @@
     reason = "tile and cell numbers are range-checked where the grid is made"
 )]
 
-mod capabilities;
-mod checks;
-mod configure;
-mod contact;
-mod continuum;
-mod drift;
-mod fields;
-mod fill;
 mod grains;
-mod grid;
-mod grid_to_points;
-mod images;
-mod imps;
-mod lanes;
-mod leaving;
-mod limits;
-mod loads;
+mod kernel;
 mod material;
-mod measure;
-mod points;
-mod points_to_grid;
-mod saved;
-mod shape;
+mod pass;
+mod setup;
 mod solver;
-mod spread;
-mod stages;
+mod state;
 mod step;
-mod stress;
-mod threads;
-mod tiles;
-mod transfer;
-mod walls;
-mod window;
-mod xpic;
 
 pub use solver::Mpm;
 

@@ -6,10 +6,10 @@ use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limi
 use interface::solver::{Fault, MpmMeasurement, MpmSolver, Readiness, Refusal};
 use interface::step::Step;
 
-use crate::capabilities::capabilities;
-use crate::configure::build;
-use crate::continuum::Scheme;
-use crate::saved::{Form, refusal};
+use crate::setup::capabilities::capabilities;
+use crate::setup::configure::build;
+use crate::state::continuum::Scheme;
+use crate::state::saved::{Form, refusal};
 
 /// The continuum solver.
 #[derive(Default)]

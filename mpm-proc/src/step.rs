@@ -5,14 +5,14 @@ use interface::message::wire::{ImpForce, Limits};
 use interface::solver::Fault;
 use interface::step::Step;
 
-use crate::contact::ContactLoad;
-use crate::continuum::Continuum;
-use crate::grid_to_points::grid_to_points;
-use crate::points::{LaneCopy, Which};
-use crate::points_to_grid::points_to_grid;
-use crate::shape::Shape;
-use crate::stress::{Standing, StressPass, Velocity};
-use crate::transfer::Transfer;
+use crate::kernel::shape::Shape;
+use crate::kernel::transfer::Transfer;
+use crate::pass::contact::ContactLoad;
+use crate::pass::grid_to_points::grid_to_points;
+use crate::pass::points_to_grid::points_to_grid;
+use crate::pass::stress::{Standing, StressPass, Velocity};
+use crate::state::continuum::Continuum;
+use crate::state::points::{LaneCopy, Which};
 
 impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
 where

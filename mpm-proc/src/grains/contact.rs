@@ -9,8 +9,8 @@
 //!
 //! A rigid grain does not take part in this, because it cannot give way at one node alone ([`super::onto_rigid`]).
 
-use crate::grid::{Grid, NODES, NodeTile, first_node, node};
-use crate::walls::WallNodes;
+use crate::state::grid::{Grid, NODES, NodeTile, first_node, node};
+use crate::state::walls::WallNodes;
 
 /// The gradient of a grain's density at the nodes of a tile, up to a factor that is the same for all grains.
 pub type Gradients = [[f64; 2]; NODES];

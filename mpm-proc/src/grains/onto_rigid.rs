@@ -21,8 +21,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::contact::{SharedNodes, way_out};
 use super::rigid::RigidMotion;
-use crate::grid::{NODES, NodeTile, first_node, node};
-use crate::tiles::Geometry;
+use crate::kernel::tiles::Geometry;
+use crate::state::grid::{NODES, NodeTile, first_node, node};
 
 /// A node of a deformable grain that meets a rigid one.
 #[derive(Debug, Clone, Copy)]

@@ -10,14 +10,14 @@ use interface::step::Step;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::contact::ContactLoad;
-use crate::continuum::Continuum;
-use crate::grid::{NODES, NodeTile, first_node, node};
-use crate::lanes::{LANES, Lanes, ZERO, splat};
-use crate::points::{Cloud, LaneCopy, NO_POINT, TileReport};
-use crate::shape::Shape;
-use crate::tiles::Geometry;
-use crate::transfer::{AffineState, Transfer};
+use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
+use crate::kernel::shape::Shape;
+use crate::kernel::tiles::Geometry;
+use crate::kernel::transfer::{AffineState, Transfer};
+use crate::pass::contact::ContactLoad;
+use crate::state::continuum::Continuum;
+use crate::state::grid::{NODES, NodeTile, first_node, node};
+use crate::state::points::{Cloud, LaneCopy, NO_POINT, TileReport};
 
 /// How a rigid body of points moves.
 #[derive(Debug, Clone)]

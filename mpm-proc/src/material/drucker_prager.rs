@@ -5,7 +5,7 @@ use interface::config::material::Frictional;
 use super::Stress;
 use super::elastic::Moduli;
 use super::perfect_plasticity::YieldSurface;
-use crate::lanes::{Lanes, ZERO, splat};
+use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// Drucker-Prager material: shear surface `tau + q_phi sigma_m = k_phi`, potential with `q_psi`, and
 /// `sigma_m <= sigma_t`.

@@ -4,7 +4,7 @@ use interface::config::material::Frictional;
 
 use super::hencky::strain;
 use super::{Deformation, Dissipated, Material, Point, Stress};
-use crate::lanes::{Lanes, ZERO, splat};
+use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// Isotropic elastic moduli and density.
 #[derive(Debug, Clone, Copy)]

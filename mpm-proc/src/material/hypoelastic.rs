@@ -7,7 +7,7 @@
 
 use super::elastic::{ElasticLaw, Moduli, PlaneStrain, PlaneStress};
 use super::{Deformation, Stress, swelling};
-use crate::lanes::{Lanes, ZERO, splat};
+use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// The rate form with the moduli of a law.
 #[derive(Debug, Clone, Copy)]

@@ -31,11 +31,11 @@ use interface::saved::{pack, unpack};
 use interface::solver::Refusal;
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
-use crate::lanes::{LANES, Lanes, ZERO, splat};
-use crate::points::{LaneCopy, Sources, Tile, reorder};
-use crate::saved::{Bytes, refusal};
-use crate::shape::Shape;
-use crate::stress::{StressPass, update_tiles};
+use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
+use crate::kernel::shape::Shape;
+use crate::pass::stress::{StressPass, update_tiles};
+use crate::state::points::{LaneCopy, Sources, Tile, reorder};
+use crate::state::saved::{Bytes, refusal};
 
 /// Stress of four points in Pa.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -189,7 +189,7 @@ pub trait Material: Copy + Send + Sync + 'static {
     ) -> Dissipated;
 
     /// Upper bound of the squared wave speeds that count for the step: the largest eigenvalue of stiffness times
-    /// `diag(1, 1, 2)` in the plane over the density, in m^2/s^2 ([`crate::limits`]).
+    /// `diag(1, 1, 2)` in the plane over the density, in m^2/s^2 ([`crate::pass::limits`]).
     fn stiffness_over_density(&self, point: &Point<Self::State>) -> Lanes;
 
     /// Largest eigenvalue of the viscous stiffness over the initial density in m^2/s.
@@ -282,7 +282,7 @@ impl<const W: usize, S: Shape<W>, M: Material> Constitutive<W, S> for MaterialPo
         (0..tile.blocks)
             .map(|b| {
                 let energy = self.model.elastic_energy(&self.points[tile.first + b]);
-                crate::lanes::sum(energy * tile.live(b))
+                crate::kernel::lanes::sum(energy * tile.live(b))
             })
             .sum::<f64>()
             * volume
@@ -325,7 +325,7 @@ impl<const W: usize, S: Shape<W>, M: Material> Constitutive<W, S> for MaterialPo
     }
 
     fn initial_stiffness(&self) -> f64 {
-        crate::lanes::largest(self.model.stiffness_over_density(&self.model.initial()))
+        crate::kernel::lanes::largest(self.model.stiffness_over_density(&self.model.initial()))
     }
 
     fn bytes(&self) -> usize {

@@ -6,7 +6,7 @@ use interface::config::material::Frictional;
 use super::Stress;
 use super::elastic::Moduli;
 use super::perfect_plasticity::YieldSurface;
-use crate::lanes::{Lanes, ZERO, splat};
+use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// Mohr-Coulomb material: `k sigma_1 - sigma_3 = sigma_c` with `k = (1 + sin phi)/(1 - sin phi)`,
 /// `sigma_c = 2 c sqrt(k)`, tension positive, and no principal stress above `sigma_t`.

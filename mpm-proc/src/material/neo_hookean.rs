@@ -2,7 +2,7 @@
 
 use super::elastic::Moduli;
 use super::{Deformation, Dissipated, Material, Point, Stress};
-use crate::lanes::{Lanes, ZERO, splat};
+use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// Neo-Hookean material in plane strain, with `lambda = K - 2G/3`.
 #[derive(Debug, Clone, Copy)]

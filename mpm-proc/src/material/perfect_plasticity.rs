@@ -7,7 +7,7 @@
 
 use super::elastic::Moduli;
 use super::{Deformation, Dissipated, Material, Point, Stress};
-use crate::lanes::{Lanes, ZERO, splat};
+use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// A yield surface with its flow rule.
 pub trait YieldSurface: Copy + Send + Sync + 'static {

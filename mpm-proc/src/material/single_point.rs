@@ -2,7 +2,7 @@
 
 use super::elastic::power;
 use super::{Deformation, Material, Point};
-use crate::lanes::{ZERO, splat};
+use crate::kernel::lanes::{ZERO, splat};
 
 /// Length of a step of a path in s.
 pub const DT: f64 = 1e-3;

@@ -3,7 +3,7 @@
 
 use super::elastic::Moduli;
 use super::{Deformation, Dissipated, Material, Point, Stress};
-use crate::lanes::{Lanes, ZERO, splat};
+use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// Von Mises material: `sqrt(3 J_2) = sigma_0 + H alpha` with the equivalent plastic strain `alpha`.
 #[derive(Debug, Clone, Copy)]

@@ -1,0 +1,281 @@
+//! Strain and spin rate, stress, and internal force (Jiang 2020 eqs. 13 and 21 to 25): one pass over the points.
+
+use serde::{Deserialize, Serialize};
+
+use crate::kernel::lanes::{Lanes, ZERO, largest, splat, sum};
+use crate::kernel::shape::Shape;
+use crate::kernel::threads::{PerBlock, PerTile, over_tiles};
+use crate::kernel::tiles::{Place, pitch};
+use crate::kernel::window::{NO_VECTORS, VectorWindow, gather_row, scatter_row};
+use crate::material::{Deformation, Dissipated, Material, Point, power};
+use crate::state::grid::{NodeTile, fill_window};
+use crate::state::points::Tile;
+
+/// A velocity of the nodes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Velocity {
+    /// `v_I^{n-1/2}`.
+    Before,
+    /// `v_I^{n+1/2}`.
+    After,
+}
+
+/// Where the points stand within the interval that they are strained over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Standing {
+    /// At its start.
+    Start,
+    /// At its end.
+    End,
+}
+
+/// What updating the stress of a tile tells.
+#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
+pub struct StressReport {
+    /// Largest stiffness over density in m^2/s^2 ([`crate::pass::limits`]).
+    pub stiffness: f64,
+    /// Work per initial volume lost to plastic flow and to viscous stress in this step, summed over points, in Pa.
+    pub lost: [f64; 2],
+    /// Work per initial volume of the stress in this step, summed over points, in Pa.
+    pub work: f64,
+}
+
+/// What the pass reads and writes besides the material's own state.
+pub struct StressPass<'a, const W: usize, S: Shape<W>> {
+    /// Longest list of tiles that one thread keeps to itself.
+    pub grain: usize,
+    /// Shape function of the cloud.
+    pub shape: S,
+    /// Interval in s.
+    pub dt: f64,
+    /// `1/L` in 1/m.
+    pub per_cell: f64,
+    /// Initial volume of a point in m^2.
+    pub volume: f64,
+    /// Tiles of the cloud.
+    pub tiles: &'a [Tile],
+    /// `x_p^n` in m.
+    pub x: &'a [[Lanes; 2]],
+    /// Node tiles.
+    pub nodes: &'a [NodeTile],
+    /// Which velocities of the nodes strain the points.
+    pub velocity: Velocity,
+    /// Where `x_p` is within the interval.
+    pub standing: Standing,
+    /// Whether the stress is brought on by `dt`.
+    pub strain: bool,
+    /// Whether internal forces are summed.
+    pub load: bool,
+    /// `f_I^int` of each tile's window in N/m.
+    pub force: &'a mut [VectorWindow],
+    /// Report of each tile.
+    pub reports: &'a mut [StressReport],
+}
+
+/// Updates the stress of all points and sums their internal forces.
+pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
+    model: &M,
+    points: &mut [Point<M::State>],
+    pass: StressPass<'_, W, S>,
+) {
+    let pitch = pitch(W);
+    let StressPass {
+        grain,
+        shape,
+        dt,
+        per_cell,
+        volume,
+        tiles,
+        x,
+        nodes,
+        velocity,
+        standing,
+        strain,
+        load: loads,
+        force,
+        reports,
+    } = pass;
+    let scale = splat(dt * per_cell);
+    let per_dt = if dt > 0.0 { 1.0 / dt } else { 0.0 };
+    let half = splat(match standing {
+        Standing::Start => -0.5,
+        Standing::End => 0.5,
+    });
+    let load = -volume * per_cell;
+    let share = (
+        PerBlock(points),
+        PerTile {
+            items: force,
+            stride: 1,
+        },
+        PerTile {
+            items: reports,
+            stride: 1,
+        },
+    );
+    over_tiles(
+        grain,
+        tiles,
+        share,
+        Memory::new,
+        &|tile, (points, force, report), memory| {
+            fill_window::<W>(&mut memory.velocity, nodes, tile, |t| match velocity {
+                Velocity::Before => &t.before,
+                Velocity::After => &t.after,
+            });
+            let force = &mut force.items[0];
+            if loads {
+                force.0.fill(0.0);
+            }
+            let mut lost = Losses::default();
+            let batches = points
+                .0
+                .chunks_mut(BATCH)
+                .zip(x[tile.first..].chunks(BATCH));
+            for (batch, (points, x)) in batches.enumerate() {
+                let live = |b: usize| tile.live(batch * BATCH + b);
+                if strain {
+                    for (x, by) in x.iter().zip(&mut memory.by).take(points.len()) {
+                        let place = tile.frame.locate(x, pitch);
+                        let gradient = deformation(&memory.velocity, &place, &shape, scale);
+                        *by = gradient.in_the_middle(half);
+                    }
+                    for (b, (point, by)) in points.iter_mut().zip(&memory.by).enumerate() {
+                        let before = point.volume * power(&point.stress, by);
+                        let dissipated = model.update(point, by, per_dt);
+                        let after = point.volume * power(&point.stress, by);
+                        lost.count::<M>(&dissipated, before + after, live(b));
+                    }
+                }
+                for point in points.iter() {
+                    let stiffness = model.stiffness_over_density(point);
+                    lost.stiffest = lost.stiffest.fast_max(stiffness);
+                }
+                if loads {
+                    for (b, (point, x)) in points.iter().zip(x).enumerate() {
+                        let place = tile.frame.locate(x, pitch);
+                        let volume = point.volume * splat(load) * live(b);
+                        add_internal_force(force, &place, &shape, point, volume);
+                    }
+                }
+            }
+            report.items[0].stiffness = largest(lost.stiffest);
+            if strain {
+                report.items[0].lost = [sum(lost.plastic), sum(lost.viscous)];
+                report.items[0].work = 0.5 * sum(lost.twice_work);
+            }
+        },
+    );
+}
+
+/// Blocks that go through the pass together, one stage after the other: the processor then has several independent
+/// blocks to work on while one waits for a division or a root.
+const BATCH: usize = 8;
+
+/// What a thread works in.
+struct Memory {
+    velocity: VectorWindow,
+    by: [Deformation; BATCH],
+}
+
+impl Memory {
+    fn new() -> Self {
+        Self {
+            velocity: NO_VECTORS,
+            by: [Deformation::NOTHING; BATCH],
+        }
+    }
+}
+
+/// Sums over the points of a tile.
+#[derive(Default)]
+struct Losses {
+    stiffest: Lanes,
+    plastic: Lanes,
+    viscous: Lanes,
+    twice_work: Lanes,
+}
+
+impl Losses {
+    /// The work by the trapezoidal rule is what the leapfrog of nodes and points does to the same stress: the force of t_n
+    /// acts over half of the interval behind and half of the one ahead.
+    #[inline(always)]
+    fn count<M: Material>(&mut self, dissipated: &Dissipated, twice_work: Lanes, live: Lanes) {
+        self.twice_work = live.mul_add(twice_work, self.twice_work);
+        if M::DISSIPATES {
+            self.plastic = live.mul_add(dissipated.plastic, self.plastic);
+            self.viscous = live.mul_add(dissipated.viscous, self.viscous);
+        }
+    }
+}
+
+/// `S` and `L dS/dx` of four points along both axes.
+#[inline(always)]
+fn functions<const W: usize, S: Shape<W>>(shape: &S, place: &Place) -> [[[Lanes; W]; 2]; 2] {
+    [
+        [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])],
+        [
+            shape.gradients(0, place.d[0]),
+            shape.gradients(1, place.d[1]),
+        ],
+    ]
+}
+
+/// `L_ij dt = sum_I v_iI S_I,j dt` (eqs. 21, 22) of four points.
+#[inline(always)]
+fn deformation<const W: usize, S: Shape<W>>(
+    velocity: &VectorWindow,
+    place: &Place,
+    shape: &S,
+    scale: Lanes,
+) -> Deformation {
+    let [s, g] = functions(shape, place);
+    let (mut xx, mut xy, mut yx, mut yy) = (ZERO, ZERO, ZERO, ZERO);
+    for j in 0..W {
+        let row = gather_row::<W>(velocity, place, j);
+        let (mut gx, mut gy, mut sx, mut sy) = (ZERO, ZERO, ZERO, ZERO);
+        for i in 0..W {
+            let [vx, vy] = row[i];
+            gx = g[0][i].mul_add(vx, gx);
+            gy = g[0][i].mul_add(vy, gy);
+            sx = s[0][i].mul_add(vx, sx);
+            sy = s[0][i].mul_add(vy, sy);
+        }
+        xx = s[1][j].mul_add(gx, xx);
+        yx = s[1][j].mul_add(gy, yx);
+        xy = g[1][j].mul_add(sx, xy);
+        yy = g[1][j].mul_add(sy, yy);
+    }
+    Deformation {
+        xx: xx * scale,
+        xy: xy * scale,
+        yx: yx * scale,
+        yy: yy * scale,
+    }
+}
+
+/// `f_I^int -= V_p sigma_p grad S_Ip` (eq. 13); `volume` is `-V_p / L`, zero in lanes without a point.
+#[inline(always)]
+fn add_internal_force<const W: usize, S: Shape<W>, P>(
+    force: &mut VectorWindow,
+    place: &Place,
+    shape: &S,
+    point: &Point<P>,
+    volume: Lanes,
+) {
+    let [s, g] = functions(shape, place);
+    let xx = point.stress.xx * volume;
+    let yy = point.stress.yy * volume;
+    let xy = point.stress.xy * volume;
+    for j in 0..W {
+        let along = [s[1][j] * xx, s[1][j] * xy];
+        let across = [g[1][j] * xy, g[1][j] * yy];
+        let mut row = [[ZERO; 2]; W];
+        for i in 0..W {
+            for a in 0..2 {
+                row[i][a] = g[0][i].mul_add(along[a], s[0][i] * across[a]);
+            }
+        }
+        scatter_row(force, place, j, &row);
+    }
+}
