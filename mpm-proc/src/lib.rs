@@ -49,6 +49,7 @@ mod grains;
 mod kernel;
 mod material;
 mod pass;
+mod scheme;
 mod setup;
 mod solver;
 mod state;

@@ -6,9 +6,9 @@ use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limi
 use interface::solver::{Fault, MpmMeasurement, MpmSolver, Readiness, Refusal};
 use interface::step::Step;
 
+use crate::scheme::Scheme;
 use crate::setup::capabilities::capabilities;
 use crate::setup::configure::build;
-use crate::state::continuum::Scheme;
 use crate::state::saved::{Form, refusal};
 
 /// The continuum solver.

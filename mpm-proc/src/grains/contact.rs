@@ -9,7 +9,9 @@
 //!
 //! A rigid grain does not take part in this, because it cannot give way at one node alone ([`super::onto_rigid`]).
 
-use crate::state::grid::{Grid, NODES, NodeTile, first_node, node};
+use crate::kernel::tiles::{NODES, first_node, node};
+use crate::state::grid::Grid;
+use crate::state::nodes::NodeTile;
 use crate::state::walls::WallNodes;
 
 /// The gradient of a grain's density at the nodes of a tile, up to a factor that is the same for all grains.

@@ -22,19 +22,18 @@ use serde::{Deserialize, Serialize};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{Threads, over_items};
 use crate::kernel::transfer::Transfer;
-use crate::pass::contact::ContactLoad;
-use crate::state::continuum::{Continuum, SavedContinuum, Scheme};
-use crate::state::points::LaneCopy;
+#[cfg(test)]
+use crate::pass::sort::sort;
+use crate::scheme::Scheme;
+use crate::state::contact::ContactLoad;
+use crate::state::continuum::{Continuum, SavedContinuum};
 use crate::state::saved::refusal;
+use crate::step;
 use contact::SharedNodes;
-pub use rigid::RigidMotion;
-use rigid::SavedMotion;
+use rigid::{RigidMotion, SavedMotion, move_rigidly};
 
 /// A body of points with its own nodes.
-pub struct Grain<const W: usize, S: Shape<W>, T: Transfer>
-where
-    T::Affine: LaneCopy,
-{
+pub struct Grain<const W: usize, S: Shape<W>, T: Transfer> {
     continuum: Continuum<W, S, T>,
     /// How it moves if it moves as one.
     rigid: Option<RigidMotion>,
@@ -44,10 +43,7 @@ where
 }
 
 /// All grains of a scene.
-pub struct Grains<const W: usize, S: Shape<W>, T: Transfer>
-where
-    T::Affine: LaneCopy,
-{
+pub struct Grains<const W: usize, S: Shape<W>, T: Transfer> {
     all: Vec<Grain<W, S, T>>,
     shared: SharedNodes,
     /// Coefficient of Coulomb friction between grains.
@@ -60,10 +56,7 @@ where
     strangers: bool,
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T>
-where
-    T::Affine: LaneCopy,
-{
+impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
     /// Grains of one cloud each, of which some move as one, with friction between them.
     pub fn new(
         continua: impl IntoIterator<Item = (Continuum<W, S, T>, bool)>,
@@ -173,19 +166,16 @@ fn add(sum: &mut Ledger, of: &Ledger) {
     }
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Grain<W, S, T>
-where
-    T::Affine: LaneCopy,
-{
+impl<const W: usize, S: Shape<W>, T: Transfer> Grain<W, S, T> {
     fn move_nodes(&mut self, step: &Step) -> Result<Limits, Fault> {
-        self.load = self.continuum.move_nodes(step, &[])?;
+        self.load = step::move_nodes(&mut self.continuum, step, &[])?;
         Ok(Limits::default())
     }
 
     fn move_points(&mut self, step: &Step) -> Result<Limits, Fault> {
         match &mut self.rigid {
-            None => self.continuum.move_points(step, self.load),
-            Some(motion) => self.continuum.move_rigidly(step, motion),
+            None => step::move_points(&mut self.continuum, step, self.load),
+            Some(motion) => move_rigidly(&mut self.continuum, step, motion),
         }
     }
 }
@@ -201,10 +191,7 @@ struct SavedGrains<A> {
 /// The mark of their bytes.
 const SAVED: &str = "grains";
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Grain<W, S, T>
-where
-    T::Affine: LaneCopy,
-{
+impl<const W: usize, S: Shape<W>, T: Transfer> Grain<W, S, T> {
     fn saved(&self) -> (SavedContinuum<T::Affine>, Option<SavedMotion>) {
         let Self {
             continuum,
@@ -216,10 +203,7 @@ where
     }
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T>
-where
-    T::Affine: LaneCopy,
-{
+impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
     fn saved(&self) -> SavedGrains<T::Affine> {
         let Self {
             all,
@@ -264,12 +248,9 @@ where
     }
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Grains<W, S, T>
-where
-    T::Affine: LaneCopy,
-{
+impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Grains<W, S, T> {
     fn predict(&mut self, step: &Step) -> Result<(), Fault> {
-        self.each(&|grain| grain.continuum.predict(step).map(|()| Limits::default()))?;
+        self.each(&|grain| step::predict(&mut grain.continuum, step).map(|()| Limits::default()))?;
         Ok(())
     }
 
@@ -326,7 +307,7 @@ where
 
     #[cfg(test)]
     fn sort_now(&mut self) {
-        self.all.iter_mut().for_each(|g| g.continuum.sort());
+        self.all.iter_mut().for_each(|g| sort(&mut g.continuum));
     }
 
     #[cfg(test)]

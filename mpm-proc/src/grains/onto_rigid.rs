@@ -22,7 +22,8 @@ use nalgebra::{Matrix3, Vector3};
 use super::contact::{SharedNodes, way_out};
 use super::rigid::RigidMotion;
 use crate::kernel::tiles::Geometry;
-use crate::state::grid::{NODES, NodeTile, first_node, node};
+use crate::kernel::tiles::{NODES, first_node, node};
+use crate::state::nodes::NodeTile;
 
 /// A node of a deformable grain that meets a rigid one.
 #[derive(Debug, Clone, Copy)]

@@ -13,11 +13,16 @@ use serde::{Deserialize, Serialize};
 use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::Geometry;
+use crate::kernel::tiles::{NODES, first_node, node};
 use crate::kernel::transfer::{AffineState, Transfer};
-use crate::pass::contact::ContactLoad;
+use crate::pass::check_points::check_points;
+use crate::pass::leaving::remove_left;
+use crate::pass::limits::limits;
+use crate::pass::measure::{close_books, keep_books};
+use crate::state::contact::ContactLoad;
 use crate::state::continuum::Continuum;
-use crate::state::grid::{NODES, NodeTile, first_node, node};
-use crate::state::points::{Cloud, LaneCopy, NO_POINT, TileReport};
+use crate::state::nodes::NodeTile;
+use crate::state::points::{Cloud, NO_POINT, TileReport};
 
 /// How a rigid body of points moves.
 #[derive(Debug, Clone)]
@@ -50,9 +55,7 @@ pub struct SavedMotion {
 
 impl RigidMotion {
     /// That of a cloud whose points have the same velocity.
-    pub fn of<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
-        cloud: &Cloud<W, S, A>,
-    ) -> Self {
+    pub fn of<const W: usize, S: Shape<W>, A: AffineState>(cloud: &Cloud<W, S, A>) -> Self {
         let lanes = cloud.lane_of.iter().map(|&l| l as usize);
         let count = cloud.len() as f64;
         let (mut centre, mut velocity) = ([0.0; 2], [0.0; 2]);
@@ -134,37 +137,36 @@ impl RigidMotion {
     }
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
-where
-    T::Affine: LaneCopy,
-{
-    /// The second half of a step of a rigid body: takes up what its nodes have won, and moves its points.
-    ///
-    /// # Errors
-    /// A [`Fault`] that names the point which left the domain or is not finite.
-    pub fn move_rigidly(&mut self, step: &Step, motion: &mut RigidMotion) -> Result<Limits, Fault> {
-        self.keep_books(step);
-        if step.dt_before + step.dt > 0.0 {
-            let kicked = motion.velocities_at_nodes(&self.grid.tiles, &self.grid.geometry);
-            let given = core::mem::take(&mut motion.given).component_div(&motion.masses());
-            let [vx, vy, spin] = (kicked + given).into();
-            motion.velocity = [vx, vy];
-            motion.spin = spin;
-            for a in 0..2 {
-                motion.centre[a] += step.dt * motion.velocity[a];
-            }
-            motion.angle += step.dt * motion.spin;
-            let cell = self.grid.geometry.cell;
-            for cloud in &mut self.clouds {
-                place(cloud, motion, cell);
-            }
-            self.check_points(step.dt)?;
+/// The second half of a step of a rigid body: takes up what its nodes have won, and moves its points.
+///
+/// # Errors
+/// A [`Fault`] that names the point which left the domain or is not finite.
+pub fn move_rigidly<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    step: &Step,
+    motion: &mut RigidMotion,
+) -> Result<Limits, Fault> {
+    keep_books(continuum, step);
+    if step.dt_before + step.dt > 0.0 {
+        let kicked = motion.velocities_at_nodes(&continuum.grid.tiles, &continuum.grid.geometry);
+        let given = core::mem::take(&mut motion.given).component_div(&motion.masses());
+        let [vx, vy, spin] = (kicked + given).into();
+        motion.velocity = [vx, vy];
+        motion.spin = spin;
+        for a in 0..2 {
+            motion.centre[a] += step.dt * motion.velocity[a];
         }
-        self.close_books(step);
-        let limits = self.limits(ContactLoad::default());
-        self.remove_left();
-        Ok(limits)
+        motion.angle += step.dt * motion.spin;
+        let cell = continuum.grid.geometry.cell;
+        for cloud in &mut continuum.clouds {
+            place(cloud, motion, cell);
+        }
+        check_points(continuum, step.dt)?;
     }
+    close_books(continuum, step);
+    let limits = limits(continuum, ContactLoad::default());
+    remove_left(continuum);
+    Ok(limits)
 }
 
 /// Momentum (N s/m) and angular momentum about `centre` (N s) that nodes have won in the kick.
@@ -183,7 +185,7 @@ fn won(nodes: &[NodeTile], geometry: &Geometry, centre: [f64; 2]) -> Vector3<f64
 }
 
 /// Puts the points of a cloud where the body is, with its velocities.
-fn place<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
+fn place<const W: usize, S: Shape<W>, A: AffineState>(
     cloud: &mut Cloud<W, S, A>,
     motion: &RigidMotion,
     cell: f64,

@@ -1,7 +1,7 @@
 //! Threads: tiles are shared out by halving the list, so that no two threads ever hold the same data and no sum
 //! depends on who came first.
 
-use crate::state::points::Tile;
+use crate::kernel::point_tile::Tile;
 
 /// The threads of a solver; one thread means plain loops in the caller's own.
 #[derive(Debug, Default)]

@@ -9,6 +9,9 @@ use crate::kernel::lanes::{LANES, Lanes, indices, splat};
 /// Nodes along the side of a tile.
 pub const TILE: usize = 8;
 
+/// Nodes of a tile.
+pub const NODES: usize = TILE * TILE;
+
 /// Cells by which a point may be off its tile's own base nodes.
 pub const MARGIN: usize = 1;
 
@@ -47,6 +50,17 @@ pub const fn runs(w: usize) -> [Run; 3] {
             length: MARGIN + w - 1,
         },
     ]
+}
+
+/// The first node of a tile.
+pub fn first_node(at: [i32; 2]) -> [i64; 2] {
+    at.map(|t| i64::from(t) * TILE as i64)
+}
+
+/// Node `i` of the tile that begins at `origin`.
+#[inline]
+pub fn node(origin: [i64; 2], i: usize) -> [i64; 2] {
+    [origin[0] + (i % TILE) as i64, origin[1] + (i / TILE) as i64]
 }
 
 /// The regular grid that the tiles are cut from.

@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
+use crate::kernel::blocks::LaneCopy;
 use crate::kernel::lanes::Lanes;
-use crate::state::points::LaneCopy;
 
 /// A transfer scheme. Its constants are known when the loops are compiled; what it does not use has no state.
 pub trait Transfer: Copy + Send + Sync + 'static {
@@ -34,9 +34,7 @@ pub trait Transfer: Copy + Send + Sync + 'static {
 }
 
 /// Affine part of the velocity of four points: nothing, or a matrix.
-pub trait AffineState:
-    Copy + Default + Send + Sync + Serialize + DeserializeOwned + 'static
-{
+pub trait AffineState: LaneCopy + Default + Serialize + DeserializeOwned + 'static {
     /// Whether there is one.
     const PRESENT: bool;
 

@@ -9,8 +9,9 @@
 
 use wide::f64x2;
 
+use super::point_tile::Tile;
+use super::tiles::{MARGIN, NODES, Place, TILE, pitch, runs};
 use crate::kernel::lanes::{INDEX_LIMIT, LANES, Lanes, ZERO, splat};
-use crate::kernel::tiles::{MARGIN, Place, TILE, pitch};
 
 /// Nodes beyond its base node that a point may touch, counted along the rows of the window.
 const REACH: usize = 3 * pitch(4) + 4;
@@ -131,6 +132,70 @@ fn add_vector(window: &mut VectorWindow, at: usize, vector: [f64; 2]) {
     let to = &mut window.0[at..at + 2];
     let old: [f64; 2] = (&*to).try_into().expect("two numbers");
     to.copy_from_slice((f64x2::new(old) + f64x2::new(vector)).as_array());
+}
+
+/// Adds the part of a window that lies in a node tile, its run number `run` along x and y ([`runs`]); `N` numbers of it
+/// belong to one node.
+#[inline(always)]
+pub fn add_window<const W: usize, const N: usize>(
+    sum: &mut [[f64; N]; NODES],
+    window: &[f64],
+    run: [u8; 2],
+) {
+    let (window, _) = window.as_chunks::<N>();
+    let y = runs(W)[usize::from(run[1])];
+    for row in 0..y.length {
+        let from = &window[(y.window + row) * pitch(W)..][..pitch(W)];
+        let to = &mut sum[(y.own + row) * TILE..][..TILE];
+        // Lengths known to the compiler: a few vector additions each, no loops.
+        match run[0] {
+            0 => add::<MARGIN, N>(&mut to[TILE - MARGIN..], from),
+            1 => add::<TILE, N>(to, &from[MARGIN..]),
+            _ => {
+                for i in 0..W {
+                    add::<1, N>(&mut to[i..], &from[MARGIN + TILE + i..]);
+                }
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn add<const LENGTH: usize, const N: usize>(to: &mut [[f64; N]], from: &[[f64; N]]) {
+    for (to, from) in to[..LENGTH].iter_mut().zip(&from[..LENGTH]) {
+        for n in 0..N {
+            to[n] += from[n];
+        }
+    }
+}
+
+/// Copies a vector `field` of the node tiles `nodes` into the window of a point tile.
+#[inline(always)]
+pub fn fill_window<'a, const W: usize, N>(
+    window: &mut VectorWindow,
+    nodes: &'a [N],
+    tile: &Tile,
+    field: impl Fn(&'a N) -> &'a [[f64; 2]; NODES],
+) {
+    for run in 0..3 {
+        let y = runs(W)[run];
+        let nodes_of = |x: usize| field(&nodes[tile.around[3 * run + x] as usize]).as_flattened();
+        let (left, own, right) = (nodes_of(0), nodes_of(1), nodes_of(2));
+        for row in 0..y.length {
+            let to = &mut window.0[2 * (y.window + row) * pitch(W)..][..2 * pitch(W)];
+            let from = 2 * (y.own + row) * TILE;
+            copy::<{ 2 * MARGIN }>(to, left, from + 2 * (TILE - MARGIN));
+            copy::<{ 2 * TILE }>(&mut to[2 * MARGIN..], own, from);
+            for i in 0..W {
+                copy::<2>(&mut to[2 * (MARGIN + TILE + i)..], right, from + 2 * i);
+            }
+        }
+    }
+}
+
+#[inline(always)]
+fn copy<const N: usize>(to: &mut [f64], from: &[f64], at: usize) {
+    to[..N].copy_from_slice(&from[at..at + N]);
 }
 
 #[cfg(test)]

@@ -3,7 +3,8 @@
 use interface::config::material::Frictional;
 
 use super::hencky::strain;
-use super::{Deformation, Dissipated, Material, Point, Stress};
+use super::model::Material;
+use super::point::{Deformation, Dissipated, Point, Stress};
 use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// Isotropic elastic moduli and density.

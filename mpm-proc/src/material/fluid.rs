@@ -1,6 +1,7 @@
 //! Weakly compressible Newtonian fluid (Chen 2023): `p = K/gamma (J^-gamma - 1)`, `J = rho_0/rho`.
 
-use super::{Deformation, Dissipated, Material, Point, Stress, swelling};
+use super::model::Material;
+use super::point::{Deformation, Dissipated, Point, Stress, swelling};
 use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// A fluid.

@@ -18,7 +18,7 @@
 //!
 //! (`docs/decisions/0017-hencky.md`). Stress and energy are functions of where the material is, whatever the path and the step.
 
-use super::Deformation;
+use super::point::Deformation;
 use crate::kernel::lanes::{Lanes, splat};
 
 /// What an interval makes of four points.

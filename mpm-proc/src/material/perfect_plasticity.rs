@@ -6,7 +6,8 @@
 //! only on their ratio: the return is that of small strains.
 
 use super::elastic::Moduli;
-use super::{Deformation, Dissipated, Material, Point, Stress};
+use super::model::Material;
+use super::point::{Deformation, Dissipated, Point, Stress};
 use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// A yield surface with its flow rule.

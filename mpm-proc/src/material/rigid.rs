@@ -1,6 +1,7 @@
 //! No stress at all: the points of a body that moves as one ([`crate::grains`]).
 
-use super::{Deformation, Dissipated, Material, Point};
+use super::model::Material;
+use super::point::{Deformation, Dissipated, Point};
 use crate::kernel::lanes::{Lanes, ZERO};
 
 /// The model of points that cannot strain: whoever moves them sees to that.

@@ -16,79 +16,67 @@
 
 use interface::config::StressUpdate;
 
+use crate::kernel::blocks::LaneCopy;
 use crate::kernel::lanes::LANES;
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::{AffineState, Transfer};
-use crate::pass::points_to_grid::points_to_grid;
 use crate::state::continuum::Continuum;
-use crate::state::points::{Cloud, LaneCopy, NO_POINT, Which};
+use crate::state::points::{Cloud, NO_POINT};
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
-where
-    T::Affine: LaneCopy,
-{
-    /// Finds the nodes that loaded points touch, and the points that give them their velocities.
-    pub fn look_near_loads(&mut self) {
-        if self.grid.seen.is_empty() {
-            self.grid.hold_seen();
+/// Finds the nodes that loaded points touch, and the points that give them their velocities.
+pub fn find_near_loads<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+) {
+    if continuum.grid.mapped.is_empty() {
+        continuum.grid.make_room_for_mapped();
+    }
+    for tile in &mut continuum.grid.mapped {
+        tile.wanted = 0;
+    }
+    for cloud in &mut continuum.clouds {
+        for tile in &mut cloud.tiles {
+            tile.near_load = false;
         }
-        for seen in &mut self.grid.seen {
-            seen.wanted = 0;
+    }
+    for touch in &continuum.touches {
+        let (tile, node) = touch.at.split();
+        continuum.grid.mapped[tile].wanted |= 1 << node;
+    }
+    let clouds = &mut continuum.clouds;
+    continuum.grid.points_behind::<W>(|cloud, tile| {
+        clouds[cloud].tiles[tile].near_load = true;
+    });
+}
+
+/// Takes the loaded points from where they went with the nodes to where they go with what the nodes will have.
+pub fn move_loaded_points<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    dt: f64,
+) {
+    let (clouds, grid) = (&mut continuum.clouds, &continuum.grid);
+    let mapped = |tile: usize, node: usize| match continuum.stress_update {
+        StressUpdate::Usf => grid.mapped[tile].velocity[node],
+        StressUpdate::Usl | StressUpdate::Musl | StressUpdate::Usavg => {
+            grid.tiles[tile].before[node]
         }
-        for cloud in &mut self.clouds {
-            for tile in &mut cloud.tiles {
-                tile.near_load = false;
-            }
-        }
-        for touch in &self.touches {
+    };
+    let touches = continuum.touches.chunks_exact(W * W);
+    for (point, touches) in continuum.loaded.iter().zip(touches) {
+        let (mut velocity, mut more) = ([0.0; 2], [0.0; 2]);
+        for touch in touches {
             let (tile, node) = touch.at.split();
-            self.grid.seen[tile].wanted |= 1 << node;
+            let (mapped, kicked) = (mapped(tile, node), grid.tiles[tile].after[node]);
+            for a in 0..2 {
+                velocity[a] += touch.gather * mapped[a];
+                more[a] += touch.gather * (mapped[a] - kicked[a]);
+            }
         }
-        let clouds = &mut self.clouds;
-        self.grid.points_behind::<W>(|cloud, tile| {
-            clouds[cloud].tiles[tile].near_load = true;
-        });
-    }
-
-    /// Maps the new velocities to those nodes.
-    pub fn map_near_loads(&mut self) {
-        let grain = self.grain();
-        let (clouds, grid) = (&mut self.clouds, &mut self.grid);
-        self.threads.run(|| {
-            for cloud in &mut *clouds {
-                points_to_grid(grain, cloud, Which::NearLoad);
-            }
-            grid.project(grain, clouds);
-        });
-    }
-
-    /// Takes the loaded points from where they went with the nodes to where they go with what the nodes will have.
-    pub fn move_loaded_points(&mut self, dt: f64) {
-        let (clouds, grid) = (&mut self.clouds, &self.grid);
-        let mapped = |tile: usize, node: usize| match self.stress_update {
-            StressUpdate::Usf => grid.seen[tile].velocity[node],
-            StressUpdate::Usl | StressUpdate::Musl | StressUpdate::Usavg => {
-                grid.tiles[tile].before[node]
-            }
-        };
-        let touches = self.touches.chunks_exact(W * W);
-        for (point, touches) in self.loaded.iter().zip(touches) {
-            let (mut velocity, mut more) = ([0.0; 2], [0.0; 2]);
-            for touch in touches {
-                let (tile, node) = touch.at.split();
-                let (mapped, kicked) = (mapped(tile, node), grid.tiles[tile].after[node]);
-                for a in 0..2 {
-                    velocity[a] += touch.gather * mapped[a];
-                    more[a] += touch.gather * (mapped[a] - kicked[a]);
-                }
-            }
-            let cloud = &mut clouds[point.member.cloud as usize];
-            cloud.shift(point.member.local, more.map(|v| v * dt), velocity);
-        }
+        let cloud = &mut clouds[point.member.cloud as usize];
+        cloud.shift(point.member.local, more.map(|v| v * dt), velocity);
     }
 }
 
-impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
+impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
     /// Moves a point by `by` (m), which makes its velocity (m/s) in this step that given.
     fn shift(&mut self, local: u32, by: [f64; 2], velocity: [f64; 2]) {
         let lane = self.lane_of[local as usize] as usize;

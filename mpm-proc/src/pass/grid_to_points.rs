@@ -1,33 +1,84 @@
 //! Grid to points: velocities, affine part, and the move to `t_{n+1}` (Jiang 2020 eqs. 26 to 28 and 31).
 
+use crate::kernel::point_tile::Which;
+use crate::kernel::window::fill_window;
+use crate::state::nodes::NodeTile;
+use interface::config::{Drift, StressUpdate};
+use interface::solver::Fault;
+
+use super::check_points::check_points;
+use super::drift::{find_near_loads, move_loaded_points};
+use super::points_to_grid::map_velocities;
 use crate::kernel::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerBlock, PerTile, over_tiles};
 use crate::kernel::tiles::{Place, pitch};
 use crate::kernel::transfer::{AffineState, Transfer};
 use crate::kernel::window::{NO_VECTORS, VectorWindow, gather_row};
-use crate::state::grid::{NodeTile, fill_window};
-use crate::state::points::{Cloud, LaneCopy, TileReport, Which};
+use crate::state::continuum::Continuum;
+use crate::state::points::{Cloud, TileReport};
 
-/// Takes the points of a cloud, in `which` of its tiles, over an interval of `dt` (s), with the velocities of the nodes.
+/// Velocities and positions of all points after the kick, by the scheme's choice of the velocity with which points move.
 ///
-/// `KICK`: velocities are updated; `DRIFT`: points move. Both at once but where something comes between.
-pub fn grid_to_points<
+/// # Errors
+/// A [`Fault`] that names the point which is not finite or has left the domain.
+pub fn grid_to_points<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    dt: f64,
+) -> Result<(), Fault> {
+    let mapped = continuum.drift == Drift::Mapped && !continuum.loaded.is_empty();
+    match continuum.stress_update {
+        // The velocities have been taken, and mapped, before.
+        StressUpdate::Musl | StressUpdate::Usavg => {
+            transfer_pass::<W, false, true, S, T>(continuum, Which::All, dt);
+        }
+        StressUpdate::Usf if mapped => {
+            find_near_loads(continuum);
+            transfer_pass::<W, true, false, S, T>(continuum, Which::NearLoad, 0.0);
+            map_velocities(continuum, Which::NearLoad);
+            transfer_pass::<W, false, true, S, T>(continuum, Which::NearLoad, dt);
+            transfer_pass::<W, true, true, S, T>(continuum, Which::Elsewhere, dt);
+        }
+        StressUpdate::Usf | StressUpdate::Usl => {
+            transfer_pass::<W, true, true, S, T>(continuum, Which::All, dt);
+        }
+    }
+    if mapped {
+        move_loaded_points(continuum, dt);
+    }
+    check_points(continuum, dt)
+}
+
+/// Gives all points in `which` tiles their velocities if `KICK`, and moves them over `dt` (s) if `DRIFT`.
+pub fn transfer_pass<
     const W: usize,
     const KICK: bool,
     const DRIFT: bool,
     S: Shape<W>,
     T: Transfer,
 >(
+    continuum: &mut Continuum<W, S, T>,
+    which: Which,
+    dt: f64,
+) {
+    let grain = continuum.grain();
+    let (clouds, grid, transfer) = (&mut continuum.clouds, &continuum.grid, continuum.transfer);
+    continuum.threads.run(|| {
+        for cloud in clouds {
+            transfer_cloud::<W, KICK, DRIFT, S, T>(grain, cloud, which, &grid.tiles, transfer, dt);
+        }
+    });
+}
+
+/// [`transfer_pass`] of one cloud, with the velocities of the nodes.
+fn transfer_cloud<const W: usize, const KICK: bool, const DRIFT: bool, S: Shape<W>, T: Transfer>(
     grain: usize,
     cloud: &mut Cloud<W, S, T::Affine>,
     which: Which,
     nodes: &[NodeTile],
     transfer: T,
     dt: f64,
-) where
-    T::Affine: LaneCopy,
-{
+) {
     let shape = cloud.shape;
     let dt = splat(dt);
     let pic = splat(transfer.pic_fraction());
@@ -51,9 +102,9 @@ pub fn grid_to_points<
             }
             let (x, motion, report) = part;
             let [velocity, increment] = windows;
-            fill_window::<W>(velocity, nodes, tile, |t| &t.after);
+            fill_window::<W, _>(velocity, nodes, tile, |t| &t.after);
             if T::INCREMENT {
-                fill_window::<W>(increment, nodes, tile, |t| &t.before);
+                fill_window::<W, _>(increment, nodes, tile, |t| &t.before);
                 for (b, a) in increment.0.iter_mut().zip(&velocity.0) {
                     *b = a - *b;
                 }

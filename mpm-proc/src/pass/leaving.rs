@@ -10,117 +10,41 @@
 //! others keep their identities. How many are gone shows in the mass of their group. If an identified material point
 //! goes, the bound of the points' travel becomes infinite, so that the set is chosen anew before it is used again.
 
-use interface::config::Leaving;
-use interface::solver::Fault;
-
+use super::sort::sort;
 use crate::kernel::lanes::LANES;
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::{AffineState, Transfer};
 use crate::state::continuum::Continuum;
-use crate::state::points::{Cloud, LaneCopy, NO_POINT};
+use crate::state::points::{Cloud, NO_POINT};
 
-/// What happens to points outside.
-#[derive(Debug)]
-pub struct Outside {
-    rule: Leaving,
-    /// Lanes to be removed at the end of the step: cloud and lane, in this order.
-    gone: Vec<(usize, usize)>,
+/// Removes the points that the step has taken out of the domain.
+pub fn remove_left<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
+    if continuum.outside.gone.is_empty() {
+        return;
+    }
+    let gravity = continuum.grid.gravity;
+    for &(number, lane) in &continuum.outside.gone {
+        let cloud = &mut continuum.clouds[number];
+        let [x, v] = [cloud.position(lane), cloud.velocity(lane)];
+        let elastic = cloud.volume * cloud.material.energy_of(lane);
+        let held =
+            cloud.kinetic_of(lane) + elastic - cloud.mass * (gravity[0] * x[0] + gravity[1] * x[1]);
+        let work = cloud.loads.as_ref().map_or(0.0, |l| l.last_work(lane, x));
+        continuum.books.applied_impulse += v.map(|v| -cloud.mass * v);
+        continuum.books.driven_work += work - held;
+        continuum.books.stress_work -= elastic;
+        let local = cloud.remove(lane);
+        let number = number as u32;
+        let is_imp = |m: &crate::state::imps::Member| m.cloud == number && m.local == local;
+        if continuum.imps.members.iter().any(is_imp) {
+            continuum.imps.travel = f64::INFINITY;
+        }
+    }
+    continuum.outside.gone.clear();
+    sort(continuum);
 }
 
-impl Outside {
-    /// With this rule.
-    pub fn new(rule: Leaving) -> Self {
-        Self {
-            rule,
-            gone: Vec::new(),
-        }
-    }
-
-    /// A point was found outside.
-    ///
-    /// # Errors
-    /// `fault`, which names it, where points must stay.
-    pub fn take(&mut self, cloud: usize, lane: usize, fault: Fault) -> Result<(), Fault> {
-        match self.rule {
-            Leaving::Stop => Err(fault),
-            Leaving::Remove => {
-                self.gone.push((cloud, lane));
-                Ok(())
-            }
-        }
-    }
-}
-
-impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
-where
-    T::Affine: LaneCopy,
-{
-    /// Puts points that have crossed a periodic wall to the other end; the caller sorts.
-    pub fn enter_again(&mut self) {
-        let geometry = self.grid.geometry;
-        if geometry.periodic == [false; 2] {
-            return;
-        }
-        let gravity = self.grid.gravity;
-        let mut crossed = false;
-        for cloud in &mut self.clouds {
-            for lane in 0..cloud.ids.len() * LANES {
-                let x = cloud.position(lane);
-                let entered = geometry.entered(x);
-                if entered == x {
-                    continue;
-                }
-                cloud.place(lane, entered);
-                if cloud.ids[lane / LANES][lane % LANES] != NO_POINT {
-                    crossed = true;
-                    for a in 0..2 {
-                        self.books.driven_work -= cloud.mass * gravity[a] * (entered[a] - x[a]);
-                    }
-                }
-            }
-        }
-        if crossed {
-            // Near other bodies now: the identified material points are chosen anew before they are used again.
-            self.imps.travel = f64::INFINITY;
-        }
-    }
-
-    /// Removes the points that the step has taken out of the domain.
-    pub fn remove_left(&mut self) {
-        if self.outside.gone.is_empty() {
-            return;
-        }
-        let gravity = self.grid.gravity;
-        for &(number, lane) in &self.outside.gone {
-            let cloud = &mut self.clouds[number];
-            let [x, v] = [cloud.position(lane), cloud.velocity(lane)];
-            let elastic = cloud.volume * cloud.material.energy_of(lane);
-            let held = cloud.kinetic_of(lane) + elastic
-                - cloud.mass * (gravity[0] * x[0] + gravity[1] * x[1]);
-            let work = cloud.loads.as_ref().map_or(0.0, |l| l.last_work(lane, x));
-            self.books.applied_impulse += v.map(|v| -cloud.mass * v);
-            self.books.driven_work += work - held;
-            self.books.stress_work -= elastic;
-            let local = cloud.remove(lane);
-            let number = number as u32;
-            let is_imp = |m: &crate::state::imps::Member| m.cloud == number && m.local == local;
-            if self.imps.members.iter().any(is_imp) {
-                self.imps.travel = f64::INFINITY;
-            }
-        }
-        self.outside.gone.clear();
-        self.sort();
-    }
-}
-
-impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
-    /// Moves a lane's point to `x` (m).
-    fn place(&mut self, lane: usize, x: [f64; 2]) {
-        for a in 0..2 {
-            self.x[lane / LANES][a].as_mut_array()[lane % LANES] = x[a];
-        }
-    }
-
+impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
     /// Takes a lane's point away; the caller sorts. Returns its identity less the cloud's first.
     fn remove(&mut self, lane: usize) -> u32 {
         let id = &mut self.ids[lane / LANES][lane % LANES];

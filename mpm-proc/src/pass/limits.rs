@@ -23,128 +23,131 @@
 use interface::message::wire::Limits;
 
 use crate::kernel::lanes::{LANES, Lanes};
+use crate::kernel::point_tile::owner;
 use crate::kernel::shape::Shape;
+use crate::kernel::tiles::NODES;
 use crate::kernel::tiles::pitch;
 use crate::kernel::transfer::Transfer;
-use crate::pass::contact::ContactLoad;
+use crate::state::contact::ContactLoad;
 use crate::state::continuum::Continuum;
-use crate::state::grid::{NODES, owner};
-use crate::state::points::LaneCopy;
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
-where
-    T::Affine: LaneCopy,
-{
-    /// The limits for the next step, with what contact adds in this one.
-    pub fn limits(&mut self, load: ContactLoad) -> Limits {
-        let speed_sq = self
-            .imps
-            .members
-            .iter()
-            .map(|m| {
-                let cloud = &self.clouds[m.cloud as usize];
-                let [x, y] = cloud.velocity(cloud.lane_of[m.local as usize] as usize);
-                x * x + y * y
-            })
-            .fold(0.0, f64::max);
-        Limits {
-            omega_sq: self.elastic_omega_sq(),
-            contact_omega_sq: load.omega_sq,
-            damping: 0.0,
-            speed: speed_sq.sqrt(),
-            radius_min: 0.0, // the session's to add
-            mobility: if load.stiffness > 0.0 {
-                load.omega_sq / load.stiffness
-            } else {
-                0.0
-            },
-        }
-    }
-
-    /// Bound of the largest squared frequency without contact, in 1/s^2.
-    fn elastic_omega_sq(&mut self) -> f64 {
-        let cell = self.grid.geometry.cell;
-        if self.clouds.iter().any(|c| c.shape.stiffest(0).is_none()) {
-            return self.omega_sq_of_points();
-        }
-        self.clouds
-            .iter()
-            .map(|cloud| {
-                let stiffest = cloud
-                    .stress_reports
-                    .iter()
-                    .map(|r| r.stiffness)
-                    .fold(0.0, f64::max);
-                let place = stiffest_place(&cloud.shape) / (cell * cell);
-                with_viscosity(
-                    stiffest * place,
-                    cloud.material.viscosity_over_density() * place,
-                )
-            })
-            .fold(0.0, f64::max)
+/// The limits for the next step, with what contact adds in this one.
+pub fn limits<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    load: ContactLoad,
+) -> Limits {
+    let speed_sq = continuum
+        .imps
+        .members
+        .iter()
+        .map(|m| {
+            let cloud = &continuum.clouds[m.cloud as usize];
+            let [x, y] = cloud.velocity(cloud.lane_of[m.local as usize] as usize);
+            x * x + y * y
+        })
+        .fold(0.0, f64::max);
+    Limits {
+        omega_sq: elastic_omega_sq(continuum),
+        contact_omega_sq: load.omega_sq,
+        damping: 0.0,
+        speed: speed_sq.sqrt(),
+        radius_min: 0.0, // the session's to add
+        mobility: if load.stiffness > 0.0 {
+            load.omega_sq / load.stiffness
+        } else {
+            0.0
+        },
     }
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
-where
-    T::Affine: LaneCopy,
-{
-    /// The bound for linear hats, from the masses that the nodes have in this step.
-    ///
-    /// What is stepped in time is the velocity of the points, so the operator is `Q^T K Q` with
-    /// `Q = M^-1 S^T M_p^1/2` (nodes by points), the projection of the points' velocities to the nodes and back. Its
-    /// largest eigenvalue is at most the largest row sum of absolute values, weighted by `m_p^1/2` (Perron):
-    ///
-    /// ```text
-    /// omega^2 <= max_q sum_I S_Iq a_I / m_I,   a_I = sum_p m_p c_p |grad S_Ip| sum_J |grad S_Jp|
-    /// ```
-    ///
-    /// with `c_p` the stiffness over density. `S_Iq / m_I <= 1 / m_q` keeps it finite where a node has hardly any mass.
-    fn omega_sq_of_points(&mut self) -> f64 {
-        self.loads_of_nodes.clear();
-        self.loads_of_nodes
-            .resize(self.grid.tiles.len(), [0.0; NODES]);
-        let cell = self.grid.geometry.cell;
-        let mut largest: f64 = 0.0;
-        for pass in 0..2 {
-            for cloud in &self.clouds {
-                for tile in &cloud.tiles {
-                    let stiffness = cloud.stress_reports[tile.index].stiffness;
-                    for point in 0..tile.points {
-                        let (block, k) = (tile.first + point / LANES, point % LANES);
-                        let place = tile.frame.locate(&cloud.x[block], pitch(W));
-                        let lane = |w: [Lanes; W]| w.map(|w| w.as_array()[k]);
-                        let s = [0, 1].map(|a| lane(cloud.shape.weights(a, place.d[a])));
-                        let g = [0, 1].map(|a| lane(cloud.shape.gradients(a, place.d[a])));
-                        let node = |n: usize| {
-                            let (i, j) = (n % W, n / W);
-                            let gradient = (g[0][i] * s[1][j]).hypot(s[0][i] * g[1][j]) / cell;
-                            let (tile, node) = owner::<W>(tile, place.base[k] + j * pitch(W) + i);
-                            (tile, node, s[0][i] * s[1][j], gradient)
-                        };
-                        if pass == 0 {
-                            let total: f64 = (0..W * W).map(|n| node(n).3).sum();
-                            for n in 0..W * W {
-                                let (tile, node, _, gradient) = node(n);
-                                self.loads_of_nodes[tile][node] +=
-                                    cloud.mass * stiffness * gradient * total;
-                            }
-                        } else {
-                            let sum: f64 = (0..W * W)
-                                .map(|n| {
-                                    let (tile, node, s, _) = node(n);
-                                    let per_mass = self.grid.tiles[tile].per_mass[node];
-                                    s * per_mass * self.loads_of_nodes[tile][node]
-                                })
-                                .sum();
-                            largest = largest.max(sum);
+/// Bound of the largest squared frequency without contact, in 1/s^2.
+fn elastic_omega_sq<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+) -> f64 {
+    let cell = continuum.grid.geometry.cell;
+    if continuum
+        .clouds
+        .iter()
+        .any(|c| c.shape.stiffest(0).is_none())
+    {
+        return omega_sq_of_points(continuum);
+    }
+    continuum
+        .clouds
+        .iter()
+        .map(|cloud| {
+            let stiffest = cloud
+                .stress_reports
+                .iter()
+                .map(|r| r.stiffness)
+                .fold(0.0, f64::max);
+            let place = stiffest_place(&cloud.shape) / (cell * cell);
+            with_viscosity(
+                stiffest * place,
+                cloud.material.viscosity_over_density() * place,
+            )
+        })
+        .fold(0.0, f64::max)
+}
+
+/// The bound for linear hats, from the masses that the nodes have in this step.
+///
+/// What is stepped in time is the velocity of the points, so the operator is `Q^T K Q` with
+/// `Q = M^-1 S^T M_p^1/2` (nodes by points), the projection of the points' velocities to the nodes and back. Its
+/// largest eigenvalue is at most the largest row sum of absolute values, weighted by `m_p^1/2` (Perron):
+///
+/// ```text
+/// omega^2 <= max_q sum_I S_Iq a_I / m_I,   a_I = sum_p m_p c_p |grad S_Ip| sum_J |grad S_Jp|
+/// ```
+///
+/// with `c_p` the stiffness over density. `S_Iq / m_I <= 1 / m_q` keeps it finite where a node has hardly any mass.
+fn omega_sq_of_points<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+) -> f64 {
+    continuum.loads_of_nodes.clear();
+    continuum
+        .loads_of_nodes
+        .resize(continuum.grid.tiles.len(), [0.0; NODES]);
+    let cell = continuum.grid.geometry.cell;
+    let mut largest: f64 = 0.0;
+    for pass in 0..2 {
+        for cloud in &continuum.clouds {
+            for tile in &cloud.tiles {
+                let stiffness = cloud.stress_reports[tile.index].stiffness;
+                for point in 0..tile.points {
+                    let (block, k) = (tile.first + point / LANES, point % LANES);
+                    let place = tile.frame.locate(&cloud.x[block], pitch(W));
+                    let lane = |w: [Lanes; W]| w.map(|w| w.as_array()[k]);
+                    let s = [0, 1].map(|a| lane(cloud.shape.weights(a, place.d[a])));
+                    let g = [0, 1].map(|a| lane(cloud.shape.gradients(a, place.d[a])));
+                    let node = |n: usize| {
+                        let (i, j) = (n % W, n / W);
+                        let gradient = (g[0][i] * s[1][j]).hypot(s[0][i] * g[1][j]) / cell;
+                        let (tile, node) = owner::<W>(tile, place.base[k] + j * pitch(W) + i);
+                        (tile, node, s[0][i] * s[1][j], gradient)
+                    };
+                    if pass == 0 {
+                        let total: f64 = (0..W * W).map(|n| node(n).3).sum();
+                        for n in 0..W * W {
+                            let (tile, node, _, gradient) = node(n);
+                            continuum.loads_of_nodes[tile][node] +=
+                                cloud.mass * stiffness * gradient * total;
                         }
+                    } else {
+                        let sum: f64 = (0..W * W)
+                            .map(|n| {
+                                let (tile, node, s, _) = node(n);
+                                let per_mass = continuum.grid.tiles[tile].per_mass[node];
+                                s * per_mass * continuum.loads_of_nodes[tile][node]
+                            })
+                            .sum();
+                        largest = largest.max(sum);
                     }
                 }
             }
         }
-        largest
     }
+    largest
 }
 
 /// `g L^2` of a shape function.

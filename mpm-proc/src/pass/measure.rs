@@ -4,51 +4,14 @@
 use interface::message::wire::GroupState;
 use interface::solver::MpmMeasurement;
 use interface::step::Step;
-use mechanics::impulse::Impulse;
-use serde::{Deserialize, Serialize};
 
 use crate::kernel::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::{AffineState, Transfer};
-use crate::pass::stress::StressReport;
+use crate::state::books::KickWork;
+use crate::state::constitutive::StressReport;
 use crate::state::continuum::Continuum;
-use crate::state::points::{Cloud, LaneCopy};
-
-/// Sums that go on through the run, and the last measurement.
-#[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub struct Books {
-    /// Impulse of gravity, walls, loads and damping so far, less the momentum of points removed, in N s/m.
-    pub applied_impulse: Impulse,
-    /// Impulse of the bodies so far in N s/m.
-    pub contact_impulse: Impulse,
-    /// Dissipated by walls with friction so far in J/m.
-    pub friction_work: f64,
-    /// Work of loads so far, less the energy of points removed, in J/m.
-    pub driven_work: f64,
-    /// Dissipated by plastic flow so far in J/m.
-    pub plastic_work: f64,
-    /// Dissipated by viscous stress so far in J/m.
-    pub viscous_work: f64,
-    /// Work of the stress so far, less what plastic flow and viscous stress took of it and less the elastic energy of points
-    /// removed, in J/m.
-    pub stress_work: f64,
-    /// What stress that is updated last has lost to plastic flow and viscous stress and done on the way to the next step, in
-    /// J/m; it counts from there.
-    pub ahead: [f64; 3],
-    /// Not saved: between two steps it is in the sums.
-    #[serde(skip)]
-    kick: KickWork,
-    /// The last measurement. Not saved: whoever asked for it has it.
-    #[serde(skip)]
-    pub measurement: MpmMeasurement,
-}
-
-/// Work in the kick of one step in J/m.
-#[derive(Debug, Clone, Copy, Default)]
-struct KickWork {
-    friction: f64,
-    damping: f64,
-}
+use crate::state::points::Cloud;
 
 /// Sums over the points of a cloud.
 #[derive(Debug, Clone, Copy, Default)]
@@ -57,134 +20,148 @@ struct Motions {
     kinetic: f64,
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
-where
-    T::Affine: LaneCopy,
-{
-    /// Counts the impulses of the step; if it is measured, takes what belongs to `t_n` and to `t_{n-1/2}`.
-    pub fn keep_books(&mut self, step: &Step) {
-        let kick = step.kick();
-        self.books.kick = KickWork::default();
-        if step.dt_before + step.dt > 0.0 {
-            let mass: f64 = self.clouds.iter().map(Cloud::total_mass).sum();
-            self.books.applied_impulse += self.grid.gravity.map(|g| kick * mass * g);
-            for tile in &self.grid.tiles {
-                self.books.applied_impulse += tile.wall_impulse;
-                self.books.kick.friction += tile.friction_work;
-                self.books.kick.damping += tile.damping_work;
-            }
-        }
-        let ahead = core::mem::take(&mut self.books.ahead);
-        for [plastic, viscous, work] in core::iter::once(ahead).chain(told(&self.clouds)) {
-            self.books.plastic_work += plastic;
-            self.books.viscous_work += viscous;
-            self.books.stress_work += work - plastic - viscous;
-        }
-        let mut contact_force = [0.0; 2];
-        for f in &self.imps.forces {
-            for a in 0..2 {
-                contact_force[a] += f.force[a];
-            }
-        }
-        self.books.contact_impulse += contact_force.map(|f| kick * f);
-        if step.measure {
-            self.measure(contact_force, 1.0 - step.centring());
+/// Counts the impulses of the step; if it is measured, takes what belongs to `t_n` and to `t_{n-1/2}`.
+pub fn keep_books<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    step: &Step,
+) {
+    let kick = step.kick();
+    continuum.books.kick = KickWork::default();
+    if step.dt_before + step.dt > 0.0 {
+        let mass: f64 = continuum.clouds.iter().map(Cloud::total_mass).sum();
+        continuum.books.applied_impulse += continuum.grid.gravity.map(|g| kick * mass * g);
+        for tile in &continuum.grid.tiles {
+            continuum.books.applied_impulse += tile.wall_impulse;
+            continuum.books.kick.friction += tile.friction_work;
+            continuum.books.kick.damping += tile.damping_work;
         }
     }
-
-    /// Takes what updating stress last told, before the points are sorted into other tiles.
-    pub fn book_stress_ahead(&mut self) {
-        let add = |sum: [f64; 3], told: [f64; 3]| core::array::from_fn(|i| sum[i] + told[i]);
-        self.books.ahead = told(&self.clouds).fold([0.0; 3], add);
-        for report in self.clouds.iter_mut().flat_map(|c| &mut c.stress_reports) {
-            (report.lost, report.work) = ([0.0; 2], 0.0);
+    let ahead = core::mem::take(&mut continuum.books.ahead);
+    for [plastic, viscous, work] in core::iter::once(ahead).chain(told(&continuum.clouds)) {
+        continuum.books.plastic_work += plastic;
+        continuum.books.viscous_work += viscous;
+        continuum.books.stress_work += work - plastic - viscous;
+    }
+    let mut contact_force = [0.0; 2];
+    for f in &continuum.imps.forces {
+        for a in 0..2 {
+            contact_force[a] += f.force[a];
         }
     }
-
-    /// If the step is measured, takes what belongs to `t_{n+1/2}`.
-    pub fn close_books(&mut self, step: &Step) {
-        let kick = self.books.kick;
-        if step.measure {
-            self.close_measurement(step.centring());
-            // At t_n the kick is done by the same share as the velocities are.
-            let ledger = &mut self.books.measurement.ledger;
-            ledger.applied_impulse = self.books.applied_impulse.value();
-            ledger.friction_work += step.centring() * kick.friction;
-            ledger.viscous_work += step.centring() * kick.damping;
-        }
-        self.books.friction_work += kick.friction;
-        self.books.viscous_work += kick.damping;
+    continuum.books.contact_impulse += contact_force.map(|f| kick * f);
+    if step.measure {
+        measure(continuum, contact_force, 1.0 - step.centring());
     }
+}
 
-    /// Takes what belongs to `t_{n+1/2}`; quantities of then count by `after`.
-    fn close_measurement(&mut self, after: f64) {
-        let MpmMeasurement { ledger, groups } = &mut self.books.measurement;
-        ledger.momentum = [0.0; 2];
-        for (cloud, group) in self.clouds.iter().zip(groups) {
-            let motions = cloud.motions();
-            let kinetic = after * motions.kinetic;
-            group.kinetic += kinetic;
-            ledger.kinetic += kinetic;
-            for a in 0..2 {
-                let mass = group.mass.max(f64::MIN_POSITIVE);
-                group.velocity[a] += after * motions.momentum[a] / mass;
-                ledger.momentum[a] += motions.momentum[a];
-            }
-        }
+/// Takes what updating stress last told, before the points are sorted into other tiles.
+pub fn book_stress_ahead<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+) {
+    let add = |sum: [f64; 3], told: [f64; 3]| core::array::from_fn(|i| sum[i] + told[i]);
+    continuum.books.ahead = told(&continuum.clouds).fold([0.0; 3], add);
+    for report in continuum
+        .clouds
+        .iter_mut()
+        .flat_map(|c| &mut c.stress_reports)
+    {
+        (report.lost, report.work) = ([0.0; 2], 0.0);
     }
+}
 
-    /// Starts a measurement; quantities of `t_{n-1/2}` count by `before`.
-    fn measure(&mut self, contact_force: [f64; 2], before: f64) {
-        let MpmMeasurement { ledger, groups } = &mut self.books.measurement;
-        *ledger = interface::message::wire::Ledger {
-            friction_work: self.books.friction_work,
-            driven_work: self.books.driven_work,
-            plastic_work: self.books.plastic_work,
-            viscous_work: self.books.viscous_work,
-            stress_work: self.books.stress_work,
-            applied_impulse: self.books.applied_impulse.value(),
-            contact_impulse: self.books.contact_impulse.value(),
-            contact_force,
-            ..Default::default()
-        };
-        groups.clear();
-        for cloud in &self.clouds {
-            let motions = cloud.motions();
-            let mut group = cloud.extent();
-            group.kinetic = before * motions.kinetic;
-            // A group whose points have all been removed has no velocity.
+/// If the step is measured, takes what belongs to `t_{n+1/2}`.
+pub fn close_books<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    step: &Step,
+) {
+    let kick = continuum.books.kick;
+    if step.measure {
+        close_measurement(continuum, step.centring());
+        // At t_n the kick is done by the same share as the velocities are.
+        let ledger = &mut continuum.books.measurement.ledger;
+        ledger.applied_impulse = continuum.books.applied_impulse.value();
+        ledger.friction_work += step.centring() * kick.friction;
+        ledger.viscous_work += step.centring() * kick.damping;
+    }
+    continuum.books.friction_work += kick.friction;
+    continuum.books.viscous_work += kick.damping;
+}
+
+/// Takes what belongs to `t_{n+1/2}`; quantities of then count by `after`.
+fn close_measurement<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    after: f64,
+) {
+    let MpmMeasurement { ledger, groups } = &mut continuum.books.measurement;
+    ledger.momentum = [0.0; 2];
+    for (cloud, group) in continuum.clouds.iter().zip(groups) {
+        let motions = cloud.motions();
+        let kinetic = after * motions.kinetic;
+        group.kinetic += kinetic;
+        ledger.kinetic += kinetic;
+        for a in 0..2 {
             let mass = group.mass.max(f64::MIN_POSITIVE);
-            group.velocity = motions.momentum.map(|p| before * p / mass);
-            ledger.kinetic += group.kinetic;
-            ledger.elastic += cloud
-                .tiles
-                .iter()
-                .map(|t| cloud.material.elastic_energy(t, cloud.volume))
-                .sum::<f64>();
-            let [gx, gy] = self.grid.gravity;
-            ledger.gravity -= group.mass * (gx * group.position[0] + gy * group.position[1]);
-            groups.push(group);
+            group.velocity[a] += after * motions.momentum[a] / mass;
+            ledger.momentum[a] += motions.momentum[a];
         }
-        for (m, f) in self.imps.members.iter().zip(&self.imps.forces) {
-            if f.force != [0.0; 2] {
-                let group = &mut groups[m.cloud as usize];
-                group.contacts += 1;
-                ledger.contacts += 1;
-                for a in 0..2 {
-                    group.contact_force[a] += f.force[a];
-                }
-                let cloud = &self.clouds[m.cloud as usize];
-                widen_loaded(
-                    group,
-                    cloud.position(cloud.lane_of[m.local as usize] as usize),
-                );
+    }
+}
+
+/// Starts a measurement; quantities of `t_{n-1/2}` count by `before`.
+fn measure<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    contact_force: [f64; 2],
+    before: f64,
+) {
+    let MpmMeasurement { ledger, groups } = &mut continuum.books.measurement;
+    *ledger = interface::message::wire::Ledger {
+        friction_work: continuum.books.friction_work,
+        driven_work: continuum.books.driven_work,
+        plastic_work: continuum.books.plastic_work,
+        viscous_work: continuum.books.viscous_work,
+        stress_work: continuum.books.stress_work,
+        applied_impulse: continuum.books.applied_impulse.value(),
+        contact_impulse: continuum.books.contact_impulse.value(),
+        contact_force,
+        ..Default::default()
+    };
+    groups.clear();
+    for cloud in &continuum.clouds {
+        let motions = cloud.motions();
+        let mut group = cloud.extent();
+        group.kinetic = before * motions.kinetic;
+        // A group whose points have all been removed has no velocity.
+        let mass = group.mass.max(f64::MIN_POSITIVE);
+        group.velocity = motions.momentum.map(|p| before * p / mass);
+        ledger.kinetic += group.kinetic;
+        ledger.elastic += cloud
+            .tiles
+            .iter()
+            .map(|t| cloud.material.elastic_energy(t, cloud.volume))
+            .sum::<f64>();
+        let [gx, gy] = continuum.grid.gravity;
+        ledger.gravity -= group.mass * (gx * group.position[0] + gy * group.position[1]);
+        groups.push(group);
+    }
+    for (m, f) in continuum.imps.members.iter().zip(&continuum.imps.forces) {
+        if f.force != [0.0; 2] {
+            let group = &mut groups[m.cloud as usize];
+            group.contacts += 1;
+            ledger.contacts += 1;
+            for a in 0..2 {
+                group.contact_force[a] += f.force[a];
             }
+            let cloud = &continuum.clouds[m.cloud as usize];
+            widen_loaded(
+                group,
+                cloud.position(cloud.lane_of[m.local as usize] as usize),
+            );
         }
     }
 }
 
 /// What each tile has lost to plastic flow and to viscous stress in the last stress pass, and the work of its stress, in J/m.
-fn told<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
+fn told<const W: usize, S: Shape<W>, A: AffineState>(
     clouds: &[Cloud<W, S, A>],
 ) -> impl Iterator<Item = [f64; 3]> {
     clouds.iter().flat_map(|cloud| {
@@ -207,12 +184,7 @@ fn widen_loaded(group: &mut GroupState, x: [f64; 2]) {
     }
 }
 
-impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
-    /// Mass of all points in kg/m.
-    pub fn total_mass(&self) -> f64 {
-        self.mass * self.len() as f64
-    }
-
+impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
     /// Momentum, and kinetic energy with that of the affine part: `m/2 (v.v + tr(C D C^T))`, `C = B D^-1` (eq. 29).
     fn motions(&self) -> Motions {
         let inverse_inertia = splat(1.0 / S::INVERSE_INERTIA.unwrap_or(1.0));

@@ -1,15 +1,49 @@
 //! Points to grid: mass and momentum (Jiang 2020 eqs. 18, 19, 30).
 
+use super::node_momentum::{divide_mapped, sum_momentum};
 use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
+use crate::kernel::point_tile::Which;
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerTile, over_tiles};
 use crate::kernel::tiles::{Place, pitch};
-use crate::kernel::transfer::AffineState;
+use crate::kernel::transfer::{AffineState, Transfer};
 use crate::kernel::window::{NodalWindow, add_numbers, add_product};
-use crate::state::points::{Cloud, LaneCopy, Motion, Which};
+use crate::state::continuum::Continuum;
+use crate::state::points::{Cloud, Motion};
+
+/// Maps mass and momentum of all points to the nodes, and divides: velocities of the nodes before the kick.
+pub fn points_to_grid<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+) {
+    let grain = continuum.grain();
+    let pic_fraction = continuum.transfer.pic_fraction();
+    let (clouds, grid) = (&mut continuum.clouds, &mut continuum.grid);
+    continuum.threads.run(|| {
+        for cloud in &mut *clouds {
+            fill_windows(grain, cloud, Which::All);
+        }
+        sum_momentum(grid, grain, clouds, pic_fraction);
+    });
+}
+
+/// Maps the velocities of the points in `which` tiles to [`crate::state::grid::Grid::mapped`]; those that the nodes move
+/// with stay as they are.
+pub fn map_velocities<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    which: Which,
+) {
+    let grain = continuum.grain();
+    let (clouds, grid) = (&mut continuum.clouds, &mut continuum.grid);
+    continuum.threads.run(|| {
+        for cloud in &mut *clouds {
+            fill_windows(grain, cloud, which);
+        }
+        divide_mapped(grid, grain, clouds);
+    });
+}
 
 /// Sums mass and momentum of a cloud's points into the windows of their tiles, of `which`.
-pub fn points_to_grid<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
+fn fill_windows<const W: usize, S: Shape<W>, A: AffineState>(
     grain: usize,
     cloud: &mut Cloud<W, S, A>,
     which: Which,

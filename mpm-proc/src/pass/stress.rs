@@ -1,79 +1,55 @@
 //! Strain and spin rate, stress, and internal force (Jiang 2020 eqs. 13 and 21 to 25): one pass over the points.
 
-use serde::{Deserialize, Serialize};
-
 use crate::kernel::lanes::{Lanes, ZERO, largest, splat, sum};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerBlock, PerTile, over_tiles};
 use crate::kernel::tiles::{Place, pitch};
-use crate::kernel::window::{NO_VECTORS, VectorWindow, gather_row, scatter_row};
+use crate::kernel::transfer::Transfer;
+use crate::kernel::window::{NO_VECTORS, VectorWindow, fill_window, gather_row, scatter_row};
 use crate::material::{Deformation, Dissipated, Material, Point, power};
-use crate::state::grid::{NodeTile, fill_window};
-use crate::state::points::Tile;
+use crate::state::constitutive::{MaterialPoints, PositionsAt, StressPass, UpdateStress, Velocity};
+use crate::state::continuum::Continuum;
 
-/// A velocity of the nodes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Velocity {
-    /// `v_I^{n-1/2}`.
-    Before,
-    /// `v_I^{n+1/2}`.
-    After,
+/// Updates the stress of all points over `dt` (s) if `strain`, and sums their internal forces if `load`.
+pub fn stress_pass<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    dt: f64,
+    (velocity, positions_at): (Velocity, PositionsAt),
+    strain: bool,
+    load: bool,
+) {
+    let grain = continuum.grain();
+    let (clouds, grid) = (&mut continuum.clouds, &continuum.grid);
+    continuum.threads.run(|| {
+        for cloud in clouds {
+            cloud.material.update(StressPass {
+                grain,
+                shape: cloud.shape,
+                dt,
+                per_cell: 1.0 / grid.geometry.cell,
+                volume: cloud.volume,
+                tiles: &cloud.tiles,
+                x: &cloud.x,
+                nodes: &grid.tiles,
+                velocity,
+                positions_at,
+                strain,
+                load,
+                force: &mut cloud.force,
+                reports: &mut cloud.stress_reports,
+            });
+        }
+    });
 }
 
-/// Where the points stand within the interval that they are strained over.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Standing {
-    /// At its start.
-    Start,
-    /// At its end.
-    End,
-}
-
-/// What updating the stress of a tile tells.
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub struct StressReport {
-    /// Largest stiffness over density in m^2/s^2 ([`crate::pass::limits`]).
-    pub stiffness: f64,
-    /// Work per initial volume lost to plastic flow and to viscous stress in this step, summed over points, in Pa.
-    pub lost: [f64; 2],
-    /// Work per initial volume of the stress in this step, summed over points, in Pa.
-    pub work: f64,
-}
-
-/// What the pass reads and writes besides the material's own state.
-pub struct StressPass<'a, const W: usize, S: Shape<W>> {
-    /// Longest list of tiles that one thread keeps to itself.
-    pub grain: usize,
-    /// Shape function of the cloud.
-    pub shape: S,
-    /// Interval in s.
-    pub dt: f64,
-    /// `1/L` in 1/m.
-    pub per_cell: f64,
-    /// Initial volume of a point in m^2.
-    pub volume: f64,
-    /// Tiles of the cloud.
-    pub tiles: &'a [Tile],
-    /// `x_p^n` in m.
-    pub x: &'a [[Lanes; 2]],
-    /// Node tiles.
-    pub nodes: &'a [NodeTile],
-    /// Which velocities of the nodes strain the points.
-    pub velocity: Velocity,
-    /// Where `x_p` is within the interval.
-    pub standing: Standing,
-    /// Whether the stress is brought on by `dt`.
-    pub strain: bool,
-    /// Whether internal forces are summed.
-    pub load: bool,
-    /// `f_I^int` of each tile's window in N/m.
-    pub force: &'a mut [VectorWindow],
-    /// Report of each tile.
-    pub reports: &'a mut [StressReport],
+impl<const W: usize, S: Shape<W>, M: Material> UpdateStress<W, S> for MaterialPoints<M> {
+    fn update(&mut self, pass: StressPass<'_, W, S>) {
+        update_tiles(&self.model, &mut self.points, pass);
+    }
 }
 
 /// Updates the stress of all points and sums their internal forces.
-pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
+fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
     model: &M,
     points: &mut [Point<M::State>],
     pass: StressPass<'_, W, S>,
@@ -89,7 +65,7 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
         x,
         nodes,
         velocity,
-        standing,
+        positions_at,
         strain,
         load: loads,
         force,
@@ -97,9 +73,9 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
     } = pass;
     let scale = splat(dt * per_cell);
     let per_dt = if dt > 0.0 { 1.0 / dt } else { 0.0 };
-    let half = splat(match standing {
-        Standing::Start => -0.5,
-        Standing::End => 0.5,
+    let half = splat(match positions_at {
+        PositionsAt::Start => -0.5,
+        PositionsAt::End => 0.5,
     });
     let load = -volume * per_cell;
     let share = (
@@ -119,7 +95,7 @@ pub fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
         share,
         Memory::new,
         &|tile, (points, force, report), memory| {
-            fill_window::<W>(&mut memory.velocity, nodes, tile, |t| match velocity {
+            fill_window::<W, _>(&mut memory.velocity, nodes, tile, |t| match velocity {
                 Velocity::Before => &t.before,
                 Velocity::After => &t.after,
             });

@@ -17,19 +17,22 @@ use crate::kernel::threads::Threads;
 use crate::kernel::tiles::Geometry;
 use crate::kernel::transfer::{Apic, Blend, Flip, Pic, Transfer, Xpic};
 use crate::material::{
-    Constitutive, DruckerPrager, Elastic, Fluid, Jaumann, Material, MaterialPoints, Moduli,
-    MohrCoulomb, NeoHookean, PlaneStrain, PlaneStress, Rigid, VonMises,
+    DruckerPrager, Elastic, Fluid, Jaumann, Material, Moduli, MohrCoulomb, NeoHookean, PlaneStrain,
+    PlaneStress, Rigid, VonMises,
 };
-use crate::pass::leaving::Outside;
 use crate::pass::limits::stiffest_place;
-use crate::pass::measure::Books;
+use crate::pass::sort::sort;
+use crate::scheme::Scheme;
 use crate::setup::checks::{check_box, check_choices, check_scalars, geometry};
 use crate::setup::fields::Fields;
 use crate::setup::fill::{Points, fill, refuse_overlap};
-use crate::state::continuum::{Continuum, Scheme};
+use crate::state::books::Books;
+use crate::state::constitutive::{Constitutive, MaterialPoints};
+use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
 use crate::state::imps::Imps;
-use crate::state::points::{Cloud, Kind, LaneCopy};
+use crate::state::outside::Outside;
+use crate::state::points::{Cloud, Kind};
 use crate::state::stages::Stages;
 use crate::state::walls::WallNodes;
 
@@ -161,10 +164,7 @@ impl<'a> Parts<'a> {
         self,
         shape: impl Fn(&Points) -> S,
         transfer: T,
-    ) -> Result<(Box<dyn Scheme>, Readiness), Refusal>
-    where
-        T::Affine: LaneCopy,
-    {
+    ) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
         let groups = 0..self.config.groups.len();
         let continua: Vec<Continuum<W, S, T>> = match self.config.grid_contact {
             None => vec![self.continuum(groups, &shape, transfer)?],
@@ -194,10 +194,7 @@ impl<'a> Parts<'a> {
         groups: Range<usize>,
         shape: &impl Fn(&Points) -> S,
         transfer: T,
-    ) -> Result<Continuum<W, S, T>, Refusal>
-    where
-        T::Affine: LaneCopy,
-    {
+    ) -> Result<Continuum<W, S, T>, Refusal> {
         let mut clouds = Vec::new();
         let before = &self.points[..groups.start];
         let mut first_id = before.iter().map(|p| p.positions.len() as u64).sum();
@@ -253,17 +250,14 @@ impl<'a> Parts<'a> {
             moved: 0.0,
             clouds,
         };
-        continuum.sort();
+        sort(&mut continuum);
         Ok(continuum)
     }
 
     fn readiness<const W: usize, S: Shape<W>, T: Transfer>(
         &self,
         continua: &[Continuum<W, S, T>],
-    ) -> Readiness
-    where
-        T::Affine: LaneCopy,
-    {
+    ) -> Readiness {
         let clouds = || continua.iter().flat_map(|c| &c.clouds);
         let cell = self.geometry.cell;
         // Rigid points have no waves.

@@ -7,9 +7,9 @@ use mechanics::expression::{Expression, Meaning};
 use crate::kernel::lanes::{LANES, ZERO};
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
-use crate::material::Constitutive;
+use crate::state::constitutive::Constitutive;
 use crate::state::loads::Loads;
-use crate::state::points::{Cloud, LaneCopy};
+use crate::state::points::Cloud;
 
 /// The compiled expressions of a group.
 pub struct Fields<'a> {
@@ -87,7 +87,7 @@ impl<'a> Fields<'a> {
     /// Gives the points of an affine transfer the change of the field over one cell, by central difference: a body that
     /// is set spinning has its whole angular momentum from the first step on, and a field that jumps gives a slope no
     /// larger than the jump. Points are not sorted yet.
-    pub fn set_slopes<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
+    pub fn set_slopes<const W: usize, S: Shape<W>, A: AffineState>(
         &self,
         cloud: &mut Cloud<W, S, A>,
         positions: &[[f64; 2]],

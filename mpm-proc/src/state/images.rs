@@ -16,21 +16,12 @@
 //! the originals' own bookkeeping does not show: `-2 (m_image dv + (f_image + m_image g) kick)` in a kick, and
 //! `-2 (m_image v + p_image)` where velocities are set from momenta.
 
-use crate::kernel::tiles::{MARGIN, TILE};
-use crate::state::grid::{NODES, NodeTile, first_node, node};
-use crate::state::walls::WallNodes;
+use super::nodes::{NodeAt, NodeTile};
+use super::walls::WallNodes;
+use crate::kernel::tiles::{MARGIN, NODES, TILE, first_node, node};
 
 /// Cells beyond a wall at which a point may be: one, and the margin of a tile's window.
 const BEYOND: i64 = 1 + MARGIN as i64;
-
-/// A node of a tile.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub struct NodeAt {
-    /// Number of the node tile.
-    pub tile: u32,
-    /// Number of the node in it.
-    pub node: u32,
-}
 
 /// An image.
 #[derive(Debug, Clone, Copy)]
@@ -44,22 +35,16 @@ pub struct Image {
     /// Whether it stands beyond a periodic wall.
     pub periodic: bool,
     /// `m_I` in kg/m of its own points.
-    mass: f64,
+    pub mass: f64,
     /// `p_I` in N s/m likewise.
-    momentum: [f64; 2],
+    pub momentum: [f64; 2],
     /// Force in N/m likewise, with gravity.
-    force: [f64; 2],
-}
-
-/// Nodes of a tile whose momenta become velocities.
-pub trait Momenta {
-    /// Momenta in N s/m, then velocities in m/s; and the impulse of walls on the points in N s/m.
-    fn vectors(&mut self) -> (&mut [[f64; 2]; NODES], &mut [f64; 2]);
+    pub force: [f64; 2],
 }
 
 /// The images among the nodes of the occupied tiles, by place.
 #[derive(Debug, Default)]
-pub struct Images(Vec<Image>);
+pub struct Images(pub Vec<Image>);
 
 impl Images {
     /// Whether there are none.
@@ -129,105 +114,12 @@ impl Images {
             }
         }
     }
-
-    /// Moves masses and momenta to the originals.
-    pub fn gather_momentum(&mut self, tiles: &mut [NodeTile]) {
-        for image in &mut self.0 {
-            let (tile, n) = image.at.split();
-            image.mass = core::mem::take(&mut tiles[tile].mass[n]);
-            let (tile, n) = image.of.split();
-            tiles[tile].mass[n] += image.mass;
-        }
-        self.gather_vectors(tiles);
-    }
-
-    /// Moves momenta to the originals.
-    pub fn gather_vectors(&mut self, tiles: &mut [impl Momenta]) {
-        for image in &mut self.0 {
-            let (tile, n) = image.at.split();
-            image.momentum = core::mem::take(&mut tiles[tile].vectors().0[n]);
-            let (tile, n) = image.of.split();
-            let to = &mut tiles[tile].vectors().0[n];
-            for a in 0..2 {
-                to[a] += image.sign[a] * image.momentum[a];
-            }
-        }
-    }
-
-    /// Gives the images the velocities before the kick, and the masses of their originals for quotients by them.
-    pub fn spread_before(&self, tiles: &mut [NodeTile], pic_fraction: f64) {
-        for image in &self.0 {
-            let (tile, n) = image.of.split();
-            let per_mass = tiles[tile].per_mass[n];
-            let (tile, n) = image.at.split();
-            tiles[tile].per_mass[n] = per_mass;
-        }
-        self.spread_vectors(tiles, pic_fraction);
-    }
-
-    /// Gives the images the velocities that the momenta have become, and counts what the wall has taken there, of which
-    /// points feel `share`.
-    pub fn spread_vectors(&self, tiles: &mut [impl Momenta], share: f64) {
-        for image in &self.0 {
-            let (tile, n) = image.of.split();
-            let (velocity, impulse) = tiles[tile].vectors();
-            let v = velocity[n];
-            for a in 0..2 {
-                let felt = image.mass * v[a] + image.momentum[a];
-                impulse[a] -= share * (1.0 - image.sign[a]) * felt;
-            }
-            let (tile, n) = image.at.split();
-            tiles[tile].vectors().0[n] = image.velocity(v);
-        }
-    }
-
-    /// Moves forces (in [`NodeTile::after`]) to the originals.
-    pub fn gather_force(&mut self, tiles: &mut [NodeTile], gravity: [f64; 2]) {
-        for image in &mut self.0 {
-            let (tile, n) = image.at.split();
-            let force = core::mem::take(&mut tiles[tile].after[n]);
-            let weight = gravity.map(|g| image.mass * g);
-            image.force = [force[0] + weight[0], force[1] + weight[1]];
-            let (tile, n) = image.of.split();
-            for a in 0..2 {
-                // As much as the original's own gravity will add for the image's mass is taken off.
-                let turned = if image.sign[a] < 0.0 {
-                    -image.force[a] - weight[a]
-                } else {
-                    force[a]
-                };
-                tiles[tile].after[n][a] += turned;
-            }
-        }
-    }
-
-    /// Gives the images the velocities after the kick, and counts what the wall has taken there.
-    pub fn spread_after(&self, tiles: &mut [NodeTile], kick: f64) {
-        for image in &self.0 {
-            let (tile, n) = image.of.split();
-            let original = &mut tiles[tile];
-            let v = original.after[n];
-            for a in 0..2 {
-                let felt = image.mass * (v[a] - original.before[n][a]) + kick * image.force[a];
-                original.wall_impulse[a] -= (1.0 - image.sign[a]) * felt;
-            }
-            let (tile, n) = image.at.split();
-            tiles[tile].after[n] = image.velocity(v);
-        }
-    }
 }
 
 impl Image {
     /// Velocity of the image where that of the original is `v`.
-    fn velocity(&self, v: [f64; 2]) -> [f64; 2] {
+    pub fn velocity(&self, v: [f64; 2]) -> [f64; 2] {
         [self.sign[0] * v[0], self.sign[1] * v[1]]
-    }
-}
-
-impl NodeAt {
-    /// Tile and node as indices.
-    pub fn split(self) -> (usize, usize) {
-        (self.tile as usize, self.node as usize)
     }
 }
 

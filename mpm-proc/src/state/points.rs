@@ -6,115 +6,20 @@
 use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
-use crate::kernel::lanes::{LANES, Lanes, ZERO, first, splat};
+use crate::kernel::blocks::{LaneCopy, reorder};
+use crate::kernel::lanes::{LANES, Lanes, ZERO};
+use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
-use crate::kernel::tiles::{Frame, Geometry, TILE};
+use crate::kernel::tiles::{Geometry, TILE};
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::{NO_MOMENTUM, NO_VECTORS, NodalWindow, VectorWindow};
-use crate::material::Constitutive;
-use crate::pass::stress::StressReport;
+use crate::state::constitutive::{Constitutive, StressReport};
 use crate::state::loads::{LastLoad, Loads};
 use crate::state::saved::{Bytes, refusal};
 
 /// In [`Cloud::ids`]: a lane without a point. Such lanes fill up the last block of a tile. They have no mass and drift
 /// along with the first point of their tile, so that their numbers stay harmless.
 pub const NO_POINT: u32 = u32::MAX;
-
-/// A tile of a cloud: a run of blocks whose points lie in it.
-#[derive(Debug, Clone)]
-pub struct Tile {
-    /// Which tile of the grid.
-    pub at: [i32; 2],
-    /// Number in [`Cloud::tiles`].
-    pub index: usize,
-    /// First block.
-    pub first: usize,
-    /// Blocks.
-    pub blocks: usize,
-    /// Points; the last block may have fewer than four.
-    pub points: usize,
-    /// Where its window lies.
-    pub frame: Frame,
-    /// The node tiles that own the window: the 3 x 3 around it, row by row from below.
-    pub around: [u32; 9],
-    /// Whether its points count where bodies press in this step ([`crate::pass::drift`]).
-    pub near_load: bool,
-}
-
-/// Tiles that a pass is for.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Which {
-    /// All.
-    All,
-    /// Those near a load, [`Tile::near_load`].
-    NearLoad,
-    /// The others.
-    Elsewhere,
-}
-
-impl Which {
-    /// Whether a tile is among them.
-    pub fn has(self, tile: &Tile) -> bool {
-        match self {
-            Self::All => true,
-            Self::NearLoad => tile.near_load,
-            Self::Elsewhere => !tile.near_load,
-        }
-    }
-}
-
-impl Tile {
-    /// Tile `at` of the grid with `points` points from block `first` on, number `index` of its cloud. Who lays it out
-    /// gives it its neighbours.
-    fn new(at: [i32; 2], index: usize, first: usize, points: usize, frame: Frame) -> Self {
-        Self {
-            at,
-            index,
-            first,
-            blocks: points.div_ceil(LANES),
-            points,
-            frame,
-            around: [0; 9],
-            near_load: false,
-        }
-    }
-
-    /// One in the lanes of block `block` of the tile that have a point, zero in the others.
-    #[inline(always)]
-    pub fn live(&self, block: usize) -> Lanes {
-        if block + 1 < self.blocks {
-            splat(1.0)
-        } else {
-            first(self.points - block * LANES)
-        }
-    }
-}
-
-/// Data of four points of which one lane at a time can be copied.
-pub trait LaneCopy: Copy + Send + Sync {
-    /// Copies lane `from` of `source` into lane `to`.
-    fn copy_lane(&mut self, to: usize, source: &Self, from: usize);
-}
-
-impl LaneCopy for Lanes {
-    #[inline]
-    fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
-        self.as_mut_array()[to] = source.as_array()[from];
-    }
-}
-
-impl LaneCopy for () {
-    fn copy_lane(&mut self, _to: usize, _source: &Self, _from: usize) {}
-}
-
-impl<T: LaneCopy, const N: usize> LaneCopy for [T; N] {
-    #[inline]
-    fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
-        for (a, b) in self.iter_mut().zip(source) {
-            a.copy_lane(to, b, from);
-        }
-    }
-}
 
 /// Velocities of four points.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
@@ -125,7 +30,7 @@ pub struct Motion<A> {
     pub affine: A,
 }
 
-impl<A: AffineState + LaneCopy> LaneCopy for Motion<A> {
+impl<A: AffineState> LaneCopy for Motion<A> {
     #[inline]
     fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
         self.v.copy_lane(to, &source.v, from);
@@ -146,28 +51,6 @@ pub struct TileReport {
     pub upper: [f64; 2],
 }
 
-/// New places of points: for every lane, where it comes from. Lanes without a point come from the first of their tile.
-pub type Sources = [u32];
-
-/// Puts `blocks` into the order of `sources`, by way of `scratch`, which is exchanged with it.
-pub fn reorder<T: LaneCopy>(blocks: &mut Vec<T>, scratch: &mut Vec<T>, sources: &Sources) {
-    scratch.clear();
-    let wanted = sources.len() / LANES;
-    if scratch.capacity() < wanted {
-        // A little more than wanted: the number of half empty blocks changes from one sorting to the next.
-        scratch.reserve_exact(wanted + wanted / 16);
-    }
-    scratch.extend(sources.chunks_exact(LANES).map(|lanes| {
-        let mut block = blocks[lanes[0] as usize / LANES];
-        for (to, &source) in lanes.iter().enumerate() {
-            let source = source as usize;
-            block.copy_lane(to, &blocks[source / LANES], source % LANES);
-        }
-        block
-    }));
-    core::mem::swap(blocks, scratch);
-}
-
 /// What all points of a group have in common.
 #[derive(Debug, Clone, Copy)]
 pub struct Kind {
@@ -180,7 +63,7 @@ pub struct Kind {
 }
 
 /// The points of one group.
-pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> {
+pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState> {
     /// Shape function, with the half width of the points' boxes where it has one.
     pub shape: S,
     /// Constitutive model and its state.
@@ -225,7 +108,7 @@ struct Scratch<A> {
     sources: Vec<u32>,
 }
 
-impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
+impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
     /// Points of one `kind` at `positions` (m) with `velocities` (m/s); not sorted yet.
     pub fn new(
         shape: S,
@@ -290,6 +173,11 @@ impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
     /// Number of points.
     pub fn len(&self) -> usize {
         self.lane_of.len() - self.removed
+    }
+
+    /// Mass of all points in kg/m.
+    pub fn total_mass(&self) -> f64 {
+        self.mass * self.len() as f64
     }
 
     /// Position of a lane's point in m.
@@ -408,7 +296,7 @@ pub struct SavedCloud<A> {
     stress_reports: Vec<StressReport>,
 }
 
-impl<const W: usize, S: Shape<W>, A: AffineState + LaneCopy> Cloud<W, S, A> {
+impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
     /// The state before the next step.
     pub fn save(&self) -> SavedCloud<A> {
         let Self {

@@ -20,7 +20,7 @@ use interface::solver::{Fault, MpmSolver};
 use super::{BULK, Random, SHEAR, Stepper, block, configured};
 use crate::Mpm;
 use crate::kernel::lanes::{Lanes, splat};
-use crate::pass::measure::Books;
+use crate::state::books::Books;
 use crate::state::continuum::{SAVED, SavedContinuum};
 
 /// Steps that a run which was taken up again is compared over.
