@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use interface::config::ConfigFault;
+
 use crate::diagnostic::{Diagnostic, SceneErrors};
 
 use super::document::{Document, Part};
@@ -83,6 +85,25 @@ impl<'a> Problems<'a> {
             };
             let message = format!("`{path}` is {written}, expected {expected}");
             let error = self.document.diagnostic(path, Part::Value, &message, None);
+            self.errors.push(error);
+        }
+    }
+
+    /// Refuses what a configuration's own rules find wrong with it; values are told as the scene has them.
+    pub fn config_faults(&mut self, faults: &[ConfigFault]) {
+        for fault in faults {
+            let key = &fault.key;
+            let written = self.document.as_written(key);
+            // Of a table or a list the fault says what matters.
+            let is_list = written.starts_with(['[', '{']);
+            let value = if written.is_empty() || is_list {
+                &fault.value
+            } else {
+                &written
+            };
+            let message = format!("`{key}` is {value}, expected {}", fault.expected);
+            let help = Some(fault.help.clone()).filter(|help| !help.is_empty());
+            let error = self.document.diagnostic(key, Part::Value, &message, help);
             self.errors.push(error);
         }
     }

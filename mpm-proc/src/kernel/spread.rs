@@ -12,10 +12,7 @@
 //!   the mean over the box has the same nodes, needs no such factor, and is what a traction that is uniform over the
 //!   points of a surface adds up to. With uGIMP it is the point scheme.
 
-use interface::config::{ContactForceScheme, MpmConfig, ShapeFunction};
-use interface::solver::Refusal;
-
-use crate::setup::fill::Points;
+use interface::config::ContactForceScheme;
 
 /// The scheme of the scene, with what it needs of each cloud.
 #[derive(Debug, Clone)]
@@ -26,37 +23,9 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// The scheme of a scene whose groups have these points.
-    ///
-    /// # Errors
-    /// A [`Refusal`] if a point's box reaches nodes to which its shape function gives no mass.
-    pub fn new(config: &MpmConfig, points: &[Points]) -> Result<Self, Refusal> {
-        let half_width: Vec<[f64; 2]> = points
-            .iter()
-            .map(|p| p.sides.map(|s| 0.5 * s / config.cell))
-            .collect();
-        if config.contact_force == ContactForceScheme::Traction {
-            if config.shape == ShapeFunction::Linear {
-                return Err(Refusal::new(
-                    "mpm.contact_force",
-                    "traction spreads a force over the point's box, which reaches nodes that get no mass from a linear \
-                     shape function; use shape = \"ugimp\" or a B-spline",
-                ));
-            }
-            if let Some(l) = half_width.iter().flatten().find(|l| **l > 0.5 + 1e-9) {
-                return Err(Refusal::new(
-                    "mpm.contact_force",
-                    format!(
-                        "traction needs points no further apart than a cell, not {} cells; use \"point\" or more points",
-                        2.0 * l
-                    ),
-                ));
-            }
-        }
-        Ok(Self {
-            scheme: config.contact_force,
-            half_width,
-        })
+    /// The scheme of a scene whose groups have points with boxes of half width `half_width` (cells) along x and y.
+    pub fn new(scheme: ContactForceScheme, half_width: Vec<[f64; 2]>) -> Self {
+        Self { scheme, half_width }
     }
 
     /// Whether forces reach the grid through the shape function itself.

@@ -1,4 +1,4 @@
-//! Transfers: what a point tells the grid of its velocity, and what it takes back (Jiang 2020 eqs. 26 to 31).
+//! Transfers of velocity between points and grid (Jiang 2020 eqs. 26 to 31): PIC, FLIP, their blend, APIC and XPIC.
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
@@ -16,7 +16,7 @@ pub trait Transfer: Copy + Send + Sync + 'static {
     /// alpha of eq. 28: the share of the grid's velocity (PIC); the rest is the point's own plus the increment.
     fn pic_fraction(&self) -> f64;
 
-    /// m of XPIC(m): how often the points' velocities are filtered before the kick ([`crate::pass::xpic`]); 0 for others.
+    /// m of XPIC(m): how often the points' velocities are filtered before they take the increment; 0 for other transfers.
     fn order(&self) -> u32 {
         0
     }

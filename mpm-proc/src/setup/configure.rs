@@ -4,11 +4,12 @@
 use core::ops::Range;
 
 use interface::config::{
-    GridContact, Interface, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing,
+    GridContact, GroupConfig, Interface, MaterialModel, MpmConfig, Plane, ShapeFunction,
     Transfer as TransferConfig,
 };
 use interface::solver::{Readiness, Refusal};
 
+use super::grid::geometry;
 use crate::grains::Grains;
 use crate::kernel::lanes::LANES;
 use crate::kernel::shape::{CubicBspline, Linear, QuadraticBspline, Shape, Ugimp};
@@ -23,9 +24,8 @@ use crate::material::{
 use crate::pass::limits::stiffest_place;
 use crate::pass::sort::sort;
 use crate::scheme::Scheme;
-use crate::setup::checks::{check_box, check_choices, check_scalars, geometry};
 use crate::setup::fields::Fields;
-use crate::setup::fill::{Points, fill, refuse_overlap};
+use crate::setup::fill::{FilledRegion, fill, refuse_overlap};
 use crate::state::books::Books;
 use crate::state::constitutive::{Constitutive, MaterialPoints};
 use crate::state::continuum::Continuum;
@@ -60,22 +60,15 @@ pub fn build(config: &MpmConfig) -> Result<(Box<dyn Scheme>, Readiness), Refusal
             TransferConfig::Apic => parts.build(|_| CubicBspline, Apic),
             _ => parts.with_plain_transfer(|_| CubicBspline),
         },
-        (ShapeFunction::Ugimp, TransferConfig::Apic) => Err(Refusal::new(
-            "mpm.transfer",
-            "apic needs shape = \"quadratic_bspline\" or \"cubic_bspline\": with ugimp the inertia D_p of eq. 29 \
-             changes with the position and has no inverse where a box lies within one cell; use flip, pic or blend",
-        )),
+        (ShapeFunction::Ugimp | ShapeFunction::Linear, TransferConfig::Apic) => {
+            unreachable!("a fault of the configuration")
+        }
         (ShapeFunction::Ugimp, _) => {
             let cell = config.cell;
-            parts.with_plain_transfer(move |p: &Points| {
+            parts.with_plain_transfer(move |p: &FilledRegion| {
                 Ugimp::new(p.sides.map(|s| (0.5 * s / cell).min(0.5)))
             })
         }
-        (ShapeFunction::Linear, TransferConfig::Apic) => Err(Refusal::new(
-            "mpm.transfer",
-            "apic needs shape = \"quadratic_bspline\" or \"cubic_bspline\": with linear hats the inertia D_p of eq. 29 \
-             has no inverse at a node; use flip, pic or blend",
-        )),
         (ShapeFunction::Linear, _) => parts.with_plain_transfer(|_| Linear),
     }
 }
@@ -84,7 +77,7 @@ pub fn build(config: &MpmConfig) -> Result<(Box<dyn Scheme>, Readiness), Refusal
 struct Parts<'a> {
     config: &'a MpmConfig,
     geometry: Geometry,
-    points: Vec<Points>,
+    points: Vec<FilledRegion>,
     spread: Spread,
     stages: Stages,
     threads: Threads,
@@ -93,38 +86,29 @@ struct Parts<'a> {
 
 impl<'a> Parts<'a> {
     fn new(config: &'a MpmConfig) -> Result<Self, Refusal> {
-        let geometry = geometry(config)?;
-        check_scalars(config)?;
-        check_choices(config)?;
-        let stages = Stages::new(config)?;
+        if let Some(fault) = config.faults().first() {
+            return Err(Refusal::new(&fault.key, fault.message()));
+        }
+        let geometry = geometry(config);
+        let stages = Stages::new(config);
         let mut notes = Vec::new();
         let mut points = Vec::new();
         for (g, group) in config.groups.iter().enumerate() {
             let key = format!("mpm.points.{g}");
-            if group.material >= config.materials.len() {
-                return Err(Refusal::new(
-                    format!("{key}.material"),
-                    format!("there is no material number {}", group.material),
-                ));
-            }
-            if !group.velocity.iter().all(|v| v.is_finite()) {
-                return Err(Refusal::new(
-                    format!("{key}.velocity"),
-                    format!("{:?} m/s is not finite", group.velocity),
-                ));
-            }
-            let filled = fill(group, &geometry, &key)?;
-            check_box(config, &filled, &key)?;
+            let filled = fill(group, config.cell, &key)?;
             if group.rigid && filled.positions.len() < 2 {
                 let message = "a single point cannot turn: a rigid group needs two points or more";
                 return Err(Refusal::new(format!("{key}.rigid"), message));
             }
             note_area(&mut notes, &group.name, &filled);
-            note_radius(&mut notes, config, g, &filled);
+            note_radius(&mut notes, group, config.cell);
             points.push(filled);
         }
         refuse_overlap(&config.groups, &points)?;
-        let spread = Spread::new(config, &points)?;
+        let half_width = points
+            .iter()
+            .map(|p| p.sides.map(|s| 0.5 * s / config.cell));
+        let spread = Spread::new(config.contact_force, half_width.collect());
         let threads = Threads::new(config.threads)
             .map_err(|e| Refusal::new("mpm.threads", format!("{} threads: {e}", config.threads)))?;
         Ok(Self {
@@ -145,24 +129,20 @@ impl<'a> Parts<'a> {
 
     fn with_plain_transfer<const W: usize, S: Shape<W>>(
         self,
-        shape: impl Fn(&Points) -> S,
+        shape: impl Fn(&FilledRegion) -> S,
     ) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
         match self.transfer() {
             TransferConfig::Pic => self.build(shape, Pic),
             TransferConfig::Flip => self.build(shape, Flip),
             TransferConfig::Blend { pic_fraction } => self.build(shape, Blend { pic_fraction }),
-            TransferConfig::Xpic { order } if order > 0 => self.build(shape, Xpic { order }),
-            TransferConfig::Xpic { .. } => Err(Refusal::new(
-                "mpm.transfer.xpic.order",
-                "0 must be 1 (which is PIC) or more",
-            )),
+            TransferConfig::Xpic { order } => self.build(shape, Xpic { order }),
             TransferConfig::Apic => unreachable!("built for the shapes that it goes with"),
         }
     }
 
     fn build<const W: usize, S: Shape<W>, T: Transfer>(
         self,
-        shape: impl Fn(&Points) -> S,
+        shape: impl Fn(&FilledRegion) -> S,
         transfer: T,
     ) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
         let groups = 0..self.config.groups.len();
@@ -192,7 +172,7 @@ impl<'a> Parts<'a> {
     fn continuum<const W: usize, S: Shape<W>, T: Transfer>(
         &self,
         groups: Range<usize>,
-        shape: &impl Fn(&Points) -> S,
+        shape: &impl Fn(&FilledRegion) -> S,
         transfer: T,
     ) -> Result<Continuum<W, S, T>, Refusal> {
         let mut clouds = Vec::new();
@@ -214,7 +194,9 @@ impl<'a> Parts<'a> {
                 state,
                 &Kind {
                     mass: material.density * points.box_area(),
-                    radius: group.contact_radius.unwrap_or_else(|| half_spacing(points)),
+                    radius: group
+                        .contact_radius
+                        .unwrap_or_else(|| group.default_contact_radius(self.geometry.cell)),
                     sides: points.sides,
                 },
                 first_id,
@@ -361,11 +343,7 @@ fn points<const W: usize, S: Shape<W>, M: Material>(
     Box::new(MaterialPoints::new(model, blocks))
 }
 
-fn half_spacing(points: &Points) -> f64 {
-    0.5 * points.sides[0].min(points.sides[1])
-}
-
-fn note_area(notes: &mut Vec<String>, name: &str, points: &Points) {
+fn note_area(notes: &mut Vec<String>, name: &str, points: &FilledRegion) {
     if let Some(area) = points.area {
         let filled = points.positions.len() as f64 * points.box_area();
         let error = filled / area - 1.0;
@@ -380,19 +358,13 @@ fn note_area(notes: &mut Vec<String>, name: &str, points: &Points) {
 }
 
 /// Jiang 2020 eq. 45, as a check that warns.
-fn note_radius(notes: &mut Vec<String>, config: &MpmConfig, group: usize, points: &Points) {
-    let Some(radius) = config.groups[group].contact_radius else {
-        return;
-    };
-    let per_cell = match config.groups[group].spacing {
-        Spacing::PerCell(n) => f64::from(n),
-        _ => config.cell * config.cell / points.box_area(),
-    };
-    let low = config.cell / per_cell.sqrt();
-    if radius < low || radius > config.cell {
+fn note_radius(notes: &mut Vec<String>, group: &GroupConfig, cell: f64) {
+    if let (Some(radius), Some([low, high])) =
+        (group.contact_radius, group.radius_out_of_range(cell))
+    {
         notes.push(format!(
-            "group '{}': contact radius {radius} m lies outside {low:.3e} ... {:.3e} m (Jiang 2020 eq. 45)",
-            config.groups[group].name, config.cell
+            "group '{}': contact radius {radius} m lies outside {low:.3e} ... {high:.3e} m (Jiang 2020 eq. 45)",
+            group.name
         ));
     }
 }

@@ -146,25 +146,18 @@ impl<'a> Fields<'a> {
     pub fn loads(&self, positions: &[[f64; 2]]) -> Result<Option<Box<Loads>>, Refusal> {
         let mut dead = Vec::new();
         for (i, traction) in self.config.forcing.tractions.iter().enumerate() {
-            let key = format!("mpm.traction.{i}");
-            if traction.group >= self.config.groups.len() {
-                return Err(Refusal::new(
-                    format!("{key}.points"),
-                    format!("there is no group number {}", traction.group),
-                ));
-            }
             if traction.group != self.group {
                 continue;
             }
             let [low, high] = traction.within;
             let inside = |x: &[f64; 2]| (0..2).all(|a| low[a] <= x[a] && x[a] <= high[a]);
             let count = positions.iter().filter(|x| inside(x)).count();
-            if count == 0 || !traction.force.iter().all(|f| f.is_finite()) {
+            if count == 0 {
                 return Err(Refusal::new(
-                    format!("{key}.within"),
+                    format!("mpm.traction.{i}.within"),
                     format!(
-                        "the force {:?} N/m must be finite and the region {low:?} to {high:?} m must hold points of group '{}'; it holds {count}",
-                        traction.force, self.config.groups[self.group].name
+                        "the region {low:?} to {high:?} m holds no points of group '{}'; make it larger or move it",
+                        self.config.groups[self.group].name
                     ),
                 ));
             }

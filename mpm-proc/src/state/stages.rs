@@ -2,7 +2,6 @@
 //! pile is driven (Chen 2023 section 4.3).
 
 use interface::config::{MpmConfig, Stage, Transfer as TransferConfig};
-use interface::solver::Refusal;
 
 /// The stages of a scene, in order of their beginning.
 #[derive(Debug, Clone, Default)]
@@ -14,49 +13,15 @@ pub struct Stages {
 
 impl Stages {
     /// The stages of a scene.
-    ///
-    /// # Errors
-    /// A [`Refusal`] that names the key.
-    pub fn new(config: &MpmConfig) -> Result<Self, Refusal> {
-        let stages = config.forcing.stages.clone();
-        let refuse = |i: usize, name: &str, message: String| {
-            Err(Refusal::new(format!("mpm.stage.{i}.{name}"), message))
-        };
-        for (i, stage) in stages.iter().enumerate() {
-            if !(stage.from.is_finite() && (i == 0 || stage.from > stages[i - 1].from)) {
-                let message = format!("{} s must come after the stage before it", stage.from);
-                return refuse(i, "from", message);
-            }
-            if !(stage.damping.is_finite() && stage.damping >= 0.0) {
-                return refuse(
-                    i,
-                    "damping",
-                    format!("{} 1/s must be 0 or more", stage.damping),
-                );
-            }
-            let Some(fraction) = stage.pic_fraction else {
-                continue;
-            };
-            if !(0.0..=1.0).contains(&fraction) {
-                let message = format!("{fraction} must lie between 0 (FLIP) and 1 (PIC)");
-                return refuse(i, "pic_fraction", message);
-            }
-            if !matches!(
-                config.transfer,
-                TransferConfig::Flip | TransferConfig::Blend { .. }
-            ) {
-                let message = "needs transfer = \"flip\" or transfer.blend";
-                return refuse(i, "pic_fraction", message.into());
-            }
-        }
+    pub fn new(config: &MpmConfig) -> Self {
         let pic_fraction = match config.transfer {
             TransferConfig::Blend { pic_fraction } => pic_fraction,
             _ => 0.0,
         };
-        Ok(Self {
-            stages,
+        Self {
+            stages: config.forcing.stages.clone(),
             pic_fraction,
-        })
+        }
     }
 
     /// Whether there are none.
