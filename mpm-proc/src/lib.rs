@@ -1,7 +1,12 @@
 //! The continuum solver: an explicit material point method in the plane.
 //!
 //! [`Mpm`] implements [`interface::solver::MpmSolver`]. `step.rs` is the algorithm of Jiang 2020 section 2.2, one call
-//! a line; every other file is one of its nouns.
+//! a line. The calls are in `pass/`; what they read and change is in `state/`; `kernel/` has what the loops are made of, and
+//! `setup/` leads from a configuration to a solver that is ready. Files name others of the same room or of one further
+//! down, never in a circle: `setup`, `grains`, `step.rs`, `pass`, `state`, [`material`], [`kernel`].
+//!
+//! [`kernel`] and [`material`] are public so that the examples of [`material::Material`] and [`kernel::shape::Shape`] run as
+//! tests; other crates have no use for them.
 //!
 //! # Notation
 //!
@@ -46,8 +51,8 @@
 )]
 
 mod grains;
-mod kernel;
-mod material;
+pub mod kernel;
+pub mod material;
 mod pass;
 mod scheme;
 mod setup;

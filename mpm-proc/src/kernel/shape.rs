@@ -7,6 +7,46 @@
 use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// A shape function that touches `W` nodes along each axis.
+///
+/// An example: the linear hat function, which touches two nodes.
+///
+/// ```
+/// use mpm_proc::kernel::lanes::{Lanes, splat};
+/// use mpm_proc::kernel::shape::Shape;
+///
+/// #[derive(Clone, Copy)]
+/// struct Hat;
+///
+/// impl Shape<2> for Hat {
+///     const MIRRORED: bool = false; // a point within the domain reaches no node beyond it
+///     const INVERSE_INERTIA: Option<f64> = None; // D_p changes with the position
+///
+///     fn offset(&self) -> [f64; 2] {
+///         [0.0, 0.0] // the base node is the corner of the point's cell
+///     }
+///
+///     #[inline(always)]
+///     fn weights(&self, _axis: usize, d: Lanes) -> [Lanes; 2] {
+///         [splat(1.0) - d, d]
+///     }
+///
+///     #[inline(always)]
+///     fn gradients(&self, _axis: usize, _d: Lanes) -> [Lanes; 2] {
+///         [splat(-1.0), splat(1.0)]
+///     }
+///
+///     fn stiffest(&self, _axis: usize) -> Option<f64> {
+///         None // 1/d + 1/(1 - d) has no bound
+///     }
+/// }
+///
+/// // Four points at once, at these distances from their base nodes: the weights of each add up to one.
+/// let [left, right] = Hat.weights(0, Lanes::new([0.0, 0.25, 0.5, 0.75]));
+/// assert_eq!((left + right).to_array(), [1.0; 4]);
+/// assert_eq!(right.to_array(), [0.0, 0.25, 0.5, 0.75]);
+/// ```
+///
+/// To let scenes choose it, see "Where to add" in ARCHITECTURE.md.
 pub trait Shape<const W: usize>: Copy + Send + Sync + 'static {
     /// Smallest distance of a point from its base node, along x and y, in cells.
     fn offset(&self) -> [f64; 2];

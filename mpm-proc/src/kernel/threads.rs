@@ -68,6 +68,13 @@ pub struct PerTile<'a, T> {
     pub stride: usize,
 }
 
+impl<'a, T> PerTile<'a, T> {
+    /// One item for each tile.
+    pub fn one(items: &'a mut [T]) -> Self {
+        Self { items, stride: 1 }
+    }
+}
+
 impl<T: Send> Share for PerTile<'_, T> {
     fn divide(self, tiles: usize, _blocks: usize) -> (Self, Self) {
         let (a, b) = self.items.split_at_mut(tiles * self.stride);

@@ -6,7 +6,69 @@ use super::point::{Deformation, Dissipated, Point, Stress};
 use crate::kernel::blocks::LaneCopy;
 use crate::kernel::lanes::Lanes;
 
-/// A constitutive model.
+/// A constitutive model. The loops over points are compiled for it; what they call is `#[inline(always)]`.
+///
+/// An example: a gas at constant temperature, of pressure `p = p_0 (1/J - 1)` over that outside, with `J` the volume over
+/// the initial one.
+///
+/// ```
+/// use mpm_proc::kernel::lanes::{Lanes, splat};
+/// use mpm_proc::material::{Deformation, Dissipated, Material, Point};
+///
+/// #[derive(Clone, Copy)]
+/// struct Gas {
+///     pressure: f64, // p_0 in Pa
+///     density: f64,  // in kg/m^3
+/// }
+///
+/// impl Material for Gas {
+///     type State = (); // stress and volume say it all
+///     const DISSIPATES: bool = false;
+///
+///     fn initial(&self) -> Point<()> {
+///         Point::unstressed(())
+///     }
+///
+///     #[inline(always)]
+///     fn update(&self, point: &mut Point<()>, by: &Deformation, _per_dt: f64) -> Dissipated {
+///         let one = splat(1.0);
+///         let half = splat(0.5) * (by.xx + by.yy);
+///         point.volume = point.volume * (one + half) / (one - half);
+///         let stress = splat(self.pressure) * (one - one / point.volume); // tension is positive
+///         (point.stress.xx, point.stress.yy, point.stress.zz) = (stress, stress, stress);
+///         Dissipated::NOTHING
+///     }
+///
+///     // K = p_0 / J in the plane over rho_0 / J, and the largest eigenvalue of [[K, K], [K, K]] is 2 K.
+///     fn stiffness_over_density(&self, _point: &Point<()>) -> Lanes {
+///         splat(2.0 * self.pressure / self.density)
+///     }
+///
+///     fn elastic_energy(&self, point: &Point<()>) -> Lanes {
+///         splat(self.pressure) * (point.volume - splat(1.0) - point.volume.ln())
+///     }
+///
+///     fn sound_speed(&self) -> f64 {
+///         (self.pressure / self.density).sqrt()
+///     }
+/// }
+///
+/// // Squeezed to half of its volume, in small steps and along x alone.
+/// let gas = Gas { pressure: 1.0e5, density: 1.2 };
+/// let mut point = gas.initial();
+/// let steps = 1000;
+/// let squeeze = Deformation {
+///     xx: splat(0.5_f64.ln() / f64::from(steps)),
+///     ..Deformation::NOTHING
+/// };
+/// for _ in 0..steps {
+///     gas.update(&mut point, &squeeze, 0.0);
+/// }
+/// let pressure = -point.stress.yy.to_array()[0];
+/// assert!((pressure - 1.0e5).abs() < 1.0); // twice the pressure outside, less that
+/// ```
+///
+/// To let scenes choose it, see "Where to add" in ARCHITECTURE.md.
 pub trait Material: Copy + Send + Sync + 'static {
     /// What it remembers of four points besides stress and volume.
     type State: LaneCopy + Serialize + DeserializeOwned;

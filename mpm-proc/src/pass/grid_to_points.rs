@@ -86,10 +86,7 @@ fn transfer_cloud<const W: usize, const KICK: bool, const DRIFT: bool, S: Shape<
     let share = (
         PerBlock(&mut cloud.x[..]),
         PerBlock(&mut cloud.motion[..]),
-        PerTile {
-            items: &mut cloud.reports[..],
-            stride: 1,
-        },
+        PerTile::one(&mut cloud.reports[..]),
     );
     over_tiles(
         grain,

@@ -73,14 +73,8 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
     };
     let share = (
         PerBlock(&mut loads.points[..]),
-        PerTile {
-            items: &mut cloud.force[..],
-            stride: 1,
-        },
-        PerTile {
-            items: &mut loads.reports[..],
-            stride: 1,
-        },
+        PerTile::one(&mut cloud.force[..]),
+        PerTile::one(&mut loads.reports[..]),
     );
     over_tiles(
         grain,

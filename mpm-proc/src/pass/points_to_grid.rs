@@ -49,10 +49,7 @@ fn fill_windows<const W: usize, S: Shape<W>, A: AffineState>(
     which: Which,
 ) {
     let (shape, x, motion, mass) = (cloud.shape, &cloud.x, &cloud.motion, cloud.mass);
-    let share = PerTile {
-        items: &mut cloud.mass_momentum[..],
-        stride: 1,
-    };
+    let share = PerTile::one(&mut cloud.mass_momentum[..]);
     over_tiles(grain, &cloud.tiles, share, || (), &|tile, window, ()| {
         if !which.has(tile) {
             return;

@@ -7,7 +7,9 @@ use crate::kernel::tiles::{Place, pitch};
 use crate::kernel::transfer::Transfer;
 use crate::kernel::window::{NO_VECTORS, VectorWindow, fill_window, gather_row, scatter_row};
 use crate::material::{Deformation, Dissipated, Material, Point, power};
-use crate::state::constitutive::{MaterialPoints, PositionsAt, StressPass, UpdateStress, Velocity};
+use crate::state::constitutive::{
+    MaterialPoints, PositionsAt, StressPass, StressReport, UpdateStress, Velocity,
+};
 use crate::state::continuum::Continuum;
 
 /// Updates the stress of all points over `dt` (s) if `strain`, and sums their internal forces if `load`.
@@ -78,17 +80,7 @@ fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
         PositionsAt::End => 0.5,
     });
     let load = -volume * per_cell;
-    let share = (
-        PerBlock(points),
-        PerTile {
-            items: force,
-            stride: 1,
-        },
-        PerTile {
-            items: reports,
-            stride: 1,
-        },
-    );
+    let share = (PerBlock(points), PerTile::one(force), PerTile::one(reports));
     over_tiles(
         grain,
         tiles,
@@ -117,10 +109,7 @@ fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
                         *by = gradient.in_the_middle(half);
                     }
                     for (b, (point, by)) in points.iter_mut().zip(&memory.by).enumerate() {
-                        let before = point.volume * power(&point.stress, by);
-                        let dissipated = model.update(point, by, per_dt);
-                        let after = point.volume * power(&point.stress, by);
-                        lost.count::<M>(&dissipated, before + after, live(b));
+                        lost.strain(model, point, by, per_dt, live(b));
                     }
                 }
                 for point in points.iter() {
@@ -135,11 +124,7 @@ fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
                     }
                 }
             }
-            report.items[0].stiffness = largest(lost.stiffest);
-            if strain {
-                report.items[0].lost = [sum(lost.plastic), sum(lost.viscous)];
-                report.items[0].work = 0.5 * sum(lost.twice_work);
-            }
+            lost.write(&mut report.items[0], strain);
         },
     );
 }
@@ -173,6 +158,31 @@ struct Losses {
 }
 
 impl Losses {
+    /// Updates four points and counts what that takes.
+    #[inline(always)]
+    fn strain<M: Material>(
+        &mut self,
+        model: &M,
+        point: &mut Point<M::State>,
+        by: &Deformation,
+        per_dt: f64,
+        live: Lanes,
+    ) {
+        let before = point.volume * power(&point.stress, by);
+        let dissipated = model.update(point, by, per_dt);
+        let after = point.volume * power(&point.stress, by);
+        self.count::<M>(&dissipated, before + after, live);
+    }
+
+    /// Writes the sums into the report of the tile.
+    fn write(&self, report: &mut StressReport, strained: bool) {
+        report.stiffness = largest(self.stiffest);
+        if strained {
+            report.lost = [sum(self.plastic), sum(self.viscous)];
+            report.work = 0.5 * sum(self.twice_work);
+        }
+    }
+
     /// The work by the trapezoidal rule is what the leapfrog of nodes and points does to the same stress: the force of t_n
     /// acts over half of the interval behind and half of the one ahead.
     #[inline(always)]
