@@ -16,7 +16,7 @@ use crate::state::saved::{Form, refusal};
 pub struct Mpm {
     scheme: Option<Box<dyn Scheme>>,
     form: Form,
-    none: MpmMeasurement,
+    no_measurement: MpmMeasurement,
 }
 
 impl Mpm {
@@ -89,7 +89,9 @@ impl MpmSolver for Mpm {
     }
 
     fn measurement(&self) -> &MpmMeasurement {
-        self.scheme.as_ref().map_or(&self.none, |s| s.measurement())
+        self.scheme
+            .as_ref()
+            .map_or(&self.no_measurement, |s| s.measurement())
     }
 
     fn points(&self) -> Vec<PointState> {

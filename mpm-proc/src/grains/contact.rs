@@ -195,7 +195,7 @@ fn collide(parties: &mut [Party], friction: f64) -> f64 {
             p.change = [n.map(|n| -approach * n), along.map(|v| -held * v)]; // (14), (23)
         }
     }
-    // What the changes together do to the momentum of the node is nothing's: give it back.
+    // Together the changes must leave the momentum of the node as it was: what they add is given back to all.
     let excess = [0, 1].map(|k| {
         let total = |a: usize| parties.iter().map(|p| p.mass * p.change[k][a]).sum::<f64>() / mass;
         [total(0), total(1)]

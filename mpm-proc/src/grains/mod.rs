@@ -52,8 +52,8 @@ pub struct Grains<const W: usize, S: Shape<W>, T: Transfer> {
     friction_work: f64,
     threads: Threads,
     measurement: MpmMeasurement,
-    /// Bodies of another solver are near, which grains cannot feel.
-    strangers: bool,
+    /// Whether bodies of the other solver are near. Grains do not feel them, so the run stops.
+    bodies_near: bool,
 }
 
 impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
@@ -76,7 +76,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
             friction_work: 0.0,
             threads,
             measurement: MpmMeasurement::default(),
-            strangers: false,
+            bodies_near: false,
         }
     }
 
@@ -185,7 +185,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grain<W, S, T> {
 struct SavedGrains<A> {
     all: Vec<(SavedContinuum<A>, Option<SavedMotion>)>,
     friction_work: f64,
-    strangers: bool,
+    bodies_near: bool,
 }
 
 /// The mark of their bytes.
@@ -211,13 +211,13 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
             friction: _, // of the configuration
             friction_work,
             threads: _,     // of the configuration
-            measurement: _, // whoever asked for it has it
-            strangers,
+            measurement: _, // the coupler has it by then
+            bodies_near,
         } = self;
         SavedGrains {
             all: all.iter().map(Grain::saved).collect(),
             friction_work: *friction_work,
-            strangers: *strangers,
+            bodies_near: *bodies_near,
         }
     }
 
@@ -243,7 +243,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
             }
         }
         self.friction_work = saved.friction_work;
-        self.strangers = saved.strangers;
+        self.bodies_near = saved.bodies_near;
         Ok(())
     }
 }
@@ -255,7 +255,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Grains<W, S, T> {
     }
 
     fn correct(&mut self, step: &Step, _: &[ImpForce]) -> Result<Limits, Fault> {
-        if self.strangers {
+        if self.bodies_near {
             return Err(Fault::Other(
                 "contact on the grid (mpm.grid_contact) does not go with bodies of another solver; leave one of them out"
                     .into(),
@@ -265,7 +265,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Grains<W, S, T> {
     }
 
     fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo] {
-        self.strangers = !envelopes.is_empty();
+        self.bodies_near = !envelopes.is_empty();
         &[]
     }
 

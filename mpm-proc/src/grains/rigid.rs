@@ -1,8 +1,8 @@
 //! Points that move as one: the rigid body of material points of Liu, Sun and Zhou (2018), which Jiang 2020 section 5.4
 //! compares with.
 //!
-//! Its nodes have been kicked, held by walls and pushed by other grains; what momentum and angular momentum they have won
-//! is the body's. Mass and moment of inertia are those of its points, so that its energy is the sum of theirs.
+//! Its nodes have been kicked, held by walls and pushed by other grains; the momentum and angular momentum that they
+//! have gained is the body's. Mass and moment of inertia are those of its points, so that its energy is the sum of theirs.
 
 use interface::message::wire::Limits;
 use interface::solver::Fault;
@@ -125,19 +125,19 @@ impl RigidMotion {
         Vector3::new(self.mass, self.mass, self.inertia)
     }
 
-    /// Velocity of the centre in m/s and of rotation in rad/s once it has what its nodes have won in the kick.
+    /// Velocity of the centre in m/s and of rotation in rad/s once it has what its nodes have gained in the kick.
     pub fn velocities_at_nodes(&self, nodes: &[NodeTile], geometry: &Geometry) -> Vector3<f64> {
         let before = Vector3::new(self.velocity[0], self.velocity[1], self.spin);
-        before + won(nodes, geometry, self.centre).component_div(&self.masses())
+        before + gained(nodes, geometry, self.centre).component_div(&self.masses())
     }
 
     /// Takes up momentum and angular momentum of other grains, in N s/m and N s.
-    pub fn win(&mut self, given: Vector3<f64>) {
+    pub fn take_up(&mut self, given: Vector3<f64>) {
         self.given += given;
     }
 }
 
-/// The second half of a step of a rigid body: takes up what its nodes have won, and moves its points.
+/// The second half of a step of a rigid body: takes up what its nodes have gained, and moves its points.
 ///
 /// # Errors
 /// A [`Fault`] that names the point which left the domain or is not finite.
@@ -169,19 +169,19 @@ pub fn move_rigidly<const W: usize, S: Shape<W>, T: Transfer>(
     Ok(limits)
 }
 
-/// Momentum (N s/m) and angular momentum about `centre` (N s) that nodes have won in the kick.
-fn won(nodes: &[NodeTile], geometry: &Geometry, centre: [f64; 2]) -> Vector3<f64> {
-    let mut won = Vector3::zeros();
+/// Momentum (N s/m) and angular momentum about `centre` (N s) that nodes have gained in the kick.
+fn gained(nodes: &[NodeTile], geometry: &Geometry, centre: [f64; 2]) -> Vector3<f64> {
+    let mut gained = Vector3::zeros();
     for tile in nodes {
         let origin = first_node(tile.at);
         for i in 0..NODES {
             let gain = [0, 1].map(|a| tile.mass[i] * (tile.after[i][a] - tile.before[i][a]));
             let at = node(origin, i);
             let arm = [0, 1].map(|a| geometry.lower[a] + at[a] as f64 * geometry.cell - centre[a]);
-            won += Vector3::new(gain[0], gain[1], arm[0] * gain[1] - arm[1] * gain[0]);
+            gained += Vector3::new(gain[0], gain[1], arm[0] * gain[1] - arm[1] * gain[0]);
         }
     }
-    won
+    gained
 }
 
 /// Puts the points of a cloud where the body is, with its velocities.

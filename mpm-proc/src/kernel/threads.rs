@@ -1,5 +1,5 @@
-//! Threads: tiles are shared out by halving the list, so that no two threads ever hold the same data and no sum
-//! depends on who came first.
+//! Threads: tiles are shared out by halving the list, so that no two threads ever hold the same data, and no sum
+//! depends on which thread comes first.
 
 use crate::kernel::point_tile::Tile;
 

@@ -76,7 +76,7 @@ impl Deformation {
         }
     }
 
-    /// None.
+    /// No deformation.
     pub const NOTHING: Self = Self {
         xx: ZERO,
         xy: ZERO,
@@ -102,7 +102,7 @@ pub struct Dissipated {
 }
 
 impl Dissipated {
-    /// Nothing.
+    /// No dissipation.
     pub const NOTHING: Self = Self {
         plastic: ZERO,
         viscous: ZERO,

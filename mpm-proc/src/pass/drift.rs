@@ -1,11 +1,11 @@
-//! Where the points go that bodies press on.
+//! The drift of points that bodies press on.
 //!
 //! A kick `a dt` changes the nodes at once, and points move with the nodes. But the points' own velocities get the kick
 //! through the shape functions, and give it back to the nodes through them: in the next step the nodes have
 //! `P S a dt` of it only, `P = M^-1 S^T m`. So a point moves in every step by `S (1 - P S) a dt^2` more than the grid
 //! will know of. Strains do not see it, since USF and MUSL take them from velocities that have been mapped. A contact
 //! does: its overlap is the place of a point. What its spring takes in is then not what its force gives, by
-//! `dv_c^T M (1 - P S) dv` in a step, which is of first order in the run and of either sign.
+//! `dv_c^T M (1 - P S) dv` in a step, which is of first order over a run, and of either sign.
 //!
 //! So a point that a body presses on moves with `sum_I S_Ip v~_I`, where `v~ = P v_p^{n+1/2}` is what the nodes will have
 //! of the points' new velocities. The power of its contact is then that of the nodes on both sides of `t_n`, as it is for

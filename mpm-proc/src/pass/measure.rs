@@ -37,7 +37,9 @@ pub fn keep_books<const W: usize, S: Shape<W>, T: Transfer>(
         }
     }
     let ahead = core::mem::take(&mut continuum.books.ahead);
-    for [plastic, viscous, work] in core::iter::once(ahead).chain(told(&continuum.clouds)) {
+    for [plastic, viscous, work] in
+        core::iter::once(ahead).chain(losses_of_tiles(&continuum.clouds))
+    {
         continuum.books.plastic_work += plastic;
         continuum.books.viscous_work += viscous;
         continuum.books.stress_work += work - plastic - viscous;
@@ -54,12 +56,12 @@ pub fn keep_books<const W: usize, S: Shape<W>, T: Transfer>(
     }
 }
 
-/// Takes what updating stress last told, before the points are sorted into other tiles.
+/// Adds up the reports of a stress update at the end of the step, before the points are sorted into other tiles.
 pub fn book_stress_ahead<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
 ) {
     let add = |sum: [f64; 3], told: [f64; 3]| core::array::from_fn(|i| sum[i] + told[i]);
-    continuum.books.ahead = told(&continuum.clouds).fold([0.0; 3], add);
+    continuum.books.ahead = losses_of_tiles(&continuum.clouds).fold([0.0; 3], add);
     for report in continuum
         .clouds
         .iter_mut()
@@ -160,8 +162,8 @@ fn measure<const W: usize, S: Shape<W>, T: Transfer>(
     }
 }
 
-/// What each tile has lost to plastic flow and to viscous stress in the last stress pass, and the work of its stress, in J/m.
-fn told<const W: usize, S: Shape<W>, A: AffineState>(
+/// For each tile in the last stress pass: what it lost to plastic flow and to viscous stress, and the work of its stress, in J/m.
+fn losses_of_tiles<const W: usize, S: Shape<W>, A: AffineState>(
     clouds: &[Cloud<W, S, A>],
 ) -> impl Iterator<Item = [f64; 3]> {
     clouds.iter().flat_map(|cloud| {

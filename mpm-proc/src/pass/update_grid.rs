@@ -82,7 +82,7 @@ struct Kick<'a> {
 impl NodeTile {
     /// Kicks the nodes by `force` (N/m).
     fn kick(&mut self, force: &[[f64; 2]; NODES], act: &Kick) {
-        // An empty node falls like any other; no point will ever ask it.
+        // An empty node falls too; no point reads it.
         let fall = act.gravity.map(|g| g * act.length);
         let nodes = self.after.iter_mut().zip(&self.before);
         for (((after, before), per_mass), f) in nodes.zip(&self.per_mass).zip(force) {

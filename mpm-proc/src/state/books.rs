@@ -25,10 +25,10 @@ pub struct Books {
     /// What stress that is updated last has lost to plastic flow and viscous stress and done on the way to the next step, in
     /// J/m; it counts from there.
     pub ahead: [f64; 3],
-    /// Not saved: between two steps it is in the sums.
+    /// Work in the kick of the present step. Not saved: between two steps it is part of the sums.
     #[serde(skip)]
     pub kick: KickWork,
-    /// The last measurement. Not saved: whoever asked for it has it.
+    /// The last measurement. Not saved: the coupler has it by then.
     #[serde(skip)]
     pub measurement: MpmMeasurement,
 }

@@ -44,7 +44,7 @@ impl Grid {
         }
     }
 
-    /// Lays out node tiles under the windows of all clouds, and tells the clouds' tiles which they are.
+    /// Lays out node tiles under the windows of all clouds, and notes in each tile of a cloud which node tiles its window lies on.
     pub fn cover<const W: usize, S: Shape<W>, A: AffineState>(
         &mut self,
         clouds: &mut [Cloud<W, S, A>],
@@ -120,7 +120,7 @@ impl Grid {
             walls: _,    // likewise
             tiles: _,    // laid out under the points' tiles; what they hold is of one step
             contact,     // zero again before it is used
-            mapped: _,   // made when somebody asks
+            mapped: _,   // made by the pass that needs them
             images: _,   // found among the tiles; what they hold is of one step
             overlaps: _, // laid out with the tiles
         } = self;
@@ -158,7 +158,7 @@ impl Grid {
             .extend((held..self.tiles.len() as u32).map(tile));
     }
 
-    /// Tells `of_points` the cloud and tile of all points that the wanted velocities depend on.
+    /// Calls `of_points` with the cloud and tile of all points that the wanted velocities depend on.
     ///
     /// Where a node is an image, or has one, all images are wanted: they may stand anywhere along the walls.
     pub fn points_behind<const W: usize>(&mut self, mut of_points: impl FnMut(usize, usize)) {

@@ -21,9 +21,9 @@ pub struct Member {
 /// The IMPs, slot by slot, ordered by id.
 #[derive(Debug, Default)]
 pub struct Imps {
-    /// Who they are.
+    /// Which points, ordered by id.
     pub members: Vec<Member>,
-    /// Likewise, as the bodies' side is told.
+    /// The same points, as the bodies' side is told of them.
     pub infos: Vec<ImpInfo>,
     /// Their states, as of the last [`Self::refresh`].
     pub states: Vec<ImpState>,
@@ -43,7 +43,7 @@ pub struct SavedImps {
 }
 
 impl Imps {
-    /// Who they are and how far points have gone since they were chosen.
+    /// Which points they are, and how far points have gone since they were chosen.
     pub fn save(&self) -> SavedImps {
         let Self {
             members,

@@ -2,7 +2,7 @@
 
 use crate::kernel::tiles::NODES;
 
-/// [`MappedTile::wanted`] of a whole tile.
+/// [`MappedTile::wanted`] if all nodes of the tile are needed.
 pub const ALL_NODES: u64 = u64::MAX;
 const _: () = assert!(NODES == u64::BITS as usize);
 
@@ -53,7 +53,7 @@ pub struct Overlap {
 pub struct MappedTile {
     /// Number of the node tile.
     pub tile: u32,
-    /// Which of its nodes somebody asks for, a bit for each.
+    /// Which of its nodes a pass needs, a bit for each.
     pub wanted: u64,
     /// Velocities of its nodes in m/s.
     pub velocity: [[f64; 2]; NODES],
@@ -61,7 +61,7 @@ pub struct MappedTile {
     pub impulse: [f64; 2],
 }
 
-/// What bodies do to the nodes.
+/// Contact of bodies with the nodes of a tile.
 #[derive(Debug, Clone)]
 pub struct ContactNodes {
     /// `f_I^cont` in N/m (eq. 47).
@@ -73,7 +73,7 @@ pub struct ContactNodes {
 }
 
 impl ContactNodes {
-    /// Nothing.
+    /// No contact.
     pub const NONE: Self = Self {
         force: [[0.0; 2]; NODES],
         stiffness: [0.0; NODES],

@@ -38,7 +38,7 @@ impl<A: AffineState> LaneCopy for Motion<A> {
     }
 }
 
-/// What moving the points of a tile tells of them.
+/// How fast the points of a tile moved, and how far they reach: reported by the pass that moves them.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct TileReport {
     /// Largest squared speed at which a point of the tile moved, in m^2/s^2.
@@ -96,7 +96,7 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState> {
     pub force: Vec<VectorWindow>,
     /// Report of each tile.
     pub reports: Vec<TileReport>,
-    /// What updating the stress of each tile told.
+    /// Report of the stress pass for each tile.
     pub stress_reports: Vec<StressReport>,
     scratch: Scratch<A>,
 }
@@ -247,7 +247,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         self.make_room();
     }
 
-    /// Notes where each point is.
+    /// Fills in [`Self::lane_of`] from the identities.
     fn find_lanes(&mut self) {
         for (lane, &id) in self.ids.as_flattened().iter().enumerate() {
             if id != NO_POINT {
@@ -256,7 +256,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         }
     }
 
-    /// Makes room for what each tile tells.
+    /// Sizes windows and reports: one for each tile.
     fn make_room(&mut self) {
         self.mass_momentum.resize(self.tiles.len(), NO_MOMENTUM);
         self.force.resize(self.tiles.len(), NO_VECTORS);
