@@ -94,13 +94,9 @@ impl<'a> Problems<'a> {
         for fault in faults {
             let key = &fault.key;
             let written = self.document.as_written(key);
-            // Of a table or a list the fault says what matters.
-            let is_list = written.starts_with(['[', '{']);
-            let value = if written.is_empty() || is_list {
-                &fault.value
-            } else {
-                &written
-            };
+            // A number is shown as the scene has it, such as 1e-3.
+            let is_number = fault.value.parse::<f64>().is_ok() && !written.is_empty();
+            let value = if is_number { &written } else { &fault.value };
             let message = format!("`{key}` is {value}, expected {}", fault.expected);
             let help = Some(fault.help.clone()).filter(|help| !help.is_empty());
             let error = self.document.diagnostic(key, Part::Value, &message, help);
