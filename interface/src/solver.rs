@@ -1,4 +1,4 @@
-//! What a solver is: two traits, one for each side. The session drivers ([`crate::mpm`], [`crate::dem`]) call them in
+//! What a solver is: two traits, one for each side. The session ([`crate::session`]) calls them in
 //! the only order there is, so an implementation cannot answer twice, skip a step or speak out of turn.
 
 use serde::{Deserialize, Serialize};
@@ -104,6 +104,87 @@ pub struct DemMeasurement {
 }
 
 /// A continuum solver. A step is one call of [`Self::predict`] and then one of [`Self::correct`].
+///
+/// An example: a single point of 1 kg/m that nothing holds and every body can see.
+///
+/// ```
+/// use interface::config::MpmConfig;
+/// use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
+/// use interface::solver::{Fault, MpmMeasurement, MpmSolver, Readiness, Refusal};
+/// use interface::step::Step;
+///
+/// #[derive(Default)]
+/// struct OnePoint {
+///     gravity: [f64; 2],
+///     state: ImpState, // position at t_n, velocity at t_{n-1/2}
+///     info: ImpInfo,
+///     travel: f64,
+///     measurement: MpmMeasurement,
+/// }
+///
+/// impl MpmSolver for OnePoint {
+///     fn identity(&self) -> String {
+///         "one-point 1.0".into()
+///     }
+///
+///     fn configure(&mut self, config: &MpmConfig) -> Result<Readiness, Refusal> {
+///         self.gravity = config.gravity;
+///         self.info = ImpInfo { radius: 0.5 * config.cell, mass: 1.0, ..ImpInfo::default() };
+///         Ok(Readiness { items: 1, mass_min: 1.0, ..Readiness::default() })
+///     }
+///
+///     fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo] {
+///         self.travel = 0.0;
+///         let seen = usize::from(!envelopes.is_empty());
+///         &core::slice::from_ref(&self.info)[..seen]
+///     }
+///
+///     fn travel(&self) -> f64 {
+///         self.travel
+///     }
+///
+///     fn imp_states(&mut self) -> &[ImpState] {
+///         core::slice::from_ref(&self.state)
+///     }
+///
+///     fn predict(&mut self, _step: &Step) -> Result<(), Fault> {
+///         Ok(()) // a point by itself has no internal forces
+///     }
+///
+///     fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault> {
+///         let force = forces.first().map_or([0.0; 2], |f| f.force);
+///         for a in 0..2 {
+///             self.state.velocity[a] += step.kick() * (self.gravity[a] + force[a] / self.info.mass);
+///             self.state.position[a] += step.dt * self.state.velocity[a];
+///         }
+///         let speed = self.state.velocity[0].hypot(self.state.velocity[1]);
+///         self.travel += step.dt * speed;
+///         Ok(Limits { speed, ..Limits::default() })
+///     }
+///
+///     fn measurement(&self) -> &MpmMeasurement {
+///         &self.measurement // energies and momenta, where the step asks for them
+///     }
+///
+///     fn points(&self) -> Vec<PointState> {
+///         let ImpState { position, velocity, .. } = self.state;
+///         vec![PointState { position, velocity, mass: self.info.mass, ..PointState::default() }]
+///     }
+/// }
+///
+/// let mut solver = OnePoint { gravity: [0.0, -10.0], ..OnePoint::default() };
+/// let dt = 1e-3;
+/// let mut step = Step { index: 0, time: 0.0, dt_before: 0.0, dt, measure: false };
+/// for index in 0..1000 {
+///     step = Step { index, time: index as f64 * dt, dt_before: if index == 0 { 0.0 } else { dt }, ..step };
+///     solver.step(&step, &[])?;
+/// }
+/// let fallen = -solver.points()[0].position[1];
+/// assert!((fallen - 5.0).abs() < 1e-6); // g t^2 / 2 after 1 s
+/// # Ok::<(), Fault>(())
+/// ```
+///
+/// `docs/solver-authors.md` says how such a type becomes a program that `tandem run` starts.
 pub trait MpmSolver {
     /// Name and version, such as `tandem-mpm 0.1.0`.
     fn identity(&self) -> String;

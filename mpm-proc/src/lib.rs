@@ -1,7 +1,12 @@
 //! The continuum solver: an explicit material point method in the plane.
 //!
 //! [`Mpm`] implements [`interface::solver::MpmSolver`]. `step.rs` is the algorithm of Jiang 2020 section 2.2, one call
-//! a line; every other file is one of its nouns.
+//! a line. The calls are in `pass/`; what they read and change is in `state/`; `kernel/` has what the loops are made of, and
+//! `setup/` leads from a configuration to a solver that is ready. Files name others of the same room or of one further
+//! down, never in a circle: `setup`, `grains`, `step.rs`, `pass`, `state`, [`material`], [`kernel`].
+//!
+//! [`kernel`] and [`material`] are public so that the examples of [`material::Material`] and [`kernel::shape::Shape`] run as
+//! tests; other crates have no use for them.
 //!
 //! # Notation
 //!
@@ -45,40 +50,15 @@
     reason = "tile and cell numbers are range-checked where the grid is made"
 )]
 
-mod capabilities;
-mod checks;
-mod configure;
-mod contact;
-mod continuum;
-mod drift;
-mod fields;
-mod fill;
 mod grains;
-mod grid;
-mod grid_to_points;
-mod images;
-mod imps;
-mod lanes;
-mod leaving;
-mod limits;
-mod loads;
-mod material;
-mod measure;
-mod points;
-mod points_to_grid;
-mod saved;
-mod shape;
+pub mod kernel;
+pub mod material;
+mod pass;
+mod scheme;
+mod setup;
 mod solver;
-mod spread;
-mod stages;
+mod state;
 mod step;
-mod stress;
-mod threads;
-mod tiles;
-mod transfer;
-mod walls;
-mod window;
-mod xpic;
 
 pub use solver::Mpm;
 

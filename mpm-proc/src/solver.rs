@@ -6,17 +6,17 @@ use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limi
 use interface::solver::{Fault, MpmMeasurement, MpmSolver, Readiness, Refusal};
 use interface::step::Step;
 
-use crate::capabilities::capabilities;
-use crate::configure::build;
-use crate::continuum::Scheme;
-use crate::saved::{Form, refusal};
+use crate::scheme::Scheme;
+use crate::setup::capabilities::capabilities;
+use crate::setup::configure::build;
+use crate::state::saved::{Form, refusal};
 
 /// The continuum solver.
 #[derive(Default)]
 pub struct Mpm {
     scheme: Option<Box<dyn Scheme>>,
     form: Form,
-    none: MpmMeasurement,
+    no_measurement: MpmMeasurement,
 }
 
 impl Mpm {
@@ -89,7 +89,9 @@ impl MpmSolver for Mpm {
     }
 
     fn measurement(&self) -> &MpmMeasurement {
-        self.scheme.as_ref().map_or(&self.none, |s| s.measurement())
+        self.scheme
+            .as_ref()
+            .map_or(&self.no_measurement, |s| s.measurement())
     }
 
     fn points(&self) -> Vec<PointState> {

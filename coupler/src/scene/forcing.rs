@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use interface::config::{Forcing, InitialFields, Stage, Traction, Transfer};
+use interface::config::{Forcing, InitialFields, Traction};
 use mechanics::expression::{Expression, Meaning};
 
 use super::output::suggestion_for;
@@ -26,68 +26,26 @@ pub(super) fn forcing(
             &["x", "y", "t"],
         )
     });
-    let tractions = (0..).zip(&written.traction).filter_map(|(i, traction)| {
+    let tractions = (0..).zip(&written.traction).map(|(i, traction)| {
         let path = format!("mpm.traction.{i}");
         let names = written.points.iter().map(|group| group.name.as_str());
-        let [lower, upper] = traction.within;
-        if upper[0] < lower[0] || upper[1] < lower[1] {
-            let message = format!("`{path}.within` is empty");
-            problems.refuse(
-                &format!("{path}.within"),
-                message,
-                "write [[x_min, y_min], [x_max, y_max]]",
-            );
-        }
         let group = names.clone().position(|name| name == traction.points);
         if group.is_none() {
             let message = format!("no group of points \"{}\"", traction.points);
             let help = suggestion(&traction.points, "groups of this scene", names);
             problems.refuse(&format!("{path}.points"), message, help);
         }
-        Some(Traction {
-            group: group?,
+        Traction {
+            group: group.unwrap_or(0),
             within: traction.within,
             force: traction.force,
-        })
+        }
     });
     let tractions = tractions.collect();
-    stages(problems, &written.stage, &written.transfer);
     Forcing {
         body_force,
         tractions,
         stages: written.stage.clone(),
-    }
-}
-
-fn stages(problems: &mut Problems, stages: &[Stage], transfer: &Transfer) {
-    let blends = matches!(transfer, Transfer::Flip | Transfer::Blend { .. });
-    for (i, stage) in stages.iter().enumerate() {
-        let path = format!("mpm.stage.{i}");
-        problems.not_negative(&format!("{path}.from"), stage.from, "a time");
-        problems.not_negative(&format!("{path}.damping"), stage.damping, "a rate");
-        if i > 0 && stage.from <= stages[i - 1].from {
-            let message = format!(
-                "`{path}.from` = {} s does not come after the stage before it",
-                stage.from
-            );
-            problems.refuse(
-                &format!("{path}.from"),
-                message,
-                "order stages by their beginning",
-            );
-        }
-        if let Some(fraction) = stage.pic_fraction {
-            let key = format!("{path}.pic_fraction");
-            problems.number(&key, fraction, (0.0..=1.0).contains(&fraction), "0 to 1");
-            if !blends {
-                let message = format!("`{key}` has no meaning for this transfer");
-                problems.refuse_key(
-                    &key,
-                    message,
-                    "take `transfer = \"flip\"` or `transfer.blend`",
-                );
-            }
-        }
     }
 }
 

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use interface::config::ConfigFault;
+
 use crate::diagnostic::{Diagnostic, SceneErrors};
 
 use super::document::{Document, Part};
@@ -83,6 +85,21 @@ impl<'a> Problems<'a> {
             };
             let message = format!("`{path}` is {written}, expected {expected}");
             let error = self.document.diagnostic(path, Part::Value, &message, None);
+            self.errors.push(error);
+        }
+    }
+
+    /// Refuses what a configuration's own rules find wrong with it; values are told as the scene has them.
+    pub fn config_faults(&mut self, faults: &[ConfigFault]) {
+        for fault in faults {
+            let key = &fault.key;
+            let written = self.document.as_written(key);
+            // A number is shown as the scene has it, such as 1e-3.
+            let is_number = fault.value.parse::<f64>().is_ok() && !written.is_empty();
+            let value = if is_number { &written } else { &fault.value };
+            let message = format!("`{key}` is {value}, expected {}", fault.expected);
+            let help = Some(fault.help.clone()).filter(|help| !help.is_empty());
+            let error = self.document.diagnostic(key, Part::Value, &message, help);
             self.errors.push(error);
         }
     }

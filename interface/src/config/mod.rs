@@ -10,6 +10,7 @@
 mod bodies;
 pub mod capability;
 mod continuum;
+mod continuum_faults;
 mod defaults;
 mod law;
 pub mod material;
@@ -21,6 +22,7 @@ use serde::{Deserialize, Serialize};
 
 pub use self::bodies::*;
 pub use self::continuum::*;
+pub use self::continuum_faults::{CELLS_MAX, ConfigFault, POINTS_MAX};
 pub use self::law::{ContactLaw, ratio_of_restitution};
 pub use crate::config::material::{Frictional, MaterialConfig, MaterialModel};
 

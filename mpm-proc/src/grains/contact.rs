@@ -9,8 +9,10 @@
 //!
 //! A rigid grain does not take part in this, because it cannot give way at one node alone ([`super::onto_rigid`]).
 
-use crate::grid::{Grid, NODES, NodeTile, first_node, node};
-use crate::walls::WallNodes;
+use crate::kernel::tiles::{NODES, first_node, node};
+use crate::state::grid::Grid;
+use crate::state::nodes::NodeTile;
+use crate::state::walls::WallNodes;
 
 /// The gradient of a grain's density at the nodes of a tile, up to a factor that is the same for all grains.
 pub type Gradients = [[f64; 2]; NODES];
@@ -193,7 +195,7 @@ fn collide(parties: &mut [Party], friction: f64) -> f64 {
             p.change = [n.map(|n| -approach * n), along.map(|v| -held * v)]; // (14), (23)
         }
     }
-    // What the changes together do to the momentum of the node is nothing's: give it back.
+    // Together the changes must leave the momentum of the node as it was: what they add is given back to all.
     let excess = [0, 1].map(|k| {
         let total = |a: usize| parties.iter().map(|p| p.mass * p.change[k][a]).sum::<f64>() / mass;
         [total(0), total(1)]

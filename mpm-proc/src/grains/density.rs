@@ -11,12 +11,12 @@
 //! with `xi`, `eta` the way from node to point in cells. It reaches two nodes to either side, whatever the shape function.
 
 use super::contact::SharedNodes;
-use crate::continuum::Continuum;
-use crate::lanes::LANES;
-use crate::points::{LaneCopy, Tile};
-use crate::shape::Shape;
-use crate::tiles::TILE;
-use crate::transfer::Transfer;
+use crate::kernel::lanes::LANES;
+use crate::kernel::point_tile::Tile;
+use crate::kernel::shape::Shape;
+use crate::kernel::tiles::TILE;
+use crate::kernel::transfer::Transfer;
+use crate::state::continuum::Continuum;
 
 impl SharedNodes {
     /// Adds the gradients of grain `number` at the nodes that it shares with others.
@@ -24,9 +24,7 @@ impl SharedNodes {
         &mut self,
         number: usize,
         continuum: &Continuum<W, S, T>,
-    ) where
-        T::Affine: LaneCopy,
-    {
+    ) {
         let geometry = continuum.grid.geometry;
         for cloud in &continuum.clouds {
             // Only the direction counts, and that all grains measure alike: kg/m a cell.

@@ -19,22 +19,21 @@ use interface::solver::{Fault, MpmMeasurement, Refusal};
 use interface::step::Step;
 use serde::{Deserialize, Serialize};
 
-use crate::contact::ContactLoad;
-use crate::continuum::{Continuum, SavedContinuum, Scheme};
-use crate::points::LaneCopy;
-use crate::saved::refusal;
-use crate::shape::Shape;
-use crate::threads::{Threads, over_items};
-use crate::transfer::Transfer;
+use crate::kernel::shape::Shape;
+use crate::kernel::threads::{Threads, over_items};
+use crate::kernel::transfer::Transfer;
+#[cfg(test)]
+use crate::pass::sort::sort;
+use crate::scheme::Scheme;
+use crate::state::contact::ContactLoad;
+use crate::state::continuum::{Continuum, SavedContinuum};
+use crate::state::saved::refusal;
+use crate::step;
 use contact::SharedNodes;
-pub use rigid::RigidMotion;
-use rigid::SavedMotion;
+use rigid::{RigidMotion, SavedMotion, move_rigidly};
 
 /// A body of points with its own nodes.
-pub struct Grain<const W: usize, S: Shape<W>, T: Transfer>
-where
-    T::Affine: LaneCopy,
-{
+pub struct Grain<const W: usize, S: Shape<W>, T: Transfer> {
     continuum: Continuum<W, S, T>,
     /// How it moves if it moves as one.
     rigid: Option<RigidMotion>,
@@ -44,10 +43,7 @@ where
 }
 
 /// All grains of a scene.
-pub struct Grains<const W: usize, S: Shape<W>, T: Transfer>
-where
-    T::Affine: LaneCopy,
-{
+pub struct Grains<const W: usize, S: Shape<W>, T: Transfer> {
     all: Vec<Grain<W, S, T>>,
     shared: SharedNodes,
     /// Coefficient of Coulomb friction between grains.
@@ -56,14 +52,11 @@ where
     friction_work: f64,
     threads: Threads,
     measurement: MpmMeasurement,
-    /// Bodies of another solver are near, which grains cannot feel.
-    strangers: bool,
+    /// Whether bodies of the other solver are near. Grains do not feel them, so the run stops.
+    bodies_near: bool,
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T>
-where
-    T::Affine: LaneCopy,
-{
+impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
     /// Grains of one cloud each, of which some move as one, with friction between them.
     pub fn new(
         continua: impl IntoIterator<Item = (Continuum<W, S, T>, bool)>,
@@ -83,7 +76,7 @@ where
             friction_work: 0.0,
             threads,
             measurement: MpmMeasurement::default(),
-            strangers: false,
+            bodies_near: false,
         }
     }
 
@@ -173,19 +166,16 @@ fn add(sum: &mut Ledger, of: &Ledger) {
     }
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Grain<W, S, T>
-where
-    T::Affine: LaneCopy,
-{
+impl<const W: usize, S: Shape<W>, T: Transfer> Grain<W, S, T> {
     fn move_nodes(&mut self, step: &Step) -> Result<Limits, Fault> {
-        self.load = self.continuum.move_nodes(step, &[])?;
+        self.load = step::move_nodes(&mut self.continuum, step, &[])?;
         Ok(Limits::default())
     }
 
     fn move_points(&mut self, step: &Step) -> Result<Limits, Fault> {
         match &mut self.rigid {
-            None => self.continuum.move_points(step, self.load),
-            Some(motion) => self.continuum.move_rigidly(step, motion),
+            None => step::move_points(&mut self.continuum, step, self.load),
+            Some(motion) => move_rigidly(&mut self.continuum, step, motion),
         }
     }
 }
@@ -195,16 +185,13 @@ where
 struct SavedGrains<A> {
     all: Vec<(SavedContinuum<A>, Option<SavedMotion>)>,
     friction_work: f64,
-    strangers: bool,
+    bodies_near: bool,
 }
 
 /// The mark of their bytes.
 const SAVED: &str = "grains";
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Grain<W, S, T>
-where
-    T::Affine: LaneCopy,
-{
+impl<const W: usize, S: Shape<W>, T: Transfer> Grain<W, S, T> {
     fn saved(&self) -> (SavedContinuum<T::Affine>, Option<SavedMotion>) {
         let Self {
             continuum,
@@ -216,10 +203,7 @@ where
     }
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T>
-where
-    T::Affine: LaneCopy,
-{
+impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
     fn saved(&self) -> SavedGrains<T::Affine> {
         let Self {
             all,
@@ -227,13 +211,13 @@ where
             friction: _, // of the configuration
             friction_work,
             threads: _,     // of the configuration
-            measurement: _, // whoever asked for it has it
-            strangers,
+            measurement: _, // the coupler has it by then
+            bodies_near,
         } = self;
         SavedGrains {
             all: all.iter().map(Grain::saved).collect(),
             friction_work: *friction_work,
-            strangers: *strangers,
+            bodies_near: *bodies_near,
         }
     }
 
@@ -259,22 +243,19 @@ where
             }
         }
         self.friction_work = saved.friction_work;
-        self.strangers = saved.strangers;
+        self.bodies_near = saved.bodies_near;
         Ok(())
     }
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Grains<W, S, T>
-where
-    T::Affine: LaneCopy,
-{
+impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Grains<W, S, T> {
     fn predict(&mut self, step: &Step) -> Result<(), Fault> {
-        self.each(&|grain| grain.continuum.predict(step).map(|()| Limits::default()))?;
+        self.each(&|grain| step::predict(&mut grain.continuum, step).map(|()| Limits::default()))?;
         Ok(())
     }
 
     fn correct(&mut self, step: &Step, _: &[ImpForce]) -> Result<Limits, Fault> {
-        if self.strangers {
+        if self.bodies_near {
             return Err(Fault::Other(
                 "contact on the grid (mpm.grid_contact) does not go with bodies of another solver; leave one of them out"
                     .into(),
@@ -284,7 +265,7 @@ where
     }
 
     fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo] {
-        self.strangers = !envelopes.is_empty();
+        self.bodies_near = !envelopes.is_empty();
         &[]
     }
 
@@ -326,7 +307,7 @@ where
 
     #[cfg(test)]
     fn sort_now(&mut self) {
-        self.all.iter_mut().for_each(|g| g.continuum.sort());
+        self.all.iter_mut().for_each(|g| sort(&mut g.continuum));
     }
 
     #[cfg(test)]

@@ -21,8 +21,9 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::contact::{SharedNodes, way_out};
 use super::rigid::RigidMotion;
-use crate::grid::{NODES, NodeTile, first_node, node};
-use crate::tiles::Geometry;
+use crate::kernel::tiles::Geometry;
+use crate::kernel::tiles::{NODES, first_node, node};
+use crate::state::nodes::NodeTile;
 
 /// A node of a deformable grain that meets a rigid one.
 #[derive(Debug, Clone, Copy)]
@@ -82,12 +83,12 @@ impl SharedNodes {
         let Some(after) = solve(&mut meetings, &masses, u) else {
             return 0.0;
         };
-        let mut won = Vector3::zeros();
+        let mut gained = Vector3::zeros();
         for m in &mut meetings {
             m.pressed = m.against(m.normal, &after);
-            won += m.take(m.normal, m.pressed);
+            gained += m.take(m.normal, m.pressed);
         }
-        let after = u + won.component_div(&masses);
+        let after = u + gained.component_div(&masses);
         let mut work = 0.0;
         if friction > 0.0 {
             let system = system(&meetings, &masses, &|m| m.along());
@@ -104,9 +105,9 @@ impl SharedNodes {
                 along += m.take(m.along(), held);
             }
             work = before - kinetic(&meetings, &masses, &(after + along.component_div(&masses)));
-            won += along;
+            gained += along;
         }
-        motion.win(won);
+        motion.take_up(gained);
         for m in meetings {
             nodes[m.grain][m.tile].after[m.node] = m.velocity;
         }

@@ -1,8 +1,8 @@
 //! Points that move as one: the rigid body of material points of Liu, Sun and Zhou (2018), which Jiang 2020 section 5.4
 //! compares with.
 //!
-//! Its nodes have been kicked, held by walls and pushed by other grains; what momentum and angular momentum they have won
-//! is the body's. Mass and moment of inertia are those of its points, so that its energy is the sum of theirs.
+//! Its nodes have been kicked, held by walls and pushed by other grains; the momentum and angular momentum that they
+//! have gained is the body's. Mass and moment of inertia are those of its points, so that its energy is the sum of theirs.
 
 use interface::message::wire::Limits;
 use interface::solver::Fault;
@@ -10,14 +10,19 @@ use interface::step::Step;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use crate::contact::ContactLoad;
-use crate::continuum::Continuum;
-use crate::grid::{NODES, NodeTile, first_node, node};
-use crate::lanes::{LANES, Lanes, ZERO, splat};
-use crate::points::{Cloud, LaneCopy, NO_POINT, TileReport};
-use crate::shape::Shape;
-use crate::tiles::Geometry;
-use crate::transfer::{AffineState, Transfer};
+use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
+use crate::kernel::shape::Shape;
+use crate::kernel::tiles::Geometry;
+use crate::kernel::tiles::{NODES, first_node, node};
+use crate::kernel::transfer::{AffineState, Transfer};
+use crate::pass::check_points::check_points;
+use crate::pass::leaving::remove_left;
+use crate::pass::limits::limits;
+use crate::pass::measure::{close_books, keep_books};
+use crate::state::contact::ContactLoad;
+use crate::state::continuum::Continuum;
+use crate::state::nodes::NodeTile;
+use crate::state::points::{Cloud, NO_POINT, TileReport};
 
 /// How a rigid body of points moves.
 #[derive(Debug, Clone)]
@@ -50,9 +55,7 @@ pub struct SavedMotion {
 
 impl RigidMotion {
     /// That of a cloud whose points have the same velocity.
-    pub fn of<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
-        cloud: &Cloud<W, S, A>,
-    ) -> Self {
+    pub fn of<const W: usize, S: Shape<W>, A: AffineState>(cloud: &Cloud<W, S, A>) -> Self {
         let lanes = cloud.lane_of.iter().map(|&l| l as usize);
         let count = cloud.len() as f64;
         let (mut centre, mut velocity) = ([0.0; 2], [0.0; 2]);
@@ -122,68 +125,67 @@ impl RigidMotion {
         Vector3::new(self.mass, self.mass, self.inertia)
     }
 
-    /// Velocity of the centre in m/s and of rotation in rad/s once it has what its nodes have won in the kick.
+    /// Velocity of the centre in m/s and of rotation in rad/s once it has what its nodes have gained in the kick.
     pub fn velocities_at_nodes(&self, nodes: &[NodeTile], geometry: &Geometry) -> Vector3<f64> {
         let before = Vector3::new(self.velocity[0], self.velocity[1], self.spin);
-        before + won(nodes, geometry, self.centre).component_div(&self.masses())
+        before + gained(nodes, geometry, self.centre).component_div(&self.masses())
     }
 
     /// Takes up momentum and angular momentum of other grains, in N s/m and N s.
-    pub fn win(&mut self, given: Vector3<f64>) {
+    pub fn take_up(&mut self, given: Vector3<f64>) {
         self.given += given;
     }
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T>
-where
-    T::Affine: LaneCopy,
-{
-    /// The second half of a step of a rigid body: takes up what its nodes have won, and moves its points.
-    ///
-    /// # Errors
-    /// A [`Fault`] that names the point which left the domain or is not finite.
-    pub fn move_rigidly(&mut self, step: &Step, motion: &mut RigidMotion) -> Result<Limits, Fault> {
-        self.keep_books(step);
-        if step.dt_before + step.dt > 0.0 {
-            let kicked = motion.velocities_at_nodes(&self.grid.tiles, &self.grid.geometry);
-            let given = core::mem::take(&mut motion.given).component_div(&motion.masses());
-            let [vx, vy, spin] = (kicked + given).into();
-            motion.velocity = [vx, vy];
-            motion.spin = spin;
-            for a in 0..2 {
-                motion.centre[a] += step.dt * motion.velocity[a];
-            }
-            motion.angle += step.dt * motion.spin;
-            let cell = self.grid.geometry.cell;
-            for cloud in &mut self.clouds {
-                place(cloud, motion, cell);
-            }
-            self.check_points(step.dt)?;
+/// The second half of a step of a rigid body: takes up what its nodes have gained, and moves its points.
+///
+/// # Errors
+/// A [`Fault`] that names the point which left the domain or is not finite.
+pub fn move_rigidly<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    step: &Step,
+    motion: &mut RigidMotion,
+) -> Result<Limits, Fault> {
+    keep_books(continuum, step);
+    if step.dt_before + step.dt > 0.0 {
+        let kicked = motion.velocities_at_nodes(&continuum.grid.tiles, &continuum.grid.geometry);
+        let given = core::mem::take(&mut motion.given).component_div(&motion.masses());
+        let [vx, vy, spin] = (kicked + given).into();
+        motion.velocity = [vx, vy];
+        motion.spin = spin;
+        for a in 0..2 {
+            motion.centre[a] += step.dt * motion.velocity[a];
         }
-        self.close_books(step);
-        let limits = self.limits(ContactLoad::default());
-        self.remove_left();
-        Ok(limits)
+        motion.angle += step.dt * motion.spin;
+        let cell = continuum.grid.geometry.cell;
+        for cloud in &mut continuum.clouds {
+            place(cloud, motion, cell);
+        }
+        check_points(continuum, step.dt)?;
     }
+    close_books(continuum, step);
+    let limits = limits(continuum, ContactLoad::default());
+    remove_left(continuum);
+    Ok(limits)
 }
 
-/// Momentum (N s/m) and angular momentum about `centre` (N s) that nodes have won in the kick.
-fn won(nodes: &[NodeTile], geometry: &Geometry, centre: [f64; 2]) -> Vector3<f64> {
-    let mut won = Vector3::zeros();
+/// Momentum (N s/m) and angular momentum about `centre` (N s) that nodes have gained in the kick.
+fn gained(nodes: &[NodeTile], geometry: &Geometry, centre: [f64; 2]) -> Vector3<f64> {
+    let mut gained = Vector3::zeros();
     for tile in nodes {
         let origin = first_node(tile.at);
         for i in 0..NODES {
             let gain = [0, 1].map(|a| tile.mass[i] * (tile.after[i][a] - tile.before[i][a]));
             let at = node(origin, i);
             let arm = [0, 1].map(|a| geometry.lower[a] + at[a] as f64 * geometry.cell - centre[a]);
-            won += Vector3::new(gain[0], gain[1], arm[0] * gain[1] - arm[1] * gain[0]);
+            gained += Vector3::new(gain[0], gain[1], arm[0] * gain[1] - arm[1] * gain[0]);
         }
     }
-    won
+    gained
 }
 
 /// Puts the points of a cloud where the body is, with its velocities.
-fn place<const W: usize, S: Shape<W>, A: AffineState + LaneCopy>(
+fn place<const W: usize, S: Shape<W>, A: AffineState>(
     cloud: &mut Cloud<W, S, A>,
     motion: &RigidMotion,
     cell: f64,

@@ -2,10 +2,10 @@
 
 use interface::config::material::Frictional;
 
-use super::Stress;
 use super::elastic::Moduli;
 use super::perfect_plasticity::YieldSurface;
-use crate::lanes::{Lanes, ZERO, splat};
+use super::point::Stress;
+use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// Drucker-Prager material: shear surface `tau + q_phi sigma_m = k_phi`, potential with `q_psi`, and
 /// `sigma_m <= sigma_t`.
@@ -87,7 +87,7 @@ impl YieldSurface for DruckerPrager {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::Point;
+    use crate::material::point::Point;
     use crate::material::single_point::{Path, cayley, stress};
 
     const MODULI: Moduli = Moduli {

@@ -3,8 +3,9 @@
 use interface::config::material::Frictional;
 
 use super::hencky::strain;
-use super::{Deformation, Dissipated, Material, Point, Stress};
-use crate::lanes::{Lanes, ZERO, splat};
+use super::model::Material;
+use super::point::{Deformation, Dissipated, Point, Stress};
+use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// Isotropic elastic moduli and density.
 #[derive(Debug, Clone, Copy)]

@@ -1,7 +1,8 @@
 //! Weakly compressible Newtonian fluid (Chen 2023): `p = K/gamma (J^-gamma - 1)`, `J = rho_0/rho`.
 
-use super::{Deformation, Dissipated, Material, Point, Stress, swelling};
-use crate::lanes::{Lanes, ZERO, splat};
+use super::model::Material;
+use super::point::{Deformation, Dissipated, Point, Stress, swelling};
+use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// A fluid.
 #[derive(Debug, Clone, Copy)]

@@ -18,8 +18,8 @@
 //!
 //! (`docs/decisions/0017-hencky.md`). Stress and energy are functions of where the material is, whatever the path and the step.
 
-use super::Deformation;
-use crate::lanes::{Lanes, splat};
+use super::point::Deformation;
+use crate::kernel::lanes::{Lanes, splat};
 
 /// What an interval makes of four points.
 #[derive(Debug, Clone, Copy)]

@@ -6,8 +6,8 @@
 //! small strains, `p^2 / 2K + s:s / 4G` times the volume: a function of state, from which the work of the stress departs.
 
 use super::elastic::{ElasticLaw, Moduli, PlaneStrain, PlaneStress};
-use super::{Deformation, Stress, swelling};
-use crate::lanes::{Lanes, ZERO, splat};
+use super::point::{Deformation, Stress, swelling};
+use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// The rate form with the moduli of a law.
 #[derive(Debug, Clone, Copy)]

@@ -3,10 +3,10 @@
 
 use interface::config::material::Frictional;
 
-use super::Stress;
 use super::elastic::Moduli;
 use super::perfect_plasticity::YieldSurface;
-use crate::lanes::{Lanes, ZERO, splat};
+use super::point::Stress;
+use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// Mohr-Coulomb material: `k sigma_1 - sigma_3 = sigma_c` with `k = (1 + sin phi)/(1 - sin phi)`,
 /// `sigma_c = 2 c sqrt(k)`, tension positive, and no principal stress above `sigma_t`.
@@ -147,7 +147,7 @@ impl YieldSurface for MohrCoulomb {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::material::Point;
+    use crate::material::point::Point;
     use crate::material::single_point::{Path, stress};
 
     const MODULI: Moduli = Moduli {

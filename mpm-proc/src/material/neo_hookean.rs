@@ -1,8 +1,9 @@
 //! Compressible Neo-Hookean elasticity (Chen 2023): `W = G/2 (tr b - 3 - 2 ln J) + lambda/2 ln^2 J`.
 
 use super::elastic::Moduli;
-use super::{Deformation, Dissipated, Material, Point, Stress};
-use crate::lanes::{Lanes, ZERO, splat};
+use super::model::Material;
+use super::point::{Deformation, Dissipated, Point, Stress};
+use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// Neo-Hookean material in plane strain, with `lambda = K - 2G/3`.
 #[derive(Debug, Clone, Copy)]

@@ -6,8 +6,9 @@
 //! only on their ratio: the return is that of small strains.
 
 use super::elastic::Moduli;
-use super::{Deformation, Dissipated, Material, Point, Stress};
-use crate::lanes::{Lanes, ZERO, splat};
+use super::model::Material;
+use super::point::{Deformation, Dissipated, Point, Stress};
+use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// A yield surface with its flow rule.
 pub trait YieldSurface: Copy + Send + Sync + 'static {

@@ -5,7 +5,7 @@ use nalgebra::Matrix2;
 use proptest::prelude::*;
 
 use super::single_point::{Path, stress};
-use super::{
+use crate::material::{
     DruckerPrager, Elastic, Jaumann, Material, Moduli, MohrCoulomb, NeoHookean, PlaneStrain,
     PlaneStress, VonMises,
 };

@@ -1,9 +1,10 @@
-//! No stress at all: the points of a body that moves as one ([`crate::grains`]).
+//! No stress: for the points of a body that moves as one ([`crate::grains`]).
 
-use super::{Deformation, Dissipated, Material, Point};
-use crate::lanes::{Lanes, ZERO};
+use super::model::Material;
+use super::point::{Deformation, Dissipated, Point};
+use crate::kernel::lanes::{Lanes, ZERO};
 
-/// The model of points that cannot strain: whoever moves them sees to that.
+/// The model of points that do not strain, because their grain moves them as one body.
 #[derive(Debug, Clone, Copy)]
 pub struct Rigid;
 

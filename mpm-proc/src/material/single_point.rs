@@ -1,8 +1,9 @@
 //! Driving a single point along a path of deformation, for tests of models against closed forms.
 
 use super::elastic::power;
-use super::{Deformation, Material, Point};
-use crate::lanes::{ZERO, splat};
+use super::model::Material;
+use super::point::{Deformation, Point};
+use crate::kernel::lanes::{ZERO, splat};
 
 /// Length of a step of a path in s.
 pub const DT: f64 = 1e-3;

@@ -2,8 +2,9 @@
 //! stress, whose moduli are those of small strains over the volume.
 
 use super::elastic::Moduli;
-use super::{Deformation, Dissipated, Material, Point, Stress};
-use crate::lanes::{Lanes, ZERO, splat};
+use super::model::Material;
+use super::point::{Deformation, Dissipated, Point, Stress};
+use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// Von Mises material: `sqrt(3 J_2) = sigma_0 + H alpha` with the equivalent plastic strain `alpha`.
 #[derive(Debug, Clone, Copy)]

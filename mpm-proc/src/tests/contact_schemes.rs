@@ -205,6 +205,6 @@ fn a_traction_needs_boxes_within_a_cell() {
     let refusal = crate::Mpm::new()
         .configure(&config)
         .expect_err("too far apart");
-    assert_eq!(refusal.key, "mpm.contact_force");
-    assert!(refusal.message.contains("apart"));
+    assert_eq!(refusal.key, "mpm.points.0.spacing");
+    assert!(refusal.message.contains("no wider than a cell"));
 }

@@ -155,7 +155,7 @@ fn bad_fields_loads_and_stages_are_refused() {
     refused(
         &config,
         "mpm.traction.0.within",
-        "must hold points of group 'block'",
+        "holds no points of group 'block'",
     );
     let mut config = block();
     config.forcing.stages = vec![stage(0.0, 1.0, Some(0.5))];

@@ -1,8 +1,8 @@
 //! What is refused, and that it is told where and why; and what stops a run.
 
 use interface::config::{
-    Drift, Fill, GridContact, MaterialModel, MpmConfig, ShapeFunction, Spacing, StressUpdate,
-    Transfer, Wall,
+    Drift, Fill, GridContact, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, Stage,
+    StressUpdate, Traction, Transfer, Wall,
 };
 use interface::message::wire::ImpForce;
 use interface::solver::{Fault, MpmSolver};
@@ -11,16 +11,31 @@ use super::against_reference::everywhere;
 use super::{Stepper, block, configured};
 use crate::Mpm;
 
+/// The configuration itself knows what is wrong, so that a scene reader can say it, and the solver says the first of it.
 fn refused(change: impl Fn(&mut MpmConfig), key: &str, says: &str) {
     let mut config = block();
     change(&mut config);
+    let faults = config.faults();
+    let fault = faults.iter().find(|f| f.key == key);
+    let fault = fault.unwrap_or_else(|| panic!("{key} is not among {faults:?}"));
+    assert!(fault.message().contains(says), "{fault:?}");
     match Mpm::new().configure(&config) {
         Ok(_) => panic!("{key}: not refused"),
         Err(refusal) => {
-            assert_eq!(refusal.key, key, "{refusal}");
-            assert!(refusal.message.contains(says), "{refusal}");
+            assert_eq!(refusal.key, faults[0].key, "{refusal}");
+            assert_eq!(refusal.message, faults[0].message());
         }
     }
+}
+
+/// What only filled regions show.
+fn refused_by_the_solver(change: impl Fn(&mut MpmConfig), key: &str, says: &str) {
+    let mut config = block();
+    change(&mut config);
+    assert_eq!(config.faults(), []);
+    let refusal = Mpm::new().configure(&config).expect_err(key);
+    assert_eq!(refusal.key, key, "{refusal}");
+    assert!(refusal.message.contains(says), "{refusal}");
 }
 
 #[test]
@@ -29,19 +44,23 @@ fn bad_configurations_are_refused_with_key_and_reason() {
     refused(|c| c.cell = 0.0, "mpm.cell", "above 0");
     refused(|c| c.cell = f64::NAN, "mpm.cell", "above 0");
     refused(|c| c.cell = 0.03, "mpm.domain", "whole number of cells");
-    refused(|c| c.cell = 1e-12, "mpm.domain", "cells along x");
-    refused(|c| c.domain[1][0] = f64::INFINITY, "mpm.domain", "interval");
-    refused(|c| c.domain[1][1] = 0.0, "mpm.domain", "interval");
+    refused(|c| c.cell = 1e-12, "mpm.cell", "cells along x");
+    refused(
+        |c| c.domain[1][0] = f64::INFINITY,
+        "mpm.domain",
+        "second corner",
+    );
+    refused(|c| c.domain[1][1] = 0.0, "mpm.domain", "second corner");
     refused(|c| c.gravity[1] = f64::NAN, "mpm.gravity", "finite");
     refused(
         |c| c.walls.left = Wall::Periodic,
         "mpm.walls.right",
-        "only one of left and right",
+        "only one of the walls left and right",
     );
     refused(
         |c| c.walls.top = Wall::Periodic,
         "mpm.walls.bottom",
-        "make both so or neither",
+        "make both periodic or neither",
     );
     refused(|c| c.skin = -1.0, "mpm.skin", "0 or more");
     refused(
@@ -93,7 +112,11 @@ fn bad_configurations_are_refused_with_key_and_reason() {
         "mpm.points.0.contact_radius",
         "above 0",
     );
-    refused(|c| c.groups[0].rigid = true, "mpm.points.0.rigid", "needs");
+    refused(
+        |c| c.groups[0].rigid = true,
+        "mpm.points.0.rigid",
+        "grid alone",
+    );
     let touching = |c: &mut MpmConfig, friction| {
         c.drift = Drift::Nodal;
         c.grid_contact = Some(GridContact { friction });
@@ -108,8 +131,8 @@ fn bad_configurations_are_refused_with_key_and_reason() {
             touching(c, 0.0);
             (c.walls.left, c.walls.right) = (Wall::Periodic, Wall::Periodic);
         },
-        "mpm.walls",
-        "do not go with grid_contact",
+        "mpm.walls.left",
+        "do not touch each other",
     );
     refused(
         |c| {
@@ -122,7 +145,7 @@ fn bad_configurations_are_refused_with_key_and_reason() {
     );
     refused(
         |c| c.groups[0].spacing = Spacing::PerCell(5),
-        "mpm.points.0.spacing",
+        "mpm.points.0.spacing.per_cell",
         "use 4 or 9",
     );
     refused(
@@ -138,8 +161,8 @@ fn bad_configurations_are_refused_with_key_and_reason() {
                 radius: 0.1,
             };
         },
-        "mpm.points.0.spacing",
-        "rectangle only",
+        "mpm.points.0.spacing.counts",
+        "for rectangles",
     );
     refused(
         |c| {
@@ -149,7 +172,7 @@ fn bad_configurations_are_refused_with_key_and_reason() {
             }
         },
         "mpm.points.0.fill",
-        "out of the domain",
+        "outside of `mpm.domain`",
     );
     refused(
         |c| {
@@ -167,10 +190,10 @@ fn bad_configurations_are_refused_with_key_and_reason() {
                 vertices: vec![[0.1, 0.3], [0.4, 0.5], [0.4, 0.3], [0.1, 0.5]],
             };
         },
-        "mpm.points.0.fill",
+        "mpm.points.0.fill.polygon.vertices",
         "edges 0 and 2",
     );
-    refused(
+    refused_by_the_solver(
         |c| {
             let mut other = c.groups[0].clone();
             other.name = "second".into();
@@ -186,13 +209,105 @@ fn bad_configurations_are_refused_with_key_and_reason() {
     refused(
         |c| c.transfer = Transfer::Blend { pic_fraction: 1.5 },
         "mpm.transfer.blend.pic_fraction",
-        "between",
+        "0 (FLIP) to 1 (PIC)",
     );
     refused(
         |c| c.shape = ShapeFunction::Ugimp,
         "mpm.transfer",
         "quadratic_bspline",
     );
+}
+
+/// Checks that the solver had and the scene reader did not, or the other way round, or with other limits.
+#[test]
+fn scene_reader_and_solver_refuse_the_same() {
+    refused(
+        |c| c.transfer = Transfer::Xpic { order: 0 },
+        "mpm.transfer.xpic.order",
+        "1 (PIC) or more",
+    );
+    refused(
+        |c| {
+            c.plane = Plane::Stress;
+            c.materials[0].model = MaterialModel::NeoHookean {
+                bulk_modulus: 1e5,
+                shear_modulus: 1e5,
+            };
+        },
+        "mpm.plane",
+        "out of plane",
+    );
+    refused(
+        |c| {
+            c.forcing.stages = vec![Stage {
+                from: -1.0,
+                damping: 0.0,
+                pic_fraction: None,
+            }];
+        },
+        "mpm.stage.0.from",
+        "0 or more",
+    );
+    // A disc in place of a rectangle: its boxes were not counted.
+    refused(
+        |c| {
+            c.groups[0].spacing = Spacing::Distance(1e-6);
+            c.groups[0].fill = Fill::Disc {
+                center: [0.3, 0.4],
+                radius: 0.1,
+            };
+        },
+        "mpm.points.0.spacing",
+        "at most 2e9",
+    );
+    refused(
+        |c| {
+            c.forcing.tractions = vec![Traction {
+                group: 0,
+                within: [[0.5, 0.0], [0.0, 1.0]],
+                force: [0.0; 2],
+            }];
+        },
+        "mpm.traction.0.within",
+        "second corner",
+    );
+}
+
+/// Eq. 45 of Jiang 2020 is for a radius that a scene chooses. The one that the coupler fills in used to be noted as outside.
+#[test]
+fn a_radius_that_was_filled_in_is_not_noted_as_out_of_range() {
+    let noted = |radius: Option<f64>| {
+        let mut config = block();
+        config.groups[0].contact_radius = radius;
+        let ready = Mpm::new().configure(&config).expect("a good configuration");
+        ready.notes.iter().any(|n| n.contains("eq. 45"))
+    };
+    let config = block();
+    let default = config.groups[0].default_contact_radius(config.cell);
+    assert!(!noted(None) && !noted(Some(default)));
+    assert!(noted(Some(0.9 * default)) && !noted(Some(2.0 * default)));
+}
+
+/// The coupler and the configuration have one rule for the velocity with which points move.
+#[test]
+fn the_default_drift_goes_with_every_scheme() {
+    let touching = Some(GridContact { friction: 0.0 });
+    for stress_update in [
+        StressUpdate::Usf,
+        StressUpdate::Usl,
+        StressUpdate::Musl,
+        StressUpdate::Usavg,
+    ] {
+        for grid_contact in [None, touching] {
+            let config = MpmConfig {
+                stress_update,
+                grid_contact,
+                drift: Drift::of(stress_update, grid_contact),
+                ..block()
+            };
+            assert_eq!(config.faults(), []);
+        }
+    }
 }
 
 #[test]

@@ -19,9 +19,9 @@ use interface::solver::{Fault, MpmSolver};
 
 use super::{BULK, Random, SHEAR, Stepper, block, configured};
 use crate::Mpm;
-use crate::continuum::{SAVED, SavedContinuum};
-use crate::lanes::{Lanes, splat};
-use crate::measure::Books;
+use crate::kernel::lanes::{Lanes, splat};
+use crate::state::books::Books;
+use crate::state::continuum::{SAVED, SavedContinuum};
 
 /// Steps that a run which was taken up again is compared over.
 const COMPARED: usize = 100;

@@ -1,0 +1,691 @@
+//! What is wrong with a continuum's configuration. The scene reader and the solver both ask here, so that a scene which
+//! passes `tandem check` is not refused for its numbers when it runs.
+//!
+//! What needs the points themselves (groups on top of one another, a traction on no point) or a formula's values stays with the
+//! solver.
+
+use super::{
+    ContactForceScheme, Drift, Fill, GridContact, GroupConfig, MaterialModel, MpmConfig, Plane,
+    ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
+};
+use crate::Vec2;
+
+/// Most cells along an axis of the domain: tiles of eight cells are numbered with 29 bits. Cells without points take no
+/// memory, so their product is not limited.
+pub const CELLS_MAX: f64 = 1.0e9;
+
+/// Most points of a group: their identities within it have 32 bits.
+pub const POINTS_MAX: f64 = 2.0e9;
+
+/// Something in a configuration that cannot be.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ConfigFault {
+    /// Dotted key of the scene, such as `mpm.points.0.spacing.per_cell`.
+    pub key: String,
+    /// Its value.
+    pub value: String,
+    /// What it may be; ends the sentence "..., expected".
+    pub expected: String,
+    /// What to write instead, or why it cannot be; empty where `expected` says it all.
+    pub help: String,
+}
+
+impl ConfigFault {
+    /// The fault in one sentence, without the key.
+    pub fn message(&self) -> String {
+        let Self {
+            value,
+            expected,
+            help,
+            ..
+        } = self;
+        let semicolon = if help.is_empty() { "" } else { "; " };
+        format!("is {value}, expected {expected}{semicolon}{help}")
+    }
+}
+
+/// The faults found so far.
+#[derive(Default)]
+struct Found(Vec<ConfigFault>);
+
+impl Found {
+    fn add(
+        &mut self,
+        key: impl Into<String>,
+        value: impl Into<String>,
+        expected: impl Into<String>,
+        help: impl Into<String>,
+    ) {
+        self.0.push(ConfigFault {
+            key: key.into(),
+            value: value.into(),
+            expected: expected.into(),
+            help: help.into(),
+        });
+    }
+
+    /// Refuses a number unless it is finite and `holds`.
+    fn number(&mut self, key: impl Into<String>, value: f64, holds: bool, expected: &str) -> bool {
+        let sound = value.is_finite() && holds;
+        if !sound {
+            self.add(key, value.to_string(), expected, "");
+        }
+        sound
+    }
+}
+
+impl MpmConfig {
+    /// Everything that is wrong with it, in the order of the configuration; empty if a solver can take it.
+    pub fn faults(&self) -> Vec<ConfigFault> {
+        let mut found = Found::default();
+        let grid_is_sound = self.grid_faults(&mut found);
+        self.scheme_faults(&mut found);
+        self.wall_faults(&mut found);
+        self.material_faults(&mut found);
+        for g in 0..self.groups.len() {
+            self.group_faults(&mut found, g, grid_is_sound);
+        }
+        self.forcing_faults(&mut found);
+        found.0
+    }
+
+    /// Returns whether cell and domain make sense.
+    fn grid_faults(&self, found: &mut Found) -> bool {
+        if !self.gravity.iter().all(|g| g.is_finite()) {
+            let value = format!("{:?} m/s^2", self.gravity);
+            found.add("mpm.gravity", value, "finite numbers", "");
+        }
+        found.number(
+            "mpm.skin",
+            self.skin,
+            self.skin >= 0.0,
+            "a length of 0 or more",
+        );
+        let cell = self.cell;
+        let mut sound = found.number("mpm.cell", cell, cell > 0.0, "a length above 0");
+        let [lower, upper] = self.domain;
+        let size = [0, 1].map(|a| upper[a] - lower[a]);
+        if !size.iter().all(|s| s.is_finite() && *s > 0.0) {
+            let help = "write [[x_min, y_min], [x_max, y_max]]";
+            let expected = "a second corner above and right of the first";
+            found.add("mpm.domain", format!("{:?} m", self.domain), expected, help);
+            sound = false;
+        }
+        if !sound {
+            return false;
+        }
+        for (a, axis) in ["x", "y"].into_iter().enumerate() {
+            let exact = size[a] / cell;
+            let count = exact.round();
+            if count > CELLS_MAX {
+                let expected = format!(
+                    "a length that cuts mpm.domain into at most {CELLS_MAX:.0e} cells along {axis}"
+                );
+                let help = format!(
+                    "it cuts {} m into {exact:.3e}; make the cell larger or the domain smaller",
+                    size[a]
+                );
+                found.add("mpm.cell", cell.to_string(), expected, help);
+                return false;
+            }
+            // Decimal lengths are not exact in binary: a millionth of a cell is rounding, more is a mistake.
+            if count < 1.0 || (exact - count).abs() > 1e-6 {
+                let whole = count.max(1.0);
+                let help = format!(
+                    "end it at {axis} = {} ({whole} cells of {cell} m), or make the cell {} m",
+                    lower[a] + whole * cell,
+                    size[a] / whole
+                );
+                let value = format!("{exact:.6} cells long in {axis}");
+                found.add("mpm.domain", value, "a whole number of cells", help);
+                sound = false;
+            }
+        }
+        sound
+    }
+
+    /// Choices of the scheme, and which of them go together.
+    fn scheme_faults(&self, found: &mut Found) {
+        let splines = [ShapeFunction::QuadraticBspline, ShapeFunction::CubicBspline];
+        match self.transfer {
+            Transfer::Blend { pic_fraction: a } => {
+                let key = "mpm.transfer.blend.pic_fraction";
+                found.number(key, a, (0.0..=1.0).contains(&a), "0 (FLIP) to 1 (PIC)");
+            }
+            Transfer::Xpic { order } => {
+                let key = "mpm.transfer.xpic.order";
+                found.number(key, f64::from(order), order > 0, "1 (PIC) or more");
+            }
+            Transfer::Apic if !splines.contains(&self.shape) => found.add(
+                "mpm.transfer",
+                "\"apic\"",
+                "\"flip\", \"pic\" or blend with this shape function",
+                "apic needs shape = \"quadratic_bspline\" or \"cubic_bspline\": with the others the inertia D_p of eq. 29 \
+                 has no inverse at every position",
+            ),
+            Transfer::Apic | Transfer::Pic | Transfer::Flip => {}
+        }
+        if let Some(GridContact { friction }) = self.grid_contact {
+            let key = "mpm.grid_contact.friction";
+            found.number(key, friction, friction >= 0.0, "a coefficient of 0 or more");
+        }
+        // Measured: with uGIMP it gains energy within tens of steps, the more quickly the shorter they are; with hats and
+        // B-splines it does not (docs/results/verification.md).
+        if self.grid_contact.is_some()
+            && self.stress_update == StressUpdate::Usl
+            && self.shape == ShapeFunction::Ugimp
+        {
+            let help = "usl is unstable with grid_contact and shape = \"ugimp\"; another way out is a B-spline";
+            found.add("mpm.stress_update", "\"usl\"", "\"usf\"", help);
+        }
+        if self.drift == Drift::Mapped && Drift::of_scheme(self) == Drift::Nodal {
+            let help = if self.stress_update == StressUpdate::Usl {
+                "mapped does not go with usl, which strains by the velocities of the nodes after the kick"
+            } else {
+                "mapped does not go with grid_contact, which presses on nodes and not on points"
+            };
+            found.add("mpm.drift", "\"mapped\"", "\"nodal\"", help);
+        }
+        if self.contact_force == ContactForceScheme::Traction && self.shape == ShapeFunction::Linear
+        {
+            let help = "traction spreads a force over the point's box, which reaches nodes that get no mass from a linear \
+                        shape function; another way out is shape = \"ugimp\" or a B-spline";
+            found.add(
+                "mpm.contact_force",
+                "\"traction\"",
+                "\"point\" or \"nearest_nodes\"",
+                help,
+            );
+        }
+        let elastic = |model: &MaterialModel| {
+            matches!(
+                model,
+                MaterialModel::LinearElastic { .. } | MaterialModel::Hypoelastic { .. }
+            )
+        };
+        let plastic = self.materials.iter().find(|m| !elastic(&m.model));
+        if let (Plane::Stress, Some(material)) = (self.plane, plastic) {
+            let help = format!(
+                "stress goes with linear_elastic and hypoelastic only; \"{}\" needs the stress out of plane",
+                material.name
+            );
+            found.add("mpm.plane", "\"stress\"", "\"strain\"", help);
+        }
+    }
+
+    fn wall_faults(&self, found: &mut Found) {
+        let w = &self.walls;
+        for (name, wall) in [
+            ("left", w.left),
+            ("right", w.right),
+            ("bottom", w.bottom),
+            ("top", w.top),
+        ] {
+            if let Wall::Friction { coefficient: mu } = wall {
+                let key = format!("mpm.walls.{name}.friction.coefficient");
+                found.number(key, mu, mu >= 0.0, "a coefficient of 0 or more");
+            }
+            if wall == Wall::Periodic && self.grid_contact.is_some() {
+                let help =
+                    "grains of mpm.grid_contact do not touch each other across a periodic wall";
+                found.add(
+                    format!("mpm.walls.{name}"),
+                    "\"periodic\"",
+                    "another wall",
+                    help,
+                );
+            }
+        }
+        for (a, b, names) in [
+            (w.left, w.right, ["left", "right"]),
+            (w.bottom, w.top, ["bottom", "top"]),
+        ] {
+            if (a == Wall::Periodic) != (b == Wall::Periodic) {
+                let other = usize::from(a == Wall::Periodic);
+                let help = format!(
+                    "only one of the walls {} and {} is periodic; make both periodic or neither",
+                    names[0], names[1]
+                );
+                let key = format!("mpm.walls.{}", names[other]);
+                found.add(key, "not periodic", "the same as the wall opposite", help);
+            }
+        }
+    }
+
+    fn material_faults(&self, found: &mut Found) {
+        for (i, material) in self.materials.iter().enumerate() {
+            let path = format!("mpm.material.{i}");
+            let density = material.density;
+            found.number(
+                format!("{path}.density"),
+                density,
+                density > 0.0,
+                "a density above 0",
+            );
+            let model = material.model.key();
+            for number in material.model.impossible() {
+                let key = format!("{path}.model.{model}.{}", number.key);
+                found.number(key, number.value, false, number.expected);
+            }
+        }
+    }
+
+    fn group_faults(&self, found: &mut Found, g: usize, grid_is_sound: bool) {
+        let group = &self.groups[g];
+        let path = format!("mpm.points.{g}");
+        if group.material >= self.materials.len() {
+            let expected = format!("one of {} materials, counted from 0", self.materials.len());
+            let help = format!("there is no material number {}", group.material);
+            found.add(
+                format!("{path}.material"),
+                group.material.to_string(),
+                expected,
+                help,
+            );
+        }
+        if !group.velocity.iter().all(|v| v.is_finite()) {
+            let value = format!("{:?} m/s", group.velocity);
+            found.add(format!("{path}.velocity"), value, "finite numbers", "");
+        }
+        if let Some(r) = group.contact_radius {
+            found.number(
+                format!("{path}.contact_radius"),
+                r,
+                r > 0.0,
+                "a length above 0",
+            );
+        }
+        self.rigid_faults(found, group, &path);
+        let spacing_is_sound = group.spacing_faults(found, &path);
+        let fill_is_sound = group.fill_faults(found, &path);
+        if grid_is_sound && fill_is_sound {
+            self.outside_faults(found, group, &path);
+            if spacing_is_sound {
+                self.box_faults(found, group, &path);
+            }
+        }
+    }
+
+    /// Points that move as one have others to touch, one velocity and no stress.
+    fn rigid_faults(&self, found: &mut Found, group: &GroupConfig, path: &str) {
+        if !group.rigid {
+            return;
+        }
+        if self.grid_contact.is_none() {
+            let help = "rigid points touch others on the grid alone: add `[mpm.grid_contact]`, or make it a body of `[dem]`";
+            found.add(
+                format!("{path}.rigid"),
+                "true",
+                "false without mpm.grid_contact",
+                help,
+            );
+        }
+        if group.fields.velocity.is_some() {
+            let expected = "the same for all points of a rigid group";
+            found.add(
+                format!("{path}.velocity"),
+                "a formula",
+                expected,
+                "write two numbers",
+            );
+        }
+        if group.fields.stress.is_some() {
+            let help = "a rigid group has no stress; leave it out";
+            found.add(format!("{path}.stress"), "a formula", "nothing", help);
+        }
+    }
+
+    /// Whether the region reaches out of the domain.
+    fn outside_faults(&self, found: &mut Found, group: &GroupConfig, path: &str) {
+        let [lower, upper] = group.fill.bounds();
+        let [low, high] = self.domain;
+        if (0..2).any(|a| lower[a] < low[a] || upper[a] > high[a]) {
+            let value = format!("from {lower:?} to {upper:?} m, outside of `mpm.domain`");
+            let expected = format!("a region within {low:?} to {high:?} m");
+            let help = "enlarge the domain or move the points";
+            found.add(format!("{path}.fill"), value, expected, help);
+        }
+    }
+
+    /// How many boxes the region is filled with, and whether they are too wide for the shape function.
+    fn box_faults(&self, found: &mut Found, group: &GroupConfig, path: &str) {
+        let sides = group.box_sides(self.cell);
+        let [lower, upper] = group.fill.bounds();
+        let boxes = match &group.fill {
+            Fill::Points { positions } => positions.len() as f64,
+            _ => (upper[0] - lower[0]) / sides[0] * ((upper[1] - lower[1]) / sides[1]),
+        };
+        if boxes > POINTS_MAX {
+            let value = format!("so close that `{path}.fill` takes about {boxes:.1e} points");
+            let expected = format!("at most {POINTS_MAX:.0e}");
+            found.add(
+                format!("{path}.spacing"),
+                value,
+                expected,
+                "use a larger spacing or cell",
+            );
+        }
+        // The lattice of a disc has a corner at its centre.
+        let empty = match group.fill {
+            Fill::Disc { radius, .. } => radius * radius < 0.5 * sides[0] * sides[0],
+            _ => false,
+        };
+        if empty {
+            let value = format!(
+                "a region that holds no points at a spacing of {} m",
+                sides[0]
+            );
+            let help = "use a smaller spacing";
+            found.add(
+                format!("{path}.fill"),
+                value,
+                "a region that is wider than the spacing",
+                help,
+            );
+        }
+        let widest = sides[0].max(sides[1]);
+        if widest <= self.cell * (1.0 + 1e-9) {
+            return;
+        }
+        let wide = format!("{widest} m from point to point");
+        let expected = format!("at most the cell of {} m", self.cell);
+        if self.shape == ShapeFunction::Ugimp {
+            let help = "ugimp needs boxes no wider than a cell: use more points";
+            found.add(format!("{path}.spacing"), wide, expected, help);
+        } else if self.contact_force == ContactForceScheme::Traction {
+            let help = "contact_force = \"traction\" needs boxes no wider than a cell: use more points, or \"point\"";
+            found.add(format!("{path}.spacing"), wide, expected, help);
+        }
+    }
+
+    fn forcing_faults(&self, found: &mut Found) {
+        for (i, traction) in self.forcing.tractions.iter().enumerate() {
+            let path = format!("mpm.traction.{i}");
+            if traction.group >= self.groups.len() {
+                let expected = format!("one of {} groups, counted from 0", self.groups.len());
+                found.add(
+                    format!("{path}.points"),
+                    traction.group.to_string(),
+                    expected,
+                    "",
+                );
+            }
+            if !traction.force.iter().all(|f| f.is_finite()) {
+                let value = format!("{:?} N/m", traction.force);
+                found.add(format!("{path}.force"), value, "finite numbers", "");
+            }
+            let [lower, upper] = traction.within;
+            if !(0..2).all(|a| lower[a] <= upper[a]) {
+                let value = format!("{:?} m", traction.within);
+                let help = "write [[x_min, y_min], [x_max, y_max]]";
+                found.add(
+                    format!("{path}.within"),
+                    value,
+                    "a second corner above and right of the first",
+                    help,
+                );
+            }
+        }
+        let blends = matches!(self.transfer, Transfer::Flip | Transfer::Blend { .. });
+        let mut before = f64::NEG_INFINITY;
+        for (i, stage) in self.forcing.stages.iter().enumerate() {
+            let path = format!("mpm.stage.{i}");
+            let key = format!("{path}.from");
+            if found.number(
+                key.clone(),
+                stage.from,
+                stage.from >= 0.0,
+                "a time of 0 or more",
+            ) && stage.from <= before
+            {
+                let expected =
+                    format!("a time after {before} s, at which the stage before it begins");
+                found.add(
+                    key,
+                    stage.from.to_string(),
+                    expected,
+                    "order stages by their beginning",
+                );
+            }
+            before = stage.from;
+            let damping = stage.damping;
+            found.number(
+                format!("{path}.damping"),
+                damping,
+                damping >= 0.0,
+                "a rate of 0 or more",
+            );
+            if let Some(a) = stage.pic_fraction {
+                let key = format!("{path}.pic_fraction");
+                found.number(&*key, a, (0.0..=1.0).contains(&a), "0 (FLIP) to 1 (PIC)");
+                if !blends {
+                    let help = "it has no meaning for this transfer: take transfer = \"flip\" or transfer.blend";
+                    found.add(key, a.to_string(), "nothing", help);
+                }
+            }
+        }
+    }
+}
+
+impl Drift {
+    /// What goes with the rest of the scheme: strains by the nodes' velocities after the kick want points to move with the same,
+    /// and contact on the grid does nothing to single points.
+    pub fn of(stress_update: StressUpdate, grid_contact: Option<GridContact>) -> Self {
+        if stress_update == StressUpdate::Usl || grid_contact.is_some() {
+            Self::Nodal
+        } else {
+            Self::Mapped
+        }
+    }
+
+    fn of_scheme(config: &MpmConfig) -> Self {
+        Self::of(config.stress_update, config.grid_contact)
+    }
+}
+
+impl Fill {
+    /// Lower left and upper right corner in m.
+    pub fn bounds(&self) -> [[f64; 2]; 2] {
+        let of_points = |points: &[[f64; 2]]| {
+            let low = points
+                .iter()
+                .fold([f64::INFINITY; 2], |l, p| [l[0].min(p[0]), l[1].min(p[1])]);
+            let high = points.iter().fold([f64::NEG_INFINITY; 2], |h, p| {
+                [h[0].max(p[0]), h[1].max(p[1])]
+            });
+            [low, high]
+        };
+        match self {
+            Self::Disc {
+                center: [x, y],
+                radius: r,
+            } => [[x - r, y - r], [x + r, y + r]],
+            Self::Rectangle { lower, upper } => [*lower, *upper],
+            Self::Polygon { vertices } => of_points(vertices),
+            Self::Points { positions } => of_points(positions),
+        }
+    }
+}
+
+impl GroupConfig {
+    /// Distance of neighbouring points along x and y that the spacing asks for on a grid of spacing `cell`, in m.
+    pub fn distances(&self, cell: f64) -> [f64; 2] {
+        match self.spacing {
+            Spacing::PerCell(n) => [cell / f64::from(n).sqrt(); 2],
+            Spacing::Distance(distance) => [distance; 2],
+            Spacing::Counts(counts) => {
+                let [lower, upper] = self.fill.bounds();
+                [0, 1].map(|a| (upper[a] - lower[a]) / f64::from(counts[a]))
+            }
+        }
+    }
+
+    /// Sides of a point's box in m: the distances, stretched to a whole number along each side of a rectangle.
+    pub fn box_sides(&self, cell: f64) -> [f64; 2] {
+        let distances = self.distances(cell);
+        match self.fill {
+            Fill::Rectangle { lower, upper } => [0, 1].map(|a| {
+                let size = upper[a] - lower[a];
+                size / (size / distances[a]).round().max(1.0)
+            }),
+            _ => distances,
+        }
+    }
+
+    /// Contact radius in m of a group whose scene gives none: half the distance of neighbouring points.
+    pub fn default_contact_radius(&self, cell: f64) -> f64 {
+        let [dx, dy] = self.distances(cell);
+        0.5 * (dx * dy).sqrt()
+    }
+
+    /// The range of Jiang 2020 eq. 45 (m), from the distance of neighbouring points to the cell, if a contact radius that the scene
+    /// has chosen lies outside of it.
+    pub fn radius_out_of_range(&self, cell: f64) -> Option<[f64; 2]> {
+        let radius = self.contact_radius?;
+        let default = self.default_contact_radius(cell);
+        let (distance, slack) = (2.0 * default, 1.0 + 1e-9);
+        let outside = radius * slack < distance || radius > cell * slack;
+        (outside && radius != default).then_some([distance, cell])
+    }
+
+    /// Returns whether the spacing is a number at all.
+    fn spacing_faults(&self, found: &mut Found, path: &str) -> bool {
+        let key = |key: &str| format!("{path}.spacing.{key}");
+        match self.spacing {
+            Spacing::PerCell(n) => {
+                let root = f64::from(n).sqrt().round();
+                let square = n > 0 && root * root == f64::from(n);
+                if !square {
+                    let near = root.max(1.0);
+                    let help = format!("use {} or {}", near * near, (near + 1.0) * (near + 1.0));
+                    let expected = "the square of a whole number: 1, 4, 9, 16, ...";
+                    found.add(key("per_cell"), n.to_string(), expected, help);
+                }
+                square
+            }
+            Spacing::Distance(d) => found.number(key("distance"), d, d > 0.0, "a length above 0"),
+            Spacing::Counts(counts) => {
+                let rectangle = matches!(self.fill, Fill::Rectangle { .. });
+                if !rectangle {
+                    let help =
+                        "`counts` is for rectangles; use `spacing.per_cell` or `spacing.distance`";
+                    found.add(
+                        key("counts"),
+                        format!("{counts:?}"),
+                        "a rectangle to count along",
+                        help,
+                    );
+                }
+                let sound = !counts.contains(&0);
+                if !sound {
+                    let value = format!("{counts:?}");
+                    found.add(key("counts"), value, "two numbers of 1 or more", "");
+                }
+                rectangle && sound
+            }
+        }
+    }
+
+    /// Returns whether the region is one.
+    fn fill_faults(&self, found: &mut Found, path: &str) -> bool {
+        let before = found.0.len();
+        let key = |key: &str| format!("{path}.fill.{key}");
+        let finite = |points: &[[f64; 2]]| points.as_flattened().iter().all(|x| x.is_finite());
+        match &self.fill {
+            Fill::Disc { center, radius } => {
+                if !finite(&[*center]) {
+                    found.add(
+                        key("disc.center"),
+                        format!("{center:?} m"),
+                        "finite numbers",
+                        "",
+                    );
+                }
+                found.number(
+                    key("disc.radius"),
+                    *radius,
+                    *radius > 0.0,
+                    "a length above 0",
+                );
+            }
+            Fill::Rectangle { lower, upper } => {
+                if !finite(&[*lower, *upper]) || !(0..2).all(|a| lower[a] < upper[a]) {
+                    let value = format!("from {lower:?} to {upper:?} m");
+                    let expected = "a rectangle whose `upper` is above and right of `lower`";
+                    found.add(key("rectangle"), value, expected, "");
+                }
+            }
+            Fill::Polygon { vertices } => {
+                let key = key("polygon.vertices");
+                if vertices.len() < 3 || !finite(vertices) {
+                    let value = format!("a list of {} vertices", vertices.len());
+                    found.add(key, value, "3 vertices or more, all finite", "");
+                } else if let Some([i, j]) = touching_edges(vertices) {
+                    let value = format!(
+                        "a polygon whose edges {i} and {j} touch or cross: the one from vertex {i} {:?} and the one from vertex {j} {:?}",
+                        vertices[i], vertices[j]
+                    );
+                    let help = "list the vertices in the order of the outline, in either sense, counted from 0";
+                    found.add(key, value, "a simple polygon", help);
+                }
+            }
+            Fill::Points { positions } => {
+                if positions.is_empty() || !finite(positions) {
+                    let value = format!("a list of {} positions", positions.len());
+                    found.add(
+                        key("points.positions"),
+                        value,
+                        "1 position or more, all finite",
+                        "",
+                    );
+                }
+            }
+        }
+        found.0.len() == before
+    }
+}
+
+/// Two edges of a closed polygon that touch where they should not, if there are any.
+fn touching_edges(vertices: &[[f64; 2]]) -> Option<[usize; 2]> {
+    let n = vertices.len();
+    let at = |i: usize| Vec2::from(vertices[i % n]);
+    for i in 0..n {
+        if at(i) == at(i + 1) {
+            return Some([i, (i + 1) % n]);
+        }
+        for j in i + 1..n {
+            let next = j == i + 1;
+            let previous = (j + 1) % n == i;
+            let touch = if next || previous {
+                // Neighbours share a vertex; they must not lie on top of each other.
+                let (a, b, c) = if next {
+                    (at(i), at(j), at(j + 1))
+                } else {
+                    (at(j), at(i), at(i + 1))
+                };
+                (b - a).perp(&(c - b)) == 0.0 && (b - a).dot(&(c - b)) < 0.0
+            } else {
+                segments_touch(at(i), at(i + 1), at(j), at(j + 1))
+            };
+            if touch {
+                return Some([i, j]);
+            }
+        }
+    }
+    None
+}
+
+fn segments_touch(a: Vec2, b: Vec2, c: Vec2, d: Vec2) -> bool {
+    let side = |p: Vec2, q: Vec2, r: Vec2| (q - p).perp(&(r - p));
+    let within = |p: Vec2, q: Vec2, r: Vec2| {
+        let (low, high) = (p.inf(&q), p.sup(&q));
+        r.x >= low.x && r.x <= high.x && r.y >= low.y && r.y <= high.y
+    };
+    let (s1, s2) = (side(a, b, c), side(a, b, d));
+    let (s3, s4) = (side(c, d, a), side(c, d, b));
+    (s1 * s2 < 0.0 && s3 * s4 < 0.0)
+        || (s1 == 0.0 && within(a, b, c))
+        || (s2 == 0.0 && within(a, b, d))
+        || (s3 == 0.0 && within(c, d, a))
+        || (s4 == 0.0 && within(c, d, b))
+}

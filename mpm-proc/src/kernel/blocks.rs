@@ -1,0 +1,51 @@
+//! Blocks of four points: how one point is copied from a block to another, and how all points are put into a new order.
+
+use super::lanes::{LANES, Lanes};
+
+/// Data of four points of which one lane at a time can be copied.
+pub trait LaneCopy: Copy + Send + Sync {
+    /// Copies lane `from` of `source` into lane `to`.
+    fn copy_lane(&mut self, to: usize, source: &Self, from: usize);
+}
+
+impl LaneCopy for Lanes {
+    #[inline]
+    fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
+        self.as_mut_array()[to] = source.as_array()[from];
+    }
+}
+
+impl LaneCopy for () {
+    fn copy_lane(&mut self, _to: usize, _source: &Self, _from: usize) {}
+}
+
+impl<T: LaneCopy, const N: usize> LaneCopy for [T; N] {
+    #[inline]
+    fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
+        for (a, b) in self.iter_mut().zip(source) {
+            a.copy_lane(to, b, from);
+        }
+    }
+}
+
+/// New places of points: for every lane, where it comes from. Lanes without a point come from the first of their tile.
+pub type Sources = [u32];
+
+/// Puts `blocks` into the order of `sources`, by way of `scratch`, which is exchanged with it.
+pub fn reorder<T: LaneCopy>(blocks: &mut Vec<T>, scratch: &mut Vec<T>, sources: &Sources) {
+    scratch.clear();
+    let wanted = sources.len() / LANES;
+    if scratch.capacity() < wanted {
+        // A little more than wanted: the number of half empty blocks changes from one sorting to the next.
+        scratch.reserve_exact(wanted + wanted / 16);
+    }
+    scratch.extend(sources.chunks_exact(LANES).map(|lanes| {
+        let mut block = blocks[lanes[0] as usize / LANES];
+        for (to, &source) in lanes.iter().enumerate() {
+            let source = source as usize;
+            block.copy_lane(to, &blocks[source / LANES], source % LANES);
+        }
+        block
+    }));
+    core::mem::swap(blocks, scratch);
+}

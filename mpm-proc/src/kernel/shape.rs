@@ -1,0 +1,312 @@
+//! Shape functions `S_Ip` and their gradients (Jiang 2020 appendix; PHYSICS.md section 1).
+//!
+//! Every shape is a product of one function of each coordinate. A point touches `W` nodes along an axis: from its
+//! *base* node, which is `floor(xi - offset)` with `xi` the coordinate in cells, to `base + W - 1`. What the functions
+//! take is the distance `d = xi - base` from the base node in cells, between `offset` and `offset + 1`.
+
+use crate::kernel::lanes::{Lanes, ZERO, splat};
+
+/// A shape function that touches `W` nodes along each axis.
+///
+/// An example: the linear hat function, which touches two nodes.
+///
+/// ```
+/// use mpm_proc::kernel::lanes::{Lanes, splat};
+/// use mpm_proc::kernel::shape::Shape;
+///
+/// #[derive(Clone, Copy)]
+/// struct Hat;
+///
+/// impl Shape<2> for Hat {
+///     const MIRRORED: bool = false; // a point within the domain reaches no node beyond it
+///     const INVERSE_INERTIA: Option<f64> = None; // D_p changes with the position
+///
+///     fn offset(&self) -> [f64; 2] {
+///         [0.0, 0.0] // the base node is the corner of the point's cell
+///     }
+///
+///     #[inline(always)]
+///     fn weights(&self, _axis: usize, d: Lanes) -> [Lanes; 2] {
+///         [splat(1.0) - d, d]
+///     }
+///
+///     #[inline(always)]
+///     fn gradients(&self, _axis: usize, _d: Lanes) -> [Lanes; 2] {
+///         [splat(-1.0), splat(1.0)]
+///     }
+///
+///     fn stiffest(&self, _axis: usize) -> Option<f64> {
+///         None // 1/d + 1/(1 - d) has no bound
+///     }
+/// }
+///
+/// // Four points at once, at these distances from their base nodes: the weights of each add up to one.
+/// let [left, right] = Hat.weights(0, Lanes::new([0.0, 0.25, 0.5, 0.75]));
+/// assert_eq!((left + right).to_array(), [1.0; 4]);
+/// assert_eq!(right.to_array(), [0.0, 0.25, 0.5, 0.75]);
+/// ```
+///
+/// To let scenes choose it, see "Where to add" in ARCHITECTURE.md.
+pub trait Shape<const W: usize>: Copy + Send + Sync + 'static {
+    /// Smallest distance of a point from its base node, along x and y, in cells.
+    fn offset(&self) -> [f64; 2];
+
+    /// `S` at the nodes `base`, `base + 1`, ... along `axis` for points at `d` cells from the base node.
+    fn weights(&self, axis: usize, d: Lanes) -> [Lanes; W];
+
+    /// `dS/dxi` likewise, per cell.
+    fn gradients(&self, axis: usize, d: Lanes) -> [Lanes; W];
+
+    /// Upper bound over all positions of `sum_I (dS_I/dxi)^2 / S_I` along `axis`, per cell squared: the stiffest
+    /// place that a point can lie at, relative to the mass that it has there. `None` where there is no bound (linear
+    /// hats: a point that has just entered a cell loads a node to which it gives no mass).
+    fn stiffest(&self, axis: usize) -> Option<f64>;
+
+    /// Whether fixed and slip walls are mirrors to it ([`crate::state::walls`]): where points within the domain reach nodes beyond.
+    const MIRRORED: bool;
+
+    /// `L^2 D_p^-1` of affine transfers (eq. 29), where `D_p` is the same at every position.
+    const INVERSE_INERTIA: Option<f64>;
+}
+
+/// Quadratic B-spline (PHYSICS.md section 1, Jiang 2020 A4 corrected).
+#[derive(Debug, Clone, Copy)]
+pub struct QuadraticBspline;
+
+impl Shape<3> for QuadraticBspline {
+    const MIRRORED: bool = true;
+    const INVERSE_INERTIA: Option<f64> = Some(4.0);
+
+    fn offset(&self) -> [f64; 2] {
+        [0.5, 0.5]
+    }
+
+    #[inline(always)]
+    fn weights(&self, _axis: usize, d: Lanes) -> [Lanes; 3] {
+        let (left, middle, right) = (splat(1.5) - d, d - splat(1.0), d - splat(0.5));
+        [
+            splat(0.5) * left * left,
+            middle.mul_neg_add(middle, splat(0.75)),
+            splat(0.5) * right * right,
+        ]
+    }
+
+    #[inline(always)]
+    fn gradients(&self, _axis: usize, d: Lanes) -> [Lanes; 3] {
+        [
+            d - splat(1.5),
+            d.mul_neg_add(splat(2.0), splat(2.0)),
+            d - splat(0.5),
+        ]
+    }
+
+    // With t = d - 1: (1/2 - t)^2 / (1/2 (1/2 - t)^2) = 2 at either side, and 4 t^2 / (3/4 - t^2) between, which
+    // is largest at t = 1/2.
+    fn stiffest(&self, _axis: usize) -> Option<f64> {
+        Some(6.0)
+    }
+}
+
+/// Cubic B-spline (Jiang 2020 A4).
+#[derive(Debug, Clone, Copy)]
+pub struct CubicBspline;
+
+impl Shape<4> for CubicBspline {
+    const MIRRORED: bool = true;
+    const INVERSE_INERTIA: Option<f64> = Some(3.0);
+
+    fn offset(&self) -> [f64; 2] {
+        [1.0, 1.0]
+    }
+
+    #[inline(always)]
+    fn weights(&self, _axis: usize, d: Lanes) -> [Lanes; 4] {
+        let t = d - splat(1.0);
+        let u = splat(1.0) - t;
+        let near = |t: Lanes| (t * t).mul_add(t.mul_sub(splat(0.5), splat(1.0)), splat(2.0 / 3.0));
+        [
+            splat(1.0 / 6.0) * (u * u) * u,
+            near(t),
+            near(u),
+            splat(1.0 / 6.0) * (t * t) * t,
+        ]
+    }
+
+    #[inline(always)]
+    fn gradients(&self, _axis: usize, d: Lanes) -> [Lanes; 4] {
+        let t = d - splat(1.0);
+        let u = splat(1.0) - t;
+        let near = |t: Lanes| t * t.mul_sub(splat(1.5), splat(2.0));
+        [splat(-0.5) * u * u, near(t), -near(u), splat(0.5) * t * t]
+    }
+
+    // The two outer nodes give 3/2 together; the sum of the inner ones has its largest value, 1.63682, at a quarter of
+    // a cell from either node, found by scanning all positions (a test does it again).
+    fn stiffest(&self, _axis: usize) -> Option<f64> {
+        Some(3.13683)
+    }
+}
+
+/// Linear hat function: the original material point method.
+#[derive(Debug, Clone, Copy)]
+pub struct Linear;
+
+impl Shape<2> for Linear {
+    const MIRRORED: bool = false;
+    const INVERSE_INERTIA: Option<f64> = None;
+
+    fn offset(&self) -> [f64; 2] {
+        [0.0, 0.0]
+    }
+
+    #[inline(always)]
+    fn weights(&self, _axis: usize, d: Lanes) -> [Lanes; 2] {
+        [splat(1.0) - d, d]
+    }
+
+    #[inline(always)]
+    fn gradients(&self, _axis: usize, _d: Lanes) -> [Lanes; 2] {
+        [splat(-1.0), splat(1.0)]
+    }
+
+    fn stiffest(&self, _axis: usize) -> Option<f64> {
+        None
+    }
+}
+
+/// Uniform generalised interpolation (Jiang 2020 A2): the hat function averaged over a box of half width `l_p`.
+///
+/// With `u = max(0, d - (1 - l))` and `q = u^2 / 4l`, `l = l_p / L <= 1/2`, the seven branches of A2 are the three
+/// polynomials `1 - d + q`, `d - 2q`, `q` at the nodes 0, 1, 2 from the base `floor(xi - l)`.
+#[derive(Debug, Clone, Copy)]
+pub struct Ugimp {
+    /// `l_p / L` along x and y.
+    half_width: [f64; 2],
+}
+
+impl Ugimp {
+    /// Boxes of half width `half_width` (cells, above 0 and at most one half) along x and y.
+    pub fn new(half_width: [f64; 2]) -> Self {
+        debug_assert!(half_width.iter().all(|&l| l > 0.0 && l <= 0.5));
+        Self { half_width }
+    }
+}
+
+impl Shape<3> for Ugimp {
+    const MIRRORED: bool = false;
+    const INVERSE_INERTIA: Option<f64> = None;
+
+    fn offset(&self) -> [f64; 2] {
+        self.half_width
+    }
+
+    #[inline(always)]
+    fn weights(&self, axis: usize, d: Lanes) -> [Lanes; 3] {
+        let l = self.half_width[axis];
+        let u = (d - splat(1.0 - l)).fast_max(ZERO);
+        let q = splat(0.25 / l) * u * u;
+        [splat(1.0) - d + q, d - q - q, q]
+    }
+
+    #[inline(always)]
+    fn gradients(&self, axis: usize, d: Lanes) -> [Lanes; 3] {
+        let l = self.half_width[axis];
+        let u = (d - splat(1.0 - l)).fast_max(ZERO);
+        let slope = splat(0.5 / l) * u;
+        [slope - splat(1.0), splat(1.0) - slope - slope, slope]
+    }
+
+    // While the box spans a node, either outer node gives 1/l and the middle one at most 1/(1 - l), at the ends of
+    // that range; while it lies within a cell the two nodes give 1/d + 1/(1 - d) <= 1/l + 1/(1 - l).
+    fn stiffest(&self, axis: usize) -> Option<f64> {
+        let l = self.half_width[axis];
+        Some(2.0 / l + 1.0 / (1.0 - l))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A2 and A4 as printed, corrected by PHYSICS.md section 1; `x` is the distance from a node in cells.
+    fn paper(kind: &str, l: f64, x: f64) -> f64 {
+        let r = x.abs();
+        match kind {
+            "linear" => (1.0 - r).max(0.0),
+            "quadratic" if r < 0.5 => 0.75 - r * r,
+            "quadratic" if r < 1.5 => 0.5 * (1.5 - r).powi(2),
+            "cubic" if r < 1.0 => 0.5 * r.powi(3) - r * r + 2.0 / 3.0,
+            "cubic" if r < 2.0 => (2.0 - r).powi(3) / 6.0,
+            "ugimp" if r < l => 1.0 - (r * r + l * l) / (2.0 * l),
+            "ugimp" if r < 1.0 - l => 1.0 - r,
+            "ugimp" if r < 1.0 + l => (1.0 + l - r).powi(2) / (4.0 * l),
+            _ => 0.0,
+        }
+    }
+
+    fn check<const W: usize, S: Shape<W>>(shape: S, kind: &str, l: f64) {
+        let offset = shape.offset()[0];
+        let mut stiffest: f64 = 0.0;
+        for step in 0..1000 {
+            let d = offset + (f64::from(step) + 0.5) / 1000.0;
+            let at = |d: f64| shape.weights(0, splat(d)).map(|w| w.to_array()[2]);
+            let w = at(d);
+            let g = shape.gradients(0, splat(d)).map(|g| g.to_array()[1]);
+            assert!(
+                (w.iter().sum::<f64>() - 1.0).abs() < 1e-14,
+                "partition of unity"
+            );
+            assert!(g.iter().sum::<f64>().abs() < 1e-14);
+            let linear: f64 = (0..W).map(|i| w[i] * (i as f64 - d)).sum();
+            assert!(linear.abs() < 1e-14, "{kind}: linear completeness {linear}");
+            let slope: f64 = (0..W).map(|i| g[i] * (i as f64 - d)).sum();
+            assert!(
+                (slope - 1.0).abs() < 1e-13,
+                "{kind}: gradient of a linear field {slope}"
+            );
+            let h = 1e-6;
+            let (ahead, behind) = (at(d + h), at(d - h));
+            for i in 0..W {
+                assert!(w[i] >= -1e-16, "{kind}: {i} at {d}: {}", w[i]);
+                assert!((w[i] - paper(kind, l, d - i as f64)).abs() < 1e-14);
+                assert!((g[i] - (ahead[i] - behind[i]) / (2.0 * h)).abs() < 1e-5);
+            }
+            let sum = (0..W)
+                .filter(|&i| w[i] > 0.0)
+                .map(|i| g[i] * g[i] / w[i])
+                .sum();
+            stiffest = stiffest.max(sum);
+            if let Some(inverse) = S::INVERSE_INERTIA {
+                let inertia: f64 = (0..W).map(|i| w[i] * (i as f64 - d).powi(2)).sum();
+                assert!((inertia * inverse - 1.0).abs() < 1e-13);
+            }
+        }
+        if let Some(bound) = shape.stiffest(0) {
+            assert!(
+                stiffest <= bound * (1.0 + 1e-12),
+                "{kind}: {stiffest} {bound}"
+            );
+            assert!(stiffest > 0.98 * bound, "{kind}: {stiffest} {bound}");
+        }
+    }
+
+    #[test]
+    fn shapes_are_those_of_the_paper_and_complete() {
+        check(QuadraticBspline, "quadratic", 0.0);
+        check(CubicBspline, "cubic", 0.0);
+        check(Linear, "linear", 0.0);
+        for l in [0.05, 0.25, 1.0 / 6.0, 0.5] {
+            check(Ugimp::new([l, 0.3]), "ugimp", l);
+        }
+    }
+
+    #[test]
+    fn ugimp_of_a_box_as_wide_as_a_cell_is_the_quadratic_spline() {
+        let d = Lanes::new([0.5, 0.7, 1.1, 1.4]);
+        let a = Ugimp::new([0.5, 0.5]).weights(1, d);
+        let b = QuadraticBspline.weights(1, d);
+        for (a, b) in a.iter().zip(b) {
+            assert!(crate::kernel::lanes::largest((*a - b).abs()) < 1e-15);
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! The trait that a material implements.
+
+use serde::{Serialize, de::DeserializeOwned};
+
+use super::point::{Deformation, Dissipated, Point, Stress};
+use crate::kernel::blocks::LaneCopy;
+use crate::kernel::lanes::Lanes;
+
+/// A constitutive model. The loops over points are compiled for it; what they call is `#[inline(always)]`.
+///
+/// An example: a gas at constant temperature, of pressure `p = p_0 (1/J - 1)` over that outside, with `J` the volume over
+/// the initial one.
+///
+/// ```
+/// use mpm_proc::kernel::lanes::{Lanes, splat};
+/// use mpm_proc::material::{Deformation, Dissipated, Material, Point};
+///
+/// #[derive(Clone, Copy)]
+/// struct Gas {
+///     pressure: f64, // p_0 in Pa
+///     density: f64,  // in kg/m^3
+/// }
+///
+/// impl Material for Gas {
+///     type State = (); // stress and volume say it all
+///     const DISSIPATES: bool = false;
+///
+///     fn initial(&self) -> Point<()> {
+///         Point::unstressed(())
+///     }
+///
+///     #[inline(always)]
+///     fn update(&self, point: &mut Point<()>, by: &Deformation, _per_dt: f64) -> Dissipated {
+///         let one = splat(1.0);
+///         let half = splat(0.5) * (by.xx + by.yy);
+///         point.volume = point.volume * (one + half) / (one - half);
+///         let stress = splat(self.pressure) * (one - one / point.volume); // tension is positive
+///         (point.stress.xx, point.stress.yy, point.stress.zz) = (stress, stress, stress);
+///         Dissipated::NOTHING
+///     }
+///
+///     // K = p_0 / J in the plane over rho_0 / J, and the largest eigenvalue of [[K, K], [K, K]] is 2 K.
+///     fn stiffness_over_density(&self, _point: &Point<()>) -> Lanes {
+///         splat(2.0 * self.pressure / self.density)
+///     }
+///
+///     fn elastic_energy(&self, point: &Point<()>) -> Lanes {
+///         splat(self.pressure) * (point.volume - splat(1.0) - point.volume.ln())
+///     }
+///
+///     fn sound_speed(&self) -> f64 {
+///         (self.pressure / self.density).sqrt()
+///     }
+/// }
+///
+/// // Squeezed to half of its volume, in small steps and along x alone.
+/// let gas = Gas { pressure: 1.0e5, density: 1.2 };
+/// let mut point = gas.initial();
+/// let steps = 1000;
+/// let squeeze = Deformation {
+///     xx: splat(0.5_f64.ln() / f64::from(steps)),
+///     ..Deformation::NOTHING
+/// };
+/// for _ in 0..steps {
+///     gas.update(&mut point, &squeeze, 0.0);
+/// }
+/// let pressure = -point.stress.yy.to_array()[0];
+/// assert!((pressure - 1.0e5).abs() < 1.0); // twice the pressure outside, less that
+/// ```
+///
+/// To let scenes choose it, see "Where to add" in ARCHITECTURE.md.
+pub trait Material: Copy + Send + Sync + 'static {
+    /// What it remembers of four points besides stress and volume.
+    type State: LaneCopy + Serialize + DeserializeOwned;
+
+    /// Whether [`Self::update`] can dissipate anything.
+    const DISSIPATES: bool;
+
+    /// The state of unstressed points.
+    fn initial(&self) -> Point<Self::State>;
+
+    /// The state of points that have this stress (Pa) at the start.
+    ///
+    /// # Errors
+    /// Why the model cannot have it.
+    fn prestressed(&self, stress: Stress) -> Result<Point<Self::State>, String> {
+        let mut point = self.initial();
+        point.stress = stress;
+        Ok(point)
+    }
+
+    /// Brings stress, volume and state from `t_{n-1}` to `t_n`.
+    ///
+    /// `per_dt` is one over the length of the interval in 1/s, zero for an interval of no length.
+    fn update(
+        &self,
+        point: &mut Point<Self::State>,
+        deformation: &Deformation,
+        per_dt: f64,
+    ) -> Dissipated;
+
+    /// Upper bound of the squared wave speeds that count for the step: the largest eigenvalue of stiffness times
+    /// `diag(1, 1, 2)` in the plane over the density, in m^2/s^2 ([`crate::pass::limits`]).
+    fn stiffness_over_density(&self, point: &Point<Self::State>) -> Lanes;
+
+    /// Largest eigenvalue of the viscous stiffness over the initial density in m^2/s.
+    fn viscosity_over_density(&self) -> f64 {
+        0.0
+    }
+
+    /// Elastic energy per initial volume in Pa.
+    fn elastic_energy(&self, point: &Point<Self::State>) -> Lanes;
+
+    /// Largest wave speed of the undeformed material in m/s (Jiang 2020 eq. 51).
+    fn sound_speed(&self) -> f64;
+}

@@ -1,0 +1,90 @@
+//! What moving the points reported is checked: how far they went, and whether all are finite and within the domain.
+
+use interface::solver::Fault;
+
+use crate::kernel::lanes::LANES;
+use crate::kernel::shape::Shape;
+use crate::kernel::transfer::{AffineState, Transfer};
+use crate::state::continuum::Continuum;
+use crate::state::points::{Cloud, NO_POINT};
+
+/// Looks at what moving the points reported: counts their drift, and refuses what is not finite or outside.
+pub fn check_points<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    dt: f64,
+) -> Result<(), Fault> {
+    let closed = continuum.grid.walls.closed();
+    let (lower, upper) = (continuum.grid.geometry.lower, continuum.grid.geometry.upper);
+    let periodic = continuum.grid.geometry.periodic;
+    // A wall that holds its nodes lets a point come closer than its nodes do, by less than a cell.
+    let slack = |axis: usize, end: usize| {
+        if periodic[axis] {
+            f64::INFINITY
+        } else if closed[axis][end] {
+            continuum.grid.geometry.cell
+        } else {
+            0.0
+        }
+    };
+    let lower = [lower[0] - slack(0, 0), lower[1] - slack(1, 0)];
+    let upper = [upper[0] + slack(0, 1), upper[1] + slack(1, 1)];
+    let mut speed_sq: f64 = 0.0;
+    for (number, cloud) in continuum.clouds.iter().enumerate() {
+        for (tile, report) in cloud.tiles.iter().zip(&cloud.reports) {
+            let inside = (0..2).all(|a| report.lower[a] >= lower[a] && report.upper[a] <= upper[a]);
+            if !report.sum.is_finite() || !inside {
+                for block in tile.first..tile.first + tile.blocks {
+                    for k in 0..LANES {
+                        let lane = block * LANES + k;
+                        match cloud.check_point(lane, lower, upper) {
+                            Err(fault @ Fault::LeftDomain { .. }) => {
+                                continuum.outside.take(number, lane, fault)?;
+                            }
+                            other => other?,
+                        }
+                    }
+                }
+            }
+            speed_sq = speed_sq.max(report.speed_sq);
+        }
+    }
+    let moved = speed_sq.sqrt() * dt;
+    continuum.moved += moved;
+    continuum.imps.travel += moved;
+    Ok(())
+}
+
+impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
+    fn check_point(&self, lane: usize, lower: [f64; 2], upper: [f64; 2]) -> Result<(), Fault> {
+        let local = self.ids[lane / LANES][lane % LANES];
+        if local == NO_POINT {
+            return Ok(());
+        }
+        let id = self.first_id + u64::from(local);
+        if self.material.collapsed(lane) {
+            return Err(Fault::Material {
+                id,
+                message: "its volume has vanished; a smaller step or a finer grid may help".into(),
+            });
+        }
+        let [x, v] = [self.position(lane), self.velocity(lane)];
+        let quantity = [(v, "velocity"), (x, "position")]
+            .into_iter()
+            // Squares that overflow are as good as infinite: no kinetic energy could be told.
+            .find(|(q, _)| !(q[0] * q[0] + q[1] * q[1]).is_finite());
+        if let Some((_, what)) = quantity {
+            return Err(Fault::NotFinite {
+                what: what.into(),
+                item: format!("point {id}"),
+            });
+        }
+        if (0..2).any(|a| x[a] < lower[a] || x[a] > upper[a]) {
+            return Err(Fault::LeftDomain {
+                id,
+                x: x[0],
+                y: x[1],
+            });
+        }
+        Ok(())
+    }
+}

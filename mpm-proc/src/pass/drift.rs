@@ -1,0 +1,103 @@
+//! The drift of points that bodies press on.
+//!
+//! A kick `a dt` changes the nodes at once, and points move with the nodes. But the points' own velocities get the kick
+//! through the shape functions, and give it back to the nodes through them: in the next step the nodes have
+//! `P S a dt` of it only, `P = M^-1 S^T m`. So a point moves in every step by `S (1 - P S) a dt^2` more than the grid
+//! will know of. Strains do not see it, since USF and MUSL take them from velocities that have been mapped. A contact
+//! does: its overlap is the place of a point. What its spring takes in is then not what its force gives, by
+//! `dv_c^T M (1 - P S) dv` in a step, which is of first order over a run, and of either sign.
+//!
+//! So a point that a body presses on moves with `sum_I S_Ip v~_I`, where `v~ = P v_p^{n+1/2}` is what the nodes will have
+//! of the points' new velocities. The power of its contact is then that of the nodes on both sides of `t_n`, as it is for
+//! stress, and the balance closes to second order (`docs/energy.md`). Other points may move with the nodes as usual: whatever they are
+//! off by, no force asks for their place to that order.
+//!
+//! It takes one more map, of the points that reach the nodes in question alone.
+
+use interface::config::StressUpdate;
+
+use crate::kernel::blocks::LaneCopy;
+use crate::kernel::lanes::LANES;
+use crate::kernel::shape::Shape;
+use crate::kernel::transfer::{AffineState, Transfer};
+use crate::state::continuum::Continuum;
+use crate::state::points::{Cloud, NO_POINT};
+
+/// Finds the nodes that loaded points touch, and the points that give them their velocities.
+pub fn find_near_loads<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+) {
+    if continuum.grid.mapped.is_empty() {
+        continuum.grid.make_room_for_mapped();
+    }
+    for tile in &mut continuum.grid.mapped {
+        tile.wanted = 0;
+    }
+    for cloud in &mut continuum.clouds {
+        for tile in &mut cloud.tiles {
+            tile.near_load = false;
+        }
+    }
+    for touch in &continuum.touches {
+        let (tile, node) = touch.at.split();
+        continuum.grid.mapped[tile].wanted |= 1 << node;
+    }
+    let clouds = &mut continuum.clouds;
+    continuum.grid.points_behind::<W>(|cloud, tile| {
+        clouds[cloud].tiles[tile].near_load = true;
+    });
+}
+
+/// Takes the loaded points from where they went with the nodes to where they go with what the nodes will have.
+pub fn move_loaded_points<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    dt: f64,
+) {
+    let (clouds, grid) = (&mut continuum.clouds, &continuum.grid);
+    let mapped = |tile: usize, node: usize| match continuum.stress_update {
+        StressUpdate::Usf => grid.mapped[tile].velocity[node],
+        StressUpdate::Usl | StressUpdate::Musl | StressUpdate::Usavg => {
+            grid.tiles[tile].before[node]
+        }
+    };
+    let touches = continuum.touches.chunks_exact(W * W);
+    for (point, touches) in continuum.loaded.iter().zip(touches) {
+        let (mut velocity, mut more) = ([0.0; 2], [0.0; 2]);
+        for touch in touches {
+            let (tile, node) = touch.at.split();
+            let (mapped, kicked) = (mapped(tile, node), grid.tiles[tile].after[node]);
+            for a in 0..2 {
+                velocity[a] += touch.gather * mapped[a];
+                more[a] += touch.gather * (mapped[a] - kicked[a]);
+            }
+        }
+        let cloud = &mut clouds[point.member.cloud as usize];
+        cloud.shift(point.member.local, more.map(|v| v * dt), velocity);
+    }
+}
+
+impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
+    /// Moves a point by `by` (m), which makes its velocity (m/s) in this step that given.
+    fn shift(&mut self, local: u32, by: [f64; 2], velocity: [f64; 2]) {
+        let lane = self.lane_of[local as usize] as usize;
+        let tile = self.tile_of_lane(lane);
+        let (first, blocks, index) = (tile.first, tile.blocks, tile.index);
+        let report = &mut self.reports[index];
+        report.speed_sq = report
+            .speed_sq
+            .max(velocity[0] * velocity[0] + velocity[1] * velocity[1]);
+        for a in 0..2 {
+            let x = &mut self.x[lane / LANES][a].as_mut_array()[lane % LANES];
+            *x += by[a];
+            report.lower[a] = report.lower[a].min(*x);
+            report.upper[a] = report.upper[a].max(*x);
+        }
+        if lane == first * LANES {
+            // Lanes without a point go where the first of their tile goes.
+            let (leader, last) = (self.x[first], first + blocks - 1);
+            for k in (0..LANES).filter(|&k| self.ids[last][k] == NO_POINT) {
+                self.x[last].copy_lane(k, &leader, 0);
+            }
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! Grid to points: velocities, affine part, and the move to `t_{n+1}` (Jiang 2020 eqs. 26 to 28 and 31).
+
+use crate::kernel::point_tile::Which;
+use crate::kernel::window::fill_window;
+use crate::state::nodes::NodeTile;
+use interface::config::{Drift, StressUpdate};
+use interface::solver::Fault;
+
+use super::check_points::check_points;
+use super::drift::{find_near_loads, move_loaded_points};
+use super::points_to_grid::map_velocities;
+use crate::kernel::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
+use crate::kernel::shape::Shape;
+use crate::kernel::threads::{PerBlock, PerTile, over_tiles};
+use crate::kernel::tiles::{Place, pitch};
+use crate::kernel::transfer::{AffineState, Transfer};
+use crate::kernel::window::{NO_VECTORS, VectorWindow, gather_row};
+use crate::state::continuum::Continuum;
+use crate::state::points::{Cloud, TileReport};
+
+/// Velocities and positions of all points after the kick, by the scheme's choice of the velocity with which points move.
+///
+/// # Errors
+/// A [`Fault`] that names the point which is not finite or has left the domain.
+pub fn grid_to_points<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    dt: f64,
+) -> Result<(), Fault> {
+    let mapped = continuum.drift == Drift::Mapped && !continuum.loaded.is_empty();
+    match continuum.stress_update {
+        // The velocities have been taken, and mapped, before.
+        StressUpdate::Musl | StressUpdate::Usavg => {
+            transfer_pass::<W, false, true, S, T>(continuum, Which::All, dt);
+        }
+        StressUpdate::Usf if mapped => {
+            find_near_loads(continuum);
+            transfer_pass::<W, true, false, S, T>(continuum, Which::NearLoad, 0.0);
+            map_velocities(continuum, Which::NearLoad);
+            transfer_pass::<W, false, true, S, T>(continuum, Which::NearLoad, dt);
+            transfer_pass::<W, true, true, S, T>(continuum, Which::Elsewhere, dt);
+        }
+        StressUpdate::Usf | StressUpdate::Usl => {
+            transfer_pass::<W, true, true, S, T>(continuum, Which::All, dt);
+        }
+    }
+    if mapped {
+        move_loaded_points(continuum, dt);
+    }
+    check_points(continuum, dt)
+}
+
+/// Gives all points in `which` tiles their velocities if `KICK`, and moves them over `dt` (s) if `DRIFT`.
+pub fn transfer_pass<
+    const W: usize,
+    const KICK: bool,
+    const DRIFT: bool,
+    S: Shape<W>,
+    T: Transfer,
+>(
+    continuum: &mut Continuum<W, S, T>,
+    which: Which,
+    dt: f64,
+) {
+    let grain = continuum.grain();
+    let (clouds, grid, transfer) = (&mut continuum.clouds, &continuum.grid, continuum.transfer);
+    continuum.threads.run(|| {
+        for cloud in clouds {
+            transfer_cloud::<W, KICK, DRIFT, S, T>(grain, cloud, which, &grid.tiles, transfer, dt);
+        }
+    });
+}
+
+/// [`transfer_pass`] of one cloud, with the velocities of the nodes.
+fn transfer_cloud<const W: usize, const KICK: bool, const DRIFT: bool, S: Shape<W>, T: Transfer>(
+    grain: usize,
+    cloud: &mut Cloud<W, S, T::Affine>,
+    which: Which,
+    nodes: &[NodeTile],
+    transfer: T,
+    dt: f64,
+) {
+    let shape = cloud.shape;
+    let dt = splat(dt);
+    let pic = splat(transfer.pic_fraction());
+    let flip = splat(1.0 - transfer.pic_fraction());
+    let share = (
+        PerBlock(&mut cloud.x[..]),
+        PerBlock(&mut cloud.motion[..]),
+        PerTile::one(&mut cloud.reports[..]),
+    );
+    over_tiles(
+        grain,
+        &cloud.tiles,
+        share,
+        || [NO_VECTORS; 2],
+        &|tile, part, windows: &mut [VectorWindow; 2]| {
+            if !which.has(tile) {
+                return;
+            }
+            let (x, motion, report) = part;
+            let [velocity, increment] = windows;
+            fill_window::<W, _>(velocity, nodes, tile, |t| &t.after);
+            if T::INCREMENT {
+                fill_window::<W, _>(increment, nodes, tile, |t| &t.before);
+                for (b, a) in increment.0.iter_mut().zip(&velocity.0) {
+                    *b = a - *b;
+                }
+            }
+            let mut speed_sq = ZERO;
+            let mut total = ZERO;
+            let mut lower = x.0[0];
+            let mut upper = x.0[0];
+            for (x, motion) in x.0.iter_mut().zip(motion.0.iter_mut()) {
+                let place = tile.frame.locate(x, pitch(W));
+                let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
+                let (v, affine) = interpolate::<W, S, T::Affine>(velocity, &place, &s);
+                if !KICK {
+                } else if T::INCREMENT {
+                    let (dv, ()) = interpolate::<W, S, ()>(increment, &place, &s);
+                    for a in 0..2 {
+                        motion.v[a] = pic * v[a] + flip * (motion.v[a] + dv[a]);
+                    }
+                } else {
+                    motion.v = v;
+                }
+                if KICK {
+                    motion.affine = affine;
+                }
+                for a in 0..2 {
+                    if DRIFT {
+                        x[a] = v[a].mul_add(dt, x[a]);
+                    }
+                    lower[a] = lower[a].fast_min(x[a]);
+                    upper[a] = upper[a].fast_max(x[a]);
+                    total = motion.v[a].mul_add(motion.v[a], total);
+                }
+                speed_sq = speed_sq.fast_max(v[0] * v[0] + v[1] * v[1]);
+            }
+            report.items[0] = TileReport {
+                speed_sq: largest(speed_sq),
+                sum: sum(total),
+                lower: lower.map(smallest),
+                upper: upper.map(largest),
+            };
+        },
+    );
+}
+
+/// `sum_I S_Ip v_I` of four points and, if wanted, `B_p D_p^-1 L = L D_p^-1 sum_I S_Ip v_I (x_I - x_p)`.
+#[inline(always)]
+fn interpolate<const W: usize, S: Shape<W>, A: AffineState>(
+    velocity: &VectorWindow,
+    place: &Place,
+    s: &[[Lanes; W]; 2],
+) -> ([Lanes; 2], A) {
+    // S_Ip (x_I - x_p) L D^-1 along each axis.
+    let inverse_inertia = splat(S::INVERSE_INERTIA.unwrap_or(0.0));
+    let mut moment = [[ZERO; W]; 2];
+    if A::PRESENT {
+        for a in 0..2 {
+            for i in 0..W {
+                moment[a][i] = s[a][i] * ((splat(i as f64) - place.d[a]) * inverse_inertia);
+            }
+        }
+    }
+    let (mut v, mut slopes) = ([ZERO; 2], [[ZERO; 2]; 2]);
+    for j in 0..W {
+        let nodes = gather_row::<W>(velocity, place, j);
+        let (mut row, mut row_moment) = ([ZERO; 2], [ZERO; 2]);
+        for i in 0..W {
+            for a in 0..2 {
+                row[a] = s[0][i].mul_add(nodes[i][a], row[a]);
+                if A::PRESENT {
+                    row_moment[a] = moment[0][i].mul_add(nodes[i][a], row_moment[a]);
+                }
+            }
+        }
+        for a in 0..2 {
+            v[a] = s[1][j].mul_add(row[a], v[a]);
+            if A::PRESENT {
+                slopes[0][a] = s[1][j].mul_add(row_moment[a], slopes[0][a]);
+                slopes[1][a] = moment[1][j].mul_add(row[a], slopes[1][a]);
+            }
+        }
+    }
+    (v, A::from_slopes(slopes))
+}

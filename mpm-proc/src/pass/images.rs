@@ -1,0 +1,110 @@
+//! Nodes that are images of others: their masses, momenta and forces go to the originals, and the velocities come back
+//! ([`crate::state::images`]).
+
+use crate::kernel::tiles::NODES;
+use crate::state::images::Images;
+use crate::state::nodes::{MappedTile, NodeTile};
+
+/// Nodes of a tile whose momenta become velocities.
+pub trait Momenta {
+    /// Momenta in N s/m, then velocities in m/s; and the impulse of walls on the points in N s/m.
+    fn vectors(&mut self) -> (&mut [[f64; 2]; NODES], &mut [f64; 2]);
+}
+
+impl Momenta for NodeTile {
+    fn vectors(&mut self) -> (&mut [[f64; 2]; NODES], &mut [f64; 2]) {
+        (&mut self.before, &mut self.wall_impulse)
+    }
+}
+
+impl Momenta for MappedTile {
+    fn vectors(&mut self) -> (&mut [[f64; 2]; NODES], &mut [f64; 2]) {
+        (&mut self.velocity, &mut self.impulse)
+    }
+}
+
+/// Moves masses and momenta to the originals.
+pub fn gather_momentum(images: &mut Images, tiles: &mut [NodeTile]) {
+    for image in &mut images.0 {
+        let (tile, n) = image.at.split();
+        image.mass = core::mem::take(&mut tiles[tile].mass[n]);
+        let (tile, n) = image.of.split();
+        tiles[tile].mass[n] += image.mass;
+    }
+    gather_vectors(images, tiles);
+}
+
+/// Moves momenta to the originals.
+pub fn gather_vectors(images: &mut Images, tiles: &mut [impl Momenta]) {
+    for image in &mut images.0 {
+        let (tile, n) = image.at.split();
+        image.momentum = core::mem::take(&mut tiles[tile].vectors().0[n]);
+        let (tile, n) = image.of.split();
+        let to = &mut tiles[tile].vectors().0[n];
+        for a in 0..2 {
+            to[a] += image.sign[a] * image.momentum[a];
+        }
+    }
+}
+
+/// Gives the images the velocities before the kick, and the masses of their originals for quotients by them.
+pub fn spread_before(images: &Images, tiles: &mut [NodeTile], pic_fraction: f64) {
+    for image in &images.0 {
+        let (tile, n) = image.of.split();
+        let per_mass = tiles[tile].per_mass[n];
+        let (tile, n) = image.at.split();
+        tiles[tile].per_mass[n] = per_mass;
+    }
+    spread_vectors(images, tiles, pic_fraction);
+}
+
+/// Gives the images the velocities that the momenta have become, and counts what the wall has taken there, of which
+/// points feel `share`.
+pub fn spread_vectors(images: &Images, tiles: &mut [impl Momenta], share: f64) {
+    for image in &images.0 {
+        let (tile, n) = image.of.split();
+        let (velocity, impulse) = tiles[tile].vectors();
+        let v = velocity[n];
+        for a in 0..2 {
+            let felt = image.mass * v[a] + image.momentum[a];
+            impulse[a] -= share * (1.0 - image.sign[a]) * felt;
+        }
+        let (tile, n) = image.at.split();
+        tiles[tile].vectors().0[n] = image.velocity(v);
+    }
+}
+
+/// Moves forces (in [`NodeTile::after`]) to the originals.
+pub fn gather_force(images: &mut Images, tiles: &mut [NodeTile], gravity: [f64; 2]) {
+    for image in &mut images.0 {
+        let (tile, n) = image.at.split();
+        let force = core::mem::take(&mut tiles[tile].after[n]);
+        let weight = gravity.map(|g| image.mass * g);
+        image.force = [force[0] + weight[0], force[1] + weight[1]];
+        let (tile, n) = image.of.split();
+        for a in 0..2 {
+            // As much as the original's own gravity will add for the image's mass is taken off.
+            let turned = if image.sign[a] < 0.0 {
+                -image.force[a] - weight[a]
+            } else {
+                force[a]
+            };
+            tiles[tile].after[n][a] += turned;
+        }
+    }
+}
+
+/// Gives the images the velocities after the kick, and counts what the wall has taken there.
+pub fn spread_after(images: &Images, tiles: &mut [NodeTile], kick: f64) {
+    for image in &images.0 {
+        let (tile, n) = image.of.split();
+        let original = &mut tiles[tile];
+        let v = original.after[n];
+        for a in 0..2 {
+            let felt = image.mass * (v[a] - original.before[n][a]) + kick * image.force[a];
+            original.wall_impulse[a] -= (1.0 - image.sign[a]) * felt;
+        }
+        let (tile, n) = image.at.split();
+        tiles[tile].after[n] = image.velocity(v);
+    }
+}

@@ -1,0 +1,164 @@
+//! What the continuum says of the largest stable step (PHYSICS.md section 4).
+//!
+//! The grid's motion without contact is `M a = -K u`, `K = sum_p V_p B_p^T C_p B_p`, with lumped masses that split into
+//! those of the points, `M = sum_p M_p`, `(M_p)_II = m_p S_Ip`. By the element eigenvalue theorem the largest squared
+//! frequency is at most that of one point with its own share of the masses:
+//!
+//! ```text
+//! omega^2 <= max_p lambda_max( M_p^-1 V_p B_p^T C_p B_p ) = max_p lambda_max( C_p H_p ) / rho_p
+//! H_p = sum_I B_Ip B_Ip^T / S_Ip
+//! ```
+//!
+//! (the nonzero eigenvalues of a product do not depend on the order of its factors). For a product of one-dimensional
+//! functions `sum_I grad S grad S^T / S = diag(g_x, g_y)` with `g_a = sum_i S_i'^2 / S_i` of the function along `a`
+//! alone, because the weights along the other axis sum to one and the gradients to zero. So `H_p` is at most
+//! `g diag(1, 1, 2)` in the order xx, yy, xy, with `g` the largest value of either axis
+//! ([`Shape::stiffest`]): the bound is `g` times [`crate::material::Material::stiffness_over_density`].
+//!
+//! Sharper bounds were tried, from the masses that nodes really have; they do not pay (`docs/decisions/0012`).
+//!
+//! A scheme that keeps velocities on points applies `S M^-1 S^T M_p` between steps, whose eigenvalues lie between 0 and
+//! 1, so it can only lower these frequencies.
+
+use interface::message::wire::Limits;
+
+use crate::kernel::lanes::{LANES, Lanes};
+use crate::kernel::point_tile::owner;
+use crate::kernel::shape::Shape;
+use crate::kernel::tiles::NODES;
+use crate::kernel::tiles::pitch;
+use crate::kernel::transfer::Transfer;
+use crate::state::contact::ContactLoad;
+use crate::state::continuum::Continuum;
+
+/// The limits for the next step, with what contact adds in this one.
+pub fn limits<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    load: ContactLoad,
+) -> Limits {
+    let speed_sq = continuum
+        .imps
+        .members
+        .iter()
+        .map(|m| {
+            let cloud = &continuum.clouds[m.cloud as usize];
+            let [x, y] = cloud.velocity(cloud.lane_of[m.local as usize] as usize);
+            x * x + y * y
+        })
+        .fold(0.0, f64::max);
+    Limits {
+        omega_sq: elastic_omega_sq(continuum),
+        contact_omega_sq: load.omega_sq,
+        damping: 0.0,
+        speed: speed_sq.sqrt(),
+        radius_min: 0.0, // the session's to add
+        mobility: if load.stiffness > 0.0 {
+            load.omega_sq / load.stiffness
+        } else {
+            0.0
+        },
+    }
+}
+
+/// Bound of the largest squared frequency without contact, in 1/s^2.
+fn elastic_omega_sq<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+) -> f64 {
+    let cell = continuum.grid.geometry.cell;
+    if continuum
+        .clouds
+        .iter()
+        .any(|c| c.shape.stiffest(0).is_none())
+    {
+        return omega_sq_of_points(continuum);
+    }
+    continuum
+        .clouds
+        .iter()
+        .map(|cloud| {
+            let stiffest = cloud
+                .stress_reports
+                .iter()
+                .map(|r| r.stiffness)
+                .fold(0.0, f64::max);
+            let place = stiffest_place(&cloud.shape) / (cell * cell);
+            with_viscosity(
+                stiffest * place,
+                cloud.material.viscosity_over_density() * place,
+            )
+        })
+        .fold(0.0, f64::max)
+}
+
+/// The bound for linear hats, from the masses that the nodes have in this step.
+///
+/// What is stepped in time is the velocity of the points, so the operator is `Q^T K Q` with
+/// `Q = M^-1 S^T M_p^1/2` (nodes by points), the projection of the points' velocities to the nodes and back. Its
+/// largest eigenvalue is at most the largest row sum of absolute values, weighted by `m_p^1/2` (Perron):
+///
+/// ```text
+/// omega^2 <= max_q sum_I S_Iq a_I / m_I,   a_I = sum_p m_p c_p |grad S_Ip| sum_J |grad S_Jp|
+/// ```
+///
+/// with `c_p` the stiffness over density. `S_Iq / m_I <= 1 / m_q` keeps it finite where a node has hardly any mass.
+fn omega_sq_of_points<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+) -> f64 {
+    continuum.loads_of_nodes.clear();
+    continuum
+        .loads_of_nodes
+        .resize(continuum.grid.tiles.len(), [0.0; NODES]);
+    let cell = continuum.grid.geometry.cell;
+    let mut largest: f64 = 0.0;
+    for pass in 0..2 {
+        for cloud in &continuum.clouds {
+            for tile in &cloud.tiles {
+                let stiffness = cloud.stress_reports[tile.index].stiffness;
+                for point in 0..tile.points {
+                    let (block, k) = (tile.first + point / LANES, point % LANES);
+                    let place = tile.frame.locate(&cloud.x[block], pitch(W));
+                    let lane = |w: [Lanes; W]| w.map(|w| w.as_array()[k]);
+                    let s = [0, 1].map(|a| lane(cloud.shape.weights(a, place.d[a])));
+                    let g = [0, 1].map(|a| lane(cloud.shape.gradients(a, place.d[a])));
+                    let node = |n: usize| {
+                        let (i, j) = (n % W, n / W);
+                        let gradient = (g[0][i] * s[1][j]).hypot(s[0][i] * g[1][j]) / cell;
+                        let (tile, node) = owner::<W>(tile, place.base[k] + j * pitch(W) + i);
+                        (tile, node, s[0][i] * s[1][j], gradient)
+                    };
+                    if pass == 0 {
+                        let total: f64 = (0..W * W).map(|n| node(n).3).sum();
+                        for n in 0..W * W {
+                            let (tile, node, _, gradient) = node(n);
+                            continuum.loads_of_nodes[tile][node] +=
+                                cloud.mass * stiffness * gradient * total;
+                        }
+                    } else {
+                        let sum: f64 = (0..W * W)
+                            .map(|n| {
+                                let (tile, node, s, _) = node(n);
+                                let per_mass = continuum.grid.tiles[tile].per_mass[node];
+                                s * per_mass * continuum.loads_of_nodes[tile][node]
+                            })
+                            .sum();
+                        largest = largest.max(sum);
+                    }
+                }
+            }
+        }
+    }
+    largest
+}
+
+/// `g L^2` of a shape function.
+pub fn stiffest_place<const W: usize, S: Shape<W>>(shape: &S) -> f64 {
+    (0..2)
+        .filter_map(|axis| shape.stiffest(axis))
+        .fold(0.0, f64::max)
+}
+
+/// The squared frequency whose limit `2/omega` is that of an oscillator of `omega_sq` damped at the rate `damping` (1/s)
+/// by forces of the velocity before the kick: `dt <= (2/omega) (sqrt(1 + z^2) - z)`, `z = damping / (2 omega)`.
+fn with_viscosity(omega_sq: f64, damping: f64) -> f64 {
+    ((omega_sq + 0.25 * damping * damping).sqrt() + 0.5 * damping).powi(2)
+}

@@ -1,0 +1,140 @@
+//! Loads on points go to the nodes, and their impulse and work to the books.
+//!
+//! Their impulse is counted as applied. Their work is the trapezoidal rule over the way of each point,
+//! `sum_p (f_p^n + f_p^{n+1}) / 2 . (x_p^{n+1} - x_p^n)`: exact for a dead load, and otherwise what the leapfrog pairs
+//! (the force of `t_n` acts over half of the interval behind and half of the one ahead). It is counted as work of driven
+//! boundaries.
+
+use interface::solver::Fault;
+use interface::step::Step;
+
+use crate::kernel::lanes::{LANES, Lanes, ZERO, splat, sum};
+use crate::kernel::shape::Shape;
+use crate::kernel::threads::{PerBlock, PerTile, over_tiles};
+use crate::kernel::tiles::pitch;
+use crate::kernel::transfer::{AffineState, Transfer};
+use crate::kernel::window::scatter_row;
+use crate::state::continuum::Continuum;
+use crate::state::loads::{Load, LoadReport, Loads};
+use crate::state::points::{Cloud, NO_POINT};
+
+/// Adds loads to the nodes, and counts their impulse and work.
+///
+/// # Errors
+/// [`Fault::NotFinite`] with the point at which a formula gives no number.
+pub fn apply_loads<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    step: &Step,
+) -> Result<(), Fault> {
+    if continuum.clouds.iter().all(|c| c.loads.is_none()) {
+        return Ok(());
+    }
+    let grain = continuum.grain();
+    let (clouds, geometry) = (&mut continuum.clouds, &continuum.grid.geometry);
+    let size = [0, 1].map(|a| geometry.upper[a] - geometry.lower[a]);
+    continuum.threads.run(|| {
+        for cloud in clouds {
+            apply(grain, cloud, size, step.time);
+        }
+    });
+    for cloud in &continuum.clouds {
+        let Some(loads) = &cloud.loads else {
+            continue;
+        };
+        let mut force = [0.0; 2];
+        for report in &loads.reports {
+            force[0] += report.force[0];
+            force[1] += report.force[1];
+            continuum.books.driven_work += report.work;
+        }
+        if !(force[0] + force[1]).is_finite() {
+            return Err(fault(loads, &cloud.ids, cloud.first_id));
+        }
+        continuum.books.applied_impulse += force.map(|f| step.kick() * f);
+    }
+    Ok(())
+}
+
+/// Adds the loads of `time` (s) to the forces on a cloud's nodes, in a domain of size `size` (m).
+fn apply<const W: usize, S: Shape<W>, A: AffineState>(
+    grain: usize,
+    cloud: &mut Cloud<W, S, A>,
+    size: [f64; 2],
+    time: f64,
+) {
+    let Some(loads) = &mut cloud.loads else {
+        return;
+    };
+    let (shape, x, mass) = (cloud.shape, &cloud.x, splat(cloud.mass));
+    let body_force = loads.body_force.as_ref();
+    let uniform = match body_force {
+        Some(b) if !b.varies => b.at(&[ZERO; 2], time),
+        _ => [ZERO; 2],
+    };
+    let share = (
+        PerBlock(&mut loads.points[..]),
+        PerTile::one(&mut cloud.force[..]),
+        PerTile::one(&mut loads.reports[..]),
+    );
+    over_tiles(
+        grain,
+        &cloud.tiles,
+        share,
+        || (),
+        &|tile, (points, force, report), ()| {
+            let force = &mut force.items[0];
+            let (mut total, mut work) = ([ZERO; 2], ZERO);
+            for (b, load) in points.0.iter_mut().enumerate() {
+                let (x, live) = (&x[tile.first + b], tile.live(b));
+                let acceleration = match body_force {
+                    Some(formula) if formula.varies => formula.at(&load.start, time),
+                    _ => uniform,
+                };
+                let mut f = [ZERO; 2];
+                for a in 0..2 {
+                    f[a] = live * (load.dead[a] + mass * acceleration[a]);
+                    let mean = splat(0.5) * (load.force[a] + f[a]);
+                    // A point that a periodic wall has moved by the size of the domain has not gone that way.
+                    let way = x[a] - load.x[a];
+                    let way = way - splat(size[a]) * (way * splat(1.0 / size[a])).round();
+                    work += live * mean * way;
+                    total[a] += f[a];
+                }
+                load.x = *x;
+                load.force = f;
+                let place = tile.frame.locate(x, pitch(W));
+                let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
+                for j in 0..W {
+                    let row: [[Lanes; 2]; W] = core::array::from_fn(|i| {
+                        let weight = s[0][i] * s[1][j];
+                        [weight * f[0], weight * f[1]]
+                    });
+                    scatter_row(force, &place, j, &row);
+                }
+            }
+            report.items[0] = LoadReport {
+                force: total.map(sum),
+                work: sum(work),
+            };
+        },
+    );
+}
+
+/// Names a point whose load is not finite.
+fn fault(loads: &Loads, ids: &[[u32; LANES]], first_id: u64) -> Fault {
+    let unsound = |(block, load): (usize, &Load)| {
+        (0..LANES).find_map(|k| {
+            let id = ids[block][k];
+            let sound = load.force.iter().all(|f| f.as_array()[k].is_finite());
+            (id != NO_POINT && !sound).then_some(first_id + u64::from(id))
+        })
+    };
+    let item = match loads.points.iter().enumerate().find_map(unsound) {
+        Some(id) => format!("point {id}"),
+        None => "all points together".into(),
+    };
+    Fault::NotFinite {
+        what: "body force".into(),
+        item,
+    }
+}

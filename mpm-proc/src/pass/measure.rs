@@ -1,0 +1,247 @@
+//! Energies, momenta and impulses (PHYSICS.md section 7). Impulses are counted in every step, the rest only where a step
+//! is measured.
+
+use interface::message::wire::GroupState;
+use interface::solver::MpmMeasurement;
+use interface::step::Step;
+
+use crate::kernel::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
+use crate::kernel::shape::Shape;
+use crate::kernel::transfer::{AffineState, Transfer};
+use crate::state::books::KickWork;
+use crate::state::constitutive::StressReport;
+use crate::state::continuum::Continuum;
+use crate::state::points::Cloud;
+
+/// Sums over the points of a cloud.
+#[derive(Debug, Clone, Copy, Default)]
+struct Motions {
+    momentum: [f64; 2],
+    kinetic: f64,
+}
+
+/// Counts the impulses of the step; if it is measured, takes what belongs to `t_n` and to `t_{n-1/2}`.
+pub fn keep_books<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    step: &Step,
+) {
+    let kick = step.kick();
+    continuum.books.kick = KickWork::default();
+    if step.dt_before + step.dt > 0.0 {
+        let mass: f64 = continuum.clouds.iter().map(Cloud::total_mass).sum();
+        continuum.books.applied_impulse += continuum.grid.gravity.map(|g| kick * mass * g);
+        for tile in &continuum.grid.tiles {
+            continuum.books.applied_impulse += tile.wall_impulse;
+            continuum.books.kick.friction += tile.friction_work;
+            continuum.books.kick.damping += tile.damping_work;
+        }
+    }
+    let ahead = core::mem::take(&mut continuum.books.ahead);
+    for [plastic, viscous, work] in
+        core::iter::once(ahead).chain(losses_of_tiles(&continuum.clouds))
+    {
+        continuum.books.plastic_work += plastic;
+        continuum.books.viscous_work += viscous;
+        continuum.books.stress_work += work - plastic - viscous;
+    }
+    let mut contact_force = [0.0; 2];
+    for f in &continuum.imps.forces {
+        for a in 0..2 {
+            contact_force[a] += f.force[a];
+        }
+    }
+    continuum.books.contact_impulse += contact_force.map(|f| kick * f);
+    if step.measure {
+        measure(continuum, contact_force, 1.0 - step.centring());
+    }
+}
+
+/// Adds up the reports of a stress update at the end of the step, before the points are sorted into other tiles.
+pub fn book_stress_ahead<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+) {
+    let add = |sum: [f64; 3], told: [f64; 3]| core::array::from_fn(|i| sum[i] + told[i]);
+    continuum.books.ahead = losses_of_tiles(&continuum.clouds).fold([0.0; 3], add);
+    for report in continuum
+        .clouds
+        .iter_mut()
+        .flat_map(|c| &mut c.stress_reports)
+    {
+        (report.lost, report.work) = ([0.0; 2], 0.0);
+    }
+}
+
+/// If the step is measured, takes what belongs to `t_{n+1/2}`.
+pub fn close_books<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    step: &Step,
+) {
+    let kick = continuum.books.kick;
+    if step.measure {
+        close_measurement(continuum, step.centring());
+        // At t_n the kick is done by the same share as the velocities are.
+        let ledger = &mut continuum.books.measurement.ledger;
+        ledger.applied_impulse = continuum.books.applied_impulse.value();
+        ledger.friction_work += step.centring() * kick.friction;
+        ledger.viscous_work += step.centring() * kick.damping;
+    }
+    continuum.books.friction_work += kick.friction;
+    continuum.books.viscous_work += kick.damping;
+}
+
+/// Takes what belongs to `t_{n+1/2}`; quantities of then count by `after`.
+fn close_measurement<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    after: f64,
+) {
+    let MpmMeasurement { ledger, groups } = &mut continuum.books.measurement;
+    ledger.momentum = [0.0; 2];
+    for (cloud, group) in continuum.clouds.iter().zip(groups) {
+        let motions = cloud.motions();
+        let kinetic = after * motions.kinetic;
+        group.kinetic += kinetic;
+        ledger.kinetic += kinetic;
+        for a in 0..2 {
+            let mass = group.mass.max(f64::MIN_POSITIVE);
+            group.velocity[a] += after * motions.momentum[a] / mass;
+            ledger.momentum[a] += motions.momentum[a];
+        }
+    }
+}
+
+/// Starts a measurement; quantities of `t_{n-1/2}` count by `before`.
+fn measure<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    contact_force: [f64; 2],
+    before: f64,
+) {
+    let MpmMeasurement { ledger, groups } = &mut continuum.books.measurement;
+    *ledger = interface::message::wire::Ledger {
+        friction_work: continuum.books.friction_work,
+        driven_work: continuum.books.driven_work,
+        plastic_work: continuum.books.plastic_work,
+        viscous_work: continuum.books.viscous_work,
+        stress_work: continuum.books.stress_work,
+        applied_impulse: continuum.books.applied_impulse.value(),
+        contact_impulse: continuum.books.contact_impulse.value(),
+        contact_force,
+        ..Default::default()
+    };
+    groups.clear();
+    for cloud in &continuum.clouds {
+        let motions = cloud.motions();
+        let mut group = cloud.extent();
+        group.kinetic = before * motions.kinetic;
+        // A group whose points have all been removed has no velocity.
+        let mass = group.mass.max(f64::MIN_POSITIVE);
+        group.velocity = motions.momentum.map(|p| before * p / mass);
+        ledger.kinetic += group.kinetic;
+        ledger.elastic += cloud
+            .tiles
+            .iter()
+            .map(|t| cloud.material.elastic_energy(t, cloud.volume))
+            .sum::<f64>();
+        let [gx, gy] = continuum.grid.gravity;
+        ledger.gravity -= group.mass * (gx * group.position[0] + gy * group.position[1]);
+        groups.push(group);
+    }
+    for (m, f) in continuum.imps.members.iter().zip(&continuum.imps.forces) {
+        if f.force != [0.0; 2] {
+            let group = &mut groups[m.cloud as usize];
+            group.contacts += 1;
+            ledger.contacts += 1;
+            for a in 0..2 {
+                group.contact_force[a] += f.force[a];
+            }
+            let cloud = &continuum.clouds[m.cloud as usize];
+            widen_loaded(
+                group,
+                cloud.position(cloud.lane_of[m.local as usize] as usize),
+            );
+        }
+    }
+}
+
+/// For each tile in the last stress pass: what it lost to plastic flow and to viscous stress, and the work of its stress, in J/m.
+fn losses_of_tiles<const W: usize, S: Shape<W>, A: AffineState>(
+    clouds: &[Cloud<W, S, A>],
+) -> impl Iterator<Item = [f64; 3]> {
+    clouds.iter().flat_map(|cloud| {
+        let told = |report: &StressReport| {
+            let [plastic, viscous] = report.lost;
+            [plastic, viscous, report.work].map(|sum| cloud.volume * sum)
+        };
+        cloud.stress_reports.iter().map(told)
+    })
+}
+
+/// Counts the place (m) of the loaded point that the group counted last into the extent of them.
+fn widen_loaded(group: &mut GroupState, x: [f64; 2]) {
+    if group.contacts == 1 {
+        (group.loaded_lower, group.loaded_upper) = (x, x);
+    }
+    for a in 0..2 {
+        group.loaded_lower[a] = group.loaded_lower[a].min(x[a]);
+        group.loaded_upper[a] = group.loaded_upper[a].max(x[a]);
+    }
+}
+
+impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
+    /// Momentum, and kinetic energy with that of the affine part: `m/2 (v.v + tr(C D C^T))`, `C = B D^-1` (eq. 29).
+    fn motions(&self) -> Motions {
+        let inverse_inertia = splat(1.0 / S::INVERSE_INERTIA.unwrap_or(1.0));
+        let (mut p, mut twice) = ([ZERO; 2], ZERO);
+        for tile in &self.tiles {
+            for b in 0..tile.blocks {
+                let motion = &self.motion[tile.first + b];
+                let live = tile.live(b);
+                let mut square = ZERO;
+                for a in 0..2 {
+                    p[a] += live * motion.v[a];
+                    square += motion.v[a] * motion.v[a];
+                }
+                if A::PRESENT {
+                    // C L is what is kept; D = L^2 / inverse_inertia.
+                    let affine: Lanes = motion
+                        .affine
+                        .slopes()
+                        .as_flattened()
+                        .iter()
+                        .fold(ZERO, |sum, &c| c.mul_add(c, sum));
+                    square += affine * inverse_inertia;
+                }
+                twice += live * square;
+            }
+        }
+        Motions {
+            momentum: p.map(|p| self.mass * sum(p)),
+            kinetic: 0.5 * self.mass * sum(twice),
+        }
+    }
+
+    /// Mass, centre and extent; zeros if all points have been removed.
+    fn extent(&self) -> GroupState {
+        if self.tiles.is_empty() {
+            return GroupState::default();
+        }
+        let (mut total, mut lower, mut upper) = ([ZERO; 2], self.x[0], self.x[0]);
+        for tile in &self.tiles {
+            for b in 0..tile.blocks {
+                let x = &self.x[tile.first + b];
+                // Lanes without a point follow the first of their tile, so they do not widen the extent.
+                for a in 0..2 {
+                    total[a] += tile.live(b) * x[a];
+                    lower[a] = lower[a].fast_min(x[a]);
+                    upper[a] = upper[a].fast_max(x[a]);
+                }
+            }
+        }
+        GroupState {
+            mass: self.total_mass(),
+            position: total.map(|x| sum(x) / self.len() as f64),
+            lower: lower.map(smallest),
+            upper: upper.map(largest),
+            ..Default::default()
+        }
+    }
+}

@@ -1,0 +1,20 @@
+//! The passes of a step: each reads the data, changes them, and is called by `step.rs`.
+
+pub mod check_points;
+pub mod contact;
+pub mod damping;
+pub mod drift;
+pub mod grid_to_points;
+pub mod images;
+pub mod leaving;
+pub mod limits;
+pub mod loads;
+pub mod measure;
+pub mod node_momentum;
+pub mod points_to_grid;
+pub mod select_imps;
+pub mod sort;
+pub mod stress;
+pub mod stress_schemes;
+pub mod update_grid;
+pub mod xpic;

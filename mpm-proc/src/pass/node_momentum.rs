@@ -1,0 +1,131 @@
+//! Mass, momentum and velocity of the nodes (Jiang 2020 eqs. 18 to 20): the windows of the clouds are summed, the momentum
+//! is divided by the mass, and the walls are obeyed.
+
+use super::images::{gather_momentum, gather_vectors, spread_before, spread_vectors};
+use crate::kernel::shape::Shape;
+use crate::kernel::threads::over_items;
+use crate::kernel::tiles::{NODES, first_node, node};
+use crate::kernel::transfer::AffineState;
+use crate::kernel::window::add_window;
+use crate::state::grid::Grid;
+use crate::state::nodes::{MappedTile, NodeTile};
+use crate::state::points::Cloud;
+use crate::state::walls::WallNodes;
+
+/// Below this mass (kg/m) a node counts as empty. Far below any mass that a shape function can give while its
+/// quotients keep their digits.
+const EMPTY: f64 = 1e-250;
+
+/// Sums mass and momentum over the clouds' windows, in their order, and obeys the walls (eqs. 18 to 20).
+///
+/// `pic_fraction` is the share of the momentum taken away here that the points will feel.
+pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
+    grid: &mut Grid,
+    grain: usize,
+    clouds: &[Cloud<W, S, A>],
+    pic_fraction: f64,
+) {
+    let (walls, overlaps) = (&grid.walls, &grid.overlaps);
+    over_items(grain, &mut grid.tiles, &|tile: &mut NodeTile| {
+        let mut sum = [[0.0; 4]; NODES];
+        for o in tile.overlapping(overlaps) {
+            let window = &clouds[o.cloud as usize].mass_momentum[o.tile as usize];
+            add_window::<W, 4>(&mut sum, &window.0, o.run);
+        }
+        tile.wall_impulse = [0.0; 2];
+        tile.friction_work = 0.0;
+        tile.damping_work = 0.0;
+        for (i, sum) in sum.iter().enumerate() {
+            tile.mass[i] = sum[0];
+            tile.before[i] = [sum[1], sum[2]];
+        }
+        if !tile.imaged {
+            tile.divide_momentum(walls, pic_fraction);
+        }
+    });
+    if !grid.images.is_empty() {
+        gather_momentum(&mut grid.images, &mut grid.tiles);
+        over_items(grain, &mut grid.tiles, &|tile: &mut NodeTile| {
+            if tile.imaged {
+                tile.divide_momentum(walls, pic_fraction);
+            }
+        });
+        spread_before(&grid.images, &mut grid.tiles, pic_fraction);
+    }
+}
+
+/// Velocities `p_I / m_I` of the nodes from the clouds' windows, walls obeyed, into [`Grid::mapped`] where wanted;
+/// those that the nodes move with stay as they are.
+pub fn divide_mapped<const W: usize, S: Shape<W>, A: AffineState>(
+    grid: &mut Grid,
+    grain: usize,
+    clouds: &[Cloud<W, S, A>],
+) {
+    let (walls, overlaps, tiles) = (&grid.walls, &grid.overlaps, &grid.tiles);
+    over_items(grain, &mut grid.mapped, &|mapped: &mut MappedTile| {
+        if mapped.wanted == 0 {
+            return;
+        }
+        let tile = &tiles[mapped.tile as usize];
+        let mut sum = [[0.0; 4]; NODES];
+        for o in tile.overlapping(overlaps) {
+            let window = &clouds[o.cloud as usize].mass_momentum[o.tile as usize];
+            add_window::<W, 4>(&mut sum, &window.0, o.run);
+        }
+        for (v, sum) in mapped.velocity.iter_mut().zip(&sum) {
+            *v = [sum[1], sum[2]];
+        }
+        mapped.impulse = [0.0; 2];
+        if !tile.imaged {
+            mapped.divide_momentum(tile, walls);
+        }
+    });
+    if !grid.images.is_empty() {
+        gather_vectors(&mut grid.images, &mut grid.mapped);
+        over_items(grain, &mut grid.mapped, &|mapped: &mut MappedTile| {
+            let tile = &tiles[mapped.tile as usize];
+            if tile.imaged && mapped.wanted != 0 {
+                mapped.divide_momentum(tile, walls);
+            }
+        });
+        spread_vectors(&grid.images, &mut grid.mapped, 1.0);
+    }
+}
+
+impl MappedTile {
+    /// From momenta to velocities, walls obeyed.
+    fn divide_momentum(&mut self, tile: &NodeTile, walls: &WallNodes) {
+        let origin = first_node(tile.at);
+        for i in 0..NODES {
+            let free = self.velocity[i].map(|p| p * tile.per_mass[i]);
+            let held = walls.hold(node(origin, i), free);
+            for a in 0..2 {
+                self.impulse[a] += tile.mass[i] * (held[a] - free[a]);
+            }
+            self.velocity[i] = held;
+        }
+    }
+}
+
+impl NodeTile {
+    /// From momenta, in [`Self::before`], to velocities, walls obeyed.
+    fn divide_momentum(&mut self, walls: &WallNodes, pic_fraction: f64) {
+        for (per_mass, mass) in self.per_mass.iter_mut().zip(&self.mass) {
+            *per_mass = if *mass > EMPTY { 1.0 / mass } else { 0.0 };
+        }
+        for (v, per_mass) in self.before.iter_mut().zip(&self.per_mass) {
+            *v = [v[0] * per_mass, v[1] * per_mass];
+        }
+        if self.walled {
+            let origin = first_node(self.at);
+            for i in 0..NODES {
+                let held = walls.hold(node(origin, i), self.before[i]);
+                for a in 0..2 {
+                    self.wall_impulse[a] +=
+                        pic_fraction * self.mass[i] * (held[a] - self.before[i][a]);
+                }
+                self.before[i] = held;
+            }
+        }
+    }
+}

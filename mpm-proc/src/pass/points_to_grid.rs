@@ -1,0 +1,144 @@
+//! Points to grid: mass and momentum (Jiang 2020 eqs. 18, 19, 30).
+
+use super::node_momentum::{divide_mapped, sum_momentum};
+use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
+use crate::kernel::point_tile::Which;
+use crate::kernel::shape::Shape;
+use crate::kernel::threads::{PerTile, over_tiles};
+use crate::kernel::tiles::{Place, pitch};
+use crate::kernel::transfer::{AffineState, Transfer};
+use crate::kernel::window::{NodalWindow, add_numbers, add_product};
+use crate::state::continuum::Continuum;
+use crate::state::points::{Cloud, Motion};
+
+/// Maps mass and momentum of all points to the nodes, and divides: velocities of the nodes before the kick.
+pub fn points_to_grid<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+) {
+    let grain = continuum.grain();
+    let pic_fraction = continuum.transfer.pic_fraction();
+    let (clouds, grid) = (&mut continuum.clouds, &mut continuum.grid);
+    continuum.threads.run(|| {
+        for cloud in &mut *clouds {
+            fill_windows(grain, cloud, Which::All);
+        }
+        sum_momentum(grid, grain, clouds, pic_fraction);
+    });
+}
+
+/// Maps the velocities of the points in `which` tiles to [`crate::state::grid::Grid::mapped`]; those that the nodes move
+/// with stay as they are.
+pub fn map_velocities<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    which: Which,
+) {
+    let grain = continuum.grain();
+    let (clouds, grid) = (&mut continuum.clouds, &mut continuum.grid);
+    continuum.threads.run(|| {
+        for cloud in &mut *clouds {
+            fill_windows(grain, cloud, which);
+        }
+        divide_mapped(grid, grain, clouds);
+    });
+}
+
+/// Sums mass and momentum of a cloud's points into the windows of their tiles, of `which`.
+fn fill_windows<const W: usize, S: Shape<W>, A: AffineState>(
+    grain: usize,
+    cloud: &mut Cloud<W, S, A>,
+    which: Which,
+) {
+    let (shape, x, motion, mass) = (cloud.shape, &cloud.x, &cloud.motion, cloud.mass);
+    let share = PerTile::one(&mut cloud.mass_momentum[..]);
+    over_tiles(grain, &cloud.tiles, share, || (), &|tile, window, ()| {
+        if !which.has(tile) {
+            return;
+        }
+        let nodes = &mut window.items[0];
+        nodes.0.fill(0.0);
+        for b in 0..tile.blocks {
+            let block = tile.first + b;
+            let place = tile.frame.locate(&x[block], pitch(W));
+            let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
+            let mass = splat(mass) * tile.live(b);
+            add_momentum(nodes, &place, &s, &motion[block], mass);
+        }
+    });
+}
+
+/// `m_I += m_p S_Ip`, `p_I += m_p S_Ip (v_p + B_p D_p^-1 (x_I - x_p))` for four points.
+#[inline(always)]
+fn add_momentum<const W: usize, A: AffineState>(
+    nodes: &mut NodalWindow,
+    place: &Place,
+    s: &[[Lanes; W]; 2],
+    motion: &Motion<A>,
+    mass: Lanes,
+) {
+    // (m, p_x, p_y, 0) of each point at its base node, and the change by one node along x and along y.
+    let [along, across] = motion.affine.slopes();
+    let mut v = motion.v;
+    let mut change = [[ZERO; LANES]; 2];
+    if A::PRESENT {
+        for a in 0..2 {
+            v[a] -= along[a] * place.d[0] + across[a] * place.d[1];
+        }
+        change = [
+            Lanes::transpose([ZERO, mass * along[0], mass * along[1], ZERO]),
+            Lanes::transpose([ZERO, mass * across[0], mass * across[1], ZERO]),
+        ];
+    }
+    let at_base = Lanes::transpose([mass, mass * v[0], mass * v[1], ZERO]);
+    // Point by point from here, a node's four numbers in one register.
+    let [mut sx, mut sy] = [[[0.0; LANES]; W]; 2];
+    for i in 0..W {
+        sx[i] = s[0][i].to_array();
+        sy[i] = s[1][i].to_array();
+    }
+    if place.shared {
+        // What the four add to a node is summed before it goes there.
+        let mut rows = at_base;
+        for j in 0..W {
+            let (mut value, mut step) = ([ZERO; LANES], [ZERO; LANES]);
+            for k in 0..LANES {
+                let weight = splat(sy[j][k]);
+                value[k] = weight * rows[k];
+                if A::PRESENT {
+                    step[k] = weight * change[0][k];
+                    rows[k] += change[1][k];
+                }
+            }
+            for i in 0..W {
+                let mut sum = splat(sx[i][0]) * value[0];
+                for k in 1..LANES {
+                    sum = splat(sx[i][k]).mul_add(value[k], sum);
+                }
+                add_numbers(nodes, 4 * (place.base[0] + j * pitch(W) + i), sum);
+                if A::PRESENT {
+                    for k in 0..LANES {
+                        value[k] += step[k];
+                    }
+                }
+            }
+        }
+        return;
+    }
+    for k in 0..LANES {
+        let mut row = at_base[k];
+        for j in 0..W {
+            let weight = splat(sy[j][k]);
+            let mut value = weight * row;
+            let step = weight * change[0][k];
+            for i in 0..W {
+                let at = 4 * (place.base[k] + j * pitch(W) + i);
+                add_product(nodes, at, splat(sx[i][k]), value);
+                if A::PRESENT {
+                    value += step;
+                }
+            }
+            if A::PRESENT {
+                row += change[1][k];
+            }
+        }
+    }
+}

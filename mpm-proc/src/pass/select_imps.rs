@@ -1,0 +1,180 @@
+//! Which points are identified material points: those near the bodies' envelopes (Jiang 2020 section 4).
+
+use interface::Vec2;
+use interface::message::wire::EnvelopeVertex;
+use mechanics::outline::{crosses_ray, nearest_on_edge};
+
+use crate::kernel::lanes::LANES;
+use crate::kernel::point_tile::Tile;
+use crate::kernel::shape::Shape;
+use crate::kernel::transfer::AffineState;
+use crate::state::imps::{Imps, Member};
+use crate::state::points::{Cloud, NO_POINT};
+
+/// Chooses the points within `reach + r_p + V_d` of an envelope, or inside one.
+pub fn select_imps<const W: usize, S: Shape<W>, A: AffineState>(
+    imps: &mut Imps,
+    clouds: &[Cloud<W, S, A>],
+    envelopes: &[EnvelopeVertex],
+) {
+    imps.members.clear();
+    imps.travel = 0.0;
+    let outlines = outlines(envelopes);
+    if !outlines.is_empty() {
+        for (c, cloud) in clouds.iter().enumerate() {
+            for tile in &cloud.tiles {
+                let margin = cloud.radius + imps.skin;
+                select_in_tile(cloud, tile, &outlines, margin, |local| {
+                    imps.members.push(Member {
+                        cloud: c as u32,
+                        local,
+                    });
+                });
+            }
+        }
+    }
+    // Ids rise with the cloud and within it.
+    imps.members.sort_unstable();
+    imps.write_infos(clouds);
+    imps.forces.clear();
+}
+
+/// The envelope of one body.
+struct Outline {
+    vertices: Vec<Vec2>,
+    reach: f64,
+    bounds: Bounds,
+}
+
+impl Outline {
+    fn edges(&self) -> impl Iterator<Item = (Vec2, Vec2)> + '_ {
+        let n = self.vertices.len();
+        let count = if n == 2 { 1 } else { n };
+        (0..count).map(move |i| (self.vertices[i], self.vertices[(i + 1) % n]))
+    }
+}
+
+fn outlines(envelopes: &[EnvelopeVertex]) -> Vec<Outline> {
+    envelopes
+        .chunk_by(|a, b| a.body == b.body)
+        .map(|records| {
+            let vertices: Vec<Vec2> = records.iter().map(|r| Vec2::from(r.position)).collect();
+            Outline {
+                reach: records.iter().map(|r| r.reach).fold(0.0, f64::max),
+                bounds: vertices.iter().copied().collect(),
+                vertices,
+            }
+        })
+        .collect()
+}
+
+/// An axis-aligned box.
+#[derive(Debug, Clone, Copy)]
+struct Bounds {
+    lower: Vec2,
+    upper: Vec2,
+}
+
+impl FromIterator<Vec2> for Bounds {
+    fn from_iter<I: IntoIterator<Item = Vec2>>(points: I) -> Self {
+        let empty = Self {
+            lower: Vec2::repeat(f64::INFINITY),
+            upper: Vec2::repeat(f64::NEG_INFINITY),
+        };
+        points.into_iter().fold(empty, |b, p| Self {
+            lower: b.lower.inf(&p),
+            upper: b.upper.sup(&p),
+        })
+    }
+}
+
+impl Bounds {
+    /// Whether something in one box can be within `distance` of something in the other.
+    fn near(&self, other: &Self, distance: f64) -> bool {
+        // A hair more, since the distances are compared after rounding.
+        let d = Vec2::repeat(distance * (1.0 + 1e-9));
+        let (a, b) = (self.lower - d, self.upper + d);
+        a.x <= other.upper.x && a.y <= other.upper.y && b.x >= other.lower.x && b.y >= other.lower.y
+    }
+}
+
+/// Calls `found` for the points of a tile that some outline asks for.
+///
+/// Whole tiles are passed over by their bounds, and a large outline is reduced to the edges that matter for the tile:
+/// those near enough to be within reach, and those that a ray to the right can cross.
+fn select_in_tile<const W: usize, S: Shape<W>, A: AffineState>(
+    cloud: &Cloud<W, S, A>,
+    tile: &Tile,
+    outlines: &[Outline],
+    margin: f64,
+    mut found: impl FnMut(u32),
+) {
+    let points = || {
+        (tile.first..tile.first + tile.blocks).flat_map(|block| {
+            (0..LANES).filter_map(move |k| {
+                let local = cloud.ids[block][k];
+                let position = Vec2::from(cloud.position(block * LANES + k));
+                (local != NO_POINT).then_some((local, position))
+            })
+        })
+    };
+    let bounds: Bounds = points().map(|(_, p)| p).collect();
+    let near: Vec<LocalOutline> = outlines
+        .iter()
+        .filter(|o| o.bounds.near(&bounds, o.reach + margin))
+        .map(|o| LocalOutline::new(o, &bounds, o.reach + margin))
+        .filter(|o| !o.near.is_empty() || !o.crossed.is_empty())
+        .collect();
+    if near.is_empty() {
+        return;
+    }
+    for (local, p) in points() {
+        if near.iter().any(|o| o.asks_for(p)) {
+            found(local);
+        }
+    }
+}
+
+/// The part of an outline that matters for a box.
+struct LocalOutline {
+    distance: f64,
+    near: Vec<(Vec2, Vec2)>,
+    crossed: Vec<(Vec2, Vec2)>,
+}
+
+impl LocalOutline {
+    fn new(outline: &Outline, bounds: &Bounds, distance: f64) -> Self {
+        let box_of = |(a, b): &(Vec2, Vec2)| [*a, *b].into_iter().collect::<Bounds>();
+        Self {
+            distance,
+            near: outline
+                .edges()
+                .filter(|e| box_of(e).near(bounds, distance))
+                .collect(),
+            crossed: if outline.vertices.len() > 2 {
+                outline
+                    .edges()
+                    .filter(|e| {
+                        let b = box_of(e);
+                        b.lower.y <= bounds.upper.y && b.upper.y >= bounds.lower.y
+                    })
+                    .collect()
+            } else {
+                Vec::new()
+            },
+        }
+    }
+
+    fn asks_for(&self, p: Vec2) -> bool {
+        let square = self
+            .near
+            .iter()
+            .map(|&(a, b)| (p - nearest_on_edge(a, b, p, 0, 0).0).norm_squared())
+            .fold(f64::INFINITY, f64::min);
+        square.sqrt() <= self.distance
+            || self
+                .crossed
+                .iter()
+                .fold(false, |inside, &(a, b)| inside ^ crosses_ray(a, b, p))
+    }
+}

@@ -1,0 +1,58 @@
+//! When the stress is updated within the step: first (USF), last (USL, MUSL), or both (USAVG).
+
+use interface::config::StressUpdate;
+
+use super::grid_to_points::transfer_pass;
+use super::measure::book_stress_ahead;
+use super::points_to_grid::points_to_grid;
+use super::stress::stress_pass;
+use crate::kernel::point_tile::Which;
+use crate::kernel::shape::Shape;
+use crate::kernel::transfer::Transfer;
+use crate::state::constitutive::{PositionsAt, Velocity};
+use crate::state::continuum::Continuum;
+
+/// The stress at `t_n`, from the interval of `dt` (s) before it, and its internal forces. Schemes that update the stress
+/// last have it already, so only the forces are summed.
+pub fn update_stress_first<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    dt: f64,
+) {
+    let strained = match continuum.stress_update {
+        StressUpdate::Usf => Some(dt),
+        StressUpdate::Usavg => Some(0.5 * dt),
+        StressUpdate::Usl | StressUpdate::Musl => None,
+    };
+    let positions_at = match strained {
+        Some(_) => PositionsAt::End,
+        None => PositionsAt::Start, // as when it was strained
+    };
+    let by = (Velocity::Before, positions_at);
+    stress_pass(
+        continuum,
+        strained.unwrap_or(dt),
+        by,
+        strained.is_some(),
+        true,
+    );
+}
+
+/// The stress at `t_{n+1}`, from the velocities after the kick: those of the nodes (USL), or those of the points, mapped to
+/// the nodes once more (MUSL; USAVG, which gets to the middle of the step).
+pub fn update_stress_last<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    dt: f64,
+) {
+    let (velocity, dt) = match continuum.stress_update {
+        StressUpdate::Usf => return,
+        StressUpdate::Usl => (Velocity::After, dt),
+        StressUpdate::Musl => (Velocity::Before, dt),
+        StressUpdate::Usavg => (Velocity::Before, 0.5 * dt),
+    };
+    if velocity == Velocity::Before {
+        transfer_pass::<W, true, false, S, T>(continuum, Which::All, 0.0);
+        points_to_grid(continuum);
+    }
+    stress_pass(continuum, dt, (velocity, PositionsAt::Start), true, false);
+    book_stress_ahead(continuum);
+}

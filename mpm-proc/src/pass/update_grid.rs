@@ -1,0 +1,111 @@
+//! The grid's update: the kick of the nodes with damping and walls (Jiang 2020 eqs. 17 and 48).
+
+use super::damping::Damping;
+use super::images::{gather_force, spread_after};
+use crate::kernel::shape::Shape;
+use crate::kernel::threads::over_items;
+use crate::kernel::tiles::{NODES, first_node, node};
+use crate::kernel::transfer::{AffineState, Transfer};
+use crate::kernel::window::add_window;
+use crate::state::continuum::Continuum;
+use crate::state::grid::Grid;
+use crate::state::nodes::NodeTile;
+use crate::state::points::Cloud;
+use crate::state::walls::WallNodes;
+
+/// `v_I^{n+1/2} = v_I^{n-1/2} + (f_I^int + f_I^cont + m_I g) / m_I kick`, walls obeyed (eqs. 17, 48).
+/// `kick` is its length in s.
+pub fn update_grid<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    kick: f64,
+) {
+    let (grain, damping) = (continuum.grain(), continuum.damping);
+    let (clouds, grid) = (&continuum.clouds, &mut continuum.grid);
+    continuum
+        .threads
+        .run(|| kick_nodes(grid, grain, clouds, kick, damping));
+}
+
+fn kick_nodes<const W: usize, S: Shape<W>, A: AffineState>(
+    grid: &mut Grid,
+    grain: usize,
+    clouds: &[Cloud<W, S, A>],
+    kick: f64,
+    damping: f64,
+) {
+    let (overlaps, contact, gravity) = (&grid.overlaps, &grid.contact, grid.gravity);
+    let act = Kick {
+        length: kick,
+        gravity,
+        damping: Damping::over(damping, kick),
+        walls: &grid.walls,
+    };
+    over_items(grain, &mut grid.tiles, &|tile: &mut NodeTile| {
+        let mut force = [[0.0; 2]; NODES];
+        for o in tile.overlapping(overlaps) {
+            let window = &clouds[o.cloud as usize].force[o.tile as usize];
+            add_window::<W, 2>(&mut force, &window.0, o.run);
+        }
+        if let Some(contact) = contact.get(tile.index) {
+            for (f, c) in force.iter_mut().zip(&contact.force) {
+                f[0] += c[0];
+                f[1] += c[1];
+            }
+        }
+        if tile.imaged {
+            tile.after = force;
+        } else {
+            tile.kick(&force, &act);
+        }
+    });
+    if !grid.images.is_empty() {
+        gather_force(&mut grid.images, &mut grid.tiles, gravity);
+        over_items(grain, &mut grid.tiles, &|tile: &mut NodeTile| {
+            if tile.imaged {
+                let force = tile.after;
+                tile.kick(&force, &act);
+            }
+        });
+        spread_after(&grid.images, &mut grid.tiles, kick);
+    }
+}
+
+/// What acts on the nodes in a kick besides forces.
+struct Kick<'a> {
+    /// Its length in s.
+    length: f64,
+    gravity: [f64; 2],
+    damping: Option<Damping>,
+    walls: &'a WallNodes,
+}
+
+impl NodeTile {
+    /// Kicks the nodes by `force` (N/m).
+    fn kick(&mut self, force: &[[f64; 2]; NODES], act: &Kick) {
+        // An empty node falls too; no point reads it.
+        let fall = act.gravity.map(|g| g * act.length);
+        let nodes = self.after.iter_mut().zip(&self.before);
+        for (((after, before), per_mass), f) in nodes.zip(&self.per_mass).zip(force) {
+            let gain = per_mass * act.length;
+            for a in 0..2 {
+                after[a] = f[a].mul_add(gain, before[a] + fall[a]);
+            }
+        }
+        let damped = act.damping.map(|d| d.act(self));
+        if self.walled {
+            let (origin, walls) = (first_node(self.at), act.walls);
+            for i in 0..NODES {
+                let free = self.after[i];
+                let held = walls.hold_after_kick(node(origin, i), free);
+                self.friction_work += self.mass[i] * walls.slid(node(origin, i), free, held);
+                for a in 0..2 {
+                    self.wall_impulse[a] += self.mass[i] * (held[a] - free[a]);
+                }
+                self.after[i] = held;
+            }
+        }
+        if let Some(impulse) = &damped {
+            Damping::count(impulse, self);
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! The filter of XPIC(m) (Hammerquist and Nairn 2017): velocities of points less what the grid cannot see of them.
+//!
+//! ```text
+//! v_p <- v_p - (1 - S S+)^m v_p,    S+ = M^-1 S^T M_p
+//! ```
+//!
+//! then the increment of the grid, as in FLIP. With m = 1 this is PIC; the larger m, the less is filtered out.
+
+use crate::kernel::point_tile::Which;
+use crate::kernel::shape::Shape;
+use crate::kernel::threads::{PerBlock, over_tiles};
+use crate::kernel::tiles::pitch;
+use crate::kernel::transfer::Transfer;
+use crate::kernel::window::fill_window;
+use crate::kernel::window::{NO_VECTORS, gather_row};
+use crate::pass::points_to_grid::map_velocities;
+use crate::state::continuum::Continuum;
+use crate::state::nodes::ALL_NODES;
+use crate::state::points::Motion;
+
+/// Filters the velocities of the points, where the transfer does. Walls hold what the grid sees; what they take away
+/// in the last round is an impulse on the points.
+pub fn filter_velocities<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+) {
+    if continuum.transfer.order() == 0 {
+        return;
+    }
+    continuum.grid.make_room_for_mapped();
+    continuum
+        .grid
+        .mapped
+        .iter_mut()
+        .for_each(|tile| tile.wanted = ALL_NODES);
+    over_motion(continuum, |motion| {
+        T::set_aside(&motion.v, &mut motion.affine)
+    });
+    for _ in 0..continuum.transfer.order() {
+        map_velocities(continuum, Which::All);
+        subtract(continuum);
+    }
+    over_motion(continuum, |motion| {
+        T::take_from_aside(&mut motion.v, &motion.affine)
+    });
+    for tile in &continuum.grid.mapped {
+        continuum.books.applied_impulse += tile.impulse;
+    }
+}
+
+/// Calls `act` with the velocities of every block.
+fn over_motion<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    act: impl Fn(&mut Motion<T::Affine>) + Sync,
+) {
+    let grain = continuum.grain();
+    let clouds = &mut continuum.clouds;
+    continuum.threads.run(|| {
+        for cloud in clouds {
+            let share = PerBlock(&mut cloud.motion[..]);
+            over_tiles(grain, &cloud.tiles, share, || (), &|_, motion, ()| {
+                motion.0.iter_mut().for_each(&act);
+            });
+        }
+    });
+}
+
+/// `v_p -= sum_I S_Ip v_I`, of what the grid has seen.
+fn subtract<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
+    let grain = continuum.grain();
+    let (clouds, grid) = (&mut continuum.clouds, &continuum.grid);
+    continuum.threads.run(|| {
+        for cloud in clouds {
+            let (shape, x) = (cloud.shape, &cloud.x);
+            let share = PerBlock(&mut cloud.motion[..]);
+            over_tiles(
+                grain,
+                &cloud.tiles,
+                share,
+                || NO_VECTORS,
+                &|tile, motion, window| {
+                    fill_window::<W, _>(window, &grid.tiles, tile, |t| {
+                        &grid.mapped[t.index].velocity
+                    });
+                    for (x, motion) in x[tile.first..].iter().zip(motion.0.iter_mut()) {
+                        let place = tile.frame.locate(x, pitch(W));
+                        let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
+                        for j in 0..W {
+                            let row = gather_row::<W>(window, &place, j);
+                            for i in 0..W {
+                                let weight = s[0][i] * s[1][j];
+                                for a in 0..2 {
+                                    motion.v[a] -= weight * row[i][a];
+                                }
+                            }
+                        }
+                    }
+                },
+            );
+        }
+    });
+}

@@ -1,0 +1,138 @@
+//! A configured solver: one trait for all shape functions and transfers.
+
+use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
+use interface::saved::{pack, unpack};
+use interface::solver::{Fault, MpmMeasurement, Refusal};
+use interface::step::Step;
+
+use crate::kernel::shape::Shape;
+use crate::kernel::transfer::Transfer;
+use crate::pass::select_imps::select_imps;
+#[cfg(test)]
+use crate::pass::sort::sort;
+use crate::state::continuum::{Continuum, SAVED};
+use crate::state::nodes::NodeTile;
+use crate::state::points::{Cloud, NO_POINT};
+use crate::step;
+
+/// What the solver asks of a continuum, whatever its shape function and transfer.
+pub trait Scheme: Send {
+    /// The part of a step that needs no contact force.
+    fn predict(&mut self, step: &Step) -> Result<(), Fault>;
+
+    /// The rest of the step, with the forces on the IMPs.
+    fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault>;
+
+    /// Chooses the IMPs anew.
+    fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo];
+
+    /// Largest displacement since the last selection in m.
+    fn travel(&self) -> f64;
+
+    /// States of the IMPs.
+    fn imp_states(&mut self) -> &[ImpState];
+
+    /// The last measurement.
+    fn measurement(&self) -> &MpmMeasurement;
+
+    /// All points by id.
+    fn points(&self) -> Vec<PointState>;
+
+    /// Bytes of memory in use.
+    fn bytes(&self) -> usize;
+
+    /// The state before the next step.
+    fn save(&self) -> Vec<u8>;
+
+    /// Takes over what [`Self::save`] gave.
+    ///
+    /// # Errors
+    /// A [`Refusal`] of what is not a state of this configuration; the scheme is then of no more use.
+    fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal>;
+
+    /// Sorts the points whether they need it or not.
+    #[cfg(test)]
+    fn sort_now(&mut self);
+
+    /// Whether points were sorted at the end of the last step.
+    #[cfg(test)]
+    fn just_sorted(&self) -> bool;
+}
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Continuum<W, S, T> {
+    fn predict(&mut self, step: &Step) -> Result<(), Fault> {
+        step::predict(self, step)
+    }
+
+    fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault> {
+        step::correct(self, step, forces)
+    }
+
+    fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo] {
+        select_imps(&mut self.imps, &self.clouds, envelopes);
+        if !self.imps.infos.is_empty() && self.grid.contact.is_empty() {
+            self.grid.make_room_for_contact();
+        }
+        &self.imps.infos
+    }
+
+    fn travel(&self) -> f64 {
+        self.imps.travel
+    }
+
+    fn imp_states(&mut self) -> &[ImpState] {
+        self.imps.refresh(&self.clouds);
+        &self.imps.states
+    }
+
+    fn measurement(&self) -> &MpmMeasurement {
+        &self.books.measurement
+    }
+
+    fn points(&self) -> Vec<PointState> {
+        let point = |group: usize, cloud: &Cloud<W, S, T::Affine>, (i, &lane): (usize, &u32)| {
+            let (stress, volume) = cloud.material.strained(lane as usize);
+            PointState {
+                id: cloud.first_id + i as u64,
+                position: self.grid.geometry.entered(cloud.position(lane as usize)),
+                velocity: cloud.velocity(lane as usize),
+                stress,
+                volume: volume * cloud.volume,
+                mass: cloud.mass,
+                group: group as u32,
+                reserved: 0,
+            }
+        };
+        let clouds = self.clouds.iter().enumerate();
+        clouds
+            .flat_map(|(group, c)| {
+                let stays = |l: &(usize, &u32)| *l.1 != NO_POINT;
+                let lanes = c.lane_of.iter().enumerate().filter(stays);
+                lanes.map(move |l| point(group, c, l))
+            })
+            .collect()
+    }
+
+    fn bytes(&self) -> usize {
+        let nodes = size_of::<NodeTile>() * self.grid.tiles.capacity();
+        nodes + self.clouds.iter().map(Cloud::bytes).sum::<usize>()
+    }
+
+    fn save(&self) -> Vec<u8> {
+        pack(SAVED, &self.saved())
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
+        self.take_over(unpack(SAVED, saved)?)
+    }
+
+    #[cfg(test)]
+    fn sort_now(&mut self) {
+        sort(self);
+    }
+
+    #[cfg(test)]
+    fn just_sorted(&self) -> bool {
+        self.moved == 0.0
+    }
+}

@@ -1,0 +1,370 @@
+//! From a configuration to a solver that is ready: checks, filling, and the one choice of shape function, transfer and
+//! materials.
+
+use core::ops::Range;
+
+use interface::config::{
+    GridContact, GroupConfig, Interface, MaterialModel, MpmConfig, Plane, ShapeFunction,
+    Transfer as TransferConfig,
+};
+use interface::solver::{Readiness, Refusal};
+
+use super::grid::geometry;
+use crate::grains::Grains;
+use crate::kernel::lanes::LANES;
+use crate::kernel::shape::{CubicBspline, Linear, QuadraticBspline, Shape, Ugimp};
+use crate::kernel::spread::Spread;
+use crate::kernel::threads::Threads;
+use crate::kernel::tiles::Geometry;
+use crate::kernel::transfer::{Apic, Blend, Flip, Pic, Transfer, Xpic};
+use crate::material::{
+    DruckerPrager, Elastic, Fluid, Jaumann, Material, Moduli, MohrCoulomb, NeoHookean, PlaneStrain,
+    PlaneStress, Rigid, VonMises,
+};
+use crate::pass::limits::stiffest_place;
+use crate::pass::sort::sort;
+use crate::scheme::Scheme;
+use crate::setup::fields::Fields;
+use crate::setup::fill::{FilledRegion, fill, refuse_overlap};
+use crate::state::books::Books;
+use crate::state::constitutive::{Constitutive, MaterialPoints};
+use crate::state::continuum::Continuum;
+use crate::state::grid::Grid;
+use crate::state::imps::Imps;
+use crate::state::outside::Outside;
+use crate::state::points::{Cloud, Kind};
+use crate::state::stages::Stages;
+use crate::state::walls::WallNodes;
+
+/// Builds the solver.
+///
+/// # Errors
+/// A [`Refusal`] that names the key.
+pub fn build(config: &MpmConfig) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
+    if config.layers {
+        let text = "grid layers of the groups' own are not built (capability `layers`)";
+        return Err(Refusal::new("mpm.layers", text));
+    }
+    if config.interface == Interface::Segments {
+        let text =
+            "chains of boundary markers are not built (capability `segments`); use \"points\"";
+        return Err(Refusal::new("mpm.interface", text));
+    }
+    let parts = Parts::new(config)?;
+    match (config.shape, parts.transfer()) {
+        (ShapeFunction::QuadraticBspline, t) => match t {
+            TransferConfig::Apic => parts.build(|_| QuadraticBspline, Apic),
+            _ => parts.with_plain_transfer(|_| QuadraticBspline),
+        },
+        (ShapeFunction::CubicBspline, t) => match t {
+            TransferConfig::Apic => parts.build(|_| CubicBspline, Apic),
+            _ => parts.with_plain_transfer(|_| CubicBspline),
+        },
+        (ShapeFunction::Ugimp | ShapeFunction::Linear, TransferConfig::Apic) => {
+            unreachable!("a fault of the configuration")
+        }
+        (ShapeFunction::Ugimp, _) => {
+            let cell = config.cell;
+            parts.with_plain_transfer(move |p: &FilledRegion| {
+                Ugimp::new(p.sides.map(|s| (0.5 * s / cell).min(0.5)))
+            })
+        }
+        (ShapeFunction::Linear, _) => parts.with_plain_transfer(|_| Linear),
+    }
+}
+
+/// What does not depend on shape function and transfer.
+struct Parts<'a> {
+    config: &'a MpmConfig,
+    geometry: Geometry,
+    points: Vec<FilledRegion>,
+    spread: Spread,
+    stages: Stages,
+    threads: Threads,
+    notes: Vec<String>,
+}
+
+impl<'a> Parts<'a> {
+    fn new(config: &'a MpmConfig) -> Result<Self, Refusal> {
+        if let Some(fault) = config.faults().first() {
+            return Err(Refusal::new(&fault.key, fault.message()));
+        }
+        let geometry = geometry(config);
+        let stages = Stages::new(config);
+        let mut notes = Vec::new();
+        let mut points = Vec::new();
+        for (g, group) in config.groups.iter().enumerate() {
+            let key = format!("mpm.points.{g}");
+            let filled = fill(group, config.cell, &key)?;
+            if group.rigid && filled.positions.len() < 2 {
+                let message = "a single point cannot turn: a rigid group needs two points or more";
+                return Err(Refusal::new(format!("{key}.rigid"), message));
+            }
+            note_area(&mut notes, &group.name, &filled);
+            note_radius(&mut notes, group, config.cell);
+            points.push(filled);
+        }
+        refuse_overlap(&config.groups, &points)?;
+        let half_width = points
+            .iter()
+            .map(|p| p.sides.map(|s| 0.5 * s / config.cell));
+        let spread = Spread::new(config.contact_force, half_width.collect());
+        let threads = Threads::new(config.threads)
+            .map_err(|e| Refusal::new("mpm.threads", format!("{} threads: {e}", config.threads)))?;
+        Ok(Self {
+            config,
+            geometry,
+            points,
+            spread,
+            stages,
+            threads,
+            notes,
+        })
+    }
+
+    /// The transfer that the loops are compiled for.
+    fn transfer(&self) -> TransferConfig {
+        self.stages.transfer(self.config.transfer)
+    }
+
+    fn with_plain_transfer<const W: usize, S: Shape<W>>(
+        self,
+        shape: impl Fn(&FilledRegion) -> S,
+    ) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
+        match self.transfer() {
+            TransferConfig::Pic => self.build(shape, Pic),
+            TransferConfig::Flip => self.build(shape, Flip),
+            TransferConfig::Blend { pic_fraction } => self.build(shape, Blend { pic_fraction }),
+            TransferConfig::Xpic { order } => self.build(shape, Xpic { order }),
+            TransferConfig::Apic => unreachable!("built for the shapes that it goes with"),
+        }
+    }
+
+    fn build<const W: usize, S: Shape<W>, T: Transfer>(
+        self,
+        shape: impl Fn(&FilledRegion) -> S,
+        transfer: T,
+    ) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
+        let groups = 0..self.config.groups.len();
+        let continua: Vec<Continuum<W, S, T>> = match self.config.grid_contact {
+            None => vec![self.continuum(groups, &shape, transfer)?],
+            Some(_) => groups
+                .map(|g| self.continuum(g..g + 1, &shape, transfer))
+                .collect::<Result<_, _>>()?,
+        };
+        let readiness = self.readiness(&continua);
+        let mut threads = self.threads;
+        let scheme: Box<dyn Scheme> =
+            if let Some(GridContact { friction }) = self.config.grid_contact {
+                let rigid = self.config.groups.iter().map(|g| g.rigid);
+                let grains = continua.into_iter().zip(rigid);
+                Box::new(Grains::new(grains, friction, threads))
+            } else {
+                let [mut continuum] = <[_; 1]>::try_from(continua)
+                    .unwrap_or_else(|_| unreachable!("all groups are one continuum"));
+                core::mem::swap(&mut continuum.threads, &mut threads);
+                Box::new(continuum)
+            };
+        Ok((scheme, readiness))
+    }
+
+    /// The continuum of some of the groups, for one thread.
+    fn continuum<const W: usize, S: Shape<W>, T: Transfer>(
+        &self,
+        groups: Range<usize>,
+        shape: &impl Fn(&FilledRegion) -> S,
+        transfer: T,
+    ) -> Result<Continuum<W, S, T>, Refusal> {
+        let mut clouds = Vec::new();
+        let before = &self.points[..groups.start];
+        let mut first_id = before.iter().map(|p| p.positions.len() as u64).sum();
+        for g in groups {
+            let (group, points) = (&self.config.groups[g], &self.points[g]);
+            let fields = Fields::new(self.config, g)?;
+            let material = &self.config.materials[group.material];
+            let blocks = points.positions.len().div_ceil(LANES);
+            let mut state = if group.rigid {
+                self::points::<W, S, _>(Rigid, blocks)
+            } else {
+                constitutive::<W, S>(&material.model, material.density, self.config.plane, blocks)
+            };
+            fields.prestress(&mut *state, &points.positions)?;
+            let mut cloud = Cloud::new(
+                shape(points),
+                state,
+                &Kind {
+                    mass: material.density * points.box_area(),
+                    radius: group
+                        .contact_radius
+                        .unwrap_or_else(|| group.default_contact_radius(self.geometry.cell)),
+                    sides: points.sides,
+                },
+                first_id,
+                &points.positions,
+                &fields.velocities(&points.positions)?,
+                fields.loads(&points.positions)?,
+            );
+            fields.set_slopes(&mut cloud, &points.positions);
+            clouds.push(cloud);
+            first_id += points.positions.len() as u64;
+        }
+        // Grains touch at nodes that move by themselves, so no image may follow another node.
+        let mirrors = S::MIRRORED && self.config.grid_contact.is_none();
+        let walls = WallNodes::new(&self.config.walls, self.geometry.cells, mirrors);
+        let mut continuum = Continuum {
+            grid: Grid::new(self.geometry, self.config.gravity, walls),
+            transfer,
+            imps: Imps {
+                skin: self.config.skin,
+                ..Imps::default()
+            },
+            touches: Vec::new(),
+            loaded: Vec::new(),
+            books: Books::default(),
+            spread: self.spread.clone(),
+            outside: Outside::new(self.config.leaving),
+            stress_update: self.config.stress_update,
+            drift: self.config.drift,
+            loads_of_nodes: Vec::new(),
+            stages: self.stages.clone(),
+            damping: 0.0,
+            threads: Threads::default(),
+            moved: 0.0,
+            clouds,
+        };
+        sort(&mut continuum);
+        Ok(continuum)
+    }
+
+    fn readiness<const W: usize, S: Shape<W>, T: Transfer>(
+        &self,
+        continua: &[Continuum<W, S, T>],
+    ) -> Readiness {
+        let clouds = || continua.iter().flat_map(|c| &c.clouds);
+        let cell = self.geometry.cell;
+        // Rigid points have no waves.
+        let courant_time = clouds()
+            .map(|c| cell / c.material.sound_speed())
+            .filter(|t| t.is_finite())
+            .reduce(f64::min);
+        let omega_sq = clouds()
+            .map(|c| stiffest_place(&c.shape) * c.material.initial_stiffness())
+            .fold(0.0, f64::max)
+            / (cell * cell);
+        let mut notes = self.notes.clone();
+        if omega_sq > 0.0 {
+            notes.push(format!(
+                "stable without contact up to dt = {:.3e} s at the initial density",
+                2.0 / omega_sq.sqrt()
+            ));
+        }
+        Readiness {
+            items: clouds().map(|c| c.len() as u64).sum(),
+            bytes: continua.iter().map(|c| c.bytes() as u64).sum(),
+            courant_time: courant_time.unwrap_or(0.0),
+            mass_min: clouds().map(|c| c.mass).reduce(f64::min).unwrap_or(0.0),
+            stiffness_max: 0.0,
+            notes,
+        }
+    }
+}
+
+fn constitutive<const W: usize, S: Shape<W>>(
+    model: &MaterialModel,
+    density: f64,
+    plane: Plane,
+    blocks: usize,
+) -> Box<dyn Constitutive<W, S>> {
+    let moduli = |bulk, shear| Moduli {
+        bulk,
+        shear,
+        density,
+    };
+    match *model {
+        MaterialModel::LinearElastic {
+            bulk_modulus,
+            shear_modulus,
+        } => {
+            let moduli = moduli(bulk_modulus, shear_modulus);
+            match plane {
+                Plane::Strain => points(Elastic(PlaneStrain(moduli)), blocks),
+                Plane::Stress => points(Elastic(PlaneStress(moduli)), blocks),
+            }
+        }
+        MaterialModel::Hypoelastic {
+            bulk_modulus,
+            shear_modulus,
+        } => {
+            let moduli = moduli(bulk_modulus, shear_modulus);
+            match plane {
+                Plane::Strain => points(Elastic(Jaumann(PlaneStrain(moduli))), blocks),
+                Plane::Stress => points(Elastic(Jaumann(PlaneStress(moduli))), blocks),
+            }
+        }
+        MaterialModel::DruckerPrager(m) => points(DruckerPrager::new(density, &m), blocks),
+        MaterialModel::MohrCoulomb(m) => points(MohrCoulomb::new(density, &m), blocks),
+        MaterialModel::NeoHookean {
+            bulk_modulus,
+            shear_modulus,
+        } => points(NeoHookean(moduli(bulk_modulus, shear_modulus)), blocks),
+        MaterialModel::Fluid {
+            bulk_modulus,
+            exponent,
+            viscosity,
+        } => points(
+            Fluid {
+                bulk: bulk_modulus,
+                exponent,
+                viscosity,
+                density,
+            },
+            blocks,
+        ),
+        MaterialModel::VonMises {
+            bulk_modulus,
+            shear_modulus,
+            yield_stress,
+            hardening_modulus,
+        } => points(
+            VonMises {
+                moduli: moduli(bulk_modulus, shear_modulus),
+                yield_stress,
+                hardening: hardening_modulus,
+            },
+            blocks,
+        ),
+    }
+}
+
+fn points<const W: usize, S: Shape<W>, M: Material>(
+    model: M,
+    blocks: usize,
+) -> Box<dyn Constitutive<W, S>> {
+    Box::new(MaterialPoints::new(model, blocks))
+}
+
+fn note_area(notes: &mut Vec<String>, name: &str, points: &FilledRegion) {
+    if let Some(area) = points.area {
+        let filled = points.positions.len() as f64 * points.box_area();
+        let error = filled / area - 1.0;
+        if error.abs() > 1e-12 {
+            notes.push(format!(
+                "group '{name}': {} points, area off by {:+.3} %",
+                points.positions.len(),
+                100.0 * error
+            ));
+        }
+    }
+}
+
+/// Jiang 2020 eq. 45, as a check that warns.
+fn note_radius(notes: &mut Vec<String>, group: &GroupConfig, cell: f64) {
+    if let (Some(radius), Some([low, high])) =
+        (group.contact_radius, group.radius_out_of_range(cell))
+    {
+        notes.push(format!(
+            "group '{}': contact radius {radius} m lies outside {low:.3e} ... {high:.3e} m (Jiang 2020 eq. 45)",
+            group.name
+        ));
+    }
+}

@@ -1,0 +1,7 @@
+//! From a configuration to a solver that is ready.
+
+pub mod capabilities;
+pub mod configure;
+pub mod fields;
+pub mod fill;
+pub mod grid;

@@ -1,0 +1,43 @@
+//! The books: sums of impulses and work that go on through the run, and the last measurement.
+
+use interface::solver::MpmMeasurement;
+use mechanics::impulse::Impulse;
+use serde::{Deserialize, Serialize};
+
+/// Sums that go on through the run, and the last measurement.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct Books {
+    /// Impulse of gravity, walls, loads and damping so far, less the momentum of points removed, in N s/m.
+    pub applied_impulse: Impulse,
+    /// Impulse of the bodies so far in N s/m.
+    pub contact_impulse: Impulse,
+    /// Dissipated by walls with friction so far in J/m.
+    pub friction_work: f64,
+    /// Work of loads so far, less the energy of points removed, in J/m.
+    pub driven_work: f64,
+    /// Dissipated by plastic flow so far in J/m.
+    pub plastic_work: f64,
+    /// Dissipated by viscous stress so far in J/m.
+    pub viscous_work: f64,
+    /// Work of the stress so far, less what plastic flow and viscous stress took of it and less the elastic energy of points
+    /// removed, in J/m.
+    pub stress_work: f64,
+    /// What stress that is updated last has lost to plastic flow and viscous stress and done on the way to the next step, in
+    /// J/m; it counts from there.
+    pub ahead: [f64; 3],
+    /// Work in the kick of the present step. Not saved: between two steps it is part of the sums.
+    #[serde(skip)]
+    pub kick: KickWork,
+    /// The last measurement. Not saved: the coupler has it by then.
+    #[serde(skip)]
+    pub measurement: MpmMeasurement,
+}
+
+/// Work in the kick of one step in J/m.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct KickWork {
+    /// Of walls with friction.
+    pub friction: f64,
+    /// Of damping.
+    pub damping: f64,
+}

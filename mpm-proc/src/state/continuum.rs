@@ -1,0 +1,145 @@
+//! The continuum: clouds of points over one grid, for one shape function and one transfer. Data alone: what is done with
+//! them in a step are the passes.
+
+use interface::config::{Drift, StressUpdate};
+use interface::solver::Refusal;
+use serde::{Deserialize, Serialize};
+
+use super::books::Books;
+use super::contact::{Loaded, Touch};
+use super::grid::Grid;
+use super::imps::{Imps, SavedImps};
+use super::outside::Outside;
+use super::points::{Cloud, SavedCloud};
+use super::saved::refusal;
+use super::stages::Stages;
+use crate::kernel::shape::Shape;
+use crate::kernel::spread::Spread;
+use crate::kernel::threads::Threads;
+use crate::kernel::tiles::NODES;
+use crate::kernel::transfer::Transfer;
+
+/// The whole state of the solver.
+pub struct Continuum<const W: usize, S: Shape<W>, T: Transfer> {
+    /// One cloud for each group of the configuration.
+    pub clouds: Vec<Cloud<W, S, T::Affine>>,
+    /// The grid.
+    pub grid: Grid,
+    /// Transfer scheme.
+    pub transfer: T,
+    /// The identified material points.
+    pub imps: Imps,
+    /// Points that bodies press on in the present step.
+    pub loaded: Vec<Loaded>,
+    /// Nodes that they touch, `W^2` each.
+    pub touches: Vec<Touch>,
+    /// How a contact force reaches the grid.
+    pub spread: Spread,
+    /// Points that leave the domain.
+    pub outside: Outside,
+    /// Sums that go on through the run, and the last measurement.
+    pub books: Books,
+    /// When stresses are updated.
+    pub stress_update: StressUpdate,
+    /// With which velocity points move.
+    pub drift: Drift,
+    /// Sums over nodes for the step limit of linear hats; empty for other shapes.
+    pub loads_of_nodes: Vec<[f64; NODES]>,
+    /// Stages of loading.
+    pub stages: Stages,
+    /// Mass-proportional damping of the present step in 1/s.
+    pub damping: f64,
+    /// Threads.
+    pub threads: Threads,
+    /// Upper bound of the displacement of any point since points were last sorted, in m.
+    pub moved: f64,
+}
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T> {
+    /// Longest list of tiles that one thread keeps to itself.
+    pub fn grain(&self) -> usize {
+        self.threads
+            .grain(self.clouds.iter().map(|c| c.tiles.len()).max().unwrap_or(0))
+    }
+}
+
+/// What of a continuum is saved.
+#[derive(Serialize, Deserialize)]
+pub struct SavedContinuum<A> {
+    pub(crate) clouds: Vec<SavedCloud<A>>,
+    contact: bool,
+    imps: SavedImps,
+    pub(crate) books: Books,
+    moved: f64,
+}
+
+/// The mark of the bytes of one continuum.
+pub(crate) const SAVED: &str = "continuum";
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T> {
+    /// The state before the next step.
+    pub fn saved(&self) -> SavedContinuum<T::Affine> {
+        let Self {
+            clouds,
+            grid,
+            transfer: _, // of the configuration, and of the stage, which every step asks for
+            imps,
+            loaded: _,  // of one step
+            touches: _, // likewise; they only say where the forces of the step before are
+            spread: _,  // of the configuration
+            outside: _, // of the configuration, and empty again at the end of a step
+            books,
+            stress_update: _,  // of the configuration
+            drift: _,          // likewise
+            loads_of_nodes: _, // of one step
+            stages: _,         // of the configuration
+            damping: _,        // of one step
+            threads: _,        // of the configuration
+            moved,
+        } = self;
+        SavedContinuum {
+            clouds: clouds.iter().map(Cloud::save).collect(),
+            contact: grid.save(),
+            imps: imps.save(),
+            books: books.clone(),
+            moved: *moved,
+        }
+    }
+
+    /// Takes over what [`Self::saved`] gave. The continuum has been configured and has done no step.
+    ///
+    /// # Errors
+    /// A [`Refusal`] of what is not a state of this continuum, which is then of no more use.
+    pub fn take_over(&mut self, saved: SavedContinuum<T::Affine>) -> Result<(), Refusal> {
+        let SavedContinuum {
+            clouds,
+            contact,
+            imps,
+            books,
+            moved,
+        } = saved;
+        let (groups, expected) = (clouds.len(), self.clouds.len());
+        if groups != expected {
+            let text = format!("{groups} groups, the configuration has {expected}");
+            return Err(refusal(text));
+        }
+        if !(moved.is_finite() && moved >= 0.0) {
+            return Err(refusal(format!("points have moved by {moved} m")));
+        }
+        for (group, (cloud, saved)) in self.clouds.iter_mut().zip(clouds).enumerate() {
+            cloud.restore(saved, &self.grid.geometry).map_err(|r| {
+                let message = format!("group {group} of the state: {}", r.message);
+                Refusal { message, ..r }
+            })?;
+        }
+        self.grid.restore(contact, &mut self.clouds);
+        self.imps.restore(imps, &self.clouds)?;
+        if !contact && !self.imps.infos.is_empty() {
+            return Err(refusal("IMPs, and no room for contact on the nodes"));
+        }
+        self.loaded.clear();
+        self.touches.clear();
+        (self.books, self.moved) = (books, moved);
+        Ok(())
+    }
+}

@@ -1,0 +1,217 @@
+//! The occupied part of the grid: the node tiles that some point's window reaches.
+
+use super::images::Images;
+use super::nodes::{ALL_NODES, ContactNodes, MappedTile, NodeTile, Overlap};
+use super::points::Cloud;
+use super::walls::WallNodes;
+use crate::kernel::shape::Shape;
+use crate::kernel::tiles::{Geometry, NODES, TILE, first_node, runs};
+use crate::kernel::transfer::AffineState;
+
+/// The occupied part of the grid.
+#[derive(Debug)]
+pub struct Grid {
+    /// The regular grid that it is part of.
+    pub geometry: Geometry,
+    /// Acceleration of gravity in m/s^2.
+    pub gravity: [f64; 2],
+    /// Conditions on the walls.
+    pub walls: WallNodes,
+    /// Node tiles by row and column.
+    pub tiles: Vec<NodeTile>,
+    /// Contact of each node tile, or nothing where there are no IMPs.
+    pub contact: Vec<ContactNodes>,
+    /// Velocities of the points mapped between two steps, for each node tile; empty where no pass needs them.
+    pub mapped: Vec<MappedTile>,
+    /// Nodes that are images of others.
+    pub images: Images,
+    /// Windows of the clouds' tiles over the node tiles, node tile by node tile.
+    pub overlaps: Vec<Overlap>,
+}
+
+impl Grid {
+    /// A grid without tiles.
+    pub fn new(geometry: Geometry, gravity: [f64; 2], walls: WallNodes) -> Self {
+        Self {
+            geometry,
+            gravity,
+            walls,
+            tiles: Vec::new(),
+            contact: Vec::new(),
+            mapped: Vec::new(),
+            images: Images::default(),
+            overlaps: Vec::new(),
+        }
+    }
+
+    /// Lays out node tiles under the windows of all clouds, and notes in each tile of a cloud which node tiles its window lies on.
+    pub fn cover<const W: usize, S: Shape<W>, A: AffineState>(
+        &mut self,
+        clouds: &mut [Cloud<W, S, A>],
+    ) {
+        let mut wanted: Vec<([i32; 2], Overlap)> = Vec::new();
+        for (c, cloud) in clouds.iter().enumerate() {
+            for tile in &cloud.tiles {
+                for (i, run) in RUNS_AROUND.iter().enumerate() {
+                    let (dx, dy) = (i as i32 % 3 - 1, i as i32 / 3 - 1);
+                    wanted.push((
+                        [tile.at[1] + dy, tile.at[0] + dx],
+                        Overlap {
+                            cloud: c as u32,
+                            tile: tile.index as u32,
+                            run: *run,
+                        },
+                    ));
+                }
+            }
+        }
+        wanted.sort_unstable_by_key(|(at, o)| (*at, o.cloud, o.tile));
+        self.tiles.clear();
+        let seen = !self.mapped.is_empty();
+        self.mapped.clear();
+        self.overlaps.clear();
+        let mut places: Vec<[i32; 2]> = wanted.iter().map(|(at, _)| *at).collect();
+        places.dedup();
+        Images::complete(&self.walls, W, &mut places);
+        let mut rest = &wanted[..];
+        for place in places {
+            // None where a tile only holds originals of images.
+            let (group, others) = rest.split_at(rest.partition_point(|(at, _)| *at == place));
+            rest = others;
+            let at = [place[1], place[0]];
+            let number = self.tiles.len() as u32;
+            for (_, overlap) in group {
+                let around = usize::from(overlap.run[1]) * 3 + usize::from(overlap.run[0]);
+                clouds[overlap.cloud as usize].tiles[overlap.tile as usize].around[around] = number;
+            }
+            self.tiles.push(NodeTile {
+                at,
+                index: self.tiles.len(),
+                first: self.overlaps.len() as u32,
+                count: group.len() as u32,
+                walled: self.walls.touch(first_node(at)),
+                imaged: false,
+                mass: [0.0; NODES],
+                per_mass: [0.0; NODES],
+                before: [[0.0; 2]; NODES],
+                after: [[0.0; 2]; NODES],
+                damping_work: 0.0,
+                wall_impulse: [0.0; 2],
+                friction_work: 0.0,
+            });
+            self.overlaps.extend(group.iter().map(|(_, o)| *o));
+        }
+        self.images.find(&self.walls, W, &mut self.tiles);
+        if !self.contact.is_empty() {
+            self.contact.clear();
+            self.make_room_for_contact();
+        }
+        if seen {
+            self.make_room_for_mapped();
+        }
+    }
+
+    /// Whether there is room for the contact of bodies: all that is saved of a grid. The sum with a force of zero can
+    /// turn the sign of a zero, so whether there is one matters to the bit.
+    pub fn save(&self) -> bool {
+        let Self {
+            geometry: _, // of the configuration
+            gravity: _,  // likewise
+            walls: _,    // likewise
+            tiles: _,    // laid out under the points' tiles; what they hold is of one step
+            contact,     // zero again before it is used
+            mapped: _,   // made by the pass that needs them
+            images: _,   // found among the tiles; what they hold is of one step
+            overlaps: _, // laid out with the tiles
+        } = self;
+        !contact.is_empty()
+    }
+
+    /// Lays out the grid under clouds that have been restored; `contact` is what [`Self::save`] gave.
+    pub fn restore<const W: usize, S: Shape<W>, A: AffineState>(
+        &mut self,
+        contact: bool,
+        clouds: &mut [Cloud<W, S, A>],
+    ) {
+        self.contact.clear();
+        self.cover(clouds);
+        if contact {
+            self.make_room_for_contact();
+        }
+    }
+
+    /// Makes room for the contact of bodies.
+    pub fn make_room_for_contact(&mut self) {
+        self.contact.resize(self.tiles.len(), ContactNodes::NONE);
+    }
+
+    /// Makes room for [`Self::mapped`].
+    pub fn make_room_for_mapped(&mut self) {
+        let tile = |tile| MappedTile {
+            tile,
+            wanted: 0,
+            velocity: [[0.0; 2]; NODES],
+            impulse: [0.0; 2],
+        };
+        let held = self.mapped.len() as u32;
+        self.mapped
+            .extend((held..self.tiles.len() as u32).map(tile));
+    }
+
+    /// Calls `of_points` with the cloud and tile of all points that the wanted velocities depend on.
+    ///
+    /// Where a node is an image, or has one, all images are wanted: they may stand anywhere along the walls.
+    pub fn points_behind<const W: usize>(&mut self, mut of_points: impl FnMut(usize, usize)) {
+        let imaged = |(tile, mapped): (&NodeTile, &MappedTile)| tile.imaged && mapped.wanted != 0;
+        if self.tiles.iter().zip(&self.mapped).any(imaged) {
+            for (tile, mapped) in self.tiles.iter().zip(&mut self.mapped) {
+                if tile.imaged {
+                    mapped.wanted = ALL_NODES;
+                }
+            }
+        }
+        let covered = const { covered(W) };
+        for (tile, mapped) in self.tiles.iter().zip(&self.mapped) {
+            if mapped.wanted == 0 {
+                continue;
+            }
+            for o in tile.overlapping(&self.overlaps) {
+                let [x, y] = o.run.map(usize::from);
+                if mapped.wanted & covered[y][x] != 0 {
+                    of_points(o.cloud as usize, o.tile as usize);
+                }
+            }
+        }
+    }
+}
+
+/// For each of the 3 x 3 node tiles around a tile, row by row from below, the run of its window that lies there.
+const RUNS_AROUND: [[u8; 2]; 9] = [
+    [0, 0],
+    [1, 0],
+    [2, 0],
+    [0, 1],
+    [1, 1],
+    [2, 1],
+    [0, 2],
+    [1, 2],
+    [2, 2],
+];
+
+/// The nodes of a tile that each run of a window along y and x covers, a bit for each.
+const fn covered(w: usize) -> [[u64; 3]; 3] {
+    let runs = runs(w);
+    let mut covered = [[0; 3]; 3];
+    let mut i = 0;
+    while i < 9 * NODES {
+        let (y, x, node) = (i / NODES / 3, i / NODES % 3, i % NODES);
+        let (row, column) = (node / TILE, node % TILE);
+        let within_y = runs[y].own <= row && row < runs[y].own + runs[y].length;
+        let within_x = runs[x].own <= column && column < runs[x].own + runs[x].length;
+        if within_y && within_x {
+            covered[y][x] |= 1 << node;
+        }
+        i += 1;
+    }
+    covered
+}

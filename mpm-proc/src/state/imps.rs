@@ -1,0 +1,128 @@
+//! The identified material points (IMPs): those that the bodies have asked for (Jiang 2020 section 4).
+
+use interface::message::wire::{ImpForce, ImpInfo, ImpState};
+use interface::solver::Refusal;
+use serde::{Deserialize, Serialize};
+
+use super::points::{Cloud, NO_POINT};
+use super::saved::refusal;
+use crate::kernel::shape::Shape;
+use crate::kernel::transfer::AffineState;
+
+/// One IMP: a point of a cloud.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Member {
+    /// Number of the cloud.
+    pub cloud: u32,
+    /// Identity less the cloud's first.
+    pub local: u32,
+}
+
+/// The IMPs, slot by slot, ordered by id.
+#[derive(Debug, Default)]
+pub struct Imps {
+    /// Which points, ordered by id.
+    pub members: Vec<Member>,
+    /// The same points, as the bodies' side is told of them.
+    pub infos: Vec<ImpInfo>,
+    /// Their states, as of the last [`Self::refresh`].
+    pub states: Vec<ImpState>,
+    /// The forces of the present step; empty where there are no bodies.
+    pub forces: Vec<ImpForce>,
+    /// Upper bound of the displacement of any point since the last selection in m.
+    pub travel: f64,
+    /// Verlet skin `V_d` in m.
+    pub skin: f64,
+}
+
+/// What of the IMPs is saved.
+#[derive(Debug, Serialize, Deserialize)]
+pub struct SavedImps {
+    members: Vec<Member>,
+    travel: f64,
+}
+
+impl Imps {
+    /// Which points they are, and how far points have gone since they were chosen.
+    pub fn save(&self) -> SavedImps {
+        let Self {
+            members,
+            infos: _,  // of the members
+            states: _, // read from the points whenever they are asked for
+            forces: _, // of one step
+            travel,
+            skin: _, // of the configuration
+        } = self;
+        SavedImps {
+            members: members.clone(),
+            travel: *travel,
+        }
+    }
+
+    /// Takes over what [`Self::save`] gave.
+    ///
+    /// # Errors
+    /// A [`Refusal`] of members that are not points of `clouds`, or not in order.
+    pub fn restore<const W: usize, S: Shape<W>, A: AffineState>(
+        &mut self,
+        saved: SavedImps,
+        clouds: &[Cloud<W, S, A>],
+    ) -> Result<(), Refusal> {
+        let SavedImps { members, travel } = saved;
+        // Not a number would never ask for another set.
+        if travel.is_nan() || travel < 0.0 {
+            return Err(refusal(format!("points have travelled by {travel} m")));
+        }
+        for m in &members {
+            let cloud = clouds.get(m.cloud as usize);
+            let lane = cloud.and_then(|c| c.lane_of.get(m.local as usize));
+            // A point that has been removed is in the set until it is chosen anew, which an infinite travel asks for.
+            if lane.is_none_or(|l| *l == NO_POINT && travel.is_finite()) {
+                let text = format!("the set has point {} of group {}", m.local, m.cloud);
+                return Err(refusal(format!("{text}, which there is not")));
+            }
+        }
+        if !members.is_sorted_by(|a, b| a < b) {
+            return Err(refusal("the set is not ordered by id"));
+        }
+        (self.members, self.travel) = (members, travel);
+        self.write_infos(clouds);
+        self.states.clear();
+        self.forces.clear();
+        Ok(())
+    }
+
+    /// Fills in [`Self::infos`] from the members.
+    pub fn write_infos<const W: usize, S: Shape<W>, A: AffineState>(
+        &mut self,
+        clouds: &[Cloud<W, S, A>],
+    ) {
+        self.infos.clear();
+        self.infos.extend(self.members.iter().map(|m| {
+            let cloud = &clouds[m.cloud as usize];
+            ImpInfo {
+                id: cloud.first_id + u64::from(m.local),
+                radius: cloud.radius,
+                mass: cloud.mass,
+                group: m.cloud,
+                next: 0,
+            }
+        }));
+    }
+
+    /// Reads the states of the IMPs.
+    pub fn refresh<const W: usize, S: Shape<W>, A: AffineState>(
+        &mut self,
+        clouds: &[Cloud<W, S, A>],
+    ) {
+        self.states.clear();
+        self.states.extend(self.members.iter().map(|m| {
+            let cloud = &clouds[m.cloud as usize];
+            let lane = cloud.lane_of[m.local as usize] as usize;
+            ImpState {
+                position: cloud.position(lane),
+                velocity: cloud.velocity(lane),
+            }
+        }));
+    }
+}

@@ -1,0 +1,168 @@
+//! Loads on points: a body force that is a formula, and dead loads on the points of a surface.
+//!
+//! Both are forces on points that reach the nodes through the shape function, `f_I = sum_p S_Ip f_p`, beside the
+//! internal force. A group without a load has none of this.
+
+use mechanics::expression::Expression;
+use serde::{Deserialize, Serialize};
+
+use crate::kernel::blocks::{LaneCopy, Sources, reorder};
+use crate::kernel::lanes::{LANES, Lanes, ZERO};
+
+/// The loads on a cloud.
+pub struct Loads {
+    /// Body force of the scene.
+    pub body_force: Option<BodyForce>,
+    /// Loads on the points, block by block.
+    pub points: Vec<Load>,
+    scratch: Vec<Load>,
+    /// Report of each tile.
+    pub reports: Vec<LoadReport>,
+}
+
+/// An acceleration in m/s^2 over the slots `x`, `y` (initial position, m) and `t` (s).
+pub struct BodyForce {
+    components: [Expression; 2],
+    /// Whether it differs between points.
+    pub varies: bool,
+}
+
+/// The loads on four points.
+#[derive(Debug, Clone, Copy)]
+pub struct Load {
+    /// Position at the start in m: where a body force is asked for.
+    pub start: [Lanes; 2],
+    /// Dead load in N/m.
+    pub dead: [Lanes; 2],
+    /// `x_p` of the step before in m.
+    pub x: [Lanes; 2],
+    /// `f_p` of the step before in N/m.
+    pub force: [Lanes; 2],
+}
+
+/// What a load remembers of the step before.
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
+pub struct LastLoad {
+    x: [Lanes; 2],
+    force: [Lanes; 2],
+}
+
+impl LaneCopy for Load {
+    fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
+        self.start.copy_lane(to, &source.start, from);
+        self.dead.copy_lane(to, &source.dead, from);
+        self.x.copy_lane(to, &source.x, from);
+        self.force.copy_lane(to, &source.force, from);
+    }
+}
+
+/// Sums over the points of a tile.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct LoadReport {
+    /// `sum f_p^n` in N/m.
+    pub force: [f64; 2],
+    /// Work over the interval behind in J/m.
+    pub work: f64,
+}
+
+impl Loads {
+    /// The loads on points at `positions` (m): a body force and, unless empty, a dead load on each (N/m). `None` if
+    /// there are none.
+    pub fn new(
+        body_force: Option<[Expression; 2]>,
+        positions: &[[f64; 2]],
+        dead: &[[f64; 2]],
+    ) -> Option<Box<Self>> {
+        if body_force.is_none() && dead.is_empty() {
+            return None;
+        }
+        let block = |b: usize, values: &[[f64; 2]]| {
+            [0, 1].map(|a| {
+                let mut lanes = ZERO;
+                let of_block = values.iter().skip(b * LANES);
+                for (lane, value) in lanes.as_mut_array().iter_mut().zip(of_block) {
+                    *lane = value[a];
+                }
+                lanes
+            })
+        };
+        Some(Box::new(Self {
+            body_force: body_force.map(|components| BodyForce {
+                varies: components.iter().any(|c| c.uses(&|slot| slot < 2)),
+                components,
+            }),
+            points: (0..positions.len().div_ceil(LANES))
+                .map(|b| Load {
+                    start: block(b, positions),
+                    dead: block(b, dead),
+                    x: block(b, positions),
+                    force: [ZERO; 2],
+                })
+                .collect(),
+            scratch: Vec::new(),
+            reports: Vec::new(),
+        }))
+    }
+
+    /// Follows the points to their new places.
+    pub fn reorder(&mut self, sources: &Sources, tiles: usize) {
+        reorder(&mut self.points, &mut self.scratch, sources);
+        self.reports.resize(tiles, LoadReport::default());
+    }
+
+    /// What the loads remember, block by block.
+    pub fn save(&self) -> Vec<LastLoad> {
+        let Self {
+            body_force: _, // of the configuration
+            points,
+            scratch: _, // room to sort in
+            reports: _, // of one step
+        } = self;
+        let last = |load: &Load| {
+            let Load {
+                start: _, // of the configuration, point by point
+                dead: _,  // likewise
+                x,
+                force,
+            } = *load;
+            LastLoad { x, force }
+        };
+        points.iter().map(last).collect()
+    }
+
+    /// Takes over what [`Self::save`] gave, one for each block. `sources`: for every lane its point's present lane.
+    pub fn restore(&mut self, saved: &[LastLoad], sources: &Sources, tiles: usize) {
+        self.reorder(sources, tiles);
+        for (load, last) in self.points.iter_mut().zip(saved) {
+            (load.x, load.force) = (last.x, last.force);
+        }
+    }
+
+    /// Work in J/m on a lane's point since loads were last applied, if it is taken away at `x` (m).
+    pub fn last_work(&self, lane: usize, x: [f64; 2]) -> f64 {
+        let load = &self.points[lane / LANES];
+        let k = lane % LANES;
+        (0..2)
+            .map(|a| load.force[a].as_array()[k] * (x[a] - load.x[a].as_array()[k]))
+            .sum()
+    }
+
+    /// Bytes of memory in use.
+    pub fn bytes(&self) -> usize {
+        (self.points.capacity() + self.scratch.capacity()) * size_of::<Load>()
+    }
+}
+
+impl BodyForce {
+    /// Accelerations in m/s^2 of four points that began at `start`.
+    pub fn at(&self, start: &[Lanes; 2], time: f64) -> [Lanes; 2] {
+        let mut acceleration = [ZERO; 2];
+        for k in 0..LANES {
+            let slots = [start[0].as_array()[k], start[1].as_array()[k], time];
+            for a in 0..2 {
+                acceleration[a].as_mut_array()[k] = self.components[a].evaluate(&slots);
+            }
+        }
+        acceleration
+    }
+}

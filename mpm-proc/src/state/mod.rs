@@ -1,0 +1,16 @@
+//! The data of the solver: points, nodes, and what is known of them from step to step. Nothing here knows a pass.
+
+pub mod books;
+pub mod constitutive;
+pub mod contact;
+pub mod continuum;
+pub mod grid;
+pub mod images;
+pub mod imps;
+pub mod loads;
+pub mod nodes;
+pub mod outside;
+pub mod points;
+pub mod saved;
+pub mod stages;
+pub mod walls;

@@ -1,0 +1,105 @@
+//! Node tiles: what the passes know of the nodes.
+
+use crate::kernel::tiles::NODES;
+
+/// [`MappedTile::wanted`] if all nodes of the tile are needed.
+pub const ALL_NODES: u64 = u64::MAX;
+const _: () = assert!(NODES == u64::BITS as usize);
+
+/// A tile of nodes.
+#[derive(Debug, Clone)]
+pub struct NodeTile {
+    /// Which tile of the grid.
+    pub at: [i32; 2],
+    /// Number in the list of the grid's node tiles.
+    pub index: usize,
+    /// First of the windows that overlap it, in the grid's list.
+    pub first: u32,
+    /// How many do.
+    pub count: u32,
+    /// Whether a condition of a wall acts on one of its nodes.
+    pub walled: bool,
+    /// Whether one of its nodes is an image, or has one ([`crate::state::images`]).
+    pub imaged: bool,
+    /// `m_I` in kg/m.
+    pub mass: [f64; NODES],
+    /// `1 / m_I` in m/kg, 0 for an empty node.
+    pub per_mass: [f64; NODES],
+    /// `v_I^{n-1/2}` in m/s, walls obeyed.
+    pub before: [[f64; 2]; NODES],
+    /// `v_I^{n+1/2}` in m/s.
+    pub after: [[f64; 2]; NODES],
+    /// Work of damping in the present step in J/m.
+    pub damping_work: f64,
+    /// Impulse of walls and damping in the present step, as the points feel it, in N s/m.
+    pub wall_impulse: [f64; 2],
+    /// Work of wall friction in the present step in J/m.
+    pub friction_work: f64,
+}
+
+/// The window of a cloud's tile that overlaps a node tile.
+#[derive(Debug, Clone, Copy)]
+pub struct Overlap {
+    /// Number of the cloud.
+    pub cloud: u32,
+    /// Number of the tile in the cloud.
+    pub tile: u32,
+    /// Which run of the window lies in the node tile, along x and y.
+    pub run: [u8; 2],
+}
+
+/// Velocities of the points mapped to the nodes of a tile between two steps, for passes that need them there.
+#[derive(Debug, Clone)]
+pub struct MappedTile {
+    /// Number of the node tile.
+    pub tile: u32,
+    /// Which of its nodes a pass needs, a bit for each.
+    pub wanted: u64,
+    /// Velocities of its nodes in m/s.
+    pub velocity: [[f64; 2]; NODES],
+    /// Impulse of the walls in N s/m.
+    pub impulse: [f64; 2],
+}
+
+/// Contact of bodies with the nodes of a tile.
+#[derive(Debug, Clone)]
+pub struct ContactNodes {
+    /// `f_I^cont` in N/m (eq. 47).
+    pub force: [[f64; 2]; NODES],
+    /// `sum_p k_p S_Ip` in N/m per m.
+    pub stiffness: [f64; NODES],
+    /// `sum_p k_p T_Ip` in N/m per m ([`crate::kernel::spread`]).
+    pub scattered: [f64; NODES],
+}
+
+impl ContactNodes {
+    /// No contact.
+    pub const NONE: Self = Self {
+        force: [[0.0; 2]; NODES],
+        stiffness: [0.0; NODES],
+        scattered: [0.0; NODES],
+    };
+}
+
+impl NodeTile {
+    /// The windows of the clouds' tiles that overlap it, out of the grid's list.
+    pub fn overlapping<'a>(&self, overlaps: &'a [Overlap]) -> &'a [Overlap] {
+        &overlaps[self.first as usize..(self.first + self.count) as usize]
+    }
+}
+
+/// A node of a tile.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct NodeAt {
+    /// Number of the node tile.
+    pub tile: u32,
+    /// Number of the node in it.
+    pub node: u32,
+}
+
+impl NodeAt {
+    /// Tile and node as indices.
+    pub fn split(self) -> (usize, usize) {
+        (self.tile as usize, self.node as usize)
+    }
+}

@@ -1,0 +1,75 @@
+//! Stages of loading: damping of the nodes and a share of PIC that change with time, such as a settling phase before a
+//! pile is driven (Chen 2023 section 4.3).
+
+use interface::config::{MpmConfig, Stage, Transfer as TransferConfig};
+
+/// The stages of a scene, in order of their beginning.
+#[derive(Debug, Clone, Default)]
+pub struct Stages {
+    stages: Vec<Stage>,
+    /// Share of PIC where a stage does not say.
+    pic_fraction: f64,
+}
+
+impl Stages {
+    /// The stages of a scene.
+    pub fn new(config: &MpmConfig) -> Self {
+        let pic_fraction = match config.transfer {
+            TransferConfig::Blend { pic_fraction } => pic_fraction,
+            _ => 0.0,
+        };
+        Self {
+            stages: config.forcing.stages.clone(),
+            pic_fraction,
+        }
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.stages.is_empty()
+    }
+
+    /// The transfer that the loops are compiled for: FLIP with a share of PIC in some stage is a blend.
+    pub fn transfer(&self, asked: TransferConfig) -> TransferConfig {
+        let blends = self.stages.iter().any(|s| s.pic_fraction.is_some());
+        match asked {
+            TransferConfig::Flip if blends => TransferConfig::Blend { pic_fraction: 0.0 },
+            other => other,
+        }
+    }
+
+    /// Damping in 1/s and share of PIC at `time` (s): of the last stage that has begun.
+    pub fn at(&self, time: f64) -> (f64, f64) {
+        let begun = self.stages.partition_point(|s| s.from <= time);
+        match begun.checked_sub(1).map(|i| &self.stages[i]) {
+            Some(s) => (s.damping, s.pic_fraction.unwrap_or(self.pic_fraction)),
+            None => (0.0, self.pic_fraction),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_stage_that_has_begun_counts() {
+        let stage = |from, damping, pic_fraction| Stage {
+            from,
+            damping,
+            pic_fraction,
+        };
+        let stages = Stages {
+            stages: vec![stage(0.0, 5.0, Some(1.0)), stage(0.5, 0.0, None)],
+            pic_fraction: 0.1,
+        };
+        assert_eq!(stages.at(0.0), (5.0, 1.0));
+        assert_eq!(stages.at(0.49), (5.0, 1.0));
+        assert_eq!(stages.at(0.5), (0.0, 0.1));
+        let later = Stages {
+            stages: vec![stage(1.0, 5.0, None)],
+            pic_fraction: 0.2,
+        };
+        assert_eq!(later.at(0.0), (0.0, 0.2));
+    }
+}

@@ -1,0 +1,270 @@
+//! Conditions on the walls of the domain. They act on the nodes at a wall and on those beyond it, which shape functions
+//! wider than a hat also reach.
+//!
+//! A fixed or slip wall that B-splines reach over is a mirror: the velocity through the wall is odd about it, that along a
+//! fixed wall too, that along a slip wall even. Nodes beyond the wall are then images of those within ([`crate::state::images`]),
+//! and a field that is linear up to the wall stays so. Holding them instead, as for the other shape functions, which
+//! hardly reach them, would hold a part of the first cell and shorten the body by it. A wall with friction lets go, so it
+//! is no mirror; its nodes beyond are held as those on it.
+
+use interface::config::{Wall, Walls};
+
+/// What a wall does to the velocity of a node.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Hold {
+    Nothing,
+    Normal,
+    Everything,
+    /// Nothing moves into the wall; along it, Coulomb friction with this coefficient.
+    Into(f64),
+}
+
+/// The walls, as conditions on nodes.
+#[derive(Debug, Clone, Copy)]
+pub struct WallNodes {
+    cells: [i64; 2],
+    /// Along x and y: at the low end, at the high end.
+    hold: [[Hold; 2]; 2],
+    /// Likewise, what stands beyond.
+    beyond: [[Beyond; 2]; 2],
+}
+
+/// What stands beyond a wall.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Beyond {
+    /// Nodes of their own.
+    Nodes,
+    /// The other end of the domain.
+    OtherEnd,
+    /// Mirror images whose velocity is this multiple of that of their originals.
+    Mirror([f64; 2]),
+}
+
+impl WallNodes {
+    /// The walls of a domain of `cells` cells; `mirrors` if those that hold are to be so.
+    pub fn new(walls: &Walls, cells: [i64; 2], mirrors: bool) -> Self {
+        let hold = |wall: Wall| match wall {
+            Wall::Fixed => Hold::Everything,
+            Wall::Slip => Hold::Normal,
+            Wall::Friction { coefficient } => Hold::Into(coefficient),
+            Wall::Open | Wall::Periodic => Hold::Nothing,
+        };
+        let beyond = |wall: Wall, axis: usize| match wall {
+            Wall::Periodic => Beyond::OtherEnd,
+            Wall::Fixed if mirrors => Beyond::Mirror([-1.0; 2]),
+            Wall::Slip if mirrors => {
+                Beyond::Mirror([0, 1].map(|a| if a == axis { -1.0 } else { 1.0 }))
+            }
+            _ => Beyond::Nodes,
+        };
+        let ends = [[walls.left, walls.right], [walls.bottom, walls.top]];
+        Self {
+            cells,
+            hold: ends.map(|e| e.map(hold)),
+            beyond: [0, 1].map(|a| ends[a].map(|wall| beyond(wall, a))),
+        }
+    }
+
+    /// Which components of the velocity of `node` no wall holds for good: 1 or 0 along x and y.
+    pub fn free(&self, node: [i64; 2]) -> [f64; 2] {
+        let mut free = [1.0; 2];
+        for a in 0..2 {
+            match self.at(node, a).0 {
+                Hold::Nothing | Hold::Into(_) => {}
+                Hold::Normal => free[a] = 0.0,
+                Hold::Everything => return [0.0; 2],
+            }
+        }
+        free
+    }
+
+    /// Cells of the domain along x and y.
+    pub fn cells(&self) -> [i64; 2] {
+        self.cells
+    }
+
+    /// Whether the tile that begins at `first` can have nodes that are images.
+    pub fn have_images(&self, first: [i64; 2]) -> bool {
+        let last = first.map(|i| i + crate::kernel::tiles::TILE as i64 - 1);
+        (0..2).any(|a| {
+            (first[a] < 0 && self.beyond[a][0] != Beyond::Nodes)
+                || (last[a] >= self.cells[a] && self.beyond[a][1] != Beyond::Nodes)
+        })
+    }
+
+    /// What `node` is an image of, the sign of its velocity along x and y, and whether it stands beyond a periodic wall.
+    pub fn original(&self, node: [i64; 2]) -> Option<([i64; 2], [f64; 2], bool)> {
+        let (mut of, mut sign, mut periodic) = (node, [1.0; 2], false);
+        for a in 0..2 {
+            let [low, high] = self.beyond[a];
+            if low == Beyond::OtherEnd {
+                of[a] = of[a].rem_euclid(self.cells[a]);
+                periodic |= of[a] != node[a];
+                continue;
+            }
+            // More than once only where a function is wider than the domain.
+            loop {
+                let turned = match (low, high) {
+                    (Beyond::Mirror(turned), _) if of[a] < 0 => {
+                        of[a] = -of[a];
+                        turned
+                    }
+                    (_, Beyond::Mirror(turned)) if of[a] > self.cells[a] => {
+                        of[a] = 2 * self.cells[a] - of[a];
+                        turned
+                    }
+                    _ => break,
+                };
+                sign = [sign[0] * turned[0], sign[1] * turned[1]];
+            }
+        }
+        (of != node).then_some((of, sign, periodic))
+    }
+
+    /// Whether a wall acts on one of the nodes of the tile that begins at `origin`.
+    pub fn touch(&self, origin: [i64; 2]) -> bool {
+        let last = origin.map(|i| i + crate::kernel::tiles::TILE as i64 - 1);
+        (0..2).any(|a| {
+            (origin[a] <= 0 && self.hold[a][0] != Hold::Nothing)
+                || (last[a] >= self.cells[a] && self.hold[a][1] != Hold::Nothing)
+        })
+    }
+
+    /// The condition that acts on `node` along `axis`, and the sign of the way out of the domain there.
+    fn at(&self, node: [i64; 2], axis: usize) -> (Hold, f64) {
+        if node[axis] <= 0 {
+            (self.hold[axis][0], -1.0)
+        } else if node[axis] >= self.cells[axis] {
+            (self.hold[axis][1], 1.0)
+        } else {
+            (Hold::Nothing, 0.0)
+        }
+    }
+
+    /// The velocity of `node` with the walls obeyed, but for friction.
+    pub fn hold(&self, node: [i64; 2], v: [f64; 2]) -> [f64; 2] {
+        self.act(node, v, 0.0)
+    }
+
+    /// The velocity of `node` after a kick, with the walls obeyed: what a wall takes of the velocity into it, times the
+    /// coefficient of friction, is what it can take of the velocity along it.
+    pub fn hold_after_kick(&self, node: [i64; 2], v: [f64; 2]) -> [f64; 2] {
+        self.act(node, v, 1.0)
+    }
+
+    fn act(&self, node: [i64; 2], mut v: [f64; 2], friction: f64) -> [f64; 2] {
+        for a in 0..2 {
+            match self.at(node, a) {
+                (Hold::Nothing, _) => {}
+                (Hold::Normal, _) => v[a] = 0.0,
+                (Hold::Everything, _) => v = [0.0; 2],
+                (Hold::Into(coefficient), out) => {
+                    let into = (v[a] * out).max(0.0);
+                    v[a] -= into * out;
+                    let most = friction * coefficient * into;
+                    v[1 - a] -= v[1 - a].clamp(-most, most);
+                }
+            }
+        }
+        v
+    }
+
+    /// Work per mass that friction took between two velocities of a node after a kick, in m^2/s^2.
+    pub fn slid(&self, node: [i64; 2], free: [f64; 2], held: [f64; 2]) -> f64 {
+        let mut work = 0.0;
+        for a in 0..2 {
+            if let (Hold::Into(_), _) = self.at(node, a) {
+                let along = 1 - a;
+                work += 0.5 * (free[along] - held[along]) * (free[along] + held[along]);
+            }
+        }
+        work
+    }
+
+    /// Whether points may lie a little beyond the wall, because it holds them: along x and y, low and high end.
+    pub fn closed(&self) -> [[bool; 2]; 2] {
+        self.hold.map(|ends| ends.map(|h| h != Hold::Nothing))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn friction_takes_at_most_its_share_and_lets_go() {
+        let friction = Wall::Friction { coefficient: 0.5 };
+        let walls = WallNodes::new(
+            &Walls {
+                bottom: friction,
+                ..Walls::default()
+            },
+            [10, 20],
+            true,
+        );
+        assert_eq!(walls.hold_after_kick([5, 0], [3.0, -2.0]), [2.0, 0.0]);
+        assert_eq!(walls.hold_after_kick([5, 0], [-0.5, -2.0]), [0.0, 0.0]);
+        assert_eq!(walls.hold_after_kick([5, 0], [3.0, 2.0]), [3.0, 2.0]);
+        assert_eq!(walls.hold([5, 0], [3.0, -2.0]), [3.0, 0.0]);
+    }
+
+    #[test]
+    fn walls_act_at_and_beyond_the_edge_of_the_domain() {
+        let walls = WallNodes::new(
+            &Walls {
+                left: Wall::Slip,
+                bottom: Wall::Fixed,
+                ..Walls::default()
+            },
+            [10, 20],
+            false,
+        );
+        let v = [1.0, 2.0];
+        assert_eq!(walls.hold([1, 1], v), v);
+        assert_eq!(walls.hold([0, 1], v), [0.0, 2.0]);
+        assert_eq!(walls.hold([-1, 1], v), [0.0, 2.0]);
+        assert_eq!(walls.hold([5, 0], v), [0.0, 0.0]);
+        assert_eq!(walls.hold([10, 20], v), v);
+        assert!(walls.touch([0, 8]) && walls.touch([-8, 8]) && !walls.touch([8, 16]));
+    }
+
+    #[test]
+    fn nodes_beyond_a_mirror_or_a_periodic_wall_are_images() {
+        let walls = |mirrors| {
+            let walls = Walls {
+                left: Wall::Slip,
+                right: Wall::Fixed,
+                bottom: Wall::Periodic,
+                top: Wall::Periodic,
+            };
+            WallNodes::new(&walls, [10, 20], mirrors)
+        };
+        let mirrors = walls(true);
+        assert_eq!(mirrors.original([0, 0]), None);
+        assert_eq!(mirrors.original([10, 19]), None);
+        assert_eq!(
+            mirrors.original([-1, 3]),
+            Some(([1, 3], [-1.0, 1.0], false))
+        );
+        assert_eq!(mirrors.original([12, 3]), Some(([8, 3], [-1.0; 2], false)));
+        assert_eq!(mirrors.original([4, 20]), Some(([4, 0], [1.0; 2], true)));
+        assert_eq!(
+            mirrors.original([-2, -1]),
+            Some(([2, 19], [-1.0, 1.0], true))
+        );
+        assert_eq!(walls(false).original([-1, 3]), None);
+        assert!(mirrors.have_images([8, 0]) && mirrors.have_images([0, 16]));
+        assert!(!mirrors.have_images([0, 0]));
+        // A domain narrower than the function: from one mirror into the other.
+        let narrow = WallNodes::new(
+            &Walls {
+                left: Wall::Slip,
+                right: Wall::Fixed,
+                ..Walls::default()
+            },
+            [1, 20],
+            true,
+        );
+        assert_eq!(narrow.original([-2, 5]), Some(([0, 5], [1.0, -1.0], false)));
+    }
+}
