@@ -9,7 +9,7 @@ use interface::step::Step;
 use mechanics::outline::{nearest, nearest_on_edge};
 
 use crate::Sdem;
-use crate::body::Bodies;
+use crate::body::bodies::Bodies;
 use mechanics::mass::cross;
 
 const K: f64 = 1e4;

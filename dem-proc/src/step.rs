@@ -9,14 +9,14 @@ use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Ref
 use interface::step::Step;
 
 use crate::Sdem;
-use crate::approach::Ahead;
-use crate::configure::{System, configure};
-use crate::impact::Impacts;
+use crate::body::load::Load;
+use crate::books::{Kick, measure};
+use crate::contact::approach::Ahead;
+use crate::contact::impact::Impacts;
+use crate::contact::points::Interval;
 use crate::law::Past;
-use crate::ledger::{Kick, measure};
-use crate::load::Load;
-use crate::points::Interval;
-use crate::saved::FORMAT;
+use crate::setup::configure::{System, configure};
+use crate::setup::saved::FORMAT;
 
 /// What the solver does and takes ([`interface::config::capability`]).
 const CAPABILITIES: [&str; 27] = [
@@ -94,7 +94,7 @@ impl DemSolver for Sdem {
         let s = &mut self.system;
         s.check_states(imps, forces)?;
         s.meet(step, imps, forces); //                    lists and forces
-        s.none_passed(imps)?; //                          crate::passage
+        s.none_passed(imps)?; //                          crate::contact::passage
         s.respond(step, imps)
     }
 

@@ -3,7 +3,7 @@
 mod small_scenes;
 
 use dem_proc::Sdem;
-use dem_proc::overlap::OverlapArea;
+use dem_proc::contact::overlap::OverlapArea;
 use interface::Vec2;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, OverlapMeasure,

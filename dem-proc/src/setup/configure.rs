@@ -7,22 +7,22 @@ use interface::message::wire::EnvelopeVertex;
 use interface::solver::{DemMeasurement, Readiness, Refusal};
 use mechanics::books::Totals;
 
-use crate::approach::{first_contact, outer_acceleration};
-use crate::body::Bodies;
-use crate::convex::{ConvexContacts, Measure};
+use crate::body::bodies::Bodies;
+use crate::body::load::{Load, PairLoad};
+use crate::body::odometer::Odometer;
+use crate::contact::approach::{first_contact, outer_acceleration};
+use crate::contact::convex::{ConvexContacts, Measure};
+use crate::contact::nearest::NearestEdge;
+use crate::contact::overlap::OverlapArea;
+use crate::contact::pairs::{BodyContacts, BodySide};
+use crate::contact::points::{PointContacts, PointSide};
 use crate::law::choice::{Between, ForLaw, check_law, with_law, with_table};
 use crate::law::dashpot::Elastic;
 use crate::law::normal::Linear;
 use crate::law::table::Surfaces;
 use crate::law::tangent::Smooth;
 use crate::law::{Contact, Law};
-use crate::load::{Load, PairLoad};
-use crate::nearest::NearestEdge;
-use crate::odometer::Odometer;
-use crate::overlap::OverlapArea;
-use crate::pairs::{BodyContacts, BodySide};
-use crate::points::{PointContacts, PointSide};
-use crate::saved::Marks;
+use crate::setup::saved::Marks;
 use crate::threads::Threads;
 
 /// A configured solver.
@@ -305,7 +305,7 @@ fn check_overlap(config: &DemConfig, bodies: &Bodies) -> Result<(), Refusal> {
             return Err(Refusal::new(key("sphero_radius"), text));
         }
     }
-    let bare = |b: &crate::body::Body| b.shape.radius == 0.0;
+    let bare = |b: &crate::body::bodies::Body| b.shape.radius == 0.0;
     let mut all_bare = bodies.fixed.iter().filter(|b| bare(b));
     let free_and_bare = bodies.fixed.iter().position(|b| bare(b) && b.yields());
     if config.overlap == OverlapMeasure::EachEdge
@@ -341,8 +341,8 @@ impl System {
             .fixed
             .iter()
             .filter_map(|b| b.shape.edges.as_ref());
-        let body = size_of::<crate::body::Body>()
-            + size_of::<crate::body::Rigid>()
+        let body = size_of::<crate::body::bodies::Body>()
+            + size_of::<crate::body::bodies::Rigid>()
             + 2 * size_of::<Load>();
         self.bodies.len() * body
             + self.bodies.outline.len() * 2 * size_of::<Vec2>()

@@ -8,10 +8,10 @@ use interface::solver::DemMeasurement;
 use interface::step::Step;
 use mechanics::books::{self, Entry, Totals};
 
-use crate::body::Bodies;
-use crate::configure::System;
+use crate::body::bodies::Bodies;
+use crate::body::load::{Load, PairLoad};
 use crate::law::Loss;
-use crate::load::{Load, PairLoad};
+use crate::setup::configure::System;
 
 /// What a kick adds.
 #[derive(Debug, Clone, Copy)]

@@ -12,15 +12,15 @@
 //! energy is nothing or they are rare:
 //!
 //! - what begins within the first step of a run, whose length is not known before it; that step is a fraction of what contact
-//!   allows anyway ([`crate::approach::first_contact`]);
+//!   allows anyway ([`crate::contact::approach::first_contact`]);
 //! - speeds below a thousandth of that of the fastest surface;
 //! - blows that press no deeper than a body's own weight does (or what else pushes it from outside): a pile that has come to
 //!   rest has contacts that hardly carry anything and open and close all the time.
 
 use interface::Vec2;
 
-use crate::approach::{Ahead, Near};
-use crate::body::Bodies;
+use crate::body::bodies::Bodies;
+use crate::contact::approach::{Ahead, Near};
 
 /// A speed that is nothing, over that of the fastest surface: its energy is a millionth.
 const NOTHING: f64 = 1e-3;

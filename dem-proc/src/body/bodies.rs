@@ -5,9 +5,9 @@ use interface::config::{BodyConfig, BodyInertia, DemConfig, Motion};
 use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
+use crate::body::shape::Shape;
 use crate::law::table::Surfaces;
-use crate::saved::{count, finite};
-use crate::shape::Shape;
+use crate::setup::saved::{count, finite};
 use crate::threads::Threads;
 
 /// What of a body never changes.

@@ -3,16 +3,16 @@
 //! A list holds every pair that is closer than its contact distance plus the skin `V_d`. The distance of two things
 //! cannot shrink faster than both move, so while the largest displacement on either side since the build (rotation
 //! and the points' own motion included) does not add up to more than the skin, no unlisted pair can touch. The list of
-//! bodies reaches farther, since it also tells what may touch soon ([`crate::approach`]).
+//! bodies reaches farther, since it also tells what may touch soon ([`crate::contact::approach`]).
 
 use interface::Vec2;
 use interface::message::wire::ImpInfo;
 use mechanics::outline::{crosses_ray, nearest_on_edge};
 
-use crate::approach::Watch;
-use crate::body::Bodies;
-use crate::cells::Cells;
-use crate::contact::vertex_edge;
+use crate::body::bodies::Bodies;
+use crate::body::edge::vertex_edge;
+use crate::contact::approach::Watch;
+use crate::lists::cells::Cells;
 use crate::seam::{Bounds, BoxTree};
 
 /// How far beyond contact a point is "in reach" of a body, as a fraction of its radius. A point moves at most half its

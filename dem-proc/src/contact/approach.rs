@@ -9,7 +9,7 @@
 //!   in contact if they can meet within two steps, the second a tenth longer (the most that a step may grow by,
 //!   PHYSICS.md section 4): [`Ahead`]. The lists reach as far: [`Watch`].
 //! - *Nobody is carried through.* A pair in reach may come nearer by half the length in which its force has the right
-//!   sign ([`crate::passage`]) in a step: the counterpart of half the radius of a point in PHYSICS.md section 4. Only the
+//!   sign ([`crate::contact::passage`]) in a step: the counterpart of half the radius of a point in PHYSICS.md section 4. Only the
 //!   approach counts, so a body may slide along a floor as fast as it likes. The limit is declared as a frequency:
 //!   [`crossing_rate`].
 //! - *Before the first step* its length is not known, and any two bodies may meet within it. So contact counts as if it
@@ -22,9 +22,9 @@ use interface::solver::Refusal;
 use interface::step::GROWTH;
 use serde::{Deserialize, Serialize};
 
-use crate::body::Bodies;
-use crate::odometer::{Odometer, SavedOdometer};
-use crate::saved::{count, finite};
+use crate::body::bodies::Bodies;
+use crate::body::odometer::{Odometer, SavedOdometer};
+use crate::setup::saved::{count, finite};
 use mechanics::mass::cross;
 
 /// Terms of the sum over vertices and edges in which two bodies can meet at once: flush squares with aligned corners
@@ -229,7 +229,7 @@ pub fn crossing_rate(bodies: &Bodies, kicked: &[(Vec2, f64)], near: &Near) -> f6
 
 /// Largest acceleration in m/s^2 that gravity and forces from outside give any surface.
 pub fn outer_acceleration(bodies: &Bodies, gravity: Vec2) -> f64 {
-    let of = |(body, state): (&crate::body::Body, &crate::body::Rigid)| {
+    let of = |(body, state): (&crate::body::bodies::Body, &crate::body::bodies::Rigid)| {
         let (force, torque) = match body.motion {
             Motion::Pushed { force, torque, .. } => (Vec2::from(force), torque),
             _ => (Vec2::zeros(), 0.0),

@@ -13,14 +13,14 @@ use interface::solver::Refusal;
 use mechanics::outline::{contact_point, see};
 use serde::{Deserialize, Serialize};
 
-use crate::body::Bodies;
+use crate::body::bodies::Bodies;
+use crate::body::load::Load;
+use crate::body::odometer::{Odometer, SavedOdometer};
+use crate::body::shape::edge_count;
+use crate::contact::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
 use crate::law::{Law, Loss, Mates, Past, Touch};
-use crate::load::Load;
-use crate::neighbours::{PointList, PointPair, REACH};
-use crate::odometer::{Odometer, SavedOdometer};
-use crate::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
-use crate::saved::{SavedHistories, count, finite, refusal, restored_set, save_set};
-use crate::shape::edge_count;
+use crate::lists::neighbours::{PointList, PointPair, REACH};
+use crate::setup::saved::{SavedHistories, count, finite, refusal, restored_set, save_set};
 use crate::threads::Threads;
 use mechanics::mass::cross;
 
@@ -380,7 +380,7 @@ impl<L: Law> View<'_, L> {
         Some((outcome, press.history))
     }
 
-    /// Whether the point of pair `k` is too far inside the body ([`crate::passage`]). Nearly none is so deep that it has to
+    /// Whether the point of pair `k` is too far inside the body ([`crate::contact::passage`]). Nearly none is so deep that it has to
     /// be looked at.
     #[cold]
     fn passage(&self, k: usize) -> Option<Passage> {

@@ -11,13 +11,13 @@ use interface::solver::Refusal;
 use mechanics::books::Totals;
 use serde::{Deserialize, Serialize};
 
-use crate::body::SavedBody;
-use crate::configure::System;
+use crate::body::bodies::SavedBody;
+use crate::body::load::{Load, PairLoad};
+use crate::body::odometer::{Odometer, SavedOdometer};
+use crate::contact::pairs::SavedPairs;
+use crate::contact::points::SavedPoints;
 use crate::law::Numbers;
-use crate::load::{Load, PairLoad};
-use crate::odometer::{Odometer, SavedOdometer};
-use crate::pairs::SavedPairs;
-use crate::points::SavedPoints;
+use crate::setup::configure::System;
 
 /// Name of the format of the bytes.
 pub const FORMAT: &str = "tandem-dem 1";

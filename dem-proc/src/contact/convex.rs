@@ -1,5 +1,5 @@
-//! Contact between convex bodies, measured otherwise than edge by edge: once for each vertex ([`crate::nearest`]) or once
-//! for each pair of bodies ([`crate::overlap`]).
+//! Contact between convex bodies, measured otherwise than edge by edge: once for each vertex ([`crate::contact::nearest`]) or once
+//! for each pair of bodies ([`crate::contact::overlap`]).
 //!
 //! A measure gives a depth `xi` of a contact as a function of where the two bodies are, and its gradient: `gain` times
 //! the unit normal `N`, on a line through `point`. The law sees `xi` and its changes, and its force is multiplied by the
@@ -13,14 +13,14 @@ use std::fmt::Debug;
 use interface::Vec2;
 use interface::solver::Refusal;
 
-use crate::approach::{Ahead, Near, Watch, crossing_rate};
-use crate::body::{Bodies, Frame};
-use crate::impact::{Impacts, Pressing};
+use crate::body::bodies::{Bodies, Frame};
+use crate::body::load::PairLoad;
+use crate::contact::approach::{Ahead, Near, Watch, crossing_rate};
+use crate::contact::impact::{Impacts, Pressing};
+use crate::contact::pairs::{BodySide, SavedPairs};
+use crate::contact::passage::{Passage, PassedBodies, TURN};
 use crate::law::{Law, Loss, Mates, Past, Touch, reduced};
-use crate::load::PairLoad;
-use crate::pairs::{BodySide, SavedPairs};
-use crate::passage::{Passage, PassedBodies, TURN};
-use crate::saved::{SavedHistories, count, finite};
+use crate::setup::saved::{SavedHistories, count, finite};
 use mechanics::mass::cross;
 
 /// What may touch: a part of one body, and another body. In the order of the list.
@@ -57,7 +57,7 @@ pub trait Measure: Debug + Send + Sync {
     fn length(&self, bodies: &Bodies, candidate: Candidate) -> f64;
     /// How a candidate meets; `None` if it is farther than `closing` (m).
     fn meet(&mut self, bodies: &Bodies, candidate: Candidate, closing: f64) -> Option<Spot>;
-    /// Whether a candidate that presses has gone too far ([`crate::passage`]); `turned`: its normal has, since the step
+    /// Whether a candidate that presses has gone too far ([`crate::contact::passage`]); `turned`: its normal has, since the step
     /// before, as the second body sees it.
     fn passage(
         &self,
@@ -97,7 +97,7 @@ impl<L: Law> Kept<L> {
     fn build(&mut self, law: &L, measure: &impl Measure, bodies: &Bodies) {
         let list = &mut self.list;
         list.clear();
-        crate::neighbours::close_pairs(bodies, &self.watch, |pair, margin| {
+        crate::lists::neighbours::close_pairs(bodies, &self.watch, |pair, margin| {
             measure.list(bodies, pair, margin, list);
         });
         list.sort_unstable();
@@ -127,7 +127,7 @@ impl<L: Law> Kept<L> {
     }
 }
 
-/// Contact between convex bodies by the law `L`, measured by `M`. An evaluation commits nothing, as in [`crate::points`].
+/// Contact between convex bodies by the law `L`, measured by `M`. An evaluation commits nothing, as in [`crate::contact::points`].
 #[derive(Debug)]
 pub struct ConvexContacts<L: Law, M> {
     law: L,
@@ -299,7 +299,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
     /// Done by `evaluate`, whatever the number of threads.
     fn sum(&self, _: usize, _: &mut [PairLoad]) {}
 
-    /// As for pairs of vertices and edges: see [`crate::pairs`].
+    /// As for pairs of vertices and edges: see [`crate::contact::pairs`].
     fn omega_sq(&self, loads: &[PairLoad]) -> f64 {
         let pairs = self.in_reach.iter();
         let sums = pairs.map(|near| {

@@ -21,14 +21,14 @@
 //! Two bodies pass through one another vertex by vertex and edge by edge, since outlines that are apart cannot cross but
 //! where a vertex of one comes onto an edge of the other. What tells depends on how their overlap is measured:
 //!
-//! - *Each edge* ([`crate::pairs`]): the distance of a vertex from an edge has no sign, so the force turns round where it
+//! - *Each edge* ([`crate::contact::pairs`]): the distance of a vertex from an edge has no sign, so the force turns round where it
 //!   is zero. A vertex may use up three quarters of its contact distance, the sum of the sphero-radii. The kinematic
 //!   limit lets it come nearer by half of that in a step, so none gets from one side to the other unseen.
-//! - *Nearest edge* ([`crate::nearest`]): signed, so a vertex is judged as a point is, by both signs. A corner that slides
+//! - *Nearest edge* ([`crate::contact::nearest`]): signed, so a vertex is judged as a point is, by both signs. A corner that slides
 //!   off past a sharp tip of the other body comes from one of its sides to the other however lightly it presses; at an
 //!   overlap `xi` it cuts off a piece of the tip of `2 xi / tan(alpha/2)` along the outline, for an angle `alpha`. Where the
 //!   sphero-radii do not allow more, a quarter of the thickness of the thinner body is allowed.
-//! - *Area* ([`crate::overlap`]): the width of the overlap along which it pushes vanishes when a body spans a thin one,
+//! - *Area* ([`crate::contact::overlap`]): the width of the overlap along which it pushes vanishes when a body spans a thin one,
 //!   and points back from then on. So a width below a fifth of the root of the area tells, which is that of a corner of
 //!   1.1 degrees, and a normal that has turned.
 
@@ -36,8 +36,8 @@ use interface::Vec2;
 use interface::solver::Fault;
 use mechanics::outline::{Feature, Nearest, nearest};
 
-use crate::body::Bodies;
-use crate::shape::edge_count;
+use crate::body::bodies::Bodies;
+use crate::body::shape::edge_count;
 use mechanics::mass::cross;
 
 /// Cosine of the angle by which a normal may turn in one step, relative to the body: of 100 degrees.

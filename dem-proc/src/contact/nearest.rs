@@ -6,11 +6,11 @@
 
 use mechanics::outline::{contact_point, see};
 
-use crate::approach::thickness;
-use crate::body::Bodies;
-use crate::convex::{Candidate, Measure, Spot};
-use crate::passage::{Passage, TIP, admissible_depth, goes_through};
-use crate::shape::edge_count;
+use crate::body::bodies::Bodies;
+use crate::body::shape::edge_count;
+use crate::contact::approach::thickness;
+use crate::contact::convex::{Candidate, Measure, Spot};
+use crate::contact::passage::{Passage, TIP, admissible_depth, goes_through};
 
 /// The measure.
 #[derive(Debug, Clone, Copy, Default)]

@@ -1,0 +1,4 @@
+//! Verlet lists: which pairs may touch before the list is built again.
+
+pub mod cells;
+pub mod neighbours;

@@ -1,0 +1,4 @@
+//! From a configuration or a saved state to a solver.
+
+pub mod configure;
+pub mod saved;
