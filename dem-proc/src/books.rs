@@ -11,7 +11,7 @@ use mechanics::books::{self, Entry, Totals};
 use crate::body::bodies::Bodies;
 use crate::body::load::{Load, PairLoad};
 use crate::law::Loss;
-use crate::setup::configure::System;
+use crate::system::System;
 
 /// What a kick adds.
 #[derive(Debug, Clone, Copy)]
@@ -81,6 +81,27 @@ impl Kick<'_> {
             velocity: velocity.into(),
             spin,
             yielding: body.yielding,
+        }
+    }
+}
+
+impl System {
+    /// This step's kick, for the books.
+    pub(crate) fn kick_of(&self, step: &Step) -> Kick<'_> {
+        let pairs = self.pairs.as_ref();
+        Kick {
+            length: step.kick(),
+            time: step.time,
+            kicked: &self.kicked,
+            bodies: &self.bodies,
+            gravity: self.gravity,
+            coupled: self.pushed_by_points,
+            point_loads: &self.point_loads,
+            body_loads: &self.body_loads,
+            losses: [
+                self.points.loss(),
+                pairs.map_or_else(Default::default, |pairs| pairs.loss()),
+            ],
         }
     }
 }

@@ -45,28 +45,12 @@ pub mod law;
 pub mod lists;
 #[cfg(test)]
 mod reference;
+mod saved;
 pub mod seam;
 mod setup;
+mod solver;
 mod step;
+mod system;
 pub mod threads;
 
-/// The spheropolygon solver: without bodies until it is configured.
-#[derive(Debug, Default)]
-pub struct Sdem {
-    system: setup::configure::System,
-}
-
-impl Sdem {
-    /// The present state of the bodies, for tests and for uncoupled use.
-    pub fn bodies(&self) -> &body::bodies::Bodies {
-        &self.system.bodies
-    }
-
-    /// Vertex-edge pairs of bodies that pressed on one another in the last step.
-    pub fn contacts(&self) -> usize {
-        self.system
-            .pairs
-            .as_ref()
-            .map_or(0, |pairs| pairs.contacts())
-    }
-}
+pub use solver::Sdem;

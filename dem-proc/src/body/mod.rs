@@ -2,6 +2,8 @@
 
 pub mod bodies;
 pub mod edge;
+pub mod frame;
 pub mod load;
 pub mod odometer;
 pub mod shape;
+pub mod surfaces;

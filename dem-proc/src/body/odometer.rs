@@ -5,7 +5,7 @@ use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::Bodies;
-use crate::setup::saved::{count, finite};
+use crate::saved::{count, finite};
 
 /// Where the bodies were at some moment, to tell how far their surfaces have moved since.
 #[derive(Debug, Clone, Default)]

@@ -13,14 +13,17 @@ use std::fmt::Debug;
 use interface::Vec2;
 use interface::solver::Refusal;
 
-use crate::body::bodies::{Bodies, Frame};
+use crate::body::bodies::Bodies;
+use crate::body::frame::Frame;
 use crate::body::load::PairLoad;
-use crate::contact::approach::{Ahead, Near, Watch, crossing_rate};
+use crate::contact::approach::{Near, crossing_rate};
 use crate::contact::impact::{Impacts, Pressing};
 use crate::contact::pairs::{BodySide, SavedPairs};
 use crate::contact::passage::{Passage, PassedBodies, TURN};
+use crate::law::history::SavedHistories;
 use crate::law::{Law, Loss, Mates, Past, Touch, reduced};
-use crate::setup::saved::{SavedHistories, count, finite};
+use crate::lists::watch::{Ahead, Watch};
+use crate::saved::{count, finite};
 use mechanics::mass::cross;
 
 /// What may touch: a part of one body, and another body. In the order of the list.

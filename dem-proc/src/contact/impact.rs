@@ -20,7 +20,8 @@
 use interface::Vec2;
 
 use crate::body::bodies::Bodies;
-use crate::contact::approach::{Ahead, Near};
+use crate::contact::approach::Near;
+use crate::lists::watch::Ahead;
 
 /// A speed that is nothing, over that of the fastest surface: its energy is a millionth.
 const NOTHING: f64 = 1e-3;

@@ -12,8 +12,9 @@
 use interface::Vec2;
 use wide::f64x4;
 
-use crate::body::bodies::{Bodies, Frame};
+use crate::body::bodies::Bodies;
 use crate::body::edge::normal_on;
+use crate::body::frame::Frame;
 use crate::body::load::PairLoad;
 use crate::contact::passage::DEEP;
 use crate::law::{Past, Touch};

@@ -9,3 +9,4 @@ pub mod overlap;
 pub mod pairs;
 pub mod passage;
 pub mod points;
+mod set;

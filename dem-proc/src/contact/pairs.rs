@@ -19,13 +19,15 @@ use serde::{Deserialize, Serialize};
 use crate::body::bodies::Bodies;
 use crate::body::edge::vertex_edge;
 use crate::body::load::PairLoad;
-use crate::contact::approach::{Ahead, Near, SavedWatch, Watch, crossing_rate};
+use crate::contact::approach::{Near, crossing_rate};
 use crate::contact::impact::{Impacts, Pressing};
 use crate::contact::meeting::{Answers, Apart, LANES, Lanes, first};
 use crate::contact::passage::{Passage, PassedBodies};
+use crate::law::history::SavedHistories;
 use crate::law::{Law, Loss, Mates, Past, reduced};
 use crate::lists::neighbours::{BodyList, VertexEdge};
-use crate::setup::saved::{SavedHistories, count};
+use crate::lists::watch::{Ahead, SavedWatch, Watch};
+use crate::saved::count;
 use crate::threads::{CHUNK, Threads};
 
 /// What the step needs from the contact between bodies, whatever the law.

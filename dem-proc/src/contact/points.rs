@@ -18,9 +18,11 @@ use crate::body::load::Load;
 use crate::body::odometer::{Odometer, SavedOdometer};
 use crate::body::shape::edge_count;
 use crate::contact::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
+use crate::contact::set::{restored_set, save_set};
+use crate::law::history::SavedHistories;
 use crate::law::{Law, Loss, Mates, Past, Touch};
 use crate::lists::neighbours::{PointList, PointPair, REACH};
-use crate::setup::saved::{SavedHistories, count, finite, refusal, restored_set, save_set};
+use crate::saved::{count, finite, refusal};
 use crate::threads::Threads;
 use mechanics::mass::cross;
 

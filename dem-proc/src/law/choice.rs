@@ -4,12 +4,14 @@ use interface::config::surfaces::ContactPair;
 use interface::config::{ContactLaw, ratio_of_restitution};
 use interface::solver::Refusal;
 
+use super::Law;
+use super::contact::Contact;
 use super::dashpot::{Dashpot, Elastic, Tsuji, Viscous};
 use super::normal::{Adhesive, Area, Hertz, Linear, Normal};
 use super::rolling::Rolling;
-use super::table::{Surfaces, Table};
+use super::table::Table;
 use super::tangent::{Coulomb, Mindlin, Smooth};
-use super::{Contact, Law};
+use crate::body::surfaces::Surfaces;
 
 /// What is built from a law, whichever it is.
 pub trait ForLaw: Sized {

@@ -2,21 +2,21 @@
 //! use takes no memory (STYLE.md habit 3).
 //!
 //! A law is a normal spring ([`normal`]), a tangential part ([`tangent`]) and a dashpot ([`dashpot`]), put together by
-//! [`Contact`]; [`rolling`] adds a moment to any law; [`table`] has numbers of its own for every pair of surfaces.
+//! [`contact::Contact`]; [`rolling`] adds a moment to any law; [`table`] has numbers of its own for every pair of surfaces.
 //!
 //! Signs: normal quantities are positive along `N` (apart), tangential ones along `T`, `N` turned by +90 degrees;
 //! forces are those on the side that `N` points to (the material point, or the owner of the vertex).
 
 pub mod choice;
+pub mod contact;
 pub mod dashpot;
+pub mod history;
 pub mod normal;
 pub mod rolling;
 pub mod table;
 pub mod tangent;
 
-use dashpot::Dashpot;
-use normal::Normal;
-use tangent::Tangent;
+use history::{Numbers, Plain};
 
 /// The state of one contact, as a law sees it.
 #[derive(Debug, Clone, Copy, Default)]
@@ -110,39 +110,6 @@ impl std::ops::AddAssign for Loss {
     }
 }
 
-/// Plain values that may be stored in arrays and shared between threads.
-pub trait Plain: Copy + Send + Sync + std::fmt::Debug + 'static {}
-impl<T: Copy + Send + Sync + std::fmt::Debug + 'static> Plain for T {}
-
-/// What a law remembers, as numbers: for a saved state.
-pub trait Numbers: Plain + Default {
-    /// How many.
-    const COUNT: usize;
-    /// Appends them.
-    fn put(&self, numbers: &mut Vec<f64>);
-    /// Takes as many; what is missing is zero.
-    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self;
-}
-
-impl Numbers for () {
-    const COUNT: usize = 0;
-    fn put(&self, _: &mut Vec<f64>) {}
-    fn take(_: &mut impl Iterator<Item = f64>) {}
-}
-
-impl<const N: usize> Numbers for [f64; N]
-where
-    Self: Default,
-{
-    const COUNT: usize = N;
-    fn put(&self, numbers: &mut Vec<f64>) {
-        numbers.extend(self);
-    }
-    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
-        std::array::from_fn(|_| numbers.next().unwrap_or(0.0))
-    }
-}
-
 /// A contact law.
 pub trait Law: Clone + Send + Sync + std::fmt::Debug + 'static {
     /// Memory of one contact; `()` where there is none.
@@ -169,118 +136,4 @@ pub trait Law: Clone + Send + Sync + std::fmt::Debug + 'static {
     fn part(&self, pair: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss;
     /// Energy in the springs in J/m.
     fn energy(&self, pair: &Self::Pair, overlap: f64, history: &Self::History) -> f64;
-}
-
-/// Memory of a [`Contact`].
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Memory<S, D> {
-    /// Tangential part.
-    pub tangent: S,
-    /// Viscous part.
-    pub dashpot: D,
-}
-
-impl<S: Numbers, D: Numbers> Numbers for Memory<S, D> {
-    const COUNT: usize = S::COUNT + D::COUNT;
-    fn put(&self, numbers: &mut Vec<f64>) {
-        let Self { tangent, dashpot } = self;
-        tangent.put(numbers);
-        dashpot.put(numbers);
-    }
-    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
-        Self {
-            tangent: S::take(numbers),
-            dashpot: D::take(numbers),
-        }
-    }
-}
-
-/// A normal spring `N` with a tangential part `T` and a dashpot `D`.
-///
-/// The dashpot never pulls: where it would make the normal force negative, that force is zero. Coulomb's cap is taken
-/// of the pressing part of the normal force, so adhesion does not make a contact slip.
-#[derive(Debug, Clone, Copy)]
-pub struct Contact<N, T, D> {
-    /// Normal spring.
-    pub normal: N,
-    /// Friction.
-    pub tangent: T,
-    /// Damping.
-    pub dashpot: D,
-}
-
-impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
-    type History = Memory<T::State, D::State>;
-    type Pair = (N::Pair, D::Pair);
-    const MOTION: bool = T::ACTIVE || D::ACTIVE;
-
-    fn pair(&self, mates: &Mates) -> Self::Pair {
-        let normal = self.normal.pair(mates);
-        // A dashpot that keeps its coefficients belongs to a spring whose stiffness does not depend on the overlap.
-        let k_n = self.normal.stiffness(&normal, 0.0);
-        let dashpot = self
-            .dashpot
-            .pair([k_n, self.tangent.stiffness(k_n)], mates.mass);
-        (normal, dashpot)
-    }
-
-    #[inline]
-    fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> Stiffness {
-        let normal = self.normal.stiffness(&pair.0, overlap);
-        Stiffness {
-            normal,
-            tangential: self.tangent.stiffness(normal),
-            rolling: 0.0,
-        }
-    }
-
-    fn damping_ratio(&self) -> f64 {
-        self.dashpot.ratio()
-    }
-
-    #[inline]
-    fn press(
-        &self,
-        pair: &Self::Pair,
-        touch: &Touch,
-        before: &Self::History,
-    ) -> Press<Self::History> {
-        let spring = self.normal.force(&pair.0, touch.overlap);
-        let k_n = self.normal.stiffness(&pair.0, touch.overlap);
-        let k_t = self.tangent.stiffness(k_n);
-        let [drag, wish] = self.dashpot.drag(&pair.1, [k_n, k_t], touch.velocity);
-        let pushed = spring + drag;
-        let pressing = if pushed > 0.0 { pushed } else { 0.0 };
-        let slide = self
-            .tangent
-            .slide(k_t, pressing, wish, touch.moved[1], &before.tangent);
-        let exerted = [pressing - spring, slide.dashpot];
-        let (viscous, dashpot) = D::remember(exerted, touch.moved, &before.dashpot);
-        Press {
-            normal: pressing - self.normal.pull(&pair.0, touch.overlap),
-            tangential: slide.spring + slide.dashpot,
-            moment: 0.0,
-            history: Memory {
-                tangent: slide.state,
-                dashpot,
-            },
-            loss: Loss {
-                friction: slide.loss,
-                viscous,
-            },
-        }
-    }
-
-    #[inline]
-    fn part(&self, _: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
-        let (viscous, _) = D::remember([0.0; 2], touch.moved, &before.dashpot);
-        Loss {
-            friction: self.tangent.part(touch.moved[1], &before.tangent),
-            viscous,
-        }
-    }
-
-    fn energy(&self, pair: &Self::Pair, overlap: f64, history: &Self::History) -> f64 {
-        self.normal.energy(&pair.0, overlap) + self.tangent.energy(&history.tangent)
-    }
 }

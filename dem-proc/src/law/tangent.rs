@@ -1,6 +1,6 @@
 //! Friction: the tangential part of a law.
 
-use super::{Numbers, Plain};
+use super::history::{Numbers, Plain};
 
 /// Tangential part of a law.
 pub trait Tangent: Plain {

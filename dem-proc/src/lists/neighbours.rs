@@ -11,8 +11,8 @@ use mechanics::outline::{crosses_ray, nearest_on_edge};
 
 use crate::body::bodies::Bodies;
 use crate::body::edge::vertex_edge;
-use crate::contact::approach::Watch;
 use crate::lists::cells::Cells;
+use crate::lists::watch::Watch;
 use crate::seam::{Bounds, BoxTree};
 
 /// How far beyond contact a point is "in reach" of a body, as a fraction of its radius. A point moves at most half its

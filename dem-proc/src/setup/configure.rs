@@ -3,108 +3,21 @@
 use interface::Vec2;
 use interface::config::surfaces::ContactPair;
 use interface::config::{ContactLaw, DemConfig, Interface, OverlapMeasure};
-use interface::message::wire::EnvelopeVertex;
-use interface::solver::{DemMeasurement, Readiness, Refusal};
-use mechanics::books::Totals;
+use interface::solver::{Readiness, Refusal};
 
 use crate::body::bodies::Bodies;
 use crate::body::load::{Load, PairLoad};
-use crate::body::odometer::Odometer;
+use crate::body::surfaces::Surfaces;
 use crate::contact::approach::{first_contact, outer_acceleration};
 use crate::contact::convex::{ConvexContacts, Measure};
 use crate::contact::nearest::NearestEdge;
 use crate::contact::overlap::OverlapArea;
 use crate::contact::pairs::{BodyContacts, BodySide};
 use crate::contact::points::{PointContacts, PointSide};
+use crate::law::Law;
 use crate::law::choice::{Between, ForLaw, check_law, with_law, with_table};
-use crate::law::dashpot::Elastic;
-use crate::law::normal::Linear;
-use crate::law::table::Surfaces;
-use crate::law::tangent::Smooth;
-use crate::law::{Contact, Law};
-use crate::setup::saved::Marks;
+use crate::system::System;
 use crate::threads::Threads;
-
-/// A configured solver.
-#[derive(Debug)]
-pub struct System {
-    /// Acceleration of gravity in m/s^2.
-    pub gravity: Vec2,
-    /// The bodies.
-    pub bodies: Bodies,
-    /// Contact with points.
-    pub points: Box<dyn PointSide>,
-    /// Contact between bodies, where the scene has a law for it and a body that can be moved.
-    pub pairs: Option<Box<dyn BodySide>>,
-    /// How loops are run.
-    pub threads: Threads,
-    /// Loads by points, by body.
-    pub point_loads: Vec<Load>,
-    /// Loads by bodies, by body.
-    pub body_loads: Vec<PairLoad>,
-    /// Whether any of `point_loads` may be other than zero.
-    pub pushed_by_points: bool,
-    /// Velocities and spins at `t_{n+1/2}`, taken over by the drift.
-    pub kicked: Vec<(Vec2, f64)>,
-    /// Largest surface speed after the kick in each part of the bodies, in m/s.
-    pub fastest: Vec<f64>,
-    /// Most that gravity and forces from outside accelerate any surface, in m/s^2.
-    pub outer_acceleration: f64,
-    /// Bound of the squared frequency of two bodies that touch, wherever they do, in 1/s^2.
-    pub first_contact: f64,
-    /// `(2 / r)^2` with the resolution `r` of impacts.
-    pub per_resolution_sq: f64,
-    /// Upper bound of the speed of any surface over the last step, in m/s.
-    pub speed: f64,
-    /// The same after the kick, not yet taken over.
-    pub kicked_speed: f64,
-    /// How far surfaces have gone since the last call of `envelopes`.
-    pub published: Odometer,
-    /// `V_d` in m.
-    pub skin: f64,
-    /// The envelopes.
-    pub envelopes: Vec<EnvelopeVertex>,
-    /// Sums over the run.
-    pub totals: Totals,
-    /// The last measurement.
-    pub measurement: DemMeasurement,
-    /// By what a saved state is known to be of this configuration.
-    pub marks: Marks,
-}
-
-impl Default for System {
-    /// No bodies.
-    fn default() -> Self {
-        let law = Contact {
-            normal: Linear { stiffness: 0.0 },
-            tangent: Smooth,
-            dashpot: Elastic,
-        };
-        Self {
-            gravity: Vec2::zeros(),
-            bodies: Bodies::default(),
-            points: Box::new(PointContacts::new(law, Vec::new(), 0.0)),
-            pairs: None,
-            threads: Threads::default(),
-            point_loads: Vec::new(),
-            body_loads: Vec::new(),
-            pushed_by_points: false,
-            kicked: Vec::new(),
-            fastest: Vec::new(),
-            outer_acceleration: 0.0,
-            first_contact: 0.0,
-            per_resolution_sq: 1.0,
-            speed: 0.0,
-            kicked_speed: 0.0,
-            published: Odometer::default(),
-            skin: 0.0,
-            envelopes: Vec::new(),
-            totals: Totals::default(),
-            measurement: DemMeasurement::default(),
-            marks: Marks::default(),
-        }
-    }
-}
 
 struct PointsWith {
     /// Surface of each point group.
@@ -240,7 +153,6 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         per_resolution_sq: (2.0 / config.resolution()).powi(2),
         skin: config.skin,
         bodies,
-        marks: Marks::new(config),
         ..System::default()
     };
     let free = || system.bodies.fixed.iter().filter(|b| b.yields());
@@ -331,23 +243,4 @@ fn check_overlap(config: &DemConfig, bodies: &Bodies) -> Result<(), Refusal> {
         return Err(Refusal::new("dem.body_contact", text));
     }
     Ok(())
-}
-
-impl System {
-    /// Bytes of memory in use.
-    pub fn bytes(&self) -> usize {
-        let trees = self
-            .bodies
-            .fixed
-            .iter()
-            .filter_map(|b| b.shape.edges.as_ref());
-        let body = size_of::<crate::body::bodies::Body>()
-            + size_of::<crate::body::bodies::Rigid>()
-            + 2 * size_of::<Load>();
-        self.bodies.len() * body
-            + self.bodies.outline.len() * 2 * size_of::<Vec2>()
-            + trees.map(crate::seam::BoxTree::bytes).sum::<usize>()
-            + self.points.bytes()
-            + self.pairs.as_ref().map_or(0, |p| p.bytes())
-    }
 }

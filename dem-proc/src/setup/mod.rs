@@ -1,4 +1,5 @@
 //! From a configuration or a saved state to a solver.
 
-pub mod configure;
-pub mod saved;
+pub(crate) mod capabilities;
+pub(crate) mod configure;
+pub(crate) mod saved;

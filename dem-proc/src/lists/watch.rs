@@ -1,0 +1,182 @@
+//! How far bodies may go within two steps, and so when a list of their pairs has to be built anew.
+
+use interface::solver::Refusal;
+use interface::step::GROWTH;
+use serde::{Deserialize, Serialize};
+
+use crate::body::bodies::Bodies;
+use crate::body::odometer::{Odometer, SavedOdometer};
+use crate::saved::{count, finite};
+
+/// How far surfaces may go in the next two steps, by their speed.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Ahead {
+    /// The two steps together in s.
+    time: f64,
+    /// What is gained by falling and by forces from outside in m.
+    gained: f64,
+}
+
+impl Ahead {
+    /// A step of `dt` (s) and the next one, after a kick of `kick` (s), all surfaces accelerated by `acceleration`
+    /// (m/s^2) at most. Contact is not among what accelerates: one that is new has been counted, one that is not has
+    /// been pushing before.
+    pub fn new(kick: f64, dt: f64, acceleration: f64) -> Self {
+        let next = GROWTH * dt;
+        let time = dt + next;
+        Self {
+            time,
+            gained: acceleration * (kick * time + 0.5 * (dt + next) * next),
+        }
+    }
+
+    /// The two steps together in s.
+    pub fn time(&self) -> f64 {
+        self.time
+    }
+
+    /// Of a surface with this speed (m/s), in m.
+    pub fn way(&self, speed: f64) -> f64 {
+        speed * self.time + self.gained
+    }
+}
+
+/// When a list of pairs has to be built anew, and how far it reaches.
+///
+/// Each body may use up half of the skin, and what it may go ahead is kept free. Where the fastest one goes farther in
+/// two steps than half the skin, the list is built in every step, with a margin of its own for each body: else one that
+/// is fast and far would fill the lists of all others.
+#[derive(Debug, Clone, Default)]
+pub struct Watch {
+    skin: f64,
+    /// How far a surface may have gone, and be about to go, in m.
+    limit: f64,
+    /// Margin of each body in m; empty where they are all `limit`.
+    margins: Vec<f64>,
+    odometer: Odometer,
+}
+
+impl Watch {
+    /// No list yet; with a skin in m.
+    pub fn new(skin: f64) -> Self {
+        Self {
+            skin,
+            ..Self::default()
+        }
+    }
+
+    /// Whether the list still holds all pairs that may meet within two steps, with surfaces up to `speed` (m/s).
+    pub fn holds(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64) -> bool {
+        let left = self.limit - ahead.way(speed);
+        left > 0.0 && self.odometer.stays_below(left, bodies)
+    }
+
+    /// A list is built here.
+    pub fn begin(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64) {
+        let (half, way) = (0.5 * self.skin, ahead.way(speed));
+        self.margins.clear();
+        if way <= half {
+            self.limit = half + way;
+        } else {
+            self.limit = 0.0;
+            let speed = bodies
+                .state
+                .iter()
+                .map(|s| s.surface_speed(s.velocity, s.spin));
+            self.margins.extend(speed.map(|v| half + ahead.way(v)));
+        }
+        self.odometer.reset(bodies);
+    }
+
+    /// How far a body's list reaches beyond contact in m: a pair is listed within the sum of both.
+    #[inline]
+    pub fn margin(&self, body: usize) -> f64 {
+        self.margins.get(body).copied().unwrap_or(self.limit)
+    }
+
+    /// How far apart in m two bodies may be and still meet within two steps, where that is less than for the fastest.
+    #[inline]
+    pub fn closing(&self, [a, b]: [u32; 2]) -> Option<f64> {
+        let own = |b: u32| self.margins.get(b as usize);
+        Some(own(a)? + own(b)? - self.skin)
+    }
+
+    /// Whether [`Self::closing`] says anything.
+    pub fn is_by_body(&self) -> bool {
+        !self.margins.is_empty()
+    }
+
+    /// The bodies move on with surface speeds up to `speed` (m/s) for `dt` (s).
+    pub fn advance(&mut self, speed: f64, dt: f64) {
+        self.odometer.advance(speed, dt);
+    }
+
+    /// The bodies as they were where the list was built; `None` if there is no list yet.
+    pub fn bodies_then(&self, bodies: &Bodies) -> Option<Bodies> {
+        let poses = self.odometer.start();
+        (!poses.is_empty()).then(|| bodies.placed(poses.iter().copied()))
+    }
+
+    /// For a saved state.
+    pub fn save(&self) -> SavedWatch {
+        let Self {
+            skin: _, // of the configuration
+            limit,
+            margins,
+            odometer,
+        } = self;
+        SavedWatch {
+            limit: *limit,
+            margins: margins.clone(),
+            odometer: odometer.save(),
+        }
+    }
+
+    /// With the skin of this one, as it was saved.
+    ///
+    /// # Errors
+    /// A refusal if it is not of these bodies.
+    pub fn restored(&self, saved: &SavedWatch, bodies: &Bodies) -> Result<Self, Refusal> {
+        let SavedWatch {
+            limit,
+            margins,
+            odometer,
+        } = saved;
+        finite(|| "a margin".into(), margins)?;
+        finite(|| "a margin".into(), &[*limit])?;
+        if !margins.is_empty() {
+            count("margins", margins.len(), bodies.len())?;
+        }
+        Ok(Self {
+            skin: self.skin,
+            limit: *limit,
+            margins: margins.clone(),
+            odometer: Odometer::restored(odometer, bodies)?,
+        })
+    }
+}
+
+/// A [`Watch`] in a saved state, in m.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct SavedWatch {
+    limit: f64,
+    margins: Vec<f64>,
+    odometer: SavedOdometer,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_lies_ahead_is_two_steps_of_falling() {
+        // From rest: half a kick, a step, a kick, a step a tenth longer.
+        let (dt, g) = (1e-3, 10.0);
+        let first = 0.5 * dt * g;
+        let second = first + g * 0.5 * (dt + 1.1 * dt);
+        let way = first * dt + second * 1.1 * dt;
+        let ahead = Ahead::new(0.5 * dt, dt, g);
+        assert!((ahead.way(0.0) / way - 1.0).abs() < 1e-12);
+        assert!((ahead.way(3.0) - way - 3.0 * 2.1 * dt).abs() < 1e-15);
+    }
+}

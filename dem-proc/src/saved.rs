@@ -1,0 +1,32 @@
+//! What every part of a saved state checks: how many, and finite.
+
+use interface::solver::Refusal;
+
+/// The refusal of a state.
+pub fn refusal(text: impl Into<String>) -> Refusal {
+    Refusal::new("restore", text)
+}
+
+/// Refuses another number of things than there are here.
+///
+/// # Errors
+/// Both numbers.
+pub fn count(what: &str, found: usize, expected: usize) -> Result<(), Refusal> {
+    if found == expected {
+        return Ok(());
+    }
+    let text = format!("the saved state has {found} {what}, expected {expected}");
+    Err(refusal(text))
+}
+
+/// Refuses numbers that are not finite.
+///
+/// # Errors
+/// Of what they are.
+pub fn finite(what: impl Fn() -> String, numbers: &[f64]) -> Result<(), Refusal> {
+    if numbers.iter().all(|x| x.is_finite()) {
+        return Ok(());
+    }
+    let text = format!("{}: a number that is not finite", what());
+    Err(refusal(text))
+}

@@ -1,0 +1,32 @@
+//! What the solver says in Hello that it does and takes ([`interface::config::capability`]).
+
+/// The capabilities, verbs first.
+pub(crate) const CAPABILITIES: [&str; 27] = [
+    interface::config::capability::SAVE,
+    "shape:disc",
+    "shape:segment",
+    "shape:polygon",
+    "shape:rectangle",
+    "shape:cluster",
+    "law:linear",
+    "law:granular",
+    "law:hertz_mindlin",
+    "law:area",
+    "motion:free",
+    "motion:fixed",
+    "motion:driven",
+    "motion:guided",
+    "motion:pushed",
+    "overlap:each_edge",
+    "overlap:nearest_edge",
+    "overlap:area",
+    "inertia:density",
+    "inertia:mass",
+    "feature:friction",
+    "feature:damping",
+    "feature:rolling_friction",
+    "feature:adhesion",
+    "feature:body_contact",
+    "feature:contact_resolution",
+    "feature:contact_pairs",
+];
