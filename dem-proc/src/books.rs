@@ -53,7 +53,7 @@ impl Kick<'_> {
         after.applied_impulse += self.gravity * self.bodies.free_mass * self.length;
         for &b in self.bodies.held.iter().chain(&self.bodies.special) {
             let b = b as usize;
-            let push = self.bodies.fixed[b].motion.push(self.time);
+            let push = self.bodies.properties[b].motion.push(self.time);
             after.add_outside(&self.entry(b), self.gravity, push, self.length);
         }
         after
@@ -61,7 +61,7 @@ impl Kick<'_> {
 
     /// What the books need to know of body `b`.
     fn entry(&self, b: usize) -> Entry {
-        let (body, state) = (&self.bodies.fixed[b], &self.bodies.state[b]);
+        let (body, state) = (&self.bodies.properties[b], &self.bodies.state[b]);
         let (points, others) = (&self.point_loads[b], &self.body_loads[b]);
         let (velocity, spin) = self.kicked[b];
         Entry {

@@ -8,7 +8,7 @@ use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Ref
 use interface::step::Step;
 
 use crate::body::bodies::Bodies;
-use crate::setup::capabilities::CAPABILITIES;
+use crate::setup::capabilities::capabilities;
 use crate::setup::configure::configure;
 use crate::setup::saved::{FORMAT, Marks, SavedSystem};
 use crate::system::System;
@@ -42,7 +42,7 @@ impl DemSolver for Sdem {
     }
 
     fn capabilities(&self) -> Capabilities {
-        Capabilities::of(&CAPABILITIES)
+        capabilities()
     }
 
     fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal> {

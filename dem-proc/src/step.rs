@@ -160,7 +160,7 @@ impl System {
         }
         for &b in &self.bodies.special {
             let b = b as usize;
-            let (state, body) = (&self.bodies.state[b], &self.bodies.fixed[b]);
+            let (state, body) = (&self.bodies.state[b], &self.bodies.properties[b]);
             let (force, torque) = body.motion.push(step.time);
             let (velocity, spin) = &mut self.kicked[b];
             *velocity += force * (state.inverse_mass * kick);
@@ -225,7 +225,7 @@ impl System {
     fn not_finite(&self, b: usize) -> Fault {
         Fault::NotFinite {
             what: "velocity".into(),
-            item: format!("body {b} ({})", self.bodies.fixed[b].name),
+            item: format!("body {b} ({})", self.bodies.properties[b].name),
         }
     }
 

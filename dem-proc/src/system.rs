@@ -100,7 +100,7 @@ impl System {
     pub fn bytes(&self) -> usize {
         let trees = self
             .bodies
-            .fixed
+            .properties
             .iter()
             .filter_map(|b| b.shape.edges.as_ref());
         let body = size_of::<Body>() + size_of::<Rigid>() + 2 * size_of::<Load>();

@@ -181,7 +181,7 @@ impl Witness {
             let centre: Vec2 = bodies.state[b].center;
             -nearest(bodies.outline_of(other), centre).distance
         };
-        let free = |b: usize| bodies.fixed[b].yields();
+        let free = |b: usize| bodies.properties[b].yields();
         for b in (0..bodies.len()).filter(|&b| free(b)) {
             for other in (0..bodies.len()).filter(|&other| other != b) {
                 let gone = if free(other) {

@@ -1,14 +1,14 @@
-//! What two bodies that have not met yet ask of the step.
+//! How bodies that do not touch yet limit the step.
 //!
 //! A penalty contact is nothing until it is touched, so stiffness alone lets bodies that are apart take any step: one may
 //! be deep in another, or beyond it, at the next instant. Three things are needed, and none asks anything of bodies that
 //! are far apart or slow:
 //!
-//! - *Whoever may touch is counted before.* The limits that follow step `n` are those of step `n + 1`, which ends at
+//! - *Contacts count before they close.* The limits that follow step `n` are those of step `n + 1`, which ends at
 //!   `t_{n+2}`. A contact found there is kicked by half of that step, so it has to have bound it. So two bodies count as
 //!   in contact if they can meet within two steps, the second a tenth longer (the most that a step may grow by,
 //!   PHYSICS.md section 4): [`crate::lists::watch::Ahead`]. The lists reach as far: [`crate::lists::watch::Watch`].
-//! - *Nobody is carried through.* A pair in reach may come nearer by half the length in which its force has the right
+//! - *No body passes through another in one step.* A pair in reach may come nearer by half the length in which its force has the right
 //!   sign ([`crate::contact::passage`]) in a step: the counterpart of half the radius of a point in PHYSICS.md section 4. Only the
 //!   approach counts, so a body may slide along a floor as fast as it likes. The limit is declared as a frequency:
 //!   [`crossing_rate`].
@@ -78,7 +78,7 @@ pub fn outer_acceleration(bodies: &Bodies, gravity: Vec2) -> f64 {
             + torque.abs() * state.inverse_inertia * state.extent
     };
     bodies
-        .fixed
+        .properties
         .iter()
         .zip(&bodies.state)
         .map(of)

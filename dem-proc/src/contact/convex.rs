@@ -21,7 +21,7 @@ use crate::contact::impact::{Impacts, Pressing};
 use crate::contact::pairs::{BodySide, SavedPairs};
 use crate::contact::passage::{Passage, PassedBodies, TURN};
 use crate::law::history::SavedHistories;
-use crate::law::{Law, Loss, Mates, Past, Touch, reduced};
+use crate::law::{Law, Loss, Mates, Past, Press, Touch, reduced};
 use crate::lists::watch::{Ahead, Watch};
 use crate::saved::{count, finite};
 use mechanics::mass::cross;
@@ -114,7 +114,9 @@ impl<L: Law> Kept<L> {
             law.pair(&Mates {
                 mass: if inverse > 0.0 { 1.0 / inverse } else { 0.0 },
                 radius: reduced(v.radius, e.radius),
-                surfaces: candidate.bodies.map(|b| bodies.fixed[b as usize].surface),
+                surfaces: candidate
+                    .bodies
+                    .map(|b| bodies.properties[b as usize].surface),
             })
         }));
     }
@@ -253,9 +255,9 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
             let touch = touch(bodies, past, &spot, pair, arms);
             let (constants, before) = (&now.constants[k], &now.history[k]);
             let stiffness = self.law.stiffness(constants, spot.depth + closing);
+            let [normal, tangential] = [stiffness.normal * M::STIFFENS, stiffness.tangential];
             for i in 0..2 {
                 let load = &mut loads[pair[i] as usize];
-                let [normal, tangential] = [stiffness.normal * M::STIFFENS, stiffness.tangential];
                 load.rate += rate(frames[i], arms[i], &spot, normal, tangential);
                 load.rate += frames[i].inverse_inertia * stiffness.rolling;
             }
@@ -267,7 +269,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
                 width: 2.0 * spot.half_width,
             });
             if spot.depth <= 0.0 {
-                self.loss += self.law.part(constants, &touch, before);
+                self.loss += self.law.separate(constants, &touch, before);
                 continue;
             }
             let turned = frames[1].turned(now.normals[k]).dot(&spot.normal) < TURN;
@@ -281,17 +283,10 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
                 });
             }
             let press = self.law.press(constants, &touch, before);
-            let (f_n, f_t) = (spot.gain * press.normal, spot.gain * press.tangential);
-            let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
-            let force = spot.normal * f_n + tangent * f_t;
             if let Some(pressing) = self.pressing.last_mut() {
-                pressing.force = f_n;
+                pressing.force = spot.gain * press.normal;
             }
-            for (i, sign) in [(0, 1.0), (1, -1.0)] {
-                let load = &mut loads[pair[i] as usize];
-                load.force += force * sign;
-                load.torque += sign * (cross(arms[i], force) + press.moment);
-            }
+            push(loads, pair, arms, &spot, &press);
             self.loss += press.loss;
             self.presses += 1;
             self.depths[k] = spot.depth;
@@ -442,6 +437,18 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         kept.normals = normals.iter().map(|&normal| normal.into()).collect();
         (self.kept, self.rebuilt) = (kept, false);
         Ok(())
+    }
+}
+
+/// Adds force and moment of a contact that presses to the loads of its two bodies.
+fn push<H>(loads: &mut [PairLoad], pair: [u32; 2], arms: [Vec2; 2], spot: &Spot, press: &Press<H>) {
+    let (f_n, f_t) = (spot.gain * press.normal, spot.gain * press.tangential);
+    let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
+    let force = spot.normal * f_n + tangent * f_t;
+    for (i, sign) in [(0, 1.0), (1, -1.0)] {
+        let load = &mut loads[pair[i] as usize];
+        load.force += force * sign;
+        load.torque += sign * (cross(arms[i], force) + press.moment);
     }
 }
 

@@ -144,7 +144,7 @@ impl<L: Law> Kept<L> {
             law.pair(&Mates {
                 mass: if inverse > 0.0 { 1.0 / inverse } else { 0.0 }, // bodies that can only turn: no dashpot
                 radius: reduced(pair.radius, pair.reach - pair.radius),
-                surfaces: pair.bodies.map(|b| bodies.fixed[b as usize].surface),
+                surfaces: pair.bodies.map(|b| bodies.properties[b as usize].surface),
             })
         }));
         let span = |chunk: &[VertexEdge]| {
@@ -357,7 +357,7 @@ impl<L: Law> Chunk<'_, L> {
                 after[l] = press.history;
                 press.loss
             } else {
-                self.law.part(constants, touch, &before[l])
+                self.law.separate(constants, touch, &before[l])
             };
             answers.loss[0][l] = loss.friction;
             answers.loss[1][l] = loss.viscous;

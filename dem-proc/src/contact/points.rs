@@ -264,7 +264,7 @@ impl<L: Law> PointContacts<L> {
                     info.radius,
                     bodies.radius_at(pair.body as usize, pair.part),
                 ),
-                surfaces: [of_point, bodies.fixed[pair.body as usize].surface],
+                surfaces: [of_point, bodies.properties[pair.body as usize].surface],
             })
         }));
         fresh.built_at.clear();
@@ -304,7 +304,7 @@ impl<L: Law> View<'_, L> {
         } = self.now.list.pairs[k];
         let candidates = &self.now.list.edges[edges[0] as usize..edges[1] as usize];
         let mut outline = bodies.outline_of(body as usize);
-        if !bodies.fixed[body as usize].shape.has_edges {
+        if !bodies.properties[body as usize].shape.has_edges {
             outline = &outline[part as usize..=part as usize];
         }
         let seen = see(outline, candidates.iter().map(|&i| i as usize), x);
@@ -372,7 +372,7 @@ impl<L: Law> View<'_, L> {
             pair,
         };
         if overlap <= 0.0 {
-            outcome.loss = self.law.part(constants, &touch, before);
+            outcome.loss = self.law.separate(constants, &touch, before);
             return Some((outcome, L::History::default()));
         }
         let press = self.law.press(constants, &touch, before);
@@ -418,7 +418,7 @@ impl<L: Law> View<'_, L> {
         let from = x - frame.turned(moved);
         let reach = bodies.radius_at(b, part) + self.set[slot as usize].radius;
         let mut outline = bodies.outline_of(b);
-        let has_edges = bodies.fixed[b].shape.has_edges;
+        let has_edges = bodies.properties[b].shape.has_edges;
         if !has_edges {
             outline = &outline[part as usize..=part as usize];
         }

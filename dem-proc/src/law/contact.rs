@@ -83,12 +83,12 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
         let spring = self.normal.force(&pair.0, touch.overlap);
         let k_n = self.normal.stiffness(&pair.0, touch.overlap);
         let k_t = self.tangent.stiffness(k_n);
-        let [drag, wish] = self.dashpot.drag(&pair.1, [k_n, k_t], touch.velocity);
-        let pushed = spring + drag;
+        let [viscous_n, viscous_t] = self.dashpot.drag(&pair.1, [k_n, k_t], touch.velocity);
+        let pushed = spring + viscous_n;
         let pressing = if pushed > 0.0 { pushed } else { 0.0 };
         let slide = self
             .tangent
-            .slide(k_t, pressing, wish, touch.moved[1], &before.tangent);
+            .slide(k_t, pressing, viscous_t, touch.moved[1], &before.tangent);
         let exerted = [pressing - spring, slide.dashpot];
         let (viscous, dashpot) = D::remember(exerted, touch.moved, &before.dashpot);
         Press {
@@ -107,10 +107,10 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
     }
 
     #[inline]
-    fn part(&self, _: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
+    fn separate(&self, _: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
         let (viscous, _) = D::remember([0.0; 2], touch.moved, &before.dashpot);
         Loss {
-            friction: self.tangent.part(touch.moved[1], &before.tangent),
+            friction: self.tangent.separate(touch.moved[1], &before.tangent),
             viscous,
         }
     }

@@ -112,8 +112,8 @@ impl<L: Law> Law for Rolling<L> {
         }
     }
     #[inline]
-    fn part(&self, pair: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
-        let loss = self.law.part(&pair.0, touch, &before.law);
+    fn separate(&self, pair: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
+        let loss = self.law.separate(&pair.0, touch, &before.law);
         Loss {
             friction: loss.friction + before.energy() - 0.5 * before.moment * touch.rolled,
             ..loss

@@ -64,8 +64,8 @@ impl<L: Law + Copy> Law for Table<L> {
         law.press(pair, touch, before)
     }
     #[inline]
-    fn part(&self, (law, pair): &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
-        law.part(pair, touch, before)
+    fn separate(&self, (law, pair): &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
+        law.separate(pair, touch, before)
     }
     fn energy(&self, (law, pair): &Self::Pair, overlap: f64, history: &Self::History) -> f64 {
         law.energy(pair, overlap, history)

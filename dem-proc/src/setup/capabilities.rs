@@ -1,17 +1,16 @@
 //! What the solver says in Hello that it does and takes ([`interface::config::capability`]).
 
-/// The capabilities, verbs first.
-pub(crate) const CAPABILITIES: [&str; 27] = [
-    interface::config::capability::SAVE,
+use interface::config::capability::{Capabilities, SAVE};
+use interface::config::laws::LAWS;
+
+/// What it does and takes besides contact laws.
+const OTHERS: [&str; 19] = [
+    SAVE,
     "shape:disc",
     "shape:segment",
     "shape:polygon",
     "shape:rectangle",
     "shape:cluster",
-    "law:linear",
-    "law:granular",
-    "law:hertz_mindlin",
-    "law:area",
     "motion:free",
     "motion:fixed",
     "motion:driven",
@@ -22,11 +21,20 @@ pub(crate) const CAPABILITIES: [&str; 27] = [
     "overlap:area",
     "inertia:density",
     "inertia:mass",
-    "feature:friction",
-    "feature:damping",
-    "feature:rolling_friction",
-    "feature:adhesion",
     "feature:body_contact",
     "feature:contact_resolution",
     "feature:contact_pairs",
 ];
+
+/// All of it: every contact law of the table, with the features of its parameters.
+pub(crate) fn capabilities() -> Capabilities {
+    let mut names = OTHERS.to_vec();
+    names.extend(LAWS.iter().map(|law| law.capability));
+    let parameters = LAWS.iter().flat_map(|law| law.parameters);
+    for feature in parameters.filter_map(|parameter| parameter.feature) {
+        if !names.contains(&feature) {
+            names.push(feature);
+        }
+    }
+    Capabilities::of(&names)
+}

@@ -5,7 +5,7 @@ use interface::config::surfaces::ContactPair;
 use interface::config::{ContactLaw, DemConfig, Interface, OverlapMeasure};
 use interface::solver::{Readiness, Refusal};
 
-use crate::body::bodies::Bodies;
+use crate::body::bodies::{Bodies, Body};
 use crate::body::load::{Load, PairLoad};
 use crate::body::surfaces::Surfaces;
 use crate::contact::approach::{first_contact, outer_acceleration};
@@ -15,7 +15,7 @@ use crate::contact::overlap::OverlapArea;
 use crate::contact::pairs::{BodyContacts, BodySide};
 use crate::contact::points::{PointContacts, PointSide};
 use crate::law::Law;
-use crate::law::choice::{Between, ForLaw, check_law, with_law, with_table};
+use crate::law::choice::{ForLaw, normal_stiffness, with_law, with_table};
 use crate::system::System;
 use crate::threads::Threads;
 
@@ -55,6 +55,22 @@ impl<M: Measure + 'static> ForLaw for ConvexWith<M> {
     }
 }
 
+/// Contact between points and bodies.
+fn point_side(config: &DemConfig, surfaces: &Surfaces) -> Box<dyn PointSide> {
+    let groups = config.point_surfaces.iter();
+    let build = PointsWith {
+        surfaces: groups.map(|name| surfaces.number(name)).collect(),
+        skin: config.skin,
+    };
+    let law = &config.point_contact;
+    let table: Vec<&ContactPair> = config.point_pairs().map(|(_, pair)| pair).collect();
+    if table.is_empty() {
+        with_law(law, build)
+    } else {
+        with_table(surfaces, law, &table, build)
+    }
+}
+
 /// Contact between bodies by `law` and the pairs of the table, as the scene measures it.
 fn body_side(config: &DemConfig, surfaces: &Surfaces, law: &ContactLaw) -> Box<dyn BodySide> {
     let table: Vec<&ContactPair> = config.body_pairs().map(|(_, pair)| pair).collect();
@@ -81,68 +97,31 @@ fn body_side(config: &DemConfig, surfaces: &Surfaces, law: &ContactLaw) -> Box<d
 /// # Errors
 /// A refusal that names the key.
 pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
-    check_numbers(config)?;
+    if let Some(fault) = config.faults().first() {
+        return Err(Refusal::new(&fault.key, fault.to_string()));
+    }
+    refuse_unbuilt(config)?;
     let bodies = Bodies::new(config)?;
-    // Where the stiffness depends on the overlap: at a hundredth of the smallest sphero-radius.
-    let radii = bodies.state.iter().map(|s| s.radius);
-    let radius = radii.reduce(f64::min).unwrap_or(0.0);
-    let overlap = 0.01 * radius;
-    let between = Between::PointsAndBodies;
-    let mut point_stiffness =
-        check_law("dem.point_contact", &config.point_contact, between, overlap)?;
-    // Of a first touch nobody knows how deep it will be: not deeper than the smallest sphero-radius.
-    let mut body_stiffness: f64 = 0.0;
-    if let Some(law) = &config.body_contact {
-        body_stiffness = check_law("dem.body_contact", law, Between::Bodies, radius)?;
-    }
-    if let Some(fault) = config.table_faults().first() {
-        let key = format!("dem.contact_pairs[{}].{}", fault.pair, fault.key);
-        return Err(Refusal::new(
-            key,
-            format!("{}; {}", fault.message, fault.help),
-        ));
-    }
-    let key = |i: usize| format!("dem.contact_pairs[{i}].law");
-    for (i, pair) in config.point_pairs() {
-        let stiffness = check_law(&key(i), &pair.law, between, overlap)?;
-        point_stiffness = point_stiffness.max(stiffness);
-    }
-    for (i, pair) in config.body_pairs() {
-        let stiffness = check_law(&key(i), &pair.law, Between::Bodies, radius)?;
-        body_stiffness = body_stiffness.max(stiffness);
-    }
-    check_overlap(config, &bodies)?;
     let threads = Threads::new(config.threads)
         .map_err(|e| Refusal::new("dem.threads", format!("{}: {e}", config.threads)))?;
-
-    let free = || bodies.fixed.iter().filter(|b| b.yields());
-    let mut notes = Vec::new();
+    let [point_stiffness, body_stiffness] = stiffest(config, &bodies);
+    let yields = |b: &Body| b.yields();
     let law = config.body_contact.as_ref();
-    let pairs = law.filter(|_| free().next().is_some() && bodies.len() > 1);
+    let pairs = law.filter(|_| bodies.properties.iter().any(yields) && bodies.len() > 1);
+    let mut notes = Vec::new();
     if law.is_some() && pairs.is_none() {
         notes.push(
-            "left out: contact between bodies (no two bodies of which forces move one)".to_owned(),
+            "left out: contact between bodies (there are no two bodies of which at least one can move)".to_owned(),
         );
     }
     let surfaces = Surfaces::new(config);
-    let pairs = pairs.map(|law| body_side(config, &surfaces, law));
-    let groups = config.point_surfaces.iter();
-    let build = PointsWith {
-        surfaces: groups.map(|name| surfaces.number(name)).collect(),
-        skin: config.skin,
-    };
-    let (law, table) = (&config.point_contact, config.point_pairs());
-    let table: Vec<&ContactPair> = table.map(|(_, pair)| pair).collect();
-    let points = if table.is_empty() {
-        with_law(law, build)
-    } else {
-        with_table(&surfaces, law, &table, build)
-    };
     let n = bodies.len();
+    let free = bodies.properties.iter().filter(|b| b.yields());
+    let lightest = free.map(|b| b.mass).fold(f64::INFINITY, f64::min);
     let system = System {
         gravity: config.gravity.into(),
-        points,
-        pairs,
+        points: point_side(config, &surfaces),
+        pairs: pairs.map(|law| body_side(config, &surfaces, law)),
         threads,
         point_loads: vec![Load::default(); n],
         body_loads: vec![PairLoad::default(); n],
@@ -155,8 +134,6 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         bodies,
         ..System::default()
     };
-    let free = || system.bodies.fixed.iter().filter(|b| b.yields());
-    let lightest = free().map(|b| b.mass).fold(f64::INFINITY, f64::min);
     let readiness = Readiness {
         items: n as u64,
         bytes: system.bytes() as u64,
@@ -168,27 +145,24 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
     Ok((system, readiness))
 }
 
-/// Refuses numbers out of range, and what is not built.
-fn check_numbers(config: &DemConfig) -> Result<(), Refusal> {
-    if !config.gravity.iter().all(|g| g.is_finite()) {
-        let text = format!("{:?}: expected finite numbers in m/s^2", config.gravity);
-        return Err(Refusal::new("dem.gravity", text));
-    }
-    if !(config.skin.is_finite() && config.skin >= 0.0) {
-        let text = format!(
-            "{} m: expected a finite distance that is not negative",
-            config.skin
-        );
-        return Err(Refusal::new("dem.skin", text));
-    }
-    let resolution = config.resolution();
-    if !(resolution > 0.0 && resolution <= 2.0) {
-        let text = format!("{resolution}: expected above 0, at most 2 (the limit of stability)");
-        return Err(Refusal::new("dem.contact_resolution", text));
-    }
-    if config.threads == 0 {
-        return Err(Refusal::new("dem.threads", "0: expected 1 or more"));
-    }
+/// The largest normal stiffness in N/m between points and bodies, and between bodies.
+fn stiffest(config: &DemConfig, bodies: &Bodies) -> [f64; 2] {
+    let radii = bodies.state.iter().map(|s| s.radius);
+    let radius = radii.reduce(f64::min).unwrap_or(0.0);
+    let largest = |laws: &mut dyn Iterator<Item = ContactLaw>, overlap: f64| {
+        let stiffness = laws.map(|law| normal_stiffness(&law, overlap));
+        stiffness.fold(0.0, f64::max)
+    };
+    [
+        // Where the stiffness depends on the overlap: at a hundredth of the smallest sphero-radius.
+        largest(&mut config.point_laws(), 0.01 * radius),
+        // Nobody knows how deep a first touch will be: not deeper than the smallest sphero-radius.
+        largest(&mut config.body_laws(), radius),
+    ]
+}
+
+/// Refuses what this solver does not do.
+fn refuse_unbuilt(config: &DemConfig) -> Result<(), Refusal> {
     if !config.group_pairs.is_empty() {
         let text = "contact between groups of points is not built (capability `pairs`)";
         return Err(Refusal::new("dem.group_pairs", text));
@@ -196,51 +170,6 @@ fn check_numbers(config: &DemConfig) -> Result<(), Refusal> {
     if config.interface == Interface::Segments {
         let text = "contact with segments is not built (capability `segments`); use \"points\"";
         return Err(Refusal::new("dem.interface", text));
-    }
-    Ok(())
-}
-
-/// Refuses bodies and laws that a measure of overlap is not made for.
-fn check_overlap(config: &DemConfig, bodies: &Bodies) -> Result<(), Refusal> {
-    let name = config.overlap.name();
-    for (i, body) in bodies.fixed.iter().enumerate() {
-        let key = |key: &str| format!("dem.body[{i}] ({}).{key}", body.name);
-        if config.overlap != OverlapMeasure::EachEdge && !body.shape.convex {
-            let text = format!("not convex, which the overlap measure `{name}` asks for");
-            return Err(Refusal::new(key("shape"), text));
-        }
-        if config.overlap == OverlapMeasure::Area && body.shape.radius > 0.0 {
-            let text = format!(
-                "{} m: the overlap measure `{name}` is of bare polygons; expected 0",
-                body.shape.radius
-            );
-            return Err(Refusal::new(key("sphero_radius"), text));
-        }
-    }
-    let bare = |b: &crate::body::bodies::Body| b.shape.radius == 0.0;
-    let mut all_bare = bodies.fixed.iter().filter(|b| bare(b));
-    let free_and_bare = bodies.fixed.iter().position(|b| bare(b) && b.yields());
-    if config.overlap == OverlapMeasure::EachEdge
-        && config.body_contact.is_some()
-        && let (Some(i), Some(_)) = (free_and_bare, all_bare.nth(1))
-    {
-        let text = format!(
-            "0: with the overlap measure `{name}` two bodies without one never touch; write a radius, or the measure \
-             `{}`",
-            OverlapMeasure::NearestEdge.name()
-        );
-        let key = format!("dem.body[{i}] ({}).sphero_radius", bodies.fixed[i].name);
-        return Err(Refusal::new(key, text));
-    }
-    let other = |law: &ContactLaw| !matches!(law, ContactLaw::Linear { .. });
-    if config.overlap == OverlapMeasure::Area
-        && let Some(law) = config.body_laws().find(other)
-    {
-        let text = format!(
-            "`{}` with the overlap measure `{name}`: bare corners have no radius, which that law needs; write `linear`",
-            law.name()
-        );
-        return Err(Refusal::new("dem.body_contact", text));
     }
     Ok(())
 }

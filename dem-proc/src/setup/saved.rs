@@ -196,7 +196,7 @@ impl Marks {
         }
         let mut bodies = self.bodies.iter().zip(&saved.bodies);
         match bodies.position(|(is, was)| is != was) {
-            Some(i) => Err(other(&format!("dem.body[{i}]"))),
+            Some(i) => Err(other(&format!("dem.bodies[{i}]"))),
             None => Ok(()),
         }
     }

@@ -6,7 +6,7 @@
 use std::collections::BTreeSet;
 
 use interface::config::capability::{Capabilities, POLLS, SAVE, STRESS_WORK};
-use interface::config::{BodyShape, ContactLaw, DemConfig, Motion};
+use interface::config::{BodyShape, DemConfig, Motion};
 use interface::message::control::Party;
 
 use crate::clause::{Clause, of};
@@ -153,57 +153,10 @@ pub fn needs(config: &DemConfig) -> BTreeSet<&'static str> {
     }
     let laws = [&config.point_contact].into_iter();
     for law in laws.chain(config.body_contact.iter()).chain(pairs) {
-        needs.extend(of_law(law));
+        needs.insert(law.row().capability);
+        needs.extend(law.features().map(|(feature, _)| feature));
     }
     needs
-}
-
-/// What a law needs of a solver.
-fn of_law(law: &ContactLaw) -> Vec<&'static str> {
-    let (kind, friction, damping, adhesion, rolling) = match *law {
-        ContactLaw::Linear {
-            friction,
-            damping_ratio,
-            ..
-        } => ("law:linear", friction, damping_ratio, 0.0, 0.0),
-        ContactLaw::Granular {
-            friction,
-            damping_ratio,
-            adhesion,
-            rolling_friction,
-            ..
-        } => (
-            "law:granular",
-            friction,
-            damping_ratio,
-            adhesion,
-            rolling_friction,
-        ),
-        ContactLaw::HertzMindlin {
-            friction,
-            restitution,
-            adhesion,
-            ..
-        } => (
-            "law:hertz_mindlin",
-            friction,
-            1.0 - restitution,
-            adhesion,
-            0.0,
-        ),
-        ContactLaw::Area { friction, .. } => ("law:area", friction, 0.0, 0.0, 0.0),
-    };
-    let features = [
-        (friction, "feature:friction"),
-        (damping, "feature:damping"),
-        (adhesion, "feature:adhesion"),
-        (rolling, "feature:rolling_friction"),
-    ];
-    let used = features.into_iter().filter(|(value, _)| *value != 0.0);
-    [kind]
-        .into_iter()
-        .chain(used.map(|(_, name)| name))
-        .collect()
 }
 
 #[cfg(test)]

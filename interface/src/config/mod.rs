@@ -8,10 +8,12 @@
 //! cla
 
 mod bodies;
+mod bodies_faults;
 pub mod capability;
 mod continuum;
 mod defaults;
 mod law;
+pub mod laws;
 pub mod material;
 pub mod needs;
 pub mod surfaces;
@@ -20,6 +22,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use self::bodies::*;
+pub use self::bodies_faults::ConfigFault;
 pub use self::continuum::*;
 pub use self::law::{ContactLaw, ratio_of_restitution};
 pub use crate::config::material::{Frictional, MaterialConfig, MaterialModel};
