@@ -9,7 +9,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use coupler::scene::Scene;
-use dem_proc::shape::Shape;
+use dem_proc::body::shape::Shape;
 use interface::Vec2;
 use interface::config::{BodyConfig, Motion};
 

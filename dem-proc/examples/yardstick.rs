@@ -32,7 +32,7 @@ fn main() {
         .map(|b| Disc {
             x: system.state[b].center.into(),
             r: system.state[b].radius,
-            m: system.fixed[b].mass,
+            m: system.properties[b].mass,
             ..Disc::default()
         })
         .collect();

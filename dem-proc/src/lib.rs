@@ -35,52 +35,22 @@
 //!   belong together, and a wheel rolls on its own radius.
 //! - Mass properties of a free body are exact or the body is refused (a sphero-radius too large for a notch).
 //! - The distance of a vertex from an edge has no sign, as in the paper; a point inside an outline is pushed back out. A
-//!   point or a body that has gone through a body, or as good as, ends the run ([`passage`]).
+//!   point or a body that has gone through a body, or as good as, ends the run ([`contact::passage`]).
 #![forbid(unsafe_code)]
 
-pub mod approach;
 pub mod body;
-pub mod cells;
-pub mod configure;
+mod books;
 pub mod contact;
-pub mod convex;
-pub mod impact;
 pub mod law;
-pub mod ledger;
-pub mod load;
-pub mod meeting;
-pub mod nearest;
-pub mod neighbours;
-pub mod odometer;
-pub mod overlap;
-pub mod pairs;
-pub mod passage;
-pub mod points;
+pub mod lists;
 #[cfg(test)]
 mod reference;
-pub mod saved;
+mod saved;
 pub mod seam;
-pub mod shape;
+mod setup;
+mod solver;
 mod step;
+mod system;
 pub mod threads;
 
-/// The spheropolygon solver: without bodies until it is configured.
-#[derive(Debug, Default)]
-pub struct Sdem {
-    system: configure::System,
-}
-
-impl Sdem {
-    /// The present state of the bodies, for tests and for uncoupled use.
-    pub fn bodies(&self) -> &body::Bodies {
-        &self.system.bodies
-    }
-
-    /// Vertex-edge pairs of bodies that pressed on one another in the last step.
-    pub fn contacts(&self) -> usize {
-        self.system
-            .pairs
-            .as_ref()
-            .map_or(0, |pairs| pairs.contacts())
-    }
-}
+pub use solver::Sdem;

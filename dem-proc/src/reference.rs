@@ -9,7 +9,7 @@ use interface::step::Step;
 use mechanics::outline::{nearest, nearest_on_edge};
 
 use crate::Sdem;
-use crate::body::Bodies;
+use crate::body::bodies::Bodies;
 use mechanics::mass::cross;
 
 const K: f64 = 1e4;
@@ -47,7 +47,7 @@ fn forces(
     for i in 0..n {
         for j in 0..n {
             let (vertices, edges) = (bodies.outline_of(i), bodies.outline_of(j));
-            let free = |b: usize| bodies.fixed[b].motion == Motion::Free;
+            let free = |b: usize| bodies.properties[b].motion == Motion::Free;
             let discs = vertices.len() == 1 && edges.len() == 1;
             let no_edges = edges.len() == 1 && vertices.len() > 1;
             if i == j || no_edges || (discs && i > j) || !(free(i) || free(j)) {

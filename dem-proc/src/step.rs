@@ -1,125 +1,17 @@
 //! One coupled step, as Jiang 2020 section 4.2 lists it, in the leapfrog of [`interface::step::Step`].
 
 use interface::Vec2;
-use interface::config::DemConfig;
-use interface::config::capability::Capabilities;
-use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, Record};
-use interface::saved::{pack, unpack};
-use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
+use interface::message::wire::{EnvelopeVertex, ImpForce, ImpState, Limits, Record};
+use interface::solver::{Answer, Fault};
 use interface::step::Step;
 
-use crate::Sdem;
-use crate::approach::Ahead;
-use crate::configure::{System, configure};
-use crate::impact::Impacts;
+use crate::body::load::Load;
+use crate::books::measure;
+use crate::contact::impact::Impacts;
+use crate::contact::points::Interval;
 use crate::law::Past;
-use crate::ledger::{Kick, measure};
-use crate::load::Load;
-use crate::points::Interval;
-use crate::saved::FORMAT;
-
-/// What the solver does and takes ([`interface::config::capability`]).
-const CAPABILITIES: [&str; 27] = [
-    interface::config::capability::SAVE,
-    "shape:disc",
-    "shape:segment",
-    "shape:polygon",
-    "shape:rectangle",
-    "shape:cluster",
-    "law:linear",
-    "law:granular",
-    "law:hertz_mindlin",
-    "law:area",
-    "motion:free",
-    "motion:fixed",
-    "motion:driven",
-    "motion:guided",
-    "motion:pushed",
-    "overlap:each_edge",
-    "overlap:nearest_edge",
-    "overlap:area",
-    "inertia:density",
-    "inertia:mass",
-    "feature:friction",
-    "feature:damping",
-    "feature:rolling_friction",
-    "feature:adhesion",
-    "feature:body_contact",
-    "feature:contact_resolution",
-    "feature:contact_pairs",
-];
-
-impl DemSolver for Sdem {
-    fn identity(&self) -> String {
-        format!("tandem-dem {}", env!("CARGO_PKG_VERSION"))
-    }
-
-    fn capabilities(&self) -> Capabilities {
-        Capabilities::of(&CAPABILITIES)
-    }
-
-    fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal> {
-        let (system, readiness) = configure(config)?;
-        self.system = system;
-        Ok(readiness)
-    }
-
-    fn envelopes(&mut self) -> &[EnvelopeVertex] {
-        let s = &mut self.system;
-        s.published.reset(&s.bodies);
-        s.envelopes.clear();
-        for b in 0..s.bodies.len() {
-            let vertex = |(k, p): (u32, &Vec2)| EnvelopeVertex {
-                body: b as u64,
-                position: (*p).into(),
-                reach: s.bodies.radius_at(b, k),
-            };
-            let outline = (0..).zip(s.bodies.outline_of(b));
-            s.envelopes.extend(outline.map(vertex));
-        }
-        &s.envelopes
-    }
-
-    fn imp_set(&mut self, set: &[ImpInfo]) {
-        self.system.points.imp_set(set);
-    }
-
-    /// Step 1 of section 4.2: contact lists, contact forces, forces on the bodies, and the velocities that they will have.
-    fn contact(
-        &mut self,
-        step: &Step,
-        imps: &[ImpState],
-        forces: &mut [ImpForce],
-    ) -> Result<Answer, Fault> {
-        let s = &mut self.system;
-        s.check_states(imps, forces)?;
-        s.meet(step, imps, forces); //                    lists and forces
-        s.none_passed(imps)?; //                          crate::passage
-        s.respond(step, imps)
-    }
-
-    fn advance(&mut self, step: &Step) -> Result<(), Fault> {
-        let s = &mut self.system;
-        s.keep_lists();
-        if !opening(step) {
-            s.commit(step); //                            histories, books, v^{n+1/2}
-            s.drift(step.dt); //                          eq. 42, x^n -> x^{n+1}
-        }
-        Ok(())
-    }
-
-    fn measurement(&self) -> &DemMeasurement {
-        &self.system.measurement
-    }
-
-    fn save(&self) -> Result<Vec<u8>, Fault> {
-        Ok(pack(FORMAT, &self.system.save()))
-    }
-
-    fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
-        self.system.restore(&unpack(FORMAT, saved)?)
-    }
-}
+use crate::lists::watch::Ahead;
+use crate::system::System;
 
 /// Whether nothing is to move: forces, limits and a measurement are wanted, and no trace may stay.
 fn opening(step: &Step) -> bool {
@@ -127,6 +19,44 @@ fn opening(step: &Step) -> bool {
 }
 
 impl System {
+    /// Step 1 of section 4.2: contact lists, contact forces, forces on the bodies, and the velocities that they will have.
+    pub(crate) fn contact(
+        &mut self,
+        step: &Step,
+        imps: &[ImpState],
+        forces: &mut [ImpForce],
+    ) -> Result<Answer, Fault> {
+        self.check_states(imps, forces)?;
+        self.meet(step, imps, forces); //                 lists and forces
+        self.none_passed(imps)?; //                       crate::contact::passage
+        self.respond(step, imps)
+    }
+
+    /// Steps 2 and 3 of section 4.2: takes over what [`Self::contact`] found, and moves the bodies.
+    pub(crate) fn advance(&mut self, step: &Step) {
+        self.keep_lists();
+        if !opening(step) {
+            self.commit(step); //                         histories, books, v^{n+1/2}
+            self.drift(step.dt); //                       eq. 42, x^n -> x^{n+1}
+        }
+    }
+
+    /// The outlines of all bodies, from which their displacement is measured from now on.
+    pub(crate) fn publish(&mut self) -> &[EnvelopeVertex] {
+        self.published.reset(&self.bodies);
+        self.envelopes.clear();
+        for b in 0..self.bodies.len() {
+            let vertex = |(k, p): (u32, &Vec2)| EnvelopeVertex {
+                body: b as u64,
+                position: (*p).into(),
+                reach: self.bodies.radius_at(b, k),
+            };
+            let outline = (0..).zip(self.bodies.outline_of(b));
+            self.envelopes.extend(outline.map(vertex));
+        }
+        &self.envelopes
+    }
+
     /// Contact forces at `t_n`, of bodies on one another and on the points.
     pub(crate) fn meet(&mut self, step: &Step, imps: &[ImpState], forces: &mut [ImpForce]) {
         let ahead = Ahead::new(step.kick(), step.dt, self.outer_acceleration);
@@ -230,7 +160,7 @@ impl System {
         }
         for &b in &self.bodies.special {
             let b = b as usize;
-            let (state, body) = (&self.bodies.state[b], &self.bodies.fixed[b]);
+            let (state, body) = (&self.bodies.state[b], &self.bodies.properties[b]);
             let (force, torque) = body.motion.push(step.time);
             let (velocity, spin) = &mut self.kicked[b];
             *velocity += force * (state.inverse_mass * kick);
@@ -295,7 +225,7 @@ impl System {
     fn not_finite(&self, b: usize) -> Fault {
         Fault::NotFinite {
             what: "velocity".into(),
-            item: format!("body {b} ({})", self.bodies.fixed[b].name),
+            item: format!("body {b} ({})", self.bodies.properties[b].name),
         }
     }
 
@@ -370,25 +300,6 @@ impl System {
         self.points.advance(self.speed, dt);
         if let Some(pairs) = &mut self.pairs {
             pairs.advance(self.speed, dt);
-        }
-    }
-
-    /// This step's kick, for the books.
-    pub(crate) fn kick_of(&self, step: &Step) -> Kick<'_> {
-        let pairs = self.pairs.as_ref();
-        Kick {
-            length: step.kick(),
-            time: step.time,
-            kicked: &self.kicked,
-            bodies: &self.bodies,
-            gravity: self.gravity,
-            coupled: self.pushed_by_points,
-            point_loads: &self.point_loads,
-            body_loads: &self.body_loads,
-            losses: [
-                self.points.loss(),
-                pairs.map_or_else(Default::default, |pairs| pairs.loss()),
-            ],
         }
     }
 }

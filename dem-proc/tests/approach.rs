@@ -113,7 +113,7 @@ fn a_fast_body_bounces_off_a_thin_floor_whatever_its_way_there() {
                 assert_eq!(ended.fault, None, "{case}");
                 let state = &ended.dem.bodies().state[1];
                 assert!(state.center.y > 0.0, "{case}: at {}", state.center);
-                let mass = &ended.dem.bodies().fixed[1];
+                let mass = &ended.dem.bodies().properties[1];
                 let energy = 0.5 * mass.mass * state.velocity.norm_squared()
                     + 0.5 * mass.inertia * state.spin * state.spin
                     + mass.mass * gravity * state.center.y;

@@ -318,7 +318,10 @@ fn stack_rests(steps: usize) {
     }
     // The weight of a block is 19.6 N, and the floor carries five.
     let floor = &dem.measurement().bodies[0];
-    let weight: f64 = dem.bodies().fixed[1..].iter().map(|b| b.mass * 9.81).sum();
+    let weight: f64 = dem.bodies().properties[1..]
+        .iter()
+        .map(|b| b.mass * 9.81)
+        .sum();
     assert!((floor.body_force[1] / -weight - 1.0).abs() < 1e-6);
 }
 

@@ -33,7 +33,7 @@ fn mass_and_inertia_add_up() {
     config.inertia = BodyInertia::Density(10.0);
     config.position = [3.0, 4.0];
     let dem = configured(&scene(vec![config], spring(1.0)));
-    let b = &dem.bodies().fixed[0];
+    let b = &dem.bodies().properties[0];
     let disc = 10.0 * PI * a * a;
     assert!((b.mass / (4.0 * disc) - 1.0).abs() < 1e-14);
     let inertia = 4.0 * (0.5 * disc * a * a + disc * 2.0 * a * a);
@@ -156,7 +156,7 @@ fn a_cluster_with_a_disc_twice_is_refused() {
     let centers = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 0.0]];
     let config = scene(vec![body(cluster(centers, &[]), 0.1)], spring(1.0));
     let refusal = Sdem::default().configure(&config).unwrap_err();
-    assert_eq!(refusal.key, "dem.body[0] (body).shape.cluster.centers");
+    assert_eq!(refusal.key, "dem.bodies[0].shape.cluster.centers");
 }
 
 /// Area, centroid and polar moment about the centroid of what is covered, by a million random points; and how far they
@@ -205,7 +205,7 @@ fn unequal_discs_that_overlap_count_once() {
         let mut config = body(cluster(centers.clone(), &radii), 0.0);
         config.inertia = BodyInertia::Density(1.0);
         let dem = configured(&scene(vec![config], spring(1.0)));
-        let b = &dem.bodies().fixed[0];
+        let b = &dem.bodies().properties[0];
         let c = b.shape.moments.centroid;
         // About the origin, where chance measures.
         let exact = [
@@ -233,7 +233,10 @@ fn a_lens_counts_once_and_a_hidden_disc_not_at_all() {
         let mut config = body(cluster(centers, radii), 0.0);
         config.inertia = BodyInertia::Density(1.0);
         let dem = configured(&scene(vec![config], spring(1.0)));
-        (dem.bodies().fixed[0].mass, dem.bodies().fixed[0].inertia)
+        (
+            dem.bodies().properties[0].mass,
+            dem.bodies().properties[0].inertia,
+        )
     };
     let (two, _) = mass(vec![[0.0, 0.0], [1.0, 0.0]], &[1.0, 1.0]);
     let lens = 2.0 * PI / 3.0 - 0.75_f64.sqrt();
@@ -282,12 +285,12 @@ fn bad_radii_are_refused() {
     let at = || vec![[0.0, 0.0], [1.0, 0.0]];
     for (radii, a, key) in [
         (vec![0.1], 0.0, "shape.cluster.radii"),
-        (vec![0.1, -0.1], 0.0, "shape.cluster.radii"),
+        (vec![0.1, -0.1], 0.0, "shape.cluster.radii[1]"),
         (vec![0.1, 0.2], 0.1, "sphero_radius"),
         (vec![], 0.0, "sphero_radius"),
     ] {
         let config = scene(vec![body(cluster(at(), &radii), a)], spring(1.0));
         let refusal = Sdem::default().configure(&config).unwrap_err();
-        assert_eq!(refusal.key, format!("dem.body[0] (body).{key}"));
+        assert_eq!(refusal.key, format!("dem.bodies[0].{key}"));
     }
 }

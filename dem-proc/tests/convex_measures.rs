@@ -3,7 +3,7 @@
 mod small_scenes;
 
 use dem_proc::Sdem;
-use dem_proc::overlap::OverlapArea;
+use dem_proc::contact::overlap::OverlapArea;
 use interface::Vec2;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, OverlapMeasure,
@@ -448,11 +448,11 @@ fn what_a_measure_is_not_made_for_is_refused() {
                 vec![disc(), body(notched, 0.0)],
                 spring(1.0),
             ),
-            "dem.body[1] (body).shape",
+            "dem.bodies[1].shape",
         ),
         (
             measured(OverlapMeasure::Area, vec![disc(), disc()], spring(1.0)),
-            "dem.body[0] (body).sphero_radius",
+            "dem.bodies[0].sphero_radius",
         ),
         (
             measured(

@@ -95,7 +95,7 @@ fn a_spinning_body_turns_by_exactly_its_angle() {
     config.bodies[0].spin = 1e4;
     config.bodies[0].velocity = [2.0, -1.0];
     let mut dem = configured(&config);
-    let shape = dem.bodies().fixed[0].shape.clone();
+    let shape = dem.bodies().properties[0].shape.clone();
     let start = dem.bodies().state[0].center;
     let (dt, n) = (3e-6, 100_000);
     for i in 0..n {

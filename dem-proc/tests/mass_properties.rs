@@ -117,7 +117,7 @@ fn a_thousand_random_shapes_agree_with_integration() {
             assert!(refusal.key.ends_with("sphero_radius"), "{refusal}");
             continue; // too round for one of its notches
         }
-        let b = &dem.bodies().fixed[0];
+        let b = &dem.bodies().properties[0];
         checked[usize::from(b.shape.convex)] += 1;
         // Lines along an edge would see it all at once or not at all: turn to where no edge is near horizontal.
         let turned = |t: f64| vertices.iter().map(|v| turn(*v, t)).collect::<Vec<_>>();
@@ -158,7 +158,10 @@ fn a_disc_a_rounded_segment_and_a_rounded_square_have_closed_forms() {
         let mut config = body(shape, a);
         config.inertia = BodyInertia::Density(1.0);
         let dem = configured(&scene(vec![config], spring(1.0)));
-        (dem.bodies().fixed[0].mass, dem.bodies().fixed[0].inertia)
+        (
+            dem.bodies().properties[0].mass,
+            dem.bodies().properties[0].inertia,
+        )
     };
     let (m, i) = of(BodyShape::Disc, 0.5);
     assert!((m - PI * 0.25).abs() < 1e-15 && (i - 0.5 * PI * 0.0625).abs() < 1e-15);
@@ -203,6 +206,6 @@ fn a_notch_narrower_than_the_disc_is_refused_for_a_free_body_only() {
     let configure = |config| dem_proc::Sdem::default().configure(&scene(vec![config], spring(1.0)));
     assert!(configure(body(shape.clone(), 0.09)).is_ok());
     let refusal = configure(body(shape.clone(), 0.11)).unwrap_err();
-    assert_eq!(refusal.key, "dem.body[0] (body).sphero_radius");
+    assert_eq!(refusal.key, "dem.bodies[0].sphero_radius");
     assert!(configure(small_scenes::fixed(shape, 0.11)).is_ok());
 }

@@ -313,7 +313,7 @@ fn without_friction_there_is_no_tangential_force_at_all() {
     assert!(slide(&config, 0.01, &xs).iter().all(|f| f.force[0] == 0.0));
     assert_eq!(
         size_of::<
-            <dem_proc::law::Contact<
+            <dem_proc::law::contact::Contact<
                 dem_proc::law::normal::Linear,
                 dem_proc::law::tangent::Smooth,
                 dem_proc::law::dashpot::Elastic,

@@ -65,12 +65,12 @@ fn every_bad_body_is_named() {
         ),
         (
             "shape.polygon.vertices",
-            "not finite",
+            "finite numbers",
             Box::new(move |b| b.shape = polygon(&[[0., 0.], [f64::NAN, 0.], [1., 1.]])),
         ),
         (
             "shape.segment.ends",
-            "no length",
+            "two different ends",
             Box::new(|b| {
                 b.shape = BodyShape::Segment {
                     ends: [[1., 1.]; 2],
@@ -78,8 +78,8 @@ fn every_bad_body_is_named() {
             }),
         ),
         (
-            "shape.rectangle",
-            "no length",
+            "shape.rectangle.width",
+            "above 0",
             Box::new(|b| {
                 b.shape = BodyShape::Rectangle {
                     width: 0.0,
@@ -89,32 +89,32 @@ fn every_bad_body_is_named() {
         ),
         (
             "sphero_radius",
-            "positive",
+            "above 0",
             Box::new(|b| b.sphero_radius = 0.0),
         ),
         (
             "sphero_radius",
-            "negative",
+            "above 0",
             Box::new(|b| b.sphero_radius = -0.1),
         ),
         (
             "sphero_radius",
-            "finite",
+            "above 0",
             Box::new(|b| b.sphero_radius = f64::NAN),
         ),
         (
             "inertia.mass",
-            "positive",
+            "above 0",
             Box::new(|b| b.inertia = BodyInertia::Mass(0.0)),
         ),
         (
             "inertia.density",
-            "positive",
+            "above 0",
             Box::new(|b| b.inertia = BodyInertia::Density(-3.0)),
         ),
         (
             "inertia.mass",
-            "positive",
+            "above 0",
             Box::new(|b| b.inertia = BodyInertia::Mass(f64::INFINITY)),
         ),
         ("position", "finite", Box::new(|b| b.position[1] = f64::NAN)),
@@ -136,7 +136,7 @@ fn every_bad_body_is_named() {
     ];
     for (key, text, change) in rows {
         let (got, message) = refused_body(change);
-        assert_eq!(got, format!("dem.body[2] (target).{key}"), "{message}");
+        assert_eq!(got, format!("dem.bodies[2].{key}"), "{message}");
         assert!(message.contains(text), "{message}");
     }
 }
@@ -195,6 +195,19 @@ fn every_bad_setting_is_named() {
         with(&|c| c.point_contact = hertz(1.0, 0.3, 0.0)),
         "dem.point_contact.hertz_mindlin.restitution"
     );
+    // What a foreign coupler may send and ours did not check.
+    assert_eq!(
+        with(&|c| c.body_contact = Some(hertz(1.0, 0.3, -3.0))),
+        "dem.body_contact.hertz_mindlin.restitution"
+    );
+    assert_eq!(
+        with(&|c| c.body_contact = Some(law(1.0, 2.0, 0.1, 0.0))),
+        "dem.body_contact.linear.tangential_stiffness"
+    );
+    assert_eq!(
+        with(&|c| c.body_contact = Some(law(1.0, 0.0, 0.0, 1.1))),
+        "dem.body_contact.linear.damping_ratio"
+    );
     assert_eq!(
         with(&|c| c.point_contact = hertz(1.0, 0.7, 1.0)),
         "dem.point_contact.hertz_mindlin.poisson_ratio"
@@ -236,7 +249,7 @@ fn two_bare_bodies_that_would_never_touch_are_refused() {
     };
     let bare = scene(vec![fixed(square(), 0.0), body(square(), 0.0)], spring(1.0));
     let (key, message) = refusal(&bare);
-    assert_eq!(key, "dem.body[1] (body).sphero_radius");
+    assert_eq!(key, "dem.bodies[1].sphero_radius");
     assert!(
         message.contains("never touch") && message.contains("nearest_edge"),
         "{message}"

@@ -137,7 +137,7 @@ fn the_state_of_another_configuration_is_refused_by_what_differs() {
         (other(&|c| c.point_contact = HERTZ), "`dem.point_contact`"),
         (other(&|c| c.body_contact = None), "`dem.body_contact`"),
         (other(&|c| c.skin = 0.005), "`dem.skin`"),
-        (other(&|c| c.bodies[4].angle += 0.1), "`dem.body[4]`"),
+        (other(&|c| c.bodies[4].angle += 0.1), "`dem.bodies[4]`"),
         (other(&|c| c.bodies.truncate(14)), "15 bodies, expected 14"),
         (other(&|c| c.point_surfaces.clear()), "`dem.point_surfaces`"),
     ];

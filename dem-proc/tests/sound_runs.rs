@@ -1,4 +1,4 @@
-//! Random piles and see-saws in every measure of overlap: the guard of [`dem_proc::passage`] stops none of them where the
+//! Random piles and see-saws in every measure of overlap: the guard of [`dem_proc::contact::passage`] stops none of them where the
 //! contact is stiff, and all where it is so soft that bodies go through one another.
 
 mod alone;
@@ -8,7 +8,7 @@ use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 use alone::Alone;
-use dem_proc::approach::thickness;
+use dem_proc::contact::approach::thickness;
 use interface::Vec2;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, OverlapMeasure,
@@ -181,7 +181,7 @@ impl Witness {
             let centre: Vec2 = bodies.state[b].center;
             -nearest(bodies.outline_of(other), centre).distance
         };
-        let free = |b: usize| bodies.fixed[b].yields();
+        let free = |b: usize| bodies.properties[b].yields();
         for b in (0..bodies.len()).filter(|&b| free(b)) {
             for other in (0..bodies.len()).filter(|&other| other != b) {
                 let gone = if free(other) {

@@ -228,12 +228,12 @@ fn a_bad_table_is_refused_with_its_key() {
                 pair("floor", "wood", law(0.2)),
             ],
             "dem.contact_pairs[1].between",
-            "twice",
+            "each pair once",
         ),
         (
             vec![pair("wood", "floor", hertz)],
             "dem.contact_pairs[0].law",
-            "another kind",
+            "a law like the one for all",
         ),
         (
             vec![pair("wood", "floor", law(-0.3))],

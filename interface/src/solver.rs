@@ -273,6 +273,134 @@ pub struct Answer {
 }
 
 /// A rigid-body solver. A step is one call of [`Self::contact`] and then one of [`Self::advance`].
+///
+/// # Examples
+///
+/// One free disc that points push by a linear spring. A real solver refuses what it does not take, and fills in the
+/// ledger of a measured step.
+///
+/// ```
+/// use interface::Vec2;
+/// use interface::config::{BodyInertia, ContactLaw, DemConfig};
+/// use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits};
+/// use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
+/// use interface::step::Step;
+///
+/// #[derive(Default)]
+/// struct Disc {
+///     mass: f64,
+///     stiffness: f64,
+///     position: Vec2,
+///     velocity: Vec2,
+///     envelope: [EnvelopeVertex; 1],
+///     set: Vec<ImpInfo>,
+///     /// By the last call of `contact`: force of the points, and velocity after the kick.
+///     force: Vec2,
+///     kicked: Vec2,
+///     /// Since the envelope was last asked for.
+///     travel: f64,
+///     measurement: DemMeasurement,
+/// }
+///
+/// impl DemSolver for Disc {
+///     fn identity(&self) -> String {
+///         "disc 0.1".to_owned()
+///     }
+///
+///     fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal> {
+///         let [disc] = &config.bodies[..] else {
+///             return Err(Refusal::new("dem.bodies", "expected one body"));
+///         };
+///         let BodyInertia::Mass(mass) = disc.inertia else {
+///             return Err(Refusal::new("dem.bodies[0].inertia", "expected a mass"));
+///         };
+///         let ContactLaw::Linear { normal_stiffness, .. } = config.point_contact else {
+///             return Err(Refusal::new("dem.point_contact", "expected `linear`"));
+///         };
+///         (self.mass, self.stiffness) = (mass, normal_stiffness);
+///         self.position = disc.position.into();
+///         self.velocity = disc.velocity.into();
+///         self.envelope[0].reach = disc.sphero_radius;
+///         Ok(Readiness {
+///             items: 1,
+///             mass_min: mass,
+///             stiffness_max: normal_stiffness,
+///             ..Readiness::default()
+///         })
+///     }
+///
+///     fn envelopes(&mut self) -> &[EnvelopeVertex] {
+///         self.travel = 0.0;
+///         self.envelope[0].position = self.position.into();
+///         &self.envelope
+///     }
+///
+///     fn imp_set(&mut self, set: &[ImpInfo]) {
+///         self.set = set.to_vec();
+///     }
+///
+///     fn contact(
+///         &mut self,
+///         step: &Step,
+///         imps: &[ImpState],
+///         forces: &mut [ImpForce],
+///     ) -> Result<Answer, Fault> {
+///         self.force = Vec2::zeros();
+///         let mut touched = 0.0;
+///         for ((info, state), force) in self.set.iter().zip(imps).zip(forces) {
+///             let away = Vec2::from(state.position) - self.position;
+///             let overlap = self.envelope[0].reach + info.radius - away.norm();
+///             let push = away.normalize() * (self.stiffness * overlap.max(0.0));
+///             // Points in reach count before they touch.
+///             let near = overlap > -0.5 * info.radius;
+///             force.force = push.into();
+///             force.stiffness = if near { self.stiffness } else { 0.0 };
+///             touched += f64::from(u8::from(near));
+///             self.force -= push;
+///         }
+///         self.kicked = self.velocity + self.force * (step.kick() / self.mass);
+///         let limits = Limits {
+///             contact_omega_sq: touched * self.stiffness / self.mass,
+///             mobility: touched / self.mass,
+///             speed: self.kicked.norm(),
+///             ..Limits::default()
+///         };
+///         let travel = self.travel + self.kicked.norm() * step.dt;
+///         Ok(Answer { limits, travel })
+///     }
+///
+///     fn advance(&mut self, step: &Step) -> Result<(), Fault> {
+///         if step.dt_before == 0.0 && step.dt == 0.0 {
+///             return Ok(()); // the opening step moves nothing
+///         }
+///         self.velocity = self.kicked;
+///         self.position += self.velocity * step.dt;
+///         self.travel += self.velocity.norm() * step.dt;
+///         Ok(())
+///     }
+///
+///     fn measurement(&self) -> &DemMeasurement {
+///         &self.measurement
+///     }
+/// }
+///
+/// let mut disc = Disc {
+///     mass: 2.0,
+///     stiffness: 1e4,
+///     ..Disc::default()
+/// };
+/// disc.envelope[0].reach = 0.1;
+/// disc.imp_set(&[ImpInfo { radius: 0.01, mass: 1.0, ..ImpInfo::default() }]);
+/// // A point on the right, 0.01 m deep: 100 N push it on, and the disc to the left.
+/// let point = ImpState { position: [0.1, 0.0], ..ImpState::default() };
+/// let mut forces = [ImpForce::default()];
+/// let step = Step { index: 1, time: 0.0, dt_before: 1e-3, dt: 1e-3, measure: false };
+/// disc.contact(&step, &[point], &mut forces)?;
+/// disc.advance(&step)?;
+/// assert!((forces[0].force[0] - 100.0).abs() < 1e-9);
+/// assert!((disc.velocity.x + 100.0 / 2.0 * 1e-3).abs() < 1e-12);
+/// # Ok::<(), Fault>(())
+/// ```
 pub trait DemSolver {
     /// Name and version, such as `tandem-dem 0.1.0`.
     fn identity(&self) -> String;

@@ -1,11 +1,10 @@
 //! The bodies' part of a scene: outlines, masses, motion, contact laws.
 
-use interface::config::{
-    BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, MpmConfig, OverlapMeasure,
-};
+use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig, Motion, MpmConfig};
 use mechanics::generate::{Arrangement, BodyFill, Grain};
 
 use super::geometry;
+use super::needs::scene_key;
 use super::outline::simple_polygon;
 use super::problems::Problems;
 use super::written::{BodyWritten, DemWritten, SceneWritten};
@@ -22,13 +21,53 @@ pub(super) fn bodies(
     for (i, body) in written.body.iter().enumerate() {
         self::body(problems, &format!("dem.body.{i}"), body);
     }
+    names(problems, written);
+    let before = problems.count();
+    for (i, fill) in written.fill.iter().enumerate() {
+        self::fill(problems, &format!("dem.fill.{i}"), fill);
+    }
+    let sets_are_sound = problems.count() == before;
+    contact(problems, written, scene);
+    // Bodies of a set with impossible numbers cannot be made.
+    if !sets_are_sound {
+        return None;
+    }
+    let config = config(written, scene);
+    for fault in config.faults() {
+        let path = scene_key(&fault.key, problems.document);
+        let message = format!("`{path}` is {}, expected {}", fault.value, fault.expected);
+        problems.impossible(&path, &message, fault.help);
+    }
+    (!problems.any()).then_some(config)
+}
+
+/// The configuration of what is written, possible or not.
+fn config(written: &DemWritten, scene: &SceneWritten) -> DemConfig {
+    let points = scene.mpm.iter().flat_map(|mpm| &mpm.points);
+    let law_for_points = scene.contact.or(scene.body_contact);
+    DemConfig {
+        gravity: scene.gravity,
+        bodies: all_bodies(written),
+        point_contact: law_for_points.unwrap_or_default(),
+        body_contact: scene.body_contact,
+        overlap: written.overlap,
+        contact_resolution: written.contact_resolution,
+        contact_pairs: scene.contact_pair.clone(),
+        point_surfaces: points.map(|group| group.material.clone()).collect(),
+        skin: 0.0,
+        threads: 1,
+        ..DemConfig::default()
+    }
+}
+
+/// Refuses names that two bodies or two sets have.
+fn names(problems: &mut Problems, written: &DemWritten) {
     let named = written.body.iter().enumerate();
     problems.distinct(
         "bodies",
         named.map(|(i, b)| (format!("dem.body.{i}.name"), b.name.as_str())),
     );
     for (i, fill) in written.fill.iter().enumerate() {
-        self::fill(problems, &format!("dem.fill.{i}"), fill);
         for (k, body) in written.body.iter().enumerate() {
             let number = body
                 .name
@@ -49,18 +88,12 @@ pub(super) fn bodies(
         "sets of bodies",
         sets.map(|(i, f)| (format!("dem.fill.{i}.name"), f.name.as_str())),
     );
-    overlap_measure(problems, written, scene);
-    contact_resolution(problems, written, scene);
-    for (path, law) in [
-        ("contact", scene.contact),
-        ("body_contact", scene.body_contact),
-    ] {
-        if let Some(law) = law {
-            contact_law(problems, path, law);
-        }
-    }
-    for (i, pair) in scene.contact_pair.iter().enumerate() {
-        contact_law(problems, &format!("contact_pair.{i}.law"), pair.law);
+}
+
+/// Refuses points and bodies without a law, and warns of what has no effect.
+fn contact(problems: &mut Problems, written: &DemWritten, scene: &SceneWritten) {
+    if written.contact_resolution.is_some() && scene.body_contact.is_none() {
+        problems.warn("`dem.contact_resolution` has no effect: there is no `[body_contact]`");
     }
     if scene.mpm.is_some() && scene.contact.is_none() {
         problems.refuse_key(
@@ -83,29 +116,6 @@ pub(super) fn bodies(
             "there is no `[body_contact]`: the bodies pass through one another without touching",
         );
     }
-    if problems.any() {
-        return None;
-    }
-    let points = scene.mpm.iter().flat_map(|mpm| &mpm.points);
-    let law_for_points = scene.contact.or(scene.body_contact);
-    let config = DemConfig {
-        gravity: scene.gravity,
-        bodies: all_bodies(written),
-        point_contact: law_for_points.unwrap_or_default(),
-        body_contact: scene.body_contact,
-        overlap: written.overlap,
-        contact_resolution: written.contact_resolution,
-        contact_pairs: scene.contact_pair.clone(),
-        point_surfaces: points.map(|group| group.material.clone()).collect(),
-        skin: 0.0,
-        threads: 1,
-        ..DemConfig::default()
-    };
-    for fault in config.table_faults() {
-        let path = format!("contact_pair.{}.{}", fault.pair, fault.key);
-        problems.refuse(&path, fault.message, fault.help);
-    }
-    (!problems.any()).then_some(config)
 }
 
 /// The bodies of a scene that has been checked: those written one by one, then the sets, in the order of the file.
@@ -177,64 +187,14 @@ fn fill(problems: &mut Problems, path: &str, fill: &BodyFill) {
     }
 }
 
-/// Refuses a resolution that is none.
-fn contact_resolution(problems: &mut Problems, written: &DemWritten, scene: &SceneWritten) {
-    let Some(resolution) = written.contact_resolution else {
-        return;
-    };
-    if !(resolution > 0.0 && resolution <= 2.0) {
-        let message = format!("`dem.contact_resolution` is {resolution}");
-        let help = "write a number above 0, at most 2: 2 is the limit of stability, 0.04 the default of elastic contacts, 0.2 that of damped ones";
-        problems.refuse("dem.contact_resolution", message, help);
-    }
-    if scene.body_contact.is_none() {
-        problems.warn("`dem.contact_resolution` has no effect: there is no `[body_contact]`");
-    }
-}
-
-/// Refuses bodies and a law that the overlap measure is not made for.
-fn overlap_measure(problems: &mut Problems, written: &DemWritten, scene: &SceneWritten) {
-    let measure = written.overlap;
-    if measure == OverlapMeasure::EachEdge {
-        return;
-    }
-    let name = measure.name();
-    let area = measure == OverlapMeasure::Area;
-    if let Some(fill) = written.fill.first().filter(|_| area) {
-        let message = format!("the bodies of \"{}\" are rounded", fill.name);
-        let help = "`dem.overlap = \"area\"` is of bare polygons, written one by one";
-        problems.refuse_key("dem.fill.0.grain", message, help);
-    }
-    for (i, body) in written.body.iter().enumerate() {
-        let path = format!("dem.body.{i}");
-        if !geometry::convex(&body.shape) {
-            let message = format!("body \"{}\" is not convex", body.name);
-            let help =
-                format!("`dem.overlap = \"{name}\"` is for convex bodies: take \"each_edge\"");
-            problems.refuse_key(&format!("{path}.shape"), message, help);
-        } else if area && body.sphero_radius > 0.0 {
-            let message = format!("body \"{}\" is rounded", body.name);
-            let help = "`dem.overlap = \"area\"` is of bare polygons: `sphero_radius = 0`";
-            problems.refuse(&format!("{path}.sphero_radius"), message, help);
-        }
-    }
-    let law = scene.body_contact;
-    if area && !matches!(law, None | Some(ContactLaw::Linear { .. })) {
-        let message = "`[body_contact]` is not `linear`, which `dem.overlap = \"area\"` asks for";
-        let help = "bare corners have no radius, which other laws need";
-        problems.refuse_key("body_contact", message, help);
-    }
-}
-
 fn body(problems: &mut Problems, path: &str, body: &BodyWritten) {
     problems.name(&format!("{path}.name"), &body.name);
-    outline(problems, path, body);
-    let inertia = [("density", body.density), ("mass", body.mass)];
-    for (key, value) in inertia {
-        if let Some(value) = value {
-            let path = format!("{path}.{key}");
-            problems.above_zero(&path, value, &format!("a {key}"));
-        }
+    if let BodyShape::Polygon { vertices } = &body.shape {
+        simple_polygon(
+            problems,
+            &format!("{path}.shape.polygon.vertices"),
+            vertices,
+        );
     }
     match (body.density, body.mass, body.motion) {
         (Some(_), Some(_), _) => problems.refuse_key(
@@ -255,63 +215,6 @@ fn body(problems: &mut Problems, path: &str, body: &BodyWritten) {
         ),
         _ => {}
     }
-    let moves = body.velocity != [0.0; 2] || body.spin != 0.0;
-    if body.motion == Motion::Fixed && moves {
-        problems.refuse_key(
-            &format!("{path}.motion"),
-            format!("body \"{}\" is fixed and has a velocity or spin", body.name),
-            "`motion = \"driven\"` moves it with them, whatever acts on it",
-        );
-    }
-}
-
-fn outline(problems: &mut Problems, path: &str, body: &BodyWritten) {
-    let radius = format!("{path}.sphero_radius");
-    match &body.shape {
-        BodyShape::Disc => problems.above_zero(&radius, body.sphero_radius, "a disc's radius"),
-        BodyShape::Cluster { centers, radii } if !radii.is_empty() => {
-            let path = format!("{path}.shape.cluster.radii");
-            if radii.len() != centers.len() {
-                let message = format!("{} radii for {} discs", radii.len(), centers.len());
-                problems.refuse(&path, message, "give one for each of `centers`");
-            }
-            for (k, r) in radii.iter().enumerate() {
-                problems.above_zero(&format!("{path}.{k}"), *r, "a disc's radius");
-            }
-            if body.sphero_radius != 0.0 {
-                let message = format!("body \"{}\" has `radii` and a sphero-radius", body.name);
-                problems.refuse(&radius, message, "leave one of them out");
-            }
-        }
-        BodyShape::Cluster { .. } => {
-            problems.above_zero(&radius, body.sphero_radius, "a disc's radius");
-        }
-        BodyShape::Segment { ends } => {
-            problems.above_zero(&radius, body.sphero_radius, "a segment's radius");
-            if ends[0] == ends[1] {
-                let path = format!("{path}.shape.segment.ends");
-                problems.refuse(
-                    &path,
-                    "the ends of the segment coincide",
-                    "use `shape = \"disc\"`",
-                );
-            }
-        }
-        BodyShape::Polygon { vertices } => {
-            problems.not_negative(&radius, body.sphero_radius, "a radius");
-            simple_polygon(
-                problems,
-                &format!("{path}.shape.polygon.vertices"),
-                vertices,
-            );
-        }
-        BodyShape::Rectangle { width, height } => {
-            problems.not_negative(&radius, body.sphero_radius, "a radius");
-            let path = format!("{path}.shape.rectangle");
-            problems.above_zero(&format!("{path}.width"), *width, "a length");
-            problems.above_zero(&format!("{path}.height"), *height, "a length");
-        }
-    }
 }
 
 fn body_config(body: &BodyWritten) -> BodyConfig {
@@ -329,65 +232,6 @@ fn body_config(body: &BodyWritten) -> BodyConfig {
         spin: body.spin,
         motion: body.motion,
         surface: body.surface.clone(),
-    }
-}
-
-fn contact_law(problems: &mut Problems, path: &str, law: ContactLaw) {
-    let (
-        name,
-        [
-            normal_stiffness,
-            tangential_stiffness,
-            friction,
-            damping_ratio,
-        ],
-    ) = match law {
-        ContactLaw::Linear {
-            normal_stiffness: k_n,
-            tangential_stiffness: k_t,
-            friction,
-            damping_ratio,
-        } => ("linear", [k_n, k_t, friction, damping_ratio]),
-        ContactLaw::Granular {
-            normal_stiffness: k_n,
-            tangential_stiffness: k_t,
-            friction,
-            damping_ratio,
-            ..
-        } => ("granular", [k_n, k_t, friction, damping_ratio]),
-        // The bodies' side checks the others, and refuses with the key.
-        ContactLaw::HertzMindlin { .. } | ContactLaw::Area { .. } => return,
-    };
-    let below = |key: &str| format!("{path}.{name}.{key}");
-    problems.above_zero(&below("normal_stiffness"), normal_stiffness, "a stiffness");
-    problems.not_negative(
-        &below("tangential_stiffness"),
-        tangential_stiffness,
-        "a stiffness",
-    );
-    problems.not_negative(&below("friction"), friction, "a coefficient");
-    let sound = (0.0..=1.0).contains(&damping_ratio);
-    let expected = "0 (elastic) to 1 (critical)";
-    problems.number(&below("damping_ratio"), damping_ratio, sound, expected);
-    // The force message carries one stiffness a point, and the step limit is made of it (PROTOCOL.md F-6).
-    if tangential_stiffness > normal_stiffness {
-        let key = below("tangential_stiffness");
-        let message = format!(
-            "`{key}` = {tangential_stiffness} N/m is above the normal stiffness, {normal_stiffness} N/m"
-        );
-        problems.refuse(
-            &key,
-            message,
-            "elastic bodies are softer along a contact than across it: take at most k_n",
-        );
-    }
-    if friction > 0.0 && tangential_stiffness == 0.0 {
-        problems.refuse(
-            &below("friction"),
-            format!("`{path}.{name}` has friction and no tangential stiffness"),
-            "friction acts through a tangential spring: set `tangential_stiffness`, often \
-             `normal_stiffness` / 20 to / 2",
-        );
     }
 }
 

@@ -1,6 +1,6 @@
 //! Measures of fills and outlines, and what makes an outline impossible.
 
-use interface::config::{BodyShape, Fill, Spacing};
+use interface::config::{Fill, Spacing};
 
 /// A point in m.
 type Point = [f64; 2];
@@ -133,20 +133,6 @@ pub(super) fn simple(vertices: &[Point]) -> Result<(), NotSimple> {
         return Err(NotSimple::Flat);
     }
     Ok(())
-}
-
-/// Whether a body's outline has no reflex corner; a cluster of more than one disc is not convex.
-pub(super) fn convex(shape: &BodyShape) -> bool {
-    let vertices = shape.vertices();
-    let n = vertices.len();
-    let turns = || {
-        let corner = |i: usize| cross(vertices[i], vertices[(i + 1) % n], vertices[(i + 2) % n]);
-        (0..n).map(corner)
-    };
-    match shape {
-        BodyShape::Cluster { .. } => n == 1,
-        _ => turns().all(|t| t >= 0.0) || turns().all(|t| t <= 0.0),
-    }
 }
 
 /// Twice the signed area of the triangle `a b c`.

@@ -23,7 +23,7 @@ pub fn unmet(
     };
     let solver = format!("the solver of the {side}, `{identity}`,");
     let told = missing(&needs, capabilities).into_iter().map(|need| {
-        let path = scene_key(need, &scene.document);
+        let path = scene_key(&need.key, &scene.document);
         let message = sentence(need, &path, &scene.document, &solver, capabilities);
         let help = help(need, party);
         scene
@@ -69,8 +69,8 @@ fn help(need: &Need, party: Party) -> String {
 
 /// The key of the scene that a key of the configuration comes from: the lists have other names there, sets of bodies are
 /// written as one, and the law between points and bodies is that between bodies where there are no points.
-fn scene_key(need: &Need, document: &Document) -> String {
-    let key = need.key.replace('[', ".").replace(']', "");
+pub(super) fn scene_key(key: &str, document: &Document) -> String {
+    let key = key.replace('[', ".").replace(']', "");
     let Some((side, below)) = key.split_once('.') else {
         return key;
     };
@@ -86,6 +86,7 @@ fn scene_key(need: &Need, document: &Document) -> String {
         ("dem", "point_contact") if document.has("contact") => moved("contact"),
         ("dem", "point_contact" | "body_contact") => moved("body_contact"),
         ("dem", "contact_pairs") => moved("contact_pair"),
+        ("dem", "gravity") => "gravity".to_owned(),
         _ => key,
     }
 }
@@ -96,6 +97,7 @@ fn body_key(rest: &str, document: &Document) -> String {
     let mut index: usize = index.parse().unwrap_or(0);
     let [bodies, sets] = ["body", "fill"].map(|list| document.list(&["dem", list]));
     if index < bodies.len() {
+        let field = field.strip_prefix("inertia.").unwrap_or(field);
         return format!("dem.body.{index}.{field}");
     }
     index -= bodies.len();

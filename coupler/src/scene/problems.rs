@@ -40,6 +40,11 @@ impl<'a> Problems<'a> {
         !self.errors.is_empty()
     }
 
+    /// How many faults there are.
+    pub fn count(&self) -> usize {
+        self.errors.len()
+    }
+
     pub fn warn(&mut self, warning: impl Into<String>) {
         self.warnings.push(warning.into());
     }
@@ -51,6 +56,15 @@ impl<'a> Problems<'a> {
             .document
             .diagnostic(path, Part::Value, message.as_ref(), help);
         self.errors.push(error);
+    }
+
+    /// A value that a configuration cannot have, unless its key was refused before; `help` may be empty.
+    pub fn impossible(&mut self, path: &str, message: &str, help: String) {
+        let help = Some(help).filter(|help| !help.is_empty());
+        let error = self.document.diagnostic(path, Part::Value, message, help);
+        if self.errors.iter().all(|known| known.key != error.key) {
+            self.errors.push(error);
+        }
     }
 
     /// A key that should be there, or should not.

@@ -1,15 +1,16 @@
-//! From a law as written to a law as a type: the checks, and the one `match` that chooses.
+//! From a law as written to a law as a type: the one `match` that chooses.
 
 use interface::config::surfaces::ContactPair;
 use interface::config::{ContactLaw, ratio_of_restitution};
-use interface::solver::Refusal;
 
+use super::Law;
+use super::contact::Contact;
 use super::dashpot::{Dashpot, Elastic, Tsuji, Viscous};
 use super::normal::{Adhesive, Area, Hertz, Linear, Normal};
 use super::rolling::Rolling;
-use super::table::{Surfaces, Table};
+use super::table::Table;
 use super::tangent::{Coulomb, Mindlin, Smooth};
-use super::{Contact, Law};
+use crate::body::surfaces::Surfaces;
 
 /// What is built from a law, whichever it is.
 pub trait ForLaw: Sized {
@@ -22,40 +23,16 @@ pub trait ForLaw: Sized {
 /// Builds from `law`, which has been checked.
 pub fn with_law<F: ForLaw>(law: &ContactLaw, build: F) -> F::Output {
     match *law {
-        ContactLaw::Linear {
-            normal_stiffness,
-            tangential_stiffness,
-            friction,
-            damping_ratio,
-        } => {
-            let normal = Linear {
-                stiffness: normal_stiffness,
-            };
-            with_damping(normal, tangential_stiffness, friction, damping_ratio, build)
-        }
-        ContactLaw::Granular {
-            normal_stiffness,
-            tangential_stiffness,
-            friction,
-            damping_ratio,
-            adhesion,
-            rolling_friction,
-        } => {
-            let spring = Linear {
-                stiffness: normal_stiffness,
-            };
-            let sticky = Adhesive {
-                spring,
-                stress: adhesion,
-            };
-            let (k_t, mu, zeta) = (tangential_stiffness, friction, damping_ratio);
-            if rolling_friction > 0.0 {
-                let friction = rolling_friction;
+        ContactLaw::Linear { .. } | ContactLaw::Granular { .. } => {
+            let law = Granular::of(law);
+            let (sticky, k_t, mu, zeta) = (law.normal(), law.tangential, law.friction, law.damping);
+            if law.rolling > 0.0 {
+                let friction = law.rolling;
                 with_damping(sticky, k_t, mu, zeta, WithRolling { friction, build })
-            } else if adhesion > 0.0 {
+            } else if law.adhesion > 0.0 {
                 with_damping(sticky, k_t, mu, zeta, build)
             } else {
-                with_damping(spring, k_t, mu, zeta, build)
+                with_damping(sticky.spring, k_t, mu, zeta, build)
             }
         }
         ContactLaw::HertzMindlin {
@@ -120,9 +97,9 @@ pub fn with_table<F: ForLaw>(
     }
 }
 
-/// The numbers of a law `linear` or `granular`.
+/// The numbers of a law `linear` or `granular`; `linear` has neither adhesion nor rolling friction.
 struct Granular {
-    normal: f64,
+    stiffness: f64,
     tangential: f64,
     friction: f64,
     damping: f64,
@@ -135,47 +112,29 @@ const KIND: &str = "a table's laws are of one kind";
 
 impl Granular {
     fn of(law: &ContactLaw) -> Self {
-        let (normal, tangential, friction, damping, adhesion, rolling) = match *law {
-            ContactLaw::Linear {
-                normal_stiffness: k_n,
-                tangential_stiffness: k_t,
-                friction,
-                damping_ratio,
-            } => (k_n, k_t, friction, damping_ratio, 0.0, 0.0),
-            ContactLaw::Granular {
-                normal_stiffness: k_n,
-                tangential_stiffness: k_t,
-                friction,
-                damping_ratio,
-                adhesion,
-                rolling_friction,
-            } => (
-                k_n,
-                k_t,
-                friction,
-                damping_ratio,
-                adhesion,
-                rolling_friction,
-            ),
-            _ => unreachable!("{KIND}"),
-        };
+        let number = |name: &str| law.number(name).unwrap_or(0.0);
         Self {
-            normal,
-            tangential,
-            friction,
-            damping,
-            adhesion,
-            rolling,
+            stiffness: number("normal_stiffness"),
+            tangential: number("tangential_stiffness"),
+            friction: number("friction"),
+            damping: number("damping_ratio"),
+            adhesion: number("adhesion"),
+            rolling: number("rolling_friction"),
+        }
+    }
+
+    fn normal(&self) -> Adhesive<Linear> {
+        Adhesive {
+            spring: Linear {
+                stiffness: self.stiffness,
+            },
+            stress: self.adhesion,
         }
     }
 
     fn contact(&self) -> Contact<Adhesive<Linear>, Coulomb, Viscous> {
-        let stiffness = self.normal;
         Contact {
-            normal: Adhesive {
-                spring: Linear { stiffness },
-                stress: self.adhesion,
-            },
+            normal: self.normal(),
             tangent: coulomb(self.tangential, self.friction),
             dashpot: Viscous {
                 ratio: self.damping,
@@ -330,135 +289,18 @@ impl<F: ForLaw> ForLaw for WithRolling<F> {
     }
 }
 
-/// Whom a law is between: some laws are for bodies only.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Between {
-    /// Points and bodies; a stiffness of zero means that they do not touch.
-    PointsAndBodies,
-    /// Bodies.
-    Bodies,
-}
-
-/// Checks a law. Returns its normal stiffness in N/m at an overlap of `overlap` (m).
-///
-/// # Errors
-/// A refusal that names the key below `key`.
-pub fn check_law(
-    key: &str,
-    law: &ContactLaw,
-    between: Between,
-    overlap: f64,
-) -> Result<f64, Refusal> {
-    let check = Check {
-        key: format!("{key}.{}", law.name()),
-        zero: between == Between::PointsAndBodies,
-    };
+/// Normal stiffness of a law in N/m at an overlap of `overlap` (m).
+pub fn normal_stiffness(law: &ContactLaw, overlap: f64) -> f64 {
     match *law {
         ContactLaw::Linear {
-            normal_stiffness,
-            tangential_stiffness,
-            friction,
-            damping_ratio,
-        } => {
-            check.stiffness("normal_stiffness", normal_stiffness, "N/m")?;
-            check.friction(friction, tangential_stiffness)?;
-            check.not_negative("damping_ratio", damping_ratio)?;
-            Ok(normal_stiffness)
+            normal_stiffness, ..
         }
-        ContactLaw::Granular {
-            normal_stiffness,
-            tangential_stiffness,
-            friction,
-            damping_ratio,
-            adhesion,
-            rolling_friction,
-        } => {
-            check.stiffness("normal_stiffness", normal_stiffness, "N/m")?;
-            check.friction(friction, tangential_stiffness)?;
-            check.not_negative("damping_ratio", damping_ratio)?;
-            check.not_negative("adhesion", adhesion)?;
-            check.not_negative("rolling_friction", rolling_friction)?;
-            if rolling_friction > 0.0 && between == Between::PointsAndBodies {
-                let text = "a material point has no rotation to resist; expected 0";
-                return check.refuse("rolling_friction", rolling_friction, text);
-            }
-            Ok(normal_stiffness)
+        | ContactLaw::Granular {
+            normal_stiffness, ..
+        } => normal_stiffness,
+        ContactLaw::HertzMindlin { hertz_constant, .. } => 1.5 * hertz_constant * overlap.sqrt(),
+        ContactLaw::Area { area_stiffness, .. } => {
+            area_stiffness * 2.0 * (2.0 * overlap * overlap).sqrt()
         }
-        ContactLaw::HertzMindlin {
-            hertz_constant,
-            poisson_ratio,
-            friction,
-            restitution,
-            adhesion,
-        } => {
-            check.stiffness("hertz_constant", hertz_constant, "N/m^1.5")?;
-            check.not_negative("friction", friction)?;
-            check.not_negative("adhesion", adhesion)?;
-            if !(0.0..=0.5).contains(&poisson_ratio) {
-                return check.refuse("poisson_ratio", poisson_ratio, "expected 0 to 0.5");
-            }
-            if !(restitution > 0.0 && restitution <= 1.0) {
-                return check.refuse(
-                    "restitution",
-                    restitution,
-                    "expected above 0, at most 1 (elastic)",
-                );
-            }
-            Ok(1.5 * hertz_constant * overlap.sqrt())
-        }
-        ContactLaw::Area {
-            area_stiffness,
-            tangential_stiffness,
-            friction,
-        } => {
-            check.stiffness("area_stiffness", area_stiffness, "N/m^2")?;
-            check.friction(friction, tangential_stiffness)?;
-            Ok(area_stiffness * 2.0 * (2.0 * overlap * overlap).sqrt())
-        }
-    }
-}
-
-struct Check {
-    key: String,
-    /// Whether a stiffness may be zero.
-    zero: bool,
-}
-
-impl Check {
-    fn refuse<T>(&self, name: &str, value: f64, text: &str) -> Result<T, Refusal> {
-        Err(Refusal::new(
-            format!("{}.{name}", self.key),
-            format!("{value}: {text}"),
-        ))
-    }
-
-    fn stiffness(&self, name: &str, value: f64, unit: &str) -> Result<(), Refusal> {
-        if value.is_finite() && (value > 0.0 || self.zero && value == 0.0) {
-            Ok(())
-        } else {
-            self.refuse(
-                name,
-                value,
-                &format!("expected a positive number in {unit}"),
-            )
-        }
-    }
-
-    fn not_negative(&self, name: &str, value: f64) -> Result<(), Refusal> {
-        if value.is_finite() && value >= 0.0 {
-            Ok(())
-        } else {
-            self.refuse(name, value, "expected 0 or a positive number")
-        }
-    }
-
-    fn friction(&self, friction: f64, stiffness: f64) -> Result<(), Refusal> {
-        self.not_negative("friction", friction)?;
-        self.not_negative("tangential_stiffness", stiffness)?;
-        if friction > 0.0 && stiffness == 0.0 {
-            let text = "expected a positive number in N/m, since friction is not zero (k_n/20 ... k_n is usual)";
-            return self.refuse("tangential_stiffness", stiffness, text);
-        }
-        Ok(())
     }
 }

@@ -1,6 +1,6 @@
 //! Dashpots: the viscous part of a law.
 
-use super::{Numbers, Plain};
+use super::history::{Numbers, Plain};
 
 /// Viscous part of a law.
 pub trait Dashpot: Plain {

@@ -1,22 +1,23 @@
-//! Contact laws as types: one `match` at configuration chooses, no loop branches on a law, and what a law does not
-//! use takes no memory (STYLE.md habit 3).
+//! Contact laws as types. One `match` at configuration chooses the law ([`choice`]), so no loop branches on it. A law that
+//! remembers nothing takes no memory (STYLE.md habit 3).
 //!
 //! A law is a normal spring ([`normal`]), a tangential part ([`tangent`]) and a dashpot ([`dashpot`]), put together by
-//! [`Contact`]; [`rolling`] adds a moment to any law; [`table`] has numbers of its own for every pair of surfaces.
+//! [`contact::Contact`]. [`rolling`] adds a moment to any law. [`table`] holds one law for each pair of surfaces. The
+//! parameters, their checks and their capabilities are rows of [`interface::config::laws`].
 //!
 //! Signs: normal quantities are positive along `N` (apart), tangential ones along `T`, `N` turned by +90 degrees;
 //! forces are those on the side that `N` points to (the material point, or the owner of the vertex).
 
 pub mod choice;
+pub mod contact;
 pub mod dashpot;
+pub mod history;
 pub mod normal;
 pub mod rolling;
 pub mod table;
 pub mod tangent;
 
-use dashpot::Dashpot;
-use normal::Normal;
-use tangent::Tangent;
+use history::{Numbers, Plain};
 
 /// The state of one contact, as a law sees it.
 #[derive(Debug, Clone, Copy, Default)]
@@ -31,10 +32,10 @@ pub struct Touch {
     pub rolled: f64,
 }
 
-/// The interval behind, over which things have moved.
+/// The last step, over which the surfaces have moved.
 #[derive(Debug, Clone, Copy)]
 pub struct Past {
-    /// `t_n - t_{n-1}` in s; 0 where there is none.
+    /// `t_n - t_{n-1}` in s; 0 before the first step.
     pub dt: f64,
     /// One over it, or 0.
     pub per_dt: f64,
@@ -48,7 +49,7 @@ impl Past {
     }
 }
 
-/// Two things that may touch, as a law sees them.
+/// Two surfaces that may touch: the constants that a law needs of them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mates {
     /// Reduced mass `1 / (1/m_1 + 1/m_2)` in kg/m.
@@ -68,7 +69,7 @@ pub fn reduced(a: f64, b: f64) -> f64 {
     }
 }
 
-/// The answer of a law.
+/// Force, moment and history that a law gives for one contact.
 #[derive(Debug, Clone, Copy)]
 pub struct Press<H> {
     /// Normal force in N/m; never negative without adhesion.
@@ -110,51 +111,82 @@ impl std::ops::AddAssign for Loss {
     }
 }
 
-/// Plain values that may be stored in arrays and shared between threads.
-pub trait Plain: Copy + Send + Sync + std::fmt::Debug + 'static {}
-impl<T: Copy + Send + Sync + std::fmt::Debug + 'static> Plain for T {}
-
-/// What a law remembers, as numbers: for a saved state.
-pub trait Numbers: Plain + Default {
-    /// How many.
-    const COUNT: usize;
-    /// Appends them.
-    fn put(&self, numbers: &mut Vec<f64>);
-    /// Takes as many; what is missing is zero.
-    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self;
-}
-
-impl Numbers for () {
-    const COUNT: usize = 0;
-    fn put(&self, _: &mut Vec<f64>) {}
-    fn take(_: &mut impl Iterator<Item = f64>) {}
-}
-
-impl<const N: usize> Numbers for [f64; N]
-where
-    Self: Default,
-{
-    const COUNT: usize = N;
-    fn put(&self, numbers: &mut Vec<f64>) {
-        numbers.extend(self);
-    }
-    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
-        std::array::from_fn(|_| numbers.next().unwrap_or(0.0))
-    }
-}
-
 /// A contact law.
+///
+/// # Examples
+///
+/// A spring whose force grows with the square of the overlap, without friction or damping:
+///
+/// ```
+/// use dem_proc::law::{Law, Loss, Mates, Press, Stiffness, Touch};
+///
+/// #[derive(Debug, Clone)]
+/// struct Square {
+///     /// In N/m^2.
+///     constant: f64,
+/// }
+///
+/// impl Law for Square {
+///     type History = (); // nothing to remember
+///     type Pair = (); // no constants of a pair
+///     const MOTION: bool = false;
+///
+///     fn pair(&self, _: &Mates) {}
+///
+///     fn stiffness(&self, (): &(), overlap: f64) -> Stiffness {
+///         Stiffness {
+///             normal: 2.0 * self.constant * overlap.max(0.0),
+///             ..Stiffness::default()
+///         }
+///     }
+///
+///     fn damping_ratio(&self) -> f64 {
+///         0.0
+///     }
+///
+///     fn press(&self, (): &(), touch: &Touch, (): &()) -> Press<()> {
+///         Press {
+///             normal: self.constant * touch.overlap * touch.overlap,
+///             tangential: 0.0,
+///             moment: 0.0,
+///             history: (),
+///             loss: Loss::default(),
+///         }
+///     }
+///
+///     fn separate(&self, (): &(), _: &Touch, (): &()) -> Loss {
+///         Loss::default()
+///     }
+///
+///     fn energy(&self, (): &(), overlap: f64, (): &()) -> f64 {
+///         self.constant * overlap.powi(3) / 3.0
+///     }
+/// }
+///
+/// // The force is the derivative of the energy, and the stiffness that of the force.
+/// let law = Square { constant: 1e6 };
+/// let force = |overlap| {
+///     let touch = Touch { overlap, ..Touch::default() };
+///     law.press(&(), &touch, &()).normal
+/// };
+/// let (xi, h) = (0.01, 1e-6);
+/// let slope = (law.energy(&(), xi + h, &()) - law.energy(&(), xi - h, &())) / (2.0 * h);
+/// assert!((slope / force(xi) - 1.0).abs() < 1e-6);
+/// let slope = (force(xi + h) - force(xi - h)) / (2.0 * h);
+/// assert!((slope / law.stiffness(&(), xi).normal - 1.0).abs() < 1e-6);
+/// ```
 pub trait Law: Clone + Send + Sync + std::fmt::Debug + 'static {
     /// Memory of one contact; `()` where there is none.
     type History: Numbers;
-    /// What of a pair never changes, worked out when the pair enters a list.
+    /// Constants of a pair, computed once when the pair enters a list.
     type Pair: Plain;
-    /// Whether the law looks at motion: [`Touch::moved`], [`Touch::velocity`], [`Touch::rolled`].
+    /// Whether the law uses motion: [`Touch::moved`], [`Touch::velocity`], [`Touch::rolled`].
     const MOTION: bool;
 
     /// The constants of a pair.
     fn pair(&self, mates: &Mates) -> Self::Pair;
-    /// Stiffness of a contact up to this overlap (m): where it is negative, of one that cannot close in this step.
+    /// Largest stiffness of a contact up to this overlap (m). A negative overlap means that the two cannot touch in this
+    /// step.
     fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> Stiffness;
     /// Fraction of critical damping.
     fn damping_ratio(&self) -> f64;
@@ -165,122 +197,8 @@ pub trait Law: Clone + Send + Sync + std::fmt::Debug + 'static {
         touch: &Touch,
         before: &Self::History,
     ) -> Press<Self::History>;
-    /// Loss of the last step of a contact that has opened; nothing else is left of it.
-    fn part(&self, pair: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss;
+    /// Energy that a contact dissipated in the last step, in which the two separated. Its history ends here.
+    fn separate(&self, pair: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss;
     /// Energy in the springs in J/m.
     fn energy(&self, pair: &Self::Pair, overlap: f64, history: &Self::History) -> f64;
-}
-
-/// Memory of a [`Contact`].
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Memory<S, D> {
-    /// Tangential part.
-    pub tangent: S,
-    /// Viscous part.
-    pub dashpot: D,
-}
-
-impl<S: Numbers, D: Numbers> Numbers for Memory<S, D> {
-    const COUNT: usize = S::COUNT + D::COUNT;
-    fn put(&self, numbers: &mut Vec<f64>) {
-        let Self { tangent, dashpot } = self;
-        tangent.put(numbers);
-        dashpot.put(numbers);
-    }
-    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
-        Self {
-            tangent: S::take(numbers),
-            dashpot: D::take(numbers),
-        }
-    }
-}
-
-/// A normal spring `N` with a tangential part `T` and a dashpot `D`.
-///
-/// The dashpot never pulls: where it would make the normal force negative, that force is zero. Coulomb's cap is taken
-/// of the pressing part of the normal force, so adhesion does not make a contact slip.
-#[derive(Debug, Clone, Copy)]
-pub struct Contact<N, T, D> {
-    /// Normal spring.
-    pub normal: N,
-    /// Friction.
-    pub tangent: T,
-    /// Damping.
-    pub dashpot: D,
-}
-
-impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
-    type History = Memory<T::State, D::State>;
-    type Pair = (N::Pair, D::Pair);
-    const MOTION: bool = T::ACTIVE || D::ACTIVE;
-
-    fn pair(&self, mates: &Mates) -> Self::Pair {
-        let normal = self.normal.pair(mates);
-        // A dashpot that keeps its coefficients belongs to a spring whose stiffness does not depend on the overlap.
-        let k_n = self.normal.stiffness(&normal, 0.0);
-        let dashpot = self
-            .dashpot
-            .pair([k_n, self.tangent.stiffness(k_n)], mates.mass);
-        (normal, dashpot)
-    }
-
-    #[inline]
-    fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> Stiffness {
-        let normal = self.normal.stiffness(&pair.0, overlap);
-        Stiffness {
-            normal,
-            tangential: self.tangent.stiffness(normal),
-            rolling: 0.0,
-        }
-    }
-
-    fn damping_ratio(&self) -> f64 {
-        self.dashpot.ratio()
-    }
-
-    #[inline]
-    fn press(
-        &self,
-        pair: &Self::Pair,
-        touch: &Touch,
-        before: &Self::History,
-    ) -> Press<Self::History> {
-        let spring = self.normal.force(&pair.0, touch.overlap);
-        let k_n = self.normal.stiffness(&pair.0, touch.overlap);
-        let k_t = self.tangent.stiffness(k_n);
-        let [drag, wish] = self.dashpot.drag(&pair.1, [k_n, k_t], touch.velocity);
-        let pushed = spring + drag;
-        let pressing = if pushed > 0.0 { pushed } else { 0.0 };
-        let slide = self
-            .tangent
-            .slide(k_t, pressing, wish, touch.moved[1], &before.tangent);
-        let exerted = [pressing - spring, slide.dashpot];
-        let (viscous, dashpot) = D::remember(exerted, touch.moved, &before.dashpot);
-        Press {
-            normal: pressing - self.normal.pull(&pair.0, touch.overlap),
-            tangential: slide.spring + slide.dashpot,
-            moment: 0.0,
-            history: Memory {
-                tangent: slide.state,
-                dashpot,
-            },
-            loss: Loss {
-                friction: slide.loss,
-                viscous,
-            },
-        }
-    }
-
-    #[inline]
-    fn part(&self, _: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
-        let (viscous, _) = D::remember([0.0; 2], touch.moved, &before.dashpot);
-        Loss {
-            friction: self.tangent.part(touch.moved[1], &before.tangent),
-            viscous,
-        }
-    }
-
-    fn energy(&self, pair: &Self::Pair, overlap: f64, history: &Self::History) -> f64 {
-        self.normal.energy(&pair.0, overlap) + self.tangent.energy(&history.tangent)
-    }
 }

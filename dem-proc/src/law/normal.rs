@@ -1,6 +1,7 @@
 //! Normal springs: a force that depends on the overlap alone, so that it has a potential.
 
-use super::{Mates, Plain};
+use super::Mates;
+use super::history::Plain;
 
 /// A normal spring.
 pub trait Normal: Plain {

@@ -1,7 +1,8 @@
 //! Rolling resistance: a moment on top of any law.
 
+use super::history::Numbers;
 use super::tangent::within;
-use super::{Law, Loss, Mates, Numbers, Press, Stiffness, Touch};
+use super::{Law, Loss, Mates, Press, Stiffness, Touch};
 
 /// Elastic-plastic rolling spring (Ai, Chen, Rotter, Ooi 2011, model C without its dashpot): moment `-k_r` times the
 /// relative rotation, at most `mu_r R* F_n`, with `k_r = 2.25 k_n (mu_r R*)^2` (Iwashita and Oda 1998).
@@ -111,8 +112,8 @@ impl<L: Law> Law for Rolling<L> {
         }
     }
     #[inline]
-    fn part(&self, pair: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
-        let loss = self.law.part(&pair.0, touch, &before.law);
+    fn separate(&self, pair: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
+        let loss = self.law.separate(&pair.0, touch, &before.law);
         Loss {
             friction: loss.friction + before.energy() - 0.5 * before.moment * touch.rolled,
             ..loss

@@ -1,31 +1,10 @@
 //! Laws by pairs of surfaces: one kind of law, with numbers of its own for every pair.
 
+use interface::config::ContactLaw;
 use interface::config::surfaces::ContactPair;
-use interface::config::{ContactLaw, DemConfig};
 
-use super::{Law, Mates, Press, Stiffness, Touch};
-use crate::law::Loss;
-
-/// The names that a scene's table of laws uses, as numbers: 0 is every surface that the table does not name.
-#[derive(Debug, Clone, Default)]
-pub struct Surfaces(Vec<String>);
-
-impl Surfaces {
-    /// The names of a configuration.
-    pub fn new(config: &DemConfig) -> Self {
-        let pairs = config.contact_pairs.iter();
-        let mut names: Vec<String> = pairs.flat_map(|pair| pair.between.clone()).collect();
-        names.sort_unstable();
-        names.dedup();
-        Self(names)
-    }
-
-    /// The number of a name.
-    pub fn number(&self, name: &str) -> u32 {
-        let found = self.0.binary_search_by(|known| known.as_str().cmp(name));
-        found.map_or(0, |i| i as u32 + 1)
-    }
-}
+use super::{Law, Loss, Mates, Press, Stiffness, Touch};
+use crate::body::surfaces::Surfaces;
 
 /// A law `L` for every pair of surfaces. Each contact keeps its law with the other constants of its pair, so that the
 /// loops look nothing up.
@@ -44,7 +23,7 @@ impl<L: Law + Copy> Table<L> {
         pairs: &[&ContactPair],
         law: impl Fn(&ContactLaw) -> L,
     ) -> Self {
-        let n = surfaces.0.len() + 1;
+        let n = surfaces.count();
         let mut laws = vec![law(for_all); n * n];
         for pair in pairs {
             let [a, b] = [0, 1].map(|k| surfaces.number(&pair.between[k]) as usize);
@@ -85,8 +64,8 @@ impl<L: Law + Copy> Law for Table<L> {
         law.press(pair, touch, before)
     }
     #[inline]
-    fn part(&self, (law, pair): &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
-        law.part(pair, touch, before)
+    fn separate(&self, (law, pair): &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
+        law.separate(pair, touch, before)
     }
     fn energy(&self, (law, pair): &Self::Pair, overlap: f64, history: &Self::History) -> f64 {
         law.energy(pair, overlap, history)

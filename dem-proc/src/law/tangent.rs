@@ -1,6 +1,6 @@
 //! Friction: the tangential part of a law.
 
-use super::{Numbers, Plain};
+use super::history::{Numbers, Plain};
 
 /// Tangential part of a law.
 pub trait Tangent: Plain {
@@ -10,8 +10,8 @@ pub trait Tangent: Plain {
     const ACTIVE: bool;
     /// `k_t` in N/m of a contact whose normal stiffness is `k_n`.
     fn stiffness(&self, k_n: f64) -> f64;
-    /// The tangential force of this step, at most friction times `pressing`. `dashpot` is the force that a dashpot
-    /// would like to exert.
+    /// The tangential force of this step. Friction limits it to mu times `pressing`, the normal force. `dashpot` is the
+    /// force of the dashpot before that limit (the trial force).
     fn slide(
         &self,
         k_t: f64,
@@ -20,8 +20,8 @@ pub trait Tangent: Plain {
         moved: f64,
         before: &Self::State,
     ) -> Slide<Self::State>;
-    /// Loss in J/m of a contact that has opened: its spring's energy, less the work done over the last step.
-    fn part(&self, moved: f64, before: &Self::State) -> f64;
+    /// Energy in J/m that is lost when a contact separates: the spring's energy, less the work done over the last step.
+    fn separate(&self, moved: f64, before: &Self::State) -> f64;
     /// Energy in the spring in J/m.
     fn energy(&self, state: &Self::State) -> f64;
 }
@@ -68,7 +68,7 @@ impl Tangent for Smooth {
         }
     }
     #[inline]
-    fn part(&self, _: f64, (): &()) -> f64 {
+    fn separate(&self, _: f64, (): &()) -> f64 {
         0.0
     }
     fn energy(&self, (): &()) -> f64 {
@@ -155,7 +155,7 @@ impl Tangent for Coulomb {
         }
     }
     #[inline]
-    fn part(&self, moved: f64, before: &Elongation) -> f64 {
+    fn separate(&self, moved: f64, before: &Elongation) -> f64 {
         0.5 * self.stiffness * before.0 * (moved + before.0)
     }
     fn energy(&self, state: &Elongation) -> f64 {
@@ -241,7 +241,7 @@ impl Tangent for Mindlin {
         }
     }
     #[inline]
-    fn part(&self, moved: f64, before: &Sheared) -> f64 {
+    fn separate(&self, moved: f64, before: &Sheared) -> f64 {
         self.energy(before) - 0.5 * before.force * moved
     }
     #[inline]

@@ -94,7 +94,10 @@ impl Alone {
 
     /// Kinetic energy of body `b` at the half step, in J/m.
     pub fn kinetic(&self, b: usize) -> f64 {
-        let (state, body) = (&self.dem.bodies().state[b], &self.dem.bodies().fixed[b]);
+        let (state, body) = (
+            &self.dem.bodies().state[b],
+            &self.dem.bodies().properties[b],
+        );
         let v: Vec2 = state.velocity;
         0.5 * (body.mass * v.norm_squared() + state.spin * state.spin / state.inverse_inertia)
     }

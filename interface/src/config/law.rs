@@ -1,4 +1,4 @@
-//! Contact laws.
+//! Contact laws as a scene and a configuration write them; [`super::laws`] has what follows from their numbers.
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -100,46 +100,6 @@ impl Default for ContactLaw {
             tangential_stiffness: 0.0,
             friction: 0.0,
             damping_ratio: 0.0,
-        }
-    }
-}
-
-impl ContactLaw {
-    /// mu.
-    pub fn friction(&self) -> f64 {
-        match *self {
-            Self::Linear { friction, .. }
-            | Self::Granular { friction, .. }
-            | Self::HertzMindlin { friction, .. }
-            | Self::Area { friction, .. } => friction,
-        }
-    }
-
-    /// Damping as a fraction of critical.
-    pub fn damping_ratio(&self) -> f64 {
-        match *self {
-            Self::Linear { damping_ratio, .. } | Self::Granular { damping_ratio, .. } => {
-                damping_ratio
-            }
-            Self::HertzMindlin { restitution, .. } => ratio_of_restitution(restitution),
-            Self::Area { .. } => 0.0,
-        }
-    }
-
-    /// The larger of normal and tangential stiffness in N/m, where the law has a constant one.
-    pub fn constant_stiffness(&self) -> Option<f64> {
-        match *self {
-            Self::Linear {
-                normal_stiffness,
-                tangential_stiffness,
-                ..
-            }
-            | Self::Granular {
-                normal_stiffness,
-                tangential_stiffness,
-                ..
-            } => Some(normal_stiffness.max(tangential_stiffness)),
-            Self::HertzMindlin { .. } | Self::Area { .. } => None,
         }
     }
 }

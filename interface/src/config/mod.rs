@@ -8,11 +8,13 @@
 //! cla
 
 mod bodies;
+mod bodies_faults;
 pub mod capability;
 mod continuum;
 mod continuum_faults;
 mod defaults;
 mod law;
+pub mod laws;
 pub mod material;
 pub mod needs;
 pub mod surfaces;
@@ -21,6 +23,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use self::bodies::*;
+pub use self::bodies_faults::ConfigFault;
 pub use self::continuum::*;
 pub use self::continuum_faults::{CELLS_MAX, ConfigFault, POINTS_MAX};
 pub use self::law::{ContactLaw, ratio_of_restitution};

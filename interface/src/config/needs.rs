@@ -154,31 +154,13 @@ impl DemConfig {
 fn features_of(laws: &[(String, ContactLaw)]) -> Vec<Need> {
     let mut needs: Vec<Need> = Vec::new();
     for (key, law) in laws {
-        let (adhesion, rolling) = match *law {
-            ContactLaw::Granular {
-                adhesion,
-                rolling_friction,
-                ..
-            } => (adhesion, rolling_friction),
-            ContactLaw::HertzMindlin { adhesion, .. } => (adhesion, 0.0),
-            ContactLaw::Linear { .. } | ContactLaw::Area { .. } => (0.0, 0.0),
-        };
-        let damping = match law {
-            ContactLaw::HertzMindlin { .. } => "restitution",
-            _ => "damping_ratio",
-        };
-        for (feature, field, value) in [
-            ("feature:friction", "friction", law.friction()),
-            ("feature:damping", damping, law.damping_ratio()),
-            ("feature:adhesion", "adhesion", adhesion),
-            ("feature:rolling_friction", "rolling_friction", rolling),
-        ] {
-            if value == 0.0 {
-                continue;
-            }
+        for (feature, parameter) in law.features() {
             match needs.iter_mut().find(|need| need.capability == feature) {
                 Some(need) => need.places += 1,
-                None => needs.push(Need::once(feature, format!("{key}.{}.{field}", law.name()))),
+                None => {
+                    let key = format!("{key}.{}.{parameter}", law.name());
+                    needs.push(Need::once(feature, key));
+                }
             }
         }
     }

@@ -7,7 +7,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::config::{ContactLaw, DemConfig};
+use crate::config::{ConfigFault, ContactLaw, DemConfig};
 
 /// Law between two surfaces, instead of the one for all.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -25,19 +25,6 @@ impl ContactPair {
         let [p, q] = &self.between;
         (p == a && q == b) || (p == b && q == a)
     }
-}
-
-/// What is wrong with a table.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct TableFault {
-    /// Index of the pair.
-    pub pair: usize,
-    /// Key below the pair.
-    pub key: &'static str,
-    /// What is wrong.
-    pub message: String,
-    /// What to do.
-    pub help: String,
 }
 
 impl DemConfig {
@@ -86,106 +73,66 @@ impl DemConfig {
     /// of another kind than the one for all.
     ///
     /// The contact loops are made for one kind of law, whose numbers differ from pair to pair.
-    pub fn table_faults(&self) -> Vec<TableFault> {
-        let mut faults = Vec::new();
+    pub(super) fn table_faults(&self) -> Vec<ConfigFault> {
         let mut known: Vec<&str> = self.body_surfaces().collect();
         known.extend(self.point_surfaces.iter().map(String::as_str));
         known.sort_unstable();
         known.dedup();
-        for (i, pair) in self.contact_pairs.iter().enumerate() {
-            let mut fault = |key, message, help: String| {
-                faults.push(TableFault {
-                    pair: i,
-                    key,
-                    message,
-                    help,
-                });
+        let pairs = 0..self.contact_pairs.len();
+        pairs.filter_map(|i| self.pair_fault(i, &known)).collect()
+    }
+
+    /// What is wrong with pair `i` of the table, where the surfaces `known` are those of bodies and points.
+    fn pair_fault(&self, i: usize, known: &[&str]) -> Option<ConfigFault> {
+        let pair = &self.contact_pairs[i];
+        let [a, b] = &pair.between;
+        let fault = |key: &str, value: String, expected: &str, help: &str| {
+            Some(ConfigFault {
+                key: format!("dem.contact_pairs[{i}].{key}"),
+                value,
+                expected: expected.to_owned(),
+                help: help.to_owned(),
+            })
+        };
+        let strange = |name: &&String| !known.contains(&name.as_str());
+        if let Some(name) = [a, b].into_iter().find(strange) {
+            let help = if known.is_empty() {
+                "give bodies a `surface`".to_owned()
+            } else {
+                format!("known: {}", known.join(", "))
             };
-            let [a, b] = &pair.between;
-            let strange = |name: &&String| !known.contains(&name.as_str());
-            if let Some(name) = [a, b].into_iter().find(strange) {
-                let help = if known.is_empty() {
-                    "give bodies a `surface`".to_owned()
-                } else {
-                    format!("known: {}", known.join(", "))
-                };
-                let message =
-                    format!("no body has the surface \"{name}\", and no points that material");
-                fault("between", message, help);
-                continue;
-            }
-            if let Some(first) = self.contact_pairs[..i].iter().position(|p| p.is_of(a, b)) {
-                let message = format!("the pair of \"{a}\" and \"{b}\" is there twice");
-                let help = format!("pair {first} (counted from 0) has it already, in either order");
-                fault("between", message, help);
-                continue;
-            }
-            let of_points = self.point_pairs().any(|(k, _)| k == i);
-            let of_bodies = self.body_pairs().any(|(k, _)| k == i);
-            if !of_points && !of_bodies {
-                let message =
-                    format!("\"{a}\" and \"{b}\" are points: they do not meet by a contact law");
-                fault("between", message, "name the surface of a body".to_owned());
-                continue;
-            }
-            if of_points && !pair.law.is_like(&self.point_contact) {
-                fault(
-                    "law",
-                    another_kind(&pair.law, "points and bodies"),
-                    SAME_KIND.to_owned(),
-                );
-            }
-            match &self.body_contact {
-                Some(law) if of_bodies && !pair.law.is_like(law) => {
-                    fault(
-                        "law",
-                        another_kind(&pair.law, "bodies"),
-                        SAME_KIND.to_owned(),
-                    );
-                }
-                None if of_bodies && !of_points => fault(
-                    "between",
-                    format!(
-                        "\"{a}\" and \"{b}\" are bodies, and there is no law for bodies in general"
-                    ),
-                    "write `[body_contact]`: the pairs that the table does not name have it"
-                        .to_owned(),
-                ),
-                _ => {}
-            }
+            let expected = "the surface of a body, or the material of points";
+            return fault("between", format!("\"{name}\""), expected, &help);
         }
-        faults
+        let between = format!("\"{a}\" and \"{b}\"");
+        if let Some(first) = self.contact_pairs[..i].iter().position(|p| p.is_of(a, b)) {
+            let help = format!("pair {first} (counted from 0) has it already, in either order");
+            return fault("between", between, "each pair once", &help);
+        }
+        let of_points = self.point_pairs().any(|(k, _)| k == i);
+        let of_bodies = self.body_pairs().any(|(k, _)| k == i);
+        if !of_points && !of_bodies {
+            let expected = "the surface of a body: points do not meet by a contact law";
+            return fault("between", between, expected, "name the surface of a body");
+        }
+        if of_bodies && !of_points && self.body_contact.is_none() {
+            let expected = "a law for all other bodies too";
+            return fault("between", between, expected, "write `[body_contact]`");
+        }
+        let for_points = of_points.then_some((&self.point_contact, "points and bodies"));
+        let for_bodies = self.body_contact.as_ref().filter(|_| of_bodies);
+        let for_all = [for_points, for_bodies.map(|law| (law, "bodies"))];
+        let mut for_all = for_all.into_iter().flatten();
+        let (law, whom) = for_all.find(|(law, _)| !pair.law.is_like(law))?;
+        let expected = format!("a law like the one for all {whom}, `{}`", law.name());
+        fault(
+            "law",
+            format!("`{}`", pair.law.name()),
+            &expected,
+            SAME_KIND,
+        )
     }
 }
 
 const SAME_KIND: &str = "the contact loops are made for one kind of law (`linear` and `granular` are one): give every \
                          pair that kind, with its own numbers";
-
-fn another_kind(law: &ContactLaw, between: &str) -> String {
-    format!(
-        "a law `{}` in the table, and another kind as the law for all {between}",
-        law.name()
-    )
-}
-
-impl ContactLaw {
-    /// Its name in a scene.
-    pub fn name(&self) -> &'static str {
-        match self {
-            Self::Linear { .. } => "linear",
-            Self::Granular { .. } => "granular",
-            Self::HertzMindlin { .. } => "hertz_mindlin",
-            Self::Area { .. } => "area",
-        }
-    }
-
-    /// Whether two laws differ in numbers only; `linear` is `granular` without adhesion and rolling friction.
-    pub fn is_like(&self, other: &Self) -> bool {
-        let kind = |law: &Self| match law {
-            Self::Linear { .. } | Self::Granular { .. } => 0,
-            Self::HertzMindlin { .. } => 1,
-            Self::Area { .. } => 2,
-        };
-        kind(self) == kind(other)
-    }
-}

@@ -3,7 +3,7 @@
 //! Every term is a function `k xi^2 / 2` of one distance, so the sum is conservative; at a corner a pair counts up to
 //! four times, at flush aligned edges eight times, which the step limit sees because it sums the same terms.
 //!
-//! An evaluation commits nothing, as in [`crate::points`].
+//! An evaluation commits nothing, as in [`crate::contact::points`].
 
 #![expect(
     clippy::inline_always,
@@ -16,16 +16,18 @@ use interface::Vec2;
 use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
-use crate::approach::{Ahead, Near, SavedWatch, Watch, crossing_rate};
-use crate::body::Bodies;
-use crate::contact::vertex_edge;
-use crate::impact::{Impacts, Pressing};
+use crate::body::bodies::Bodies;
+use crate::body::edge::vertex_edge;
+use crate::body::load::PairLoad;
+use crate::contact::approach::{Near, crossing_rate};
+use crate::contact::impact::{Impacts, Pressing};
+use crate::contact::meeting::{Answers, Apart, LANES, Lanes, first};
+use crate::contact::passage::{Passage, PassedBodies};
+use crate::law::history::SavedHistories;
 use crate::law::{Law, Loss, Mates, Past, reduced};
-use crate::load::PairLoad;
-use crate::meeting::{Answers, Apart, LANES, Lanes, first};
-use crate::neighbours::{BodyList, VertexEdge};
-use crate::passage::{Passage, PassedBodies};
-use crate::saved::{SavedHistories, count};
+use crate::lists::neighbours::{BodyList, VertexEdge};
+use crate::lists::watch::{Ahead, SavedWatch, Watch};
+use crate::saved::count;
 use crate::threads::{CHUNK, Threads};
 
 /// What the step needs from the contact between bodies, whatever the law.
@@ -48,7 +50,7 @@ pub trait BodySide: Debug + Send + Sync {
     fn sum(&self, first: usize, loads: &mut [PairLoad]);
     /// Bound of the squared frequency, from the summed loads, in 1/s^2.
     fn omega_sq(&self, loads: &[PairLoad]) -> f64;
-    /// The same of the pairs in reach that open or close their contact ([`crate::impact`]); 0 where there is none.
+    /// The same of the pairs in reach that open or close their contact ([`crate::contact::impact`]); 0 where there is none.
     fn impact(&self, bodies: &Bodies, loads: &[PairLoad], impacts: &Impacts) -> f64;
     /// The largest [`crossing_rate`] of a pair in reach in 1/s, or anything not above `known` where none is larger.
     /// Velocities and spins `kicked`, surfaces up to `speed` (m/s).
@@ -142,7 +144,7 @@ impl<L: Law> Kept<L> {
             law.pair(&Mates {
                 mass: if inverse > 0.0 { 1.0 / inverse } else { 0.0 }, // bodies that can only turn: no dashpot
                 radius: reduced(pair.radius, pair.reach - pair.radius),
-                surfaces: pair.bodies.map(|b| bodies.fixed[b as usize].surface),
+                surfaces: pair.bodies.map(|b| bodies.properties[b as usize].surface),
             })
         }));
         let span = |chunk: &[VertexEdge]| {
@@ -355,7 +357,7 @@ impl<L: Law> Chunk<'_, L> {
                 after[l] = press.history;
                 press.loss
             } else {
-                self.law.part(constants, touch, &before[l])
+                self.law.separate(constants, touch, &before[l])
             };
             answers.loss[0][l] = loss.friction;
             answers.loss[1][l] = loss.viscous;

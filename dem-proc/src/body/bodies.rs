@@ -1,13 +1,14 @@
 //! Bodies: what they are (checked configuration) and where they are (state of the leapfrog).
 
 use interface::Vec2;
-use interface::config::{BodyConfig, BodyInertia, DemConfig, Motion};
+use interface::config::{BodyConfig, DemConfig, Motion};
 use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
-use crate::law::table::Surfaces;
+use crate::body::frame::Frame;
+use crate::body::shape::Shape;
+use crate::body::surfaces::Surfaces;
 use crate::saved::{count, finite};
-use crate::shape::Shape;
 use crate::threads::Threads;
 
 /// What of a body never changes.
@@ -90,94 +91,6 @@ impl Rigid {
     }
 }
 
-/// What every contact of a body needs in every step: one cache line.
-#[derive(Debug, Clone, Copy)]
-#[repr(C, align(64))]
-pub struct Frame {
-    /// Centre of mass `c` in m.
-    pub center: Vec2,
-    /// Displacement of the centre of mass over the last step in m.
-    pub shift: Vec2,
-    /// Sine of the angle turned over the last step.
-    pub sin: f64,
-    /// One minus its cosine.
-    pub versine: f64,
-    /// `1/m`, 0 for a body that forces do not move.
-    pub inverse_mass: f64,
-    /// `1/I`, likewise.
-    pub inverse_inertia: f64,
-}
-
-const _: () = assert!(size_of::<Frame>() == 64);
-
-impl Frame {
-    /// Centre of mass and displacement in a row.
-    #[inline]
-    pub fn place(&self) -> [f64; 4] {
-        [self.center.x, self.center.y, self.shift.x, self.shift.y]
-    }
-
-    /// Sine, versine, `1/m` and `1/I` in a row.
-    #[inline]
-    pub fn turn(&self) -> [f64; 4] {
-        [
-            self.sin,
-            self.versine,
-            self.inverse_mass,
-            self.inverse_inertia,
-        ]
-    }
-
-    /// Moves on by `shift` (m) and `angle` (rad).
-    #[inline]
-    fn advance(&mut self, shift: Vec2, angle: f64) {
-        let square = angle * angle;
-        let (sin, versine) = if square < 1e-4 {
-            // The next terms of the series are below 1e-17 of the first: as exact as the library, and a step rarely
-            // turns a body by more than a hundredth.
-            (
-                angle
-                    * (1.0
-                        - square
-                            * (1.0 / 6.0)
-                            * (1.0 - square * (1.0 / 20.0) * (1.0 - square * (1.0 / 42.0)))),
-                0.5 * square
-                    * (1.0
-                        - square
-                            * (1.0 / 12.0)
-                            * (1.0 - square * (1.0 / 30.0) * (1.0 - square * (1.0 / 56.0)))),
-            )
-        } else {
-            let (sin_half, cos_half) = (0.5 * angle).sin_cos();
-            (2.0 * sin_half * cos_half, 2.0 * sin_half * sin_half)
-        };
-        self.center += shift;
-        self.shift = shift;
-        self.sin = sin;
-        self.versine = versine;
-    }
-
-    /// A vector of the body before its last step as it is turned now.
-    #[inline]
-    pub fn turned(&self, v: Vec2) -> Vec2 {
-        Vec2::new(
-            v.x - self.versine * v.x - self.sin * v.y,
-            v.y - self.versine * v.y + self.sin * v.x,
-        )
-    }
-
-    /// Displacement in m of the material that is now at `r` from the centre of mass: exact at any angle, so that a
-    /// pair that turns as a whole has no relative displacement.
-    #[inline]
-    pub fn displacement(&self, r: Vec2) -> Vec2 {
-        self.shift
-            + Vec2::new(
-                self.versine * r.x - self.sin * r.y,
-                self.sin * r.x + self.versine * r.y,
-            )
-    }
-}
-
 /// A body in a saved state: units as in [`Rigid`] and [`Frame`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct SavedBody {
@@ -234,8 +147,8 @@ impl SavedBody {
 /// All bodies.
 #[derive(Debug, Clone, Default)]
 pub struct Bodies {
-    /// What they are.
-    pub fixed: Vec<Body>,
+    /// What of them never changes.
+    pub properties: Vec<Body>,
     /// Where they are.
     pub state: Vec<Rigid>,
     /// The same for the contact loops.
@@ -260,13 +173,14 @@ impl Bodies {
     /// Checks and places the bodies of a scene.
     ///
     /// # Errors
-    /// A refusal with a key such as `dem.body[2] (target).shape.polygon.vertices`.
+    /// A refusal with a key such as `dem.bodies[2].shape.polygon.vertices`.
     pub fn new(config: &DemConfig) -> Result<Self, Refusal> {
         let mut bodies = Self::default();
         let surfaces = Surfaces::new(config);
         for (i, body) in config.bodies.iter().enumerate() {
             let refuse = |(key, message): (&str, String)| {
-                Refusal::new(format!("dem.body[{i}] ({}).{key}", body.name), message)
+                let message = format!("body \"{}\": {message}", body.name);
+                Refusal::new(format!("dem.bodies[{i}].{key}"), message)
             };
             let surface = surfaces.number(&body.surface);
             let (what, state) = place(body, bodies.outline.len(), surface).map_err(refuse)?;
@@ -292,9 +206,9 @@ impl Bodies {
                 }
             });
             bodies.inverse_length_sq.extend(ends.map(inverse));
-            bodies.fixed.push(what);
+            bodies.properties.push(what);
             match body.motion {
-                Motion::Free => bodies.free_mass += bodies.fixed[i].mass,
+                Motion::Free => bodies.free_mass += bodies.properties[i].mass,
                 Motion::Fixed | Motion::Driven => bodies.held.push(i as u32),
                 Motion::Guided { .. } | Motion::Pushed { .. } => bodies.special.push(i as u32),
             }
@@ -306,7 +220,7 @@ impl Bodies {
                 inverse_mass: state.inverse_mass,
                 inverse_inertia: state.inverse_inertia,
             });
-            let first = bodies.fixed[i].first_vertex;
+            let first = bodies.properties[i].first_vertex;
             state.place_outline(&mut bodies.outline[first..], &bodies.local[first..]);
             bodies.state.push(state);
         }
@@ -315,12 +229,12 @@ impl Bodies {
 
     /// Number of bodies.
     pub fn len(&self) -> usize {
-        self.fixed.len()
+        self.properties.len()
     }
 
     /// Whether there is no body.
     pub fn is_empty(&self) -> bool {
-        self.fixed.is_empty()
+        self.properties.is_empty()
     }
 
     /// Outline of body `b` in world coordinates in m.
@@ -349,13 +263,13 @@ impl Bodies {
     pub fn drift(&mut self, dt: f64, kicked: &[(Vec2, f64)], threads: &Threads) {
         let part = threads.part(self.len());
         let (mut outline, mut local) = (&mut self.outline[..], &self.local[..]);
-        let fixed = &self.fixed;
+        let properties = &self.properties;
         let states = self.state.chunks_mut(part).enumerate();
         let frames = self.frames.chunks_mut(part).zip(kicked.chunks(part));
         let parts = states.zip(frames).map(|((i, state), (frames, kicked))| {
             // The vertices of the part: up to where those of the next one begin.
-            let first = fixed[i * part].first_vertex;
-            let next = fixed.get((i + 1) * part);
+            let first = properties[i * part].first_vertex;
+            let next = properties.get((i + 1) * part);
             let count = next.map_or(outline.len(), |next| next.first_vertex - first);
             let (world, others) = std::mem::take(&mut outline).split_at_mut(count);
             let (local_here, local_others) = local.split_at(count);
@@ -387,7 +301,7 @@ impl Bodies {
             frames,
             outline: _, // follows from the poses
             // What never changes follows from the configuration.
-            fixed: _,
+            properties: _,
             radii: _,
             local: _,
             held: _,
@@ -406,7 +320,7 @@ impl Bodies {
     /// A refusal if they are others, or a number is not finite.
     pub fn restored(&self, saved: &[SavedBody]) -> Result<Self, Refusal> {
         count("bodies", saved.len(), self.len())?;
-        for (body, is) in self.fixed.iter().zip(saved) {
+        for (body, is) in self.properties.iter().zip(saved) {
             finite(|| format!("body `{}`", body.name), &is.numbers())?;
         }
         let poses = saved.iter().map(|is| (is.center.into(), is.angle));
@@ -442,59 +356,15 @@ impl Bodies {
     }
 }
 
-/// Checks one body and places it.
+/// Checks the shape of one body, whose numbers have been checked ([`DemConfig::faults`]), and places it.
 fn place(
     body: &BodyConfig,
     first_vertex: usize,
     surface: u32,
 ) -> Result<(Body, Rigid), (&'static str, String)> {
-    let finite = |key, values: &[f64]| {
-        if values.iter().all(|x| x.is_finite()) {
-            Ok(())
-        } else {
-            Err((key, format!("{values:?}: expected finite numbers")))
-        }
-    };
-    finite("position", &body.position)?;
-    finite("angle", &[body.angle])?;
-    finite("velocity", &body.velocity)?;
-    finite("spin", &[body.spin])?;
-    if body.motion == Motion::Fixed && (body.velocity != [0.0; 2] || body.spin != 0.0) {
-        let text = "fixed, but velocity or spin is not zero; write motion = \"driven\"".to_owned();
-        return Err(("motion", text));
-    }
     let yielding = body.motion.yielding();
     let free = yielding != [0.0; 3];
-    if let Motion::Pushed {
-        force,
-        torque,
-        ramp,
-        until,
-    } = body.motion
-    {
-        finite(
-            "motion.pushed",
-            &[force[0], force[1], torque, ramp, until.unwrap_or(0.0)],
-        )?;
-        if ramp < 0.0 {
-            return Err((
-                "motion.pushed.ramp",
-                format!("{ramp} s: expected 0 or a positive time"),
-            ));
-        }
-    }
     let shape = Shape::new(&body.shape, body.sphero_radius, free)?;
-    let positive = |key, value: f64, unit| {
-        if value.is_finite() && value > 0.0 {
-            Ok(value)
-        } else {
-            Err((key, format!("{value} {unit}: expected a positive number")))
-        }
-    };
-    match body.inertia {
-        BodyInertia::Mass(mass) => positive("inertia.mass", mass, "kg/m")?,
-        BodyInertia::Density(rho) => positive("inertia.density", rho, "kg/m^3")?,
-    };
     let (mass, inertia) = shape.moments.mass(body.inertia);
     if !(inertia.is_finite() && inertia > 0.0) {
         let text =

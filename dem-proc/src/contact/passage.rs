@@ -1,6 +1,6 @@
 //! Whether a point, or another body, has gone through a body.
 //!
-//! A penalty force knows where a point is, not where it came from. Beyond the middle of a body, which is the skeleton of
+//! A penalty force depends on where a point is, not on where it came from. Beyond the middle of a body, which is the skeleton of
 //! a thin one and the medial axis of a polygon, it pushes to the other side: finite, balanced, and wrong. So a point may
 //! not get there. Two signs tell, and neither is seen where contact is resolved:
 //!
@@ -21,14 +21,14 @@
 //! Two bodies pass through one another vertex by vertex and edge by edge, since outlines that are apart cannot cross but
 //! where a vertex of one comes onto an edge of the other. What tells depends on how their overlap is measured:
 //!
-//! - *Each edge* ([`crate::pairs`]): the distance of a vertex from an edge has no sign, so the force turns round where it
+//! - *Each edge* ([`crate::contact::pairs`]): the distance of a vertex from an edge has no sign, so the force turns round where it
 //!   is zero. A vertex may use up three quarters of its contact distance, the sum of the sphero-radii. The kinematic
 //!   limit lets it come nearer by half of that in a step, so none gets from one side to the other unseen.
-//! - *Nearest edge* ([`crate::nearest`]): signed, so a vertex is judged as a point is, by both signs. A corner that slides
+//! - *Nearest edge* ([`crate::contact::nearest`]): signed, so a vertex is judged as a point is, by both signs. A corner that slides
 //!   off past a sharp tip of the other body comes from one of its sides to the other however lightly it presses; at an
 //!   overlap `xi` it cuts off a piece of the tip of `2 xi / tan(alpha/2)` along the outline, for an angle `alpha`. Where the
 //!   sphero-radii do not allow more, a quarter of the thickness of the thinner body is allowed.
-//! - *Area* ([`crate::overlap`]): the width of the overlap along which it pushes vanishes when a body spans a thin one,
+//! - *Area* ([`crate::contact::overlap`]): the width of the overlap along which it pushes vanishes when a body spans a thin one,
 //!   and points back from then on. So a width below a fifth of the root of the area tells, which is that of a corner of
 //!   1.1 degrees, and a normal that has turned.
 
@@ -36,8 +36,8 @@ use interface::Vec2;
 use interface::solver::Fault;
 use mechanics::outline::{Feature, Nearest, nearest};
 
-use crate::body::Bodies;
-use crate::shape::edge_count;
+use crate::body::bodies::Bodies;
+use crate::body::shape::edge_count;
 use mechanics::mass::cross;
 
 /// Cosine of the angle by which a normal may turn in one step, relative to the body: of 100 degrees.
@@ -54,7 +54,7 @@ pub const DEEP: f64 = 0.75;
 /// Length along the outline of a tip that a corner may cut off, as a share of the thickness of the thinner body.
 pub const TIP: f64 = 0.25;
 
-/// How a point went too far.
+/// How a point or a vertex went too far into a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Passage {
     /// It has come to the other side.
@@ -64,7 +64,7 @@ pub enum Passage {
 }
 
 impl Passage {
-    /// What it is said to have done, before the name of the body.
+    /// The words of the error message, before the name of the body.
     fn words(self) -> &'static str {
         match self {
             Self::Through => "has passed through",
@@ -73,7 +73,7 @@ impl Passage {
     }
 }
 
-/// What can be done about it.
+/// What the user can change.
 const ADVICE: &str = "a contact force would push it to the wrong side; write a stiffer contact, a slower drive or a \
                       shorter time.max_step";
 
@@ -96,7 +96,7 @@ impl Passed {
         let Self {
             id, body, overlap, ..
         } = self;
-        let (name, how) = (&bodies.fixed[*body].name, self.passage.words());
+        let (name, how) = (&bodies.properties[*body].name, self.passage.words());
         Fault::Other(format!(
             "point {id} {how} body {body} ({name}) with an overlap of {overlap:.3e} m: {ADVICE}"
         ))
@@ -118,7 +118,7 @@ impl PassedBodies {
     /// What the user is told.
     pub fn fault(&self, bodies: &Bodies) -> Fault {
         let [one, other] = self.bodies;
-        let [own, its] = self.bodies.map(|b| &bodies.fixed[b as usize].name);
+        let [own, its] = self.bodies.map(|b| &bodies.properties[b as usize].name);
         let (how, overlap) = (self.passage.words(), self.overlap);
         Fault::Other(format!(
             "body {one} ({own}) {how} body {other} ({its}) with an overlap of {overlap:.3e} m: {ADVICE}"
@@ -128,7 +128,7 @@ impl PassedBodies {
 
 /// Largest depth of a point's centre below the surface of a body in m.
 pub fn admissible_depth(bodies: &Bodies, body: usize, part: u32) -> f64 {
-    let shape = &bodies.fixed[body].shape;
+    let shape = &bodies.properties[body].shape;
     let radius = match shape.radii.get(part as usize) {
         Some(&of_disc) => of_disc,
         None => (shape.moments.area / std::f64::consts::PI).sqrt(),

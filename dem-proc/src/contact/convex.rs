@@ -1,5 +1,5 @@
-//! Contact between convex bodies, measured otherwise than edge by edge: once for each vertex ([`crate::nearest`]) or once
-//! for each pair of bodies ([`crate::overlap`]).
+//! Contact between convex bodies, measured otherwise than edge by edge: once for each vertex ([`crate::contact::nearest`]) or once
+//! for each pair of bodies ([`crate::contact::overlap`]).
 //!
 //! A measure gives a depth `xi` of a contact as a function of where the two bodies are, and its gradient: `gain` times
 //! the unit normal `N`, on a line through `point`. The law sees `xi` and its changes, and its force is multiplied by the
@@ -13,14 +13,17 @@ use std::fmt::Debug;
 use interface::Vec2;
 use interface::solver::Refusal;
 
-use crate::approach::{Ahead, Near, Watch, crossing_rate};
-use crate::body::{Bodies, Frame};
-use crate::impact::{Impacts, Pressing};
-use crate::law::{Law, Loss, Mates, Past, Touch, reduced};
-use crate::load::PairLoad;
-use crate::pairs::{BodySide, SavedPairs};
-use crate::passage::{Passage, PassedBodies, TURN};
-use crate::saved::{SavedHistories, count, finite};
+use crate::body::bodies::Bodies;
+use crate::body::frame::Frame;
+use crate::body::load::PairLoad;
+use crate::contact::approach::{Near, crossing_rate};
+use crate::contact::impact::{Impacts, Pressing};
+use crate::contact::pairs::{BodySide, SavedPairs};
+use crate::contact::passage::{Passage, PassedBodies, TURN};
+use crate::law::history::SavedHistories;
+use crate::law::{Law, Loss, Mates, Past, Press, Touch, reduced};
+use crate::lists::watch::{Ahead, Watch};
+use crate::saved::{count, finite};
 use mechanics::mass::cross;
 
 /// What may touch: a part of one body, and another body. In the order of the list.
@@ -57,7 +60,7 @@ pub trait Measure: Debug + Send + Sync {
     fn length(&self, bodies: &Bodies, candidate: Candidate) -> f64;
     /// How a candidate meets; `None` if it is farther than `closing` (m).
     fn meet(&mut self, bodies: &Bodies, candidate: Candidate, closing: f64) -> Option<Spot>;
-    /// Whether a candidate that presses has gone too far ([`crate::passage`]); `turned`: its normal has, since the step
+    /// Whether a candidate that presses has gone too far ([`crate::contact::passage`]); `turned`: its normal has, since the step
     /// before, as the second body sees it.
     fn passage(
         &self,
@@ -97,7 +100,7 @@ impl<L: Law> Kept<L> {
     fn build(&mut self, law: &L, measure: &impl Measure, bodies: &Bodies) {
         let list = &mut self.list;
         list.clear();
-        crate::neighbours::close_pairs(bodies, &self.watch, |pair, margin| {
+        crate::lists::neighbours::close_pairs(bodies, &self.watch, |pair, margin| {
             measure.list(bodies, pair, margin, list);
         });
         list.sort_unstable();
@@ -111,7 +114,9 @@ impl<L: Law> Kept<L> {
             law.pair(&Mates {
                 mass: if inverse > 0.0 { 1.0 / inverse } else { 0.0 },
                 radius: reduced(v.radius, e.radius),
-                surfaces: candidate.bodies.map(|b| bodies.fixed[b as usize].surface),
+                surfaces: candidate
+                    .bodies
+                    .map(|b| bodies.properties[b as usize].surface),
             })
         }));
     }
@@ -127,7 +132,7 @@ impl<L: Law> Kept<L> {
     }
 }
 
-/// Contact between convex bodies by the law `L`, measured by `M`. An evaluation commits nothing, as in [`crate::points`].
+/// Contact between convex bodies by the law `L`, measured by `M`. An evaluation commits nothing, as in [`crate::contact::points`].
 #[derive(Debug)]
 pub struct ConvexContacts<L: Law, M> {
     law: L,
@@ -250,9 +255,9 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
             let touch = touch(bodies, past, &spot, pair, arms);
             let (constants, before) = (&now.constants[k], &now.history[k]);
             let stiffness = self.law.stiffness(constants, spot.depth + closing);
+            let [normal, tangential] = [stiffness.normal * M::STIFFENS, stiffness.tangential];
             for i in 0..2 {
                 let load = &mut loads[pair[i] as usize];
-                let [normal, tangential] = [stiffness.normal * M::STIFFENS, stiffness.tangential];
                 load.rate += rate(frames[i], arms[i], &spot, normal, tangential);
                 load.rate += frames[i].inverse_inertia * stiffness.rolling;
             }
@@ -264,7 +269,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
                 width: 2.0 * spot.half_width,
             });
             if spot.depth <= 0.0 {
-                self.loss += self.law.part(constants, &touch, before);
+                self.loss += self.law.separate(constants, &touch, before);
                 continue;
             }
             let turned = frames[1].turned(now.normals[k]).dot(&spot.normal) < TURN;
@@ -278,17 +283,10 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
                 });
             }
             let press = self.law.press(constants, &touch, before);
-            let (f_n, f_t) = (spot.gain * press.normal, spot.gain * press.tangential);
-            let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
-            let force = spot.normal * f_n + tangent * f_t;
             if let Some(pressing) = self.pressing.last_mut() {
-                pressing.force = f_n;
+                pressing.force = spot.gain * press.normal;
             }
-            for (i, sign) in [(0, 1.0), (1, -1.0)] {
-                let load = &mut loads[pair[i] as usize];
-                load.force += force * sign;
-                load.torque += sign * (cross(arms[i], force) + press.moment);
-            }
+            push(loads, pair, arms, &spot, &press);
             self.loss += press.loss;
             self.presses += 1;
             self.depths[k] = spot.depth;
@@ -299,7 +297,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
     /// Done by `evaluate`, whatever the number of threads.
     fn sum(&self, _: usize, _: &mut [PairLoad]) {}
 
-    /// As for pairs of vertices and edges: see [`crate::pairs`].
+    /// As for pairs of vertices and edges: see [`crate::contact::pairs`].
     fn omega_sq(&self, loads: &[PairLoad]) -> f64 {
         let pairs = self.in_reach.iter();
         let sums = pairs.map(|near| {
@@ -439,6 +437,18 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         kept.normals = normals.iter().map(|&normal| normal.into()).collect();
         (self.kept, self.rebuilt) = (kept, false);
         Ok(())
+    }
+}
+
+/// Adds force and moment of a contact that presses to the loads of its two bodies.
+fn push<H>(loads: &mut [PairLoad], pair: [u32; 2], arms: [Vec2; 2], spot: &Spot, press: &Press<H>) {
+    let (f_n, f_t) = (spot.gain * press.normal, spot.gain * press.tangential);
+    let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
+    let force = spot.normal * f_n + tangent * f_t;
+    for (i, sign) in [(0, 1.0), (1, -1.0)] {
+        let load = &mut loads[pair[i] as usize];
+        load.force += force * sign;
+        load.torque += sign * (cross(arms[i], force) + press.moment);
     }
 }
 

@@ -35,74 +35,19 @@ pub struct Shape {
 pub type ShapeError = (&'static str, String);
 
 impl Shape {
-    /// Checks `shape` swept by a disc of radius `a` (m).
+    /// Checks the outline of `shape` swept by a disc of radius `a` (m), whose numbers have been checked
+    /// ([`interface::config::DemConfig::faults`]).
     ///
     /// `exact` asks that the mass properties are exact, which a sphero-radius too large for a notch prevents.
     ///
     /// # Errors
     /// The key and what is wrong with it.
     pub fn new(shape: &BodyShape, a: f64, exact: bool) -> Result<Self, ShapeError> {
-        let key = shape_key(shape);
-        if !a.is_finite() || a < 0.0 {
-            let text = format!("{a} m: expected a finite radius that is not negative");
-            return Err(("sphero_radius", text));
-        }
-        let mut vertices: Vec<Vec2> = shape.vertices().iter().map(|&v| v.into()).collect();
-        if let Some(i) = vertices.iter().position(|v| !(v.x + v.y).is_finite()) {
-            return Err((key, format!("vertex {i} is not finite")));
-        }
-        let n = vertices.len();
-        if matches!(shape, BodyShape::Polygon { .. }) && n < 3 {
-            let text =
-                format!("{n} vertices: a polygon has three or more; write `disc` or `segment`");
-            return Err((key, text));
-        }
         if let BodyShape::Cluster { centers, radii } = shape {
             return cluster(centers, radii, a);
         }
-        if n <= 2 && a == 0.0 {
-            let text = "0: a disc or a rounded segment needs a positive sphero-radius".to_owned();
-            return Err(("sphero_radius", text));
-        }
-        for i in 0..n {
-            let next = (i + 1) % n;
-            if n > 1 && vertices[i] == vertices[next] {
-                return Err((
-                    key,
-                    format!("edge {i} from vertex {i} to {next} has no length"),
-                ));
-            }
-        }
-        if n > 2 {
-            let first = vertices[0];
-            let corner = |i: usize| cross(vertices[i] - first, vertices[(i + 1) % n] - first);
-            let size = vertices
-                .iter()
-                .map(|v| (v - first).norm_squared())
-                .fold(0.0, f64::max);
-            // Below this all vertices are on one line, up to rounding.
-            if (0..n).map(|i| corner(i).abs()).sum::<f64>() <= 1e-13 * size {
-                return Err((
-                    key,
-                    "the polygon has no area; write `segment` for a line".into(),
-                ));
-            }
-            if let Some((i, j)) = crossing_edges(&vertices) {
-                let text = format!("edges {i} and {j} cross or touch; expected a simple polygon");
-                return Err((key, text));
-            }
-            let twice_area: f64 = (0..n).map(corner).sum();
-            if twice_area < 0.0 {
-                vertices.reverse();
-            }
-            if exact && let Some(i) = hidden_edge(&vertices, a) {
-                let text = format!(
-                    "{a} m is too large for the notch next to edge {i} (in counter-clockwise order): the rounded \
-                     outline would cover itself; write a smaller radius or fill the notch"
-                );
-                return Err(("sphero_radius", text));
-            }
-        }
+        let mut vertices = checked_outline(shape, a, exact)?;
+        let n = vertices.len();
         let moments = swept(&vertices, a);
         for v in &mut vertices {
             *v -= moments.centroid;
@@ -151,6 +96,57 @@ impl Shape {
     }
 }
 
+/// The vertices of a shape other than a cluster, in counter-clockwise order.
+fn checked_outline(shape: &BodyShape, a: f64, exact: bool) -> Result<Vec<Vec2>, ShapeError> {
+    let key = shape_key(shape);
+    let mut vertices: Vec<Vec2> = shape.vertices().iter().map(|&v| v.into()).collect();
+    let n = vertices.len();
+    if matches!(shape, BodyShape::Polygon { .. }) && n < 3 {
+        let text = format!("{n} vertices: a polygon has three or more; write `disc` or `segment`");
+        return Err((key, text));
+    }
+    for i in 0..n {
+        let next = (i + 1) % n;
+        if n > 1 && vertices[i] == vertices[next] {
+            return Err((
+                key,
+                format!("edge {i} from vertex {i} to {next} has no length"),
+            ));
+        }
+    }
+    if n > 2 {
+        let first = vertices[0];
+        let corner = |i: usize| cross(vertices[i] - first, vertices[(i + 1) % n] - first);
+        let size = vertices
+            .iter()
+            .map(|v| (v - first).norm_squared())
+            .fold(0.0, f64::max);
+        // Below this all vertices are on one line, up to rounding.
+        if (0..n).map(|i| corner(i).abs()).sum::<f64>() <= 1e-13 * size {
+            return Err((
+                key,
+                "the polygon has no area; write `segment` for a line".into(),
+            ));
+        }
+        if let Some((i, j)) = crossing_edges(&vertices) {
+            let text = format!("edges {i} and {j} cross or touch; expected a simple polygon");
+            return Err((key, text));
+        }
+        let twice_area: f64 = (0..n).map(corner).sum();
+        if twice_area < 0.0 {
+            vertices.reverse();
+        }
+        if exact && let Some(i) = hidden_edge(&vertices, a) {
+            let text = format!(
+                "{a} m is too large for the notch next to edge {i} (in counter-clockwise order): the rounded \
+                 outline would cover itself; write a smaller radius or fill the notch"
+            );
+            return Err(("sphero_radius", text));
+        }
+    }
+    Ok(vertices)
+}
+
 /// Edges of an outline of `n` vertices; a lone vertex counts as an edge without length.
 pub fn edge_count(n: usize) -> usize {
     if n == 2 { 1 } else { n }
@@ -160,35 +156,19 @@ pub fn edge_count(n: usize) -> usize {
 /// discs cover together: where they overlap it counts once, since the cluster stands for a body that it fills (Singer
 /// 2022).
 fn cluster(centers: &[[f64; 2]], radii: &[f64], a: f64) -> Result<Shape, ShapeError> {
-    let radii = match (radii, a > 0.0) {
-        ([], true) => vec![a; centers.len()],
-        ([], false) => {
-            let text = "0: it is the radius of the discs, where `radii` is left out";
-            return Err(("sphero_radius", text.into()));
-        }
-        (_, true) => {
-            let text = format!("{a} m: the discs have `radii` of their own; expected 0");
-            return Err(("sphero_radius", text));
-        }
-        (radii, false) => radii.to_vec(),
+    let radii = if radii.is_empty() {
+        vec![a; centers.len()]
+    } else {
+        radii.to_vec()
     };
-    if radii.len() != centers.len() {
-        let text = format!("{} radii for {} discs", radii.len(), centers.len());
-        return Err(("shape.cluster.radii", text));
-    }
-    if let Some(r) = radii.iter().find(|r| !(r.is_finite() && **r > 0.0)) {
-        let text = format!("{r} m: expected positive numbers");
-        return Err(("shape.cluster.radii", text));
-    }
-    let refuse = |text: String| Err(("shape.cluster.centers", text));
-    if centers.is_empty() {
-        return refuse("a cluster has at least one disc".into());
-    }
     let mut vertices: Vec<Vec2> = centers.iter().map(|&c| c.into()).collect();
     let mut sorted = centers.to_vec();
     sorted.sort_by(|p, q| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])));
     if let Some(&[twice, _]) = sorted.array_windows().find(|[a, b]| a == b) {
-        return refuse(format!("two discs are at {twice:?}"));
+        return Err((
+            "shape.cluster.centers",
+            format!("two discs are at {twice:?}"),
+        ));
     }
     let moments = union_of_discs(&vertices, &radii);
     for v in &mut vertices {

@@ -1,4 +1,4 @@
-//! Which contacts open or close, and so have to be resolved by the step.
+//! Which contacts open or close. The step has to resolve them.
 //!
 //! A step that is stable in contact, `omega dt` of 1.55, has two steps of a bounce: whether the first of them falls early or late
 //! in the contact decides on 30 % of the energy, of either sign. So while two bodies come into contact or leave it their
@@ -12,18 +12,19 @@
 //! energy is nothing or they are rare:
 //!
 //! - what begins within the first step of a run, whose length is not known before it; that step is a fraction of what contact
-//!   allows anyway ([`crate::approach::first_contact`]);
+//!   allows anyway ([`crate::contact::approach::first_contact`]);
 //! - speeds below a thousandth of that of the fastest surface;
 //! - blows that press no deeper than a body's own weight does (or what else pushes it from outside): a pile that has come to
 //!   rest has contacts that hardly carry anything and open and close all the time.
 
 use interface::Vec2;
 
-use crate::approach::{Ahead, Near};
-use crate::body::Bodies;
+use crate::body::bodies::Bodies;
+use crate::contact::approach::Near;
+use crate::lists::watch::Ahead;
 
-/// A speed that is nothing, over that of the fastest surface: its energy is a millionth.
-const NOTHING: f64 = 1e-3;
+/// Speeds below this share of the fastest surface's speed are ignored: their energy is a millionth.
+const NEGLIGIBLE: f64 = 1e-3;
 
 /// How two bodies that are near press.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -38,7 +39,7 @@ pub struct Pressing {
     pub width: f64,
 }
 
-/// By what impacts are told in a step.
+/// What is needed to recognise impacts in a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Impacts<'a> {
     /// Velocities and spins at `t_{n+1/2}`; those at `t_{n-1/2}` are in [`Bodies::state`].
@@ -81,10 +82,10 @@ impl Impacts<'_> {
             })
             .sum();
         let omega_sq = pressing.stiffness * mobility;
-        let nothing = self.outer + NOTHING * omega_sq.sqrt() * self.speed;
+        let negligible = self.outer + NEGLIGIBLE * omega_sq.sqrt() * self.speed;
         if pressing.overlap > 0.0 {
             let held = (pressing.force * mobility - acceleration).max(0.0);
-            let least = held + nothing;
+            let least = held + negligible;
             acceleration * acceleration + omega_sq * velocity * velocity > least * least
         } else {
             let time = self.ahead.time();
@@ -94,7 +95,7 @@ impl Impacts<'_> {
             let closing = (turning - velocity).max(0.0);
             let way = closing * time + 0.5 * drawn * time * time;
             let speed = closing + drawn * time;
-            way > -pressing.overlap && omega_sq.sqrt() * speed > nothing
+            way > -pressing.overlap && omega_sq.sqrt() * speed > negligible
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Which pairs of a list are in reach, and how their surfaces meet: the geometry of [`crate::contact`] for four
+//! Which pairs of a list are in reach, and how their surfaces meet: the geometry of [`crate::body::edge`] for four
 //! vertex-edge pairs at a time, one in each lane.
 //!
 //! A pair is one long chain of dependent operations with two square roots and a division in it; side by side four of
@@ -12,12 +12,13 @@
 use interface::Vec2;
 use wide::f64x4;
 
-use crate::body::{Bodies, Frame};
-use crate::contact::normal_on;
+use crate::body::bodies::Bodies;
+use crate::body::edge::normal_on;
+use crate::body::frame::Frame;
+use crate::body::load::PairLoad;
+use crate::contact::passage::DEEP;
 use crate::law::{Past, Touch};
-use crate::load::PairLoad;
-use crate::neighbours::VertexEdge;
-use crate::passage::DEEP;
+use crate::lists::neighbours::VertexEdge;
 use crate::threads::CHUNK;
 
 /// One number of each of four pairs.
@@ -150,7 +151,7 @@ impl Apart {
         self.any_deep = deep != 0;
     }
 
-    /// The first pair that presses too deep ([`crate::passage`]), and by how much in m.
+    /// The first pair that presses too deep ([`crate::contact::passage`]), and by how much in m.
     #[inline(always)]
     pub fn deep(&self, pairs: &[VertexEdge]) -> Option<(u32, f64)> {
         if self.any_deep {

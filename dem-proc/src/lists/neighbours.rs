@@ -3,16 +3,16 @@
 //! A list holds every pair that is closer than its contact distance plus the skin `V_d`. The distance of two things
 //! cannot shrink faster than both move, so while the largest displacement on either side since the build (rotation
 //! and the points' own motion included) does not add up to more than the skin, no unlisted pair can touch. The list of
-//! bodies reaches farther, since it also tells what may touch soon ([`crate::approach`]).
+//! bodies reaches farther, since it also tells what may touch soon ([`crate::contact::approach`]).
 
 use interface::Vec2;
 use interface::message::wire::ImpInfo;
 use mechanics::outline::{crosses_ray, nearest_on_edge};
 
-use crate::approach::Watch;
-use crate::body::Bodies;
-use crate::cells::Cells;
-use crate::contact::vertex_edge;
+use crate::body::bodies::Bodies;
+use crate::body::edge::vertex_edge;
+use crate::lists::cells::Cells;
+use crate::lists::watch::Watch;
 use crate::seam::{Bounds, BoxTree};
 
 /// How far beyond contact a point is "in reach" of a body, as a fraction of its radius. A point moves at most half its
@@ -72,7 +72,7 @@ impl PointList {
         let b = body as usize;
         let reach = bodies.state[b].radius + margin;
         let outline = bodies.outline_of(b);
-        let shape = &bodies.fixed[b].shape;
+        let shape = &bodies.properties[b].shape;
         let n = outline.len();
         if !shape.has_edges {
             // Every disc for itself: the sum over discs is smooth where the nearest disc changes.
@@ -193,7 +193,7 @@ pub fn close_pairs(bodies: &Bodies, watch: &Watch, mut found: impl FnMut([u32; 2
     };
     let boxes: Vec<Bounds> = (0..bodies.len()).map(around).collect();
     let cells = Cells::new(&boxes);
-    let free = |b: usize| bodies.fixed[b].yields();
+    let free = |b: usize| bodies.properties[b].yields();
     let mut near = Vec::new();
     for i in 0..bodies.len() {
         near.clear();
@@ -230,7 +230,7 @@ impl BodyList {
         close_pairs(bodies, watch, |[i, j], margin| {
             self.add_bodies(bodies, [i, j], margin);
             // Discs have no edges, so two of them touch once, vertex on vertex.
-            let edges = |b: u32| bodies.fixed[b as usize].shape.has_edges;
+            let edges = |b: u32| bodies.properties[b as usize].shape.has_edges;
             if edges(i) || edges(j) {
                 self.add_bodies(bodies, [j, i], margin);
             }
@@ -243,26 +243,26 @@ impl BodyList {
     fn add_bodies(&mut self, bodies: &Bodies, pair: [u32; 2], margin: f64) {
         let [v, e] = pair.map(|b| b as usize);
         let outline = bodies.outline_of(e);
-        let [of_vertex, of_edge] = [v, e].map(|b| &bodies.fixed[b].shape);
+        let [of_vertex, of_edge] = [v, e].map(|b| &bodies.properties[b].shape);
         if of_vertex.has_edges && !of_edge.has_edges {
             return; // discs have no edges; their centres are the vertices of the other sum
         }
         let reach = bodies.state[v].radius + bodies.state[e].radius + margin;
-        let first = [v, e].map(|b| bodies.fixed[b].first_vertex as u32);
+        let first = [v, e].map(|b| bodies.properties[b].first_vertex as u32);
         let inverse_length_sq = &bodies.inverse_length_sq[first[1] as usize..];
         let mut vertices = std::mem::take(&mut self.vertices);
         vertices_near(bodies, v, e, reach, &mut vertices, &mut self.near);
         for &k in &vertices {
             let p = bodies.outline_of(v)[k as usize];
             self.near.clear();
-            match &bodies.fixed[e].shape.edges {
+            match &bodies.properties[e].shape.edges {
                 Some(tree) => {
                     let q = bodies.into_frame(e, p);
                     tree.meeting(&Bounds::around([q]).grown(reach), &mut self.near);
                 }
                 None => self
                     .near
-                    .extend(0..bodies.fixed[e].shape.edge_count() as u32),
+                    .extend(0..bodies.properties[e].shape.edge_count() as u32),
             }
             for &i in &self.near {
                 let i = i as usize;
@@ -300,7 +300,7 @@ fn vertices_near(
     vertices.clear();
     let outline = bodies.outline_of(v);
     let n = outline.len() as u32;
-    if let Some(tree) = &bodies.fixed[v].shape.edges {
+    if let Some(tree) = &bodies.properties[v].shape.edges {
         let other = bodies
             .outline_of(e)
             .iter()

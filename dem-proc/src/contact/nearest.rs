@@ -6,11 +6,11 @@
 
 use mechanics::outline::{contact_point, see};
 
-use crate::approach::thickness;
-use crate::body::Bodies;
-use crate::convex::{Candidate, Measure, Spot};
-use crate::passage::{Passage, TIP, admissible_depth, goes_through};
-use crate::shape::edge_count;
+use crate::body::bodies::Bodies;
+use crate::body::shape::edge_count;
+use crate::contact::approach::thickness;
+use crate::contact::convex::{Candidate, Measure, Spot};
+use crate::contact::passage::{Passage, TIP, admissible_depth, goes_through};
 
 /// The measure.
 #[derive(Debug, Clone, Copy, Default)]
@@ -20,7 +20,7 @@ impl Measure for NearestEdge {
     const STIFFENS: f64 = 1.0;
 
     fn list(&self, bodies: &Bodies, pair: [u32; 2], margin: f64, candidates: &mut Vec<Candidate>) {
-        let edges = |b: u32| bodies.fixed[b as usize].shape.has_edges;
+        let edges = |b: u32| bodies.properties[b as usize].shape.has_edges;
         let [i, j] = pair;
         for [v, e] in [[i, j], [j, i]] {
             // Discs have no edges: two of them touch once, and their centres are the vertices against a polygon.
@@ -29,7 +29,7 @@ impl Measure for NearestEdge {
             }
             let [vertices, outline] = [v, e].map(|b| bodies.outline_of(b as usize));
             let radii = [v, e].map(|b| bodies.state[b as usize].radius);
-            let first = bodies.fixed[v as usize].first_vertex as u32;
+            let first = bodies.properties[v as usize].first_vertex as u32;
             for (k, p) in (first..).zip(vertices) {
                 let seen = see(outline, 0..edge_count(outline.len()), *p);
                 if seen.distance <= radii[0] + radii[1] + margin {

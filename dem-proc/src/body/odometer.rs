@@ -1,10 +1,10 @@
-//! How far surfaces have gone since some moment: by it lists are built anew, and envelopes asked for.
+//! How far surfaces have moved since some moment. This decides when lists are rebuilt and when envelopes are requested.
 
 use interface::Vec2;
 use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
-use crate::body::Bodies;
+use crate::body::bodies::Bodies;
 use crate::saved::{count, finite};
 
 /// Where the bodies were at some moment, to tell how far their surfaces have moved since.
@@ -30,7 +30,7 @@ impl Reference {
     }
 }
 
-/// How far surfaces have gone since some moment, as cheaply as the answer needs.
+/// How far surfaces have moved since some moment: a cheap upper bound, and the exact value where the bound is too coarse.
 #[derive(Debug, Clone, Default)]
 pub struct Odometer {
     start: Reference,

@@ -10,10 +10,10 @@
 
 use interface::Vec2;
 
-use crate::approach::thickness;
-use crate::body::Bodies;
-use crate::convex::{Candidate, Measure, Spot};
-use crate::passage::Passage;
+use crate::body::bodies::Bodies;
+use crate::contact::approach::thickness;
+use crate::contact::convex::{Candidate, Measure, Spot};
+use crate::contact::passage::Passage;
 use crate::seam::{Gap, gap};
 use mechanics::mass::cross;
 

@@ -13,14 +13,16 @@ use interface::solver::Refusal;
 use mechanics::outline::{contact_point, see};
 use serde::{Deserialize, Serialize};
 
-use crate::body::Bodies;
+use crate::body::bodies::Bodies;
+use crate::body::load::Load;
+use crate::body::odometer::{Odometer, SavedOdometer};
+use crate::body::shape::edge_count;
+use crate::contact::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
+use crate::contact::set::{restored_set, save_set};
+use crate::law::history::SavedHistories;
 use crate::law::{Law, Loss, Mates, Past, Touch};
-use crate::load::Load;
-use crate::neighbours::{PointList, PointPair, REACH};
-use crate::odometer::{Odometer, SavedOdometer};
-use crate::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
-use crate::saved::{SavedHistories, count, finite, refusal, restored_set, save_set};
-use crate::shape::edge_count;
+use crate::lists::neighbours::{PointList, PointPair, REACH};
+use crate::saved::{count, finite, refusal};
 use crate::threads::Threads;
 use mechanics::mass::cross;
 
@@ -262,7 +264,7 @@ impl<L: Law> PointContacts<L> {
                     info.radius,
                     bodies.radius_at(pair.body as usize, pair.part),
                 ),
-                surfaces: [of_point, bodies.fixed[pair.body as usize].surface],
+                surfaces: [of_point, bodies.properties[pair.body as usize].surface],
             })
         }));
         fresh.built_at.clear();
@@ -302,7 +304,7 @@ impl<L: Law> View<'_, L> {
         } = self.now.list.pairs[k];
         let candidates = &self.now.list.edges[edges[0] as usize..edges[1] as usize];
         let mut outline = bodies.outline_of(body as usize);
-        if !bodies.fixed[body as usize].shape.has_edges {
+        if !bodies.properties[body as usize].shape.has_edges {
             outline = &outline[part as usize..=part as usize];
         }
         let seen = see(outline, candidates.iter().map(|&i| i as usize), x);
@@ -370,7 +372,7 @@ impl<L: Law> View<'_, L> {
             pair,
         };
         if overlap <= 0.0 {
-            outcome.loss = self.law.part(constants, &touch, before);
+            outcome.loss = self.law.separate(constants, &touch, before);
             return Some((outcome, L::History::default()));
         }
         let press = self.law.press(constants, &touch, before);
@@ -380,7 +382,7 @@ impl<L: Law> View<'_, L> {
         Some((outcome, press.history))
     }
 
-    /// Whether the point of pair `k` is too far inside the body ([`crate::passage`]). Nearly none is so deep that it has to
+    /// Whether the point of pair `k` is too far inside the body ([`crate::contact::passage`]). Nearly none is so deep that it has to
     /// be looked at.
     #[cold]
     fn passage(&self, k: usize) -> Option<Passage> {
@@ -416,7 +418,7 @@ impl<L: Law> View<'_, L> {
         let from = x - frame.turned(moved);
         let reach = bodies.radius_at(b, part) + self.set[slot as usize].radius;
         let mut outline = bodies.outline_of(b);
-        let has_edges = bodies.fixed[b].shape.has_edges;
+        let has_edges = bodies.properties[b].shape.has_edges;
         if !has_edges {
             outline = &outline[part as usize..=part as usize];
         }

@@ -8,10 +8,10 @@ use interface::solver::DemMeasurement;
 use interface::step::Step;
 use mechanics::books::{self, Entry, Totals};
 
-use crate::body::Bodies;
-use crate::configure::System;
+use crate::body::bodies::Bodies;
+use crate::body::load::{Load, PairLoad};
 use crate::law::Loss;
-use crate::load::{Load, PairLoad};
+use crate::system::System;
 
 /// What a kick adds.
 #[derive(Debug, Clone, Copy)]
@@ -53,7 +53,7 @@ impl Kick<'_> {
         after.applied_impulse += self.gravity * self.bodies.free_mass * self.length;
         for &b in self.bodies.held.iter().chain(&self.bodies.special) {
             let b = b as usize;
-            let push = self.bodies.fixed[b].motion.push(self.time);
+            let push = self.bodies.properties[b].motion.push(self.time);
             after.add_outside(&self.entry(b), self.gravity, push, self.length);
         }
         after
@@ -61,7 +61,7 @@ impl Kick<'_> {
 
     /// What the books need to know of body `b`.
     fn entry(&self, b: usize) -> Entry {
-        let (body, state) = (&self.bodies.fixed[b], &self.bodies.state[b]);
+        let (body, state) = (&self.bodies.properties[b], &self.bodies.state[b]);
         let (points, others) = (&self.point_loads[b], &self.body_loads[b]);
         let (velocity, spin) = self.kicked[b];
         Entry {
@@ -81,6 +81,27 @@ impl Kick<'_> {
             velocity: velocity.into(),
             spin,
             yielding: body.yielding,
+        }
+    }
+}
+
+impl System {
+    /// This step's kick, for the books.
+    pub(crate) fn kick_of(&self, step: &Step) -> Kick<'_> {
+        let pairs = self.pairs.as_ref();
+        Kick {
+            length: step.kick(),
+            time: step.time,
+            kicked: &self.kicked,
+            bodies: &self.bodies,
+            gravity: self.gravity,
+            coupled: self.pushed_by_points,
+            point_loads: &self.point_loads,
+            body_loads: &self.body_loads,
+            losses: [
+                self.points.loss(),
+                pairs.map_or_else(Default::default, |pairs| pairs.loss()),
+            ],
         }
     }
 }

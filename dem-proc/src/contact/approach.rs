@@ -1,0 +1,125 @@
+//! How bodies that do not touch yet limit the step.
+//!
+//! A penalty contact is nothing until it is touched, so stiffness alone lets bodies that are apart take any step: one may
+//! be deep in another, or beyond it, at the next instant. Three things are needed, and none asks anything of bodies that
+//! are far apart or slow:
+//!
+//! - *Contacts count before they close.* The limits that follow step `n` are those of step `n + 1`, which ends at
+//!   `t_{n+2}`. A contact found there is kicked by half of that step, so it has to have bound it. So two bodies count as
+//!   in contact if they can meet within two steps, the second a tenth longer (the most that a step may grow by,
+//!   PHYSICS.md section 4): [`crate::lists::watch::Ahead`]. The lists reach as far: [`crate::lists::watch::Watch`].
+//! - *No body passes through another in one step.* A pair in reach may come nearer by half the length in which its force has the right
+//!   sign ([`crate::contact::passage`]) in a step: the counterpart of half the radius of a point in PHYSICS.md section 4. Only the
+//!   approach counts, so a body may slide along a floor as fast as it likes. The limit is declared as a frequency:
+//!   [`crossing_rate`].
+//! - *Before the first step* its length is not known, and any two bodies may meet within it. So contact counts as if it
+//!   were there, where anything moves at all: [`first_contact`]. It costs the steps in which the first one, stable in
+//!   contact, grows to what it may be.
+
+use interface::Vec2;
+use interface::config::Motion;
+
+use crate::body::bodies::Bodies;
+use mechanics::mass::cross;
+
+/// Terms of the sum over vertices and edges in which two bodies can meet at once: flush squares with aligned corners
+/// (PHYSICS.md section 5).
+const TERMS: f64 = 8.0;
+
+/// Where two bodies are near one another.
+#[derive(Debug, Clone, Copy)]
+pub struct Near {
+    /// The body that the normal points to, the other.
+    pub bodies: [u32; 2],
+    /// Unit normal.
+    pub normal: Vec2,
+    /// The place on the first body in m: a vertex, or a point of the line of force.
+    pub point: Vec2,
+    /// How much nearer the two may come from touch on until the force has the wrong sign, in m.
+    pub length: f64,
+}
+
+/// Frequency in 1/s at which a step of `2 / omega` carries the two nearer by half their length, with velocities and spins
+/// `kicked`: `omega = 4 v / l` for an approach at `v`.
+///
+/// The distance from a convex outline is convex, so in a straight line the pair comes nearer by `v dt` at most; by
+/// rotation a point at `r` leaves its tangent by `(spin dt)^2 r / 2`.
+pub fn crossing_rate(bodies: &Bodies, kicked: &[(Vec2, f64)], near: &Near) -> f64 {
+    let [a, b] = near.bodies.map(|b| b as usize);
+    let arms = [a, b].map(|b| near.point - bodies.state[b].center);
+    let at = |b: usize, r: Vec2| kicked[b].0 + Vec2::new(-r.y, r.x) * kicked[b].1;
+    let approach = (at(b, arms[1]) - at(a, arms[0])).dot(&near.normal).max(0.0);
+    // A disc looks the same however it turns.
+    let turns = |b: usize, r: Vec2| {
+        let round = bodies.outline_of(b).len() == 1;
+        if round {
+            0.0
+        } else {
+            kicked[b].1.powi(2) * r.norm()
+        }
+    };
+    let bend = turns(a, arms[0]) + turns(b, arms[1]);
+    let allowed = 0.5 * near.length;
+    // approach t + bend t^2 / 2 = allowed
+    let per_step =
+        (approach + (approach * approach + 2.0 * bend * allowed).sqrt()) / (2.0 * allowed);
+    2.0 * per_step
+}
+
+/// Largest acceleration in m/s^2 that gravity and forces from outside give any surface.
+pub fn outer_acceleration(bodies: &Bodies, gravity: Vec2) -> f64 {
+    let of = |(body, state): (&crate::body::bodies::Body, &crate::body::bodies::Rigid)| {
+        let (force, torque) = match body.motion {
+            Motion::Pushed { force, torque, .. } => (Vec2::from(force), torque),
+            _ => (Vec2::zeros(), 0.0),
+        };
+        gravity.norm() * state.falls
+            + force.norm() * state.inverse_mass
+            + torque.abs() * state.inverse_inertia * state.extent
+    };
+    bodies
+        .properties
+        .iter()
+        .zip(&bodies.state)
+        .map(of)
+        .fold(0.0, f64::max)
+}
+
+/// Bound of the squared frequency in 1/s^2 of two bodies that touch with a stiffness (N/m) wherever they meet.
+pub fn first_contact(bodies: &Bodies, stiffness: f64) -> f64 {
+    let mobility = bodies
+        .state
+        .iter()
+        .map(|s| s.inverse_mass + s.inverse_inertia * s.extent * s.extent);
+    2.0 * TERMS * stiffness * mobility.fold(0.0, f64::max)
+}
+
+/// The smallest width of a convex outline in m: the thickness of a plate, 0 of a segment or a point.
+pub fn thickness(outline: &[Vec2]) -> f64 {
+    let n = outline.len();
+    if n < 3 {
+        return 0.0;
+    }
+    let width = |i: usize| {
+        let (a, edge) = (outline[i], outline[(i + 1) % n] - outline[i]);
+        let heights = outline.iter().map(|p| cross(edge, p - a).abs());
+        heights.fold(0.0, f64::max) / edge.norm()
+    };
+    (0..n).map(width).fold(f64::INFINITY, f64::min)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_smallest_width_is_that_of_the_plate() {
+        let v = |x: f64, y: f64| Vec2::new(x, y);
+        let plate = [v(-1.0, 0.0), v(1.0, 0.0), v(1.0, 0.02), v(-1.0, 0.02)];
+        assert!((thickness(&plate) - 0.02).abs() < 1e-15);
+        assert_eq!(thickness(&plate[..2]), 0.0);
+        // Equilateral: its height.
+        let triangle = [v(0.0, 0.0), v(1.0, 0.0), v(0.5, 0.75_f64.sqrt())];
+        assert!((thickness(&triangle) - 0.75_f64.sqrt()).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,12 @@
+//! Contact of bodies with one another and with points: where, how deep, and when it has gone too far.
+
+pub mod approach;
+pub mod convex;
+pub mod impact;
+pub mod meeting;
+pub mod nearest;
+pub mod overlap;
+pub mod pairs;
+pub mod passage;
+pub mod points;
+mod set;

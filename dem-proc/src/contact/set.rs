@@ -1,0 +1,31 @@
+//! A set of points in a saved state: the bytes of its records on the wire.
+
+use interface::message::wire::{ImpInfo, Record};
+use interface::solver::Refusal;
+
+use crate::saved::{count, refusal};
+
+/// A set of points as bytes.
+pub fn save_set(set: &[ImpInfo]) -> Vec<u8> {
+    let mut bytes = vec![0; size_of_val(set)];
+    for (info, bytes) in set.iter().zip(bytes.chunks_mut(size_of::<ImpInfo>())) {
+        info.write(bytes);
+    }
+    bytes
+}
+
+/// The set in these bytes.
+///
+/// # Errors
+/// A refusal if they are no set.
+pub fn restored_set(bytes: &[u8]) -> Result<Vec<ImpInfo>, Refusal> {
+    let (records, rest) = bytes.as_chunks::<{ size_of::<ImpInfo>() }>();
+    count("bytes beyond the set", rest.len(), 0)?;
+    let read = |bytes: &[u8; size_of::<ImpInfo>()]| {
+        let info = ImpInfo::read(bytes);
+        let named = |field| refusal(format!("point {}: {field} is not allowed", info.id));
+        info.check().map_err(named)?;
+        Ok(info)
+    };
+    records.iter().map(read).collect()
+}

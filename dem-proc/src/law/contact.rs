@@ -1,0 +1,121 @@
+//! A law put together from a normal spring, a tangential part and a dashpot.
+
+use super::dashpot::Dashpot;
+use super::history::Numbers;
+use super::normal::Normal;
+use super::tangent::Tangent;
+use super::{Law, Loss, Mates, Press, Stiffness, Touch};
+
+/// Memory of a [`Contact`].
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Memory<S, D> {
+    /// Tangential part.
+    pub tangent: S,
+    /// Viscous part.
+    pub dashpot: D,
+}
+
+impl<S: Numbers, D: Numbers> Numbers for Memory<S, D> {
+    const COUNT: usize = S::COUNT + D::COUNT;
+    fn put(&self, numbers: &mut Vec<f64>) {
+        let Self { tangent, dashpot } = self;
+        tangent.put(numbers);
+        dashpot.put(numbers);
+    }
+    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
+        Self {
+            tangent: S::take(numbers),
+            dashpot: D::take(numbers),
+        }
+    }
+}
+
+/// A normal spring `N` with a tangential part `T` and a dashpot `D`.
+///
+/// The dashpot never pulls: where it would make the normal force negative, that force is zero. Coulomb's cap is taken
+/// of the pressing part of the normal force, so adhesion does not make a contact slip.
+#[derive(Debug, Clone, Copy)]
+pub struct Contact<N, T, D> {
+    /// Normal spring.
+    pub normal: N,
+    /// Friction.
+    pub tangent: T,
+    /// Damping.
+    pub dashpot: D,
+}
+
+impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
+    type History = Memory<T::State, D::State>;
+    type Pair = (N::Pair, D::Pair);
+    const MOTION: bool = T::ACTIVE || D::ACTIVE;
+
+    fn pair(&self, mates: &Mates) -> Self::Pair {
+        let normal = self.normal.pair(mates);
+        // A dashpot that keeps its coefficients belongs to a spring whose stiffness does not depend on the overlap.
+        let k_n = self.normal.stiffness(&normal, 0.0);
+        let dashpot = self
+            .dashpot
+            .pair([k_n, self.tangent.stiffness(k_n)], mates.mass);
+        (normal, dashpot)
+    }
+
+    #[inline]
+    fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> Stiffness {
+        let normal = self.normal.stiffness(&pair.0, overlap);
+        Stiffness {
+            normal,
+            tangential: self.tangent.stiffness(normal),
+            rolling: 0.0,
+        }
+    }
+
+    fn damping_ratio(&self) -> f64 {
+        self.dashpot.ratio()
+    }
+
+    #[inline]
+    fn press(
+        &self,
+        pair: &Self::Pair,
+        touch: &Touch,
+        before: &Self::History,
+    ) -> Press<Self::History> {
+        let spring = self.normal.force(&pair.0, touch.overlap);
+        let k_n = self.normal.stiffness(&pair.0, touch.overlap);
+        let k_t = self.tangent.stiffness(k_n);
+        let [viscous_n, viscous_t] = self.dashpot.drag(&pair.1, [k_n, k_t], touch.velocity);
+        let pushed = spring + viscous_n;
+        let pressing = if pushed > 0.0 { pushed } else { 0.0 };
+        let slide = self
+            .tangent
+            .slide(k_t, pressing, viscous_t, touch.moved[1], &before.tangent);
+        let exerted = [pressing - spring, slide.dashpot];
+        let (viscous, dashpot) = D::remember(exerted, touch.moved, &before.dashpot);
+        Press {
+            normal: pressing - self.normal.pull(&pair.0, touch.overlap),
+            tangential: slide.spring + slide.dashpot,
+            moment: 0.0,
+            history: Memory {
+                tangent: slide.state,
+                dashpot,
+            },
+            loss: Loss {
+                friction: slide.loss,
+                viscous,
+            },
+        }
+    }
+
+    #[inline]
+    fn separate(&self, _: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
+        let (viscous, _) = D::remember([0.0; 2], touch.moved, &before.dashpot);
+        Loss {
+            friction: self.tangent.separate(touch.moved[1], &before.tangent),
+            viscous,
+        }
+    }
+
+    fn energy(&self, pair: &Self::Pair, overlap: f64, history: &Self::History) -> f64 {
+        self.normal.energy(&pair.0, overlap) + self.tangent.energy(&history.tangent)
+    }
+}

@@ -1,0 +1,40 @@
+//! What the solver says in Hello that it does and takes ([`interface::config::capability`]).
+
+use interface::config::capability::{Capabilities, SAVE};
+use interface::config::laws::LAWS;
+
+/// What it does and takes besides contact laws.
+const OTHERS: [&str; 19] = [
+    SAVE,
+    "shape:disc",
+    "shape:segment",
+    "shape:polygon",
+    "shape:rectangle",
+    "shape:cluster",
+    "motion:free",
+    "motion:fixed",
+    "motion:driven",
+    "motion:guided",
+    "motion:pushed",
+    "overlap:each_edge",
+    "overlap:nearest_edge",
+    "overlap:area",
+    "inertia:density",
+    "inertia:mass",
+    "feature:body_contact",
+    "feature:contact_resolution",
+    "feature:contact_pairs",
+];
+
+/// All of it: every contact law of the table, with the features of its parameters.
+pub(crate) fn capabilities() -> Capabilities {
+    let mut names = OTHERS.to_vec();
+    names.extend(LAWS.iter().map(|law| law.capability));
+    let parameters = LAWS.iter().flat_map(|law| law.parameters);
+    for feature in parameters.filter_map(|parameter| parameter.feature) {
+        if !names.contains(&feature) {
+            names.push(feature);
+        }
+    }
+    Capabilities::of(&names)
+}

@@ -1,0 +1,175 @@
+//! From the configuration to a solver: every check, and the one `match` that chooses the contact laws.
+
+use interface::Vec2;
+use interface::config::surfaces::ContactPair;
+use interface::config::{ContactLaw, DemConfig, Interface, OverlapMeasure};
+use interface::solver::{Readiness, Refusal};
+
+use crate::body::bodies::{Bodies, Body};
+use crate::body::load::{Load, PairLoad};
+use crate::body::surfaces::Surfaces;
+use crate::contact::approach::{first_contact, outer_acceleration};
+use crate::contact::convex::{ConvexContacts, Measure};
+use crate::contact::nearest::NearestEdge;
+use crate::contact::overlap::OverlapArea;
+use crate::contact::pairs::{BodyContacts, BodySide};
+use crate::contact::points::{PointContacts, PointSide};
+use crate::law::Law;
+use crate::law::choice::{ForLaw, normal_stiffness, with_law, with_table};
+use crate::system::System;
+use crate::threads::Threads;
+
+struct PointsWith {
+    /// Surface of each point group.
+    surfaces: Vec<u32>,
+    skin: f64,
+}
+
+impl ForLaw for PointsWith {
+    type Output = Box<dyn PointSide>;
+    fn build<L: Law>(self, law: L) -> Self::Output {
+        Box::new(PointContacts::new(law, self.surfaces, self.skin))
+    }
+}
+
+struct EdgesWith {
+    skin: f64,
+}
+
+impl ForLaw for EdgesWith {
+    type Output = Box<dyn BodySide>;
+    fn build<L: Law>(self, law: L) -> Self::Output {
+        Box::new(BodyContacts::new(law, self.skin))
+    }
+}
+
+struct ConvexWith<M> {
+    measure: M,
+    skin: f64,
+}
+
+impl<M: Measure + 'static> ForLaw for ConvexWith<M> {
+    type Output = Box<dyn BodySide>;
+    fn build<L: Law>(self, law: L) -> Self::Output {
+        Box::new(ConvexContacts::new(law, self.measure, self.skin))
+    }
+}
+
+/// Contact between points and bodies.
+fn point_side(config: &DemConfig, surfaces: &Surfaces) -> Box<dyn PointSide> {
+    let groups = config.point_surfaces.iter();
+    let build = PointsWith {
+        surfaces: groups.map(|name| surfaces.number(name)).collect(),
+        skin: config.skin,
+    };
+    let law = &config.point_contact;
+    let table: Vec<&ContactPair> = config.point_pairs().map(|(_, pair)| pair).collect();
+    if table.is_empty() {
+        with_law(law, build)
+    } else {
+        with_table(surfaces, law, &table, build)
+    }
+}
+
+/// Contact between bodies by `law` and the pairs of the table, as the scene measures it.
+fn body_side(config: &DemConfig, surfaces: &Surfaces, law: &ContactLaw) -> Box<dyn BodySide> {
+    let table: Vec<&ContactPair> = config.body_pairs().map(|(_, pair)| pair).collect();
+    let skin = config.skin;
+    match config.overlap {
+        // Without a pair of its own, contact pays nothing for the table.
+        OverlapMeasure::EachEdge if table.is_empty() => with_law(law, EdgesWith { skin }),
+        OverlapMeasure::EachEdge => with_table(surfaces, law, &table, EdgesWith { skin }),
+        // The other measures take the table's few types of law, whose unused parts are zero, always: a type for every
+        // combination would double what is compiled, for what is not made for speed.
+        OverlapMeasure::NearestEdge => {
+            let measure = NearestEdge;
+            with_table(surfaces, law, &table, ConvexWith { measure, skin })
+        }
+        OverlapMeasure::Area => {
+            let measure = OverlapArea::default();
+            with_table(surfaces, law, &table, ConvexWith { measure, skin })
+        }
+    }
+}
+
+/// Checks a configuration and builds the solver.
+///
+/// # Errors
+/// A refusal that names the key.
+pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
+    if let Some(fault) = config.faults().first() {
+        return Err(Refusal::new(&fault.key, fault.to_string()));
+    }
+    refuse_unbuilt(config)?;
+    let bodies = Bodies::new(config)?;
+    let threads = Threads::new(config.threads)
+        .map_err(|e| Refusal::new("dem.threads", format!("{}: {e}", config.threads)))?;
+    let [point_stiffness, body_stiffness] = stiffest(config, &bodies);
+    let yields = |b: &Body| b.yields();
+    let law = config.body_contact.as_ref();
+    let pairs = law.filter(|_| bodies.properties.iter().any(yields) && bodies.len() > 1);
+    let mut notes = Vec::new();
+    if law.is_some() && pairs.is_none() {
+        notes.push(
+            "left out: contact between bodies (there are no two bodies of which at least one can move)".to_owned(),
+        );
+    }
+    let surfaces = Surfaces::new(config);
+    let n = bodies.len();
+    let free = bodies.properties.iter().filter(|b| b.yields());
+    let lightest = free.map(|b| b.mass).fold(f64::INFINITY, f64::min);
+    let system = System {
+        gravity: config.gravity.into(),
+        points: point_side(config, &surfaces),
+        pairs: pairs.map(|law| body_side(config, &surfaces, law)),
+        threads,
+        point_loads: vec![Load::default(); n],
+        body_loads: vec![PairLoad::default(); n],
+        kicked: vec![(Vec2::zeros(), 0.0); n],
+        speed: bodies.initial_speed(),
+        outer_acceleration: outer_acceleration(&bodies, config.gravity.into()),
+        first_contact: first_contact(&bodies, body_stiffness),
+        per_resolution_sq: (2.0 / config.resolution()).powi(2),
+        skin: config.skin,
+        bodies,
+        ..System::default()
+    };
+    let readiness = Readiness {
+        items: n as u64,
+        bytes: system.bytes() as u64,
+        courant_time: 0.0,
+        mass_min: if lightest.is_finite() { lightest } else { 0.0 },
+        stiffness_max: if n > 0 { point_stiffness } else { 0.0 },
+        notes,
+    };
+    Ok((system, readiness))
+}
+
+/// The largest normal stiffness in N/m between points and bodies, and between bodies.
+fn stiffest(config: &DemConfig, bodies: &Bodies) -> [f64; 2] {
+    let radii = bodies.state.iter().map(|s| s.radius);
+    let radius = radii.reduce(f64::min).unwrap_or(0.0);
+    let largest = |laws: &mut dyn Iterator<Item = ContactLaw>, overlap: f64| {
+        let stiffness = laws.map(|law| normal_stiffness(&law, overlap));
+        stiffness.fold(0.0, f64::max)
+    };
+    [
+        // Where the stiffness depends on the overlap: at a hundredth of the smallest sphero-radius.
+        largest(&mut config.point_laws(), 0.01 * radius),
+        // Nobody knows how deep a first touch will be: not deeper than the smallest sphero-radius.
+        largest(&mut config.body_laws(), radius),
+    ]
+}
+
+/// Refuses what this solver does not do.
+fn refuse_unbuilt(config: &DemConfig) -> Result<(), Refusal> {
+    if !config.group_pairs.is_empty() {
+        let text = "contact between groups of points is not built (capability `pairs`)";
+        return Err(Refusal::new("dem.group_pairs", text));
+    }
+    if config.interface == Interface::Segments {
+        let text = "contact with segments is not built (capability `segments`); use \"points\"";
+        return Err(Refusal::new("dem.interface", text));
+    }
+    Ok(())
+}

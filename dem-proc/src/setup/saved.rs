@@ -1,0 +1,210 @@
+//! A saved state: what of the solver is in it, and how it is checked.
+//!
+//! Each struct that has state says next to its definition what of it is saved. It takes itself apart field by field, so
+//! that whoever adds a field has to say there whether it is state, follows from the configuration, or is of one
+//! evaluation only. Lists are not in it: they follow, in their order, from where bodies and points were when they were
+//! built, and that is in it.
+
+use interface::config::DemConfig;
+use interface::solver::Refusal;
+use mechanics::books::Totals;
+use serde::{Deserialize, Serialize};
+
+use crate::body::bodies::SavedBody;
+use crate::body::load::{Load, PairLoad};
+use crate::body::odometer::{Odometer, SavedOdometer};
+use crate::contact::pairs::SavedPairs;
+use crate::contact::points::SavedPoints;
+use crate::saved::{count, finite, refusal};
+use crate::system::System;
+
+/// Name of the format of the bytes.
+pub const FORMAT: &str = "tandem-dem 1";
+
+/// The state before a step.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SavedSystem {
+    marks: Marks,
+    bodies: Vec<SavedBody>,
+    /// In m/s.
+    speed: f64,
+    published: SavedOdometer,
+    totals: Totals,
+    points: SavedPoints,
+    pairs: Option<SavedPairs>,
+}
+
+impl SavedSystem {
+    /// The state of `system` before the next step; `marks` are those of its configuration.
+    pub fn of(system: &System, marks: &Marks) -> Self {
+        let System {
+            bodies,
+            points,
+            pairs,
+            speed,
+            published,
+            totals,
+            // Of the configuration.
+            gravity: _,
+            threads: _,
+            outer_acceleration: _,
+            first_contact: _,
+            skin: _,
+            // Of an evaluation, which begins each of them anew.
+            point_loads: _,
+            body_loads: _,
+            pushed_by_points: _,
+            kicked: _,
+            fastest: _,
+            kicked_speed: _,
+            // Answers that have been given.
+            envelopes: _,
+            measurement: _,
+            per_resolution_sq: _, // of the configuration
+        } = system;
+        Self {
+            marks: marks.clone(),
+            bodies: bodies.save(),
+            speed: *speed,
+            published: published.save(),
+            totals: *totals,
+            points: points.save(),
+            pairs: pairs.as_ref().map(|pairs| pairs.save()),
+        }
+    }
+
+    /// Puts `system`, of the configuration that `own` is of, into this state. After a refusal no points are expected that were not before, but bodies may have
+    /// other lists.
+    ///
+    /// # Errors
+    /// A refusal that says what differs.
+    pub fn restore(&self, system: &mut System, own: &Marks) -> Result<(), Refusal> {
+        let Self {
+            marks,
+            bodies,
+            speed,
+            published,
+            totals,
+            points,
+            pairs,
+        } = self;
+        own.check(marks)?;
+        let bodies = system.bodies.restored(bodies)?;
+        finite(|| "the largest speed".into(), &[*speed])?;
+        finite(|| "a sum of the books".into(), &numbers(totals))?;
+        let published = Odometer::restored(published, &bodies)?;
+        match (&mut system.pairs, pairs) {
+            (Some(here), Some(saved)) => here.restore(saved, &bodies)?,
+            (None, None) => {}
+            _ => {
+                return Err(refusal(
+                    "contact between bodies is in one of state and scene",
+                ));
+            }
+        }
+        system.points.restore(points, &bodies)?;
+        (system.bodies, system.speed) = (bodies, *speed);
+        (system.published, system.totals) = (published, *totals);
+        system.point_loads.fill(Load::default());
+        system.body_loads.fill(PairLoad::default());
+        system.pushed_by_points = true; // the next evaluation clears what the last one left
+        Ok(())
+    }
+}
+
+/// The numbers of the books.
+fn numbers(totals: &Totals) -> [f64; 7] {
+    let Totals {
+        friction_work,
+        viscous_work,
+        driven_work,
+        applied_impulse,
+        contact_impulse,
+    } = *totals;
+    let ([ax, ay], [cx, cy]) = (applied_impulse.value(), contact_impulse.value());
+    [friction_work, viscous_work, driven_work, ax, ay, cx, cy]
+}
+
+/// What a configuration is told by: a state of another one is refused with the key that differs.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub struct Marks {
+    /// One for each of [`KEYS`]; none without a configuration.
+    keys: Vec<u64>,
+    /// One for each body.
+    bodies: Vec<u64>,
+}
+
+/// Keys of the configuration other than bodies, in the order of [`Marks::keys`].
+const KEYS: [&str; 9] = [
+    "dem.gravity",
+    "dem.point_contact",
+    "dem.body_contact",
+    "dem.overlap",
+    "dem.contact_pairs",
+    "dem.point_surfaces",
+    "dem.group_pairs",
+    "dem.interface",
+    "dem.skin",
+];
+
+impl Marks {
+    /// Those of `config`.
+    pub fn new(config: &DemConfig) -> Self {
+        let DemConfig {
+            gravity,
+            bodies,
+            point_contact,
+            body_contact,
+            overlap,
+            contact_resolution: _, // of the step alone, which the coupler may choose anew
+            contact_pairs,
+            point_surfaces,
+            group_pairs,
+            interface,
+            skin,
+            threads: _, // any number of threads gives the same bits
+        } = config;
+        let keys = [
+            mark(gravity),
+            mark(point_contact),
+            mark(body_contact),
+            mark(overlap),
+            mark(contact_pairs),
+            mark(point_surfaces),
+            mark(group_pairs),
+            mark(interface),
+            mark(skin),
+        ];
+        Self {
+            keys: keys.to_vec(),
+            bodies: bodies.iter().map(mark).collect(),
+        }
+    }
+
+    /// Refuses the state of another configuration.
+    ///
+    /// # Errors
+    /// The first key that differs.
+    pub fn check(&self, saved: &Self) -> Result<(), Refusal> {
+        count("bodies", saved.bodies.len(), self.bodies.len())?;
+        count("marks", saved.keys.len(), self.keys.len())?;
+        let other = |key: &str| refusal(format!("the saved state is of another `{key}`"));
+        for (key, (is, was)) in KEYS.iter().zip(self.keys.iter().zip(&saved.keys)) {
+            if is != was {
+                return Err(other(key));
+            }
+        }
+        let mut bodies = self.bodies.iter().zip(&saved.bodies);
+        match bodies.position(|(is, was)| is != was) {
+            Some(i) => Err(other(&format!("dem.bodies[{i}]"))),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Fowler, Noll and Vo's hash (FNV-1a) of a value's bytes: it tells mistakes apart, not attacks.
+fn mark<T: Serialize>(value: &T) -> u64 {
+    let bytes = interface::saved::pack("", value);
+    let add = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, add)
+}

@@ -1,0 +1,88 @@
+//! The solver as a session drives it: [`DemSolver`] for the built-in bodies.
+
+use interface::config::DemConfig;
+use interface::config::capability::Capabilities;
+use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState};
+use interface::saved::{pack, unpack};
+use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
+use interface::step::Step;
+
+use crate::body::bodies::Bodies;
+use crate::setup::capabilities::capabilities;
+use crate::setup::configure::configure;
+use crate::setup::saved::{FORMAT, Marks, SavedSystem};
+use crate::system::System;
+
+/// The spheropolygon solver: without bodies until it is configured.
+#[derive(Debug, Default)]
+pub struct Sdem {
+    pub(crate) system: System,
+    /// What a saved state is recognised by as one of this configuration.
+    marks: Marks,
+}
+
+impl Sdem {
+    /// The present state of the bodies, for tests and for uncoupled use.
+    pub fn bodies(&self) -> &Bodies {
+        &self.system.bodies
+    }
+
+    /// Vertex-edge pairs of bodies that pressed on one another in the last step.
+    pub fn contacts(&self) -> usize {
+        self.system
+            .pairs
+            .as_ref()
+            .map_or(0, |pairs| pairs.contacts())
+    }
+}
+
+impl DemSolver for Sdem {
+    fn identity(&self) -> String {
+        format!("tandem-dem {}", env!("CARGO_PKG_VERSION"))
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        capabilities()
+    }
+
+    fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal> {
+        let (system, readiness) = configure(config)?;
+        (self.system, self.marks) = (system, Marks::new(config));
+        Ok(readiness)
+    }
+
+    fn envelopes(&mut self) -> &[EnvelopeVertex] {
+        self.system.publish()
+    }
+
+    fn imp_set(&mut self, set: &[ImpInfo]) {
+        self.system.points.imp_set(set);
+    }
+
+    fn contact(
+        &mut self,
+        step: &Step,
+        imps: &[ImpState],
+        forces: &mut [ImpForce],
+    ) -> Result<Answer, Fault> {
+        self.system.contact(step, imps, forces)
+    }
+
+    fn advance(&mut self, step: &Step) -> Result<(), Fault> {
+        self.system.advance(step);
+        Ok(())
+    }
+
+    fn measurement(&self) -> &DemMeasurement {
+        &self.system.measurement
+    }
+
+    fn save(&self) -> Result<Vec<u8>, Fault> {
+        Ok(pack(FORMAT, &SavedSystem::of(&self.system, &self.marks)))
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
+        let saved: SavedSystem = unpack(FORMAT, saved)?;
+        saved.restore(&mut self.system, &self.marks)
+    }
+}

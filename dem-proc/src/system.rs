@@ -1,0 +1,113 @@
+//! A configured solver: its bodies, their contacts, and what one evaluation of a step leaves for the next.
+
+use interface::Vec2;
+use interface::message::wire::EnvelopeVertex;
+use interface::solver::DemMeasurement;
+use mechanics::books::Totals;
+
+use crate::body::bodies::{Bodies, Body, Rigid};
+use crate::body::load::{Load, PairLoad};
+use crate::body::odometer::Odometer;
+use crate::contact::pairs::BodySide;
+use crate::contact::points::{PointContacts, PointSide};
+use crate::law::contact::Contact;
+use crate::law::dashpot::Elastic;
+use crate::law::normal::Linear;
+use crate::law::tangent::Smooth;
+use crate::seam::BoxTree;
+use crate::threads::Threads;
+
+/// A configured solver.
+#[derive(Debug)]
+pub struct System {
+    /// Acceleration of gravity in m/s^2.
+    pub(crate) gravity: Vec2,
+    /// The bodies.
+    pub(crate) bodies: Bodies,
+    /// Contact with points.
+    pub(crate) points: Box<dyn PointSide>,
+    /// Contact between bodies, where the scene has a law for it and a body that can be moved.
+    pub(crate) pairs: Option<Box<dyn BodySide>>,
+    /// How loops are run.
+    pub(crate) threads: Threads,
+    /// Loads by points, by body.
+    pub(crate) point_loads: Vec<Load>,
+    /// Loads by bodies, by body.
+    pub(crate) body_loads: Vec<PairLoad>,
+    /// Whether any of `point_loads` may be other than zero.
+    pub(crate) pushed_by_points: bool,
+    /// Velocities and spins at `t_{n+1/2}`, taken over by the drift.
+    pub(crate) kicked: Vec<(Vec2, f64)>,
+    /// Largest surface speed after the kick in each part of the bodies, in m/s.
+    pub(crate) fastest: Vec<f64>,
+    /// Most that gravity and forces from outside accelerate any surface, in m/s^2.
+    pub(crate) outer_acceleration: f64,
+    /// Bound of the squared frequency of two bodies that touch, wherever they do, in 1/s^2.
+    pub(crate) first_contact: f64,
+    /// `(2 / r)^2` with the resolution `r` of impacts.
+    pub(crate) per_resolution_sq: f64,
+    /// Upper bound of the speed of any surface over the last step, in m/s.
+    pub(crate) speed: f64,
+    /// The same after the kick, not yet taken over.
+    pub(crate) kicked_speed: f64,
+    /// How far surfaces have gone since the last call of `envelopes`.
+    pub(crate) published: Odometer,
+    /// `V_d` in m.
+    pub(crate) skin: f64,
+    /// The envelopes.
+    pub(crate) envelopes: Vec<EnvelopeVertex>,
+    /// Sums over the run.
+    pub(crate) totals: Totals,
+    /// The last measurement.
+    pub(crate) measurement: DemMeasurement,
+}
+
+impl Default for System {
+    /// No bodies.
+    fn default() -> Self {
+        let law = Contact {
+            normal: Linear { stiffness: 0.0 },
+            tangent: Smooth,
+            dashpot: Elastic,
+        };
+        Self {
+            gravity: Vec2::zeros(),
+            bodies: Bodies::default(),
+            points: Box::new(PointContacts::new(law, Vec::new(), 0.0)),
+            pairs: None,
+            threads: Threads::default(),
+            point_loads: Vec::new(),
+            body_loads: Vec::new(),
+            pushed_by_points: false,
+            kicked: Vec::new(),
+            fastest: Vec::new(),
+            outer_acceleration: 0.0,
+            first_contact: 0.0,
+            per_resolution_sq: 1.0,
+            speed: 0.0,
+            kicked_speed: 0.0,
+            published: Odometer::default(),
+            skin: 0.0,
+            envelopes: Vec::new(),
+            totals: Totals::default(),
+            measurement: DemMeasurement::default(),
+        }
+    }
+}
+
+impl System {
+    /// Bytes of memory in use.
+    pub fn bytes(&self) -> usize {
+        let trees = self
+            .bodies
+            .properties
+            .iter()
+            .filter_map(|b| b.shape.edges.as_ref());
+        let body = size_of::<Body>() + size_of::<Rigid>() + 2 * size_of::<Load>();
+        self.bodies.len() * body
+            + self.bodies.outline.len() * 2 * size_of::<Vec2>()
+            + trees.map(BoxTree::bytes).sum::<usize>()
+            + self.points.bytes()
+            + self.pairs.as_ref().map_or(0, |p| p.bytes())
+    }
+}

@@ -1,0 +1,309 @@
+//! What makes a configuration of the bodies impossible. The coupler's reader of scenes and the solver both ask, so that
+//! `tandem check` refuses what `tandem run` would. What needs geometry is in the crate `mechanics` (`mechanics::faults`).
+
+use super::laws::{Between, LawFault};
+use super::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, OverlapMeasure};
+
+/// A value of a configuration that cannot be.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ConfigFault {
+    /// Dotted key, such as `dem.bodies[3].sphero_radius`.
+    pub key: String,
+    /// The value as it is, with its unit.
+    pub value: String,
+    /// What it may be.
+    pub expected: String,
+    /// What to write instead; empty where that is plain.
+    pub help: String,
+}
+
+impl std::fmt::Display for ConfigFault {
+    /// Without the key.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}, expected {}", self.value, self.expected)?;
+        if self.help.is_empty() {
+            return Ok(());
+        }
+        write!(f, ": {}", self.help)
+    }
+}
+
+/// The faults found so far.
+#[derive(Default)]
+struct Faults(Vec<ConfigFault>);
+
+impl Faults {
+    fn add(
+        &mut self,
+        key: impl Into<String>,
+        value: impl Into<String>,
+        expected: impl Into<String>,
+        help: impl Into<String>,
+    ) {
+        self.0.push(ConfigFault {
+            key: key.into(),
+            value: value.into(),
+            expected: expected.into(),
+            help: help.into(),
+        });
+    }
+
+    /// Refuses a number in `unit` that is not finite, or does not do what is expected.
+    fn number(&mut self, key: String, value: f64, unit: &str, holds: bool, expected: &str) {
+        if !(holds && value.is_finite()) {
+            let value = format!("{value} {unit}");
+            self.add(key, value.trim_end(), expected, "");
+        }
+    }
+
+    fn finite(&mut self, key: String, values: &[f64]) {
+        if !values.iter().all(|x| x.is_finite()) {
+            self.add(key, format!("{values:?}"), "finite numbers", "");
+        }
+    }
+
+    fn law(&mut self, key: &str, law: &ContactLaw, between: Between) {
+        for fault in law.faults(between) {
+            let LawFault {
+                name,
+                value,
+                expected,
+                help,
+            } = fault;
+            self.add(
+                format!("{key}.{}.{name}", law.name()),
+                value,
+                expected,
+                help,
+            );
+        }
+    }
+}
+
+impl DemConfig {
+    /// Everything that no bodies' solver could take, in the order of the configuration.
+    pub fn faults(&self) -> Vec<ConfigFault> {
+        let mut faults = Faults::default();
+        faults.finite("dem.gravity".into(), &self.gravity);
+        for (i, body) in self.bodies.iter().enumerate() {
+            faults.0.extend(body.faults(&format!("dem.bodies[{i}]")));
+        }
+        let points = Between::PointsAndBodies;
+        faults.law("dem.point_contact", &self.point_contact, points);
+        if let Some(law) = &self.body_contact {
+            faults.law("dem.body_contact", law, Between::Bodies);
+        }
+        self.overlap_faults(&mut faults);
+        let table = self.table_faults();
+        let sound = table.is_empty();
+        faults.0.extend(table);
+        if sound {
+            let key = |i: usize| format!("dem.contact_pairs[{i}].law");
+            for (i, pair) in self.body_pairs() {
+                faults.law(&key(i), &pair.law, Between::Bodies);
+            }
+            for (i, pair) in self.point_pairs() {
+                // Of a pair of both kinds, what bodies can have has been asked.
+                let of_bodies = self.body_pairs().any(|(k, _)| k == i);
+                if !of_bodies || pair.law.faults(Between::Bodies).is_empty() {
+                    faults.law(&key(i), &pair.law, points);
+                }
+            }
+        }
+        if let Some(r) = self.contact_resolution {
+            let expected = "above 0, at most 2 (the limit of stability)";
+            let holds = r > 0.0 && r <= 2.0;
+            faults.number("dem.contact_resolution".into(), r, "", holds, expected);
+        }
+        let skin = self.skin;
+        faults.number(
+            "dem.skin".into(),
+            skin,
+            "m",
+            skin >= 0.0,
+            "a distance of 0 or more",
+        );
+        if self.threads == 0 {
+            faults.add("dem.threads", "0", "1 or more", "");
+        }
+        faults.0
+    }
+
+    /// Bodies and laws that the measure of overlap is not made for.
+    fn overlap_faults(&self, faults: &mut Faults) {
+        let measure = self.overlap;
+        let name = measure.name();
+        if measure == OverlapMeasure::EachEdge {
+            self.bare_faults(faults);
+            return;
+        }
+        let area = measure == OverlapMeasure::Area;
+        for (i, body) in self.bodies.iter().enumerate() {
+            let own = &body.name;
+            if !body.shape.is_convex() {
+                let value = format!("not convex (body \"{own}\")");
+                let expected = format!("a convex body, since `dem.overlap` is \"{name}\"");
+                let help = "take `dem.overlap = \"each_edge\"`, or a convex body";
+                faults.add(format!("dem.bodies[{i}].shape"), value, expected, help);
+            } else if area && body.largest_radius() > 0.0 {
+                let value = format!("{} m (body \"{own}\")", body.largest_radius());
+                let expected =
+                    "0, since `dem.overlap = \"area\"` is for polygons with sharp corners";
+                let key = format!("dem.bodies[{i}].sphero_radius");
+                faults.add(
+                    key,
+                    value,
+                    expected,
+                    "drop the radius, or take \"nearest_edge\"",
+                );
+            }
+        }
+        let other = |law: &ContactLaw| !matches!(law, ContactLaw::Linear { .. });
+        if area && let Some(law) = self.body_laws().find(other) {
+            let value = format!("`{}`", law.name());
+            let expected = "`linear`, since `dem.overlap` is \"area\"";
+            let help = "a sharp corner has no radius, which the other laws need";
+            faults.add("dem.body_contact", value, expected, help);
+        }
+    }
+
+    /// Two bodies without a sphero-radius that would never touch: the distance of a vertex from an edge is not below 0.
+    fn bare_faults(&self, faults: &mut Faults) {
+        let bare = |body: &&BodyConfig| body.largest_radius() == 0.0;
+        let free = |body: &BodyConfig| bare(&body) && body.motion.yielding() != [0.0; 3];
+        let Some(i) = self.bodies.iter().position(free) else {
+            return;
+        };
+        if self.body_contact.is_some() && self.bodies.iter().filter(bare).count() > 1 {
+            let expected = "a radius above 0, since with `dem.overlap = \"each_edge\"` two bodies without one never touch";
+            let value = format!("0 m (body \"{}\")", self.bodies[i].name);
+            let help = "write a radius, or `dem.overlap = \"nearest_edge\"`";
+            faults.add(
+                format!("dem.bodies[{i}].sphero_radius"),
+                value,
+                expected,
+                help,
+            );
+        }
+    }
+}
+
+impl BodyConfig {
+    /// The sphero-radius in m; of a cluster, the largest radius of its discs.
+    pub fn largest_radius(&self) -> f64 {
+        match &self.shape {
+            BodyShape::Cluster { radii, .. } if !radii.is_empty() => {
+                radii.iter().copied().fold(0.0, f64::max)
+            }
+            _ => self.sphero_radius,
+        }
+    }
+
+    /// What of the body cannot be; `path` is its key.
+    fn faults(&self, path: &str) -> Vec<ConfigFault> {
+        let mut faults = Faults::default();
+        let key = |key: &str| format!("{path}.{key}");
+        self.shape_faults(path, &mut faults);
+        match self.inertia {
+            BodyInertia::Mass(m) => {
+                faults.number(key("inertia.mass"), m, "kg/m", m > 0.0, "a mass above 0");
+            }
+            BodyInertia::Density(rho) => {
+                let expected = "a density above 0";
+                faults.number(key("inertia.density"), rho, "kg/m^3", rho > 0.0, expected);
+            }
+        }
+        faults.finite(key("position"), &self.position);
+        faults.finite(key("angle"), &[self.angle]);
+        faults.finite(key("velocity"), &self.velocity);
+        faults.finite(key("spin"), &[self.spin]);
+        let moves = self.velocity != [0.0; 2] || self.spin != 0.0;
+        if self.motion == Motion::Fixed && moves {
+            let value = format!("\"fixed\" (body \"{}\")", self.name);
+            let expected = "a motion, since the body has a velocity or a spin";
+            let help = "`motion = \"driven\"` moves it with them, whatever acts on it";
+            faults.add(key("motion"), value, expected, help);
+        }
+        if let Motion::Pushed {
+            force: [x, y],
+            torque,
+            ramp,
+            until,
+        } = self.motion
+        {
+            let numbers = [x, y, torque, until.unwrap_or(0.0)];
+            faults.finite(key("motion.pushed"), &numbers);
+            let expected = "a time of 0 or more";
+            faults.number(key("motion.pushed.ramp"), ramp, "s", ramp >= 0.0, expected);
+        }
+        faults.0
+    }
+
+    fn shape_faults(&self, path: &str, faults: &mut Faults) {
+        let key = |key: &str| format!("{path}.{key}");
+        let a = self.sphero_radius;
+        let radius = |faults: &mut Faults, holds: bool, expected: &str| {
+            faults.number(key("sphero_radius"), a, "m", holds, expected);
+        };
+        match &self.shape {
+            BodyShape::Disc => radius(faults, a > 0.0, "a disc's radius above 0"),
+            BodyShape::Segment { ends } => {
+                radius(faults, a > 0.0, "a segment's radius above 0");
+                faults.finite(key("shape.segment.ends"), ends.as_flattened());
+                if ends[0] == ends[1] {
+                    let (value, expected) = (format!("{ends:?}"), "two different ends");
+                    let help = "use `shape = \"disc\"`";
+                    faults.add(key("shape.segment.ends"), value, expected, help);
+                }
+            }
+            BodyShape::Polygon { vertices } => {
+                radius(faults, a >= 0.0, "a radius of 0 or more");
+                faults.finite(key("shape.polygon.vertices"), vertices.as_flattened());
+            }
+            BodyShape::Rectangle { width, height } => {
+                radius(faults, a >= 0.0, "a radius of 0 or more");
+                for (name, length) in [("width", *width), ("height", *height)] {
+                    let key = key(&format!("shape.rectangle.{name}"));
+                    faults.number(key, length, "m", length > 0.0, "a length above 0");
+                }
+            }
+            BodyShape::Cluster { centers, radii } => {
+                faults.finite(key("shape.cluster.centers"), centers.as_flattened());
+                if centers.is_empty() {
+                    faults.add(key("shape.cluster.centers"), "no discs", "one or more", "");
+                }
+                if radii.is_empty() {
+                    return radius(faults, a > 0.0, "a disc's radius above 0");
+                }
+                let expected = "0, since the discs have `radii`";
+                radius(faults, a == 0.0, expected);
+                if radii.len() != centers.len() {
+                    let (value, expected) = (radii.len(), centers.len());
+                    let value = format!("{value} radii for {expected} discs");
+                    let help = "give one for each of `centers`";
+                    faults.add(key("shape.cluster.radii"), value, "as many", help);
+                }
+                for (k, &r) in radii.iter().enumerate() {
+                    let key = key(&format!("shape.cluster.radii[{k}]"));
+                    faults.number(key, r, "m", r > 0.0, "a disc's radius above 0");
+                }
+            }
+        }
+    }
+}
+
+impl BodyShape {
+    /// Whether the outline has no reflex corner; a cluster of more than one disc is not convex.
+    pub fn is_convex(&self) -> bool {
+        let vertices = self.vertices();
+        let n = vertices.len();
+        let turn = |i: usize| {
+            let [a, b, c] = [i, i + 1, i + 2].map(|k| vertices[k % n]);
+            (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+        };
+        match self {
+            Self::Cluster { .. } => n == 1,
+            _ => (0..n).all(|i| turn(i) >= 0.0) || (0..n).all(|i| turn(i) <= 0.0),
+        }
+    }
+}

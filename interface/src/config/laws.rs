@@ -1,0 +1,407 @@
+//! The table of contact laws: one row for each law, with its parameters. Names, checks, capabilities and the reference in
+//! docs/scene-format.md follow from the rows.
+//!
+//! A new law is a variant of [`ContactLaw`], whose doc comments explain its parameters, a row here, and a type in the
+//! solver.
+
+use super::law::{ContactLaw, ratio_of_restitution};
+
+/// One parameter of a contact law.
+#[derive(Debug, Clone, Copy)]
+pub struct Parameter {
+    /// Its key.
+    pub name: &'static str,
+    /// Its unit; empty for a ratio.
+    pub unit: &'static str,
+    /// The value that it has where it is left out; `None`: it must be written.
+    pub default: Option<f64>,
+    /// Whether a finite value is allowed.
+    pub allows: fn(f64) -> bool,
+    /// What is allowed, such as "a stiffness above 0".
+    pub expected: &'static str,
+    /// The capability that any value but the default asks for.
+    pub feature: Option<&'static str>,
+    /// Whether only bodies can have it: a material point does not turn.
+    pub bodies_only: bool,
+}
+
+/// One contact law.
+#[derive(Debug)]
+pub struct LawRow {
+    /// Its key.
+    pub name: &'static str,
+    /// The capability of a solver that takes it.
+    pub capability: &'static str,
+    /// Laws of one kind may stand in one table of laws by surfaces: the contact loops are made for one kind.
+    pub kind: &'static str,
+    /// Its parameters; the first is the normal stiffness.
+    pub parameters: &'static [Parameter],
+}
+
+const STIFFNESS: Parameter = Parameter {
+    name: "normal_stiffness",
+    unit: "N/m",
+    default: None,
+    allows: |k| k > 0.0,
+    expected: "a stiffness above 0",
+    feature: None,
+    bodies_only: false,
+};
+const TANGENTIAL: Parameter = Parameter {
+    name: "tangential_stiffness",
+    default: Some(0.0),
+    allows: |k| k >= 0.0,
+    expected: "a stiffness of 0 or more",
+    ..STIFFNESS
+};
+const FRICTION: Parameter = Parameter {
+    name: "friction",
+    unit: "",
+    expected: "a coefficient of 0 or more",
+    feature: Some("feature:friction"),
+    ..TANGENTIAL
+};
+const DAMPING: Parameter = Parameter {
+    name: "damping_ratio",
+    unit: "",
+    default: Some(0.0),
+    allows: |zeta| (0.0..=1.0).contains(&zeta),
+    expected: "0 (elastic) to 1 (critical)",
+    feature: Some("feature:damping"),
+    bodies_only: false,
+};
+const ADHESION: Parameter = Parameter {
+    name: "adhesion",
+    unit: "Pa",
+    expected: "a stress of 0 or more",
+    feature: Some("feature:adhesion"),
+    ..TANGENTIAL
+};
+const ROLLING: Parameter = Parameter {
+    name: "rolling_friction",
+    feature: Some("feature:rolling_friction"),
+    bodies_only: true,
+    ..FRICTION
+};
+const HERTZ: Parameter = Parameter {
+    name: "hertz_constant",
+    unit: "N/m^1.5",
+    ..STIFFNESS
+};
+const POISSON: Parameter = Parameter {
+    name: "poisson_ratio",
+    unit: "",
+    allows: |nu| (0.0..=0.5).contains(&nu),
+    expected: "0 to 0.5",
+    ..TANGENTIAL
+};
+const RESTITUTION: Parameter = Parameter {
+    name: "restitution",
+    unit: "",
+    default: Some(1.0),
+    allows: |e| e > 0.0 && e <= 1.0,
+    expected: "above 0, at most 1 (elastic)",
+    feature: Some("feature:damping"),
+    bodies_only: false,
+};
+const AREA: Parameter = Parameter {
+    name: "area_stiffness",
+    unit: "N/m^2",
+    ..STIFFNESS
+};
+
+/// All contact laws.
+pub const LAWS: [LawRow; 4] = [
+    LawRow {
+        name: "linear",
+        capability: "law:linear",
+        kind: "linear",
+        parameters: &[STIFFNESS, TANGENTIAL, FRICTION, DAMPING],
+    },
+    LawRow {
+        name: "granular",
+        capability: "law:granular",
+        kind: "linear",
+        parameters: &[STIFFNESS, TANGENTIAL, FRICTION, DAMPING, ADHESION, ROLLING],
+    },
+    LawRow {
+        name: "hertz_mindlin",
+        capability: "law:hertz_mindlin",
+        kind: "hertz_mindlin",
+        parameters: &[HERTZ, POISSON, FRICTION, RESTITUTION, ADHESION],
+    },
+    LawRow {
+        name: "area",
+        capability: "law:area",
+        kind: "area",
+        parameters: &[AREA, TANGENTIAL, FRICTION],
+    },
+];
+
+/// Whom a law is between.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Between {
+    /// Points and bodies.
+    PointsAndBodies,
+    /// Bodies.
+    Bodies,
+}
+
+/// A parameter with a value that it cannot have.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LawFault {
+    /// The parameter's key.
+    pub name: &'static str,
+    /// Its value, with its unit.
+    pub value: String,
+    /// What it may be.
+    pub expected: String,
+    /// What to write instead; empty where that is plain.
+    pub help: &'static str,
+}
+
+impl ContactLaw {
+    /// Index of the law's row in [`LAWS`], and its numbers in the order of the row's parameters.
+    fn entry(&self) -> (usize, Vec<f64>) {
+        match *self {
+            Self::Linear {
+                normal_stiffness: k_n,
+                tangential_stiffness: k_t,
+                friction,
+                damping_ratio,
+            } => (0, vec![k_n, k_t, friction, damping_ratio]),
+            Self::Granular {
+                normal_stiffness: k_n,
+                tangential_stiffness: k_t,
+                friction,
+                damping_ratio,
+                adhesion,
+                rolling_friction,
+            } => {
+                let more = [adhesion, rolling_friction];
+                let linear = [k_n, k_t, friction, damping_ratio];
+                (1, [&linear[..], &more].concat())
+            }
+            Self::HertzMindlin {
+                hertz_constant,
+                poisson_ratio,
+                friction,
+                restitution,
+                adhesion,
+            } => {
+                let rest = [poisson_ratio, friction, restitution, adhesion];
+                (2, [&[hertz_constant][..], &rest].concat())
+            }
+            Self::Area {
+                area_stiffness,
+                tangential_stiffness,
+                friction,
+            } => (3, vec![area_stiffness, tangential_stiffness, friction]),
+        }
+    }
+
+    /// The law's row in [`LAWS`].
+    pub fn row(&self) -> &'static LawRow {
+        &LAWS[self.entry().0]
+    }
+
+    /// Its parameters with their values.
+    pub fn numbers(&self) -> impl Iterator<Item = (&'static Parameter, f64)> {
+        let (row, values) = self.entry();
+        LAWS[row].parameters.iter().zip(values)
+    }
+
+    /// The value of a parameter; `None` if the law has none of this name.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        let found = self.numbers().find(|(parameter, _)| parameter.name == name);
+        found.map(|(_, value)| value)
+    }
+
+    /// Its name in a scene.
+    pub fn name(&self) -> &'static str {
+        self.row().name
+    }
+
+    /// Whether two laws differ in numbers only; `linear` is `granular` without adhesion and rolling friction.
+    pub fn is_like(&self, other: &Self) -> bool {
+        self.row().kind == other.row().kind
+    }
+
+    /// The capabilities that its numbers ask for, each with the parameter that asks.
+    pub fn features(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
+        let used = self
+            .numbers()
+            .filter(|(p, value)| p.default != Some(*value));
+        used.filter_map(|(p, _)| Some((p.feature?, p.name)))
+    }
+
+    /// mu.
+    pub fn friction(&self) -> f64 {
+        self.number("friction").unwrap_or(0.0)
+    }
+
+    /// Damping as a fraction of critical.
+    pub fn damping_ratio(&self) -> f64 {
+        let restitution = self.number("restitution").map(ratio_of_restitution);
+        restitution.or(self.number("damping_ratio")).unwrap_or(0.0)
+    }
+
+    /// The larger of normal and tangential stiffness in N/m, where the law has a constant one.
+    pub fn constant_stiffness(&self) -> Option<f64> {
+        let normal = self.number("normal_stiffness")?;
+        Some(normal.max(self.number("tangential_stiffness")?))
+    }
+
+    /// The numbers that cannot be, in the order of the row. A law between points and bodies that is the default, without
+    /// any stiffness, is none, and has no fault.
+    pub fn faults(&self, between: Between) -> Vec<LawFault> {
+        let of_points = between == Between::PointsAndBodies;
+        if of_points && *self == Self::default() {
+            return Vec::new();
+        }
+        let mut faults = Vec::new();
+        for (p, value) in self.numbers() {
+            let mut refuse = |expected: &str, help| {
+                let value = format!("{value} {}", p.unit).trim_end().to_owned();
+                faults.push(LawFault {
+                    name: p.name,
+                    value,
+                    expected: expected.to_owned(),
+                    help,
+                });
+            };
+            if !(value.is_finite() && (p.allows)(value)) {
+                refuse(p.expected, "");
+            } else if p.bodies_only && of_points && value != 0.0 {
+                refuse(
+                    "0 between points and bodies",
+                    "a material point does not turn: leave it out",
+                );
+            } else if p.name == TANGENTIAL.name {
+                if value == 0.0 && self.friction() > 0.0 {
+                    let help = "friction acts through a tangential spring: set it, often to `normal_stiffness` / 20 to / 2";
+                    refuse("a stiffness above 0, since `friction` is above 0", help);
+                }
+                // The force message carries one stiffness a point, and the step limit is made of it (PROTOCOL.md F-6).
+                if let Some(normal) = self.number(STIFFNESS.name)
+                    && value > normal
+                {
+                    let help = "elastic bodies are softer along a contact than across it";
+                    refuse(&format!("at most the normal stiffness, {normal} N/m"), help);
+                }
+            }
+        }
+        faults
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HERTZ_MINDLIN: ContactLaw = ContactLaw::HertzMindlin {
+        hertz_constant: 1e6,
+        poisson_ratio: 0.3,
+        friction: 0.5,
+        restitution: -3.0,
+        adhesion: 0.0,
+    };
+
+    fn rolling(rolling_friction: f64) -> ContactLaw {
+        ContactLaw::Granular {
+            normal_stiffness: 1.0,
+            tangential_stiffness: 2.0,
+            friction: 0.0,
+            damping_ratio: 1.5,
+            adhesion: f64::NAN,
+            rolling_friction,
+        }
+    }
+
+    /// The names of the rows are those that serde writes, and every parameter is where its name says.
+    #[test]
+    fn rows_are_the_laws_as_they_are_written() {
+        let schema = schemars::schema_for!(ContactLaw).to_value();
+        let laws = schema["oneOf"].as_array().unwrap();
+        assert_eq!(laws.len(), LAWS.len());
+        for (row, law) in LAWS.iter().zip(laws) {
+            let numbers: serde_json::Map<String, serde_json::Value> = (2..)
+                .zip(row.parameters)
+                .map(|(i, p)| (p.name.to_owned(), f64::from(i).into()))
+                .collect();
+            let known = law["properties"][row.name]["properties"]
+                .as_object()
+                .unwrap();
+            assert!(
+                known.keys().all(|key| numbers.contains_key(key)),
+                "{}",
+                row.name
+            );
+            let text = serde_json::json!({ row.name: numbers });
+            let law: ContactLaw = serde_json::from_value(text).unwrap();
+            assert_eq!(law.name(), row.name);
+            let values: Vec<f64> = law.numbers().map(|(_, value)| value).collect();
+            let expected: Vec<f64> = (2..).map(f64::from).take(values.len()).collect();
+            assert_eq!(values, expected, "{}", row.name);
+            for p in row.parameters {
+                assert!(
+                    p.default.is_none_or(|value| (p.allows)(value)),
+                    "{}",
+                    p.name
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn every_number_is_held_to_its_row() {
+        let names = |law: ContactLaw, between| -> Vec<&str> {
+            law.faults(between).iter().map(|fault| fault.name).collect()
+        };
+        assert_eq!(names(HERTZ_MINDLIN, Between::Bodies), ["restitution"]);
+        let of_bodies = ["tangential_stiffness", "damping_ratio", "adhesion"];
+        assert_eq!(names(rolling(0.1), Between::Bodies), of_bodies);
+        let of_points = [&of_bodies[..], &["rolling_friction"]].concat();
+        assert_eq!(names(rolling(0.1), Between::PointsAndBodies), of_points);
+        let none = ContactLaw::default();
+        assert!(none.faults(Between::PointsAndBodies).is_empty());
+        assert_eq!(names(none, Between::Bodies), ["normal_stiffness"]);
+    }
+
+    /// The table of docs/scene-format.md: the rows, with the doc comments of [`ContactLaw`].
+    fn reference() -> String {
+        let schema = schemars::schema_for!(ContactLaw).to_value();
+        let mut lines = vec![
+            "| law | parameter | unit | default | allowed | meaning |".to_owned(),
+            "| --- | --- | --- | --- | --- | --- |".to_owned(),
+        ];
+        for (row, law) in LAWS.iter().zip(schema["oneOf"].as_array().unwrap()) {
+            let keys = &law["properties"][row.name]["properties"];
+            for p in row.parameters {
+                let default = p.default.map_or("required".to_owned(), |d| d.to_string());
+                let meaning = keys[p.name]["description"].as_str().unwrap();
+                let meaning: Vec<&str> = meaning.split_whitespace().collect();
+                lines.push(format!(
+                    "| `{}` | `{}` | {} | {default} | {} | {} |",
+                    row.name,
+                    p.name,
+                    p.unit,
+                    p.expected,
+                    meaning.join(" ")
+                ));
+            }
+        }
+        lines.join("\n")
+    }
+
+    #[test]
+    fn the_reference_page_has_every_row() {
+        let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/scene-format.md");
+        let page = std::fs::read_to_string(page).unwrap();
+        let reference = reference();
+        assert!(
+            page.contains(&reference),
+            "docs/scene-format.md lacks:\n{reference}"
+        );
+    }
+}
