@@ -12,7 +12,7 @@ use super::geometry;
 use super::outline::simple_polygon;
 use super::problems::Problems;
 use super::written::{MpmWritten, PointsWritten};
-use crate::diagnostic::suggestion;
+use crate::scene::diagnostic::suggestion;
 
 /// Most grid nodes: indices of nodes are 31-bit numbers in solvers and in their graphics.
 const NODES_LIMIT: f64 = 2_147_483_648.0;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::diagnostic::{Diagnostic, SceneErrors};
+use crate::scene::diagnostic::{Diagnostic, SceneErrors};
 
 use super::document::{Document, Part};
 

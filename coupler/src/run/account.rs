@@ -8,13 +8,13 @@ use interface::message::wire::Report;
 use interface::step::Clock;
 use serde::{Deserialize, Serialize};
 
-use crate::check::{Recorded, Recorder};
-use crate::failure::RunError;
-use crate::ledger::Balance;
-use crate::pace::{Pace, SoFar};
+use crate::record::check::{Recorded, Recorder};
+use crate::record::ledger::Balance;
+use crate::record::summary::{EnergyLedger, Status, Summary, WallParts};
+use crate::run::failure::RunError;
+use crate::run::pace::{Pace, SoFar};
+use crate::run::stability::Criteria;
 use crate::scene::Scene;
-use crate::stability::Criteria;
-use crate::summary::{EnergyLedger, Status, Summary, WallParts};
 
 /// Time spent, in s.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -70,7 +70,7 @@ impl Account {
         Self {
             scene: scene.name.clone(),
             scene_hash: scene.hash.clone(),
-            recorder: Recorder::new(scene),
+            recorder: Recorder::new(&scene.output.columns, &scene.checks, scene.time.end),
             balance: Balance::default(),
             pace: Pace::new(scene.time, scene.output.every),
             criteria: Criteria::default(),

@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use interface::step::GROWTH;
 use serde::{Deserialize, Serialize};
 
+use crate::run::stability::{Bound, Sides, Stability, StepLimit};
 use crate::scene::TimePlan;
-use crate::stability::{Bound, Sides, Stability, StepLimit};
 
 /// Steps after which the limits are asked again although nobody complained.
 const EPOCH: u64 = 64;

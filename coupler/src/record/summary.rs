@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use interface::message::wire::{BodyState, PointState};
 use serde::{Deserialize, Serialize};
 
-use crate::check::CheckResult;
-use crate::ledger::{Balance, Energies};
-use crate::stability::Criteria;
+use crate::record::check::CheckResult;
+use crate::record::ledger::{Balance, Energies};
+use crate::run::stability::Criteria;
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

@@ -8,7 +8,7 @@
 //! | `energy.stress_work` | work of the stress of the points so far, less what plastic flow and viscous stress took | J/m |
 //! | `energy.work_gap`, `energy.work_gap_relative` | that work less the growth of `elastic`; not a number of a continuum that does not keep it | J/m, 1 |
 //! | `momentum.x`, `.y` | linear momentum of points and bodies at `t_{n+1/2}` | N s/m |
-//! | `momentum_error` | applied impulses subtracted, relative to the largest momentum so far ([`crate::ledger`]) | 1 |
+//! | `momentum_error` | applied impulses subtracted, relative to the largest momentum so far ([`crate::record::ledger`]) | 1 |
 //! | `contact.force.x`, `.y` | force of bodies on points | N/m |
 //! | `body.NAME.Q` | Q: `x`, `y` (m), `vx`, `vy` (m/s), `angle` (rad), `spin` (rad/s), `mass` (kg/m), `inertia` (kg m), `kinetic` (J/m, with rotation), `fx`, `fy` (N/m), `torque` (N) of the points on the body, `contacts`, `contact_fx`, `contact_fy` (N/m), `contact_torque` (N) of other bodies on it | |
 //! | `points.NAME.Q` | Q: `x`, `y`, `vx`, `vy`, `mass`, `kinetic`, `fx`, `fy` of bodies on the group, `xmin`, `xmax`, `ymin`, `ymax`, `contacts` | |

@@ -21,13 +21,12 @@ use quick_xml::{Writer, XmlVersion};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::rundir::{RunDir, RunDirError};
+use crate::record::rundir::{FRAME_LIST, RunDir, RunDirError, fail};
 use crate::scene::Scene;
 use vtu::{Array, Cell, Mesh};
 
-/// The folder of a run directory, and in it the list of what is there.
+/// The folder of a run directory.
 const FOLDER: &str = "frames";
-pub(crate) const LIST: &str = "frames/frames.pvd";
 /// Frames in memory that have not been written.
 const WAITING: usize = 4;
 
@@ -83,7 +82,7 @@ impl Frames {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
                 _ => fs::create_dir(&folder),
             };
-            emptied.map_err(crate::rundir::fail("empty", &folder))?;
+            emptied.map_err(fail("empty", &folder))?;
         }
         let bodies = scene.dem.iter().flat_map(|dem| &dem.bodies);
         let outlines = bodies.map(outline::outlines).collect();
@@ -186,8 +185,8 @@ impl Series {
             }
             Ok(())
         };
-        keep().map_err(crate::rundir::fail("go on in", &folder))?;
-        self.dir.write_whole(LIST, &self.list())
+        keep().map_err(fail("go on in", &folder))?;
+        self.dir.write_whole(FRAME_LIST, &self.list())
     }
 
     fn write_all(mut self, taken: &Receiver<Instant>) -> Result<(), RunDirError> {
@@ -204,7 +203,7 @@ impl Series {
                 self.write(&file("bodies", number), &bodies)?;
             }
             self.times.push(instant.time);
-            self.dir.write_whole(LIST, &self.list())?;
+            self.dir.write_whole(FRAME_LIST, &self.list())?;
             self.written.store(self.times.len(), Ordering::Release);
         }
         Ok(())
@@ -349,18 +348,18 @@ impl Frame {
     /// # Errors
     /// [`FrameError`]: there is none, or it cannot be read.
     pub fn read(run: &Path, time: f64) -> Result<Self, FrameError> {
-        let list = run.join(LIST);
-        let fail = |path: &Path, what: String| FrameError {
+        let list = run.join(FRAME_LIST);
+        let bad = |path: &Path, what: String| FrameError {
             path: path.to_path_buf(),
             what,
         };
         let text = fs::read_to_string(&list).map_err(|e| {
-            fail(
+            bad(
                 &list,
                 format!("{e}; frames are kept of a run with `output.frames`"),
             )
         })?;
-        let entries = entries(&text).map_err(|what| fail(&list, what))?;
+        let entries = entries(&text).map_err(|what| bad(&list, what))?;
         let away = |entry: &&Entry| (entry.time - time).abs();
         let nearest = entries.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
         let last = entries.last().map_or(0.0, |entry| entry.time);
@@ -369,17 +368,17 @@ impl Frame {
             Some(nearest) if away(&nearest) <= 1e-6 * last.max(time) => nearest.time,
             Some(nearest) => {
                 let what = format!("no frame at {time} s; the nearest is at {} s", nearest.time);
-                return Err(fail(&list, what));
+                return Err(bad(&list, what));
             }
-            None => return Err(fail(&list, "no frames".into())),
+            None => return Err(bad(&list, "no frames".into())),
         };
         let part = |name: &str| {
             let found = entries.iter().find(|e| e.time == nearest && e.name == name);
             found
                 .map(|entry| {
                     let path = run.join(FOLDER).join(&entry.file);
-                    let xml = fs::read(&path).map_err(|e| fail(&path, e.to_string()))?;
-                    Mesh::from_xml(&xml).map_err(|what| fail(&path, what))
+                    let xml = fs::read(&path).map_err(|e| bad(&path, e.to_string()))?;
+                    Mesh::from_xml(&xml).map_err(|what| bad(&path, what))
                 })
                 .transpose()
         };

@@ -12,21 +12,22 @@ use interface::message::wire::{BodyState, Grant, GroupState, Ledger, flags};
 use interface::recording::Tape;
 use interface::session::{Lead, Stop};
 
-use crate::account::Account;
-use crate::checkpoint::file::About;
-use crate::checkpoint::keeper::Keeper;
-use crate::checkpoint::{Checkpoint, Phase, Standing, UnderWay};
-use crate::failure::RunError;
-use crate::frames::{Frames, Instant as FrameInstant};
-use crate::launch::Crew;
-use crate::pace::{Collapsed, Epoch};
-use crate::progress::{self, Progress};
-use crate::quantity::{Measured, Sample};
-use crate::run::RunOptions;
-use crate::rundir::{History, RunDir};
+use crate::record::frames::{Frames, Instant as FrameInstant};
+use crate::record::history::History;
+use crate::record::progress::{self, Progress};
+use crate::record::quantity::{Measured, Sample};
+use crate::record::rundir::RunDir;
+use crate::record::summary::state_hash;
+use crate::run::account::Account;
+use crate::run::checkpoint::file::About;
+use crate::run::checkpoint::keeper::Keeper;
+use crate::run::checkpoint::{Checkpoint, Phase, Standing, UnderWay};
+use crate::run::failure::RunError;
+use crate::run::launch::Crew;
+use crate::run::options::RunOptions;
+use crate::run::pace::{Collapsed, Epoch};
+use crate::run::stability::{Bound, Budgets, Sides, Stability};
 use crate::scene::{Scene, unmet};
-use crate::stability::{Bound, Budgets, Sides, Stability};
-use crate::summary::state_hash;
 
 /// A window is cut so that it takes about this long: the bar moves and Ctrl-C is heard.
 const WINDOW_TIME: Duration = Duration::from_millis(200);
@@ -90,13 +91,13 @@ impl<'a> Run<'a> {
             standing, solvers, ..
         }) = from
         else {
-            let history = dir.history(&account.recorder.header())?;
+            let history = History::begin(dir, &account.recorder.header())?;
             let frames = Frames::begin(dir, scene)?;
             return Ok(Self::at_start(
                 scene, options, dir, account, history, frames,
             ));
         };
-        let history = dir.history_from(standing.history)?;
+        let history = History::go_on(dir, standing.history)?;
         let frames = Frames::go_on(dir, scene, standing.frames)?;
         if !account.go_on(standing.account) {
             return Err(RunError::Checkpoint(

@@ -3,7 +3,7 @@
 use interface::message::wire::Ledger;
 use serde::{Deserialize, Serialize};
 
-use crate::quantity::total_energy;
+use crate::record::quantity::total_energy;
 
 /// Energies of both sides at one time in J/m, as `summary.json` has them.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]

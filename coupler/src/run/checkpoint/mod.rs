@@ -10,10 +10,10 @@ use interface::message::control::Party;
 use interface::message::wire::BodyState;
 use serde::{Deserialize, Serialize};
 
-use crate::account::Kept;
-use crate::frames::Listed;
-use crate::pace::Epoch;
-use crate::stability::{Budgets, Sides};
+use crate::record::frames::Listed;
+use crate::run::account::Kept;
+use crate::run::pace::Epoch;
+use crate::run::stability::{Budgets, Sides};
 
 /// Where a run is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]

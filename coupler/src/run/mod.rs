@@ -1,9 +1,24 @@
 //! A coupled run from scene to summary.
+//!
+//! | file | what is in it |
+//! | --- | --- |
+//! | [`options`] | how a scene is run |
+//! | [`stability`], [`pace`] | the composed step limit, and the layout of steps between outputs |
+//! | [`launch`], `lead`, [`failure`] | solvers as processes, what they are told and when, why a run ended early |
+//! | `account` | what a run adds up to |
+//! | [`checkpoint`] | the state of a run on disk, from which it goes on |
+
+mod account;
+pub mod checkpoint;
+pub mod failure;
+pub mod launch;
+mod lead;
+pub mod options;
+pub mod pace;
+pub mod stability;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use interface::core::SessionError;
@@ -21,52 +36,15 @@ use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, Medium, ROOM};
 use interface::transport::recorded::Recorded;
 
-use crate::account::Account;
-use crate::checkpoint::Checkpoint;
-use crate::checkpoint::file::{self, CheckpointError, newest};
-use crate::failure::RunError;
-use crate::lead::Run;
-use crate::rundir::{RunDir, RunDirError};
+use crate::record::rundir::{RunDir, RunDirError};
+use crate::record::summary::Summary;
+use crate::run::account::Account;
+use crate::run::checkpoint::Checkpoint;
+use crate::run::checkpoint::file::{self, CheckpointError, newest};
+use crate::run::failure::RunError;
+use crate::run::lead::Run;
+pub use crate::run::options::{RunOptions, Solvers};
 use crate::scene::Scene;
-use crate::summary::Summary;
-
-/// How a scene is run.
-#[derive(Clone, Debug)]
-pub struct RunOptions {
-    /// Where the solvers are.
-    pub solvers: Solvers,
-    /// Threads of each solver.
-    pub threads: usize,
-    /// Most steps granted at once; the scene's own where absent.
-    pub window: Option<u32>,
-    /// Whether everything that crosses is recorded in the run directory.
-    pub record: bool,
-    /// Whether a bar is wanted on a terminal.
-    pub progress: bool,
-    /// Set from outside to end the run in order, after a last checkpoint.
-    pub interrupt: Arc<AtomicBool>,
-    /// Set from outside to save a checkpoint soon.
-    pub save: Arc<AtomicBool>,
-}
-
-/// Where the solvers of a run are.
-#[derive(Clone, Debug)]
-pub enum Solvers {
-    /// In processes of their own: a program and its arguments each, to which `--join RUN` is added.
-    Processes {
-        /// The continuum's.
-        mpm: Vec<String>,
-        /// The bodies'.
-        dem: Vec<String>,
-    },
-    /// In this thread, in turns with the coupler.
-    Here {
-        /// Makes the continuum's.
-        mpm: fn() -> Box<dyn MpmSolver>,
-        /// Makes the bodies'.
-        dem: fn() -> Box<dyn DemSolver>,
-    },
-}
 
 /// Runs `scene` and writes what it shows to `dir`. A run that fails has a summary too: its status and reason.
 ///
