@@ -159,7 +159,7 @@ impl Recorder {
     }
 
     /// Goes on where another recorder of the same scene has been; whether it was of as many checks.
-    pub fn go_on(&mut self, recorded: Recorded) -> bool {
+    pub fn resume(&mut self, recorded: Recorded) -> bool {
         let fits = recorded.checks.len() == self.checks.len();
         self.slots = recorded.slots;
         for ((_, progress), kept) in self.checks.iter_mut().zip(recorded.checks) {

@@ -50,7 +50,7 @@ impl History {
     ///
     /// # Errors
     /// [`RunDirError`], also when there are not as many.
-    pub fn go_on(dir: &RunDir, bytes: u64) -> Result<Self, RunDirError> {
+    pub fn resume(dir: &RunDir, bytes: u64) -> Result<Self, RunDirError> {
         let path = dir.path().join(HISTORY);
         let open = || {
             let mut file = OpenOptions::new().write(true).open(&path)?;

@@ -10,10 +10,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::record::check::{Recorded, Recorder};
 use crate::record::ledger::Balance;
+use crate::record::summary::Criteria;
 use crate::record::summary::{EnergyLedger, Status, Summary, WallParts};
 use crate::run::failure::RunError;
 use crate::run::pace::{Pace, SoFar};
-use crate::run::stability::Criteria;
 use crate::scene::Scene;
 
 /// Time spent, in s.
@@ -111,7 +111,7 @@ impl Account {
     }
 
     /// Goes on where another process has been; whether that was of this scene.
-    pub fn go_on(&mut self, kept: Kept) -> bool {
+    pub fn resume(&mut self, kept: Kept) -> bool {
         let [composed, jiang2020, lightest_point, contact_alone] = kept.criteria;
         self.criteria = Criteria {
             composed,
@@ -120,13 +120,13 @@ impl Account {
             contact_alone,
         };
         self.balance = kept.balance;
-        self.pace.go_on(kept.so_far);
+        self.pace.resume(kept.so_far);
         self.clock = kept.clock;
         self.imps_max = kept.imps_max;
         self.grants = kept.grants;
         self.epochs = kept.epochs;
         self.earlier = kept.spent;
-        self.recorder.go_on(kept.recorded)
+        self.recorder.resume(kept.recorded)
     }
 
     /// Time spent, by this process and those before it.

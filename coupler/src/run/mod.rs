@@ -17,6 +17,7 @@ pub mod options;
 pub mod pace;
 pub mod stability;
 
+use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -121,7 +122,10 @@ fn go(
         let ended = Run::new(scene, options, dir, &mut account, from).and_then(|mut run| {
             run.tape.clone_from(&tape);
             let led = match &options.solvers {
-                Solvers::Processes { mpm, dem } => processes(&mut run, [mpm, dem], tape),
+                Solvers::Processes { mpm, dem } => {
+                    let commands = BTreeMap::from([(Party::Mpm, mpm), (Party::Dem, dem)]);
+                    processes(&mut run, &commands, tape)
+                }
                 Solvers::Here { mpm, dem } => here(&mut run, *mpm, *dem, tape),
             };
             run.end(led)
@@ -156,7 +160,7 @@ fn noted(channel: Channel) -> bool {
 /// The solvers in processes of their own.
 fn processes(
     run: &mut Run<'_>,
-    commands: [&Vec<String>; 2],
+    commands: &BTreeMap<Party, &Vec<String>>,
     tape: Option<Tape>,
 ) -> Result<(), RunError> {
     let parties = run.parties().to_vec();
@@ -180,9 +184,9 @@ fn processes(
     };
     let mut verdict = Ok(());
     for &party in &parties {
-        let command = commands[usize::from(party == Party::Dem)];
+        let command = commands[&party];
         verdict = verdict.and_then(|()| {
-            run.crew
+            run.processes
                 .start(party, command, names)
                 .map_err(RunError::from)
         });
@@ -198,7 +202,7 @@ fn processes(
         // One that had not yet opened its channels has missed the Abort (S-7); it looks whether the coupler lives.
         domain.release();
     }
-    run.crew.dismiss();
+    run.processes.end_all();
     verdict
 }
 

@@ -78,7 +78,7 @@ impl Pace {
     }
 
     /// Goes on where another run has been.
-    pub fn go_on(&mut self, so_far: SoFar) {
+    pub fn resume(&mut self, so_far: SoFar) {
         self.so_far = so_far;
     }
 

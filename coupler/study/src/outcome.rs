@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use coupler::record::summary::Criteria;
 use coupler::record::summary::Status;
-use coupler::run::stability::Criteria;
 use serde::Deserialize;
 
 use crate::table::Table;

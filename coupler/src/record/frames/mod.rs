@@ -15,6 +15,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::{fs, io, thread};
 
+use interface::config::DemConfig;
 use interface::message::wire::{BodyState, PointState};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Writer, XmlVersion};
@@ -22,7 +23,6 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::record::rundir::{FRAME_LIST, RunDir, RunDirError, fail};
-use crate::scene::Scene;
 use vtu::{Array, Cell, Mesh};
 
 /// The folder of a run directory.
@@ -60,22 +60,16 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// Of a scene that asks for them; those of an earlier run are removed.
-    ///
-    /// # Errors
-    /// [`RunDirError`].
-    pub fn begin(dir: &RunDir, scene: &Scene) -> Result<Option<Self>, RunDirError> {
-        Self::go_on(dir, scene, Listed::default())
-    }
-
-    /// The same of a run that goes on where so many frames are there; later ones are removed.
+    /// Of a run of these sides, of which the frames that are `listed` are there; later ones are removed.
     ///
     /// # Errors
     /// [`RunDirError`], also when one of them is not there.
-    pub fn go_on(dir: &RunDir, scene: &Scene, listed: Listed) -> Result<Option<Self>, RunDirError> {
-        if scene.output.frames.is_none() {
-            return Ok(None);
-        }
+    pub fn resume(
+        dir: &RunDir,
+        has_points: bool,
+        dem: Option<&DemConfig>,
+        listed: Listed,
+    ) -> Result<Self, RunDirError> {
         let folder = dir.path().join(FOLDER);
         if listed.times.is_empty() {
             let emptied = match fs::remove_dir_all(&folder) {
@@ -84,25 +78,25 @@ impl Frames {
             };
             emptied.map_err(fail("empty", &folder))?;
         }
-        let bodies = scene.dem.iter().flat_map(|dem| &dem.bodies);
+        let bodies = dem.iter().flat_map(|dem| &dem.bodies);
         let outlines = bodies.map(outline::outlines).collect();
         let (queue, taken) = sync_channel(WAITING);
         let written = Arc::new(AtomicUsize::new(listed.times.len()));
         let series = Series {
             dir: dir.clone(),
-            has: [scene.mpm.is_some(), scene.dem.is_some()],
+            has: [has_points, dem.is_some()],
             outlines,
             start: listed.start.clone(),
             times: listed.times.clone(),
             written: written.clone(),
         };
         series.keep_listed()?;
-        Ok(Some(Self {
+        Ok(Self {
             listed,
             written,
             queue: Some(queue),
             writer: Some(thread::spawn(move || series.write_all(&taken))),
-        }))
+        })
     }
 
     /// Takes a frame, to be written soon.

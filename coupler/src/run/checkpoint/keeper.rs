@@ -113,7 +113,7 @@ impl Writer {
     fn write_all(self, taken: &Receiver<Box<Checkpoint>>) -> Result<(), RunDirError> {
         let mut synced = 0;
         for checkpoint in taken {
-            let frames = checkpoint.standing.frames.times.len();
+            let frames = checkpoint.state.frames.times.len();
             self.await_frames(frames);
             self.sync_outputs(synced..frames)?;
             synced = frames;

@@ -39,7 +39,7 @@ pub(crate) struct UnderWay {
 
 /// The coupler's own state before a grant.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct Standing {
+pub(crate) struct CouplerState {
     pub account: Kept,
     pub phase: Phase,
     pub under_way: UnderWay,
@@ -56,7 +56,7 @@ pub(crate) struct Standing {
 #[derive(Debug, Clone)]
 pub(crate) struct Checkpoint {
     pub about: file::About,
-    pub standing: Standing,
+    pub state: CouplerState,
     /// What each solver has saved.
     pub solvers: Vec<(Party, Vec<u8>)>,
 }
