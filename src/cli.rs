@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use coupler::diagnostic::SceneErrors;
 use coupler::scene::Scene;
+use coupler::scene::diagnostic::SceneErrors;
 
 /// Couples a material point continuum to spheropolygon rigid bodies, each in its own process.
 #[derive(Debug, Parser)]

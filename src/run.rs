@@ -6,10 +6,10 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use coupler::record::rundir::{RunDir, RunDirError};
+use coupler::record::summary::{Status, Summary};
 use coupler::run::{Resumed, RunOptions, Solvers, run as run_scene};
-use coupler::rundir::{RunDir, RunDirError};
 use coupler::scene::{Scene, solver_override};
-use coupler::summary::{Status, Summary};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1, SIGXCPU};
 use signal_hook::flag;
 
@@ -124,7 +124,7 @@ fn finish(log: LogFormat, out: &Path, ran: Result<Summary, RunDirError>) -> Exit
             }
             say(format_args!("results in {}", out.display()));
             let cut_short = matches!(summary.status, Status::Interrupted | Status::Failed);
-            if cut_short && coupler::checkpoint::file::is_in(out) {
+            if cut_short && coupler::run::checkpoint::file::is_in(out) {
                 say(format_args!(
                     "`tandem resume {}` goes on from its last checkpoint",
                     out.display()

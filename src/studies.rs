@@ -3,8 +3,8 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use coupler::record::summary::Status;
 use coupler::scene::{Measurand, Scene};
-use coupler::summary::Status;
 use study::StudyError;
 use study::case::Source;
 use study::plot::{Labelled, PlotOptions};

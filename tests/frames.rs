@@ -8,8 +8,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use coupler::frames::Frame;
-use coupler::frames::vtu::{Array, Mesh};
+use coupler::record::frames::Frame;
+use coupler::record::frames::vtu::{Array, Mesh};
 use harness::{Place, RunFiles, root, scene};
 use serde_json::Value;
 

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use coupler::check::{Expected, Reference};
+use coupler::record::check::{Expected, Reference};
 use coupler::scene::{Criterion, Scene, schema, solver_override};
 use interface::config::{BodyInertia, ShapeFunction, Spacing, Transfer};
 use tempfile::TempDir;

@@ -7,7 +7,7 @@ use interface::config::{Drift, GroupConfig, InitialFields, Interface, MaterialCo
 use super::forcing;
 use super::problems::Problems;
 use super::written::{MpmWritten, PointsWritten};
-use crate::diagnostic::suggestion;
+use crate::scene::diagnostic::suggestion;
 
 /// The continuum's configuration, unless something was refused. The skin is set later.
 pub(super) fn continuum(

@@ -7,7 +7,7 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 use toml::{Spanned, Table, Value};
 
-use crate::diagnostic::{Diagnostic, Place, SceneErrors, shorten, suggestion};
+use crate::scene::diagnostic::{Diagnostic, Place, SceneErrors, shorten, suggestion};
 
 /// A scene file with its overrides applied.
 #[derive(Debug, Default)]

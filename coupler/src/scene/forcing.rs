@@ -9,7 +9,7 @@ use mechanics::expression::{Expression, Meaning};
 use super::output::suggestion_for;
 use super::problems::Problems;
 use super::written::{MpmWritten, NumberOrExpression, PointsWritten};
-use crate::diagnostic::suggestion;
+use crate::scene::diagnostic::suggestion;
 
 /// Loads, stages and body force of the continuum.
 pub(super) fn forcing(

@@ -6,12 +6,13 @@
 //! ```
 //!
 //! What the rest of the coupler uses: [`Scene::load`], the fields of [`Scene`], [`Scene::plan`] and [`schema`]. Rows of
-//! the history and the verdicts of checks come from [`crate::check::Recorder`], which is made of a scene.
+//! the history and the verdicts of checks come from [`crate::record::check::Recorder`], which takes the columns and checks of a scene.
 //!
 //! The format is described for its users in `docs/scene-format.md`.
 
 mod bodies;
 mod continuum;
+pub mod diagnostic;
 mod document;
 mod forcing;
 mod geometry;
@@ -33,9 +34,9 @@ use std::time::Duration;
 
 use interface::config::{DemConfig, MpmConfig};
 
-use crate::check::{Check, Column};
-use crate::diagnostic::SceneErrors;
-use crate::quantity::Quantities;
+use crate::record::check::{Check, Column};
+use crate::record::quantity::Quantities;
+use crate::scene::diagnostic::SceneErrors;
 
 pub use needs::unmet;
 pub use solvers::solver_override;

@@ -6,7 +6,7 @@ use interface::message::control::Party;
 
 use super::Scene;
 use super::document::{Document, Part};
-use crate::diagnostic::SceneErrors;
+use crate::scene::diagnostic::SceneErrors;
 
 /// What `scene` needs of the solver `identity` of `party` and it has not: the reason to refuse it before Configure.
 /// `None`: it has all that it says anything of.

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use crate::check::{Check, Column, Expected, Measure, Reference, When};
-use crate::diagnostic::suggestion;
-use crate::quantity::Quantities;
+use crate::record::check::{Check, Column, Expected, Measure, Reference, When};
+use crate::record::quantity::Quantities;
+use crate::scene::diagnostic::suggestion;
 use mechanics::expression::{Expression, ExpressionError, Meaning, reserved_names};
 
 use super::problems::Problems;
@@ -158,7 +158,7 @@ impl Context<'_> {
             (Scope::All, Some(name)) => {
                 let bare = name.strip_prefix("initial.").unwrap_or(name);
                 let all = self.quantities.names().chain(["t"]).chain(constants);
-                match crate::diagnostic::nearest(bare, all) {
+                match crate::scene::diagnostic::nearest(bare, all) {
                     Some(near) if bare.len() < name.len() => {
                         format!("did you mean `initial.{near}`?")
                     }

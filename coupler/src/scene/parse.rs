@@ -18,9 +18,9 @@ use super::{
     CheckpointPlan, Coupling, Criterion, Output, Scene, TimePlan, VERSION, bodies, continuum,
     schema, solvers, structure, study,
 };
-use crate::check::{Check, Expected, Reference};
-use crate::diagnostic::SceneErrors;
-use crate::quantity::Quantities;
+use crate::record::check::{Check, Expected, Reference};
+use crate::record::quantity::Quantities;
+use crate::scene::diagnostic::SceneErrors;
 
 /// Most rows of a history: beyond, the file is of no use to anyone.
 const ROWS_LIMIT: f64 = 1e7;
@@ -75,7 +75,7 @@ fn typed(document: &Document) -> Result<SceneWritten, SceneErrors> {
 }
 
 /// Every number that is NaN or infinite.
-fn not_finite(document: &Document) -> Vec<crate::diagnostic::Diagnostic> {
+fn not_finite(document: &Document) -> Vec<crate::scene::diagnostic::Diagnostic> {
     fn walk<'a>(value: &'a Value, path: String, found: &mut Vec<(String, f64)>) {
         let entries: Vec<(String, &'a Value)> = match value {
             Value::Float(number) if !number.is_finite() => {

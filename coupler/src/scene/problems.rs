@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use interface::config::ConfigFault;
 
-use crate::diagnostic::{Diagnostic, SceneErrors};
+use crate::scene::diagnostic::{Diagnostic, SceneErrors};
 
 use super::document::{Document, Part};
 

@@ -9,7 +9,7 @@ use serde_json::Value as Schema;
 use toml::{Table, Value};
 
 use super::document::{Document, Part, join};
-use crate::diagnostic::{Diagnostic, nearest, suggestion};
+use crate::scene::diagnostic::{Diagnostic, nearest, suggestion};
 
 /// All structural faults of a document.
 pub(super) fn faults(document: &Document, schema: &Schema) -> Vec<Diagnostic> {

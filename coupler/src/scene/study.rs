@@ -3,8 +3,8 @@
 use super::problems::Problems;
 use super::written::StudyWritten;
 use super::{Measurand, Study};
-use crate::check::{Check, Column, Expected};
-use crate::diagnostic::suggestion;
+use crate::record::check::{Check, Column, Expected};
+use crate::scene::diagnostic::suggestion;
 
 /// The study of a scene with these checks and columns.
 pub(super) fn study(

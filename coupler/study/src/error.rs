@@ -3,7 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
-use coupler::diagnostic::SceneErrors;
+use coupler::scene::diagnostic::SceneErrors;
 use thiserror::Error;
 
 /// Why a study ends without a result.

@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use coupler::stability::Criteria;
-use coupler::summary::Status;
+use coupler::record::summary::Criteria;
+use coupler::record::summary::Status;
 use serde::Deserialize;
 
 use crate::table::Table;

@@ -232,7 +232,7 @@ impl Runner {
             let last = said.lines().rev().find(|line| !line.trim().is_empty());
             Outcome::lost(format!("{ended}; {}", last.unwrap_or("it said nothing")))
         });
-        if outcome.status == coupler::summary::Status::Interrupted || self.interrupted() {
+        if outcome.status == coupler::record::summary::Status::Interrupted || self.interrupted() {
             return Err(StudyError::Interrupted);
         }
         Ok(outcome)

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use coupler::frames::Frame;
-use coupler::frames::vtu::Mesh;
+use coupler::record::frames::Frame;
+use coupler::record::frames::vtu::Mesh;
 use mechanics::expression::{Expression, Meaning};
 
 use crate::StudyError;
@@ -158,7 +158,7 @@ fn dots(points: &Mesh, colour: &Expression) -> Result<Vec<Dot>, StudyError> {
     let (velocity, stress, volume) = (velocity?, stress?, volume?);
     let (mass, group, id) = (mass?, group?, id?);
     let rows = points.points.iter().enumerate().map(|(k, &[x, y])| {
-        let of = |array: &coupler::frames::vtu::Array, component: usize| {
+        let of = |array: &coupler::record::frames::vtu::Array, component: usize| {
             array.values[k * array.components + component]
         };
         let [vx, vy] = [0, 1].map(|c| of(velocity, c));
@@ -193,7 +193,7 @@ fn dots(points: &Mesh, colour: &Expression) -> Result<Vec<Dot>, StudyError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use coupler::frames::vtu::{Array, Cell};
+    use coupler::record::frames::vtu::{Array, Cell};
 
     #[test]
     fn a_point_has_the_fields_that_the_manual_names() {

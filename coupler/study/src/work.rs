@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::Path;
 
-use coupler::check::{Expected, Measure};
+use coupler::record::check::{Expected, Measure};
 use coupler::scene::{Measurand, Study};
 
 use crate::StudyError;
@@ -292,7 +292,11 @@ impl Measurement {
                     });
                     return Err(StudyError::asked(
                         format!("--error {name}: no check with a `reference` has this name"),
-                        coupler::diagnostic::suggestion(&name, "checks with a reference", names),
+                        coupler::scene::diagnostic::suggestion(
+                            &name,
+                            "checks with a reference",
+                            names,
+                        ),
                     ));
                 };
                 let (unit, absolute) = match measure {
@@ -313,7 +317,7 @@ impl Measurement {
                     if !known.clone().any(|k| k == name) {
                         return Err(StudyError::asked(
                             format!("--finer {name}: no column and no check has this name"),
-                            coupler::diagnostic::suggestion(name, "known here", known),
+                            coupler::scene::diagnostic::suggestion(name, "known here", known),
                         ));
                     }
                 }

@@ -3,10 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use coupler::record::rundir::RunDir;
+use coupler::record::summary::{Status, Summary};
 use coupler::run::{RunOptions, Solvers, run};
-use coupler::rundir::RunDir;
 use coupler::scene::Scene;
-use coupler::summary::{Status, Summary};
 use interface::config::DemConfig;
 use interface::solver::{DemSolver, MpmSolver};
 use rapier_dem::Rapier;

@@ -146,7 +146,10 @@ impl Column {
     }
 
     /// A criterion's step as a multiple of the composed one, as the first run has them: the one with the smallest step.
-    fn multiple(&self, criterion: fn(&coupler::stability::Criteria) -> Option<f64>) -> Option<f64> {
+    fn multiple(
+        &self,
+        criterion: fn(&coupler::record::summary::Criteria) -> Option<f64>,
+    ) -> Option<f64> {
         let criteria = &self.trials.first()?.outcome.criteria;
         Some(criterion(criteria)? / criteria.composed?)
     }

@@ -8,8 +8,8 @@ pub mod edge;
 mod map;
 mod table;
 
+use coupler::record::summary::Status;
 use coupler::scene::Scene;
-use coupler::summary::Status;
 
 use crate::StudyError;
 use crate::case::{Case, Source};

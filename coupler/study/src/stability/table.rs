@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::Path;
 
-use coupler::summary::Status;
+use coupler::record::summary::Status;
 
 use super::edge::{Edge, Search};
 use super::{STEP_FACTOR, Trial, csv_text, freed, setting};

@@ -2,14 +2,13 @@
 
 use std::fmt::Write as _;
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Seek, SeekFrom, Write};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 use interface::message::wire::BodyState;
 use thiserror::Error;
 
-use crate::summary::Summary;
+use crate::record::summary::Summary;
 
 /// Writing to the run directory failed.
 #[derive(Debug, Error)]
@@ -20,12 +19,9 @@ pub struct RunDirError {
     source: io::Error,
 }
 
-pub(crate) const HISTORY: &str = "history.csv";
 const RECORDING: &str = "recording.tandem";
-/// Room for rows that have not reached the file.
-const ROWS: usize = 64 << 10;
-/// Longest time that a row waits in memory while others follow.
-const UNWRITTEN: Duration = Duration::from_secs(1);
+/// ParaView's list of the frames.
+pub(crate) const FRAME_LIST: &str = "frames/frames.pvd";
 
 /// A run directory in use.
 #[derive(Debug, Clone)]
@@ -49,7 +45,7 @@ impl RunDir {
             return Err(fail("write in the run directory", path)(source));
         }
         // What tells of a whole run must not be there before this one has made its own.
-        for name in ["summary.json", RECORDING, crate::frames::LIST] {
+        for name in ["summary.json", RECORDING, FRAME_LIST] {
             let file = path.join(name);
             match fs::remove_file(&file) {
                 Err(source) if source.kind() != io::ErrorKind::NotFound => {
@@ -58,7 +54,7 @@ impl RunDir {
                 _ => {}
             }
         }
-        for file in crate::checkpoint::file::list(path) {
+        for file in crate::run::checkpoint::file::list(path) {
             fs::remove_file(&file).map_err(fail("replace", &file))?;
         }
         Ok(Self {
@@ -142,43 +138,6 @@ impl RunDir {
         self.write_whole("bodies.csv", text.as_bytes())
     }
 
-    /// Begins `history.csv`.
-    ///
-    /// # Errors
-    /// [`RunDirError`].
-    pub fn history(&self, header: &[String]) -> Result<History, RunDirError> {
-        let path = self.path.join(HISTORY);
-        let file = File::create(&path).map_err(fail("create", &path))?;
-        let mut history = History::of(file, path, 0);
-        history
-            .writer
-            .write_record(header)
-            .map_err(|e| fail("write", &history.path)(e.into()))?;
-        history.flush()?;
-        let written = history.writer.get_ref().metadata();
-        history.bytes = written.map_err(fail("write", &history.path))?.len();
-        Ok(history)
-    }
-
-    /// Goes on with `history.csv` after its first `bytes` bytes.
-    ///
-    /// # Errors
-    /// [`RunDirError`], also when there are not as many.
-    pub fn history_from(&self, bytes: u64) -> Result<History, RunDirError> {
-        let path = self.path.join(HISTORY);
-        let open = || {
-            let mut file = OpenOptions::new().write(true).open(&path)?;
-            if file.metadata()?.len() < bytes {
-                return Err(io::Error::other("it is shorter than at the checkpoint"));
-            }
-            file.set_len(bytes)?;
-            file.seek(SeekFrom::End(0))?;
-            Ok(file)
-        };
-        let file = open().map_err(fail("go on with", &path))?;
-        Ok(History::of(file, path, bytes))
-    }
-
     /// Writes a file as a whole: a reader sees the old one or the new one, never half of either.
     pub(crate) fn write_whole(&self, name: &str, bytes: &[u8]) -> Result<(), RunDirError> {
         let path = self.path.join(name);
@@ -189,70 +148,6 @@ impl RunDir {
             Ok(())
         };
         write().map_err(fail("write", &path))
-    }
-}
-
-/// `history.csv` being written. Rows reach the file as a whole and within [`UNWRITTEN`], so that it reads back whatever
-/// ends this process.
-#[derive(Debug)]
-pub struct History {
-    writer: csv::Writer<File>,
-    path: PathBuf,
-    /// Most bytes that the rows in memory may have.
-    unwritten: usize,
-    written: Instant,
-    /// All that has been written, in memory or not.
-    bytes: u64,
-}
-
-impl History {
-    fn of(file: File, path: PathBuf, bytes: u64) -> Self {
-        Self {
-            writer: csv::WriterBuilder::new()
-                .buffer_capacity(2 * ROWS)
-                .from_writer(file),
-            path,
-            unwritten: 0,
-            written: Instant::now(),
-            bytes,
-        }
-    }
-
-    /// Length in bytes of the file once all rows have reached it.
-    pub fn bytes(&self) -> u64 {
-        self.bytes
-    }
-
-    /// Adds a row. Numbers are written so that they read back to the same bits.
-    ///
-    /// # Errors
-    /// [`RunDirError`].
-    pub fn row(&mut self, row: &[f64]) -> Result<(), RunDirError> {
-        let row: Vec<String> = row.iter().map(f64::to_string).collect();
-        let length: usize = row.iter().map(|number| number.len() + 1).sum();
-        // The writer would pass half a row on when it is full, so it never gets full.
-        if self.unwritten + length > ROWS {
-            self.flush()?;
-        }
-        self.writer
-            .write_record(row)
-            .map_err(|e| fail("write", &self.path)(e.into()))?;
-        self.unwritten += length;
-        self.bytes += length as u64;
-        if self.written.elapsed() > UNWRITTEN {
-            self.flush()?;
-        }
-        Ok(())
-    }
-
-    /// Everything written so far reaches the file.
-    ///
-    /// # Errors
-    /// [`RunDirError`].
-    pub fn flush(&mut self) -> Result<(), RunDirError> {
-        self.unwritten = 0;
-        self.written = Instant::now();
-        self.writer.flush().map_err(fail("write", &self.path))
     }
 }
 
@@ -284,23 +179,6 @@ mod tests {
     }
 
     #[test]
-    fn rows_reach_the_file_as_a_whole() {
-        let dir = tempfile::tempdir().unwrap();
-        let run = RunDir::create(dir.path()).unwrap();
-        let mut history = run.history(&["time [s]".into(), "x [m]".into()]).unwrap();
-        let mut sizes = std::collections::BTreeSet::new();
-        for k in 0..20_000 {
-            history.row(&[f64::from(k) / 3.0, 1e-300 / 7.0]).unwrap();
-            let size = fs::metadata(dir.path().join("history.csv")).unwrap().len();
-            if sizes.insert(size) {
-                let text = fs::read_to_string(dir.path().join("history.csv")).unwrap();
-                assert!(text.ends_with('\n'));
-            }
-        }
-        assert!(sizes.len() > 2, "the file grows while the run goes on");
-    }
-
-    #[test]
     fn the_bodies_read_back_to_the_same_bits() {
         let dir = tempfile::tempdir().unwrap();
         let run = RunDir::create(dir.path()).unwrap();
@@ -321,24 +199,5 @@ mod tests {
         let numbers: Vec<f64> = row.iter().skip(1).map(|n| n.parse().unwrap()).collect();
         let [x, y] = grain.position;
         assert_eq!(numbers, [x, y, grain.angle, 0.0, 0.0, grain.spin]);
-    }
-
-    #[test]
-    fn numbers_read_back_to_the_same_bits() {
-        let dir = tempfile::tempdir().unwrap();
-        let run = RunDir::create(dir.path()).unwrap();
-        let mut history = run.history(&["time [s]".into(), "x [m]".into()]).unwrap();
-        let row = [0.1 + 0.2, 1e-300 / 3.0];
-        history.row(&row).unwrap();
-        history.flush().unwrap();
-        let text = fs::read_to_string(dir.path().join("history.csv")).unwrap();
-        let read: Vec<f64> = text
-            .lines()
-            .nth(1)
-            .unwrap()
-            .split(',')
-            .map(|n| n.parse().unwrap())
-            .collect();
-        assert_eq!(read, row);
     }
 }

@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Where the run stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Standing {
+pub struct State {
     /// Steps done.
     pub step: u64,
     /// Simulated time in s.
@@ -56,27 +56,27 @@ impl Progress {
     }
 
     /// Shows where the run stands.
-    pub fn show(&mut self, standing: &Standing) {
-        let rate = standing.step as f64 / self.started.elapsed().as_secs_f64();
+    pub fn show(&mut self, state: &State) {
+        let rate = state.step as f64 / self.started.elapsed().as_secs_f64();
         if let Some(bar) = &self.bar {
-            bar.set_position((PARTS * standing.time / self.end) as u64);
-            let Standing {
+            bar.set_position((PARTS * state.time / self.end) as u64);
+            let State {
                 step,
                 time,
                 dt,
                 bound,
-            } = standing;
+            } = state;
             bar.set_message(format!(
                 "step {step}  t {time:.4e} s  dt {dt:.2e} s ({bound})  {rate:.0} steps/s"
             ));
         } else if self.logged.elapsed() >= LOG_EVERY {
             self.logged = Instant::now();
-            let Standing {
+            let State {
                 step,
                 time,
                 dt,
                 bound,
-            } = *standing;
+            } = *state;
             tracing::info!(
                 step,
                 time,

@@ -12,21 +12,22 @@ use interface::message::wire::{BodyState, Grant, GroupState, Ledger, flags};
 use interface::recording::Tape;
 use interface::session::{Stop, Supervisor};
 
-use crate::account::Account;
-use crate::checkpoint::file::About;
-use crate::checkpoint::keeper::Keeper;
-use crate::checkpoint::{Checkpoint, Phase, Standing, UnderWay};
-use crate::failure::RunError;
-use crate::frames::{Frames, Instant as FrameInstant};
-use crate::launch::Crew;
-use crate::pace::{Collapsed, Epoch};
-use crate::progress::{self, Progress};
-use crate::quantity::{Measured, Sample};
-use crate::run::RunOptions;
-use crate::rundir::{History, RunDir};
+use crate::record::frames::{Frames, Instant as FrameInstant, Listed};
+use crate::record::history::History;
+use crate::record::progress::{self, Progress};
+use crate::record::quantity::{Books, Measured, Sample};
+use crate::record::rundir::{RunDir, RunDirError};
+use crate::record::summary::state_hash;
+use crate::run::account::Account;
+use crate::run::checkpoint::file::About;
+use crate::run::checkpoint::keeper::Keeper;
+use crate::run::checkpoint::{Checkpoint, CouplerState, Phase, UnderWay};
+use crate::run::failure::RunError;
+use crate::run::launch::Processes;
+use crate::run::options::RunOptions;
+use crate::run::pace::{Collapsed, Epoch};
+use crate::run::stability::{Bound, Budgets, Sides, Stability};
 use crate::scene::{Scene, unmet};
-use crate::stability::{Bound, Budgets, Sides, Stability};
-use crate::summary::state_hash;
 
 /// A window is cut so that it takes about this long: the bar moves and Ctrl-C is heard.
 const WINDOW_TIME: Duration = Duration::from_millis(200);
@@ -47,7 +48,7 @@ pub(crate) struct Run<'a> {
     account: &'a mut Account,
     dir: &'a RunDir,
     /// The solvers that are processes.
-    pub(crate) crew: Crew,
+    pub(crate) processes: Processes,
     /// Where everything that crosses is noted.
     pub(crate) tape: Option<Tape>,
     parties: Vec<Party>,
@@ -65,7 +66,7 @@ pub(crate) struct Run<'a> {
     /// Keeps checkpoints, if all solvers can save.
     keeper: Option<Keeper>,
     /// The coupler's own state at a checkpoint whose window is under way.
-    pending: Option<Standing>,
+    pending: Option<CouplerState>,
     /// An interrupted run has asked for its last checkpoint.
     last_asked: bool,
     /// What the solvers go on from.
@@ -86,29 +87,26 @@ impl<'a> Run<'a> {
         account: &'a mut Account,
         from: Option<Checkpoint>,
     ) -> Result<Self, RunError> {
-        let Some(Checkpoint {
-            standing, solvers, ..
-        }) = from
-        else {
-            let history = dir.history(&account.recorder.header())?;
-            let frames = Frames::begin(dir, scene)?;
+        let Some(Checkpoint { state, solvers, .. }) = from else {
+            let history = History::begin(dir, &account.recorder.header())?;
+            let frames = frames(scene, dir, Listed::default())?;
             return Ok(Self::at_start(
                 scene, options, dir, account, history, frames,
             ));
         };
-        let history = dir.history_from(standing.history)?;
-        let frames = Frames::go_on(dir, scene, standing.frames)?;
-        if !account.go_on(standing.account) {
+        let history = History::resume(dir, state.history)?;
+        let frames = frames(scene, dir, state.frames)?;
+        if !account.resume(state.account) {
             return Err(RunError::Checkpoint(
                 "it has another number of checks".into(),
             ));
         }
         Ok(Self {
-            sides: standing.sides,
-            bodies: standing.bodies,
-            phase: standing.phase,
-            under_way: Some(standing.under_way),
-            asked: standing.asked,
+            sides: state.sides,
+            bodies: state.bodies,
+            phase: state.phase,
+            under_way: Some(state.under_way),
+            asked: state.asked,
             restored: solvers,
             ..Self::at_start(scene, options, dir, account, history, frames)
         })
@@ -135,7 +133,7 @@ impl<'a> Run<'a> {
             options,
             account,
             dir,
-            crew: Crew::default(),
+            processes: Processes::default(),
             tape: None,
             parties,
             history,
@@ -289,7 +287,11 @@ impl<'a> Run<'a> {
         };
         let Budgets { mpm, dem } = under_way.budgets;
         let budget = |party: &Party| {
-            let budget = if *party == Party::Mpm { mpm } else { dem };
+            let budget = match party {
+                Party::Mpm => mpm,
+                Party::Dem => dem,
+                Party::Coupler => unreachable!("the coupler is granted nothing"),
+            };
             [budget.omega_sq, budget.speed, budget.damping]
         };
         let budgets = self.parties.iter().map(budget).collect();
@@ -317,7 +319,7 @@ impl<'a> Run<'a> {
         self.last_asked |= last;
         // The rows that it relies on reach the file before it does.
         self.history.flush()?;
-        self.pending = Some(Standing {
+        self.pending = Some(CouplerState {
             account: self.account.keep(),
             phase: self.phase,
             under_way: *under_way,
@@ -336,7 +338,7 @@ impl<'a> Run<'a> {
 
     /// The solvers' states have come with the reports.
     fn keep(&mut self, coupler: &mut Coupler) -> Result<(), RunError> {
-        let (Some(standing), Some(keeper)) = (self.pending.take(), &mut self.keeper) else {
+        let (Some(state), Some(keeper)) = (self.pending.take(), &mut self.keeper) else {
             return Ok(());
         };
         let mut about = About::of(self.scene, &self.parties, self.options.record);
@@ -348,7 +350,7 @@ impl<'a> Run<'a> {
         });
         keeper.take(Checkpoint {
             about,
-            standing,
+            state,
             solvers: states.collect(),
         })?;
         Ok(())
@@ -429,7 +431,8 @@ impl<'a> Run<'a> {
             let report = *coupler.report(party).expect("a solver of this session");
             match party {
                 Party::Mpm => self.sides.mpm = report.limits,
-                _ => self.sides.dem = report.limits,
+                Party::Dem => self.sides.dem = report.limits,
+                Party::Coupler => unreachable!("the coupler reports to nobody"),
             }
             self.account.imps_max = self.account.imps_max.max(report.imps);
             self.account.reports.insert(party, report);
@@ -492,19 +495,14 @@ impl<'a> Run<'a> {
             .balance
             .take(&mpm, &dem, moving(&round.groups, &round.bodies));
         let measured = Measured {
-            time,
-            mpm: &mpm,
-            dem: &dem,
+            books: Books {
+                time,
+                mpm,
+                dem,
+                balance: account.balance,
+            },
             groups: &round.groups,
             bodies: &round.bodies,
-            momentum_error: account.balance.momentum_error,
-            energy_residual: account.balance.residual,
-            energy_residual_relative: account.balance.residual_relative(),
-            work_gap: account
-                .balance
-                .work_gap()
-                .zip(account.balance.work_gap_relative())
-                .map(Into::into),
         };
         self.scene.quantities.fill(&mut self.sample, &measured);
         account.recorder.record(&self.sample);
@@ -534,13 +532,13 @@ impl<'a> Run<'a> {
     }
 
     fn show(&mut self, epoch: &Epoch) {
-        let standing = progress::Standing {
+        let state = progress::State {
             step: self.account.clock.index(),
             time: self.account.clock.time(),
             dt: epoch.dt,
             bound: epoch.bound.name(),
         };
-        self.progress.show(&standing);
+        self.progress.show(&state);
     }
 
     fn collapsed(&self, collapsed: Collapsed) -> RunError {
@@ -592,7 +590,7 @@ impl Supervisor for Run<'_> {
     }
 
     fn gone(&mut self) -> Option<(Party, String)> {
-        self.crew.casualty()
+        self.processes.ended()
     }
 
     /// Before the first step there is nothing to drain yet, so an interrupt ends the session.
@@ -603,6 +601,13 @@ impl Supervisor for Run<'_> {
         self.failure = Some(RunError::Interrupted);
         Some(Stop("interrupted".into()))
     }
+}
+
+/// The frames of a scene that asks for them, of which those that are listed are there.
+fn frames(scene: &Scene, dir: &RunDir, listed: Listed) -> Result<Option<Frames>, RunDirError> {
+    let dem = scene.dem.as_ref();
+    let frames = || Frames::resume(dir, scene.mpm.is_some(), dem, listed);
+    scene.output.frames.map(|_| frames()).transpose()
 }
 
 /// Sum of the magnitudes of the momenta of all groups and bodies in N s/m.

@@ -10,10 +10,10 @@ use interface::message::control::Party;
 use interface::message::wire::BodyState;
 use serde::{Deserialize, Serialize};
 
-use crate::account::Kept;
-use crate::frames::Listed;
-use crate::pace::Epoch;
-use crate::stability::{Budgets, Sides};
+use crate::record::frames::Listed;
+use crate::run::account::Kept;
+use crate::run::pace::Epoch;
+use crate::run::stability::{Budgets, Sides};
 
 /// Where a run is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -39,7 +39,7 @@ pub(crate) struct UnderWay {
 
 /// The coupler's own state before a grant.
 #[derive(Debug, Clone, Serialize, Deserialize)]
-pub(crate) struct Standing {
+pub(crate) struct CouplerState {
     pub account: Kept,
     pub phase: Phase,
     pub under_way: UnderWay,
@@ -56,7 +56,7 @@ pub(crate) struct Standing {
 #[derive(Debug, Clone)]
 pub(crate) struct Checkpoint {
     pub about: file::About,
-    pub standing: Standing,
+    pub state: CouplerState,
     /// What each solver has saved.
     pub solvers: Vec<(Party, Vec<u8>)>,
 }

@@ -26,19 +26,19 @@ const GRACE: Duration = Duration::from_secs(2);
 
 /// The solvers of a run. Dropping it ends those that still run.
 #[derive(Debug, Default)]
-pub struct Crew {
-    members: Vec<Member>,
+pub struct Processes {
+    all: Vec<Process>,
 }
 
 #[derive(Debug)]
-struct Member {
+struct Process {
     party: Party,
     child: Child,
     /// Its end has been seen once: its last words, sent before, get one more chance to be read.
-    ended: bool,
+    seen_ended: bool,
 }
 
-impl Crew {
+impl Processes {
     /// Starts the solver of one side: a program and its arguments, to which `--join RUN` is added.
     ///
     /// # Errors
@@ -54,42 +54,41 @@ impl Crew {
             command: command.join(" "),
             source,
         })?;
-        self.members.push(Member {
+        self.all.push(Process {
             party,
             child,
-            ended: false,
+            seen_ended: false,
         });
         Ok(())
     }
 
     /// Process id of a solver.
     pub fn pid(&self, party: Party) -> Option<u32> {
-        let mut members = self.members.iter();
-        members
-            .find(|m| m.party == party)
-            .map(|member| member.child.id())
+        let mut all = self.all.iter();
+        all.find(|m| m.party == party)
+            .map(|process| process.child.id())
     }
 
     /// Tells of a solver that has ended, and how, when it is looked at for the second time.
-    pub fn casualty(&mut self) -> Option<(Party, String)> {
-        for member in &mut self.members {
-            let how = match member.child.try_wait() {
+    pub fn ended(&mut self) -> Option<(Party, String)> {
+        for process in &mut self.all {
+            let how = match process.child.try_wait() {
                 Ok(Some(status)) => process::describe(status),
                 Ok(None) => continue,
                 Err(e) => format!("cannot be watched ({e})"),
             };
-            if member.ended {
-                return Some((member.party, how));
+            if process.seen_ended {
+                return Some((process.party, how));
             }
-            member.ended = true;
+            process.seen_ended = true;
         }
         None
     }
 
     /// Waits for all solvers to end, for [`GRACE`] at most; those that have not are killed.
-    pub fn dismiss(&mut self) {
+    pub fn end_all(&mut self) {
         let deadline = Instant::now() + GRACE;
-        for Member { party, child, .. } in &mut self.members {
+        for Process { party, child, .. } in &mut self.all {
             while matches!(child.try_wait(), Ok(None)) && Instant::now() < deadline {
                 std::thread::sleep(Duration::from_millis(1));
             }
@@ -99,13 +98,13 @@ impl Crew {
                 let _ = child.wait();
             }
         }
-        self.members.clear();
+        self.all.clear();
     }
 }
 
-impl Drop for Crew {
+impl Drop for Processes {
     fn drop(&mut self) {
-        self.dismiss();
+        self.end_all();
     }
 }
 
@@ -117,12 +116,14 @@ mod tests {
     #[test]
     fn an_end_is_told_at_the_second_look_with_how() {
         let owned = OwnedDomain::create().unwrap();
-        let mut crew = Crew::default();
+        let mut processes = Processes::default();
         let command = ["sh", "-c", "exit 7"].map(String::from).to_vec();
-        crew.start(Party::Dem, &command, owned.domain()).unwrap();
+        processes
+            .start(Party::Dem, &command, owned.domain())
+            .unwrap();
         let start = Instant::now();
         let told = loop {
-            if let Some(told) = crew.casualty() {
+            if let Some(told) = processes.ended() {
                 break told;
             }
             assert!(start.elapsed() < Duration::from_secs(10));
@@ -134,11 +135,13 @@ mod tests {
     #[test]
     fn a_solver_that_does_not_end_is_killed() {
         let owned = OwnedDomain::create().unwrap();
-        let mut crew = Crew::default();
+        let mut processes = Processes::default();
         let command = ["sh", "-c", "sleep 60"].map(String::from).to_vec();
-        crew.start(Party::Mpm, &command, owned.domain()).unwrap();
-        let pid = crew.pid(Party::Mpm).unwrap();
-        crew.dismiss();
+        processes
+            .start(Party::Mpm, &command, owned.domain())
+            .unwrap();
+        let pid = processes.pid(Party::Mpm).unwrap();
+        processes.end_all();
         assert!(!std::path::Path::new(&format!("/proc/{pid}/status")).exists());
     }
 
@@ -148,16 +151,18 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let file = dir.path().join("pid");
         let script = format!("sleep 61 & echo $! > {}; wait", file.display());
-        let mut crew = Crew::default();
+        let mut processes = Processes::default();
         let command = ["sh", "-c", &script].map(String::from).to_vec();
-        crew.start(Party::Dem, &command, owned.domain()).unwrap();
+        processes
+            .start(Party::Dem, &command, owned.domain())
+            .unwrap();
         let pid = loop {
             match std::fs::read_to_string(&file) {
                 Ok(pid) if pid.ends_with('\n') => break pid.trim().to_string(),
                 _ => std::thread::sleep(Duration::from_millis(2)),
             }
         };
-        crew.dismiss();
+        processes.end_all();
         // A signal takes effect a little later; one that nobody has reaped yet is a zombie, which does not run either.
         let start = Instant::now();
         loop {
@@ -174,7 +179,7 @@ mod tests {
     fn a_program_that_does_not_exist_is_named() {
         let owned = OwnedDomain::create().unwrap();
         let command = ["/no/such/solver".to_string()];
-        let error = Crew::default()
+        let error = Processes::default()
             .start(Party::Dem, &command, owned.domain())
             .unwrap_err();
         assert!(

@@ -1,9 +1,25 @@
 //! A coupled run from scene to summary.
+//!
+//! | file | what is in it |
+//! | --- | --- |
+//! | [`options`] | how a scene is run |
+//! | [`stability`], [`pace`] | the composed step limit, and the layout of steps between outputs |
+//! | [`launch`], `lead`, [`failure`] | solvers as processes, what they are told and when, why a run ended early |
+//! | `account` | what a run adds up to |
+//! | [`checkpoint`] | the state of a run on disk, from which it goes on |
 
+mod account;
+pub mod checkpoint;
+pub mod failure;
+pub mod launch;
+mod lead;
+pub mod options;
+pub mod pace;
+pub mod stability;
+
+use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use interface::core::SessionError;
@@ -21,52 +37,15 @@ use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, Medium, ROOM};
 use interface::transport::recorded::Recorded;
 
-use crate::account::Account;
-use crate::checkpoint::Checkpoint;
-use crate::checkpoint::file::{self, CheckpointError, newest};
-use crate::failure::RunError;
-use crate::lead::Run;
-use crate::rundir::{RunDir, RunDirError};
+use crate::record::rundir::{RunDir, RunDirError};
+use crate::record::summary::Summary;
+use crate::run::account::Account;
+use crate::run::checkpoint::Checkpoint;
+use crate::run::checkpoint::file::{self, CheckpointError, newest};
+use crate::run::failure::RunError;
+use crate::run::lead::Run;
+pub use crate::run::options::{RunOptions, Solvers};
 use crate::scene::Scene;
-use crate::summary::Summary;
-
-/// How a scene is run.
-#[derive(Clone, Debug)]
-pub struct RunOptions {
-    /// Where the solvers are.
-    pub solvers: Solvers,
-    /// Threads of each solver.
-    pub threads: usize,
-    /// Most steps granted at once; the scene's own where absent.
-    pub window: Option<u32>,
-    /// Whether everything that crosses is recorded in the run directory.
-    pub record: bool,
-    /// Whether a bar is wanted on a terminal.
-    pub progress: bool,
-    /// Set from outside to end the run in order, after a last checkpoint.
-    pub interrupt: Arc<AtomicBool>,
-    /// Set from outside to save a checkpoint soon.
-    pub save: Arc<AtomicBool>,
-}
-
-/// Where the solvers of a run are.
-#[derive(Clone, Debug)]
-pub enum Solvers {
-    /// In processes of their own: a program and its arguments each, to which `--join RUN` is added.
-    Processes {
-        /// The continuum's.
-        mpm: Vec<String>,
-        /// The bodies'.
-        dem: Vec<String>,
-    },
-    /// In this thread, in turns with the coupler.
-    Here {
-        /// Makes the continuum's.
-        mpm: fn() -> Box<dyn MpmSolver>,
-        /// Makes the bodies'.
-        dem: fn() -> Box<dyn DemSolver>,
-    },
-}
 
 /// Runs `scene` and writes what it shows to `dir`. A run that fails has a summary too: its status and reason.
 ///
@@ -143,7 +122,10 @@ fn go(
         let ended = Run::new(scene, options, dir, &mut account, from).and_then(|mut run| {
             run.tape.clone_from(&tape);
             let led = match &options.solvers {
-                Solvers::Processes { mpm, dem } => processes(&mut run, [mpm, dem], tape),
+                Solvers::Processes { mpm, dem } => {
+                    let commands = BTreeMap::from([(Party::Mpm, mpm), (Party::Dem, dem)]);
+                    processes(&mut run, &commands, tape)
+                }
                 Solvers::Here { mpm, dem } => here(&mut run, *mpm, *dem, tape),
             };
             run.end(led)
@@ -178,7 +160,7 @@ fn noted(channel: Channel) -> bool {
 /// The solvers in processes of their own.
 fn processes(
     run: &mut Run<'_>,
-    commands: [&Vec<String>; 2],
+    commands: &BTreeMap<Party, &Vec<String>>,
     tape: Option<Tape>,
 ) -> Result<(), RunError> {
     let parties = run.parties().to_vec();
@@ -202,9 +184,9 @@ fn processes(
     };
     let mut verdict = Ok(());
     for &party in &parties {
-        let command = commands[usize::from(party == Party::Dem)];
+        let command = commands[&party];
         verdict = verdict.and_then(|()| {
-            run.crew
+            run.processes
                 .start(party, command, names)
                 .map_err(RunError::from)
         });
@@ -220,7 +202,7 @@ fn processes(
         // One that had not yet opened its channels has missed the Abort (S-7); it looks whether the coupler lives.
         domain.release();
     }
-    run.crew.dismiss();
+    run.processes.end_all();
     verdict
 }
 

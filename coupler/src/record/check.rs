@@ -1,15 +1,14 @@
 //! Columns of the history and the scene's own checks: recorded sample by sample, judged at the end.
 //!
 //! ```text
-//! let mut recorder = Recorder::new(&scene);      // header() for history.csv
+//! let mut recorder = Recorder::new(columns, checks, end);      // header() for history.csv
 //! recorder.record(&sample);                      // at every history output, from t_0 to the end; then row()
 //! let results = recorder.finish();               // for summary.json
 //! ```
 
 use serde::{Deserialize, Serialize};
 
-use crate::quantity::Sample;
-use crate::scene::Scene;
+use crate::record::quantity::Sample;
 use mechanics::expression::Expression;
 
 /// A column of the history.
@@ -138,18 +137,15 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// A recorder that has seen nothing.
-    pub fn new(scene: &Scene) -> Self {
+    /// A recorder of these columns and checks that has seen nothing, of a run that ends at `end` (s).
+    pub fn new(columns: &[Column], checks: &[Check], end: f64) -> Self {
+        let checks = checks.iter().cloned();
         Self {
-            columns: scene.output.columns.clone(),
-            checks: scene
-                .checks
-                .iter()
-                .map(|check| (check.clone(), Progress::default()))
-                .collect(),
+            columns: columns.to_vec(),
+            checks: checks.map(|check| (check, Progress::default())).collect(),
             slots: Vec::new(),
             row: Vec::new(),
-            time_slack: 1e-9 * scene.time.end,
+            time_slack: 1e-9 * end,
         }
     }
 
@@ -163,7 +159,7 @@ impl Recorder {
     }
 
     /// Goes on where another recorder of the same scene has been; whether it was of as many checks.
-    pub fn go_on(&mut self, recorded: Recorded) -> bool {
+    pub fn resume(&mut self, recorded: Recorded) -> bool {
         let fits = recorded.checks.len() == self.checks.len();
         self.slots = recorded.slots;
         for ((_, progress), kept) in self.checks.iter_mut().zip(recorded.checks) {

@@ -15,19 +15,18 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
 use std::{fs, io, thread};
 
+use interface::config::DemConfig;
 use interface::message::wire::{BodyState, PointState};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Writer, XmlVersion};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::rundir::{RunDir, RunDirError};
-use crate::scene::Scene;
+use crate::record::rundir::{FRAME_LIST, RunDir, RunDirError, fail};
 use vtu::{Array, Cell, Mesh};
 
-/// The folder of a run directory, and in it the list of what is there.
+/// The folder of a run directory.
 const FOLDER: &str = "frames";
-pub(crate) const LIST: &str = "frames/frames.pvd";
 /// Frames in memory that have not been written.
 const WAITING: usize = 4;
 
@@ -61,49 +60,43 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// Of a scene that asks for them; those of an earlier run are removed.
-    ///
-    /// # Errors
-    /// [`RunDirError`].
-    pub fn begin(dir: &RunDir, scene: &Scene) -> Result<Option<Self>, RunDirError> {
-        Self::go_on(dir, scene, Listed::default())
-    }
-
-    /// The same of a run that goes on where so many frames are there; later ones are removed.
+    /// Of a run of these sides, of which the frames that are `listed` are there; later ones are removed.
     ///
     /// # Errors
     /// [`RunDirError`], also when one of them is not there.
-    pub fn go_on(dir: &RunDir, scene: &Scene, listed: Listed) -> Result<Option<Self>, RunDirError> {
-        if scene.output.frames.is_none() {
-            return Ok(None);
-        }
+    pub fn resume(
+        dir: &RunDir,
+        has_points: bool,
+        dem: Option<&DemConfig>,
+        listed: Listed,
+    ) -> Result<Self, RunDirError> {
         let folder = dir.path().join(FOLDER);
         if listed.times.is_empty() {
             let emptied = match fs::remove_dir_all(&folder) {
                 Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
                 _ => fs::create_dir(&folder),
             };
-            emptied.map_err(crate::rundir::fail("empty", &folder))?;
+            emptied.map_err(fail("empty", &folder))?;
         }
-        let bodies = scene.dem.iter().flat_map(|dem| &dem.bodies);
+        let bodies = dem.iter().flat_map(|dem| &dem.bodies);
         let outlines = bodies.map(outline::outlines).collect();
         let (queue, taken) = sync_channel(WAITING);
         let written = Arc::new(AtomicUsize::new(listed.times.len()));
         let series = Series {
             dir: dir.clone(),
-            has: [scene.mpm.is_some(), scene.dem.is_some()],
+            has: [has_points, dem.is_some()],
             outlines,
             start: listed.start.clone(),
             times: listed.times.clone(),
             written: written.clone(),
         };
         series.keep_listed()?;
-        Ok(Some(Self {
+        Ok(Self {
             listed,
             written,
             queue: Some(queue),
             writer: Some(thread::spawn(move || series.write_all(&taken))),
-        }))
+        })
     }
 
     /// Takes a frame, to be written soon.
@@ -186,8 +179,8 @@ impl Series {
             }
             Ok(())
         };
-        keep().map_err(crate::rundir::fail("go on in", &folder))?;
-        self.dir.write_whole(LIST, &self.list())
+        keep().map_err(fail("go on in", &folder))?;
+        self.dir.write_whole(FRAME_LIST, &self.list())
     }
 
     fn write_all(mut self, taken: &Receiver<Instant>) -> Result<(), RunDirError> {
@@ -204,7 +197,7 @@ impl Series {
                 self.write(&file("bodies", number), &bodies)?;
             }
             self.times.push(instant.time);
-            self.dir.write_whole(LIST, &self.list())?;
+            self.dir.write_whole(FRAME_LIST, &self.list())?;
             self.written.store(self.times.len(), Ordering::Release);
         }
         Ok(())
@@ -349,18 +342,18 @@ impl Frame {
     /// # Errors
     /// [`FrameError`]: there is none, or it cannot be read.
     pub fn read(run: &Path, time: f64) -> Result<Self, FrameError> {
-        let list = run.join(LIST);
-        let fail = |path: &Path, what: String| FrameError {
+        let list = run.join(FRAME_LIST);
+        let bad = |path: &Path, what: String| FrameError {
             path: path.to_path_buf(),
             what,
         };
         let text = fs::read_to_string(&list).map_err(|e| {
-            fail(
+            bad(
                 &list,
                 format!("{e}; frames are kept of a run with `output.frames`"),
             )
         })?;
-        let entries = entries(&text).map_err(|what| fail(&list, what))?;
+        let entries = entries(&text).map_err(|what| bad(&list, what))?;
         let away = |entry: &&Entry| (entry.time - time).abs();
         let nearest = entries.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
         let last = entries.last().map_or(0.0, |entry| entry.time);
@@ -369,17 +362,17 @@ impl Frame {
             Some(nearest) if away(&nearest) <= 1e-6 * last.max(time) => nearest.time,
             Some(nearest) => {
                 let what = format!("no frame at {time} s; the nearest is at {} s", nearest.time);
-                return Err(fail(&list, what));
+                return Err(bad(&list, what));
             }
-            None => return Err(fail(&list, "no frames".into())),
+            None => return Err(bad(&list, "no frames".into())),
         };
         let part = |name: &str| {
             let found = entries.iter().find(|e| e.time == nearest && e.name == name);
             found
                 .map(|entry| {
                     let path = run.join(FOLDER).join(&entry.file);
-                    let xml = fs::read(&path).map_err(|e| fail(&path, e.to_string()))?;
-                    Mesh::from_xml(&xml).map_err(|what| fail(&path, what))
+                    let xml = fs::read(&path).map_err(|e| bad(&path, e.to_string()))?;
+                    Mesh::from_xml(&xml).map_err(|what| bad(&path, what))
                 })
                 .transpose()
         };

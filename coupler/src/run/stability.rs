@@ -11,6 +11,7 @@ use interface::message::wire::Limits;
 use interface::solver::Readiness;
 use serde::{Deserialize, Serialize};
 
+use crate::record::summary::Criteria;
 use crate::scene::{Criterion, TimePlan};
 
 /// What binds the step.
@@ -101,26 +102,6 @@ pub struct Stability {
     lightest_point: f64,
     /// Step of the contact alone in s, likewise.
     contact_alone: f64,
-}
-
-/// Steps in s that criteria would allow a run, to compare them by: safety factors included, the scene's `step_factor`,
-/// cap and outputs left out. Absent where nothing binds.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Criteria {
-    /// Shortest that the composed criterion asked for (PHYSICS.md section 4): that of the hardest contact.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub composed: Option<f64>,
-    /// Jiang 2020 eq. 51, the scene's own factors or [`Criterion::EQ_51`].
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub jiang2020: Option<f64>,
-    /// `min(kappa_1 L/c, 2 kappa sqrt(m_p/k_n))` with the mass of the lightest point and the safety factor kappa:
-    /// what one does who knows that a point is the lightest partner of its contact.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub lightest_point: Option<f64>,
-    /// `sqrt(m/k_n)`, as it stands: m of the lightest point, without points of the lightest free body. Knows of no waves
-    /// and has no safety factor; half the limit of one mass on one spring.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub contact_alone: Option<f64>,
 }
 
 /// A step and the budgets within which it stays stable.

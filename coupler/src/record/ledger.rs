@@ -3,8 +3,6 @@
 use interface::message::wire::Ledger;
 use serde::{Deserialize, Serialize};
 
-use crate::quantity::total_energy;
-
 /// Energies of both sides at one time in J/m, as `summary.json` has them.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Energies {
@@ -46,7 +44,7 @@ impl Energies {
             viscous: sum(|l| l.viscous_work),
             plastic: sum(|l| l.plastic_work),
             driven: sum(|l| l.driven_work),
-            total: total_energy(mpm, dem),
+            total: total(mpm) + total(dem),
             stress_work: sum(|l| l.stress_work),
         }
     }
@@ -58,6 +56,20 @@ impl Energies {
         let lost = self.friction + self.viscous + self.plastic;
         held + lost + (self.gravity - start.gravity).abs() + self.driven.abs()
     }
+}
+
+/// What one side conserves apart from the residual of the transfer scheme, in J/m: energies held, plus energy dissipated,
+/// minus work put in.
+fn total(side: &Ledger) -> f64 {
+    side.kinetic
+        + side.kinetic_rotation
+        + side.elastic
+        + side.gravity
+        + side.contact
+        + side.friction_work
+        + side.viscous_work
+        + side.plastic_work
+        - side.driven_work
 }
 
 /// The balance so far.

@@ -6,8 +6,8 @@ use std::collections::BTreeMap;
 use interface::step::GROWTH;
 use serde::{Deserialize, Serialize};
 
+use crate::run::stability::{Bound, Sides, Stability, StepLimit};
 use crate::scene::TimePlan;
-use crate::stability::{Bound, Sides, Stability, StepLimit};
 
 /// Steps after which the limits are asked again although nobody complained.
 const EPOCH: u64 = 64;
@@ -78,7 +78,7 @@ impl Pace {
     }
 
     /// Goes on where another run has been.
-    pub fn go_on(&mut self, so_far: SoFar) {
+    pub fn resume(&mut self, so_far: SoFar) {
         self.so_far = so_far;
     }
 

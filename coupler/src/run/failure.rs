@@ -4,10 +4,10 @@ use interface::core::SessionError;
 use interface::solver::Fault;
 use thiserror::Error;
 
-use crate::launch::StartError;
-use crate::rundir::RunDirError;
-use crate::stability::Bound;
-use crate::summary::Status;
+use crate::record::rundir::RunDirError;
+use crate::record::summary::Status;
+use crate::run::launch::StartError;
+use crate::run::stability::Bound;
 
 /// Why a run did not reach its end.
 #[derive(Debug, Error)]

@@ -125,7 +125,7 @@ pub(crate) fn write(checkpoint: &Checkpoint) -> Vec<u8> {
     let mut bytes = MAGIC.to_vec();
     number(&mut bytes, about.len());
     bytes.extend(about);
-    pack(&mut bytes, &saved::pack(FORMAT, &checkpoint.standing));
+    pack(&mut bytes, &saved::pack(FORMAT, &checkpoint.state));
     for (_, state) in &checkpoint.solvers {
         pack(&mut bytes, state);
     }
@@ -166,8 +166,8 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Checkpoint, String> {
     let length = take_number(&mut rest)?;
     let about: About =
         serde_json::from_slice(take(&mut rest, length)?).map_err(|e| e.to_string())?;
-    let standing = unpack(&mut rest)?;
-    let standing = saved::unpack(FORMAT, &standing).map_err(|e| e.message)?;
+    let state = unpack(&mut rest)?;
+    let state = saved::unpack(FORMAT, &state).map_err(|e| e.message)?;
     let mut solvers = Vec::new();
     for &party in &about.solvers {
         solvers.push((party, unpack(&mut rest)?));
@@ -177,7 +177,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Checkpoint, String> {
     }
     Ok(Checkpoint {
         about,
-        standing,
+        state,
         solvers,
     })
 }

@@ -8,13 +8,13 @@ use interface::message::wire::Report;
 use interface::step::Clock;
 use serde::{Deserialize, Serialize};
 
-use crate::check::{Recorded, Recorder};
-use crate::failure::RunError;
-use crate::ledger::Balance;
-use crate::pace::{Pace, SoFar};
+use crate::record::check::{Recorded, Recorder};
+use crate::record::ledger::Balance;
+use crate::record::summary::Criteria;
+use crate::record::summary::{EnergyLedger, Status, Summary, WallParts};
+use crate::run::failure::RunError;
+use crate::run::pace::{Pace, SoFar};
 use crate::scene::Scene;
-use crate::stability::Criteria;
-use crate::summary::{EnergyLedger, Status, Summary, WallParts};
 
 /// Time spent, in s.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
@@ -70,7 +70,7 @@ impl Account {
         Self {
             scene: scene.name.clone(),
             scene_hash: scene.hash.clone(),
-            recorder: Recorder::new(scene),
+            recorder: Recorder::new(&scene.output.columns, &scene.checks, scene.time.end),
             balance: Balance::default(),
             pace: Pace::new(scene.time, scene.output.every),
             criteria: Criteria::default(),
@@ -111,7 +111,7 @@ impl Account {
     }
 
     /// Goes on where another process has been; whether that was of this scene.
-    pub fn go_on(&mut self, kept: Kept) -> bool {
+    pub fn resume(&mut self, kept: Kept) -> bool {
         let [composed, jiang2020, lightest_point, contact_alone] = kept.criteria;
         self.criteria = Criteria {
             composed,
@@ -120,13 +120,13 @@ impl Account {
             contact_alone,
         };
         self.balance = kept.balance;
-        self.pace.go_on(kept.so_far);
+        self.pace.resume(kept.so_far);
         self.clock = kept.clock;
         self.imps_max = kept.imps_max;
         self.grants = kept.grants;
         self.epochs = kept.epochs;
         self.earlier = kept.spent;
-        self.recorder.go_on(kept.recorded)
+        self.recorder.resume(kept.recorded)
     }
 
     /// Time spent, by this process and those before it.

@@ -10,7 +10,7 @@ use std::{fs, io};
 
 use super::Checkpoint;
 use super::file::{self, FOLDER};
-use crate::rundir::{RunDir, RunDirError, fail};
+use crate::record::rundir::{RunDir, RunDirError, fail};
 use crate::scene::CheckpointPlan;
 
 /// Checkpoints that are kept: the newest, and the one before.
@@ -113,7 +113,7 @@ impl Writer {
     fn write_all(self, taken: &Receiver<Box<Checkpoint>>) -> Result<(), RunDirError> {
         let mut synced = 0;
         for checkpoint in taken {
-            let frames = checkpoint.standing.frames.times.len();
+            let frames = checkpoint.state.frames.times.len();
             self.await_frames(frames);
             self.sync_outputs(synced..frames)?;
             synced = frames;
@@ -135,8 +135,8 @@ impl Writer {
     }
 
     fn sync_outputs(&self, frames: std::ops::Range<usize>) -> Result<(), RunDirError> {
-        let mut paths = vec![self.dir.path().join(crate::rundir::HISTORY)];
-        paths.extend(crate::frames::paths(self.dir.path(), frames));
+        let mut paths = vec![self.dir.path().join(crate::record::history::HISTORY)];
+        paths.extend(crate::record::frames::paths(self.dir.path(), frames));
         for path in paths.iter().filter(|path| path.exists()) {
             let synced = fs::File::open(path).and_then(|file| file.sync_data());
             synced.map_err(fail("write", path))?;

@@ -5,9 +5,8 @@ use std::collections::BTreeMap;
 use interface::message::wire::{BodyState, PointState};
 use serde::{Deserialize, Serialize};
 
-use crate::check::CheckResult;
-use crate::ledger::{Balance, Energies};
-use crate::stability::Criteria;
+use crate::record::check::CheckResult;
+use crate::record::ledger::{Balance, Energies};
 
 /// How a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -72,6 +71,26 @@ pub struct EnergyLedger {
     /// Work of the stress that is neither stored nor dissipated, at the last measurement, relative to the largest energy in
     /// play; `null` of a continuum that does not keep that work.
     pub work_gap: Option<f64>,
+}
+
+/// Steps in s that criteria would allow a run, to compare them by: safety factors included, the scene's `step_factor`,
+/// cap and outputs left out. Absent where nothing binds.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Criteria {
+    /// Shortest that the composed criterion asked for (PHYSICS.md section 4): that of the hardest contact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub composed: Option<f64>,
+    /// Jiang 2020 eq. 51, the scene's own factors or those of the paper's scenes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jiang2020: Option<f64>,
+    /// `min(kappa_1 L/c, 2 kappa sqrt(m_p/k_n))` with the mass of the lightest point and the safety factor kappa:
+    /// what one does who knows that a point is the lightest partner of its contact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub lightest_point: Option<f64>,
+    /// `sqrt(m/k_n)`, as it stands: m of the lightest point, without points of the lightest free body. Knows of no waves
+    /// and has no safety factor; half the limit of one mass on one spring.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub contact_alone: Option<f64>,
 }
 
 /// What a run has shown.

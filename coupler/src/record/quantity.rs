@@ -1,0 +1,603 @@
+//! The quantities that columns, checks and references may name, and one sample of all of them.
+//!
+//! A quantity is one row of a table: name, unit, meaning, value. What an expression may name, what a sample is filled
+//! with and the list in `docs/scene-format.md` are made of the rows.
+
+use std::fmt::Write as _;
+
+use interface::message::wire::{BodyState, GroupState, Ledger};
+use mechanics::expression::Meaning;
+
+use super::ledger::Balance;
+
+/// A quantity of `T`, which is measured at every output.
+struct Row<T: ?Sized> {
+    name: &'static str,
+    unit: &'static str,
+    /// What it is, for the reference page.
+    meaning: &'static str,
+    value: fn(&T) -> f64,
+}
+
+const fn row<T: ?Sized>(
+    name: &'static str,
+    unit: &'static str,
+    meaning: &'static str,
+    value: fn(&T) -> f64,
+) -> Row<T> {
+    Row {
+        name,
+        unit,
+        meaning,
+        value,
+    }
+}
+
+/// Quantities that every scene has. The time is the first.
+const OF_RUN: &[Row<Books>] = &[
+    row("time", "s", "simulated time; `t` for short", |m| m.time),
+    row(
+        "energy.kinetic",
+        "J/m",
+        "kinetic energy of the points, and of the translation of the bodies",
+        |m| m.balance.now.kinetic,
+    ),
+    row(
+        "energy.rotation",
+        "J/m",
+        "kinetic energy of the rotation of the bodies",
+        |m| m.balance.now.rotation,
+    ),
+    row(
+        "energy.elastic",
+        "J/m",
+        "elastic energy of the points",
+        |m| m.balance.now.elastic,
+    ),
+    row(
+        "energy.gravity",
+        "J/m",
+        "potential energy of gravity",
+        |m| m.balance.now.gravity,
+    ),
+    row("energy.contact", "J/m", "energy in contact springs", |m| {
+        m.balance.now.contact
+    }),
+    row(
+        "energy.friction",
+        "J/m",
+        "dissipated by friction so far",
+        |m| m.balance.now.friction,
+    ),
+    row(
+        "energy.viscous",
+        "J/m",
+        "dissipated by viscosity so far",
+        |m| m.balance.now.viscous,
+    ),
+    row(
+        "energy.plastic",
+        "J/m",
+        "dissipated by plastic flow so far",
+        |m| m.balance.now.plastic,
+    ),
+    row(
+        "energy.driven",
+        "J/m",
+        "work of driven bodies and boundaries so far",
+        |m| m.balance.now.driven,
+    ),
+    row(
+        "energy.total",
+        "J/m",
+        "the five energies, plus the three dissipated, minus the work put in: conserved but for the residual",
+        |m| m.balance.now.total,
+    ),
+    row(
+        "energy.residual",
+        "J/m",
+        "total minus its first value",
+        |m| m.balance.residual,
+    ),
+    row(
+        "energy.residual_relative",
+        "1",
+        "the residual relative to the largest energy in play so far",
+        |m| m.balance.residual_relative(),
+    ),
+    row(
+        "energy.stress_work",
+        "J/m",
+        "work of the stress of the points so far, minus what plastic flow and viscous stress took of it; no part of the total; NaN, which passes no check, if the continuum does not keep that work (capability `stress_work`)",
+        |m| m.balance.work_gap().map_or(f64::NAN, |_| m.mpm.stress_work),
+    ),
+    row(
+        "energy.work_gap",
+        "J/m",
+        "`energy.stress_work` minus the growth of `energy.elastic`: what a law without an energy takes (above 0) or creates (below 0); of a law with an energy the error of the quadrature; NaN as `energy.stress_work`",
+        |m| m.balance.work_gap().unwrap_or(f64::NAN),
+    ),
+    row(
+        "energy.work_gap_relative",
+        "1",
+        "the work gap relative to the largest energy in play so far",
+        |m| m.balance.work_gap_relative().unwrap_or(f64::NAN),
+    ),
+    row(
+        "momentum.x",
+        "N s/m",
+        "linear momentum of points and bodies, half a step after the time of the positions",
+        |m| m.mpm.momentum[0] + m.dem.momentum[0],
+    ),
+    row("momentum.y", "N s/m", "the same in y", |m| {
+        m.mpm.momentum[1] + m.dem.momentum[1]
+    }),
+    row(
+        "momentum_error",
+        "1",
+        "change of momentum minus the applied impulses, relative to the largest momentum so far: of all groups and bodies one by one, or handed over by contact or from outside",
+        |m| m.balance.momentum_error,
+    ),
+    row("contact.force.x", "N/m", "force of bodies on points", |m| {
+        m.mpm.contact_force[0]
+    }),
+    row("contact.force.y", "N/m", "the same in y", |m| {
+        m.mpm.contact_force[1]
+    }),
+    row(
+        "contact.points",
+        "1",
+        "points in contact with bodies",
+        |m| m.mpm.contacts as f64,
+    ),
+];
+
+/// Quantities of one point group.
+const OF_GROUP: &[Row<GroupState>] = &[
+    row("x", "m", "centre of mass", |g| g.position[0]),
+    row("y", "m", "the same in y", |g| g.position[1]),
+    row("vx", "m/s", "mean velocity by mass", |g| g.velocity[0]),
+    row("vy", "m/s", "the same in y", |g| g.velocity[1]),
+    row("mass", "kg/m", "mass", |g| g.mass),
+    row("kinetic", "J/m", "kinetic energy", |g| g.kinetic),
+    row("fx", "N/m", "force of bodies on the group", |g| {
+        g.contact_force[0]
+    }),
+    row("fy", "N/m", "the same in y", |g| g.contact_force[1]),
+    row("xmin", "m", "least x of its points", |g| g.lower[0]),
+    row("xmax", "m", "largest x of its points", |g| g.upper[0]),
+    row("ymin", "m", "least y of its points", |g| g.lower[1]),
+    row("ymax", "m", "largest y of its points", |g| g.upper[1]),
+    row("contacts", "1", "its points in contact with bodies", |g| {
+        g.contacts as f64
+    }),
+];
+
+/// Quantities of one body.
+const OF_BODY: &[Row<BodyState>] = &[
+    row("x", "m", "centre of mass", |b| b.position[0]),
+    row("y", "m", "the same in y", |b| b.position[1]),
+    row("vx", "m/s", "its velocity", |b| b.velocity[0]),
+    row("vy", "m/s", "the same in y", |b| b.velocity[1]),
+    row("angle", "rad", "angle, counter-clockwise", |b| b.angle),
+    row("spin", "rad/s", "angular velocity", |b| b.spin),
+    row("mass", "kg/m", "mass", |b| b.mass),
+    row(
+        "inertia",
+        "kg m",
+        "moment of inertia about the centre of mass",
+        |b| b.inertia,
+    ),
+    row(
+        "kinetic",
+        "J/m",
+        "kinetic energy of translation and rotation",
+        kinetic,
+    ),
+    row("fx", "N/m", "force of the points on the body", |b| {
+        b.point_force[0]
+    }),
+    row("fy", "N/m", "the same in y", |b| b.point_force[1]),
+    row("torque", "N", "torque of the points on the body", |b| {
+        b.point_torque
+    }),
+    row("contacts", "1", "points in contact with the body", |b| {
+        b.contacts as f64
+    }),
+    row(
+        "contact_fx",
+        "N/m",
+        "force of other bodies on the body",
+        |b| b.body_force[0],
+    ),
+    row("contact_fy", "N/m", "the same in y", |b| b.body_force[1]),
+    row(
+        "contact_torque",
+        "N",
+        "torque of other bodies on the body",
+        |b| b.body_torque,
+    ),
+];
+
+/// Quantities of a generated set of bodies.
+const OF_FILL: &[Row<[BodyState]>] = &[
+    row("x", "m", "mean position by mass", |f| {
+        mean(f, |b| b.position[0])
+    }),
+    row("y", "m", "the same in y", |f| mean(f, |b| b.position[1])),
+    row("vx", "m/s", "mean velocity by mass", |f| {
+        mean(f, |b| b.velocity[0])
+    }),
+    row("vy", "m/s", "the same in y", |f| mean(f, |b| b.velocity[1])),
+    row("mass", "kg/m", "mass of all", mass),
+    row(
+        "kinetic",
+        "J/m",
+        "kinetic energy of all, with rotation",
+        |f| f.iter().map(kinetic).sum(),
+    ),
+    row("spread", "m", "mean of `\\|x - x_mean\\|` by mass", |f| {
+        let x = mean(f, |b| b.position[0]);
+        mean(f, |b| (b.position[0] - x).abs())
+    }),
+    row("xmin", "m", "least x of the centres", |f| {
+        along(f, 0).fold(f64::INFINITY, f64::min)
+    }),
+    row("xmax", "m", "largest x of the centres", |f| {
+        along(f, 0).fold(f64::NEG_INFINITY, f64::max)
+    }),
+    row("ymin", "m", "least y of the centres", |f| {
+        along(f, 1).fold(f64::INFINITY, f64::min)
+    }),
+    row("ymax", "m", "largest y of the centres", |f| {
+        along(f, 1).fold(f64::NEG_INFINITY, f64::max)
+    }),
+];
+
+fn mass(bodies: &[BodyState]) -> f64 {
+    bodies.iter().map(|b| b.mass).sum()
+}
+
+/// Mean by mass.
+fn mean(bodies: &[BodyState], of: impl Fn(&BodyState) -> f64) -> f64 {
+    let sum: f64 = bodies.iter().map(|b| b.mass * of(b)).sum();
+    sum / mass(bodies)
+}
+
+fn along(bodies: &[BodyState], axis: usize) -> impl Iterator<Item = f64> {
+    bodies.iter().map(move |b| b.position[axis])
+}
+
+/// Kinetic energy of translation and rotation in J/m.
+fn kinetic(b: &BodyState) -> f64 {
+    let speed_sq = b.velocity[0].powi(2) + b.velocity[1].powi(2);
+    0.5 * b.mass * speed_sq + 0.5 * b.inertia * b.spin.powi(2)
+}
+
+/// The books of both sides at one time.
+#[derive(Debug, Clone, Copy)]
+pub struct Books {
+    /// `t_n` in s.
+    pub time: f64,
+    /// The continuum's ledger; zeros where there is none.
+    pub mpm: Ledger,
+    /// The bodies' ledger; zeros where there is none.
+    pub dem: Ledger,
+    /// The balance that has taken both.
+    pub balance: Balance,
+}
+
+/// One measurement of both sides, from which a [`Sample`] is filled.
+#[derive(Debug, Clone, Copy)]
+pub struct Measured<'a> {
+    /// Ledgers and balance.
+    pub books: Books,
+    /// One record for each point group, in the order of the scene.
+    pub groups: &'a [GroupState],
+    /// One record for each body, in the order of the scene.
+    pub bodies: &'a [BodyState],
+}
+
+/// The registry: every quantity of a scene and its place in a [`Sample`].
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Quantities {
+    names: Vec<String>,
+    groups: usize,
+    /// Bodies written one by one.
+    bodies: usize,
+    /// Bodies of each set, which follow them.
+    fills: Vec<usize>,
+}
+
+/// The values of all quantities at one time, in the order of their registry.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Sample {
+    values: Vec<f64>,
+}
+
+impl Quantities {
+    /// The quantities of a scene with these point groups, bodies, and generated sets of so many bodies.
+    pub fn new<'a>(
+        groups: impl IntoIterator<Item = &'a str>,
+        bodies: impl IntoIterator<Item = &'a str>,
+        fills: impl IntoIterator<Item = (&'a str, u32)>,
+    ) -> Self {
+        let mut registry = Self::default();
+        registry.add("", OF_RUN);
+        for group in groups {
+            registry.groups += 1;
+            registry.add(&format!("points.{group}."), OF_GROUP);
+        }
+        for body in bodies {
+            registry.bodies += 1;
+            registry.add(&format!("body.{body}."), OF_BODY);
+        }
+        for (fill, count) in fills {
+            registry.fills.push(count as usize);
+            registry.add(&format!("fill.{fill}."), OF_FILL);
+        }
+        registry
+    }
+
+    fn add<T: ?Sized>(&mut self, prefix: &str, rows: &[Row<T>]) {
+        let names = rows.iter().map(|row| format!("{prefix}{}", row.name));
+        self.names.extend(names);
+    }
+
+    /// Number of values in a [`Sample`].
+    pub fn len(&self) -> usize {
+        self.names.len()
+    }
+
+    /// Never: every scene has a time.
+    pub fn is_empty(&self) -> bool {
+        self.names.is_empty()
+    }
+
+    /// All names, in the order of a [`Sample`].
+    pub fn names(&self) -> impl Iterator<Item = &str> + Clone {
+        self.names.iter().map(String::as_str)
+    }
+
+    /// Place of a quantity in a [`Sample`].
+    pub fn index(&self, name: &str) -> Option<usize> {
+        let name = if name == "t" { "time" } else { name };
+        self.names.iter().position(|known| known == name)
+    }
+
+    /// What a name means in an expression over `[sample, initial sample]`: a quantity, or `initial.` and a quantity.
+    pub(crate) fn meaning(&self, name: &str) -> Option<Meaning> {
+        match name.strip_prefix("initial.") {
+            Some(quantity) => Some(Meaning::Slot(self.len() + self.index(quantity)?)),
+            None => Some(Meaning::Slot(self.index(name)?)),
+        }
+    }
+
+    /// Fills `sample` from one measurement.
+    ///
+    /// # Panics
+    /// If there are not as many groups or bodies as the scene has: an assertion, they were configured from it.
+    pub fn fill(&self, sample: &mut Sample, measured: &Measured) {
+        assert_eq!(measured.groups.len(), self.groups, "one record a group");
+        let count = self.bodies + self.fills.iter().sum::<usize>();
+        assert_eq!(measured.bodies.len(), count, "one record a body");
+        let (bodies, mut filled) = measured.bodies.split_at(self.bodies);
+        sample.values.clear();
+        sample.add(OF_RUN, &measured.books);
+        for group in measured.groups {
+            sample.add(OF_GROUP, group);
+        }
+        for body in bodies {
+            sample.add(OF_BODY, body);
+        }
+        for count in &self.fills {
+            let (fill, others) = filled.split_at(*count);
+            sample.add(OF_FILL, fill);
+            filled = others;
+        }
+    }
+
+    /// The list of all quantities for the reference page, as Markdown.
+    pub fn reference() -> String {
+        let mut page = "| name | unit | meaning |\n| --- | --- | --- |\n".to_owned();
+        list(&mut page, "", OF_RUN);
+        page.push_str("| `points.NAME.Q` | | a group of `[[mpm.points]]`, with these for Q: |\n");
+        list(&mut page, "… ", OF_GROUP);
+        page.push_str("| `body.NAME.Q` | | a body of `[[dem.body]]`, with these for Q: |\n");
+        list(&mut page, "… ", OF_BODY);
+        page.push_str("| `fill.NAME.Q` | | a set of `[[dem.fill]]`, whose bodies have no quantities of their own, with these for Q: |\n");
+        list(&mut page, "… ", OF_FILL);
+        page.push_str("| `initial.` and any of these | | its value at t = 0 |\n");
+        page
+    }
+}
+
+fn list<T: ?Sized>(page: &mut String, mark: &str, rows: &[Row<T>]) {
+    for Row {
+        name,
+        unit,
+        meaning,
+        ..
+    } in rows
+    {
+        let _ = writeln!(page, "| {mark}`{name}` | {unit} | {meaning} |");
+    }
+}
+
+impl Sample {
+    fn add<T: ?Sized>(&mut self, rows: &[Row<T>], of: &T) {
+        self.values.extend(rows.iter().map(|row| (row.value)(of)));
+    }
+
+    /// The values, in the order of the registry; empty before the first fill.
+    pub fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// The time of the sample in s.
+    ///
+    /// # Panics
+    /// If it was never filled: an assertion.
+    pub fn time(&self) -> f64 {
+        self.values[0]
+    }
+}
+
+#[cfg(test)]
+impl From<Vec<f64>> for Sample {
+    fn from(values: Vec<f64>) -> Self {
+        Self { values }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Values of some quantities of the measurement below.
+    const EXPECTED: [(&str, f64); 31] = [
+        ("time", 0.25),
+        ("t", 0.25),
+        ("energy.kinetic", 11.0),
+        ("energy.rotation", 20.0),
+        ("energy.total", 72.5),
+        ("energy.residual", 72.5),
+        ("energy.residual_relative", 72.5 / 73.5),
+        ("energy.stress_work", 2.25),
+        ("energy.work_gap", 0.25),
+        ("energy.work_gap_relative", 0.25 / 73.5),
+        ("momentum.y", 4.0),
+        ("momentum_error", 0.5),
+        ("contact.force.x", 3.0),
+        ("points.disc.vx", 7.0),
+        ("points.disc.xmax", 9.0),
+        ("points.disc.ymax", 11.0),
+        ("points.disc.contacts", 12.0),
+        ("body.target.kinetic", 31.0),
+        ("body.target.torque", 13.0),
+        ("body.target.contact_fx", 17.0),
+        ("body.target.contact_fy", 18.0),
+        ("body.target.contact_torque", 19.0),
+        ("body.floor.mass", 0.0),
+        ("fill.grains.x", 2.0),
+        ("fill.grains.y", 4.0),
+        ("fill.grains.vy", 1.0),
+        ("fill.grains.mass", 4.0),
+        ("fill.grains.kinetic", 2.0),
+        ("fill.grains.spread", 1.5),
+        ("fill.grains.xmax", 5.0),
+        ("fill.grains.ymin", 2.0),
+    ];
+
+    #[test]
+    fn every_value_stands_at_the_index_of_its_name() {
+        let quantities = Quantities::new(["disc"], ["floor", "target"], [("grains", 2)]);
+        let mpm = Ledger {
+            kinetic: 1.0,
+            elastic: 2.0,
+            contact_force: [3.0, 4.0],
+            momentum: [3.0, 4.0],
+            driven_work: 0.5,
+            stress_work: 2.25,
+            ..Ledger::default()
+        };
+        let dem = Ledger {
+            kinetic: 10.0,
+            kinetic_rotation: 20.0,
+            friction_work: 40.0,
+            ..Ledger::default()
+        };
+        let group = GroupState {
+            velocity: [7.0, 8.0],
+            upper: [9.0, 11.0],
+            contacts: 12,
+            ..GroupState::default()
+        };
+        let target = BodyState {
+            velocity: [3.0, 4.0],
+            mass: 2.0,
+            spin: 2.0,
+            inertia: 3.0,
+            point_torque: 13.0,
+            body_force: [17.0, 18.0],
+            body_torque: 19.0,
+            ..BodyState::default()
+        };
+        let grain = |x: f64, mass: f64| BodyState {
+            position: [x, 2.0 * x],
+            velocity: [0.0, 1.0],
+            mass,
+            ..BodyState::default()
+        };
+        let mut sample = Sample::default();
+        let mut balance = Balance::default();
+        balance.keeps_stress_work = true;
+        balance.take(&Ledger::default(), &Ledger::default(), 0.0);
+        balance.take(&mpm, &dem, 10.0);
+        let measured = Measured {
+            books: Books {
+                time: 0.25,
+                mpm,
+                dem,
+                balance,
+            },
+            groups: &[group],
+            bodies: &[
+                BodyState::default(),
+                target,
+                grain(1.0, 3.0),
+                grain(5.0, 1.0),
+            ],
+        };
+        quantities.fill(&mut sample, &measured);
+        for (name, expected) in EXPECTED {
+            let index = quantities.index(name).unwrap_or_else(|| panic!("{name}"));
+            assert_eq!(sample.values()[index], expected, "{name}");
+        }
+        assert_eq!(sample.values().len(), quantities.len());
+        assert_eq!(quantities.index("body.targt.vx"), None);
+    }
+
+    /// A check of what the continuum does not say must not pass.
+    #[test]
+    fn a_gap_that_nobody_keeps_is_not_a_number() {
+        let quantities = Quantities::new([], [], []);
+        let silent = Measured {
+            books: Books {
+                time: 0.0,
+                mpm: Ledger::default(),
+                dem: Ledger::default(),
+                balance: Balance::default(),
+            },
+            groups: &[],
+            bodies: &[],
+        };
+        let mut sample = Sample::default();
+        quantities.fill(&mut sample, &silent);
+        for name in ["energy.work_gap", "energy.stress_work"] {
+            let index = quantities.index(name).expect("a quantity");
+            assert!(sample.values()[index].is_nan(), "{name}");
+        }
+    }
+
+    const BEGIN: &str = "<!-- quantities: made of coupler/src/record/quantity.rs; UPDATE_QUANTITIES=1 cargo test --release --workspace --lib quantity -->\n";
+    const END: &str = "<!-- end of quantities -->";
+
+    #[test]
+    fn the_reference_page_lists_the_rows() {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/scene-format.md");
+        let page = std::fs::read_to_string(path).expect("the page");
+        let (before, rest) = page.split_once(BEGIN).expect("the first mark");
+        let (_, after) = rest.split_once(END).expect("the last mark");
+        let list = Quantities::reference();
+        let made = format!("{before}{BEGIN}\n{list}\n{END}{after}");
+        if made != page {
+            if std::env::var_os("UPDATE_QUANTITIES").is_some() {
+                return std::fs::write(path, made).expect("a page that can be written");
+            }
+            panic!(
+                "docs/scene-format.md does not list the quantities: UPDATE_QUANTITIES=1 writes it"
+            );
+        }
+    }
+}

@@ -1,0 +1,44 @@
+//! How a scene is run: nothing of it changes a bit of the result.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use interface::solver::{DemSolver, MpmSolver};
+
+/// How a scene is run.
+#[derive(Clone, Debug)]
+pub struct RunOptions {
+    /// Where the solvers are.
+    pub solvers: Solvers,
+    /// Threads of each solver.
+    pub threads: usize,
+    /// Most steps granted at once; the scene's own where absent.
+    pub window: Option<u32>,
+    /// Whether everything that crosses is recorded in the run directory.
+    pub record: bool,
+    /// Whether a bar is wanted on a terminal.
+    pub progress: bool,
+    /// Set from outside to end the run in order, after a last checkpoint.
+    pub interrupt: Arc<AtomicBool>,
+    /// Set from outside to save a checkpoint soon.
+    pub save: Arc<AtomicBool>,
+}
+
+/// Where the solvers of a run are.
+#[derive(Clone, Debug)]
+pub enum Solvers {
+    /// In processes of their own: a program and its arguments each, to which `--join RUN` is added.
+    Processes {
+        /// The continuum's.
+        mpm: Vec<String>,
+        /// The bodies'.
+        dem: Vec<String>,
+    },
+    /// In this thread, in turns with the coupler.
+    Here {
+        /// Makes the continuum's.
+        mpm: fn() -> Box<dyn MpmSolver>,
+        /// Makes the bodies'.
+        dem: fn() -> Box<dyn DemSolver>,
+    },
+}
