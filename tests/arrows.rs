@@ -109,6 +109,7 @@ fn wrong_arrows(arrows: &Arrows) -> Vec<String> {
         // Its tests play the built-in solvers.
         ("simulation", &["interface", "mpm-proc", "dem-proc"][..]),
         ("study", &["coupler", "interface"][..]),
+        ("report", &["coupler"][..]),
         // Its tests run scenes; the solver itself sees the contract.
         (
             "rapier-dem",
@@ -122,6 +123,7 @@ fn wrong_arrows(arrows: &Arrows) -> Vec<String> {
                 "dem-proc",
                 "coupler",
                 "conformance",
+                "report",
                 "study",
             ][..],
         ),
@@ -381,6 +383,7 @@ fn unsafe_code_is_forbidden_outside_interface() {
     let roots = [
         "src/main.rs",
         "coupler/src/lib.rs",
+        "coupler/report/src/lib.rs",
         "coupler/study/src/lib.rs",
         "interface/conformance/src/lib.rs",
         "mpm-proc/src/lib.rs",
@@ -437,6 +440,7 @@ mod the_rules_can_fail {
             ("coupler", &["interface"]),
             ("conformance", &["interface"]),
             ("simulation", &["interface", "mpm-proc", "dem-proc"]),
+            ("report", &["coupler", "askama"]),
             ("study", &["interface", "coupler", "plotters"]),
             (
                 "rapier-dem",
@@ -450,6 +454,7 @@ mod the_rules_can_fail {
                     "dem-proc",
                     "coupler",
                     "conformance",
+                    "report",
                     "study",
                 ],
             ),

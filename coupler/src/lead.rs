@@ -15,6 +15,7 @@ use crate::account::Account;
 use crate::checkpoint::file::About;
 use crate::checkpoint::keeper::Keeper;
 use crate::checkpoint::{Checkpoint, Phase, Standing, UnderWay};
+use crate::course::Course;
 use crate::failure::RunError;
 use crate::frames::{Frames, Instant as FrameInstant};
 use crate::launch::Crew;
@@ -51,6 +52,7 @@ pub(crate) struct Run<'a> {
     pub(crate) tape: Option<Tape>,
     parties: Vec<Party>,
     history: History,
+    course: Course,
     frames: Option<Frames>,
     progress: Progress,
     stability: Option<Stability>,
@@ -92,6 +94,7 @@ impl<'a> Run<'a> {
             return Self::resumed(scene, options, dir, account, parties, checkpoint);
         }
         let history = dir.history(&account.recorder.header())?;
+        let course = Course::begin(dir)?;
         let frames = Frames::begin(dir, scene)?;
         let asked = if frames.is_some() {
             flags::MEASURE | flags::FRAME
@@ -107,6 +110,7 @@ impl<'a> Run<'a> {
             tape: None,
             parties,
             history,
+            course,
             frames,
             progress: Progress::new(scene.time.end, options.progress),
             stability: None,
@@ -144,6 +148,7 @@ impl<'a> Run<'a> {
                 "it has another number of checks".into(),
             ));
         }
+        let course = Course::go_on(dir, account.clock.time())?;
         Ok(Self {
             scene,
             options,
@@ -153,6 +158,7 @@ impl<'a> Run<'a> {
             tape: None,
             parties,
             history,
+            course,
             frames,
             progress: Progress::new(scene.time.end, options.progress),
             stability: None,
@@ -180,7 +186,7 @@ impl<'a> Run<'a> {
     /// The session has ended so; finishes what is written meanwhile.
     pub(crate) fn end(mut self, led: Result<(), RunError>) -> Result<(), RunError> {
         self.progress.finish();
-        let flushed = self.history.flush();
+        let flushed = self.history.flush().and(self.course.flush());
         let framed = self.frames.as_mut().map_or(Ok(()), Frames::finish);
         // A checkpoint waits for the frames that it lists.
         self.frames = None;
@@ -331,6 +337,7 @@ impl<'a> Run<'a> {
         self.last_asked |= last;
         // The rows that it relies on reach the file before it does.
         self.history.flush()?;
+        self.course.flush()?;
         self.pending = Some(Standing {
             account: self.account.keep(),
             phase: self.phase,
@@ -523,6 +530,8 @@ impl<'a> Run<'a> {
         self.scene.quantities.fill(&mut self.sample, &measured);
         account.recorder.record(&self.sample);
         self.history.row(account.recorder.row())?;
+        self.course
+            .row(time, &account.balance.now, &account.pace)?;
         if frame && let Some(frames) = &mut self.frames {
             frames.take(FrameInstant {
                 time,

@@ -7,13 +7,14 @@
 //! | [`stability`], [`pace`] | the composed step limit, and the layout of steps between outputs |
 //! | [`launch`], [`run`], [`failure`] | solvers as processes or threads, the run from open to closed, and why it ended early |
 //! | [`ledger`], [`quantity`], [`check`] | energies and momenta, what can be asked of a run, what it must show |
-//! | [`summary`], [`rundir`], [`frames`], [`progress`] | what a run leaves behind, and what it shows meanwhile |
+//! | [`summary`], [`rundir`], [`frames`], [`course`], [`progress`] | what a run leaves behind, and what it shows meanwhile |
 //! | [`checkpoint`] | the state of a run, from which it can be resumed |
 #![forbid(unsafe_code)]
 
 mod account;
 pub mod check;
 pub mod checkpoint;
+pub mod course;
 pub mod diagnostic;
 pub mod failure;
 pub mod frames;

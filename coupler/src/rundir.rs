@@ -21,6 +21,8 @@ pub struct RunDirError {
 }
 
 pub(crate) const HISTORY: &str = "history.csv";
+/// A run as a page for a browser.
+pub const REPORT: &str = "report.html";
 const RECORDING: &str = "recording.tandem";
 /// Room for rows that have not reached the file.
 const ROWS: usize = 64 << 10;
@@ -49,7 +51,7 @@ impl RunDir {
             return Err(fail("write in the run directory", path)(source));
         }
         // What tells of a whole run must not be there before this one has made its own.
-        for name in ["summary.json", RECORDING, crate::frames::LIST] {
+        for name in ["summary.json", REPORT, RECORDING, crate::frames::LIST] {
             let file = path.join(name);
             match fs::remove_file(&file) {
                 Err(source) if source.kind() != io::ErrorKind::NotFound => {
@@ -147,7 +149,12 @@ impl RunDir {
     /// # Errors
     /// [`RunDirError`].
     pub fn history(&self, header: &[String]) -> Result<History, RunDirError> {
-        let path = self.path.join(HISTORY);
+        self.table(HISTORY, header)
+    }
+
+    /// Begins a table of rows as `history.csv` is one.
+    pub(crate) fn table(&self, name: &str, header: &[String]) -> Result<History, RunDirError> {
+        let path = self.path.join(name);
         let file = File::create(&path).map_err(fail("create", &path))?;
         let mut history = History::of(file, path, 0);
         history
@@ -165,7 +172,12 @@ impl RunDir {
     /// # Errors
     /// [`RunDirError`], also when there are not as many.
     pub fn history_from(&self, bytes: u64) -> Result<History, RunDirError> {
-        let path = self.path.join(HISTORY);
+        self.table_from(HISTORY, bytes)
+    }
+
+    /// Goes on with such a table after its first `bytes` bytes.
+    pub(crate) fn table_from(&self, name: &str, bytes: u64) -> Result<History, RunDirError> {
+        let path = self.path.join(name);
         let open = || {
             let mut file = OpenOptions::new().write(true).open(&path)?;
             if file.metadata()?.len() < bytes {
