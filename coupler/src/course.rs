@@ -15,13 +15,14 @@ pub const COURSE: &str = "course.csv";
 #[derive(Debug)]
 pub(crate) struct Course {
     rows: History,
+    /// The last step in s, then how many steps what has bound, when the moment came that is measured next.
+    steps: [f64; 1 + Bound::ALL.len()],
 }
 
 impl Course {
     /// Of a run that begins.
     pub fn begin(dir: &RunDir) -> Result<Self, RunDirError> {
-        let rows = dir.table(COURSE, &header())?;
-        Ok(Self { rows })
+        Ok(Self::of(dir.table(COURSE, &header())?))
     }
 
     /// Of a run that goes on at `time` (s): a row of that time or a later one comes again, but for that of the start.
@@ -31,15 +32,30 @@ impl Course {
             return Self::begin(dir);
         };
         let rows = dir.table_from(COURSE, kept(&text, time) as u64)?;
-        Ok(Self { rows })
+        Ok(Self::of(rows))
     }
 
-    /// Adds the row of `time` (s).
-    pub fn row(&mut self, time: f64, energies: &Energies, pace: &Pace) -> Result<(), RunDirError> {
-        let step = pace.last().map_or(0.0, |(step, _)| step);
-        let steps = |bound| pace.so_far().bound_by.get(&bound).map_or(0, |&steps| steps);
-        let mut row = vec![time, step];
-        row.extend(Bound::ALL.map(|bound| steps(bound) as f64));
+    fn of(rows: History) -> Self {
+        Self {
+            rows,
+            steps: [0.0; 1 + Bound::ALL.len()],
+        }
+    }
+
+    /// Notes the steps before those of a grant. What a grant measures is of its begin, whatever the number of its steps.
+    pub fn before(&mut self, pace: &Pace) {
+        let bound_by = &pace.so_far().bound_by;
+        let [step, counts @ ..] = &mut self.steps;
+        *step = pace.last().map_or(0.0, |(step, _)| step);
+        for (count, bound) in counts.iter_mut().zip(&Bound::ALL) {
+            *count = bound_by.get(bound).map_or(0.0, |&steps| steps as f64);
+        }
+    }
+
+    /// Adds the row of `time` (s), the begin of the last grant.
+    pub fn row(&mut self, time: f64, energies: &Energies) -> Result<(), RunDirError> {
+        let mut row = vec![time];
+        row.extend(self.steps);
         row.extend(energies.parts().map(|(_, value)| value));
         self.rows.row(&row)
     }
@@ -112,7 +128,8 @@ mod tests {
             total: 3.0,
             ..Energies::default()
         };
-        course.row(0.0, &energies, &Pace::new(plan, 0.1)).unwrap();
+        course.before(&Pace::new(plan, 0.1));
+        course.row(0.0, &energies).unwrap();
         course.flush().unwrap();
         let text = fs::read_to_string(dir.path().join(COURSE)).unwrap();
         let lines: Vec<Vec<&str>> = text.lines().map(|l| l.split(',').collect()).collect();

@@ -462,6 +462,7 @@ impl<'a> Run<'a> {
         let at = self.account.clock.step(asked != 0);
         self.account.clock.advance_by(round.steps);
         under_way.done += round.steps;
+        self.course.before(&self.account.pace);
         if epoch.dt > 0.0 {
             self.account.pace.book(&epoch, round.steps);
         }
@@ -530,8 +531,7 @@ impl<'a> Run<'a> {
         self.scene.quantities.fill(&mut self.sample, &measured);
         account.recorder.record(&self.sample);
         self.history.row(account.recorder.row())?;
-        self.course
-            .row(time, &account.balance.now, &account.pace)?;
+        self.course.row(time, &account.balance.now)?;
         if frame && let Some(frames) = &mut self.frames {
             frames.take(FrameInstant {
                 time,

@@ -160,7 +160,10 @@ fn visible(parts: Vec<(usize, Vec<f64>)>) -> Vec<Series> {
         colour: k,
     };
     let parts = parts.into_iter();
-    parts.filter(|(_, values)| seen(values)).map(series).collect()
+    parts
+        .filter(|(_, values)| seen(values))
+        .map(series)
+        .collect()
 }
 
 /// The ledger of a run whose directory has it at both ends only.
@@ -240,7 +243,10 @@ fn totals(record: &Record, notes: &mut Notes) -> Option<Steps> {
     let mut columns = vec![column("time".to_owned(), vec![0.0, summary.time])];
     columns.extend(Bound::ALL.iter().map(|bound| {
         let steps = summary.dt_bound_by.get(bound.name()).copied().unwrap_or(0);
-        column(format!("steps by {}", bound.name()), vec![0.0, steps as f64])
+        column(
+            format!("steps by {}", bound.name()),
+            vec![0.0, steps as f64],
+        )
     }));
     let steps = steps(&Table {
         columns,
@@ -317,7 +323,10 @@ mod tests {
     fn the_parts_add_up_to_what_was_there_and_put_in() {
         let energy = energy(&course()).unwrap();
         let labels: Vec<&str> = energy.parts.iter().map(|part| &part.label[..]).collect();
-        assert_eq!(labels, ["Motion", "Gravity, above its lowest", "Lost by friction"]);
+        assert_eq!(
+            labels,
+            ["Motion", "Gravity, above its lowest", "Lost by friction"]
+        );
         for row in 0..4 {
             let sum: f32 = energy.parts.iter().map(|part| part.values[row]).sum();
             assert_eq!(sum, energy.expected[row]);

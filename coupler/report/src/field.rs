@@ -134,7 +134,9 @@ pub fn values(mesh: &Mesh, field: &Field, places: &[Option<u32>]) -> Vec<f32> {
     let Some(arrays) = arrays else {
         return vec![f32::NAN; places.len()];
     };
-    let of = kind.map_or((|all: &[&[f64]]| all[0][0]) as fn(&[&[f64]]) -> f64, |k| k.of);
+    let of = kind.map_or((|all: &[&[f64]]| all[0][0]) as fn(&[&[f64]]) -> f64, |k| {
+        k.of
+    });
     let mut parts: Vec<&[f64]> = Vec::new();
     let values = places.iter().map(|place| {
         let Some(place) = place else {
@@ -203,7 +205,9 @@ mod tests {
                 array(
                     "stress",
                     6,
-                    &[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, -7.0, -1.0, 4.0, 0.0, 0.0],
+                    &[
+                        0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0, -7.0, -1.0, 4.0, 0.0, 0.0,
+                    ],
                 ),
                 array("mass", 1, &[1.0, 6.0]),
                 array("volume", 1, &[1.0, 2.0]),
@@ -232,7 +236,10 @@ mod tests {
             ("Velocity upwards", 4.0),
             ("Plastic strain", 0.5),
         ];
-        assert_eq!(of_last, expected.map(|(label, value)| (label.to_owned(), value)));
+        assert_eq!(
+            of_last,
+            expected.map(|(label, value)| (label.to_owned(), value))
+        );
     }
 
     #[test]

@@ -215,7 +215,10 @@ mod tests {
     fn what_cannot_be_quantised_becomes_an_end() {
         let scale = Scale::of([2.0, f64::NAN, 4.0, f64::INFINITY].into_iter());
         assert_eq!((scale.low, scale.high), (2.0, 4.0));
-        assert_eq!([1.0, 2.0, 4.0, 9.0].map(|n| scale.coarse(n)), [0, 0, 255, 255]);
+        assert_eq!(
+            [1.0, 2.0, 4.0, 9.0].map(|n| scale.coarse(n)),
+            [0, 0, 255, 255]
+        );
         assert_eq!(scale.fine(f64::NAN), 0);
         let one = Scale::of([3.0].into_iter());
         assert_eq!(one.fine(3.0), 0);

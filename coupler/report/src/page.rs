@@ -11,7 +11,7 @@ use crate::log::Line;
 use crate::motion::{Motion, load};
 use crate::record::Record;
 use crate::verdict;
-use crate::words::{count, duration, number, quantity};
+use crate::words::{count, duration, moment, size_of};
 use crate::{LARGEST, ReportError};
 
 /// The script, in the order in which its parts need one another.
@@ -317,7 +317,10 @@ fn run(record: &Record, label: &str, charts: &Charts, motion: Option<Motion>, fa
         log: log_rows(&record.log),
         scene,
         scene_note,
-        left_out: record.scene.as_ref().map_or(Vec::new(), |s| s.plan().left_out),
+        left_out: record
+            .scene
+            .as_ref()
+            .map_or(Vec::new(), |s| s.plan().left_out),
         details: details(record),
         faults: record.faults.clone(),
     }
@@ -366,24 +369,36 @@ fn figures(records: &[Record]) -> Vec<Figure> {
         name,
         values: records
             .iter()
-            .map(|record| record.summary.as_ref().map_or_else(|| "–".to_owned(), value))
+            .map(|record| {
+                record
+                    .summary
+                    .as_ref()
+                    .map_or_else(|| "–".to_owned(), value)
+            })
             .collect(),
     };
-    let share = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), number);
+    let share = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), size_of);
     let mut figures = vec![
         of("Checks that pass", &|s| {
             let passing = s.checks.iter().filter(|check| check.pass).count();
-            format!("{passing} of {}", s.checks.len())
+            match s.checks.len() {
+                0 => "none judged".to_owned(),
+                all => format!("{passing} of {all}"),
+            }
         }),
-        of("Simulated time", &|s| quantity(s.time, "s")),
+        of("Simulated time", &|s| moment(s.time)),
         of("Run time", &|s| duration(s.wall_s)),
         of("Steps", &|s| count(s.steps)),
-        of("Shortest step", &|s| s.dt_min.map_or("–".to_owned(), |dt| quantity(dt, "s"))),
-        of("Longest step", &|s| s.dt_max.map_or("–".to_owned(), |dt| quantity(dt, "s"))),
+        of("Shortest step", &|s| {
+            s.dt_min.map_or("–".to_owned(), moment)
+        }),
+        of("Longest step", &|s| s.dt_max.map_or("–".to_owned(), moment)),
         of("Material points", &|s| count(s.points)),
         of("Bodies", &|s| count(s.bodies)),
         of("Momentum error, relative", &|s| share(s.momentum_error)),
-        of("Energy created, relative", &|s| share(s.energy.residual_max)),
+        of("Energy created, relative", &|s| {
+            share(s.energy.residual_max)
+        }),
     ];
     if records.len() > 1 {
         let hash = |s: &crate::record::Summary| {
@@ -511,7 +526,10 @@ fn details(record: &Record) -> Vec<Detail> {
     add("Memory", value("memory"));
     add("System", value("system"));
     if resumed > 0 {
-        add("Resumed", Some(format!("{resumed} times; what stands above is of the last")));
+        add(
+            "Resumed",
+            Some(format!("{resumed} times; what stands above is of the last")),
+        );
     }
     for line in record.log.iter().filter(|line| line.message() == "joined") {
         let name = match line.value("party").as_deref() {
@@ -523,8 +541,14 @@ fn details(record: &Record) -> Vec<Detail> {
             add(name, line.value("identity"));
         }
     }
-    add("Begun", record.log.first().map(|line| line.timestamp.clone()));
-    add("Ended", record.log.last().map(|line| line.timestamp.clone()));
+    add(
+        "Begun",
+        record.log.first().map(|line| line.timestamp.clone()),
+    );
+    add(
+        "Ended",
+        record.log.last().map(|line| line.timestamp.clone()),
+    );
     if let Some(summary) = &record.summary {
         add("State hash", summary.state_hash.clone());
         add("Scene hash", Some(summary.scene_hash.clone()));

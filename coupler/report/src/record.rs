@@ -218,13 +218,20 @@ mod tests {
         let of = |path: &Path| Record::read(path).unwrap_err().to_string();
         assert!(of(&dir.path().join("x")).contains("there is no such directory"));
         let empty = of(dir.path());
-        assert!(empty.contains("no run was here") && empty.contains("help:"), "{empty}");
+        assert!(
+            empty.contains("no run was here") && empty.contains("help:"),
+            "{empty}"
+        );
     }
 
     #[test]
     fn a_killed_run_is_read_as_far_as_it_has_come() {
         let dir = tempfile::tempdir().unwrap();
-        fs::write(dir.path().join("history.csv"), "time [s],v [m/s]\n0,1\n0.1,").unwrap();
+        fs::write(
+            dir.path().join("history.csv"),
+            "time [s],v [m/s]\n0,1\n0.1,",
+        )
+        .unwrap();
         fs::write(dir.path().join("summary.json"), "{\"scene\": \"x\", \"ste").unwrap();
         fs::write(dir.path().join("log.jsonl"), b"\xff\xfe{").unwrap();
         let record = Record::read(dir.path()).unwrap();

@@ -8,10 +8,7 @@ use crate::words::{number, quantity};
 /// Units of quantities by the last part of their name.
 const UNITS: [(&str, &[&str]); 9] = [
     ("s", &["t", "time"]),
-    (
-        "m",
-        &["x", "y", "xmin", "xmax", "ymin", "ymax", "spread"],
-    ),
+    ("m", &["x", "y", "xmin", "xmax", "ymin", "ymax", "spread"]),
     ("m/s", &["vx", "vy"]),
     ("rad", &["angle"]),
     ("rad/s", &["spin"]),
@@ -47,7 +44,11 @@ pub struct Row {
 /// The checks of a run, those that fail first.
 pub fn rows(record: &Record, run: &str) -> Vec<Row> {
     let checks = record.written.get("check").and_then(Value::as_array);
-    let written: Vec<&Table> = checks.into_iter().flatten().filter_map(Value::as_table).collect();
+    let written: Vec<&Table> = checks
+        .into_iter()
+        .flatten()
+        .filter_map(Value::as_table)
+        .collect();
     let verdicts = record.summary.iter().flat_map(|summary| &summary.checks);
     let mut rows: Vec<Row> = verdicts
         .map(|verdict| {
@@ -66,8 +67,12 @@ pub fn rows(record: &Record, run: &str) -> Vec<Row> {
 fn row(verdict: &Verdict, check: Option<&Table>, record: &Record, run: &str) -> Row {
     let none = Table::new();
     let check = check.unwrap_or(&none);
-    let unit = verdict.unit.clone().unwrap_or_else(|| unit(check, &record.written));
-    let value = |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |v| quantity(v, &unit));
+    let unit = verdict
+        .unit
+        .clone()
+        .unwrap_or_else(|| unit(check, &record.written));
+    let value =
+        |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |v| quantity(v, &unit));
     let relative = check.contains_key("relative_tolerance");
     let scaled = check.contains_key("scale");
     let near = check.contains_key("reference");
@@ -115,8 +120,8 @@ fn open(check: &Table, run: &str) -> Row {
     let forms = ["at_least", "at_most", "reference"];
     let words = ["at least ", "at most ", ""];
     let mut forms = forms.iter().zip(words);
-    let expected = forms
-        .find_map(|(key, word)| Some(format!("{word}{}", written(check.get(*key)?, &unit))));
+    let expected =
+        forms.find_map(|(key, word)| Some(format!("{word}{}", written(check.get(*key)?, &unit))));
     Row {
         run: run.to_owned(),
         result: "open",
@@ -176,7 +181,9 @@ fn unit(check: &Table, scene: &Table) -> String {
     if let Some(column) = same {
         return text(column, "unit").to_owned();
     }
-    let whole = value.chars().all(|c| c.is_alphanumeric() || "._".contains(c));
+    let whole = value
+        .chars()
+        .all(|c| c.is_alphanumeric() || "._".contains(c));
     let last = value.rsplit('.').next().unwrap_or_default();
     if !whole || last.ends_with("_relative") {
         String::new()
@@ -198,9 +205,10 @@ mod tests {
 
     #[test]
     fn a_value_has_the_unit_of_its_quantity() {
-        let scene: Table = "[[output.column]]\nname = \"a\"\nunit = \"mm\"\nvalue = \"1000*body.a.x\"\n"
-            .parse()
-            .unwrap();
+        let scene: Table =
+            "[[output.column]]\nname = \"a\"\nunit = \"mm\"\nvalue = \"1000*body.a.x\"\n"
+                .parse()
+                .unwrap();
         for (value, expected) in [
             ("body.a.x", "m"),
             ("initial.body.a.vx", "m/s"),
@@ -242,13 +250,28 @@ mod tests {
             pass: true,
             ..Verdict::default()
         };
-        let between = judged("between = [20, 27.5]\nunit = \"deg\"", verdict(23.75, 0.0, 0.0));
+        let between = judged(
+            "between = [20, 27.5]\nunit = \"deg\"",
+            verdict(23.75, 0.0, 0.0),
+        );
         assert_eq!(between.value, "25\u{a0}deg");
         assert_eq!(between.expected, "20\u{a0}deg to 27.5\u{a0}deg");
-        assert_eq!((between.error.as_str(), between.allowed.as_str()), ("within", ""));
-        let near = judged("reference = 24.5\nrelative_tolerance = 0.03", verdict(24.5, 0.02, 0.03));
-        assert_eq!((near.error.as_str(), near.allowed.as_str()), ("2\u{a0}%", "3\u{a0}%"));
+        assert_eq!(
+            (between.error.as_str(), between.allowed.as_str()),
+            ("within", "")
+        );
+        let near = judged(
+            "reference = 24.5\nrelative_tolerance = 0.03",
+            verdict(24.5, 0.02, 0.03),
+        );
+        assert_eq!(
+            (near.error.as_str(), near.allowed.as_str()),
+            ("2\u{a0}%", "3\u{a0}%")
+        );
         let most = judged("at_most = 26\nwhen = \"max\"", verdict(26.0, 0.0, 0.0));
-        assert_eq!((most.expected.as_str(), most.when), ("at most 26", "largest value"));
+        assert_eq!(
+            (most.expected.as_str(), most.when),
+            ("at most 26", "largest value")
+        );
     }
 }

@@ -30,12 +30,34 @@ pub fn number(value: f64) -> String {
     }
 }
 
+/// A number of which only the size is of interest, with two significant digits: `8.8e-16`.
+pub fn size_of(value: f64) -> String {
+    let rounded: f64 = format!("{value:.1e}").parse().unwrap_or(value);
+    number(rounded)
+}
+
 /// A number and its unit; none behind a pure number.
 pub fn quantity(value: f64, unit: &str) -> String {
     match unit {
         "" | "1" => number(value),
         _ => format!("{}\u{a0}{}", number(value), unit_of(unit)),
     }
+}
+
+/// A simulated time in s, in the unit that makes it a plain number: `12 ms`, `11.11 µs`.
+pub fn moment(seconds: f64) -> String {
+    let units = [(1.0, "s"), (1e-3, "ms"), (1e-6, "µs"), (1e-9, "ns")];
+    // Half of the last digit of a number that rounds up to the next unit.
+    let fits = |(one, _): &&(f64, &str)| seconds.abs() >= 0.999_95 * one;
+    match units.iter().find(fits) {
+        Some((one, unit)) => quantity(rounded(seconds / one), unit),
+        None => quantity(seconds, "s"),
+    }
+}
+
+/// Without what division adds far behind the point.
+fn rounded(number: f64) -> f64 {
+    (number * 1e9).round() / 1e9
 }
 
 /// A unit as it is printed: `m²`, not `m^2`.
@@ -113,14 +135,33 @@ mod tests {
         ] {
             assert_eq!(number(value), text);
         }
+        assert_eq!(size_of(8.839e-16), "8.8e-16");
         assert_eq!(quantity(2.5, "m^2"), "2.5\u{a0}m²");
         assert_eq!(quantity(2.5, "1"), "2.5");
     }
 
     #[test]
+    fn moments_have_the_unit_of_their_size() {
+        let moments = [0.012, 1.0 / 90_000.0, 3.0, 1e-3, 0.0].map(moment);
+        let words = [
+            "12\u{a0}ms",
+            "11.11\u{a0}µs",
+            "3\u{a0}s",
+            "1\u{a0}ms",
+            "0\u{a0}s",
+        ];
+        assert_eq!(moments, words);
+    }
+
+    #[test]
     fn times_have_the_unit_that_people_use() {
         let times = [0.34, 12.34, 252.0, 3720.0].map(duration);
-        let words = ["340\u{a0}ms", "12.3\u{a0}s", "4\u{a0}min 12\u{a0}s", "1\u{a0}h 2\u{a0}min"];
+        let words = [
+            "340\u{a0}ms",
+            "12.3\u{a0}s",
+            "4\u{a0}min 12\u{a0}s",
+            "1\u{a0}h 2\u{a0}min",
+        ];
         assert_eq!(times, words);
     }
 }

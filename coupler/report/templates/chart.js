@@ -93,7 +93,7 @@ class Plot {
     const height = this.spec.height ?? (width < 500 ? 210 : 270);
     const { svg, scaleX, scaleY, spec } = this;
     const [low, high] = [this.low * scaleY.factor, this.high * scaleY.factor];
-    const valuesY = spec.log ? logTicks(low, high) : ticks(low, high, Math.max(2, Math.round(height / 55)));
+    const valuesY = spec.log ? logTicks(low, high) : ticks(low, high, Math.max(3, Math.round(height / 50)));
     const textsY = spec.log ? valuesY.map(short).map((text) => text.replace(/(\.\d*?)0+$/, "$1").replace(/\.$/, "")) : labels(valuesY);
     const left = 12 + 7.2 * Math.max(...textsY.map((text) => text.length));
     this.box = { left, right: width - 14, top: 8, bottom: height - 40 };

@@ -42,9 +42,11 @@ function startCharts(seek) {
   }
   for (const host of document.querySelectorAll("[data-history]")) {
     for (const curve of DATA.runs[host.dataset.history].charts.history) {
-      const cell = document.createElement("div");
-      cell.className = "card chart";
-      host.append(cell);
+      const [card, cell] = [document.createElement("div"), document.createElement("div")];
+      card.className = "card";
+      cell.className = "chart";
+      card.append(cell);
+      host.append(card);
       const series = [{ label: curve.label, values: curve.values, colour: 0 }];
       chart(cell, { title: curve.label, unit: curve.unit, kind: "line", time: curve.time, height: 170, series }, seek);
     }

@@ -1,5 +1,8 @@
 // Draws motions and plays them. All runs share the clock, the field and its colours.
 
+// Points are drawn so much larger than their volumes: rounding to pixels must not open seams between them.
+const OVERLAP = 1.15;
+
 /** A picture of one run. */
 class Stage {
   constructor(canvas, motion) {
@@ -8,6 +11,7 @@ class Stage {
     this.context = canvas.getContext("2d", { alpha: false });
     this.order = new Uint32Array(motion.points?.count ?? 0);
     this.view = widened(motion.view);
+    this.resting = motion.bodies && restingBodies(motion.bodies, motion.frames);
   }
 
   /** Fits the canvas to the room that it has on the page; whether that has changed anything. */
@@ -83,10 +87,10 @@ class Stage {
     const begins = this.sort(frame, colours);
     const [dx, dy] = [scale * points.place.dx, scale * points.place.dy];
     const [ox, oy] = [x0 + scale * points.place.x, y0 - scale * points.place.y];
-    const half = scale * points.side / 510;
+    const half = scale * points.side * OVERLAP / 510;
     for (let shade = 0; shade < SHADES; shade += 1) {
       if (begins[shade] === begins[shade + 1]) continue;
-      context.fillStyle = colours ? STYLES[shade] : paint.point;
+      context.fillStyle = colours && !this.resting[k] ? STYLES[shade] : paint.point;
       for (let n = begins[shade]; n < begins[shade + 1]; n += 1) {
         const k = this.order[n];
         const [x, y] = [ox + dx * points.x[here + k], oy - dy * points.y[here + k]];
@@ -149,7 +153,7 @@ class Stage {
   /** A length to compare with. */
   drawRuler(paint) {
     const { context, canvas, density, scale } = this;
-    const metres = ticks(0, 0.25 * canvas.width / scale, 1).at(-1);
+    const metres = roundBelow(0.25 * canvas.width / scale);
     const length = metres * scale;
     const { factor, unit } = scaleOf(metres, "m");
     const [x, y] = [12 * density, canvas.height - 12 * density];
@@ -162,6 +166,15 @@ class Stage {
     context.strokeText(text, x, y - 5 * density);
     context.fillText(text, x, y - 5 * density);
   }
+}
+
+/** Which bodies never move: walls and floors, whose colour would say nothing. */
+function restingBodies({ count, x, y, angle }, frames) {
+  const still = (track, k) => {
+    for (let frame = 1; frame < frames; frame += 1) if (track[frame * count + k] !== track[k]) return false;
+    return true;
+  };
+  return Array.from({ length: count }, (_, k) => frames > 1 && [x, y, angle].every((track) => still(track, k)));
 }
 
 /** What is shown of the plane, neither too flat nor too tall for a page. */

@@ -35,6 +35,12 @@ function ticks(low, high, count) {
   return Array.from({ length: last - first + 1 }, (_, k) => (first + k) * step);
 }
 
+/** The largest of 1, 2 and 5 times a power of ten that is not above a number. */
+function roundBelow(number) {
+  const power = 10 ** Math.floor(Math.log10(number));
+  return power * [5, 2, 1].find((factor) => factor * power <= number * 1.001);
+}
+
 /** Powers of ten from `low` to `high`, and 2 and 5 times them where there are few. */
 function logTicks(low, high) {
   const [first, last] = [Math.floor(Math.log10(low)), Math.ceil(Math.log10(high))];

@@ -219,8 +219,10 @@ fn id(mesh: &Mesh, point: usize) -> u64 {
 
 /// The angle of each outline in rad.
 fn angles(mesh: &Mesh) -> Vec<f64> {
-    mesh.array("angle")
-        .map_or_else(|| vec![0.0; mesh.ends.len()], |angles| angles.values.clone())
+    mesh.array("angle").map_or_else(
+        || vec![0.0; mesh.ends.len()],
+        |angles| angles.values.clone(),
+    )
 }
 
 /// The mean of the vertices, which moves with the outline.

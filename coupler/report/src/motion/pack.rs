@@ -175,7 +175,10 @@ impl Kept<'_> {
         let (mut scale, mut all) = field::range(&mut numbers);
         // Bodies are few, and each is seen.
         let of_bodies = bodies.map(|k| {
-            let values = self.frames.iter().filter_map(|frame| frame.of_bodies.get(k));
+            let values = self
+                .frames
+                .iter()
+                .filter_map(|frame| frame.of_bodies.get(k));
             Scale::of(values.flatten().map(|&value| f64::from(value)))
         });
         if let Some(own) = of_bodies {
@@ -233,9 +236,7 @@ impl Kept<'_> {
         };
         let longer = (core[2] - core[0]).max(core[3] - core[1]);
         let near = grown(core, SURROUNDINGS * longer);
-        let within = |[x, y]: [f64; 2]| {
-            [x.clamp(near[0], near[2]), y.clamp(near[1], near[3])]
-        };
+        let within = |[x, y]: [f64; 2]| [x.clamp(near[0], near[2]), y.clamp(near[1], near[3])];
         let seen: Vec<[f64; 2]> = surroundings
             .into_iter()
             .map(within)
