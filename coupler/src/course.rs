@@ -73,7 +73,7 @@ fn kept(text: &str, time: f64) -> usize {
         let at = line
             .split(',')
             .next()
-            .and_then(|first| first.parse::<f64>().ok());
+            .and_then(|first| first.trim_end().parse::<f64>().ok());
         let before = number == 0 || at.is_some_and(|at| at < time || at == 0.0);
         if !(before && line.ends_with('\n')) {
             break;

@@ -11,7 +11,7 @@ use crate::log::Line;
 use crate::motion::{Motion, load};
 use crate::record::Record;
 use crate::verdict;
-use crate::words::{count, duration, moment, size_of};
+use crate::words::{count, duration, moment, size, size_of};
 use crate::{LARGEST, ReportError};
 
 /// The script, in the order in which its parts need one another.
@@ -497,8 +497,8 @@ fn scene(record: &Record) -> (String, Option<String>) {
     let end = (0..=SCENE).rev().find(|&end| text.is_char_boundary(end));
     let note = format!(
         "The first {} of {} are shown; scene.toml has all of it.",
-        crate::words::size(SCENE as u64),
-        crate::words::size(text.len() as u64)
+        size(SCENE as u64),
+        size(text.len() as u64)
     );
     (text[..end.unwrap_or(0)].to_owned(), Some(note))
 }
@@ -523,7 +523,8 @@ fn details(record: &Record) -> Vec<Detail> {
     add("Tandem", value("version"));
     add("Processor", value("processor"));
     add("Cores", value("cores"));
-    add("Memory", value("memory"));
+    let kilobytes = value("memory").and_then(|text| text.split(' ').next()?.parse::<u64>().ok());
+    add("Memory", kilobytes.map(|kb| size(1024 * kb)));
     add("System", value("system"));
     if resumed > 0 {
         add(

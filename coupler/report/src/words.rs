@@ -90,8 +90,10 @@ pub fn duration(seconds: f64) -> String {
 pub fn size(bytes: u64) -> String {
     if bytes < 1_000_000 {
         format!("{:.0} kB", bytes as f64 * 1e-3)
-    } else {
+    } else if bytes < 1_000_000_000 {
         format!("{:.1} MB", bytes as f64 * 1e-6)
+    } else {
+        format!("{:.1} GB", bytes as f64 * 1e-9)
     }
 }
 

@@ -12,6 +12,7 @@ class Stage {
     this.order = new Uint32Array(motion.points?.count ?? 0);
     this.view = widened(motion.view);
     this.resting = motion.bodies && restingBodies(motion.bodies, motion.frames);
+    this.round = motion.bodies && roundBodies(motion.bodies);
   }
 
   /** Fits the canvas to the room that it has on the page; whether that has changed anything. */
@@ -90,7 +91,7 @@ class Stage {
     const half = scale * points.side * OVERLAP / 510;
     for (let shade = 0; shade < SHADES; shade += 1) {
       if (begins[shade] === begins[shade + 1]) continue;
-      context.fillStyle = colours && !this.resting[k] ? STYLES[shade] : paint.point;
+      context.fillStyle = colours ? STYLES[shade] : paint.point;
       for (let n = begins[shade]; n < begins[shade + 1]; n += 1) {
         const k = this.order[n];
         const [x, y] = [ox + dx * points.x[here + k], oy - dy * points.y[here + k]];
@@ -123,8 +124,8 @@ class Stage {
     for (let k = 0; k < bodies.count; k += 1) {
       const at = frame * bodies.count + k;
       const count = bodies.vertices[k];
-      const path = this.outline(at, vertex, count);
-      context.fillStyle = colours ? STYLES[colours.to[colours.shades[at]]] : paint.body;
+      const path = this.outline(k, at, vertex, count);
+      context.fillStyle = colours && !this.resting[k] ? STYLES[colours.to[colours.shades[at]]] : paint.body;
       context.strokeStyle = paint.edge;
       context.fill(path);
       context.stroke(path);
@@ -133,7 +134,7 @@ class Stage {
   }
 
   /** The outline of a body in a frame; of a round one with the radius that shows how it has turned. */
-  outline(at, vertex, count) {
+  outline(k, at, vertex, count) {
     const { bodies } = this.motion;
     const { scale, x0, y0 } = this;
     const angle = bodies.angle[at] * 2 * Math.PI / 65536;
@@ -146,7 +147,7 @@ class Stage {
       path.lineTo(x + cos * u - sin * v, y - sin * u - cos * v);
     }
     path.closePath();
-    if (count > 40) path.lineTo(x, y);
+    if (this.round[k]) path.lineTo(x, y);
     return path;
   }
 
@@ -175,6 +176,16 @@ function restingBodies({ count, x, y, angle }, frames) {
     return true;
   };
   return Array.from({ length: count }, (_, k) => frames > 1 && [x, y, angle].every((track) => still(track, k)));
+}
+
+/** Which bodies are discs, of which only a radius shows that they turn. */
+function roundBodies({ vertices, outlines }) {
+  let vertex = 0;
+  return vertices.map((count) => {
+    const radii = Array.from({ length: count }, (_, n) => Math.hypot(outlines[2 * (vertex + n)], outlines[2 * (vertex + n) + 1]));
+    vertex += count;
+    return count > 16 && Math.max(...radii) < 1.001 * Math.min(...radii);
+  });
 }
 
 /** What is shown of the plane, neither too flat nor too tall for a page. */
