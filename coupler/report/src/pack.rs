@@ -10,6 +10,9 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
 
+/// Effort of deflating, of 9. What is left after differences is mostly noise, of which more effort makes little.
+const EFFORT: u32 = 3;
+
 /// A range of numbers that is told in steps of equal size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale {
@@ -78,7 +81,7 @@ pub struct Packer {
 impl Default for Packer {
     fn default() -> Self {
         Self {
-            encoder: ZlibEncoder::new(Vec::new(), Compression::new(6)),
+            encoder: ZlibEncoder::new(Vec::new(), Compression::new(EFFORT)),
         }
     }
 }
