@@ -77,7 +77,6 @@ struct Run {
     status: String,
     /// `good`, `bad` or `open`.
     tone: &'static str,
-    failed: bool,
     reason: Option<String>,
     last_words: Vec<String>,
     has_motion: bool,
@@ -124,6 +123,10 @@ struct Detail {
 }
 
 impl Run {
+    fn failed(&self) -> bool {
+        self.tone == "bad"
+    }
+
     fn mark(&self) -> &'static str {
         match self.tone {
             "good" => "✓",
@@ -281,7 +284,6 @@ fn name(record: &Record) -> String {
 
 fn run(record: &Record, label: &str, charts: &Charts, motion: Option<Motion>, fault: &str) -> Run {
     let (status, tone) = status(record);
-    let failed = tone == "bad";
     let reason = record.summary.as_ref().and_then(|s| s.reason.clone());
     let mut motion_notes = vec![fault.to_owned()];
     motion_notes.retain(|note| !note.is_empty());
@@ -297,8 +299,7 @@ fn run(record: &Record, label: &str, charts: &Charts, motion: Option<Motion>, fa
         label: label.to_owned(),
         status,
         tone,
-        failed,
-        last_words: if reason.is_some() || failed {
+        last_words: if reason.is_some() || tone == "bad" {
             last_words(record, reason.as_deref())
         } else {
             Vec::new()
