@@ -36,6 +36,8 @@ pub enum Command {
     Stability(StabilityArgs),
     /// Judge a solver by every clause of the protocol that can be seen from outside.
     Conformance(ConformanceArgs),
+    /// Write a run, or several beside one another, as one page for a browser.
+    Report(ReportArgs),
     /// Draw columns of runs and tables as SVG.
     Plot(PlotArgs),
     /// Remove what dead runs have left behind.
@@ -107,6 +109,9 @@ pub struct RunArgs {
     /// Another continuum solver, likewise.
     #[arg(long, value_name = "COMMAND", conflicts_with = "in_process")]
     pub mpm: Option<String>,
+    /// End with report.html, a page of what the run has shown; the same as `--set output.report=true`.
+    #[arg(long)]
+    pub report: bool,
     /// Record every message between the processes in the run directory, for `tandem replay`.
     #[arg(long)]
     pub record: bool,
@@ -137,6 +142,17 @@ pub struct ResumeArgs {
     /// How it is run from here on.
     #[command(flatten)]
     pub how: HowArgs,
+}
+
+/// Arguments of `report`.
+#[derive(Debug, Args)]
+pub struct ReportArgs {
+    /// Run directories.
+    #[arg(required = true, value_name = "DIR")]
+    pub dirs: Vec<PathBuf>,
+    /// Page to write; `report.html` in the first directory by default.
+    #[arg(long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
 }
 
 /// Arguments of `replay`.

@@ -6,7 +6,9 @@ mod cli;
 mod conformance;
 mod exit;
 mod logging;
+mod machine;
 mod replay;
+mod report;
 mod run;
 mod solvers;
 mod studies;
@@ -25,6 +27,7 @@ fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Resume(args) => run::resume(&args),
         Command::Replay(args) => replay::play(&args),
+        Command::Report(args) => report::report(&args),
         Command::Check(args) => check(&args),
         Command::Plan(args) => with_scene(&args, |scene| say(scene.plan())),
         Command::Schema => {

@@ -16,15 +16,16 @@ use signal_hook::flag;
 use crate::cli::{HowArgs, LogFormat, ResumeArgs, RunArgs};
 use crate::exit::BAD_INPUT;
 use crate::terminal::{complain, say};
-use crate::{logging, solvers};
+use crate::{logging, machine, report, solvers};
 
 /// Runs a scene from the command line.
 pub fn run(args: &RunArgs) -> ExitCode {
     let solvers = [("mpm", &args.mpm), ("dem", &args.dem)]
         .into_iter()
         .filter_map(|(side, command)| Some(solver_override(side, command.as_ref()?)));
-    let scene = match solvers.collect::<Result<Vec<_>, _>>() {
-        Ok(solvers) => args.scene.load_with(&solvers),
+    let page = args.report.then(|| Ok("output.report=true".to_owned()));
+    let scene = match solvers.chain(page).collect::<Result<Vec<_>, _>>() {
+        Ok(more) => args.scene.load_with(&more),
         Err(error) => return refuse(&error),
     };
     let scene = match scene {
@@ -51,7 +52,8 @@ pub fn run(args: &RunArgs) -> ExitCode {
         Err(error) => return refuse(&error.to_string()),
     }
     begin(&scene, &out);
-    finish(args.how.log, &out, run_scene(&scene, &options, &dir))
+    let ran = run_scene(&scene, &options, &dir);
+    finish(args.how.log, &scene, &out, ran)
 }
 
 /// Goes on with a run from its newest checkpoint.
@@ -98,7 +100,8 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
         time = about.time,
         "resumed"
     );
-    finish(args.how.log, &args.dir, resumed.run(&scene, &options, &dir))
+    let ran = resumed.run(&scene, &options, &dir);
+    finish(args.how.log, &scene, &args.dir, ran)
 }
 
 /// What is said and done before any run.
@@ -109,11 +112,17 @@ fn begin(scene: &Scene, out: &Path) {
     for warning in &scene.warnings {
         tracing::warn!("{warning}");
     }
+    machine::log();
     tracing::info!(pid = std::process::id(), scene = scene.name, out = %out.display(), "coupler");
 }
 
 /// What is said after any run.
-fn finish(log: LogFormat, out: &Path, ran: Result<Summary, RunDirError>) -> ExitCode {
+fn finish(
+    log: LogFormat,
+    scene: &Scene,
+    out: &Path,
+    ran: Result<Summary, RunDirError>,
+) -> ExitCode {
     match ran {
         Ok(summary) => {
             if let Some(reason) = &summary.reason {
@@ -123,6 +132,9 @@ fn finish(log: LogFormat, out: &Path, ran: Result<Summary, RunDirError>) -> Exit
                 show(&summary);
             }
             say(format_args!("results in {}", out.display()));
+            if scene.output.report {
+                report::at_the_end_of(out);
+            }
             let cut_short = matches!(summary.status, Status::Interrupted | Status::Failed);
             if cut_short && coupler::run::checkpoint::file::is_in(out) {
                 say(format_args!(

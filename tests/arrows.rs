@@ -113,6 +113,7 @@ fn wrong_arrows(arrows: &Arrows) -> Vec<String> {
             &["interface", "mechanics", "mpm-proc", "dem-proc"][..],
         ),
         ("study", &["coupler", "interface", "mechanics"][..]),
+        ("report", &["coupler"][..]),
         // Its tests run scenes; the solver itself sees the contract.
         (
             "rapier-dem",
@@ -126,6 +127,7 @@ fn wrong_arrows(arrows: &Arrows) -> Vec<String> {
                 "dem-proc",
                 "coupler",
                 "conformance",
+                "report",
                 "study",
             ][..],
         ),
@@ -385,6 +387,7 @@ fn unsafe_code_is_forbidden_outside_interface() {
     let roots = [
         "src/main.rs",
         "coupler/src/lib.rs",
+        "coupler/report/src/lib.rs",
         "coupler/study/src/lib.rs",
         "interface/conformance/src/lib.rs",
         "mpm-proc/src/lib.rs",
@@ -446,6 +449,7 @@ mod the_rules_can_fail {
                 &["interface", "mechanics", "mpm-proc", "dem-proc"],
             ),
             ("study", &["interface", "mechanics", "coupler", "plotters"]),
+            ("report", &["coupler", "askama"]),
             (
                 "rapier-dem",
                 &["interface", "mechanics", "dem-proc", "coupler", "mpm-proc"],
@@ -458,6 +462,7 @@ mod the_rules_can_fail {
                     "dem-proc",
                     "coupler",
                     "conformance",
+                    "report",
                     "study",
                 ],
             ),

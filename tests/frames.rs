@@ -28,7 +28,7 @@ fn framed(place: &Place) {
 fn frames_change_no_bit_of_a_run() {
     let place = Place::new();
     framed(&place);
-    let plain = ["--variant", "quick"];
+    let plain = ["--variant", "quick", "--set", "output.report=false"];
     place.run("plain", &scene(HARD), &plain).expect(0);
     let [framed, plain] = ["framed", "plain"].map(|out| RunFiles::read(&place.path(out)));
     assert_eq!(framed.summary["state_hash"], plain.summary["state_hash"]);

@@ -29,12 +29,13 @@ fn scene_of_the_test() -> String {
     scene("jiang2020/normal_force")
 }
 
-/// What must be the same byte for byte: the history, the frames and their list, the bodies.
+/// What must be the same byte for byte: the history, the course, the frames and their list, the bodies.
 fn outputs(dir: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut all = BTreeMap::new();
     let frames = fs::read_dir(dir.join("frames")).unwrap();
     let paths = frames.map(|entry| entry.unwrap().path());
-    for path in paths.chain(["history.csv", "bodies.csv"].map(|name| dir.join(name))) {
+    let tables = ["history.csv", "course.csv", "bodies.csv"];
+    for path in paths.chain(tables.map(|name| dir.join(name))) {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
         all.insert(name, fs::read(&path).unwrap());
     }

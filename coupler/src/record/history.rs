@@ -33,7 +33,16 @@ impl History {
     /// # Errors
     /// [`RunDirError`].
     pub fn begin(dir: &RunDir, header: &[String]) -> Result<Self, RunDirError> {
-        let path = dir.path().join(HISTORY);
+        Self::begin_table(dir, HISTORY, header)
+    }
+
+    /// Begins the table `name`, which is written as `history.csv` is.
+    pub(crate) fn begin_table(
+        dir: &RunDir,
+        name: &str,
+        header: &[String],
+    ) -> Result<Self, RunDirError> {
+        let path = dir.path().join(name);
         let file = File::create(&path).map_err(fail("create", &path))?;
         let mut history = Self::of(file, path, 0);
         history
@@ -51,7 +60,12 @@ impl History {
     /// # Errors
     /// [`RunDirError`], also when there are not as many.
     pub fn resume(dir: &RunDir, bytes: u64) -> Result<Self, RunDirError> {
-        let path = dir.path().join(HISTORY);
+        Self::resume_table(dir, HISTORY, bytes)
+    }
+
+    /// Goes on with such a table after its first `bytes` bytes.
+    pub(crate) fn resume_table(dir: &RunDir, name: &str, bytes: u64) -> Result<Self, RunDirError> {
+        let path = dir.path().join(name);
         let open = || {
             let mut file = OpenOptions::new().write(true).open(&path)?;
             if file.metadata()?.len() < bytes {

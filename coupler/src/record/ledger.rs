@@ -49,6 +49,23 @@ impl Energies {
         }
     }
 
+    /// Every part with its name, in J/m.
+    pub fn parts(&self) -> [(&'static str, f64); 11] {
+        [
+            ("kinetic", self.kinetic),
+            ("rotation", self.rotation),
+            ("elastic", self.elastic),
+            ("gravity", self.gravity),
+            ("contact", self.contact),
+            ("friction", self.friction),
+            ("viscous", self.viscous),
+            ("plastic", self.plastic),
+            ("driven", self.driven),
+            ("total", self.total),
+            ("stress_work", self.stress_work),
+        ]
+    }
+
     /// Energy in play: everything, with gravity counted from where it was at the start, so that the choice of the
     /// origin does not matter.
     fn in_play(&self, start: &Self) -> f64 {

@@ -9,6 +9,7 @@
 //! | [`progress`] | what a user sees meanwhile |
 
 pub mod check;
+pub mod course;
 pub mod frames;
 pub mod history;
 pub mod ledger;

@@ -19,6 +19,8 @@ pub struct RunDirError {
     source: io::Error,
 }
 
+/// A run as a page for a browser.
+pub const REPORT: &str = "report.html";
 const RECORDING: &str = "recording.tandem";
 /// ParaView's list of the frames.
 pub(crate) const FRAME_LIST: &str = "frames/frames.pvd";
@@ -45,7 +47,7 @@ impl RunDir {
             return Err(fail("write in the run directory", path)(source));
         }
         // What tells of a whole run must not be there before this one has made its own.
-        for name in ["summary.json", RECORDING, FRAME_LIST] {
+        for name in ["summary.json", REPORT, RECORDING, FRAME_LIST] {
             let file = path.join(name);
             match fs::remove_file(&file) {
                 Err(source) if source.kind() != io::ErrorKind::NotFound => {

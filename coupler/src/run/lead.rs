@@ -12,6 +12,7 @@ use interface::message::wire::{BodyState, Grant, GroupState, Ledger, flags};
 use interface::recording::Tape;
 use interface::session::{Stop, Supervisor};
 
+use crate::record::course::Course;
 use crate::record::frames::{Frames, Instant as FrameInstant, Listed};
 use crate::record::history::History;
 use crate::record::progress::{self, Progress};
@@ -53,6 +54,7 @@ pub(crate) struct Run<'a> {
     pub(crate) tape: Option<Tape>,
     parties: Vec<Party>,
     history: History,
+    course: Course,
     frames: Option<Frames>,
     progress: Progress,
     stability: Option<Stability>,
@@ -89,12 +91,14 @@ impl<'a> Run<'a> {
     ) -> Result<Self, RunError> {
         let Some(Checkpoint { state, solvers, .. }) = from else {
             let history = History::begin(dir, &account.recorder.header())?;
+            let course = Course::begin(dir)?;
             let frames = frames(scene, dir, Listed::default())?;
             return Ok(Self::at_start(
-                scene, options, dir, account, history, frames,
+                scene, options, dir, account, history, course, frames,
             ));
         };
         let history = History::resume(dir, state.history)?;
+        let course = Course::resume(dir, account.clock.time())?;
         let frames = frames(scene, dir, state.frames)?;
         if !account.resume(state.account) {
             return Err(RunError::Checkpoint(
@@ -108,7 +112,7 @@ impl<'a> Run<'a> {
             under_way: Some(state.under_way),
             asked: state.asked,
             restored: solvers,
-            ..Self::at_start(scene, options, dir, account, history, frames)
+            ..Self::at_start(scene, options, dir, account, history, course, frames)
         })
     }
 
@@ -118,6 +122,7 @@ impl<'a> Run<'a> {
         dir: &'a RunDir,
         account: &'a mut Account,
         history: History,
+        course: Course,
         frames: Option<Frames>,
     ) -> Self {
         let mut parties = Vec::new();
@@ -137,6 +142,7 @@ impl<'a> Run<'a> {
             tape: None,
             parties,
             history,
+            course,
             frames,
             progress: Progress::new(scene.time.end, options.progress),
             stability: None,
@@ -164,7 +170,7 @@ impl<'a> Run<'a> {
     /// The session has ended so; finishes what is written meanwhile.
     pub(crate) fn end(mut self, led: Result<(), RunError>) -> Result<(), RunError> {
         self.progress.finish();
-        let flushed = self.history.flush();
+        let flushed = self.history.flush().and(self.course.flush());
         let framed = self.frames.as_mut().map_or(Ok(()), Frames::finish);
         // A checkpoint waits for the frames that it lists.
         self.frames = None;
@@ -319,6 +325,7 @@ impl<'a> Run<'a> {
         self.last_asked |= last;
         // The rows that it relies on reach the file before it does.
         self.history.flush()?;
+        self.course.flush()?;
         self.pending = Some(CouplerState {
             account: self.account.keep(),
             phase: self.phase,
@@ -444,6 +451,7 @@ impl<'a> Run<'a> {
         let at = self.account.clock.step(asked != 0);
         self.account.clock.advance_by(round.steps);
         under_way.done += round.steps;
+        self.course.before(&self.account.pace);
         if epoch.dt > 0.0 {
             self.account.pace.book(&epoch, round.steps);
         }
@@ -507,6 +515,7 @@ impl<'a> Run<'a> {
         self.scene.quantities.fill(&mut self.sample, &measured);
         account.recorder.record(&self.sample);
         self.history.row(account.recorder.row())?;
+        self.course.row(time, &account.balance.now)?;
         if frame && let Some(frames) = &mut self.frames {
             frames.take(FrameInstant {
                 time,

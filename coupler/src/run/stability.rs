@@ -36,6 +36,18 @@ pub enum Bound {
 }
 
 impl Bound {
+    /// All of them.
+    pub const ALL: [Self; 8] = [
+        Self::Elastic,
+        Self::Contact,
+        Self::Bodies,
+        Self::Kinematic,
+        Self::Jiang2020,
+        Self::Cap,
+        Self::Output,
+        Self::Growth,
+    ];
+
     /// Name in summaries and on the progress bar.
     pub const fn name(self) -> &'static str {
         match self {

@@ -179,6 +179,8 @@ pub struct Output {
     pub every: f64,
     /// Intervals of the history between frames; `None`: there are none.
     pub frames: Option<u64>,
+    /// Whether the run ends with a page of what it has shown.
+    pub report: bool,
     /// When the run saves its state; `None`: never.
     pub checkpoint: Option<CheckpointPlan>,
     /// Columns after the time.

@@ -24,6 +24,8 @@ use crate::scene::diagnostic::SceneErrors;
 
 /// Most rows of a history: beyond, the file is of no use to anyone.
 const ROWS_LIMIT: f64 = 1e7;
+/// Frames of a run whose page needs some while the scene asks for none.
+const FRAMES_OF_REPORT: f64 = 100.0;
 
 /// The scene of a document; CSV references and solvers are looked for from `directory` on.
 pub(super) fn scene(mut document: Document, directory: &Path) -> Result<Scene, SceneErrors> {
@@ -151,7 +153,9 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         directory,
     };
     let every = history_interval(problems, written.output.every, time.end);
-    let frames = frame_interval(problems, written.output.frames, every);
+    let report = written.output.report;
+    let frames = frame_interval(problems, written.output.frames, every)
+        .or_else(|| report.then(|| frames_of_report(time.end / every)));
     let checkpoint = checkpoint(problems, written.output.checkpoint.as_ref());
     let mut columns = Vec::new();
     for (i, column) in written.output.column.iter().enumerate() {
@@ -187,6 +191,7 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         output: Output {
             every,
             frames,
+            report,
             checkpoint,
             columns,
         },
@@ -334,6 +339,11 @@ fn checkpoint(
     // What is not a time has been refused.
     let wall = wall.map(|s| Duration::try_from_secs_f64(s).unwrap_or(Duration::MAX));
     Some(CheckpointPlan { wall, time })
+}
+
+/// Intervals of the history between frames where only a page needs them: about a hundred frames of so many rows.
+fn frames_of_report(rows: f64) -> u64 {
+    (rows / FRAMES_OF_REPORT).round().max(1.0) as u64
 }
 
 /// Intervals of the history between frames.

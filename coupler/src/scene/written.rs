@@ -279,6 +279,10 @@ pub(crate) struct OutputWritten {
     pub frames: Option<f64>,
     /// When the run saves its state, so that `tandem resume` can go on from there; never by default.
     pub checkpoint: Option<CheckpointWritten>,
+    /// Whether the run ends with report.html, a page of what it has shown; false by default. A scene without `frames` then
+    /// takes about a hundred.
+    #[serde(default)]
+    pub report: bool,
     /// Columns of history.csv after the time.
     #[serde(default)]
     pub column: Vec<ColumnWritten>,

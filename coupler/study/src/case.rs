@@ -42,7 +42,13 @@ impl Source {
                 set.push(format!("{key}={value}"));
             }
         }
-        let scene = Scene::load(&self.path, variant, &set).map_err(StudyError::Scene)?;
+        let load = |set: &[String]| Scene::load(&self.path, variant, set);
+        let mut scene = load(&set).map_err(StudyError::Scene)?;
+        if scene.output.report {
+            // The runs of a study are timed, and nobody opens a page of each.
+            set.push("output.report=false".to_owned());
+            scene = load(&set).map_err(StudyError::Scene)?;
+        }
         Ok(Case {
             settings: settings.to_vec(),
             scene,

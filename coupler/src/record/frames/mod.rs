@@ -336,6 +336,29 @@ pub struct FrameError {
     what: String,
 }
 
+/// Times in s of the frames of a run directory; none where no frames were kept.
+///
+/// # Errors
+/// [`FrameError`]: their list is there and cannot be read.
+pub fn times(run: &Path) -> Result<Vec<f64>, FrameError> {
+    let list = run.join(LIST);
+    let fail = |what: String| FrameError {
+        path: list.clone(),
+        what,
+    };
+    let text = match fs::read_to_string(&list) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        text => text.map_err(|e| fail(e.to_string()))?,
+    };
+    let mut times: Vec<f64> = entries(&text)
+        .map_err(fail)?
+        .into_iter()
+        .map(|entry| entry.time)
+        .collect();
+    times.dedup();
+    Ok(times)
+}
+
 impl Frame {
     /// The frame of this time (s) of a run directory.
     ///

@@ -1,0 +1,86 @@
+//! `tandem report`: a run, or several beside one another, as one page for a browser. The page has all that it needs in itself.
+//!
+//! | room | what is in it |
+//! | --- | --- |
+//! | [`record`], [`table`], [`log`] | what a run has left in its directory, read as far as it can be |
+//! | [`motion`], [`field`] | its frames, and what colours can say of them |
+//! | [`thin`], [`pack`] | as much of that as a page has room for, in few bytes |
+//! | [`chart`], [`verdict`], [`words`] | curves, checks and numbers as people read them |
+//! | [`page`] | all of it in the template; `templates/` has it, the script and the style |
+//!
+//! This crate reads what a run has left and knows the coupler for the words of its files. It computes no physics.
+#![forbid(unsafe_code)]
+
+pub mod chart;
+mod error;
+pub mod field;
+pub mod log;
+pub mod motion;
+pub mod pack;
+pub mod page;
+pub mod record;
+pub mod table;
+pub mod thin;
+pub mod verdict;
+pub mod words;
+
+use std::fs::Permissions;
+use std::io::Write as _;
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::{Path, PathBuf};
+
+use record::Record;
+
+pub use error::ReportError;
+
+/// Largest page in bytes.
+pub const LARGEST: usize = 5_000_000;
+
+/// A page that was written.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Written {
+    /// Where it is.
+    pub path: PathBuf,
+    /// Its size in bytes.
+    pub bytes: u64,
+}
+
+/// Makes the page of these runs and writes it to `out`, or into the first run's directory. A reader sees the old page or the
+/// new one, never half of either.
+///
+/// # Errors
+/// [`ReportError`]; nothing is written then.
+pub fn write(runs: &[PathBuf], out: Option<&Path>) -> Result<Written, ReportError> {
+    let records: Vec<Record> = runs
+        .iter()
+        .map(|run| Record::read(run))
+        .collect::<Result<_, _>>()?;
+    let html = page::page(&records)?;
+    let path = match (out, runs.first()) {
+        (Some(out), _) => out.to_path_buf(),
+        (None, Some(run)) => run.join(coupler::record::rundir::REPORT),
+        (None, None) => return Err(ReportError::Page("no run was named".to_owned())),
+    };
+    write_whole(&path, html.as_bytes())?;
+    Ok(Written {
+        bytes: html.len() as u64,
+        path,
+    })
+}
+
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
+    let folder = match path.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let write = || {
+        // Who makes a page wants to show it: what the user's mask allows may read it.
+        let mut file = tempfile::Builder::new()
+            .permissions(Permissions::from_mode(0o666))
+            .tempfile_in(folder)?;
+        file.write_all(bytes)?;
+        file.persist(path)?;
+        Ok(())
+    };
+    write().map_err(ReportError::file("write", path))
+}

@@ -1,0 +1,563 @@
+//! The page: everything that is known of the runs, in the template.
+
+use std::path::Path;
+
+use askama::Template;
+use coupler::scene::plan::LeftOut;
+use serde::Serialize;
+
+use crate::chart::{Charts, charts};
+use crate::log::Line;
+use crate::motion::{Motion, load};
+use crate::record::Record;
+use crate::verdict;
+use crate::words::{count, duration, moment, size, size_of};
+use crate::{LARGEST, ReportError};
+
+/// The script, in the order in which its parts need one another.
+const SCRIPT: &str = concat!(
+    include_str!("../templates/units.js"),
+    include_str!("../templates/colour.js"),
+    include_str!("../templates/motion.js"),
+    include_str!("../templates/player.js"),
+    include_str!("../templates/chart.js"),
+    include_str!("../templates/page.js"),
+);
+const STYLE: &str = include_str!("../templates/page.css");
+/// Lines of a log that are shown from its begin, and from its end.
+const LOG: [usize; 2] = [100, 400];
+/// Bytes of a scene that are shown.
+const SCENE: usize = 200_000;
+/// Share of the room of a motion that its times and outlines may take, and of rounding.
+const RESERVE: f64 = 0.04;
+
+/// What the script is told.
+#[derive(Debug, Serialize)]
+struct Data<'a> {
+    runs: Vec<OfRun<'a>>,
+}
+
+/// What the script is told of a run.
+#[derive(Debug, Serialize)]
+struct OfRun<'a> {
+    label: &'a str,
+    motion: Option<&'a Motion>,
+    charts: &'a Charts,
+}
+
+#[derive(Debug, Template)]
+#[template(path = "page.html")]
+struct Page<'a> {
+    title: String,
+    about: String,
+    style: &'a str,
+    script: &'a str,
+    data: String,
+    many: bool,
+    has_motion: bool,
+    has_history: bool,
+    runs: Vec<Run>,
+    figures: Vec<Figure>,
+    checks: Vec<verdict::Row>,
+    version: &'a str,
+    sources: String,
+}
+
+/// A key figure of each run.
+#[derive(Debug)]
+struct Figure {
+    name: &'static str,
+    values: Vec<String>,
+}
+
+/// A run as the template shows it.
+#[derive(Debug)]
+struct Run {
+    label: String,
+    status: String,
+    /// `good`, `bad` or `open`.
+    tone: &'static str,
+    reason: Option<String>,
+    last_words: Vec<String>,
+    has_motion: bool,
+    packed: String,
+    motion_notes: Vec<String>,
+    has_energy: bool,
+    energy_notes: Vec<String>,
+    has_steps: bool,
+    step_notes: Vec<String>,
+    history_notes: Vec<String>,
+    parts: Vec<Part>,
+    log_title: String,
+    log: Vec<LogRow>,
+    scene: String,
+    scene_note: Option<String>,
+    left_out: Vec<LeftOut>,
+    details: Vec<Detail>,
+    faults: Vec<String>,
+}
+
+#[derive(Debug)]
+struct Part {
+    name: &'static str,
+    compute: String,
+    exchange: String,
+    wait: String,
+    cpu: String,
+    /// Class and width in percent.
+    shares: [(&'static str, String); 3],
+}
+
+#[derive(Debug)]
+struct LogRow {
+    clock: String,
+    /// `cut` where lines are left out.
+    level: String,
+    text: String,
+}
+
+#[derive(Debug)]
+struct Detail {
+    name: &'static str,
+    value: String,
+}
+
+impl Run {
+    fn failed(&self) -> bool {
+        self.tone == "bad"
+    }
+
+    fn mark(&self) -> &'static str {
+        match self.tone {
+            "good" => "✓",
+            "bad" => "✗",
+            _ => "…",
+        }
+    }
+}
+
+/// The page of these runs.
+///
+/// # Errors
+/// [`ReportError::Page`].
+pub fn page(records: &[Record]) -> Result<String, ReportError> {
+    let labels = labels(records);
+    let charts: Vec<Charts> = records.iter().map(charts).collect();
+    let none: Vec<Option<Motion>> = records.iter().map(|_| None).collect();
+    // How much room motions have is known once all the rest is there.
+    let rest = render(records, &labels, &charts, none, &[])?.len();
+    let room = LARGEST.saturating_sub(rest) as f64 * (1.0 - RESERVE) / records.len().max(1) as f64;
+    let mut faults = Vec::new();
+    let motions = records.iter().map(|record| {
+        let (motion, fault) = motion(record, room as usize);
+        faults.push(fault);
+        motion
+    });
+    let motions: Vec<Option<Motion>> = motions.collect();
+    render(records, &labels, &charts, motions, &faults)
+}
+
+/// The motion of a run, and why there is none.
+fn motion(record: &Record, room: usize) -> (Option<Motion>, String) {
+    let none = "This run has kept no frames, so there is no motion to show. Give the scene `output.report = true` or \
+                `output.frames`, or run it with `--report`.";
+    match load(&record.path, room) {
+        Ok(Some(loaded)) if !loaded.frames.is_empty() => {
+            let mut motion = loaded.into_motion(room);
+            let domain = record.scene.as_ref().and_then(|scene| scene.mpm.as_ref());
+            motion.domain = domain.map(|mpm| {
+                let [[left, bottom], [right, top]] = mpm.domain;
+                [left, bottom, right, top]
+            });
+            (Some(motion), String::new())
+        }
+        Ok(Some(loaded)) => (None, loaded.faults.join(" ")),
+        Ok(None) => (None, none.to_owned()),
+        Err(error) => (None, format!("The frames cannot be read: {error}.")),
+    }
+}
+
+fn render(
+    records: &[Record],
+    labels: &[String],
+    charts: &[Charts],
+    motions: Vec<Option<Motion>>,
+    faults: &[String],
+) -> Result<String, ReportError> {
+    let of_runs = labels.iter().zip(&motions).zip(charts);
+    let data = Data {
+        runs: of_runs
+            .map(|((label, motion), charts)| OfRun {
+                label,
+                motion: motion.as_ref(),
+                charts,
+            })
+            .collect(),
+    };
+    let data = in_script(&data)?;
+    let has_motion = motions.iter().any(Option::is_some);
+    let all = records.iter().zip(labels).zip(charts.iter().zip(motions));
+    let runs: Vec<Run> = all
+        .enumerate()
+        .map(|(k, ((record, label), (charts, motion)))| {
+            let fault = faults.get(k).map_or("", String::as_str);
+            run(record, label, charts, motion, fault)
+        })
+        .collect();
+    let mut checks: Vec<verdict::Row> = records
+        .iter()
+        .zip(labels)
+        .flat_map(|(record, label)| verdict::rows(record, label))
+        .collect();
+    checks.sort_by_key(|check| check.result != "fail");
+    let names: Vec<String> = records.iter().map(name).collect();
+    let one = names.windows(2).all(|pair| pair[0] == pair[1]);
+    let title = match names.as_slice() {
+        [name] => name.clone(),
+        [name, ..] if one => format!("{name}, {} runs", names.len()),
+        _ => format!("{} runs", names.len()),
+    };
+    let about = match (records, one) {
+        ([first, ..], true) => text(first, "about"),
+        _ => String::new(),
+    };
+    let page = Page {
+        title,
+        about,
+        style: STYLE,
+        script: SCRIPT,
+        data,
+        many: records.len() > 1,
+        has_motion,
+        has_history: charts.iter().any(|charts| !charts.history.is_empty()),
+        figures: figures(records),
+        checks,
+        version: env!("CARGO_PKG_VERSION"),
+        sources: records
+            .iter()
+            .map(|record| record.path.display().to_string())
+            .collect::<Vec<_>>()
+            .join(", "),
+        runs,
+    };
+    page.render().map_err(|e| ReportError::Page(e.to_string()))
+}
+
+/// JSON that may stand in a script element: no `<` in it can end the element.
+fn in_script(data: &impl Serialize) -> Result<String, ReportError> {
+    let json = serde_json::to_string(data).map_err(|e| ReportError::Page(e.to_string()))?;
+    Ok(json.replace('<', "\\u003c"))
+}
+
+/// Names that tell the runs apart: the last part of the path, or all of it.
+fn labels(records: &[Record]) -> Vec<String> {
+    let last = |path: &Path| {
+        let whole = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+        let name = whole.file_name().map(|n| n.to_string_lossy().into_owned());
+        name.unwrap_or_else(|| path.display().to_string())
+    };
+    let short: Vec<String> = records.iter().map(|record| last(&record.path)).collect();
+    let apart = |label: &String| short.iter().filter(|other| *other == label).count() == 1;
+    let all = short.iter().zip(records);
+    all.map(|(label, record)| {
+        if apart(label) {
+            label.clone()
+        } else {
+            record.path.display().to_string()
+        }
+    })
+    .collect()
+}
+
+fn text(record: &Record, key: &str) -> String {
+    let value = record.written.get(key).and_then(toml::Value::as_str);
+    value.unwrap_or_default().to_owned()
+}
+
+fn name(record: &Record) -> String {
+    let of_summary = record.summary.as_ref().map(|summary| summary.scene.clone());
+    of_summary
+        .filter(|name| !name.is_empty())
+        .or_else(|| Some(text(record, "name")).filter(|name| !name.is_empty()))
+        .unwrap_or_else(|| "A run".to_owned())
+}
+
+fn run(record: &Record, label: &str, charts: &Charts, motion: Option<Motion>, fault: &str) -> Run {
+    let (status, tone) = status(record);
+    let reason = record.summary.as_ref().and_then(|s| s.reason.clone());
+    let mut motion_notes = vec![fault.to_owned()];
+    motion_notes.retain(|note| !note.is_empty());
+    let (has_motion, packed) = match motion {
+        Some(motion) => {
+            motion_notes.extend(motion.notes);
+            (true, motion.packed)
+        }
+        None => (false, String::new()),
+    };
+    let (scene, scene_note) = scene(record);
+    Run {
+        label: label.to_owned(),
+        status,
+        tone,
+        last_words: if reason.is_some() || tone == "bad" {
+            last_words(record, reason.as_deref())
+        } else {
+            Vec::new()
+        },
+        reason,
+        has_motion,
+        packed,
+        motion_notes,
+        has_energy: charts.energy.is_some(),
+        energy_notes: charts.notes.energy.clone(),
+        has_steps: charts.steps.is_some(),
+        step_notes: charts.notes.steps.clone(),
+        history_notes: charts.notes.history.clone(),
+        parts: parts(record),
+        log_title: log_title(&record.log),
+        log: log_rows(&record.log),
+        scene,
+        scene_note,
+        left_out: record
+            .scene
+            .as_ref()
+            .map_or(Vec::new(), |s| s.plan().left_out),
+        details: details(record),
+        faults: record.faults.clone(),
+    }
+}
+
+/// How a run ended, in words, and whether that is good.
+fn status(record: &Record) -> (String, &'static str) {
+    let Some(summary) = &record.summary else {
+        return (
+            "This run has not come to its end: it is under way, or it was killed.".to_owned(),
+            "open",
+        );
+    };
+    let failing = summary.checks.iter().filter(|check| !check.pass).count();
+    let all = summary.checks.len();
+    match summary.status.as_str() {
+        "done" if all == 0 => ("Done. The scene has no checks.".to_owned(), "good"),
+        "done" if all == 1 => ("Done, and its check passes.".to_owned(), "good"),
+        "done" => (format!("Done, and all {all} checks pass."), "good"),
+        "check_failed" => (format!("Done, but {failing} of {all} checks fail."), "bad"),
+        "failed" => ("Failed before its end.".to_owned(), "bad"),
+        "unstable" => ("Stopped: the state became unstable.".to_owned(), "bad"),
+        "interrupted" => ("Interrupted before its end.".to_owned(), "open"),
+        other => (format!("Ended with the status {other}."), "open"),
+    }
+}
+
+/// The last warnings and errors, but for what is the reason itself.
+fn last_words(record: &Record, reason: Option<&str>) -> Vec<String> {
+    let loud = |line: &&Line| line.level == "ERROR" || line.level == "WARN";
+    let mut words: Vec<String> = record
+        .log
+        .iter()
+        .rev()
+        .filter(loud)
+        .map(Line::text)
+        .filter(|text| !text.is_empty() && Some(text.as_str()) != reason)
+        .take(3)
+        .collect();
+    words.reverse();
+    words
+}
+
+fn figures(records: &[Record]) -> Vec<Figure> {
+    let of = |name, value: &dyn Fn(&crate::record::Summary) -> String| Figure {
+        name,
+        values: records
+            .iter()
+            .map(|record| {
+                record
+                    .summary
+                    .as_ref()
+                    .map_or_else(|| "–".to_owned(), value)
+            })
+            .collect(),
+    };
+    let share = |x: Option<f64>| x.map_or_else(|| "–".to_owned(), size_of);
+    let mut figures = vec![
+        of("Checks that pass", &|s| {
+            let passing = s.checks.iter().filter(|check| check.pass).count();
+            match s.checks.len() {
+                0 => "none judged".to_owned(),
+                all => format!("{passing} of {all}"),
+            }
+        }),
+        of("Simulated time", &|s| moment(s.time)),
+        of("Run time", &|s| duration(s.wall_s)),
+        of("Steps", &|s| count(s.steps)),
+        of("Shortest step", &|s| {
+            s.dt_min.map_or("–".to_owned(), moment)
+        }),
+        of("Longest step", &|s| s.dt_max.map_or("–".to_owned(), moment)),
+        of("Material points", &|s| count(s.points)),
+        of("Bodies", &|s| count(s.bodies)),
+        of("Momentum error, relative", &|s| share(s.momentum_error)),
+        of("Energy created, relative", &|s| {
+            share(s.energy.residual_max)
+        }),
+    ];
+    if records.len() > 1 {
+        let hash = |s: &crate::record::Summary| {
+            let hash = s.state_hash.as_deref().unwrap_or("–");
+            hash.chars().take(12).collect()
+        };
+        figures.insert(0, of("Scene", &|s| s.scene.clone()));
+        figures.push(of("State hash, first digits", &hash));
+    }
+    figures
+}
+
+fn parts(record: &Record) -> Vec<Part> {
+    let Some(summary) = &record.summary else {
+        return Vec::new();
+    };
+    let words = [
+        ("mpm", "Continuum (MPM)"),
+        ("dem", "Bodies (DEM)"),
+        ("coupler", "Coupler"),
+    ];
+    let whole = summary
+        .wall_by_part
+        .values()
+        .map(|p| p.compute + p.exchange + p.wait)
+        .fold(summary.wall_s, f64::max);
+    let known = words.into_iter().filter_map(|(key, name)| {
+        let parts = summary.wall_by_part.get(key)?;
+        let share = |time: f64| format!("{:.2}", 100.0 * time / whole.max(f64::MIN_POSITIVE));
+        let cpu = summary.cpu_s.get(key).copied();
+        Some(Part {
+            name,
+            compute: duration(parts.compute),
+            exchange: duration(parts.exchange),
+            wait: duration(parts.wait),
+            cpu: cpu.map_or("–".to_owned(), duration),
+            shares: [
+                ("compute", share(parts.compute)),
+                ("exchange", share(parts.exchange)),
+                ("wait", share(parts.wait)),
+            ],
+        })
+    });
+    known.collect()
+}
+
+fn log_title(log: &[Line]) -> String {
+    let of = |level: &str| log.iter().filter(|line| line.level == level).count();
+    let counted = |n: usize, word: &str| match n {
+        1 => format!("1 {word}"),
+        n => format!("{} {word}s", count(n as u64)),
+    };
+    let mut words = vec![counted(log.len(), "line")];
+    for (level, word) in [("ERROR", "error"), ("WARN", "warning")] {
+        if of(level) > 0 {
+            words.push(counted(of(level), word));
+        }
+    }
+    words.join(", ")
+}
+
+fn log_rows(log: &[Line]) -> Vec<LogRow> {
+    let row = |line: &Line| LogRow {
+        clock: line.clock().to_owned(),
+        level: line.level.to_lowercase(),
+        text: line.text(),
+    };
+    let [first, last] = LOG;
+    if log.len() <= first + last {
+        return log.iter().map(row).collect();
+    }
+    let cut = LogRow {
+        clock: String::new(),
+        level: "cut".to_owned(),
+        text: format!(
+            "{} lines are left out here; log.jsonl has them.",
+            count((log.len() - first - last) as u64)
+        ),
+    };
+    let begin = log[..first].iter().map(row);
+    let end = log[log.len() - last..].iter().map(row);
+    begin.chain([cut]).chain(end).collect()
+}
+
+/// The text of the scene, and what is left out of it.
+fn scene(record: &Record) -> (String, Option<String>) {
+    let Some(text) = &record.scene_text else {
+        return (
+            String::new(),
+            Some("There is no scene.toml in the run directory.".to_owned()),
+        );
+    };
+    if text.len() <= SCENE {
+        return (text.clone(), None);
+    }
+    let end = (0..=SCENE).rev().find(|&end| text.is_char_boundary(end));
+    let note = format!(
+        "The first {} of {} are shown; scene.toml has all of it.",
+        size(SCENE as u64),
+        size(text.len() as u64)
+    );
+    (text[..end.unwrap_or(0)].to_owned(), Some(note))
+}
+
+/// Where and how it was run: from the log, which says it since there are reports.
+fn details(record: &Record) -> Vec<Detail> {
+    let mut details = Vec::new();
+    let mut add = |name, value: Option<String>| {
+        details.extend(
+            value
+                .filter(|value| !value.is_empty())
+                .map(|value| Detail { name, value }),
+        );
+    };
+    let begun = record.log.iter().filter(|line| line.message() == "begins");
+    let mut of_log: Vec<&Line> = begun.collect();
+    let resumed = of_log.len().saturating_sub(1);
+    of_log.reverse();
+    let last = of_log.first();
+    let value = |name: &str| last.and_then(|line| line.value(name));
+    add("Command", value("command"));
+    add("Tandem", value("version"));
+    add("Processor", value("processor"));
+    add("Cores", value("cores"));
+    let kilobytes = value("memory").and_then(|text| text.split(' ').next()?.parse::<u64>().ok());
+    add("Memory", kilobytes.map(|kb| size(1024 * kb)));
+    add("System", value("system"));
+    if resumed > 0 {
+        add(
+            "Resumed",
+            Some(format!("{resumed} times; what stands above is of the last")),
+        );
+    }
+    for line in record.log.iter().filter(|line| line.message() == "joined") {
+        let name = match line.value("party").as_deref() {
+            Some("mpm") => "Continuum solver",
+            Some("dem") => "Solver of the bodies",
+            _ => continue,
+        };
+        if of_log.len() <= 1 {
+            add(name, line.value("identity"));
+        }
+    }
+    add(
+        "Begun",
+        record.log.first().map(|line| line.timestamp.clone()),
+    );
+    add(
+        "Ended",
+        record.log.last().map(|line| line.timestamp.clone()),
+    );
+    if let Some(summary) = &record.summary {
+        add("State hash", summary.state_hash.clone());
+        add("Scene hash", Some(summary.scene_hash.clone()));
+        add("Grants of steps", Some(count(summary.grants)));
+        add("Intervals of equal steps", Some(count(summary.epochs)));
+        add("Most points near bodies", Some(count(summary.imps_max)));
+    }
+    add("Run directory", Some(record.path.display().to_string()));
+    details
+}

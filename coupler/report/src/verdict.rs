@@ -1,0 +1,277 @@
+//! The checks of a run in words: what was expected is said as the scene says it.
+
+use toml::{Table, Value};
+
+use crate::record::{Record, Verdict};
+use crate::words::{number, quantity};
+
+/// Units of quantities by the last part of their name.
+const UNITS: [(&str, &[&str]); 9] = [
+    ("s", &["t", "time"]),
+    ("m", &["x", "y", "xmin", "xmax", "ymin", "ymax", "spread"]),
+    ("m/s", &["vx", "vy"]),
+    ("rad", &["angle"]),
+    ("rad/s", &["spin"]),
+    ("kg/m", &["mass"]),
+    ("kg m", &["inertia"]),
+    ("N/m", &["fx", "fy", "contact_fx", "contact_fy"]),
+    ("N", &["torque", "contact_torque"]),
+];
+
+/// A check as a row of the page.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Row {
+    /// Which run.
+    pub run: String,
+    /// `pass`, `fail`, or `open` of a run that has not come to its end.
+    pub result: &'static str,
+    /// What is checked.
+    pub name: String,
+    /// Of what moment or window.
+    pub when: &'static str,
+    /// What the run shows.
+    pub value: String,
+    /// What was expected.
+    pub expected: String,
+    /// How far it is off.
+    pub error: String,
+    /// How far it may be off.
+    pub allowed: String,
+    /// Where the expected figure comes from.
+    pub source: String,
+}
+
+/// The checks of a run, those that fail first.
+pub fn rows(record: &Record, run: &str) -> Vec<Row> {
+    let checks = record.written.get("check").and_then(Value::as_array);
+    let written: Vec<&Table> = checks
+        .into_iter()
+        .flatten()
+        .filter_map(Value::as_table)
+        .collect();
+    let verdicts = record.summary.iter().flat_map(|summary| &summary.checks);
+    let mut rows: Vec<Row> = verdicts
+        .map(|verdict| {
+            let own = |check: &&&Table| text(check, "name") == verdict.name;
+            let check = written.iter().find(own).copied();
+            row(verdict, check, record, run)
+        })
+        .collect();
+    if rows.is_empty() {
+        rows.extend(written.iter().map(|check| open(check, run)));
+    }
+    rows.sort_by_key(|row| row.result != "fail");
+    rows
+}
+
+fn row(verdict: &Verdict, check: Option<&Table>, record: &Record, run: &str) -> Row {
+    let none = Table::new();
+    let check = check.unwrap_or(&none);
+    let unit = verdict
+        .unit
+        .clone()
+        .unwrap_or_else(|| unit(check, &record.written));
+    let value =
+        |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |v| quantity(v, &unit));
+    let relative = check.contains_key("relative_tolerance");
+    let scaled = check.contains_key("scale");
+    let near = check.contains_key("reference");
+    // What distances are told in.
+    let distance = |number: Option<f64>| match number {
+        None => "none".to_owned(),
+        Some(number) if relative => format!("{}\u{a0}%", self::number(100.0 * number)),
+        Some(number) if scaled => format!("{}\u{a0}% of scale", self::number(100.0 * number)),
+        Some(number) => quantity(number, &unit),
+    };
+    let bound = |word: &str| format!("{word} {}", value(verdict.reference));
+    let expected = if check.contains_key("at_least") {
+        bound("at least")
+    } else if check.contains_key("at_most") {
+        bound("at most")
+    } else if let Some(Value::Array(ends)) = check.get("between") {
+        let ends: Vec<String> = ends.iter().map(|end| written(end, &unit)).collect();
+        ends.join(" to ")
+    } else {
+        value(verdict.reference)
+    };
+    Row {
+        run: run.to_owned(),
+        result: if verdict.pass { "pass" } else { "fail" },
+        name: verdict.name.clone(),
+        when: when(check),
+        value: value(verdict.value),
+        expected,
+        error: match verdict.error {
+            Some(0.0) if !near => "within".to_owned(),
+            error => distance(error),
+        },
+        allowed: if near {
+            distance(verdict.tolerance)
+        } else {
+            String::new()
+        },
+        source: verdict.source.clone(),
+    }
+}
+
+/// A check that nobody has judged.
+fn open(check: &Table, run: &str) -> Row {
+    let unit = String::new();
+    let forms = ["at_least", "at_most", "reference"];
+    let words = ["at least ", "at most ", ""];
+    let mut forms = forms.iter().zip(words);
+    let expected =
+        forms.find_map(|(key, word)| Some(format!("{word}{}", written(check.get(*key)?, &unit))));
+    Row {
+        run: run.to_owned(),
+        result: "open",
+        name: text(check, "name").to_owned(),
+        when: when(check),
+        value: String::new(),
+        expected: expected.unwrap_or_default(),
+        error: String::new(),
+        allowed: String::new(),
+        source: text(check, "source").to_owned(),
+    }
+}
+
+fn text<'a>(table: &'a Table, key: &str) -> &'a str {
+    table.get(key).and_then(Value::as_str).unwrap_or_default()
+}
+
+/// A number or an expression as the scene has it.
+fn written(value: &Value, unit: &str) -> String {
+    match value {
+        Value::Float(x) => quantity(*x, unit),
+        Value::Integer(n) => quantity(*n as f64, unit),
+        Value::String(text) => text.clone(),
+        _ => "a table over time".to_owned(),
+    }
+}
+
+fn when(check: &Table) -> &'static str {
+    match check.get("when") {
+        None => "at the end",
+        Some(Value::String(when)) => match when.as_str() {
+            "end" => "at the end",
+            "max" => "largest value",
+            "min" => "smallest value",
+            "rise" => "largest rise",
+            "mean" => "mean over time",
+            "rms" => "root mean square over time",
+            "max_error" => "where the distance is largest",
+            "rms_error" => "root mean square distance",
+            _ => "",
+        },
+        Some(_) => "at a moment",
+    }
+}
+
+/// The unit of a check's value: its own, that of a column that is the same, that of the quantity; else none.
+fn unit(check: &Table, scene: &Table) -> String {
+    if let Some(Value::String(unit)) = check.get("unit") {
+        return unit.clone();
+    }
+    let value = text(check, "value");
+    let columns = scene.get("output").and_then(|output| output.get("column"));
+    let columns = columns.and_then(Value::as_array).into_iter().flatten();
+    let same = columns
+        .filter_map(Value::as_table)
+        .find(|column| text(column, "value") == value);
+    if let Some(column) = same {
+        return text(column, "unit").to_owned();
+    }
+    let whole = value
+        .chars()
+        .all(|c| c.is_alphanumeric() || "._".contains(c));
+    let last = value.rsplit('.').next().unwrap_or_default();
+    if !whole || last.ends_with("_relative") {
+        String::new()
+    } else if value.starts_with("energy.") || last == "kinetic" {
+        "J/m".to_owned()
+    } else if value.starts_with("momentum.") {
+        "N s/m".to_owned()
+    } else if value.starts_with("contact.force.") {
+        "N/m".to_owned()
+    } else {
+        let found = UNITS.iter().find(|(_, names)| names.contains(&last));
+        found.map_or(String::new(), |(unit, _)| (*unit).to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_has_the_unit_of_its_quantity() {
+        let scene: Table =
+            "[[output.column]]\nname = \"a\"\nunit = \"mm\"\nvalue = \"1000*body.a.x\"\n"
+                .parse()
+                .unwrap();
+        for (value, expected) in [
+            ("body.a.x", "m"),
+            ("initial.body.a.vx", "m/s"),
+            ("energy.kinetic", "J/m"),
+            ("energy.residual_relative", ""),
+            ("momentum_error", ""),
+            ("body.a.contacts", ""),
+            ("1000*body.a.x", "mm"),
+            ("body.a.x / body.b.x", ""),
+        ] {
+            let check = Table::from_iter([("value".to_owned(), Value::from(value))]);
+            assert_eq!(unit(&check, &scene), expected, "{value}");
+        }
+    }
+
+    fn judged(check: &str, verdict: Verdict) -> Row {
+        let check: Table = check.parse().unwrap();
+        let record = Record {
+            path: "x".into(),
+            summary: None,
+            scene_text: None,
+            written: Table::new(),
+            scene: None,
+            history: None,
+            course: None,
+            log: Vec::new(),
+            faults: Vec::new(),
+        };
+        row(&verdict, Some(&check), &record, "x")
+    }
+
+    #[test]
+    fn what_is_expected_is_said_as_the_scene_says_it() {
+        let verdict = |reference: f64, error: f64, tolerance: f64| Verdict {
+            value: Some(25.0),
+            reference: Some(reference),
+            error: Some(error),
+            tolerance: Some(tolerance),
+            pass: true,
+            ..Verdict::default()
+        };
+        let between = judged(
+            "between = [20, 27.5]\nunit = \"deg\"",
+            verdict(23.75, 0.0, 0.0),
+        );
+        assert_eq!(between.value, "25\u{a0}deg");
+        assert_eq!(between.expected, "20\u{a0}deg to 27.5\u{a0}deg");
+        assert_eq!(
+            (between.error.as_str(), between.allowed.as_str()),
+            ("within", "")
+        );
+        let near = judged(
+            "reference = 24.5\nrelative_tolerance = 0.03",
+            verdict(24.5, 0.02, 0.03),
+        );
+        assert_eq!(
+            (near.error.as_str(), near.allowed.as_str()),
+            ("2\u{a0}%", "3\u{a0}%")
+        );
+        let most = judged("at_most = 26\nwhen = \"max\"", verdict(26.0, 0.0, 0.0));
+        assert_eq!(
+            (most.expected.as_str(), most.when),
+            ("at most 26", "largest value")
+        );
+    }
+}

@@ -1,0 +1,141 @@
+//! `course.csv`: the course of a run. The energies of the ledger, and how many steps what has bound, a row at each output of
+//! the history. `history.csv` has what the scene asks for; this has what every run can say of itself.
+
+use std::fs;
+
+use crate::record::history::History;
+use crate::record::ledger::Energies;
+use crate::record::rundir::{RunDir, RunDirError};
+use crate::run::pace::Pace;
+use crate::run::stability::Bound;
+
+/// Its name in the run directory.
+pub const COURSE: &str = "course.csv";
+
+/// `course.csv` being written.
+#[derive(Debug)]
+pub(crate) struct Course {
+    rows: History,
+    /// The last step in s, then how many steps what has bound, when the moment came that is measured next.
+    steps: [f64; 1 + Bound::ALL.len()],
+}
+
+impl Course {
+    /// Of a run that begins.
+    pub fn begin(dir: &RunDir) -> Result<Self, RunDirError> {
+        Ok(Self::of(History::begin_table(dir, COURSE, &header())?))
+    }
+
+    /// Of a run that goes on at `time` (s): a row of that time or a later one comes again, but for that of the start.
+    pub fn resume(dir: &RunDir, time: f64) -> Result<Self, RunDirError> {
+        // A run of a build that kept no course begins it where it goes on.
+        let Ok(text) = fs::read_to_string(dir.path().join(COURSE)) else {
+            return Self::begin(dir);
+        };
+        let rows = History::resume_table(dir, COURSE, kept(&text, time) as u64)?;
+        Ok(Self::of(rows))
+    }
+
+    fn of(rows: History) -> Self {
+        Self {
+            rows,
+            steps: [0.0; 1 + Bound::ALL.len()],
+        }
+    }
+
+    /// Notes the steps before those of a grant. What a grant measures is of its begin, whatever the number of its steps.
+    pub fn before(&mut self, pace: &Pace) {
+        let bound_by = &pace.so_far().bound_by;
+        let [step, counts @ ..] = &mut self.steps;
+        *step = pace.last().map_or(0.0, |(step, _)| step);
+        for (count, bound) in counts.iter_mut().zip(&Bound::ALL) {
+            *count = bound_by.get(bound).map_or(0.0, |&steps| steps as f64);
+        }
+    }
+
+    /// Adds the row of `time` (s), the begin of the last grant.
+    pub fn row(&mut self, time: f64, energies: &Energies) -> Result<(), RunDirError> {
+        let mut row = vec![time];
+        row.extend(self.steps);
+        row.extend(energies.parts().map(|(_, value)| value));
+        self.rows.row(&row)
+    }
+
+    /// Every row reaches the file.
+    pub fn flush(&mut self) -> Result<(), RunDirError> {
+        self.rows.flush()
+    }
+}
+
+/// Length in bytes of the header and the rows before `time` (s).
+fn kept(text: &str, time: f64) -> usize {
+    let mut length = 0;
+    for (number, line) in text.split_inclusive('\n').enumerate() {
+        let at = line
+            .split(',')
+            .next()
+            .and_then(|first| first.trim_end().parse::<f64>().ok());
+        let before = number == 0 || at.is_some_and(|at| at < time || at == 0.0);
+        if !(before && line.ends_with('\n')) {
+            break;
+        }
+        length += line.len();
+    }
+    length
+}
+
+/// Steps are counted from the start; `step` is the last one.
+fn header() -> Vec<String> {
+    let bounds = Bound::ALL.map(|bound| format!("steps by {} [1]", bound.name()));
+    let energies = Energies::default()
+        .parts()
+        .map(|(name, _)| format!("{name} [J/m]"));
+    ["time [s]".to_owned(), "step [s]".to_owned()]
+        .into_iter()
+        .chain(bounds)
+        .chain(energies)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_run_that_goes_on_keeps_what_was_before() {
+        let text = "time [s],step [s]\n0,0\n0.1,1\n0.2,1\n0.3,1\n";
+        let keeps = |time| text[..kept(text, time)].lines().count() - 1;
+        assert_eq!([0.0, 0.1, 0.15, 0.3, 1.0].map(keeps), [1, 1, 2, 3, 4]);
+        // A row that was being written when the run was killed is none.
+        assert_eq!(kept("time [s]\n0\n0.1", 1.0), 11);
+        assert_eq!(kept("time [s]\n0\nx\n0.2\n", 1.0), 11);
+    }
+
+    #[test]
+    fn the_header_names_every_number_of_a_row() {
+        let dir = tempfile::tempdir().unwrap();
+        let run = RunDir::create(dir.path()).unwrap();
+        let mut course = Course::begin(&run).unwrap();
+        let plan = crate::scene::TimePlan {
+            end: 1.0,
+            max_step: None,
+            min_step: 1e-12,
+            safety: 0.9,
+            step_factor: 1.0,
+            criterion: crate::scene::Criterion::Composed,
+        };
+        let energies = Energies {
+            kinetic: 3.0,
+            total: 3.0,
+            ..Energies::default()
+        };
+        course.before(&Pace::new(plan, 0.1));
+        course.row(0.0, &energies).unwrap();
+        course.flush().unwrap();
+        let text = fs::read_to_string(dir.path().join(COURSE)).unwrap();
+        let lines: Vec<Vec<&str>> = text.lines().map(|l| l.split(',').collect()).collect();
+        assert_eq!(lines[0].len(), lines[1].len());
+        let at = lines[0].iter().position(|name| *name == "kinetic [J/m]");
+        assert_eq!(lines[1][at.unwrap()], "3");
+    }
+}

@@ -1,0 +1,44 @@
+//! `tandem report`, and the page at the end of a run.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use coupler::record::summary::Status;
+use report::{ReportError, Written};
+
+use crate::BAD_INPUT;
+use crate::cli::ReportArgs;
+use crate::terminal::{complain, say};
+
+/// Writes the page of some runs.
+pub fn report(args: &ReportArgs) -> ExitCode {
+    match report::write(&args.dirs, args.out.as_deref()) {
+        Ok(written) => {
+            tell(&written);
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            complain(format_args!("error: {error}"));
+            match error {
+                ReportError::NotARun { .. } => ExitCode::from(BAD_INPUT),
+                _ => ExitCode::from(Status::Failed.exit_code()),
+            }
+        }
+    }
+}
+
+/// Writes the page of a run that has ended. One that cannot be written is no fault of the run, whose exit status stays.
+pub fn at_the_end_of(run: &Path) {
+    match report::write(&[run.to_path_buf()], None) {
+        Ok(written) => tell(&written),
+        Err(error) => complain(format_args!("warning: no report: {error}")),
+    }
+}
+
+fn tell(written: &Written) {
+    say(format_args!(
+        "report in {} ({})",
+        written.path.display(),
+        report::words::size(written.bytes)
+    ));
+}

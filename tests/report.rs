@@ -1,0 +1,551 @@
+//! The page of a run, opened in a real browser: it shows what the run has left, plays, and asks nobody for anything.
+//!
+//! The browser is Chromium (`apt-get install chromium`; `.ci/run` does it), found on the PATH or named by `CHROME`. Without it
+//! these tests fail, and say so: nothing else can tell whether the page works.
+
+mod harness;
+
+use std::collections::BTreeSet;
+use std::ffi::OsStr;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use coupler::record::frames::Frame;
+use harness::{Place, RunFiles, scene};
+use headless_chrome::protocol::cdp::Page::CaptureScreenshotFormatOption::Png;
+use headless_chrome::protocol::cdp::types::Event;
+use headless_chrome::protocol::cdp::{Emulation, Network};
+use headless_chrome::{Browser, LaunchOptions, Tab};
+use serde_json::Value;
+
+/// The README's main job, whose scene asks for a report.
+const HARD: &str = "jiang2020/collision_hard";
+/// Widths in pixels: a phone, a tablet, a desk.
+const WIDTHS: [u32; 3] = [360, 800, 1400];
+/// Names of the browser.
+const NAMES: [&str; 4] = [
+    "chromium",
+    "chromium-browser",
+    "google-chrome",
+    "google-chrome-stable",
+];
+
+fn chromium() -> PathBuf {
+    let named = std::env::var_os("CHROME").map(PathBuf::from);
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    let all = std::env::split_paths(&path).flat_map(|dir| NAMES.map(|name| dir.join(name)));
+    named.into_iter().chain(all).find(|file| file.is_file()).expect(
+        "Chromium is needed to open a report: install it (`apt-get install chromium`), or name it by the variable CHROME",
+    )
+}
+
+/// A browser with one page, and what it complained of or asked for.
+struct Reader {
+    tab: Arc<Tab>,
+    complaints: Arc<Mutex<Vec<String>>>,
+    _browser: Browser,
+}
+
+impl Reader {
+    fn open(page: &Path) -> Self {
+        let options = LaunchOptions::default_builder()
+            .path(Some(chromium()))
+            // Chromium has no sandbox for root, whom containers have; the page is our own.
+            .sandbox(false)
+            .args(vec![OsStr::new("--hide-scrollbars")])
+            .idle_browser_timeout(Duration::from_mins(5))
+            .build()
+            .unwrap();
+        let browser = Browser::new(options).expect("Chromium starts");
+        let tab = browser.new_tab().unwrap();
+        tab.set_default_timeout(Duration::from_mins(1));
+        let complaints = Arc::new(Mutex::new(Vec::new()));
+        let (heard, url) = (complaints.clone(), format!("file://{}", page.display()));
+        let own = url.clone();
+        let listen = move |event: &Event| {
+            let complaint = match event {
+                Event::NetworkRequestWillBeSent(e) => {
+                    let asked = &e.params.request.url;
+                    let outside = *asked != own && !asked.starts_with("data:");
+                    outside.then(|| format!("asked for {asked}"))
+                }
+                Event::RuntimeExceptionThrown(e) => Some(format!("{:?}", e.params)),
+                Event::RuntimeConsoleAPICalled(e) => Some(format!("{:?}", e.params)),
+                Event::LogEntryAdded(e) => Some(format!("{:?}", e.params)),
+                _ => None,
+            };
+            // A test that fails while it holds the list has said what is wrong.
+            if let Ok(mut heard) = heard.lock() {
+                heard.extend(complaint);
+            }
+        };
+        tab.add_event_listener(Arc::new(listen)).unwrap();
+        tab.enable_log().unwrap();
+        tab.enable_runtime().unwrap();
+        tab.call_method(Network::Enable {
+            max_total_buffer_size: None,
+            max_resource_buffer_size: None,
+            max_post_data_size: None,
+            report_direct_socket_traffic: None,
+            enable_durable_messages: None,
+        })
+        .unwrap();
+        tab.navigate_to(&url).unwrap();
+        tab.wait_for_element("html[data-ready]")
+            .expect("the page starts");
+        Self {
+            tab,
+            complaints,
+            _browser: browser,
+        }
+    }
+
+    /// The value of an expression of the page.
+    fn ask(&self, expression: &str) -> Value {
+        let asked = format!("JSON.stringify({expression})");
+        let object = self.tab.evaluate(&asked, true).expect(expression);
+        let text = object.value.unwrap_or(Value::Null);
+        serde_json::from_str(text.as_str().unwrap_or("null")).unwrap()
+    }
+
+    fn number(&self, expression: &str) -> f64 {
+        self.ask(expression).as_f64().expect(expression)
+    }
+
+    fn look(&self, width: u32, dark: bool) {
+        let size = Emulation::SetDeviceMetricsOverride {
+            width,
+            height: 900,
+            device_scale_factor: 1.0,
+            mobile: false,
+            scale: None,
+            screen_width: None,
+            screen_height: None,
+            position_x: None,
+            position_y: None,
+            dont_set_visible_size: None,
+            screen_orientation: None,
+            viewport: None,
+            display_feature: None,
+            device_posture: None,
+        };
+        self.tab.call_method(size).unwrap();
+        let scheme = if dark { "dark" } else { "light" };
+        let feature = Emulation::MediaFeature {
+            name: "prefers-color-scheme".into(),
+            value: scheme.into(),
+        };
+        self.tab
+            .call_method(Emulation::SetEmulatedMedia {
+                media: None,
+                features: Some(vec![feature]),
+            })
+            .unwrap();
+        // What watches sizes is told with the next pictures.
+        self.ask("await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))");
+    }
+
+    /// A picture of all that is on the screen.
+    fn screenshot(&self, name: &str) -> Vec<u8> {
+        let picture = self.tab.capture_screenshot(Png, None, None, true).unwrap();
+        // For people: where a folder is named, what the tests have seen is kept.
+        if let Some(folder) = std::env::var_os("TANDEM_SCREENSHOTS") {
+            fs::write(Path::new(&folder).join(format!("{name}.png")), &picture).unwrap();
+        }
+        picture
+    }
+
+    /// Different colours of a stage, and all of its pixels in one number.
+    fn pixels(&self) -> (usize, f64) {
+        let [colours, pixels] = [0, 1].map(|k| self.number(&format!("({PIXELS})[{k}]")));
+        (colours as usize, pixels)
+    }
+
+    fn assert_silent(&self) {
+        let complaints = self.complaints.lock().unwrap();
+        assert!(complaints.is_empty(), "{complaints:#?}");
+    }
+}
+
+/// The quick collision with its report, and what the program said.
+fn collision(place: &Place) -> (PathBuf, String) {
+    let quick = ["--variant", "quick"];
+    let ended = place.run("run", &scene(HARD), &quick).expect(0);
+    (place.path("run"), ended.stdout)
+}
+
+#[test]
+fn a_run_ends_with_a_page_that_plays() {
+    let place = Place::new();
+    let (run, said) = collision(&place);
+    let page = run.join("report.html");
+    let line = said.lines().find(|line| line.starts_with("report in "));
+    assert!(
+        line.is_some_and(|line| line.contains("report.html (")),
+        "{said}"
+    );
+    assert!(fs::metadata(&page).unwrap().len() < 5_000_000);
+    let reader = Reader::open(&page);
+    for id in [
+        "motion", "checks", "energy", "step", "time", "history", "log", "scene", "details",
+    ] {
+        assert_eq!(
+            reader.number(&format!("document.querySelectorAll('#{id} h2').length")),
+            1.0
+        );
+    }
+    let mut screens = BTreeSet::new();
+    for width in WIDTHS {
+        for dark in [false, true] {
+            reader.look(width, dark);
+            reader.ask("(tandem.player.show(0), 1)");
+            let start = reader.pixels();
+            // The slider moves the picture: what its own handler hears is what a hand does.
+            reader.ask(
+                "(() => { const s = document.getElementById('scrub'); s.value = Math.round(s.max / 2); \
+                 s.dispatchEvent(new Event('input')); return 1; })()",
+            );
+            let middle = reader.pixels();
+            assert!(
+                start.0 > 5 && middle.0 > 20,
+                "{width}: {start:?} {middle:?}"
+            );
+            assert_ne!(start.1, middle.1, "{width}: the slider moves nothing");
+            reader.ask("(scrollTo(0, 0), 1)");
+            let scheme = if dark { "dark" } else { "light" };
+            screens.insert(reader.screenshot(&format!("{width}-{scheme}")));
+            let overflow = "document.scrollingElement.scrollWidth - innerWidth";
+            assert!(
+                reader.number(overflow) <= 0.0,
+                "{width}: the page is wider than the screen"
+            );
+            assert_eq!(reader.ask(OVERLAPS), serde_json::json!([]), "{width}");
+        }
+    }
+    assert_eq!(screens.len(), 6, "each width and scheme has its own look");
+    reader.assert_silent();
+}
+
+/// Counts the colours of a stage, on a copy: reading a canvas again and again is what a browser warns of.
+const PIXELS: &str = "(() => { const c = document.querySelector('canvas'), o = document.createElement('canvas'); \
+     [o.width, o.height] = [c.width, c.height]; const x = o.getContext('2d', { willReadFrequently: true }); x.drawImage(c, 0, 0); \
+     const d = new Uint32Array(x.getImageData(0, 0, c.width, c.height).data.buffer); \
+     let h = 0; for (const p of d) h = (h * 31 + p) % 4294967291; return [new Set(d).size, h]; })()";
+
+/// Words in a chart that lie on one another, and charts without words.
+const OVERLAPS: &str = "(() => { const bad = []; \
+     for (const svg of document.querySelectorAll('.chart svg')) { \
+       const boxes = [...svg.querySelectorAll('text')].map((t) => [t.textContent, t.getBoundingClientRect()]); \
+       if (boxes.length < 4) bad.push('a chart without words'); \
+       boxes.forEach(([a, p], i) => boxes.slice(i + 1).forEach(([b, q]) => { \
+         if (p.left < q.right && q.left < p.right && p.top + 2 < q.bottom && q.top + 2 < p.bottom) bad.push(`${a} on ${b}`); })); } \
+     return bad; })()";
+
+#[test]
+fn the_page_shows_what_the_frames_hold() {
+    let place = Place::new();
+    let (run, _) = collision(&place);
+    let reader = Reader::open(&run.join("report.html"));
+    let times: Vec<f64> = serde_json::from_value(reader.ask("tandem.player.times")).unwrap();
+    assert_eq!(times, coupler::record::frames::times(&run).unwrap());
+    assert!(times.len() > 50, "a report makes frames");
+    for place in [0, times.len() / 3, times.len() - 1] {
+        let frame = Frame::read(&run, times[place]).unwrap();
+        let there: Vec<[f64; 2]> = serde_json::from_value(reader.ask(&format!(
+            "(() => {{ const p = tandem.player.stages[0].motion.points, n = {place} * p.count; \
+             return Array.from({{length: p.count}}, (_, k) => \
+             [p.place.x + p.place.dx * p.x[n + k], p.place.y + p.place.dy * p.y[n + k]]); }})()"
+        )))
+        .unwrap();
+        let mut ours = frame.points.unwrap().points;
+        let mut shown = there;
+        assert_eq!(ours.len(), shown.len());
+        // In the order of y along rows of x, which the disc has thousands of: compare sums and extremes instead of pairs.
+        for axis in [0, 1] {
+            ours.sort_by(|a, b| a[axis].total_cmp(&b[axis]));
+            shown.sort_by(|a, b| a[axis].total_cmp(&b[axis]));
+            for (a, b) in ours.iter().zip(&shown) {
+                assert!(
+                    (a[axis] - b[axis]).abs() < 5e-6,
+                    "{place}: {} {}",
+                    a[axis],
+                    b[axis]
+                );
+            }
+        }
+        let middle: [f64; 2] = serde_json::from_value(reader.ask(&format!(
+            "(() => {{ const b = tandem.player.stages[0].motion.bodies, k = {place} * b.count; \
+             return [b.place.x + b.place.dx * b.x[k], b.place.y + b.place.dy * b.y[k]]; }})()"
+        )))
+        .unwrap();
+        let outline = frame.bodies.unwrap();
+        let outline = outline.cells().next().unwrap();
+        let x = outline.iter().map(|p| p[0]).sum::<f64>() / outline.len() as f64;
+        assert!((middle[0] - x).abs() < 5e-6, "{middle:?} {x}");
+    }
+    reader.assert_silent();
+}
+
+#[test]
+fn the_player_is_played_by_keys_and_colours_by_choice() {
+    let place = Place::new();
+    let (run, _) = collision(&place);
+    let reader = Reader::open(&run.join("report.html"));
+    reader.look(800, false);
+    let at = || reader.number("tandem.player.place");
+    reader.ask("(document.getElementById('player').focus(), 1)");
+    reader.tab.press_key("ArrowRight").unwrap();
+    reader.tab.press_key("ArrowRight").unwrap();
+    reader.tab.press_key("ArrowLeft").unwrap();
+    assert_eq!(at(), 1.0);
+    reader.tab.press_key("End").unwrap();
+    assert_eq!(at(), reader.number("tandem.player.times.length - 1"));
+    reader.tab.press_key("Home").unwrap();
+    assert_eq!(at(), 0.0);
+    reader.tab.press_key(" ").unwrap();
+    let moved = harness::until(harness::PATIENCE, || (at() > 2.0).then_some(()));
+    assert!(moved.is_some(), "it does not play");
+    reader.tab.press_key(" ").unwrap();
+    let stopped = at();
+    reader.look(801, false);
+    assert_eq!(at(), stopped, "it does not pause");
+    let fields = reader.ask("[...document.getElementById('field').options].map((o) => o.value)");
+    let fields: Vec<String> = serde_json::from_value(fields).unwrap();
+    assert!(fields.len() >= 4 && fields[0] == "speed", "{fields:?}");
+    reader.ask("(tandem.player.show(30), 1)");
+    let choose = |field: &str| {
+        reader.ask(&format!(
+            "(() => {{ const f = document.getElementById('field'); f.value = '{field}'; f.dispatchEvent(new Event('change')); return 1; }})()"
+        ));
+        (
+            reader.pixels(),
+            reader.ask("document.querySelector('#bar').textContent"),
+        )
+    };
+    let [speed, pressure] = ["speed", "pressure"].map(choose);
+    assert_ne!(speed.0, pressure.0, "the colours do not change");
+    assert_ne!(speed.1, pressure.1, "the colour bar does not change");
+    // The toggle wins over the system.
+    let ground = "getComputedStyle(document.body).backgroundColor";
+    let light = reader.ask(ground);
+    reader.ask("(document.getElementById('theme').click(), 1)");
+    assert_ne!(light, reader.ask(ground));
+    reader.assert_silent();
+}
+
+/// Names and words of a scene are text wherever they stand, not markup.
+#[test]
+fn nothing_of_a_scene_becomes_markup() {
+    let place = Place::new();
+    let text = fs::read_to_string(scene(HARD)).unwrap();
+    let evil = "</script><script>document.title='taken'</script><img src=x onerror=document.title='taken'>&amp;";
+    let text = text
+        .replace(
+            "name = \"no energy is created\"",
+            &format!("name = \"{evil}\""),
+        )
+        .replace("name = \"v_disc\"", &format!("name = \"{evil}\""))
+        .replace("about = \"A hard", &format!("about = \"{evil} A hard"))
+        .replace("v_target\"]", "v_target\"] # </script>");
+    let file = place.write("evil.toml", &text);
+    place
+        .run("run", file.to_str().unwrap(), &["--variant", "quick"])
+        .expect(0);
+    let reader = Reader::open(&place.path("run").join("report.html"));
+    let title = reader.ask("document.title");
+    assert_eq!(title, "collision_hard · Tandem report");
+    for place in [
+        ".checks th",
+        ".about",
+        ".multiples .axis-title",
+        "#scene code",
+    ] {
+        let texts = format!(
+            "[...document.querySelectorAll('{place}')].map((e) => e.textContent).join(' ')"
+        );
+        let texts = reader.ask(&texts);
+        assert!(texts.as_str().unwrap().contains(evil), "{place}: {texts}");
+    }
+    assert_eq!(
+        reader.number("document.querySelectorAll('img').length"),
+        0.0
+    );
+    reader.assert_silent();
+}
+
+#[test]
+fn runs_stand_beside_one_another() {
+    let place = Place::new();
+    let (run, _) = collision(&place);
+    let more = ["--variant", "quick", "--set", "time.end=0.004"];
+    // Too short for the collision to be over: its checks fail, and it has its page all the same.
+    let ended = place.run("short", &scene(HARD), &more);
+    ended.expect(1);
+    assert!(place.path("short").join("report.html").exists());
+    let (both, short) = (place.path("both.html"), place.path("short"));
+    let arguments = [
+        "report",
+        run.to_str().unwrap(),
+        short.to_str().unwrap(),
+        "--out",
+        both.to_str().unwrap(),
+    ];
+    place.start(&arguments).end().expect(0);
+    let reader = Reader::open(&both);
+    for width in WIDTHS {
+        reader.look(width, false);
+        let overflow = "document.scrollingElement.scrollWidth - innerWidth";
+        assert!(reader.number(overflow) <= 0.0, "{width}");
+        reader.ask("(tandem.player.seek(0.003), 1)");
+        reader.screenshot(&format!("both-{width}"));
+    }
+    assert_eq!(
+        reader.number("document.querySelectorAll('canvas').length"),
+        2.0
+    );
+    assert_eq!(
+        reader.number("document.querySelectorAll('.compare thead th').length"),
+        3.0
+    );
+    // What fails comes first, whichever run it is of.
+    assert_eq!(
+        reader.ask("document.querySelector('.checks tbody tr').className"),
+        "fail"
+    );
+    let frames = reader.ask("tandem.player.stages.map((s) => s.motion.times[s.frame])");
+    let frames: Vec<f64> = serde_json::from_value(frames).unwrap();
+    assert!(
+        frames.iter().all(|t| (t - 0.003).abs() < 1e-9),
+        "{frames:?}"
+    );
+    reader.assert_silent();
+}
+
+/// A run that a solver's end has cut short has its cause at the top; one that was killed is shown as far as it has come.
+#[test]
+fn a_run_that_failed_says_why_at_the_top() {
+    let place = Place::new();
+    // Steps that are far beyond what this contact allows (tests/instability.rs).
+    let criterion = "time.criterion=\"jiang2020\"";
+    let stiffness = "contact.linear.normal_stiffness=6e10";
+    let more = ["--variant", "quick", "--set", criterion, "--set", stiffness];
+    place.run("run", &scene(HARD), &more).expect(4);
+    let files = RunFiles::read(&place.path("run"));
+    let reason = files.summary["reason"].as_str().unwrap().to_owned();
+    let reader = Reader::open(&place.path("run").join("report.html"));
+    reader.look(800, false);
+    let top = reader.ask("document.querySelector('.outcome').textContent");
+    assert!(top.as_str().unwrap().contains(&reason), "{top}");
+    assert!(
+        reader.number("document.querySelector('.outcome').getBoundingClientRect().top") < 400.0
+    );
+    assert_eq!(
+        reader.ask("document.querySelectorAll('.badge.open').length"),
+        4
+    );
+    reader.screenshot("failed");
+    reader.assert_silent();
+}
+
+#[test]
+fn what_is_left_of_a_killed_run_is_shown() {
+    let place = Place::new();
+    let (run, _) = collision(&place);
+    for file in [
+        "summary.json",
+        "report.html",
+        "course.csv",
+        "frames/frames.pvd",
+    ] {
+        fs::remove_file(run.join(file)).unwrap();
+    }
+    let history = fs::read_to_string(run.join("history.csv")).unwrap();
+    fs::write(run.join("history.csv"), &history[..history.len() / 2]).unwrap();
+    place
+        .start(&["report", run.to_str().unwrap()])
+        .end()
+        .expect(0);
+    let reader = Reader::open(&run.join("report.html"));
+    let text = reader.ask("document.body.innerText");
+    let text = text.as_str().unwrap();
+    for words in [
+        "has not come to its end",
+        "kept no frames",
+        "in the middle of a row",
+    ] {
+        assert!(text.contains(words), "{words}");
+    }
+    assert_eq!(
+        reader.number("document.querySelectorAll('canvas').length"),
+        0.0
+    );
+    assert!(reader.number("document.querySelectorAll('#history svg path').length") >= 7.0);
+    reader.assert_silent();
+}
+
+#[test]
+fn what_is_no_run_is_refused_and_nothing_is_written() {
+    let place = Place::new();
+    fs::create_dir(place.path("empty")).unwrap();
+    for name in ["empty", "missing"] {
+        let path = place.path(name);
+        let arguments = ["report", path.to_str().unwrap()];
+        let ended = place.start(&arguments).end().expect(2);
+        assert!(
+            ended.stderr.contains("name a run directory"),
+            "{}",
+            ended.stderr
+        );
+        assert!(!path.join("report.html").exists());
+    }
+}
+
+/// The frames of a report lie between the rows of the history: no bit of the run is another one.
+#[test]
+fn a_report_changes_no_bit_of_a_run() {
+    let place = Place::new();
+    let with = ["--variant", "quick", "--report"];
+    let without = [
+        "--variant",
+        "quick",
+        "--set",
+        "output.report=false",
+        "--window",
+        "1",
+    ];
+    place.run("with", &scene(HARD), &with).expect(0);
+    place.run("without", &scene(HARD), &without).expect(0);
+    let [with, without] = ["with", "without"].map(|out| RunFiles::read(&place.path(out)));
+    assert_eq!(with.summary["state_hash"], without.summary["state_hash"]);
+    assert_eq!(with.summary["steps"], without.summary["steps"]);
+    assert!(!place.path("without").join("report.html").exists());
+    assert!(!place.path("without").join("frames").exists());
+    let course = |out: &str| fs::read_to_string(place.path(out).join("course.csv")).unwrap();
+    assert_eq!(course("with"), course("without"));
+}
+
+/// Not run by default: takes minutes and gigabytes. `TANDEM_BIG` names a run directory of 1e5 points and 200 frames.
+#[test]
+#[ignore = "needs a large run: name its directory by TANDEM_BIG"]
+fn a_large_run_is_small_and_quick() {
+    let run = PathBuf::from(std::env::var_os("TANDEM_BIG").expect("TANDEM_BIG names a run"));
+    let place = Place::new();
+    let (page, began) = (place.path("big.html"), std::time::Instant::now());
+    let arguments = [
+        "report",
+        run.to_str().unwrap(),
+        "--out",
+        page.to_str().unwrap(),
+    ];
+    place.start(&arguments).end().expect(0);
+    let (made, size) = (began.elapsed(), fs::metadata(&page).unwrap().len());
+    let reader = Reader::open(&page);
+    reader.look(1400, false);
+    let ready = reader.number("tandem.ready");
+    println!("made in {made:?}, {size} bytes, ready after {ready:.0} ms");
+    assert!(size < 5_000_000 && made < Duration::from_secs(10) && ready < 2000.0);
+    reader.screenshot("big");
+    reader.assert_silent();
+}
