@@ -1,67 +1,11 @@
 //! What makes a configuration of the bodies impossible. The coupler's reader of scenes and the solver both ask, so that
 //! `tandem check` refuses what `tandem run` would. What needs geometry is in the crate `mechanics` (`mechanics::faults`).
 
+use super::fault::{ConfigFault, Faults};
 use super::laws::{Between, LawFault};
 use super::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, OverlapMeasure};
 
-/// A value of a configuration that cannot be.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ConfigFault {
-    /// Dotted key, such as `dem.bodies[3].sphero_radius`.
-    pub key: String,
-    /// The value as it is, with its unit.
-    pub value: String,
-    /// What it may be.
-    pub expected: String,
-    /// What to write instead; empty where that is plain.
-    pub help: String,
-}
-
-impl std::fmt::Display for ConfigFault {
-    /// Without the key.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}, expected {}", self.value, self.expected)?;
-        if self.help.is_empty() {
-            return Ok(());
-        }
-        write!(f, ": {}", self.help)
-    }
-}
-
-/// The faults found so far.
-#[derive(Default)]
-struct Faults(Vec<ConfigFault>);
-
 impl Faults {
-    fn add(
-        &mut self,
-        key: impl Into<String>,
-        value: impl Into<String>,
-        expected: impl Into<String>,
-        help: impl Into<String>,
-    ) {
-        self.0.push(ConfigFault {
-            key: key.into(),
-            value: value.into(),
-            expected: expected.into(),
-            help: help.into(),
-        });
-    }
-
-    /// Refuses a number in `unit` that is not finite, or does not do what is expected.
-    fn number(&mut self, key: String, value: f64, unit: &str, holds: bool, expected: &str) {
-        if !(holds && value.is_finite()) {
-            let value = format!("{value} {unit}");
-            self.add(key, value.trim_end(), expected, "");
-        }
-    }
-
-    fn finite(&mut self, key: String, values: &[f64]) {
-        if !values.iter().all(|x| x.is_finite()) {
-            self.add(key, format!("{values:?}"), "finite numbers", "");
-        }
-    }
-
     fn law(&mut self, key: &str, law: &ContactLaw, between: Between) {
         for fault in law.faults(between) {
             let LawFault {
@@ -84,7 +28,7 @@ impl DemConfig {
     /// Everything that no bodies' solver could take, in the order of the configuration.
     pub fn faults(&self) -> Vec<ConfigFault> {
         let mut faults = Faults::default();
-        faults.finite("dem.gravity".into(), &self.gravity);
+        faults.finite("dem.gravity", &self.gravity);
         for (i, body) in self.bodies.iter().enumerate() {
             faults.0.extend(body.faults(&format!("dem.bodies[{i}]")));
         }
@@ -113,13 +57,13 @@ impl DemConfig {
         if let Some(r) = self.contact_resolution {
             let expected = "above 0, at most 2 (the limit of stability)";
             let holds = r > 0.0 && r <= 2.0;
-            faults.number("dem.contact_resolution".into(), r, "", holds, expected);
+            faults.number_in("", "dem.contact_resolution", r, holds, expected);
         }
         let skin = self.skin;
-        faults.number(
-            "dem.skin".into(),
-            skin,
+        faults.number_in(
             "m",
+            "dem.skin",
+            skin,
             skin >= 0.0,
             "a distance of 0 or more",
         );
@@ -206,11 +150,11 @@ impl BodyConfig {
         self.shape_faults(path, &mut faults);
         match self.inertia {
             BodyInertia::Mass(m) => {
-                faults.number(key("inertia.mass"), m, "kg/m", m > 0.0, "a mass above 0");
+                faults.number_in("kg/m", key("inertia.mass"), m, m > 0.0, "a mass above 0");
             }
             BodyInertia::Density(rho) => {
                 let expected = "a density above 0";
-                faults.number(key("inertia.density"), rho, "kg/m^3", rho > 0.0, expected);
+                faults.number_in("kg/m^3", key("inertia.density"), rho, rho > 0.0, expected);
             }
         }
         faults.finite(key("position"), &self.position);
@@ -234,7 +178,7 @@ impl BodyConfig {
             let numbers = [x, y, torque, until.unwrap_or(0.0)];
             faults.finite(key("motion.pushed"), &numbers);
             let expected = "a time of 0 or more";
-            faults.number(key("motion.pushed.ramp"), ramp, "s", ramp >= 0.0, expected);
+            faults.number_in("s", key("motion.pushed.ramp"), ramp, ramp >= 0.0, expected);
         }
         faults.0
     }
@@ -243,7 +187,7 @@ impl BodyConfig {
         let key = |key: &str| format!("{path}.{key}");
         let a = self.sphero_radius;
         let radius = |faults: &mut Faults, holds: bool, expected: &str| {
-            faults.number(key("sphero_radius"), a, "m", holds, expected);
+            faults.number_in("m", key("sphero_radius"), a, holds, expected);
         };
         match &self.shape {
             BodyShape::Disc => radius(faults, a > 0.0, "a disc's radius above 0"),
@@ -264,7 +208,7 @@ impl BodyConfig {
                 radius(faults, a >= 0.0, "a radius of 0 or more");
                 for (name, length) in [("width", *width), ("height", *height)] {
                     let key = key(&format!("shape.rectangle.{name}"));
-                    faults.number(key, length, "m", length > 0.0, "a length above 0");
+                    faults.number_in("m", key, length, length > 0.0, "a length above 0");
                 }
             }
             BodyShape::Cluster { centers, radii } => {
@@ -285,7 +229,7 @@ impl BodyConfig {
                 }
                 for (k, &r) in radii.iter().enumerate() {
                     let key = key(&format!("shape.cluster.radii[{k}]"));
-                    faults.number(key, r, "m", r > 0.0, "a disc's radius above 0");
+                    faults.number_in("m", key, r, r > 0.0, "a disc's radius above 0");
                 }
             }
         }

@@ -4,6 +4,7 @@
 //! What needs the points themselves (groups on top of one another, a traction on no point) or a formula's values stays with the
 //! solver.
 
+use super::fault::{ConfigFault, Faults};
 use super::{
     ContactForceScheme, Drift, Fill, GridContact, GroupConfig, MaterialModel, MpmConfig, Plane,
     ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
@@ -17,67 +18,10 @@ pub const CELLS_MAX: f64 = 1.0e9;
 /// Most points of a group: their identities within it have 32 bits.
 pub const POINTS_MAX: f64 = 2.0e9;
 
-/// Something in a configuration that cannot be.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ConfigFault {
-    /// Dotted key of the scene, such as `mpm.points.0.spacing.per_cell`.
-    pub key: String,
-    /// Its value.
-    pub value: String,
-    /// What it may be; ends the sentence "..., expected".
-    pub expected: String,
-    /// What to write instead, or why it cannot be; empty where `expected` says it all.
-    pub help: String,
-}
-
-impl ConfigFault {
-    /// The fault in one sentence, without the key.
-    pub fn message(&self) -> String {
-        let Self {
-            value,
-            expected,
-            help,
-            ..
-        } = self;
-        let semicolon = if help.is_empty() { "" } else { "; " };
-        format!("is {value}, expected {expected}{semicolon}{help}")
-    }
-}
-
-/// The faults found so far.
-#[derive(Default)]
-struct Found(Vec<ConfigFault>);
-
-impl Found {
-    fn add(
-        &mut self,
-        key: impl Into<String>,
-        value: impl Into<String>,
-        expected: impl Into<String>,
-        help: impl Into<String>,
-    ) {
-        self.0.push(ConfigFault {
-            key: key.into(),
-            value: value.into(),
-            expected: expected.into(),
-            help: help.into(),
-        });
-    }
-
-    /// Refuses a number unless it is finite and `holds`.
-    fn number(&mut self, key: impl Into<String>, value: f64, holds: bool, expected: &str) -> bool {
-        let sound = value.is_finite() && holds;
-        if !sound {
-            self.add(key, value.to_string(), expected, "");
-        }
-        sound
-    }
-}
-
 impl MpmConfig {
     /// Everything that is wrong with it, in the order of the configuration; empty if a solver can take it.
     pub fn faults(&self) -> Vec<ConfigFault> {
-        let mut found = Found::default();
+        let mut found = Faults::default();
         let grid_is_sound = self.grid_faults(&mut found);
         self.scheme_faults(&mut found);
         self.wall_faults(&mut found);
@@ -90,7 +34,7 @@ impl MpmConfig {
     }
 
     /// Returns whether cell and domain make sense.
-    fn grid_faults(&self, found: &mut Found) -> bool {
+    fn grid_faults(&self, found: &mut Faults) -> bool {
         if !self.gravity.iter().all(|g| g.is_finite()) {
             let value = format!("{:?} m/s^2", self.gravity);
             found.add("mpm.gravity", value, "finite numbers", "");
@@ -145,7 +89,7 @@ impl MpmConfig {
     }
 
     /// Choices of the scheme, and which of them go together.
-    fn scheme_faults(&self, found: &mut Found) {
+    fn scheme_faults(&self, found: &mut Faults) {
         let splines = [ShapeFunction::QuadraticBspline, ShapeFunction::CubicBspline];
         match self.transfer {
             Transfer::Blend { pic_fraction: a } => {
@@ -213,7 +157,7 @@ impl MpmConfig {
         }
     }
 
-    fn wall_faults(&self, found: &mut Found) {
+    fn wall_faults(&self, found: &mut Faults) {
         let w = &self.walls;
         for (name, wall) in [
             ("left", w.left),
@@ -252,7 +196,7 @@ impl MpmConfig {
         }
     }
 
-    fn material_faults(&self, found: &mut Found) {
+    fn material_faults(&self, found: &mut Faults) {
         for (i, material) in self.materials.iter().enumerate() {
             let path = format!("mpm.material.{i}");
             let density = material.density;
@@ -270,7 +214,7 @@ impl MpmConfig {
         }
     }
 
-    fn group_faults(&self, found: &mut Found, g: usize, grid_is_sound: bool) {
+    fn group_faults(&self, found: &mut Faults, g: usize, grid_is_sound: bool) {
         let group = &self.groups[g];
         let path = format!("mpm.points.{g}");
         if group.material >= self.materials.len() {
@@ -307,7 +251,7 @@ impl MpmConfig {
     }
 
     /// Points that move as one have others to touch, one velocity and no stress.
-    fn rigid_faults(&self, found: &mut Found, group: &GroupConfig, path: &str) {
+    fn rigid_faults(&self, found: &mut Faults, group: &GroupConfig, path: &str) {
         if !group.rigid {
             return;
         }
@@ -336,7 +280,7 @@ impl MpmConfig {
     }
 
     /// Whether the region reaches out of the domain.
-    fn outside_faults(&self, found: &mut Found, group: &GroupConfig, path: &str) {
+    fn outside_faults(&self, found: &mut Faults, group: &GroupConfig, path: &str) {
         let [lower, upper] = group.fill.bounds();
         let [low, high] = self.domain;
         if (0..2).any(|a| lower[a] < low[a] || upper[a] > high[a]) {
@@ -348,7 +292,7 @@ impl MpmConfig {
     }
 
     /// How many boxes the region is filled with, and whether they are too wide for the shape function.
-    fn box_faults(&self, found: &mut Found, group: &GroupConfig, path: &str) {
+    fn box_faults(&self, found: &mut Faults, group: &GroupConfig, path: &str) {
         let sides = group.box_sides(self.cell);
         let [lower, upper] = group.fill.bounds();
         let boxes = match &group.fill {
@@ -398,7 +342,7 @@ impl MpmConfig {
         }
     }
 
-    fn forcing_faults(&self, found: &mut Found) {
+    fn forcing_faults(&self, found: &mut Faults) {
         for (i, traction) in self.forcing.tractions.iter().enumerate() {
             let path = format!("mpm.traction.{i}");
             if traction.group >= self.groups.len() {
@@ -549,7 +493,7 @@ impl GroupConfig {
     }
 
     /// Returns whether the spacing is a number at all.
-    fn spacing_faults(&self, found: &mut Found, path: &str) -> bool {
+    fn spacing_faults(&self, found: &mut Faults, path: &str) -> bool {
         let key = |key: &str| format!("{path}.spacing.{key}");
         match self.spacing {
             Spacing::PerCell(n) => {
@@ -587,7 +531,7 @@ impl GroupConfig {
     }
 
     /// Returns whether the region is one.
-    fn fill_faults(&self, found: &mut Found, path: &str) -> bool {
+    fn fill_faults(&self, found: &mut Faults, path: &str) -> bool {
         let before = found.0.len();
         let key = |key: &str| format!("{path}.fill.{key}");
         let finite = |points: &[[f64; 2]]| points.as_flattened().iter().all(|x| x.is_finite());

@@ -13,6 +13,7 @@ pub mod capability;
 mod continuum;
 mod continuum_faults;
 mod defaults;
+mod fault;
 mod law;
 pub mod laws;
 pub mod material;
@@ -23,9 +24,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 pub use self::bodies::*;
-pub use self::bodies_faults::ConfigFault;
 pub use self::continuum::*;
-pub use self::continuum_faults::{CELLS_MAX, ConfigFault, POINTS_MAX};
+pub use self::continuum_faults::{CELLS_MAX, POINTS_MAX};
+pub use self::fault::ConfigFault;
 pub use self::law::{ContactLaw, ratio_of_restitution};
 pub use crate::config::material::{Frictional, MaterialConfig, MaterialModel};
 

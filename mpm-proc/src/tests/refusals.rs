@@ -18,12 +18,12 @@ fn refused(change: impl Fn(&mut MpmConfig), key: &str, says: &str) {
     let faults = config.faults();
     let fault = faults.iter().find(|f| f.key == key);
     let fault = fault.unwrap_or_else(|| panic!("{key} is not among {faults:?}"));
-    assert!(fault.message().contains(says), "{fault:?}");
+    assert!(fault.to_string().contains(says), "{fault:?}");
     match Mpm::new().configure(&config) {
         Ok(_) => panic!("{key}: not refused"),
         Err(refusal) => {
             assert_eq!(refusal.key, faults[0].key, "{refusal}");
-            assert_eq!(refusal.message, faults[0].message());
+            assert_eq!(refusal.message, faults[0].to_string());
         }
     }
 }

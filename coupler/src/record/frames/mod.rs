@@ -341,7 +341,7 @@ pub struct FrameError {
 /// # Errors
 /// [`FrameError`]: their list is there and cannot be read.
 pub fn times(run: &Path) -> Result<Vec<f64>, FrameError> {
-    let list = run.join(LIST);
+    let list = run.join(FRAME_LIST);
     let fail = |what: String| FrameError {
         path: list.clone(),
         what,

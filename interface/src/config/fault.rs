@@ -1,0 +1,84 @@
+//! Something in a configuration that cannot be. `MpmConfig::faults` and `DemConfig::faults` list them; the scene reader and the
+//! solvers both ask there, so that `tandem check` refuses what `tandem run` would.
+
+use std::fmt::{self, Display};
+
+/// A value of a configuration that cannot be.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ConfigFault {
+    /// Dotted key, such as `dem.bodies[3].sphero_radius` or `mpm.points.0.spacing.per_cell`.
+    pub key: String,
+    /// The value as it is, with its unit.
+    pub value: String,
+    /// What it may be; ends the sentence "..., expected".
+    pub expected: String,
+    /// What to write instead, or why it cannot be; empty where `expected` says it all.
+    pub help: String,
+}
+
+impl Display for ConfigFault {
+    /// The fault without its key: "is -1 m, expected a length above 0; help".
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "is {}, expected {}", self.value, self.expected)?;
+        if self.help.is_empty() {
+            return Ok(());
+        }
+        write!(f, "; {}", self.help)
+    }
+}
+
+/// The faults found so far.
+#[derive(Default)]
+pub(super) struct Faults(pub Vec<ConfigFault>);
+
+impl Faults {
+    pub fn add(
+        &mut self,
+        key: impl Into<String>,
+        value: impl Into<String>,
+        expected: impl Into<String>,
+        help: impl Into<String>,
+    ) {
+        self.0.push(ConfigFault {
+            key: key.into(),
+            value: value.into(),
+            expected: expected.into(),
+            help: help.into(),
+        });
+    }
+
+    /// Refuses a number unless it is finite and `holds`; whether it is taken.
+    pub fn number(
+        &mut self,
+        key: impl Into<String>,
+        value: f64,
+        holds: bool,
+        expected: &str,
+    ) -> bool {
+        self.number_in("", key, value, holds, expected)
+    }
+
+    /// The same for a number in `unit`, which is told with it.
+    pub fn number_in(
+        &mut self,
+        unit: &str,
+        key: impl Into<String>,
+        value: f64,
+        holds: bool,
+        expected: &str,
+    ) -> bool {
+        let sound = value.is_finite() && holds;
+        if !sound {
+            let value = format!("{value} {unit}");
+            self.add(key, value.trim_end(), expected, "");
+        }
+        sound
+    }
+
+    /// Refuses numbers that are not all finite.
+    pub fn finite(&mut self, key: impl Into<String>, values: &[f64]) {
+        if !values.iter().all(|x| x.is_finite()) {
+            self.add(key, format!("{values:?}"), "finite numbers", "");
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! What the documents say of the code and can be checked: where each equation is computed.
+
+use std::fs;
+use std::path::Path;
+
+fn text(path: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
+    fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// The rows of the tables that name a file and a function, as (equation, file, function).
+fn places(page: &str) -> Vec<[String; 3]> {
+    let rows = page.lines().filter_map(|line| {
+        let cells: Vec<&str> = line.trim().trim_matches('|').split('|').collect();
+        let code = |cell: &str| {
+            let cell = cell.trim();
+            let inner = cell.strip_prefix('`')?.strip_suffix('`')?;
+            Some(inner.to_string())
+        };
+        match cells[..] {
+            [equation, _, file, function] => {
+                Some([equation.trim().to_string(), code(file)?, code(function)?])
+            }
+            _ => None,
+        }
+    });
+    rows.collect()
+}
+
+/// Rows whose file has no such function.
+fn wrong(places: &[[String; 3]], read: impl Fn(&str) -> Option<String>) -> Vec<String> {
+    let defines = |text: &str, function: &str| {
+        text.contains(&format!("fn {function}(")) || text.contains(&format!("fn {function}<"))
+    };
+    let found = places
+        .iter()
+        .filter(|[_, file, function]| !read(file).is_some_and(|text| defines(&text, function)));
+    let said =
+        found.map(|[equation, file, function]| format!("{equation}: {file} has no {function}"));
+    said.collect()
+}
+
+#[test]
+fn every_equation_is_where_the_page_says() {
+    let places = places(&text("docs/equations.md"));
+    assert!(places.len() > 25, "only {} rows were read", places.len());
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let wrong = wrong(&places, |file| fs::read_to_string(root.join(file)).ok());
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+#[test]
+fn a_row_that_names_no_function_of_its_file_is_found() {
+    let page = "| equation | what | file | function |\n| --- | --- | --- | --- |\n\
+                | (1) | a | `a.rs` | `one` |\n| (2) | b | `a.rs` | `two` |\n| (3) | c | `b.rs` | `one` |";
+    let read = |file: &str| (file == "a.rs").then(|| "fn one(x: f64) {}".to_string());
+    let wrong = wrong(&places(page), read);
+    assert_eq!(wrong, ["(2): a.rs has no two", "(3): b.rs has no one"]);
+}
