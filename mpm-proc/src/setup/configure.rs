@@ -194,9 +194,7 @@ impl<'a> Parts<'a> {
                 state,
                 &Kind {
                     mass: material.density * points.box_area(),
-                    radius: group
-                        .contact_radius
-                        .unwrap_or_else(|| group.default_contact_radius(self.geometry.cell)),
+                    radius: group.contact_radius.unwrap_or_else(|| half_spacing(points)),
                     sides: points.sides,
                 },
                 first_id,
@@ -341,6 +339,10 @@ fn points<const W: usize, S: Shape<W>, M: Material>(
     blocks: usize,
 ) -> Box<dyn Constitutive<W, S>> {
     Box::new(MaterialPoints::new(model, blocks))
+}
+
+fn half_spacing(points: &FilledRegion) -> f64 {
+    0.5 * points.sides[0].min(points.sides[1])
 }
 
 fn note_area(notes: &mut Vec<String>, name: &str, points: &FilledRegion) {
