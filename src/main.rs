@@ -22,7 +22,11 @@ use terminal::{complain, say};
 const BAD_INPUT: u8 = 2;
 
 fn main() -> ExitCode {
-    match Cli::parse().command {
+    terminal::settled(obey(Cli::parse().command))
+}
+
+fn obey(command: Command) -> ExitCode {
+    match command {
         Command::Run(args) => run::run(&args),
         Command::Resume(args) => run::resume(&args),
         Command::Replay(args) => replay::play(&args),
