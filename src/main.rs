@@ -23,7 +23,11 @@ use exit::BAD_INPUT;
 use terminal::{complain, say};
 
 fn main() -> ExitCode {
-    match Cli::parse().command {
+    terminal::settled(obey(Cli::parse().command))
+}
+
+fn obey(command: Command) -> ExitCode {
+    match command {
         Command::Run(args) => run::run(&args),
         Command::Resume(args) => run::resume(&args),
         Command::Replay(args) => replay::play(&args),

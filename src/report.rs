@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use coupler::record::summary::Status;
 use report::{ReportError, Written};
 
-use crate::BAD_INPUT;
 use crate::cli::ReportArgs;
+use crate::exit::BAD_INPUT;
 use crate::terminal::{complain, say};
 
 /// Writes the page of some runs.

@@ -8,7 +8,9 @@ use std::sync::atomic::AtomicBool;
 
 use coupler::record::rundir::{RunDir, RunDirError};
 use coupler::record::summary::{Status, Summary};
-use coupler::run::{Resumed, RunOptions, Solvers, run as run_scene};
+use coupler::run::aftermath::Killed;
+use coupler::run::checkpoint::file::CheckpointError;
+use coupler::run::{Finished, Resumed, RunOptions, Solvers, run as run_scene};
 use coupler::scene::{Scene, solver_override};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1, SIGXCPU};
 use signal_hook::flag;
@@ -43,17 +45,19 @@ pub fn run(args: &RunArgs) -> ExitCode {
         .out
         .clone()
         .unwrap_or_else(|| default_out(&scene, args.scene.variant.as_deref()));
-    let dir = match RunDir::create(&out) {
-        Ok(dir) => dir,
-        Err(error) => return refuse(&error.to_string()),
+    let killed = Killed::find(&out);
+    let created = RunDir::create(&out, &scene.resolved_toml);
+    let (dir, log) = match created.and_then(|dir| Ok((dir.clone(), dir.log(false)?))) {
+        Ok(opened) => opened,
+        Err(error) => return refuse(&with_advice(&error)),
     };
-    match dir.log() {
-        Ok(file) => logging::of_run(file, args.how.log),
-        Err(error) => return refuse(&error.to_string()),
-    }
+    logging::of_run(log, args.how.log);
     begin(&scene, &out);
-    let ran = run_scene(&scene, &options, &dir);
-    finish(args.how.log, &scene, &out, ran)
+    if let Some(killed) = killed {
+        tracing::info!("the earlier run in {}: {}", out.display(), killed.words());
+    }
+    let finished = run_scene(&scene, &options, &dir);
+    finish(args.how.log, &scene, &dir, &out, &finished)
 }
 
 /// Goes on with a run from its newest checkpoint.
@@ -65,19 +69,18 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
             return ExitCode::from(BAD_INPUT);
         }
     };
-    let found = RunDir::reopen(&args.dir)
-        .map_err(|error| error.to_string())
-        .and_then(|dir| {
-            let resumed = Resumed::find(&scene, &dir).map_err(|error| error.to_string())?;
-            Ok((
-                dir.log_on().map_err(|error| error.to_string())?,
-                dir,
-                resumed,
-            ))
-        });
-    let (log, dir, resumed) = match found {
-        Ok(found) => found,
-        Err(error) => return refuse(&error),
+    let killed = Killed::find(&args.dir);
+    let dir = match RunDir::reopen(&args.dir) {
+        Ok(dir) => dir,
+        Err(error) => return refuse(&with_advice(&error)),
+    };
+    let resumed = match Resumed::find(&scene, &dir) {
+        Ok(resumed) => resumed,
+        Err(error) => return cannot_resume(&scene, &dir, killed.as_ref(), &error),
+    };
+    let log = match dir.log(true) {
+        Ok(log) => log,
+        Err(error) => return refuse(&with_advice(&error)),
     };
     let options = match options(&args.how, false, &scene) {
         Ok(options) => options,
@@ -100,8 +103,29 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
         time = about.time,
         "resumed"
     );
-    let ran = resumed.run(&scene, &options, &dir);
-    finish(args.how.log, &scene, &args.dir, ran)
+    let finished = resumed.run(&scene, &options, &dir);
+    finish(args.how.log, &scene, &dir, &args.dir, &finished)
+}
+
+/// Why a run cannot go on; of one whose coupler was killed also how far it came, which becomes its summary.
+fn cannot_resume(
+    scene: &Scene,
+    dir: &RunDir,
+    killed: Option<&Killed>,
+    error: &CheckpointError,
+) -> ExitCode {
+    if let Some(killed) = killed {
+        complain(format_args!("{}: {}", dir.path().display(), killed.words()));
+        match killed.write_summary(scene, dir) {
+            Ok(_) => complain("summary.json now says so"),
+            Err(error) => complain(format_args!("error: {}", with_advice(&error))),
+        }
+    }
+    refuse(&error.to_string())
+}
+
+fn with_advice(error: &RunDirError) -> String {
+    format!("{error} ({})", error.advice())
 }
 
 /// What is said and done before any run.
@@ -120,34 +144,47 @@ fn begin(scene: &Scene, out: &Path) {
 fn finish(
     log: LogFormat,
     scene: &Scene,
+    dir: &RunDir,
     out: &Path,
-    ran: Result<Summary, RunDirError>,
+    finished: &Finished,
 ) -> ExitCode {
-    match ran {
-        Ok(summary) => {
-            if let Some(reason) = &summary.reason {
-                give_reason(log, reason);
-            }
-            if log == LogFormat::Text {
-                show(&summary);
-            }
-            say(format_args!("results in {}", out.display()));
-            if scene.output.report {
-                report::at_the_end_of(out);
-            }
-            let cut_short = matches!(summary.status, Status::Interrupted | Status::Failed);
-            if cut_short && coupler::run::checkpoint::file::is_in(out) {
-                say(format_args!(
-                    "`tandem resume {}` goes on from its last checkpoint",
-                    out.display()
-                ));
-            }
-            ExitCode::from(summary.status.exit_code())
+    let Finished {
+        summary,
+        place,
+        unwritten,
+    } = finished;
+    if let Some(reason) = &summary.reason {
+        give_reason(log, reason);
+    }
+    if log == LogFormat::Text {
+        show(summary);
+    }
+    if let Some(error) = unwritten {
+        give_reason(log, &with_advice(error));
+    }
+    if place != out {
+        say(format_args!(
+            "the earlier result in {} is as it was",
+            out.display()
+        ));
+    }
+    say(format_args!("results in {}", place.display()));
+    if scene.output.report {
+        match dir.report() {
+            Ok(_) => report::at_the_end_of(place),
+            Err(error) => complain(format_args!("warning: no report: {error}")),
         }
-        Err(error) => {
-            give_reason(log, &error.to_string());
-            ExitCode::from(Status::Failed.exit_code())
-        }
+    }
+    let cut_short = matches!(summary.status, Status::Interrupted | Status::Failed);
+    if cut_short && place == out && coupler::run::checkpoint::file::is_in(out) {
+        say(format_args!(
+            "`tandem resume {}` goes on from its last checkpoint",
+            out.display()
+        ));
+    }
+    match (unwritten, summary.status) {
+        (Some(_), Status::Done | Status::CheckFailed) => Status::Failed.exit_code().into(),
+        (_, status) => status.exit_code().into(),
     }
 }
 

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use coupler::record::summary::Status;
+use coupler::run::aftermath::Killed;
 use coupler::scene::{Measurand, Scene};
 use study::StudyError;
 use study::case::Source;
@@ -92,7 +93,13 @@ pub fn stability(args: &StabilityArgs) -> ExitCode {
 
 /// Draws curves out of tables.
 pub fn plot(args: &PlotArgs) -> ExitCode {
-    let labelled = |all: &[String]| all.iter().map(|one| Labelled::parse(one)).collect();
+    let labelled =
+        |all: &[String]| -> Vec<Labelled> { all.iter().map(|one| Labelled::parse(one)).collect() };
+    for run in labelled(&args.data) {
+        if let Some(killed) = Killed::find(Path::new(&run.what)) {
+            complain(format_args!("note: {}: {}", run.what, killed.words()));
+        }
+    }
     let named_after = || {
         args.out
             .file_stem()

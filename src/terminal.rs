@@ -1,5 +1,6 @@
 //! What is said on a terminal, or into a pipe whose other end may have gone (`| head`): then nobody listens, which is no
-//! error, and the exit status still tells how it went. `println!` would panic.
+//! error, and the exit status still tells how it went. `println!` would panic. What cannot be written for another reason,
+//! such as a full disk, is one: [`settled`].
 
 #![allow(
     clippy::needless_pass_by_value,
@@ -7,14 +8,42 @@
 )]
 
 use std::fmt::Display;
-use std::io::{Write, stderr, stdout};
+use std::io::{self, ErrorKind, Write, stderr, stdout};
+use std::process::ExitCode;
+use std::sync::OnceLock;
+
+use coupler::record::summary::Status;
+
+/// Why something that was said on standard output did not get there.
+static UNSAID: OnceLock<io::Error> = OnceLock::new();
 
 /// A line on standard output.
 pub fn say(line: impl Display) {
-    writeln!(stdout(), "{line}").ok();
+    let mut stdout = stdout().lock();
+    let said = writeln!(stdout, "{line}").and_then(|()| stdout.flush());
+    if let Err(error) = said
+        && error.kind() != ErrorKind::BrokenPipe
+    {
+        let _ = UNSAID.set(error);
+    }
 }
 
 /// A line on standard error.
 pub fn complain(line: impl Display) {
     writeln!(stderr(), "{line}").ok();
+}
+
+/// The exit status of a command that has ended with `code`: what it said may not have been written.
+pub fn settled(code: ExitCode) -> ExitCode {
+    let Some(error) = UNSAID.get() else {
+        return code;
+    };
+    complain(format_args!(
+        "error: cannot write to standard output: {error}"
+    ));
+    if code == ExitCode::SUCCESS {
+        ExitCode::from(Status::Failed.exit_code())
+    } else {
+        code
+    }
 }

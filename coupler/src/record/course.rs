@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn the_header_names_every_number_of_a_row() {
         let dir = tempfile::tempdir().unwrap();
-        let run = RunDir::create(dir.path()).unwrap();
+        let run = RunDir::create(dir.path(), "").unwrap();
         let mut course = Course::begin(&run).unwrap();
         let plan = crate::scene::TimePlan {
             end: 1.0,

@@ -1,30 +1,30 @@
 //! `history.csv`: one row for each output, in whole rows whatever ends this process.
 
 use std::fs::{File, OpenOptions};
-use std::io::{self, Seek, SeekFrom};
+use std::io::{self, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use crate::record::rundir::{RunDir, RunDirError, fail};
+use super::rundir::{HISTORY, RunDir, RunDirError, fail};
 
-/// Its name in a run directory.
-pub(crate) const HISTORY: &str = "history.csv";
 /// Room for rows that have not reached the file.
 const ROWS: usize = 64 << 10;
 /// Longest time that a row waits in memory while others follow.
 const UNWRITTEN: Duration = Duration::from_secs(1);
 
-/// `history.csv` being written. Rows reach the file as a whole and within [`UNWRITTEN`], so that it reads back whatever
-/// ends this process.
+/// `history.csv` being written. Rows reach the file as a whole and within [`UNWRITTEN`]; what reaches it in part, because
+/// the disk is full, is taken back.
 #[derive(Debug)]
 pub struct History {
-    writer: csv::Writer<File>,
+    file: File,
+    /// For messages.
     path: PathBuf,
-    /// Most bytes that the rows in memory may have.
-    unwritten: usize,
-    written: Instant,
-    /// All that has been written, in memory or not.
-    bytes: u64,
+    /// Whole rows that have not reached the file.
+    rows: Vec<u8>,
+    /// Bytes of whole rows in the file.
+    written: u64,
+    /// When rows last reached the file.
+    flushed: Instant,
 }
 
 impl History {
@@ -43,15 +43,13 @@ impl History {
         header: &[String],
     ) -> Result<Self, RunDirError> {
         let path = dir.path().join(name);
-        let file = File::create(&path).map_err(fail("create", &path))?;
-        let mut history = Self::of(file, path, 0);
-        history
-            .writer
+        let mut history = Self::of(dir.open(name, false)?, path, 0);
+        let mut writer = csv::Writer::from_writer(Vec::new());
+        writer
             .write_record(header)
-            .map_err(|e| fail("write", &history.path)(e.into()))?;
+            .expect("memory takes what is written");
+        history.rows = writer.into_inner().expect("memory takes what is written");
         history.flush()?;
-        let written = history.writer.get_ref().metadata();
-        history.bytes = written.map_err(fail("write", &history.path))?.len();
         Ok(history)
     }
 
@@ -75,25 +73,23 @@ impl History {
             file.seek(SeekFrom::End(0))?;
             Ok(file)
         };
-        let file = open().map_err(fail("go on with", &path))?;
+        let file = open().map_err(fail("resume", &path))?;
         Ok(Self::of(file, path, bytes))
     }
 
-    fn of(file: File, path: PathBuf, bytes: u64) -> Self {
+    fn of(file: File, path: PathBuf, written: u64) -> Self {
         Self {
-            writer: csv::WriterBuilder::new()
-                .buffer_capacity(2 * ROWS)
-                .from_writer(file),
+            file,
             path,
-            unwritten: 0,
-            written: Instant::now(),
-            bytes,
+            rows: Vec::with_capacity(2 * ROWS),
+            written,
+            flushed: Instant::now(),
         }
     }
 
     /// Length in bytes of the file once all rows have reached it.
     pub fn bytes(&self) -> u64 {
-        self.bytes
+        self.written + self.rows.len() as u64
     }
 
     /// Adds a row. Numbers are written so that they read back to the same bits.
@@ -101,18 +97,12 @@ impl History {
     /// # Errors
     /// [`RunDirError`].
     pub fn row(&mut self, row: &[f64]) -> Result<(), RunDirError> {
-        let row: Vec<String> = row.iter().map(f64::to_string).collect();
-        let length: usize = row.iter().map(|number| number.len() + 1).sum();
-        // The writer would pass half a row on when it is full, so it never gets full.
-        if self.unwritten + length > ROWS {
-            self.flush()?;
+        for (k, number) in row.iter().enumerate() {
+            let comma = if k == 0 { "" } else { "," };
+            write!(self.rows, "{comma}{number}").expect("memory takes what is written");
         }
-        self.writer
-            .write_record(row)
-            .map_err(|e| fail("write", &self.path)(e.into()))?;
-        self.unwritten += length;
-        self.bytes += length as u64;
-        if self.written.elapsed() > UNWRITTEN {
+        self.rows.push(b'\n');
+        if self.rows.len() > ROWS || self.flushed.elapsed() > UNWRITTEN {
             self.flush()?;
         }
         Ok(())
@@ -121,11 +111,18 @@ impl History {
     /// Everything written so far reaches the file.
     ///
     /// # Errors
-    /// [`RunDirError`].
+    /// [`RunDirError`]; then the file ends with the last row that it has as a whole.
     pub fn flush(&mut self) -> Result<(), RunDirError> {
-        self.unwritten = 0;
-        self.written = Instant::now();
-        self.writer.flush().map_err(fail("write", &self.path))
+        self.flushed = Instant::now();
+        if let Err(error) = self.file.write_all(&self.rows) {
+            let end = SeekFrom::Start(self.written);
+            let _ = self.file.set_len(self.written);
+            let _ = self.file.seek(end);
+            return Err(fail("write", &self.path)(error));
+        }
+        self.written += self.rows.len() as u64;
+        self.rows.clear();
+        Ok(())
     }
 }
 
@@ -137,7 +134,7 @@ mod tests {
     #[test]
     fn rows_reach_the_file_as_a_whole() {
         let dir = tempfile::tempdir().unwrap();
-        let run = RunDir::create(dir.path()).unwrap();
+        let run = RunDir::create(dir.path(), "").unwrap();
         let mut history = History::begin(&run, &["time [s]".into(), "x [m]".into()]).unwrap();
         let mut sizes = std::collections::BTreeSet::new();
         for k in 0..20_000 {
@@ -154,7 +151,7 @@ mod tests {
     #[test]
     fn numbers_read_back_to_the_same_bits() {
         let dir = tempfile::tempdir().unwrap();
-        let run = RunDir::create(dir.path()).unwrap();
+        let run = RunDir::create(dir.path(), "").unwrap();
         let mut history = History::begin(&run, &["time [s]".into(), "x [m]".into()]).unwrap();
         let row = [0.1 + 0.2, 1e-300 / 3.0];
         history.row(&row).unwrap();

@@ -1,115 +1,349 @@
-//! The run directory: what a run leaves behind (DESIGN.md section 6).
+//! The run directory: what a run leaves behind, and who may write there (docs/run-directory.md).
+//!
+//! One run at a time: [`RunDir`] holds a lock on a file in it. A list beside the lock names every file that Tandem has
+//! written there; nothing else is ever removed. Where an earlier run has left files, a new one is built in a folder of the
+//! directory and takes their place once its solvers are ready.
 
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, Write};
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::thread;
+use std::time::Duration;
 
 use interface::message::wire::BodyState;
 use thiserror::Error;
 
-use crate::record::summary::Summary;
+use super::summary::Summary;
 
-/// Writing to the run directory failed.
+/// The run directory cannot be used.
 #[derive(Debug, Error)]
-#[error("cannot {action} {path}: {source}")]
-pub struct RunDirError {
-    action: &'static str,
-    path: PathBuf,
-    source: io::Error,
+pub enum RunDirError {
+    /// A file or folder cannot be written, or read back.
+    #[error("cannot {action} {}: {source}", path.display())]
+    File {
+        /// What was to be done.
+        action: &'static str,
+        /// With what.
+        path: PathBuf,
+        /// The system's answer.
+        source: io::Error,
+    },
+    /// Another run uses the directory.
+    #[error("{} is in use by {holder}", path.display())]
+    InUse {
+        /// The directory.
+        path: PathBuf,
+        /// Process and command of the other run.
+        holder: String,
+    },
+    /// The run would replace a file that is not Tandem's.
+    #[error("{} is not a file of an earlier run, and this run would replace it", .0.display())]
+    NotOurs(PathBuf),
 }
 
+impl RunDirError {
+    /// What the user can do about it.
+    pub fn advice(&self) -> &'static str {
+        match self {
+            Self::File { source, .. } => match source.kind() {
+                ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+                    "the disk is full: make room, or give a directory on another disk with --out"
+                }
+                ErrorKind::FileTooLarge => "the system limits the size of files: see `ulimit -f`",
+                ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+                    "give a directory that can be written with --out"
+                }
+                ErrorKind::NotFound => "the directory was moved or removed while the run used it",
+                _ => "give another directory with --out",
+            },
+            Self::InUse { .. } => "wait for its end, or give another directory with --out",
+            Self::NotOurs(_) => "move it, or give another directory with --out",
+        }
+    }
+}
+
+pub(crate) const SUMMARY: &str = "summary.json";
+pub(crate) const SCENE: &str = "scene.toml";
+pub(crate) const LOG: &str = "log.jsonl";
+pub(crate) const HISTORY: &str = "history.csv";
+pub(crate) const CHECKPOINTS: &str = "checkpoints";
+pub(crate) const FRAMES: &str = "frames";
 /// A run as a page for a browser.
 pub const REPORT: &str = "report.html";
-const RECORDING: &str = "recording.tandem";
 /// ParaView's list of the frames.
 pub(crate) const FRAME_LIST: &str = "frames/frames.pvd";
+const BODIES: &str = "bodies.csv";
+const RECORDING: &str = "recording.tandem";
+/// What the run in the directory has open, and who that is.
+const LOCK: &str = ".tandem.lock";
+/// The names of all files that Tandem has written, one a line.
+const WRITTEN: &str = ".tandem.files";
+/// Where a new run is built while an earlier one has its place.
+const NEXT: &str = ".tandem.next";
+/// Where the files of the earlier run are put while they are replaced.
+const EARLIER: &str = ".tandem.earlier";
+/// What a run has left that failed to start, beside the result of an earlier one.
+pub(crate) const FAILED_START: &str = "failed-start";
+
+/// Looks at a lock that somebody has, and the time between them.
+const LOOKS: usize = 5;
+const LOOK: Duration = Duration::from_millis(20);
 
 /// A run directory in use.
 #[derive(Debug, Clone)]
 pub struct RunDir {
-    path: PathBuf,
+    root: PathBuf,
+    inner: Arc<Mutex<Inner>>,
+}
+
+#[derive(Debug)]
+struct Inner {
+    /// Where files go: the directory, or a folder in it.
+    place: PathBuf,
+    /// Names of the files of this run.
+    ours: Written,
+    /// Names of the files of the run whose place this one takes.
+    earlier: BTreeSet<String>,
+    /// Locked as long as it is open.
+    _lock: File,
+}
+
+/// The list of files that were written.
+#[derive(Debug)]
+struct Written {
+    names: BTreeSet<String>,
+    list: File,
+}
+
+impl Written {
+    /// Of a folder, with what it lists already.
+    fn open(place: &Path, names: BTreeSet<String>) -> Result<Self, RunDirError> {
+        let path = place.join(WRITTEN);
+        let list = OpenOptions::new().append(true).create(true).open(&path);
+        let mut list = list.map_err(fail("write", &path))?;
+        let mut text = String::new();
+        for name in &names {
+            let _ = writeln!(text, "{name}");
+        }
+        list.set_len(0)
+            .and_then(|()| list.write_all(text.as_bytes()))
+            .map_err(fail("write", &path))?;
+        Ok(Self { names, list })
+    }
+
+    /// Before a file is written, its name is.
+    fn add(&mut self, name: &str) -> io::Result<()> {
+        if self.names.insert(name.to_owned()) {
+            self.list.write_all(format!("{name}\n").as_bytes())?;
+        }
+        Ok(())
+    }
 }
 
 impl RunDir {
-    /// Creates `path`, and proves that it can be written, before anything is started. Files of an earlier run of the
-    /// same names are replaced.
+    /// The directory of a new run, with its scene, before anything is started. Where an earlier run has left files they stay
+    /// until [`Self::take_place`].
     ///
     /// # Errors
-    /// [`RunDirError`]; nothing is left behind.
-    pub fn create(path: &Path) -> Result<Self, RunDirError> {
+    /// [`RunDirError`]: another run uses the directory, it cannot be written, or something in it is in the way. Then all
+    /// is as it was.
+    pub fn create(path: &Path, scene: &str) -> Result<Self, RunDirError> {
         let existed = path.exists();
         fs::create_dir_all(path).map_err(fail("create the run directory", path))?;
-        if let Err(source) = tempfile::tempfile_in(path) {
+        let locked_before = path.join(LOCK).exists();
+        let made = Self::create_in(path, scene);
+        // One that another run uses has a lock of that run.
+        if !locked_before && !matches!(made, Ok(_) | Err(RunDirError::InUse { .. })) {
+            let _ = fs::remove_file(path.join(LOCK));
             if !existed {
+                let _ = fs::remove_file(path.join(WRITTEN));
                 let _ = fs::remove_dir(path);
             }
-            return Err(fail("write in the run directory", path)(source));
         }
-        // What tells of a whole run must not be there before this one has made its own.
-        for name in ["summary.json", REPORT, RECORDING, FRAME_LIST] {
-            let file = path.join(name);
-            match fs::remove_file(&file) {
-                Err(source) if source.kind() != io::ErrorKind::NotFound => {
-                    return Err(fail("replace", &file)(source));
-                }
-                _ => {}
-            }
+        made
+    }
+
+    fn create_in(path: &Path, scene: &str) -> Result<Self, RunDirError> {
+        let lock = lock(path)?;
+        let earlier = written(path);
+        if let Some(name) = in_the_way(path, &earlier) {
+            return Err(RunDirError::NotOurs(path.join(name)));
         }
-        for file in crate::run::checkpoint::file::list(path) {
-            fs::remove_file(&file).map_err(fail("replace", &file))?;
+        for rest in [NEXT, EARLIER] {
+            remove_all(&path.join(rest))?;
         }
-        Ok(Self {
-            path: path.to_path_buf(),
-        })
+        let place = if earlier.iter().any(|name| path.join(name).exists()) {
+            path.join(NEXT)
+        } else {
+            path.to_path_buf()
+        };
+        fs::create_dir_all(&place).map_err(fail("create", &place))?;
+        let inner = Inner {
+            ours: Written::open(&place, BTreeSet::new())?,
+            place,
+            earlier,
+            _lock: lock,
+        };
+        let dir = Self {
+            root: path.to_path_buf(),
+            inner: Arc::new(Mutex::new(inner)),
+        };
+        dir.write_whole(SCENE, scene.as_bytes())?;
+        Ok(dir)
     }
 
     /// The directory of a run that is to go on.
     ///
     /// # Errors
-    /// [`RunDirError`] when nothing can be written there.
+    /// [`RunDirError`] when another run uses it, or nothing can be written there.
     pub fn reopen(path: &Path) -> Result<Self, RunDirError> {
-        tempfile::tempfile_in(path).map_err(fail("write in the run directory", path))?;
+        let lock = lock(path)?;
+        let inner = Inner {
+            place: path.to_path_buf(),
+            ours: Written::open(path, written(path))?,
+            earlier: BTreeSet::new(),
+            _lock: lock,
+        };
         Ok(Self {
-            path: path.to_path_buf(),
+            root: path.to_path_buf(),
+            inner: Arc::new(Mutex::new(inner)),
         })
     }
 
     /// Where it is.
     pub fn path(&self) -> &Path {
-        &self.path
+        &self.root
+    }
+
+    fn inner(&self) -> MutexGuard<'_, Inner> {
+        self.inner.lock().expect("no thread panics with the lock")
+    }
+
+    /// Whether the files of an earlier run still have their place.
+    pub fn is_beside(&self) -> bool {
+        self.inner().place != self.root
+    }
+
+    /// Whether Tandem has written this file.
+    pub(crate) fn has_written(&self, name: &str) -> bool {
+        self.inner().ours.names.contains(name)
+    }
+
+    /// Notes that this run writes a file of this name, and says where.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub(crate) fn claim(&self, name: &str) -> Result<PathBuf, RunDirError> {
+        let mut inner = self.inner();
+        let path = inner.place.join(name);
+        inner.ours.add(name).map_err(fail("write", &path))?;
+        Ok(path)
+    }
+
+    /// Opens a file, empty or to go on at its end.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub fn open(&self, name: &str, append: bool) -> Result<File, RunDirError> {
+        let mut inner = self.inner();
+        let path = inner.place.join(name);
+        inner.ours.add(name).map_err(fail("write", &path))?;
+        let mut options = OpenOptions::new();
+        let options = options.create(true).write(true);
+        let options = options.append(append).truncate(!append);
+        options.open(&path).map_err(fail("create", &path))
     }
 
     /// Where everything that crosses is recorded, if that is asked for.
-    pub fn recording(&self) -> PathBuf {
-        self.path.join(RECORDING)
-    }
-
-    /// Creates a file for lines of log.
     ///
     /// # Errors
     /// [`RunDirError`].
-    pub fn log(&self) -> Result<File, RunDirError> {
-        let path = self.path.join("log.jsonl");
-        File::create(&path).map_err(fail("create", &path))
+    pub fn recording(&self) -> Result<PathBuf, RunDirError> {
+        self.claim(RECORDING)
     }
 
-    /// Opens the file for lines of log of a run that goes on.
+    /// Where the run's page is written, if that is asked for.
     ///
     /// # Errors
     /// [`RunDirError`].
-    pub fn log_on(&self) -> Result<File, RunDirError> {
-        let path = self.path.join("log.jsonl");
-        let file = OpenOptions::new().append(true).create(true).open(&path);
-        file.map_err(fail("open", &path))
+    pub fn report(&self) -> Result<PathBuf, RunDirError> {
+        self.claim(REPORT)
     }
 
-    /// Writes the scene as resolved.
+    /// The file for lines of log, which begins or goes on.
     ///
     /// # Errors
     /// [`RunDirError`].
-    pub fn write_scene(&self, toml: &str) -> Result<(), RunDirError> {
-        self.write_whole("scene.toml", toml.as_bytes())
+    pub fn log(&self, append: bool) -> Result<File, RunDirError> {
+        self.open(LOG, append)
+    }
+
+    /// The run has started: it takes the place of the earlier one, whose files are removed. What others have put into the
+    /// directory stays.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub fn take_place(&self) -> Result<(), RunDirError> {
+        let mut inner = self.inner();
+        if inner.place == self.root {
+            return Ok(());
+        }
+        let away = self.root.join(EARLIER);
+        // The summary says that a run is whole, so it goes first.
+        let summary = inner.earlier.contains(SUMMARY).then_some(SUMMARY);
+        let others = inner.earlier.iter().map(String::as_str);
+        for name in summary.into_iter().chain(others) {
+            displace(&self.root.join(name), &away.join(name))?;
+        }
+        displace(&inner.place.join(WRITTEN), &self.root.join(WRITTEN))?;
+        for name in &inner.ours.names {
+            displace(&inner.place.join(name), &self.root.join(name))?;
+        }
+        remove_all(&inner.place)?;
+        remove_all(&away)?;
+        // Folders that hold nothing any more; those of others are not empty.
+        for folder in [FRAMES, CHECKPOINTS, FAILED_START] {
+            let _ = fs::remove_dir(self.root.join(folder));
+        }
+        inner.place.clone_from(&self.root);
+        Ok(())
+    }
+
+    /// The run has ended, started or not; says where its files are. One that never started leaves the result of the earlier
+    /// run as it is, and its own files in a folder beside it; if there was no result, it takes the place all the same.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub fn settle(&self) -> Result<PathBuf, RunDirError> {
+        if self.is_beside() && !has_result(&self.root) {
+            self.take_place()?;
+        }
+        let mut inner = self.inner();
+        if inner.place == self.root {
+            return Ok(self.root.clone());
+        }
+        let aside = self.root.join(FAILED_START);
+        let list = fs::read_to_string(self.root.join(WRITTEN)).unwrap_or_default();
+        let mut known: BTreeSet<String> = list.lines().map(str::to_owned).collect();
+        known.extend(inner.earlier.iter().cloned());
+        // Of an attempt before this one.
+        for name in known
+            .iter()
+            .filter(|name| Path::new(name).starts_with(FAILED_START))
+        {
+            let _ = fs::remove_file(self.root.join(name));
+        }
+        for name in &inner.ours.names {
+            displace(&inner.place.join(name), &aside.join(name))?;
+            known.insert(format!("{FAILED_START}/{name}"));
+        }
+        remove_all(&inner.place)?;
+        inner.ours = Written::open(&self.root, known)?;
+        inner.place.clone_from(&aside);
+        Ok(aside)
     }
 
     /// Writes `summary.json`.
@@ -119,7 +353,7 @@ impl RunDir {
     pub fn write_summary(&self, summary: &Summary) -> Result<(), RunDirError> {
         let mut json = serde_json::to_vec_pretty(summary).expect("a summary has string keys only");
         json.push(b'\n');
-        self.write_whole("summary.json", &json)
+        self.write_whole(SUMMARY, &json)
     }
 
     /// Writes `bodies.csv`: where the bodies are at the end, one row each, in the order of the scene. Position is that of
@@ -137,25 +371,195 @@ impl RunDir {
             let ([x, y], [vx, vy]) = (b.position, b.velocity);
             let _ = writeln!(text, "{name},{x},{y},{},{vx},{vy},{}", b.angle, b.spin);
         }
-        self.write_whole("bodies.csv", text.as_bytes())
+        self.write_whole(BODIES, text.as_bytes())
     }
 
     /// Writes a file as a whole: a reader sees the old one or the new one, never half of either.
     pub(crate) fn write_whole(&self, name: &str, bytes: &[u8]) -> Result<(), RunDirError> {
-        let path = self.path.join(name);
+        self.replace(name, bytes, false)
+    }
+
+    /// The same, and the file is on the disk when this returns.
+    pub(crate) fn write_durably(&self, name: &str, bytes: &[u8]) -> Result<(), RunDirError> {
+        self.replace(name, bytes, true)
+    }
+
+    fn replace(&self, name: &str, bytes: &[u8], durably: bool) -> Result<(), RunDirError> {
+        let path = self.claim(name)?;
+        let folder = path.parent().expect("a file is in a folder");
+        let part = path.with_added_extension("part");
         let write = || {
-            let mut file = tempfile::NamedTempFile::new_in(&self.path)?;
+            fs::create_dir_all(folder)?;
+            let mut file = File::create(&part)?;
             file.write_all(bytes)?;
-            file.persist(&path)?;
+            if durably {
+                file.sync_all()?;
+            }
+            fs::rename(&part, &path)?;
+            if durably {
+                File::open(folder)?.sync_all()?;
+            }
             Ok(())
         };
-        write().map_err(fail("write", &path))
+        write().map_err(|error| {
+            let _ = fs::remove_file(&part);
+            fail("write", &path)(error)
+        })
+    }
+}
+
+/// Locks a run directory until the file is closed, whatever ends the process.
+fn lock(dir: &Path) -> Result<File, RunDirError> {
+    let path = dir.join(LOCK);
+    let mut options = OpenOptions::new();
+    let options = options.read(true).write(true).create(true).truncate(false);
+    let mut file = options
+        .open(&path)
+        .map_err(fail("write in the run directory", dir))?;
+    // A reader that asks whether somebody has it holds it for a moment.
+    let mut locked = file.try_lock();
+    for _ in 0..LOOKS {
+        if matches!(locked, Err(TryLockError::WouldBlock)) {
+            thread::sleep(LOOK);
+            locked = file.try_lock();
+        }
+    }
+    match locked {
+        Ok(()) => {}
+        Err(TryLockError::WouldBlock) => {
+            let holder = fs::read_to_string(&path).unwrap_or_default();
+            let holder = holder.trim();
+            return Err(RunDirError::InUse {
+                path: dir.to_path_buf(),
+                holder: if holder.is_empty() {
+                    "another run".to_owned()
+                } else {
+                    holder.to_owned()
+                },
+            });
+        }
+        // Some file systems of clusters have no locks; a run goes without one there.
+        Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {
+            tracing::warn!("{} cannot be locked: {error}", path.display());
+        }
+        Err(TryLockError::Error(error)) => return Err(fail("lock", &path)(error)),
+    }
+    let words: Vec<String> = std::env::args().collect();
+    let host = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+    let holder = format!(
+        "process {} on {} (`{}`)\n",
+        std::process::id(),
+        host.trim(),
+        words.join(" ")
+    );
+    file.set_len(0)
+        .and_then(|()| file.write_all(holder.as_bytes()))
+        .map_err(fail("write", &path))?;
+    Ok(file)
+}
+
+/// Whether a run directory has a running owner.
+pub fn in_use(dir: &Path) -> bool {
+    File::open(dir.join(LOCK))
+        .is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
+}
+
+/// The names of the files in a run directory that Tandem has written. A directory without a list that has a scene and a log
+/// is of an earlier version: what is named as a file of a run there is one.
+fn written(dir: &Path) -> BTreeSet<String> {
+    match fs::read_to_string(dir.join(WRITTEN)) {
+        Ok(list) => list
+            .lines()
+            .filter(|name| is_inside(name))
+            .map(str::to_owned)
+            .collect(),
+        Err(_) if dir.join(SCENE).is_file() && dir.join(LOG).is_file() => named_as_ours(dir),
+        Err(_) => BTreeSet::new(),
+    }
+}
+
+/// A name that leads nowhere else, whoever has written the list.
+fn is_inside(name: &str) -> bool {
+    let parts = Path::new(name).components();
+    !name.is_empty()
+        && parts
+            .into_iter()
+            .all(|part| matches!(part, std::path::Component::Normal(_)))
+}
+
+/// What has the name of a file of a run.
+fn named_as_ours(dir: &Path) -> BTreeSet<String> {
+    let single = [
+        SUMMARY, SCENE, LOG, HISTORY, BODIES, RECORDING, "mpm.log", "dem.log",
+    ];
+    let mut names: BTreeSet<String> = single.map(str::to_owned).into();
+    let numbered = |folder: &str, name: &str| match folder {
+        FRAMES => {
+            let frame = name
+                .strip_prefix("points_")
+                .or(name.strip_prefix("bodies_"));
+            let number = frame.and_then(|frame| frame.strip_suffix(".vtu"));
+            name == "frames.pvd" || number.is_some_and(is_number)
+        }
+        _ => name.strip_suffix(".tandem").is_some_and(is_number),
+    };
+    for folder in [FRAMES, CHECKPOINTS] {
+        for entry in fs::read_dir(dir.join(folder))
+            .into_iter()
+            .flatten()
+            .flatten()
+        {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            if numbered(folder, &name) {
+                names.insert(format!("{folder}/{name}"));
+            }
+        }
+    }
+    names.retain(|name| dir.join(name).exists());
+    names
+}
+
+fn is_number(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())
+}
+
+/// Something that a run would replace and that no run has written.
+fn in_the_way(dir: &Path, earlier: &BTreeSet<String>) -> Option<String> {
+    let mut names = named_as_ours(dir).into_iter();
+    names.find(|name| !earlier.contains(name))
+}
+
+/// Whether a run that made a step has left what it came to.
+fn has_result(dir: &Path) -> bool {
+    let summary = fs::read_to_string(dir.join(SUMMARY)).unwrap_or_default();
+    let summary: Option<serde_json::Value> = serde_json::from_str(&summary).ok();
+    let steps = summary.and_then(|summary| summary["steps"].as_u64());
+    // Of a coupler that was killed the history is there, and perhaps a checkpoint.
+    let rows = || fs::read_to_string(dir.join(HISTORY)).is_ok_and(|text| text.lines().count() > 1);
+    steps.map_or_else(rows, |steps| steps > 0)
+}
+
+/// Moves a file within the directory; what is not there needs no moving.
+fn displace(from: &Path, to: &Path) -> Result<(), RunDirError> {
+    let folder = to.parent().expect("a file is in a folder");
+    fs::create_dir_all(folder).map_err(fail("create", folder))?;
+    match fs::rename(from, to) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(fail("replace", to)(error)),
+        _ => Ok(()),
+    }
+}
+
+/// Removes a folder that Tandem alone uses.
+fn remove_all(folder: &Path) -> Result<(), RunDirError> {
+    match fs::remove_dir_all(folder) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(fail("remove", folder)(error)),
+        _ => Ok(()),
     }
 }
 
 pub(crate) fn fail(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RunDirError {
     let path = path.to_path_buf();
-    move |source| RunDirError {
+    move |source| RunDirError::File {
         action,
         path,
         source,
@@ -170,7 +574,7 @@ mod tests {
     fn a_directory_under_a_file_is_refused_and_nothing_is_left() {
         let dir = tempfile::tempdir().unwrap();
         fs::write(dir.path().join("file"), b"x").unwrap();
-        let error = RunDir::create(&dir.path().join("file/run"))
+        let error = RunDir::create(&dir.path().join("file/run"), "")
             .unwrap_err()
             .to_string();
         assert!(
@@ -183,7 +587,7 @@ mod tests {
     #[test]
     fn the_bodies_read_back_to_the_same_bits() {
         let dir = tempfile::tempdir().unwrap();
-        let run = RunDir::create(dir.path()).unwrap();
+        let run = RunDir::create(dir.path(), "").unwrap();
         let grain = BodyState {
             position: [0.1 + 0.2, -1e-300 / 3.0],
             angle: 7.0,

@@ -22,6 +22,8 @@ pub enum Status {
     Unstable,
     /// Interrupted, drained in order.
     Interrupted,
+    /// The coupler was killed, or the machine stopped: written afterwards, from what was left.
+    Killed,
 }
 
 impl Status {
@@ -33,6 +35,7 @@ impl Status {
             Self::Failed => "failed",
             Self::Unstable => "unstable",
             Self::Interrupted => "interrupted",
+            Self::Killed => "killed",
         }
     }
 
@@ -41,7 +44,7 @@ impl Status {
         match self {
             Self::Done => 0,
             Self::CheckFailed => 1,
-            Self::Failed => 3,
+            Self::Failed | Self::Killed => 3,
             Self::Unstable => 4,
             Self::Interrupted => 130,
         }
@@ -191,6 +194,7 @@ mod tests {
             Status::Failed,
             Status::Unstable,
             Status::Interrupted,
+            Status::Killed,
         ] {
             let written = serde_json::to_value(status).unwrap();
             assert_eq!(written, status.name());

@@ -1,6 +1,7 @@
 //! What a run adds up to, kept so that however it ends there is a summary.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::time::{Duration, Instant};
 
 use interface::message::control::Party;
@@ -58,6 +59,10 @@ pub(crate) struct Account {
     pub cpu_at_start: Duration,
     pub state_hash: Option<String>,
     pub interrupted: bool,
+    /// The coupler was killed: this is what a later one knows.
+    pub cut_short: bool,
+    /// What the solver at which the run has failed said last.
+    pub last_words: Option<(Party, String)>,
     /// When this process began, and what others have spent before it.
     started: Instant,
     earlier: Spent,
@@ -83,6 +88,8 @@ impl Account {
             cpu_at_start: interface::session::cpu_time(),
             state_hash: None,
             interrupted: false,
+            cut_short: false,
+            last_words: None,
             started: Instant::now(),
             earlier: Spent::default(),
             shared_thread,
@@ -156,12 +163,27 @@ impl Account {
         spent
     }
 
+    /// Why the run has not reached its end, what to do, and what the solver said last.
+    fn reason(&self, error: &RunError) -> String {
+        let mut reason = match error.advice() {
+            "" => error.to_string(),
+            advice => format!("{error} ({advice})"),
+        };
+        if let Some((party, words)) = &self.last_words {
+            let _ = write!(reason, "\nlast lines of {}.log:", party.name());
+            for line in words.lines() {
+                let _ = write!(reason, "\n  {line}");
+            }
+        }
+        reason
+    }
+
     pub fn summarise(self, ended: &Result<(), RunError>, wall: Duration) -> Summary {
-        let whole = ended.is_ok() && !self.interrupted;
+        let whole = ended.is_ok() && !self.interrupted && !self.cut_short;
         let checks = if whole {
             self.recorder.finish()
         } else {
-            Vec::new()
+            self.recorder.so_far_at(self.clock.time())
         };
         let failed = checks.iter().any(|check| !check.pass);
         let status = match ended {
@@ -171,7 +193,7 @@ impl Account {
             Ok(()) => Status::Done,
         };
         let reason = match ended {
-            Err(error) => Some(format!("{error} ({})", error.advice())),
+            Err(error) => Some(self.reason(error)),
             Ok(()) if self.interrupted => {
                 Some(format!("interrupted at t = {:.6e} s", self.clock.time()))
             }

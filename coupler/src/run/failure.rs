@@ -1,6 +1,7 @@
 //! Why a run did not reach its end, how it counts, and what the user can do about it.
 
 use interface::core::SessionError;
+use interface::message::control::Party;
 use interface::solver::Fault;
 use thiserror::Error;
 
@@ -90,10 +91,17 @@ impl RunError {
             Self::Panicked(_) => "please report it, with the scene",
             Self::Checkpoint(_) => "run the scene again from its start",
             Self::Interrupted => "what was recorded until then is kept",
-            Self::Output(_) => "make room, or give another directory with --out",
+            Self::Output(error) => error.advice(),
             Self::Session(error) => match error {
                 SessionError::Vanished { .. } => {
-                    "what was recorded until then is kept; see the solver's own words on standard error, and run again"
+                    "what was recorded until then is kept; what the solver said on standard error is in mpm.log or dem.log"
+                }
+                // Limits before the first step are fixed; no key of a scene changes them.
+                SessionError::Late {
+                    awaited: "its hello" | "that it is ready",
+                    ..
+                } => {
+                    "its command may be wrong, or it hangs as it starts: run it by hand; coupling.deadline has no effect on this limit"
                 }
                 SessionError::Late { .. } => {
                     "if the solver only needs longer, raise coupling.deadline; if it hangs, its process tells where"
@@ -108,6 +116,20 @@ impl RunError {
                 }
                 _ => "log.jsonl in the run directory has the details",
             },
+        }
+    }
+
+    /// The solver at which the run has failed, if it is one's.
+    pub fn party(&self) -> Option<Party> {
+        match self {
+            Self::Session(
+                SessionError::Vanished { who, .. }
+                | SessionError::Late { who, .. }
+                | SessionError::Contract { who, .. }
+                | SessionError::Refused { who, .. }
+                | SessionError::Failed { who, .. },
+            ) => Some(*who),
+            _ => None,
         }
     }
 
@@ -155,5 +177,36 @@ mod tests {
         );
         assert!(coarse.advice().contains("dem.contact_resolution"));
         assert!(!blow_up(false).advice().contains("resolution"));
+    }
+
+    /// D12, D14: "raise coupling.deadline" for what it has no effect on, "make room" whatever could not be written.
+    #[test]
+    fn advice_is_for_the_error_at_hand() {
+        let late = |awaited| {
+            RunError::Session(SessionError::Late {
+                who: Party::Dem,
+                awaited,
+                step: 0,
+                waited: std::time::Duration::from_secs(30),
+            })
+        };
+        assert!(late("its report").advice().contains("raise coupling"));
+        for awaited in ["its hello", "that it is ready"] {
+            assert!(!late(awaited).advice().contains("raise coupling"));
+        }
+        let output = |errno| {
+            let source = std::io::Error::from_raw_os_error(errno);
+            let path = "history.csv".into();
+            let action = "write";
+            RunError::Output(RunDirError::File {
+                action,
+                path,
+                source,
+            })
+        };
+        let (full, forbidden) = (output(28), output(13));
+        assert!(full.advice().contains("the disk is full"));
+        assert!(full.to_string().contains("No space left on device"));
+        assert!(!forbidden.advice().contains("room"));
     }
 }

@@ -1,13 +1,19 @@
-//! Starts solvers as processes, watches them, and sees them off.
+//! Starts solvers as processes, watches them, keeps what they say, and sees that they end.
 
-use std::io;
-use std::process::Child;
+use std::io::{self, Read, Write};
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
+use std::sync::{Arc, Mutex};
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use interface::message::control::Party;
 use interface::session::process;
 use interface::transport::domain::Domain;
+use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
 use thiserror::Error;
+
+use crate::record::rundir::RunDir;
 
 /// A solver could not be started.
 #[derive(Debug, Error)]
@@ -23,22 +29,60 @@ pub struct StartError {
 
 /// Time for a solver to end by itself once the session is over.
 const GRACE: Duration = Duration::from_secs(2);
+/// Time for the last words of a solver that has ended to be read.
+const READING: Duration = Duration::from_millis(500);
+/// In the environment of a solver: the party that it is started as (PROTOCOL.md O-1).
+const STARTED_AS: &str = "TANDEM_PARTY";
+/// Bytes of what a solver has said that are kept in memory.
+const KEPT: usize = 8 << 10;
+/// Lines of them that are told when a run fails.
+const LAST_LINES: usize = 20;
 
 /// The solvers of a run. Dropping it ends those that still run.
 #[derive(Debug, Default)]
 pub struct Processes {
     all: Vec<Process>,
+    /// Where what they say goes, besides standard error.
+    dir: Option<RunDir>,
+    /// What those that have ended said last.
+    last_words: Vec<(Party, String)>,
 }
 
 #[derive(Debug)]
 struct Process {
     party: Party,
     child: Child,
-    /// Its end has been seen once: its last words, sent before, get one more chance to be read.
+    said: Said,
+    /// Its end has been seen once: its last message, sent before, gets one more chance to be read.
     seen_ended: bool,
 }
 
+impl Process {
+    /// How it ended, if it has. It stays a zombie, so that its group keeps its number until that is killed.
+    fn ended(&self) -> io::Result<Option<ExitStatus>> {
+        let pid = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw);
+        let pid = pid.ok_or_else(|| io::Error::other("no such process id"))?;
+        let options = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+        let status = waitid(WaitId::Pid(pid), options)?;
+        Ok(status.map(|status| {
+            let raw = match (status.exit_status(), status.terminating_signal()) {
+                (Some(code), _) => code << 8,
+                (None, Some(signal)) => signal,
+                (None, None) => 0,
+            };
+            ExitStatus::from_raw(raw)
+        }))
+    }
+}
+
 impl Processes {
+    /// None yet. What they say on standard error will also go to `mpm.log` and `dem.log` in `dir`.
+    pub fn new(dir: RunDir) -> Self {
+        let mut none = Self::default();
+        none.dir = Some(dir);
+        none
+    }
+
     /// Starts the solver of one side: a program and its arguments, to which `--join RUN` is added.
     ///
     /// # Errors
@@ -49,14 +93,16 @@ impl Processes {
         command: &[String],
         domain: &Domain,
     ) -> Result<(), StartError> {
-        let child = process::start(command, party, domain).map_err(|source| StartError {
+        let mut child = spawn(command, party, domain).map_err(|source| StartError {
             party,
             command: command.join(" "),
             source,
         })?;
+        let stderr = child.stderr.take().expect("it was asked for");
         self.all.push(Process {
             party,
             child,
+            said: Said::read(stderr, party, self.dir.clone()),
             seen_ended: false,
         });
         Ok(())
@@ -64,15 +110,14 @@ impl Processes {
 
     /// Process id of a solver.
     pub fn pid(&self, party: Party) -> Option<u32> {
-        let mut all = self.all.iter();
-        all.find(|m| m.party == party)
-            .map(|process| process.child.id())
+        let process = self.all.iter().find(|process| process.party == party);
+        process.map(|process| process.child.id())
     }
 
-    /// Tells of a solver that has ended, and how, when it is looked at for the second time.
+    /// A solver that has ended, and how, when it is looked at for the second time.
     pub fn ended(&mut self) -> Option<(Party, String)> {
         for process in &mut self.all {
-            let how = match process.child.try_wait() {
+            let how = match process.ended() {
                 Ok(Some(status)) => process::describe(status),
                 Ok(None) => continue,
                 Err(e) => format!("cannot be watched ({e})"),
@@ -85,20 +130,29 @@ impl Processes {
         None
     }
 
-    /// Waits for all solvers to end, for [`GRACE`] at most; those that have not are killed.
+    /// Waits for all solvers to end, for [`GRACE`] at most; those that have not are killed, and so is whatever a solver
+    /// has started and left behind.
     pub fn end_all(&mut self) {
         let deadline = Instant::now() + GRACE;
-        for Process { party, child, .. } in &mut self.all {
-            while matches!(child.try_wait(), Ok(None)) && Instant::now() < deadline {
-                std::thread::sleep(Duration::from_millis(1));
+        for mut process in self.all.drain(..) {
+            while matches!(process.ended(), Ok(None)) && Instant::now() < deadline {
+                thread::sleep(Duration::from_millis(1));
             }
-            if matches!(child.try_wait(), Ok(None)) {
-                tracing::warn!(party = %party, pid = child.id(), "did not end and is killed");
-                process::kill(child);
-                let _ = child.wait();
+            if matches!(process.ended(), Ok(None)) {
+                let (party, pid) = (process.party, process.child.id());
+                tracing::warn!(%party, pid, "did not end and is killed");
             }
+            process::kill(&mut process.child);
+            let _ = process.child.wait();
+            self.last_words.push((process.party, process.said.last()));
         }
-        self.all.clear();
+    }
+
+    /// The last lines that the solver of this side has said, once all have ended.
+    pub fn last_words(&self, party: Party) -> Option<&str> {
+        let mut all = self.last_words.iter();
+        let words = all.find(|(of, _)| *of == party).map(|(_, words)| words)?;
+        (!words.is_empty()).then_some(words)
     }
 }
 
@@ -108,10 +162,101 @@ impl Drop for Processes {
     }
 }
 
+/// As O-1 says: standard input closed, in a process group of its own, so that Ctrl-C at the terminal reaches the coupler
+/// alone. Like [`process::start`], but for standard error.
+fn spawn(command: &[String], party: Party, domain: &Domain) -> io::Result<Child> {
+    let [program, arguments @ ..] = command else {
+        let empty = "the command is empty";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, empty));
+    };
+    Command::new(program)
+        .args(arguments)
+        .args(["--join", domain.id()])
+        .env(STARTED_AS, party.name())
+        .stdin(Stdio::null())
+        .stderr(Stdio::piped())
+        .process_group(0)
+        .spawn()
+}
+
+/// What a solver says on standard error: passed on, kept in a file, and the last of it in memory.
+#[derive(Debug)]
+struct Said {
+    tail: Arc<Mutex<Vec<u8>>>,
+    reader: JoinHandle<()>,
+}
+
+impl Said {
+    fn read(mut stderr: ChildStderr, party: Party, dir: Option<RunDir>) -> Self {
+        let tail = Arc::new(Mutex::new(Vec::new()));
+        let kept = tail.clone();
+        let reader = thread::spawn(move || {
+            // The file is made when there is something to say.
+            let mut file = None;
+            let mut bytes = vec![0; 4096];
+            loop {
+                let said = match stderr.read(&mut bytes) {
+                    Ok(0) => break,
+                    Ok(read) => &bytes[..read],
+                    Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
+                    Err(_) => break,
+                };
+                let _ = io::stderr().write_all(said);
+                keep(&mut kept.lock().expect("no thread panics"), said);
+                if file.is_none() {
+                    let name = format!("{}.log", party.name());
+                    file = dir.as_ref().and_then(|dir| dir.open(&name, true).ok());
+                }
+                // Where it cannot be written, standard error still has it.
+                if let Some(file) = &mut file {
+                    let _ = file.write_all(said);
+                }
+            }
+        });
+        Self { tail, reader }
+    }
+
+    /// The last lines, after the end of the process. Somebody who has left its group may still hold the other end.
+    fn last(&self) -> String {
+        let deadline = Instant::now() + READING;
+        while !self.reader.is_finished() && Instant::now() < deadline {
+            thread::sleep(Duration::from_millis(1));
+        }
+        last_lines(&self.tail.lock().expect("no thread panics"))
+    }
+}
+
+/// Adds to what is kept, of which only the end stays.
+fn keep(tail: &mut Vec<u8>, said: &[u8]) {
+    tail.extend(said);
+    let over = tail.len().saturating_sub(KEPT);
+    tail.drain(..over);
+}
+
+fn last_lines(tail: &[u8]) -> String {
+    let text = String::from_utf8_lossy(tail);
+    let lines: Vec<&str> = text.trim_end().lines().collect();
+    lines[lines.len().saturating_sub(LAST_LINES)..].join("\n")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use interface::transport::domain::OwnedDomain;
+
+    /// A signal takes effect a little later; a process that nobody has reaped yet is a zombie, which does not run either.
+    #[track_caller]
+    fn assert_ends(pid: &str) {
+        let start = Instant::now();
+        loop {
+            let state = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+            if state.is_empty() || state.contains(") Z ") {
+                break;
+            }
+            assert!(start.elapsed() < Duration::from_secs(10), "{state}");
+            thread::sleep(Duration::from_millis(2));
+        }
+    }
 
     #[test]
     fn an_end_is_told_at_the_second_look_with_how() {
@@ -163,16 +308,7 @@ mod tests {
             }
         };
         processes.end_all();
-        // A signal takes effect a little later; one that nobody has reaped yet is a zombie, which does not run either.
-        let start = Instant::now();
-        loop {
-            let state = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-            if state.is_empty() || state.contains(") Z ") {
-                break;
-            }
-            assert!(start.elapsed() < Duration::from_secs(10), "{state}");
-            std::thread::sleep(Duration::from_millis(2));
-        }
+        assert_ends(&pid);
     }
 
     #[test]
@@ -188,5 +324,45 @@ mod tests {
                 .starts_with("cannot start the dem solver `/no/such/solver`"),
             "{error}"
         );
+    }
+
+    /// D15: the leader of the group has ended long before the solvers are seen off.
+    #[test]
+    fn what_a_solver_that_has_exited_has_started_ends_too() {
+        let owned = OwnedDomain::create().unwrap();
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("pid");
+        let script = format!("sleep 62 & echo $! > {}", file.display());
+        let mut processes = Processes::default();
+        let command = ["sh", "-c", &script].map(String::from).to_vec();
+        processes
+            .start(Party::Dem, &command, owned.domain())
+            .unwrap();
+        while processes.ended().is_none() {
+            thread::sleep(Duration::from_millis(2));
+        }
+        let pid = std::fs::read_to_string(&file).unwrap();
+        processes.end_all();
+        assert_ends(pid.trim());
+    }
+
+    #[test]
+    fn what_a_solver_says_is_kept_with_its_last_lines() {
+        let owned = OwnedDomain::create().unwrap();
+        let place = tempfile::tempdir().unwrap();
+        let dir = RunDir::create(&place.path().join("run"), "").unwrap();
+        let mut processes = Processes::new(dir.clone());
+        let script = "for i in $(seq 30); do echo line $i >&2; done; exit 4";
+        let command = ["sh", "-c", script].map(String::from).to_vec();
+        processes
+            .start(Party::Mpm, &command, owned.domain())
+            .unwrap();
+        processes.end_all();
+        let words = processes.last_words(Party::Mpm).unwrap();
+        assert!(words.starts_with("line 11\n"), "{words}");
+        assert!(words.ends_with("line 30"), "{words}");
+        assert_eq!(processes.last_words(Party::Dem), None);
+        let log = std::fs::read_to_string(dir.path().join("mpm.log")).unwrap();
+        assert_eq!(log.lines().count(), 30);
     }
 }

@@ -138,7 +138,7 @@ impl<'a> Run<'a> {
             options,
             account,
             dir,
-            processes: Processes::default(),
+            processes: Processes::new(dir.clone()),
             tape: None,
             parties,
             history,
@@ -174,16 +174,39 @@ impl<'a> Run<'a> {
         let framed = self.frames.as_mut().map_or(Ok(()), Frames::finish);
         // A checkpoint waits for the frames that it lists.
         self.frames = None;
-        let kept = self.keeper.as_mut().map_or(Ok(()), Keeper::finish);
-        // What the run itself has found comes first: the session ended because of it.
-        if let Some(failure) = self.failure {
-            return Err(failure);
+        if let Some(keeper) = &mut self.keeper {
+            keeper.finish();
         }
-        led?;
+        // What the run itself has found comes first: the session ended because of it.
+        let ended = match self.failure.take() {
+            Some(failure) => Err(failure),
+            None => led,
+        };
+        if let Err(error) = &ended {
+            let words = error.party().and_then(|who| {
+                let words = self.processes.last_words(who)?;
+                Some((who, words.to_owned()))
+            });
+            self.account.last_words = words;
+            // Of a run that was cut short: the bodies at the last row of the history.
+            if self.account.recorder.has_begun()
+                && let Err(error) = self.write_bodies()
+            {
+                tracing::warn!("{error}");
+            }
+        }
+        ended?;
         flushed?;
         framed?;
-        kept?;
         Ok(())
+    }
+
+    fn write_bodies(&self) -> Result<(), RunDirError> {
+        let Some(dem) = &self.scene.dem else {
+            return Ok(());
+        };
+        let names = dem.bodies.iter().map(|body| body.name.as_str());
+        self.dir.write_bodies(names, &self.bodies)
     }
 
     fn parts(&mut self) -> Vec<Part> {
@@ -244,7 +267,9 @@ impl<'a> Run<'a> {
         self.keeper = Some(Keeper::begin(plan, self.dir, time, written));
     }
 
-    fn ready(&mut self, coupler: &Coupler) {
+    /// All solvers are ready, so that the run begins: its files take the place of an earlier run's.
+    fn ready(&mut self, coupler: &Coupler) -> Result<(), RunError> {
+        self.dir.take_place()?;
         for &party in &self.parties {
             let Some(ready) = coupler.readiness(party) else {
                 continue;
@@ -259,6 +284,7 @@ impl<'a> Run<'a> {
             .is_some_and(|hello| hello.capabilities.has(STRESS_WORK));
         let [mpm, dem] = [Party::Mpm, Party::Dem].map(|party| coupler.readiness(party));
         self.stability = Some(Stability::new(&self.scene.time, mpm, dem));
+        Ok(())
     }
 
     fn stability(&self) -> &Stability {
@@ -344,9 +370,9 @@ impl<'a> Run<'a> {
     }
 
     /// The solvers' states have come with the reports.
-    fn keep(&mut self, coupler: &mut Coupler) -> Result<(), RunError> {
+    fn keep(&mut self, coupler: &mut Coupler) {
         let (Some(state), Some(keeper)) = (self.pending.take(), &mut self.keeper) else {
-            return Ok(());
+            return;
         };
         let mut about = About::of(self.scene, &self.parties, self.options.record);
         about.step = self.account.clock.index();
@@ -359,8 +385,7 @@ impl<'a> Run<'a> {
             about,
             state,
             solvers: states.collect(),
-        })?;
-        Ok(())
+        });
     }
 
     fn begin(&mut self, epoch: Epoch) -> UnderWay {
@@ -433,7 +458,7 @@ impl<'a> Run<'a> {
     /// Takes the reports on the last grant.
     fn collected(&mut self, coupler: &mut Coupler) -> Result<(), RunError> {
         self.account.waited += self.granted.elapsed();
-        self.keep(coupler)?;
+        self.keep(coupler);
         for &party in &self.parties {
             let report = *coupler.report(party).expect("a solver of this session");
             match party {
@@ -562,14 +587,10 @@ impl<'a> Run<'a> {
 
     /// All points are there, at the end.
     fn drained(&mut self, round: &Round) -> Result<(), RunError> {
-        if self.account.interrupted {
-            return Ok(());
+        if !self.account.interrupted {
+            self.account.state_hash = Some(state_hash(&round.points, &self.bodies));
         }
-        self.account.state_hash = Some(state_hash(&round.points, &self.bodies));
-        if let Some(dem) = &self.scene.dem {
-            let names = dem.bodies.iter().map(|body| body.name.as_str());
-            self.dir.write_bodies(names, &self.bodies)?;
-        }
+        self.write_bodies()?;
         Ok(())
     }
 }
@@ -578,10 +599,7 @@ impl Supervisor for Run<'_> {
     fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop> {
         let decision = match question {
             Question::Configure => self.configure(coupler).map(Decision::Configure),
-            Question::Ready => {
-                self.ready(coupler);
-                Ok(Decision::Noted)
-            }
+            Question::Ready => self.ready(coupler).map(|()| Decision::Noted),
             Question::Next => self.next(),
             Question::Collected => self.collected(coupler).map(|()| Decision::Noted),
             Question::Drained => self.drained(coupler.round()).map(|()| Decision::Noted),

@@ -6,9 +6,10 @@
 //! | [`stability`], [`pace`] | the composed step limit, and the layout of steps between outputs |
 //! | [`launch`], `lead`, [`failure`] | solvers as processes, what they are told and when, why a run ended early |
 //! | `account` | what a run adds up to |
-//! | [`checkpoint`] | the state of a run on disk, from which it goes on |
+//! | [`checkpoint`], [`aftermath`] | the state of a run on disk, from which it goes on, and what is known of one that was killed |
 
 mod account;
+pub mod aftermath;
 pub mod checkpoint;
 pub mod failure;
 pub mod launch;
@@ -47,12 +48,19 @@ use crate::run::lead::Run;
 pub use crate::run::options::{RunOptions, Solvers};
 use crate::scene::Scene;
 
+/// What a run has come to.
+#[derive(Debug)]
+pub struct Finished {
+    /// As `summary.json` has it.
+    pub summary: Summary,
+    /// Where its files are: the run directory, or a folder in it if the run failed to start beside the result of another.
+    pub place: PathBuf,
+    /// Why `summary.json` could not be written.
+    pub unwritten: Option<RunDirError>,
+}
+
 /// Runs `scene` and writes what it shows to `dir`. A run that fails has a summary too: its status and reason.
-///
-/// # Errors
-/// [`RunDirError`] when not even the summary can be written.
-pub fn run(scene: &Scene, options: &RunOptions, dir: &RunDir) -> Result<Summary, RunDirError> {
-    dir.write_scene(&scene.resolved_toml)?;
+pub fn run(scene: &Scene, options: &RunOptions, dir: &RunDir) -> Finished {
     go(scene, options, dir, None)
 }
 
@@ -95,25 +103,12 @@ impl Resumed {
     }
 
     /// Goes on.
-    ///
-    /// # Errors
-    /// As [`run`].
-    pub fn run(
-        self,
-        scene: &Scene,
-        options: &RunOptions,
-        dir: &RunDir,
-    ) -> Result<Summary, RunDirError> {
+    pub fn run(self, scene: &Scene, options: &RunOptions, dir: &RunDir) -> Finished {
         go(scene, options, dir, Some(self.checkpoint))
     }
 }
 
-fn go(
-    scene: &Scene,
-    options: &RunOptions,
-    dir: &RunDir,
-    from: Option<Checkpoint>,
-) -> Result<Summary, RunDirError> {
+fn go(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Option<Checkpoint>) -> Finished {
     let started = Instant::now();
     let shared_thread = matches!(options.solvers, Solvers::Here { .. });
     let mut account = Account::new(scene, shared_thread);
@@ -134,8 +129,16 @@ fn go(
         ended.and_then(|()| Ok(recorded.map_err(SessionError::from)?))
     });
     let summary = account.summarise(&ended, started.elapsed());
-    dir.write_summary(&summary)?;
-    Ok(summary)
+    let written = dir.write_summary(&summary);
+    let (place, settled) = match dir.settle() {
+        Ok(place) => (place, Ok(())),
+        Err(error) => (dir.path().to_path_buf(), Err(error)),
+    };
+    Finished {
+        summary,
+        place,
+        unwritten: written.and(settled).err(),
+    }
 }
 
 fn recorder(
@@ -148,7 +151,7 @@ fn recorder(
     }
     let made_by = concat!("tandem ", env!("CARGO_PKG_VERSION"));
     let about = About::run(&scene.name, &scene.hash, made_by);
-    let recorder = Recorder::create(&dir.recording(), &about).map_err(SessionError::from)?;
+    let recorder = Recorder::create(&dir.recording()?, &about).map_err(SessionError::from)?;
     Ok(Some(recorder))
 }
 

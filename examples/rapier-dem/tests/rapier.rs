@@ -40,7 +40,7 @@ fn show(name: &str, variant: &str, set: &[&str], dem: fn() -> Box<dyn DemSolver>
     let set: Vec<String> = set.iter().map(ToString::to_string).collect();
     let scene = Scene::load(&catalogue(name), Some(variant), &set).unwrap();
     let place = TempDir::new().unwrap();
-    let dir = RunDir::create(&place.path().join("out")).unwrap();
+    let dir = RunDir::create(&place.path().join("out"), &scene.resolved_toml).unwrap();
     let options = RunOptions {
         solvers: Solvers::Here {
             mpm: continuum,
@@ -53,7 +53,7 @@ fn show(name: &str, variant: &str, set: &[&str], dem: fn() -> Box<dyn DemSolver>
         interrupt: Arc::default(),
         save: Arc::default(),
     };
-    let summary = run(&scene, &options, &dir).unwrap();
+    let summary = run(&scene, &options, &dir).summary;
     let text = std::fs::read_to_string(place.path().join("out/history.csv")).unwrap();
     let mut lines = text.lines().map(|line| line.split(','));
     let header = lines.next().unwrap().map(String::from).collect();

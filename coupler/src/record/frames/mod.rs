@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::JoinHandle;
-use std::{fs, io, thread};
+use std::{fs, thread};
 
 use interface::config::DemConfig;
 use interface::message::wire::{BodyState, PointState};
@@ -22,11 +22,9 @@ use quick_xml::{Writer, XmlVersion};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::record::rundir::{FRAME_LIST, RunDir, RunDirError, fail};
+use crate::record::rundir::{FRAME_LIST, FRAMES, RunDir, RunDirError, fail};
 use vtu::{Array, Cell, Mesh};
 
-/// The folder of a run directory.
-const FOLDER: &str = "frames";
 /// Frames in memory that have not been written.
 const WAITING: usize = 4;
 
@@ -70,14 +68,6 @@ impl Frames {
         dem: Option<&DemConfig>,
         listed: Listed,
     ) -> Result<Self, RunDirError> {
-        let folder = dir.path().join(FOLDER);
-        if listed.times.is_empty() {
-            let emptied = match fs::remove_dir_all(&folder) {
-                Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
-                _ => fs::create_dir(&folder),
-            };
-            emptied.map_err(fail("empty", &folder))?;
-        }
         let bodies = dem.iter().flat_map(|dem| &dem.bodies);
         let outlines = bodies.map(outline::outlines).collect();
         let (queue, taken) = sync_channel(WAITING);
@@ -168,12 +158,13 @@ impl Series {
         let kept: BTreeSet<String> = (0..self.times.len())
             .flat_map(|number| ["points", "bodies"].map(|name| file(name, number)))
             .collect();
-        let folder = self.dir.path().join(FOLDER);
+        let folder = self.dir.path().join(FRAMES);
         let keep = || {
             for entry in fs::read_dir(&folder)? {
                 let name = entry?.file_name().to_string_lossy().into_owned();
-                let ours = name.starts_with("points_") || name.starts_with("bodies_");
-                if ours && !kept.contains(&name) {
+                let in_run = format!("{FRAMES}/{name}");
+                let frame = in_run != FRAME_LIST && self.dir.has_written(&in_run);
+                if frame && !kept.contains(&name) {
                     fs::remove_file(folder.join(name))?;
                 }
             }
@@ -204,7 +195,7 @@ impl Series {
     }
 
     fn write(&self, file: &str, mesh: &Mesh) -> Result<(), RunDirError> {
-        let name = format!("{FOLDER}/{file}");
+        let name = format!("{FRAMES}/{file}");
         self.dir.write_whole(&name, &mesh.to_xml())
     }
 
@@ -246,7 +237,7 @@ impl Series {
 /// Files of these frames in a run directory.
 pub(crate) fn paths(dir: &Path, frames: std::ops::Range<usize>) -> Vec<PathBuf> {
     let files = frames.flat_map(|number| ["points", "bodies"].map(|name| file(name, number)));
-    files.map(|name| dir.join(FOLDER).join(name)).collect()
+    files.map(|name| dir.join(FRAMES).join(name)).collect()
 }
 
 fn file(name: &str, number: usize) -> String {
@@ -347,7 +338,7 @@ pub fn times(run: &Path) -> Result<Vec<f64>, FrameError> {
         what,
     };
     let text = match fs::read_to_string(&list) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Vec::new()),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
         text => text.map_err(|e| fail(e.to_string()))?,
     };
     let mut times: Vec<f64> = entries(&text)
@@ -393,7 +384,7 @@ impl Frame {
             let found = entries.iter().find(|e| e.time == nearest && e.name == name);
             found
                 .map(|entry| {
-                    let path = run.join(FOLDER).join(&entry.file);
+                    let path = run.join(FRAMES).join(&entry.file);
                     let xml = fs::read(&path).map_err(|e| bad(&path, e.to_string()))?;
                     Mesh::from_xml(&xml).map_err(|what| bad(&path, what))
                 })

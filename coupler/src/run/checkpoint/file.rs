@@ -20,6 +20,7 @@ use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use super::Checkpoint;
+use crate::record::rundir::CHECKPOINTS;
 use crate::scene::Scene;
 
 const MAGIC: &[u8] = b"tandem checkpoint 1\n";
@@ -28,8 +29,6 @@ const FORMAT: &str = "tandem-coupler 1";
 const HASH: usize = 32;
 /// Bytes of a block before it is packed.
 const BLOCK: usize = 16 << 20;
-/// The folder of a run directory.
-pub(crate) const FOLDER: &str = "checkpoints";
 
 /// What made a checkpoint, and of what it is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -215,14 +214,14 @@ fn unpack(rest: &mut &[u8]) -> Result<Vec<u8>, String> {
     Ok(state)
 }
 
-/// Name of the file of a checkpoint before this step.
+/// Name in the run directory of a checkpoint before this step.
 pub(crate) fn name(step: u64) -> String {
-    format!("{step:012}.tandem")
+    format!("{CHECKPOINTS}/{step:012}.tandem")
 }
 
 /// The checkpoints of a run directory, the newest first.
 pub(crate) fn list(dir: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(dir.join(FOLDER)).into_iter().flatten();
+    let entries = fs::read_dir(dir.join(CHECKPOINTS)).into_iter().flatten();
     let mut paths: Vec<PathBuf> = entries
         .flatten()
         .map(|entry| entry.path())

@@ -1,16 +1,16 @@
 //! When a checkpoint is due, and the thread that writes it while the run goes on.
 
-use std::path::{Path, PathBuf};
+use std::fs;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
-use std::{fs, io};
 
 use super::Checkpoint;
-use super::file::{self, FOLDER};
-use crate::record::rundir::{RunDir, RunDirError, fail};
+use super::file;
+use crate::record::rundir::{HISTORY, RunDir, RunDirError, fail};
 use crate::scene::CheckpointPlan;
 
 /// Checkpoints that are kept: the newest, and the one before.
@@ -25,7 +25,7 @@ pub(crate) struct Keeper {
     /// One is being written or waits to be.
     busy: Arc<AtomicUsize>,
     queue: Option<SyncSender<Box<Checkpoint>>>,
-    writer: Option<JoinHandle<Result<(), RunDirError>>>,
+    writer: Option<JoinHandle<()>>,
 }
 
 impl Keeper {
@@ -40,7 +40,6 @@ impl Keeper {
         let (queue, taken) = sync_channel(1);
         let writer = Writer {
             dir: dir.clone(),
-            folder: dir.path().join(FOLDER),
             frames,
             busy: busy.clone(),
         };
@@ -62,65 +61,63 @@ impl Keeper {
     }
 
     /// Takes one, to be written soon.
-    ///
-    /// # Errors
-    /// [`RunDirError`] when an earlier one could not be written.
-    pub fn take(&mut self, checkpoint: Checkpoint) -> Result<(), RunDirError> {
+    pub fn take(&mut self, checkpoint: Checkpoint) {
         self.last = (Instant::now(), checkpoint.about.time);
         self.busy.fetch_add(1, Ordering::AcqRel);
-        match self
+        let sent = self
             .queue
             .as_ref()
-            .map(|queue| queue.send(checkpoint.into()))
-        {
-            Some(Ok(())) => Ok(()),
-            // Nobody takes it: the writer has ended, and says why.
-            _ => self.finish(),
-        }
+            .map(|queue| queue.send(checkpoint.into()));
+        assert!(
+            matches!(sent, Some(Ok(()))),
+            "the writer lives until the end"
+        );
     }
 
-    /// Everything taken so far is on disk.
-    ///
-    /// # Errors
-    /// [`RunDirError`].
-    pub fn finish(&mut self) -> Result<(), RunDirError> {
+    /// Everything taken so far is on disk, or was told as not written.
+    pub fn finish(&mut self) {
         self.queue = None;
-        match self.writer.take() {
-            Some(writer) => writer
+        if let Some(writer) = self.writer.take() {
+            writer
                 .join()
-                .expect("the writer of checkpoints does not panic"),
-            None => Ok(()),
+                .expect("the writer of checkpoints does not panic");
         }
     }
 }
 
 impl Drop for Keeper {
     fn drop(&mut self) {
-        // A run that has failed: its error is told, not that of its last checkpoint.
-        let _ = self.finish();
+        self.finish();
     }
 }
 
 /// The writer's side.
 struct Writer {
     dir: RunDir,
-    folder: PathBuf,
     frames: Option<Arc<AtomicUsize>>,
     busy: Arc<AtomicUsize>,
 }
 
 impl Writer {
-    fn write_all(self, taken: &Receiver<Box<Checkpoint>>) -> Result<(), RunDirError> {
+    /// A checkpoint that cannot be written is no reason to end a run: the next one may be.
+    fn write_all(self, taken: &Receiver<Box<Checkpoint>>) {
         let mut synced = 0;
         for checkpoint in taken {
             let frames = checkpoint.state.frames.times.len();
             self.await_frames(frames);
-            self.sync_outputs(synced..frames)?;
-            synced = frames;
-            self.write(&checkpoint)?;
+            let written = self.sync_outputs(synced..frames).and_then(|()| {
+                synced = frames;
+                self.write(&checkpoint)
+            });
+            if let Err(error) = written {
+                let time = checkpoint.about.time;
+                tracing::warn!(
+                    "no checkpoint at t = {time:.6e} s: {error} ({})",
+                    error.advice()
+                );
+            }
             self.busy.fetch_sub(1, Ordering::AcqRel);
         }
-        Ok(())
     }
 
     /// What the checkpoint relies on is written before it.
@@ -135,7 +132,7 @@ impl Writer {
     }
 
     fn sync_outputs(&self, frames: std::ops::Range<usize>) -> Result<(), RunDirError> {
-        let mut paths = vec![self.dir.path().join(crate::record::history::HISTORY)];
+        let mut paths = vec![self.dir.path().join(HISTORY)];
         paths.extend(crate::record::frames::paths(self.dir.path(), frames));
         for path in paths.iter().filter(|path| path.exists()) {
             let synced = fs::File::open(path).and_then(|file| file.sync_data());
@@ -147,16 +144,8 @@ impl Writer {
     /// Beside the others, then in their place: whoever reads sees whole ones only.
     fn write(&self, checkpoint: &Checkpoint) -> Result<(), RunDirError> {
         let bytes = file::write(checkpoint);
-        let path = self.folder.join(file::name(checkpoint.about.step));
-        let write = || -> io::Result<()> {
-            fs::create_dir_all(&self.folder)?;
-            let mut file = tempfile::NamedTempFile::new_in(&self.folder)?;
-            io::Write::write_all(&mut file, &bytes)?;
-            file.as_file().sync_all()?;
-            file.persist(&path)?;
-            fs::File::open(&self.folder)?.sync_all()
-        };
-        write().map_err(fail("write", &path))?;
+        let name = file::name(checkpoint.about.step);
+        self.dir.write_durably(&name, &bytes)?;
         tracing::debug!(
             step = checkpoint.about.step,
             time = checkpoint.about.time,

@@ -1,0 +1,215 @@
+use super::*;
+use mechanics::expression::Meaning;
+
+/// Slots: time, value, then both at `t_0`.
+fn expression(source: &str) -> Expression {
+    let meaning = |name: &str| match name {
+        "t" => Some(Meaning::Slot(0)),
+        "v" => Some(Meaning::Slot(1)),
+        "initial.v" => Some(Meaning::Slot(3)),
+        _ => None,
+    };
+    Expression::compile(source, &meaning).unwrap()
+}
+
+fn near(reference: &str, tolerance: f64, measure: Measure) -> Expected {
+    Expected::Near {
+        reference: Reference::Expression(expression(reference)),
+        tolerance,
+        measure,
+    }
+}
+
+fn run(when: When, window: [f64; 2], expected: Expected, rows: &[[f64; 2]]) -> CheckResult {
+    let check = Check {
+        name: "c".into(),
+        value: expression("v"),
+        when,
+        window,
+        expected,
+        source: "s".into(),
+    };
+    let mut recorder = Recorder {
+        columns: vec![Column {
+            name: "twice".into(),
+            unit: "m".into(),
+            value: expression("2*v - initial.v"),
+        }],
+        checks: vec![(check, Progress::default())],
+        slots: Vec::new(),
+        row: Vec::new(),
+        time_slack: 1e-9,
+    };
+    for row in rows {
+        recorder.record(&Sample::from(row.to_vec()));
+        let expected = 2.0 * row[1] - rows[0][1];
+        assert_eq!(recorder.row()[0], row[0]);
+        assert!(recorder.row()[1] == expected || expected.is_nan());
+    }
+    assert_eq!(recorder.header(), ["time [s]", "twice [m]"]);
+    recorder.finish().remove(0)
+}
+
+const ALL: [f64; 2] = [0.0, 10.0];
+const RAMP: [[f64; 2]; 4] = [[0.0, 1.0], [1.0, 3.0], [2.0, 2.0], [4.0, 0.0]];
+
+fn number(when: When, window: [f64; 2]) -> f64 {
+    run(when, window, near("0", 1e9, Measure::Absolute), &RAMP).value
+}
+
+#[test]
+fn a_history_becomes_one_number() {
+    assert_eq!(number(When::End, ALL), 0.0);
+    assert_eq!(number(When::End, [0.0, 2.0]), 2.0);
+    assert_eq!(number(When::At(1.5), ALL), 2.5);
+    assert_eq!(number(When::At(2.0), ALL), 2.0);
+    assert_eq!(number(When::Max, ALL), 3.0);
+    assert_eq!(number(When::Max, [1.5, 4.0]), 2.0);
+    assert_eq!(number(When::Min, [0.0, 2.0]), 1.0);
+    assert_eq!(number(When::Rise, ALL), 2.0);
+    assert_eq!(number(When::Rise, [1.5, 4.0]), 0.0);
+    assert_eq!(number(When::Mean, ALL), (2.0 + 2.5 + 2.0) / 4.0);
+    assert_eq!(number(When::Mean, [2.0, 2.0]), 2.0);
+    assert_eq!(number(When::Rms, [2.0, 4.0]), 2f64.sqrt());
+}
+
+#[test]
+fn distances_from_a_moving_reference() {
+    let result = run(
+        When::MaxError,
+        ALL,
+        near("t", 0.5, Measure::Scale(expression("8"))),
+        &RAMP,
+    );
+    assert_eq!(
+        (result.value, result.reference, result.error),
+        (0.0, 4.0, 0.5)
+    );
+    assert!(result.pass);
+    let result = run(
+        When::RmsError,
+        [1.0, 2.0],
+        near("t", 1.0, Measure::Absolute),
+        &RAMP,
+    );
+    assert_eq!(result.error, 2f64.sqrt());
+    assert!(!result.pass);
+    let table = Expected::Near {
+        reference: Reference::Table(vec![[1.0, 3.0], [3.0, 1.0]]),
+        tolerance: 0.0,
+        measure: Measure::Absolute,
+    };
+    let result = run(When::MaxError, [1.0, 2.0], table, &RAMP);
+    assert!(result.pass, "{result:?}");
+}
+
+/// D5: these passed whatever the run showed.
+#[test]
+fn infinite_bounds_and_scales_fail() {
+    let infinite = || expression("initial.v / 0");
+    let rows = [[0.0, 1.0], [1.0, 5.0]];
+    for expected in [
+        Expected::AtMost(infinite()),
+        Expected::AtLeast(expression("-initial.v / 0")),
+        Expected::Between(expression("0"), infinite()),
+        near("0", 0.1, Measure::Scale(infinite())),
+    ] {
+        let result = run(When::End, [0.0, 1.0], expected, &rows);
+        assert!(!result.pass, "{result:?}");
+        assert!(
+            result
+                .reason
+                .is_some_and(|reason| reason.contains("compared with"))
+        );
+    }
+}
+
+#[test]
+fn bounds_pass_on_their_own_value() {
+    let bound = |expected| run(When::Max, ALL, expected, &RAMP);
+    assert!(bound(Expected::AtLeast(expression("3*initial.v"))).pass);
+    assert!(bound(Expected::AtMost(expression("3"))).pass);
+    let result = bound(Expected::AtLeast(expression("3.5")));
+    assert_eq!(
+        (result.pass, result.error, result.reference),
+        (false, 0.5, 3.5)
+    );
+    assert!(bound(Expected::Between(expression("2"), expression("3"))).pass);
+    let result = bound(Expected::Between(expression("1"), expression("2")));
+    assert_eq!(
+        (result.pass, result.error, result.reference),
+        (false, 1.0, 1.5)
+    );
+}
+
+#[test]
+fn relative_tolerance_is_a_fraction_of_the_reference() {
+    let result = run(When::Max, ALL, near("-2.5", 2.2, Measure::Relative), &RAMP);
+    assert_eq!((result.error, result.pass), (2.2, true));
+}
+
+#[test]
+fn a_nan_anywhere_in_the_window_fails() {
+    let rows = [[0.0, 1.0], [1.0, f64::NAN], [2.0, 1.0], [3.0, 2.0]];
+    for when in [
+        When::Max,
+        When::Min,
+        When::Rise,
+        When::Mean,
+        When::Rms,
+        When::MaxError,
+        When::RmsError,
+    ] {
+        let result = run(when, ALL, near("1", 1e9, Measure::Absolute), &rows[..]);
+        assert!(
+            !result.pass && result.reason.is_some(),
+            "{when:?} {result:?}"
+        );
+    }
+    let result = run(When::Max, ALL, Expected::AtMost(expression("1e9")), &rows);
+    assert!(!result.pass);
+    assert!(
+        serde_json::to_string(&result)
+            .unwrap()
+            .contains("\"value\":null")
+    );
+}
+
+#[test]
+fn a_window_without_samples_fails_with_a_reason() {
+    let result = run(
+        When::Mean,
+        [8.0, 9.0],
+        near("1", 1.0, Measure::Absolute),
+        &RAMP,
+    );
+    assert!(!result.pass);
+    assert!(
+        result
+            .reason
+            .unwrap()
+            .contains("no sample between 8 s and 9 s")
+    );
+    let result = run(When::At(7.0), ALL, near("1", 1.0, Measure::Absolute), &RAMP);
+    assert!(result.reason.unwrap().contains("around 7 s"));
+}
+
+#[test]
+fn the_summary_has_exactly_the_fixed_keys() {
+    let result = run(When::End, ALL, near("0", 1.0, Measure::Absolute), &RAMP);
+    let json = serde_json::to_value(&result).unwrap();
+    let mut keys: Vec<_> = json.as_object().unwrap().keys().cloned().collect();
+    keys.sort();
+    assert_eq!(
+        keys,
+        [
+            "error",
+            "name",
+            "pass",
+            "reference",
+            "source",
+            "tolerance",
+            "value"
+        ]
+    );
+}

@@ -1,0 +1,88 @@
+//! What is known of a run whose coupler was killed: it left a scene, a log and a history, and perhaps a checkpoint, but no
+//! summary.
+
+use std::fs;
+use std::path::Path;
+use std::time::Duration;
+
+use crate::record::rundir::{HISTORY, LOG, RunDir, RunDirError, SCENE, SUMMARY, in_use};
+use crate::record::summary::{Status, Summary};
+use crate::run::account::Account;
+use crate::run::checkpoint::file::{About, newest};
+use crate::scene::Scene;
+
+/// How far a run came that has ended without a summary.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Killed {
+    /// Steps, as far as the log says.
+    pub steps: u64,
+    /// Time of the last row of the history in s.
+    pub time: f64,
+    /// The last warning or error of the log.
+    pub last_message: Option<String>,
+}
+
+impl Killed {
+    /// Of a run directory; `None` if there is a summary, no run, or a run that lives.
+    pub fn find(dir: &Path) -> Option<Self> {
+        let ended = dir.join(SCENE).is_file() && !dir.join(SUMMARY).exists() && !in_use(dir);
+        ended.then(|| Self::read(dir))
+    }
+
+    fn read(dir: &Path) -> Self {
+        let history = fs::read_to_string(dir.join(HISTORY)).unwrap_or_default();
+        // Only rows that end are whole.
+        let whole = history.rfind('\n').map_or("", |end| &history[..end]);
+        let time = whole.lines().last().and_then(|row| row.split(',').next());
+        let mut killed = Self {
+            steps: 0,
+            time: time.and_then(|time| time.parse().ok()).unwrap_or(0.0),
+            last_message: None,
+        };
+        let log = fs::read_to_string(dir.join(LOG)).unwrap_or_default();
+        for line in log.lines() {
+            let Ok(line) = serde_json::from_str::<serde_json::Value>(line) else {
+                continue;
+            };
+            let fields = &line["fields"];
+            if let Some(steps) = fields["step"].as_u64() {
+                killed.steps = killed.steps.max(steps);
+            }
+            if matches!(line["level"].as_str(), Some("WARN" | "ERROR")) {
+                killed.last_message = fields["message"].as_str().map(str::to_owned);
+            }
+        }
+        killed
+    }
+
+    /// In one sentence.
+    pub fn words(&self) -> String {
+        let mut words = format!(
+            "the run ended without a summary (its coupler was killed, the machine stopped, or the disk was full); its history ends at t = {:.6e} s",
+            self.time
+        );
+        if let Some(message) = &self.last_message {
+            words = format!("{words}; the last warning in log.jsonl: {message}");
+        }
+        words
+    }
+
+    /// Writes the summary that the run could not write: what its checkpoint, if it has one, its history and its log tell.
+    ///
+    /// # Errors
+    /// As [`RunDir::write_summary`].
+    pub fn write_summary(&self, scene: &Scene, dir: &RunDir) -> Result<Summary, RunDirError> {
+        let mut account = Account::new(scene, false);
+        account.cut_short = true;
+        if let Ok((_, checkpoint, _)) = newest(dir.path(), &About::of(scene, &[], false)) {
+            account.resume(checkpoint.state.account);
+        }
+        let mut summary = account.summarise(&Ok(()), Duration::ZERO);
+        summary.status = Status::Killed;
+        summary.reason = Some(self.words());
+        summary.steps = summary.steps.max(self.steps);
+        summary.time = summary.time.max(self.time);
+        dir.write_summary(&summary)?;
+        Ok(summary)
+    }
+}
