@@ -129,9 +129,22 @@ pub struct HowArgs {
     /// Most steps granted at once; 1 is the strict mode.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub window: Option<u32>,
+    /// How long to wait for a solver that something has stopped, such as SIGSTOP or a paused container.
+    #[arg(long, value_name = "SECONDS", default_value_t = 600.0, value_parser = seconds)]
+    pub patience: f64,
     /// What standard error shows.
     #[arg(long, value_enum, default_value_t = LogFormat::Text)]
     pub log: LogFormat,
+}
+
+/// A time in s: finite, not negative, at most a year.
+fn seconds(text: &str) -> Result<f64, String> {
+    let time: f64 = text.parse().map_err(|_| "expected a number of seconds")?;
+    if (0.0..=3.2e7).contains(&time) {
+        Ok(time)
+    } else {
+        Err("expected a time of 0 s or more, at most a year".into())
+    }
 }
 
 /// Arguments of `resume`.

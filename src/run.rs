@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use coupler::record::rundir::{RunDir, RunDirError};
 use coupler::record::summary::{Status, Summary};
@@ -237,6 +238,7 @@ fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions, St
         window: args.window,
         record,
         progress: args.log == LogFormat::Text,
+        patience: Duration::from_secs_f64(args.patience),
         interrupt: interrupt()?,
         save: on_signal(SIGUSR1)?,
     })

@@ -186,10 +186,11 @@ fn two_runs_side_by_side_and_a_sweep_leave_each_other_alone() {
     }
 }
 
-/// Stops a solver without killing it: nobody hears that, so the deadline of the scene ends the run.
+/// Stops a solver without killing it, for longer than the run's patience.
 fn a_solver_is_stopped(party: &str, other: &str) {
     let place = Place::new();
-    let mut run = start_long(&place, "out", &["--set", "coupling.deadline=0.5"]);
+    let more = ["--set", "coupling.deadline=0.5", "--patience", "1"];
+    let mut run = start_long(&place, "out", &more);
     let (stopped, others) = (run.solver("out", party), run.solver("out", other));
     run.stepping("out");
     a_random_while();
@@ -200,22 +201,60 @@ fn a_solver_is_stopped(party: &str, other: &str) {
     let files = assert_kept(&place.path("out"));
     assert_eq!(files.text("status"), "failed");
     let reason = files.text("reason");
-    // Either the coupler or the other solver is the first to lose patience.
-    assert!(
-        reason.contains(&format!("nothing from the {party} for ")),
-        "{reason}"
-    );
+    let stopped = format!("the {party} solver has been stopped by a signal");
+    assert!(reason.contains(&stopped), "{reason}");
     assert!(reason.contains("step "), "{reason}");
-    ended.says(&[&format!("nothing from the {party} for ")]);
+    ended.says(&[&stopped]);
+}
+
+/// Stops processes for longer than the deadline of the scene; all go on, and to the same bits.
+fn processes_are_stopped_for_a_while(who: &[&str]) {
+    let place = Place::new();
+    let more = ["--variant", "quick", "--set", "coupling.deadline=0.5"];
+    let scene = scene("jiang2020/drop_hard");
+    place.run("undisturbed", &scene, &more).expect(0);
+    let mut run = place.start_run("out", &scene, &more);
+    run.stepping("out");
+    let pids: Vec<u32> = who
+        .iter()
+        .map(|party| match *party {
+            "coupler" => run.pid(),
+            party => run.solver("out", party),
+        })
+        .collect();
+    for pid in &pids {
+        signal(*pid, "STOP");
+    }
+    std::thread::sleep(Duration::from_secs(3));
+    for pid in &pids {
+        signal(*pid, "CONT");
+    }
+    let ended = run.end_within(Duration::from_secs(60)).expect(0);
+    place.assert_clean(&ended.runs);
+    let [ours, theirs] = ["out", "undisturbed"].map(|out| RunFiles::read(&place.path(out)));
+    assert_eq!(ours.text("state_hash"), theirs.text("state_hash"));
 }
 
 #[test]
-fn a_stopped_mpm_is_named_at_the_deadline_and_removed() {
+fn a_pause_of_any_process_costs_nothing() {
+    for who in ["mpm", "dem", "coupler"] {
+        processes_are_stopped_for_a_while(&[who]);
+    }
+}
+
+#[test]
+fn a_pause_of_several_processes_costs_nothing() {
+    processes_are_stopped_for_a_while(&["mpm", "dem"]);
+    processes_are_stopped_for_a_while(&["coupler", "mpm", "dem"]);
+}
+
+#[test]
+fn a_stopped_mpm_is_named_when_patience_ends_and_removed() {
     a_solver_is_stopped("mpm", "dem");
 }
 
 #[test]
-fn a_stopped_dem_is_named_at_the_deadline_and_removed() {
+fn a_stopped_dem_is_named_when_patience_ends_and_removed() {
     a_solver_is_stopped("dem", "mpm");
 }
 

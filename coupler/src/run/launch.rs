@@ -1,8 +1,8 @@
 //! Starts solvers as processes, watches them, keeps what they say, and sees that they end.
 
 use std::io::{self, Read, Write};
-use std::os::unix::process::{CommandExt, ExitStatusExt};
-use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
+use std::os::unix::process::ExitStatusExt;
+use std::process::{Child, ChildStderr, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use interface::message::control::Party;
 use interface::session::process;
 use interface::transport::domain::Domain;
+use interface::transport::liveness::{Hold, hold_of};
 use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
 use thiserror::Error;
 
@@ -31,8 +32,6 @@ pub struct StartError {
 const GRACE: Duration = Duration::from_secs(2);
 /// Time for the last words of a solver that has ended to be read.
 const READING: Duration = Duration::from_millis(500);
-/// In the environment of a solver: the party that it is started as (PROTOCOL.md O-1).
-const STARTED_AS: &str = "TANDEM_PARTY";
 /// Bytes of what a solver has said that are kept in memory.
 const KEPT: usize = 8 << 10;
 /// Lines of them that are told when a run fails.
@@ -93,11 +92,14 @@ impl Processes {
         command: &[String],
         domain: &Domain,
     ) -> Result<(), StartError> {
-        let mut child = spawn(command, party, domain).map_err(|source| StartError {
-            party,
-            command: command.join(" "),
-            source,
-        })?;
+        let mut child =
+            process::start(command, party, domain, Stdio::piped()).map_err(|source| {
+                StartError {
+                    party,
+                    command: command.join(" "),
+                    source,
+                }
+            })?;
         let stderr = child.stderr.take().expect("it was asked for");
         self.all.push(Process {
             party,
@@ -130,6 +132,12 @@ impl Processes {
         None
     }
 
+    /// A solver that lives and does not run, with why.
+    pub fn held(&self) -> Option<(Party, Hold)> {
+        let mut all = self.all.iter();
+        all.find_map(|process| Some((process.party, hold_of(process.child.id())?)))
+    }
+
     /// Waits for all solvers to end, for [`GRACE`] at most; those that have not are killed, and so is whatever a solver
     /// has started and left behind.
     pub fn end_all(&mut self) {
@@ -160,23 +168,6 @@ impl Drop for Processes {
     fn drop(&mut self) {
         self.end_all();
     }
-}
-
-/// As O-1 says: standard input closed, in a process group of its own, so that Ctrl-C at the terminal reaches the coupler
-/// alone. Like [`process::start`], but for standard error.
-fn spawn(command: &[String], party: Party, domain: &Domain) -> io::Result<Child> {
-    let [program, arguments @ ..] = command else {
-        let empty = "the command is empty";
-        return Err(io::Error::new(io::ErrorKind::InvalidInput, empty));
-    };
-    Command::new(program)
-        .args(arguments)
-        .args(["--join", domain.id()])
-        .env(STARTED_AS, party.name())
-        .stdin(Stdio::null())
-        .stderr(Stdio::piped())
-        .process_group(0)
-        .spawn()
 }
 
 /// What a solver says on standard error: passed on, kept in a file, and the last of it in memory.

@@ -27,6 +27,7 @@ use crate::run::failure::RunError;
 use crate::run::launch::Processes;
 use crate::run::options::RunOptions;
 use crate::run::pace::{Collapsed, Epoch};
+use crate::run::pause::Pauses;
 use crate::run::stability::{Bound, Budgets, Sides, Stability};
 use crate::scene::{Scene, unmet};
 
@@ -50,6 +51,8 @@ pub(crate) struct Run<'a> {
     dir: &'a RunDir,
     /// The solvers that are processes.
     pub(crate) processes: Processes,
+    /// Solvers that something has stopped.
+    pauses: Pauses,
     /// Where everything that crosses is noted.
     pub(crate) tape: Option<Tape>,
     parties: Vec<Party>,
@@ -139,6 +142,7 @@ impl<'a> Run<'a> {
             account,
             dir,
             processes: Processes::new(dir.clone()),
+            pauses: Pauses::new(options.patience),
             tape: None,
             parties,
             history,
@@ -617,7 +621,11 @@ impl Supervisor for Run<'_> {
     }
 
     fn gone(&mut self) -> Option<(Party, String)> {
-        self.processes.ended()
+        let pauses = &mut self.pauses;
+        let processes = &mut self.processes;
+        processes
+            .ended()
+            .or_else(|| pauses.look(|| processes.held()))
     }
 
     /// Before the first step there is nothing to drain yet, so an interrupt ends the session.

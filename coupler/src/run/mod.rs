@@ -16,6 +16,7 @@ pub mod launch;
 mod lead;
 pub mod options;
 pub mod pace;
+mod pause;
 pub mod stability;
 
 use std::collections::BTreeMap;

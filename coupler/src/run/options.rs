@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use interface::solver::{DemSolver, MpmSolver};
 
@@ -18,6 +19,8 @@ pub struct RunOptions {
     pub record: bool,
     /// Whether a bar is wanted on a terminal.
     pub progress: bool,
+    /// How long to wait for a solver that lives and does not run, because something has stopped it.
+    pub patience: Duration,
     /// Set from outside to end the run in order, after a last checkpoint.
     pub interrupt: Arc<AtomicBool>,
     /// Set from outside to save a checkpoint soon.

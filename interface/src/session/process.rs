@@ -105,7 +105,12 @@ pub(crate) fn started_as() -> Option<Party> {
 ///
 /// # Errors
 /// Why it cannot be started.
-pub fn start(command: &[String], party: Party, domain: &Domain) -> io::Result<Child> {
+pub fn start(
+    command: &[String],
+    party: Party,
+    domain: &Domain,
+    stderr: Stdio,
+) -> io::Result<Child> {
     let [program, arguments @ ..] = command else {
         return Err(io::Error::new(
             io::ErrorKind::InvalidInput,
@@ -117,6 +122,7 @@ pub fn start(command: &[String], party: Party, domain: &Domain) -> io::Result<Ch
         .args(["--join", domain.id()])
         .env(STARTED_AS, party.name())
         .stdin(Stdio::null())
+        .stderr(stderr)
         .process_group(0)
         .spawn()?;
     domain.note_process(party, child.id());

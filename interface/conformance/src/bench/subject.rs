@@ -1,6 +1,6 @@
 //! The solver under test: a command, or a function of this program.
 
-use std::process::Child;
+use std::process::{Child, Stdio};
 use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
@@ -56,7 +56,7 @@ impl Subject {
     pub fn start(&self, domain: &Domain) -> std::io::Result<Worker> {
         match &self.start {
             Start::Command(command) => {
-                process::start(command, self.party, domain).map(Worker::Process)
+                process::start(command, self.party, domain, Stdio::inherit()).map(Worker::Process)
             }
             Start::Thread(solve) => {
                 let (solve, domain) = (solve.clone(), domain.clone());

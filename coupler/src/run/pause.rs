@@ -1,0 +1,122 @@
+//! A solver that lives and does not run: a signal has stopped it, its container is paused, a disk does not answer. It goes
+//! on where it was, with the same bits, so the run waits for it; the user is told, and says for how long.
+
+use std::time::{Duration, Instant};
+
+use interface::message::control::Party;
+use interface::transport::liveness::Hold;
+
+/// Time between two looks.
+const LOOK: Duration = Duration::from_millis(250);
+/// Longest time between two looks that counts: who looks later was stopped too.
+const ROUND: Duration = Duration::from_secs(1);
+/// A solver that has been held for so long is named.
+const NOTICE: Duration = Duration::from_secs(3);
+
+/// Which solver is held, and since when.
+#[derive(Debug)]
+pub struct Pauses {
+    patience: Duration,
+    looked: Instant,
+    held: Option<Held>,
+}
+
+#[derive(Debug)]
+struct Held {
+    party: Party,
+    lasted: Duration,
+    named: bool,
+}
+
+impl Pauses {
+    /// Of a run that waits for `patience` at most.
+    pub fn new(patience: Duration) -> Self {
+        Self {
+            patience,
+            looked: Instant::now(),
+            held: None,
+        }
+    }
+
+    /// Looks whether a solver is held, if it is time to; tells of one that has been held for longer than the run waits.
+    pub fn look(
+        &mut self,
+        held: impl FnOnce() -> Option<(Party, Hold)>,
+    ) -> Option<(Party, String)> {
+        let round = self.looked.elapsed();
+        if round < LOOK {
+            return None;
+        }
+        self.looked = Instant::now();
+        self.after(round.min(ROUND), held())
+    }
+
+    fn after(&mut self, round: Duration, seen: Option<(Party, Hold)>) -> Option<(Party, String)> {
+        let before = self.held.take();
+        let Some((party, hold)) = seen else {
+            if let Some(Held {
+                party, named: true, ..
+            }) = before
+            {
+                tracing::info!("the {party} solver runs again");
+            }
+            return None;
+        };
+        let mut held = match before {
+            Some(held) if held.party == party => held,
+            _ => Held {
+                party,
+                lasted: Duration::ZERO,
+                named: false,
+            },
+        };
+        held.lasted += round;
+        if held.lasted >= self.patience {
+            return Some((party, format!("has been {hold} for {:.0?}", held.lasted)));
+        }
+        if held.lasted >= NOTICE && !held.named {
+            held.named = true;
+            tracing::warn!(
+                "the {party} solver is {hold}: the run waits until it goes on, for {:.0?} at most (--patience)",
+                self.patience
+            );
+        }
+        self.held = Some(held);
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const STOPPED: Option<(Party, Hold)> = Some((Party::Dem, Hold::Stopped));
+
+    #[test]
+    fn the_run_waits_and_then_says_for_whom_and_why() {
+        let mut pauses = Pauses::new(Duration::from_secs(10));
+        for _ in 0..9 {
+            assert_eq!(pauses.after(ROUND, STOPPED), None);
+        }
+        let (party, how) = pauses.after(ROUND, STOPPED).expect("it is over");
+        assert_eq!(party, Party::Dem);
+        assert_eq!(how, "has been stopped by a signal or a debugger for 10s");
+    }
+
+    #[test]
+    fn who_goes_on_is_waited_for_anew() {
+        let mut pauses = Pauses::new(Duration::from_secs(10));
+        for _ in 0..5 {
+            for _ in 0..8 {
+                assert_eq!(pauses.after(ROUND, STOPPED), None);
+            }
+            assert_eq!(pauses.after(ROUND, None), None);
+        }
+    }
+
+    #[test]
+    fn looks_are_rare() {
+        let mut pauses = Pauses::new(Duration::ZERO);
+        assert_eq!(pauses.look(|| panic!("it is too soon")), None);
+    }
+}
