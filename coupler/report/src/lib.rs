@@ -32,9 +32,7 @@ use std::path::{Path, PathBuf};
 use record::Record;
 
 pub use error::ReportError;
-
-/// Largest page in bytes.
-pub const LARGEST: usize = 5_000_000;
+pub use page::LARGEST;
 
 /// A page that was written.
 #[derive(Debug, Clone, PartialEq, Eq)]

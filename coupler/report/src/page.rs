@@ -7,12 +7,12 @@ use coupler::scene::plan::LeftOut;
 use serde::Serialize;
 
 use crate::chart::{Charts, charts};
+use crate::error::ReportError;
 use crate::log::Line;
 use crate::motion::{Motion, load};
 use crate::record::Record;
 use crate::verdict;
 use crate::words::{count, duration, moment, size, size_of};
-use crate::{LARGEST, ReportError};
 
 /// The script, in the order in which its parts need one another.
 const SCRIPT: &str = concat!(
@@ -28,6 +28,8 @@ const STYLE: &str = include_str!("../templates/page.css");
 const LOG: [usize; 2] = [100, 400];
 /// Bytes of a scene that are shown.
 const SCENE: usize = 200_000;
+/// Largest page in bytes.
+pub const LARGEST: usize = 5_000_000;
 /// Share of the room of a motion that its times and outlines may take, and of rounding.
 const RESERVE: f64 = 0.04;
 

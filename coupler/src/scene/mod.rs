@@ -16,6 +16,7 @@ pub mod diagnostic;
 mod document;
 mod forcing;
 mod geometry;
+mod model;
 mod needs;
 mod outline;
 mod output;
@@ -27,174 +28,16 @@ mod structure;
 mod study;
 mod written;
 
-use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
-use std::time::Duration;
 
-use interface::config::{DemConfig, MpmConfig};
-
-use crate::record::check::{Check, Column};
-use crate::record::quantity::Quantities;
 use crate::scene::diagnostic::SceneErrors;
 
+pub use model::{
+    CheckpointPlan, Coupling, Criterion, Measurand, Output, Scene, Solvers, Study, TimePlan,
+};
 pub use needs::unmet;
 pub use solvers::solver_override;
-
-/// Version of the scene format that is understood.
-pub const VERSION: u32 = 1;
-
-/// A scene, checked, in SI units.
-#[derive(Debug, Clone)]
-pub struct Scene {
-    /// Name: letters, digits, `_` and `-`.
-    pub name: String,
-    /// What to look for.
-    pub about: String,
-    /// Duration and step.
-    pub time: TimePlan,
-    /// The continuum's configuration; `None`: no MPM process. `threads` is 1, for the command line to change.
-    pub mpm: Option<MpmConfig>,
-    /// The bodies' configuration; `None`: no DEM process. `threads` is 1, for the command line to change.
-    pub dem: Option<DemConfig>,
-    /// Other solvers than the built-in ones.
-    pub solvers: Solvers,
-    /// The exchange between the processes.
-    pub coupling: Coupling,
-    /// What is recorded.
-    pub output: Output,
-    /// What the run must show.
-    pub checks: Vec<Check>,
-    /// The scene's constants.
-    pub constants: BTreeMap<String, f64>,
-    /// The quantities that columns and checks are made of.
-    pub quantities: Quantities,
-    /// The scene after variant and `--set`, with CSV references replaced by their numbers, paths of solvers whole: a scene file
-    /// again, that stands alone.
-    pub resolved_toml: String,
-    /// BLAKE3 of [`Self::resolved_toml`] in hexadecimal.
-    pub hash: String,
-    /// Names of the file's variants.
-    pub variants: Vec<String>,
-    /// What `tandem study` does with the scene; no part of its runs, of the resolved text or the hash.
-    pub study: Study,
-    /// Things that are allowed but probably not meant.
-    pub warnings: Vec<String>,
-    /// Where each key was written, for messages that come after the scene has been read.
-    document: Arc<document::Document>,
-}
-
-/// Duration and step. Times in s.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct TimePlan {
-    /// End of the run, which begins at 0.
-    pub end: f64,
-    /// The scene's own cap of the step.
-    pub max_step: Option<f64>,
-    /// A step below this stops the run.
-    pub min_step: f64,
-    /// kappa of PHYSICS.md section 4, in (0, 1].
-    pub safety: f64,
-    /// The step is this multiple of what the criterion allows: 1 but for experiments with instability.
-    pub step_factor: f64,
-    /// How the step limit is made.
-    pub criterion: Criterion,
-}
-
-impl TimePlan {
-    /// Whether every step is within the limit of stability: of what the composed criterion knows.
-    pub fn is_stable(&self) -> bool {
-        self.criterion == Criterion::Composed && self.safety * self.step_factor <= 1.0
-    }
-}
-
-/// How the step limit is made.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Criterion {
-    /// Composed of both sides' stiffness and mobility (PHYSICS.md section 4).
-    Composed,
-    /// Jiang 2020 eq. 51 as printed, for comparison.
-    Jiang2020 {
-        /// Fraction of `L/c`.
-        kappa_1: f64,
-        /// Fraction of `2 pi sqrt(m_min/k_n)`.
-        kappa_2: f64,
-    },
-}
-
-impl Criterion {
-    /// Eq. 51 with the factors that the paper's scenes are given here unless they say otherwise.
-    pub const EQ_51: Self = Self::Jiang2020 {
-        kappa_1: 0.8,
-        kappa_2: 0.1,
-    };
-}
-
-/// Programs and their arguments in the place of the built-in solvers; `--join RUN` is added to them.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Solvers {
-    /// The continuum; `None`: the built-in one.
-    pub mpm: Option<Vec<String>>,
-    /// The bodies; `None`: the built-in one.
-    pub dem: Option<Vec<String>>,
-}
-
-/// The exchange between the processes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Coupling {
-    /// Verlet skin `V_d` in m; also in both configurations.
-    pub skin: f64,
-    /// Longest wait for another process.
-    pub deadline: Duration,
-    /// Most steps granted at once, at least 1.
-    pub window: u32,
-}
-
-/// What `tandem study` does with a scene: which runs, and what their error is.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Study {
-    /// What the error of a run is; `None`: the scene has nothing that tells it.
-    pub error: Option<Measurand>,
-    /// Dotted key of the number that tells how fine a run is.
-    pub resolution: String,
-    /// Varied keys that lead along a curve instead of telling curves apart.
-    pub along: Vec<String>,
-    /// Dotted scene key, or `variant`, and its values as `--set` takes them.
-    pub vary: Vec<(String, Vec<String>)>,
-}
-
-/// What the error of a run is taken of.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Measurand {
-    /// The check of this name, which has a reference.
-    Check(String),
-    /// These columns of the history, or checks, against the finest run.
-    Finer(Vec<String>),
-}
-
-/// What is recorded.
-#[derive(Debug, Clone)]
-pub struct Output {
-    /// Simulated time between rows of the history in s.
-    pub every: f64,
-    /// Intervals of the history between frames; `None`: there are none.
-    pub frames: Option<u64>,
-    /// Whether the run ends with a page of what it has shown.
-    pub report: bool,
-    /// When the run saves its state; `None`: never.
-    pub checkpoint: Option<CheckpointPlan>,
-    /// Columns after the time.
-    pub columns: Vec<Column>,
-}
-
-/// When a run saves its state by itself.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct CheckpointPlan {
-    /// Wall time between checkpoints.
-    pub wall: Option<Duration>,
-    /// Simulated time between checkpoints in s.
-    pub time: Option<f64>,
-}
+pub use written::{VERSION, schema};
 
 impl Scene {
     /// Reads and checks a scene file, with the overrides of `variant` and then those of `set` (`KEY=VALUE`, dotted
@@ -213,16 +56,4 @@ impl Scene {
     pub fn plan(&self) -> plan::Plan {
         plan::Plan::new(self)
     }
-}
-
-impl Study {
-    /// What a scene varies along a curve unless it says so.
-    pub fn along(resolution: &str) -> Vec<String> {
-        vec!["variant".to_owned(), resolution.to_owned()]
-    }
-}
-
-/// The JSON Schema of scene files.
-pub fn schema() -> serde_json::Value {
-    schemars::schema_for!(written::SceneWritten).to_value()
 }

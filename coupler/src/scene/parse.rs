@@ -12,11 +12,12 @@ use super::document::{Document, Part, join};
 use super::output::{self, Context};
 use super::problems::Problems;
 use super::written::{
-    CheckpointWritten, CouplingWritten, CriterionWritten, DemWritten, SceneWritten, TimeWritten,
+    CheckpointWritten, CouplingWritten, CriterionWritten, DemWritten, OutputWritten, SceneWritten,
+    TimeWritten, VERSION, schema,
 };
 use super::{
-    CheckpointPlan, Coupling, Criterion, Output, Scene, TimePlan, VERSION, bodies, continuum,
-    schema, solvers, structure, study,
+    CheckpointPlan, Coupling, Criterion, Output, Scene, TimePlan, bodies, continuum, solvers,
+    structure, study,
 };
 use crate::record::check::{Check, Expected, Reference};
 use crate::record::quantity::Quantities;
@@ -152,34 +153,9 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         end: time.end,
         directory,
     };
-    let every = history_interval(problems, written.output.every, time.end);
-    let report = written.output.report;
-    let frames = frame_interval(problems, written.output.frames, every)
-        .or_else(|| report.then(|| frames_of_report(time.end / every)));
-    let checkpoint = checkpoint(problems, written.output.checkpoint.as_ref());
-    let mut columns = Vec::new();
-    for (i, column) in written.output.column.iter().enumerate() {
-        columns.extend(context.column(problems, &format!("output.column.{i}"), column));
-    }
-    let mut checks = Vec::new();
-    for (i, check) in written.check.iter().enumerate() {
-        checks.extend(context.check(problems, &format!("check.{i}"), check));
-    }
-    let names = |list: &str, i: usize| format!("{list}.{i}.name");
-    let column_names = written.output.column.iter().enumerate();
-    problems.distinct(
-        "columns",
-        column_names.map(|(i, c)| (names("output.column", i), c.name.as_str())),
-    );
-    let check_names = written.check.iter().enumerate();
-    problems.distinct(
-        "checks",
-        check_names.map(|(i, c)| (names("check", i), c.name.as_str())),
-    );
-    let study = study::study(problems, written.study.as_ref(), &checks, &columns);
-    if written.check.is_empty() {
-        problems.warn("the scene has no checks: its run cannot fail, whatever it shows");
-    }
+    let output = output(problems, &written.output, &context);
+    let checks = checks(problems, written, &context);
+    let study = study::study(problems, written.study.as_ref(), &checks, &output.columns);
     (!problems.any()).then(|| Scene {
         name: written.name.clone(),
         about: written.about.clone(),
@@ -188,13 +164,7 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         dem,
         solvers,
         coupling,
-        output: Output {
-            every,
-            frames,
-            report,
-            checkpoint,
-            columns,
-        },
+        output,
         checks,
         constants,
         quantities,
@@ -205,6 +175,49 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         warnings: Vec::new(),
         document: Arc::default(),
     })
+}
+
+/// What is recorded.
+fn output(problems: &mut Problems, written: &OutputWritten, context: &Context) -> Output {
+    let every = history_interval(problems, written.every, context.end);
+    let frames = frame_interval(problems, written.frames, every).or_else(|| {
+        let report = written.report;
+        report.then(|| frames_of_report(context.end / every))
+    });
+    let checkpoint = checkpoint(problems, written.checkpoint.as_ref());
+    let mut columns = Vec::new();
+    for (i, column) in written.column.iter().enumerate() {
+        columns.extend(context.column(problems, &format!("output.column.{i}"), column));
+    }
+    let names = written.column.iter().enumerate();
+    problems.distinct(
+        "columns",
+        names.map(|(i, c)| (format!("output.column.{i}.name"), c.name.as_str())),
+    );
+    Output {
+        every,
+        frames,
+        report: written.report,
+        checkpoint,
+        columns,
+    }
+}
+
+/// What the run must show.
+fn checks(problems: &mut Problems, written: &SceneWritten, context: &Context) -> Vec<Check> {
+    let mut checks = Vec::new();
+    for (i, check) in written.check.iter().enumerate() {
+        checks.extend(context.check(problems, &format!("check.{i}"), check));
+    }
+    let names = written.check.iter().enumerate();
+    problems.distinct(
+        "checks",
+        names.map(|(i, c)| (format!("check.{i}.name"), c.name.as_str())),
+    );
+    if written.check.is_empty() {
+        problems.warn("the scene has no checks: its run cannot fail, whatever it shows");
+    }
+    checks
 }
 
 /// Which sides there are, and whether they go together; `bodies`: whether there is one.

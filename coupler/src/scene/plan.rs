@@ -216,73 +216,93 @@ fn law_in_words(law: ContactLaw) -> String {
 }
 
 fn left_out(scene: &Scene) -> Vec<LeftOut> {
-    let mut list = Vec::new();
-    let mut out = |applies: bool, what: &str, why: &str| {
+    let mut list = List::default();
+    let (mpm, dem) = (scene.mpm.as_ref(), scene.dem.as_ref());
+    list.add(mpm.is_none(), "MPM process", "the scene has no `[mpm]`");
+    list.add(dem.is_none(), "DEM process", "the scene has no `[dem]`");
+    if let Some(mpm) = mpm {
+        list.of_points(mpm, dem.is_some());
+    }
+    if let Some(dem) = dem {
+        list.of_bodies(dem, mpm.is_some());
+    }
+    let output = &scene.output;
+    list.add(
+        output.columns.is_empty(),
+        "columns of the history but the time",
+        "the scene has no `[[output.column]]`",
+    );
+    list.add(
+        output.frames.is_none(),
+        "frames",
+        "the scene has no `output.frames`",
+    );
+    list.add(
+        output.checkpoint.is_none(),
+        "checkpoints",
+        "the scene has no `output.checkpoint`",
+    );
+    list.0
+}
+
+/// What is left out, as far as it has been found.
+#[derive(Default)]
+struct List(Vec<LeftOut>);
+
+impl List {
+    fn add(&mut self, applies: bool, what: &str, why: &str) {
         if applies {
-            list.push(LeftOut {
+            self.0.push(LeftOut {
                 what: what.to_owned(),
                 why: why.to_owned(),
             });
         }
-    };
-    out(
-        scene.mpm.is_none(),
-        "MPM process",
-        "the scene has no `[mpm]`",
-    );
-    out(
-        scene.dem.is_none(),
-        "DEM process",
-        "the scene has no `[dem]`",
-    );
-    if let Some(mpm) = &scene.mpm {
+    }
+
+    fn of_points(&mut self, mpm: &MpmConfig, coupled: bool) {
         let plastic = mpm.materials.iter().any(|m| m.model.is_plastic());
-        out(
+        self.add(
             !plastic,
             "plastic state of points",
             "no material flows plastically",
         );
         let w = mpm.walls;
-        let open = [w.left, w.right, w.bottom, w.top]
-            .iter()
-            .all(|w| *w == Wall::Open);
-        out(
-            open,
+        let walls = [w.left, w.right, w.bottom, w.top];
+        self.add(
+            walls.iter().all(|w| *w == Wall::Open),
             "conditions on the domain's walls",
             "all four are open",
         );
-        out(mpm.gravity == [0.0; 2], "body force", "gravity is zero");
-        out(
-            scene.dem.is_none(),
+        self.add(mpm.gravity == [0.0; 2], "body force", "gravity is zero");
+        self.add(
+            !coupled,
             "exchange of points and forces",
             "there is nothing to exchange with",
         );
     }
-    if let Some(dem) = &scene.dem {
-        let fixed = dem
-            .bodies
-            .iter()
-            .filter(|b| b.motion == Motion::Fixed)
-            .count();
-        out(
+
+    fn of_bodies(&mut self, dem: &DemConfig, coupled: bool) {
+        let fixed = dem.bodies.iter().filter(|b| b.motion == Motion::Fixed);
+        let fixed = fixed.count();
+        self.add(
             fixed > 0,
             &format!("motion of {fixed} of {} bodies", dem.bodies.len()),
             "fixed bodies are not integrated",
         );
-        if scene.mpm.is_some() {
-            out(
+        if coupled {
+            self.add(
                 dem.point_laws().all(|law| law.friction() == 0.0),
                 "tangential history of points on bodies",
                 "their contact has no friction",
             );
-            out(
+            self.add(
                 dem.point_laws().all(|law| law.damping_ratio() == 0.0),
                 "viscous force of points on bodies",
                 "their contact has no damping",
             );
         }
         let alone = dem.bodies.len() == 1;
-        out(
+        self.add(
             dem.body_contact.is_none() || alone,
             "search and contact among bodies",
             if alone {
@@ -292,22 +312,6 @@ fn left_out(scene: &Scene) -> Vec<LeftOut> {
             },
         );
     }
-    out(
-        scene.output.columns.is_empty(),
-        "columns of the history but the time",
-        "the scene has no `[[output.column]]`",
-    );
-    out(
-        scene.output.frames.is_none(),
-        "frames",
-        "the scene has no `output.frames`",
-    );
-    out(
-        scene.output.checkpoint.is_none(),
-        "checkpoints",
-        "the scene has no `output.checkpoint`",
-    );
-    list
 }
 
 fn memory(scene: &Scene) -> f64 {

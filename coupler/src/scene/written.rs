@@ -11,6 +11,9 @@ use mechanics::generate::BodyFill;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
+/// Version of the scene format that is understood.
+pub const VERSION: u32 = 1;
+
 /// A scene of Tandem. SI units throughout, per metre of thickness.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -412,4 +415,9 @@ pub(crate) struct TableWritten {
     pub value: Option<String>,
     /// The table itself instead of a file: times in s and values.
     pub points: Option<Vec<[f64; 2]>>,
+}
+
+/// The JSON Schema of scene files.
+pub fn schema() -> serde_json::Value {
+    schemars::schema_for!(SceneWritten).to_value()
 }

@@ -1,7 +1,7 @@
 //! Puts a motion into few bytes. The order of the arrays is that in which `templates/motion.js` takes them out again.
 
+use super::data::{Bodies, Motion, Points};
 use super::load::{Instant, Loaded};
-use super::{Bodies, Motion, Points};
 use crate::field::{self, Field, Shown};
 use crate::pack::{Packer, Scale, turn};
 use crate::thin::{Amount, evenly};

@@ -17,13 +17,13 @@ use std::{fs, thread};
 
 use interface::config::DemConfig;
 use interface::message::wire::{BodyState, PointState};
-use quick_xml::events::{BytesStart, Event};
-use quick_xml::{Writer, XmlVersion};
+use quick_xml::Writer;
+use quick_xml::events::Event;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::record::rundir::{FRAME_LIST, FRAMES, RunDir, RunDirError, fail};
-use vtu::{Array, Cell, Mesh};
+use vtu::{Array, Cell, Mesh, attribute};
 
 /// Frames in memory that have not been written.
 const WAITING: usize = 4;
@@ -423,12 +423,4 @@ fn entries(text: &str) -> Result<Vec<Entry>, String> {
             _ => {}
         }
     }
-}
-
-/// The text of an attribute.
-fn attribute(element: &BytesStart, name: &str) -> Result<String, String> {
-    let found = element.try_get_attribute(name).map_err(|e| e.to_string())?;
-    let found = found.ok_or_else(|| format!("an element without `{name}`"))?;
-    let value = found.normalized_value(XmlVersion::Implicit1_0);
-    Ok(value.map_err(|e| e.to_string())?.into_owned())
 }

@@ -9,8 +9,6 @@ use base64::engine::general_purpose::STANDARD as BASE64;
 use quick_xml::events::{BytesStart, BytesText, Event};
 use quick_xml::{Reader, Writer};
 
-use super::attribute;
-
 /// What the cells of a mesh are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cell {
@@ -281,6 +279,14 @@ fn array(
         .with_attributes(about.into_iter().chain(coding))
         .write_text_content(BytesText::new(&BASE64.encode(&all)))?;
     Ok(())
+}
+
+/// The text of an attribute.
+pub(super) fn attribute(element: &BytesStart, name: &str) -> Result<String, String> {
+    let found = element.try_get_attribute(name).map_err(|e| e.to_string())?;
+    let found = found.ok_or_else(|| format!("an element without `{name}`"))?;
+    let value = found.normalized_value(quick_xml::XmlVersion::Implicit1_0);
+    Ok(value.map_err(|e| e.to_string())?.into_owned())
 }
 
 #[cfg(test)]

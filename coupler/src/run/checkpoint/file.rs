@@ -19,7 +19,7 @@ use interface::saved;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use super::Checkpoint;
+use super::state::CouplerState;
 use crate::record::rundir::CHECKPOINTS;
 use crate::scene::Scene;
 
@@ -29,6 +29,15 @@ const FORMAT: &str = "tandem-coupler 1";
 const HASH: usize = 32;
 /// Bytes of a block before it is packed.
 const BLOCK: usize = 16 << 20;
+
+/// The whole state of a run.
+#[derive(Debug, Clone)]
+pub(crate) struct Checkpoint {
+    pub about: About,
+    pub state: CouplerState,
+    /// What each solver has saved.
+    pub solvers: Vec<(Party, Vec<u8>)>,
+}
 
 /// What made a checkpoint, and of what it is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -8,8 +8,7 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use super::Checkpoint;
-use super::file;
+use super::file::{self, Checkpoint};
 use crate::record::rundir::{HISTORY, RunDir, RunDirError, fail};
 use crate::scene::CheckpointPlan;
 
