@@ -163,6 +163,15 @@ fn a_killed_run_without_a_checkpoint_is_told_and_gets_a_summary() {
     let files = RunFiles::read(&out);
     assert_eq!(files.text("status"), "killed");
     assert!(files.text("reason").contains("its history ends at t ="));
+    // A new run into the directory of one that was killed says it too.
+    let mut run = place.start_run("again", &scene("jiang2020/normal_force"), LONG);
+    run.stepping("again");
+    signal(run.pid(), "KILL");
+    run.end();
+    place
+        .run("again", &hard(), QUICK)
+        .expect(0)
+        .says(&["its coupler was killed"]);
 }
 
 /// D6: the bodies of a run that was cut short.

@@ -168,13 +168,12 @@ impl RunDir {
 
     fn create_in(path: &Path, scene: &str) -> Result<Self, RunDirError> {
         let lock = lock(path)?;
+        roll_back(path)?;
         let earlier = written(path);
         if let Some(name) = in_the_way(path, &earlier) {
             return Err(RunDirError::NotOurs(path.join(name)));
         }
-        for rest in [NEXT, EARLIER] {
-            remove_all(&path.join(rest))?;
-        }
+        remove_all(&path.join(NEXT))?;
         let place = if earlier.iter().any(|name| path.join(name).exists()) {
             path.join(NEXT)
         } else {
@@ -201,6 +200,7 @@ impl RunDir {
     /// [`RunDirError`] when another run uses it, or nothing can be written there.
     pub fn reopen(path: &Path) -> Result<Self, RunDirError> {
         let lock = lock(path)?;
+        roll_back(path)?;
         let inner = Inner {
             place: path.to_path_buf(),
             ours: Written::open(path, written(path))?,
@@ -539,6 +539,45 @@ fn has_result(dir: &Path) -> bool {
     steps.map_or_else(rows, |steps| steps > 0)
 }
 
+/// A run that was killed while it took the place of another has done nothing yet: the other gets its place back.
+fn roll_back(dir: &Path) -> Result<(), RunDirError> {
+    let (next, away) = (dir.join(NEXT), dir.join(EARLIER));
+    // Without the folder of the new run the exchange was over.
+    if next.exists() && away.exists() {
+        let mut names = files_below(&away);
+        let listed = written(dir);
+        // The new list goes first, so from then on it is the one in the directory.
+        if next.join(WRITTEN).exists() {
+            names.extend(listed);
+        } else {
+            for name in listed {
+                displace(&dir.join(&name), &next.join(&name))?;
+            }
+        }
+        for name in &names {
+            displace(&away.join(name), &dir.join(name))?;
+        }
+        Written::open(dir, names)?;
+        remove_all(&next)?;
+    }
+    remove_all(&away)
+}
+
+/// Names of all files in a folder and in its folders.
+fn files_below(folder: &Path) -> BTreeSet<String> {
+    let mut names = BTreeSet::new();
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let below = files_below(&entry.path());
+        if entry.path().is_dir() {
+            names.extend(below.iter().map(|file| format!("{name}/{file}")));
+        } else {
+            names.insert(name);
+        }
+    }
+    names
+}
+
 /// Moves a file within the directory; what is not there needs no moving.
 fn displace(from: &Path, to: &Path) -> Result<(), RunDirError> {
     let folder = to.parent().expect("a file is in a folder");
@@ -605,5 +644,56 @@ mod tests {
         let numbers: Vec<f64> = row.iter().skip(1).map(|n| n.parse().unwrap()).collect();
         let [x, y] = grain.position;
         assert_eq!(numbers, [x, y, grain.angle, 0.0, 0.0, grain.spin]);
+    }
+
+    /// A directory with the files of an earlier run, and a new run that is about to take its place.
+    fn exchange(root: &Path) -> RunDir {
+        let earlier = RunDir::create(root, "earlier").unwrap();
+        earlier.write_whole(BODIES, b"earlier").unwrap();
+        earlier
+            .write_whole("frames/points_0000.vtu", b"earlier")
+            .unwrap();
+        drop(earlier);
+        let new = RunDir::create(root, "new").unwrap();
+        new.write_whole(HISTORY, b"new").unwrap();
+        assert!(new.is_beside());
+        new
+    }
+
+    /// Killed at any moment of the exchange: one of the two runs is there as a whole, and nothing of the other.
+    #[test]
+    fn an_exchange_that_is_cut_short_is_rolled_back() {
+        let text = |path: &Path| fs::read_to_string(path).unwrap_or_default();
+        for moment in 0..4 {
+            let place = tempfile::tempdir().unwrap();
+            let root = place.path();
+            drop(exchange(root));
+            let (next, away) = (root.join(NEXT), root.join(EARLIER));
+            // As `take_place` does it, up to that moment.
+            displace(&root.join(SCENE), &away.join(SCENE)).unwrap();
+            if moment > 0 {
+                for name in [BODIES, "frames/points_0000.vtu"] {
+                    displace(&root.join(name), &away.join(name)).unwrap();
+                }
+            }
+            if moment > 1 {
+                displace(&next.join(WRITTEN), &root.join(WRITTEN)).unwrap();
+                displace(&next.join(SCENE), &root.join(SCENE)).unwrap();
+            }
+            if moment > 2 {
+                displace(&next.join(HISTORY), &root.join(HISTORY)).unwrap();
+                remove_all(&next).unwrap();
+            }
+            let found = RunDir::reopen(root).unwrap();
+            let (ours, theirs) = if moment > 2 {
+                (["new", "", "", "new"], [SCENE, HISTORY])
+            } else {
+                (["earlier", "earlier", "earlier", ""], [SCENE, BODIES])
+            };
+            let there = [SCENE, BODIES, "frames/points_0000.vtu", HISTORY];
+            assert_eq!(there.map(|name| text(&root.join(name))), ours, "{moment}");
+            assert!(theirs.iter().all(|name| found.has_written(name)));
+            assert!(!next.exists() && !away.exists(), "{moment}");
+        }
     }
 }
