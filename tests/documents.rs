@@ -57,3 +57,56 @@ fn a_row_that_names_no_function_of_its_file_is_found() {
     let wrong = wrong(&places(page), read);
     assert_eq!(wrong, ["(2): a.rs has no two", "(3): b.rs has no one"]);
 }
+
+/// Longest line of prose in Markdown.
+const COLUMNS: usize = 100;
+
+/// Lines of prose that are too long; code, tables and headings may be.
+fn long_lines(page: &str) -> Vec<usize> {
+    let mut fenced = false;
+    let mut long = Vec::new();
+    for (number, line) in (1..).zip(page.lines()) {
+        let start = line.trim_start();
+        fenced ^= start.starts_with("```");
+        let free = fenced || start.starts_with(['|', '#', '<']) || line.starts_with("    ");
+        if !free && line.chars().count() > COLUMNS {
+            long.push(number);
+        }
+    }
+    long
+}
+
+#[test]
+fn lines_of_prose_fit() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let listed = std::process::Command::new("git")
+        .args(["ls-files", "*.md"])
+        .current_dir(root)
+        .output()
+        .expect("git lists the files");
+    let listed = String::from_utf8(listed.stdout).expect("UTF-8 names");
+    // The brief is as it was handed over.
+    let own = listed
+        .lines()
+        .filter(|name| !name.starts_with("docs/design/"));
+    let mut wrong = Vec::new();
+    let mut pages = 0;
+    for name in own {
+        pages += 1;
+        let lines = long_lines(&text(name));
+        wrong.extend(lines.into_iter().map(|line| format!("{name}:{line}")));
+    }
+    assert!(pages > 20, "only {pages} pages were found");
+    assert!(
+        wrong.is_empty(),
+        "beyond {COLUMNS} columns:\n{}",
+        wrong.join("\n")
+    );
+}
+
+#[test]
+fn a_long_line_of_prose_is_found_and_code_is_not() {
+    let long = "word ".repeat(30);
+    let page = format!("{long}\n\n    {long}\n\n```\n{long}\n```\n| {long} |\n- {long}\n");
+    assert_eq!(long_lines(&page), [1, 9]);
+}
