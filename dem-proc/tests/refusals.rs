@@ -205,7 +205,7 @@ fn every_bad_setting_is_named() {
         "dem.body_contact.linear.tangential_stiffness"
     );
     assert_eq!(
-        with(&|c| c.body_contact = Some(law(1.0, 0.0, 0.0, 1.1))),
+        with(&|c| c.body_contact = Some(law(1.0, 0.0, 0.0, -1.1))),
         "dem.body_contact.linear.damping_ratio"
     );
     assert_eq!(

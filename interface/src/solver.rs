@@ -172,7 +172,8 @@ pub struct DemMeasurement {
 ///     }
 /// }
 ///
-/// let mut solver = OnePoint { gravity: [0.0, -10.0], ..OnePoint::default() };
+/// let info = ImpInfo { mass: 1.0, ..ImpInfo::default() }; // what configure gives it
+/// let mut solver = OnePoint { gravity: [0.0, -10.0], info, ..OnePoint::default() };
 /// let dt = 1e-3;
 /// let mut step = Step { index: 0, time: 0.0, dt_before: 0.0, dt, measure: false };
 /// for index in 0..1000 {

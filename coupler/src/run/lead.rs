@@ -101,13 +101,13 @@ impl<'a> Run<'a> {
             ));
         };
         let history = History::resume(dir, state.history)?;
-        let course = Course::resume(dir, account.clock.time())?;
         let frames = frames(scene, dir, state.frames)?;
         if !account.resume(state.account) {
             return Err(RunError::Checkpoint(
                 "it has another number of checks".into(),
             ));
         }
+        let course = Course::resume(dir, account.clock.time())?;
         Ok(Self {
             sides: state.sides,
             bodies: state.bodies,

@@ -65,8 +65,9 @@ const DAMPING: Parameter = Parameter {
     name: "damping_ratio",
     unit: "",
     default: Some(0.0),
-    allows: |zeta| (0.0..=1.0).contains(&zeta),
-    expected: "0 (elastic) to 1 (critical)",
+    allows: |zeta| zeta >= 0.0,
+    // A restitution below exp(-2) needs more than critical damping: the contact never pulls.
+    expected: "0 (elastic) or more, where 1 is critical",
     feature: Some("feature:damping"),
     bodies_only: false,
 };
@@ -312,7 +313,7 @@ mod tests {
             normal_stiffness: 1.0,
             tangential_stiffness: 2.0,
             friction: 0.0,
-            damping_ratio: 1.5,
+            damping_ratio: -0.5,
             adhesion: f64::NAN,
             rolling_friction,
         }
