@@ -229,7 +229,7 @@ fn processes_are_stopped_for_a_while(who: &[&str]) {
     for pid in &pids {
         signal(*pid, "CONT");
     }
-    let ended = run.end_within(Duration::from_secs(60)).expect(0);
+    let ended = run.end_within(Duration::from_mins(1)).expect(0);
     place.assert_clean(&ended.runs);
     let [ours, theirs] = ["out", "undisturbed"].map(|out| RunFiles::read(&place.path(out)));
     assert_eq!(ours.text("state_hash"), theirs.text("state_hash"));

@@ -53,14 +53,14 @@ impl Crate {
         let root = ["lib.rs", "main.rs"].map(|name| folder.join(name));
         let root = root.iter().find(|path| path.exists());
         let mut crate_ = Self::default();
-        crate_.add(root.expect("a crate has a root"), Module::new());
+        crate_.add(root.expect("a crate has a root"), &[]);
         crate_
     }
 
-    fn add(&mut self, path: &Path, module: Module) {
+    fn add(&mut self, path: &Path, module: &[String]) {
         let text = fs::read_to_string(path).expect("a module can be read");
-        let (file, children) = File::parse(path, &text, &module);
-        self.files.insert(module.clone(), file);
+        let (file, children) = File::parse(path, &text, module);
+        self.files.insert(module.to_vec(), file);
         let stem = path.file_stem().and_then(|stem| stem.to_str());
         let folder = path.parent().expect("a file is in a folder");
         let folder = match stem {
@@ -75,7 +75,7 @@ impl Crate {
             ];
             let found = candidates.iter().find(|path| path.exists());
             let found = found.unwrap_or_else(|| panic!("{child} of {}", path.display()));
-            self.add(found, [module.as_slice(), &[child]].concat());
+            self.add(found, &[module, &[child]].concat());
         }
     }
 
@@ -152,7 +152,7 @@ fn reachable<'a>(
 
 impl File {
     /// Reads a file; with it the modules that it declares in files of their own.
-    fn parse(path: &Path, text: &str, module: &Module) -> (Self, Vec<String>) {
+    fn parse(path: &Path, text: &str, module: &[String]) -> (Self, Vec<String>) {
         let parsed = syn::parse_file(text).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
         let declared = parsed.items.iter().filter_map(|item| match item {
             syn::Item::Mod(item) if item.content.is_none() && !for_tests(&item.attrs) => {
@@ -190,7 +190,7 @@ fn for_tests(attributes: &[syn::Attribute]) -> bool {
 
 /// Collects what a file names.
 struct Reader<'a> {
-    module: &'a Module,
+    module: &'a [String],
     children: &'a [String],
     file: File,
 }
@@ -201,14 +201,14 @@ impl Reader<'_> {
         let first = segments.first()?;
         match first.as_str() {
             "crate" => Some(segments[1..].to_vec()),
-            "self" => Some([self.module.as_slice(), &segments[1..]].concat()),
+            "self" => Some([self.module, &segments[1..]].concat()),
             "super" => {
                 let up = segments.iter().take_while(|s| *s == "super").count();
                 let base = self.module.len().checked_sub(up)?;
                 Some([&self.module[..base], &segments[up..]].concat())
             }
             name if self.children.iter().any(|child| child == name) => {
-                Some([self.module.as_slice(), segments].concat())
+                Some([self.module, segments].concat())
             }
             _ => None,
         }

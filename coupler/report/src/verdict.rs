@@ -224,6 +224,7 @@ mod tests {
         }
     }
 
+    #[expect(clippy::needless_pass_by_value, reason = "a row of a table of cases")]
     fn judged(check: &str, verdict: Verdict) -> Row {
         let check: Table = check.parse().unwrap();
         let record = Record {

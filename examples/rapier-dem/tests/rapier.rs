@@ -42,7 +42,7 @@ fn show(name: &str, variant: &str, set: &[&str], dem: fn() -> Box<dyn DemSolver>
     let place = TempDir::new().unwrap();
     let dir = RunDir::create(&place.path().join("out"), &scene.resolved_toml).unwrap();
     let options = RunOptions {
-        patience: std::time::Duration::from_secs(60),
+        patience: std::time::Duration::from_mins(1),
         solvers: Solvers::Here {
             mpm: continuum,
             dem,

@@ -155,12 +155,11 @@ fn features_of(laws: &[(String, ContactLaw)]) -> Vec<Need> {
     let mut needs: Vec<Need> = Vec::new();
     for (key, law) in laws {
         for (feature, parameter) in law.features() {
-            match needs.iter_mut().find(|need| need.capability == feature) {
-                Some(need) => need.places += 1,
-                None => {
-                    let key = format!("{key}.{}.{parameter}", law.name());
-                    needs.push(Need::once(feature, key));
-                }
+            if let Some(need) = needs.iter_mut().find(|need| need.capability == feature) {
+                need.places += 1;
+            } else {
+                let key = format!("{key}.{}.{parameter}", law.name());
+                needs.push(Need::once(feature, key));
             }
         }
     }

@@ -28,6 +28,7 @@ pub trait Transfer: Copy + Send + Sync + 'static {
     fn take_from_aside(_v: &mut [Lanes; 2], _aside: &Self::Affine) {}
 
     /// The same with another share of PIC, where it has one to choose.
+    #[must_use]
     fn with_pic_fraction(self, _fraction: f64) -> Self {
         self
     }

@@ -63,6 +63,7 @@ impl Deformation {
     /// `du/dx_middle = A (1 - A/2)^-1 = (A - det A/2) / det(1 - A/2)`, and likewise from the start with the other sign.
     /// Strain and spin of the middle make rate forms exact to second order (Hughes and Winget 1980).
     #[inline(always)]
+    #[must_use]
     pub fn in_the_middle(self, half: Lanes) -> Self {
         let Self { xx, xy, yx, yy } = self;
         let one = splat(1.0);

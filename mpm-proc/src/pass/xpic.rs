@@ -33,14 +33,14 @@ pub fn filter_velocities<const W: usize, S: Shape<W>, T: Transfer>(
         .iter_mut()
         .for_each(|tile| tile.wanted = ALL_NODES);
     over_motion(continuum, |motion| {
-        T::set_aside(&motion.v, &mut motion.affine)
+        T::set_aside(&motion.v, &mut motion.affine);
     });
     for _ in 0..continuum.transfer.order() {
         map_velocities(continuum, Which::All);
         subtract(continuum);
     }
     over_motion(continuum, |motion| {
-        T::take_from_aside(&mut motion.v, &motion.affine)
+        T::take_from_aside(&mut motion.v, &motion.affine);
     });
     for tile in &continuum.grid.mapped {
         continuum.books.applied_impulse += tile.impulse;
