@@ -56,7 +56,7 @@ pub struct Mates {
     pub mass: f64,
     /// Reduced radius of curvature `R* = 1 / (1/a_1 + 1/a_2)` in m.
     pub radius: f64,
-    /// Their surfaces, by number ([`table::Surfaces`]).
+    /// Their surfaces, by number (`table::Surfaces`).
     pub surfaces: [u32; 2],
 }
 

@@ -1,7 +1,7 @@
 //! A conformance kit: starts a solver, plays its coupler and its peer over the real channels, and judges every clause
 //! of PROTOCOL.md that can be seen from outside. `tandem conformance` is its command, docs/conformance.md its manual.
 //!
-//! [`bench`] is where a clause is judged: sessions with the solver, time, a peer of mass points. [`clause`] holds the
+//! [`mod@bench`] is where a clause is judged: sessions with the solver, time, a peer of mass points. [`clause`] holds the
 //! clauses as data, [`verdict`] what becomes of them, [`report`] how that is shown, [`mutant`] the broken solvers that
 //! prove that each clause can fail. [`replay`] plays a recorded run to a solver instead and compares what it answers.
 //!

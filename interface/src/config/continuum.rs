@@ -91,7 +91,7 @@ pub struct GridContact {
     pub friction: f64,
 }
 
-/// What acts on the continuum besides gravity, walls and bodies. Expressions are those of [`mechanics::expression`].
+/// What acts on the continuum besides gravity, walls and bodies. Expressions are those of the crate `mechanics`, `expression`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Forcing {
@@ -288,7 +288,7 @@ pub struct GroupConfig {
     pub rigid: bool,
 }
 
-/// Initial fields as expressions ([`mechanics::expression`]) in the position `x`, `y` (m).
+/// Initial fields as expressions (the crate `mechanics`, `expression`) in the position `x`, `y` (m).
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct InitialFields {

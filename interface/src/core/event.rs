@@ -74,7 +74,7 @@ impl Wait {
     }
 }
 
-/// Something for a solver to do. The step that it belongs to is [`Line::present`](line::Line::present).
+/// Something for a solver to do. The step that it belongs to is `Line::present`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Task {
     /// Take the configuration that the machine has.

@@ -173,7 +173,7 @@ record! {
         step: u64 = 8,
         /// Number of records that follow.
         count: u64 = 16,
-        /// Bits of [`flags`](crate::message::wire::flags).
+        /// Bits of [`flags`].
         flags: u64 = 24,
         /// `FORCES`: largest displacement of any body's surface, at the end of this step, since its envelopes were
         /// published, in m. Zero elsewhere.
@@ -266,7 +266,7 @@ record! {
         first: u64 = 8,
         /// Steps granted.
         steps: u64 = 16,
-        /// Bits of [`flags`](crate::message::wire::flags).
+        /// Bits of [`flags`].
         flags: u64 = 24,
         /// Time at the start of the epoch in s.
         epoch_start: f64 = 32,

@@ -82,7 +82,7 @@ pub fn create(
 }
 
 /// The ends of `party` in a run that has been created. A solver's line to the coupler is open at once, the rest after
-/// [`Transport::open`]; the coupler's lines to `solvers` are open at once. A send waits for room for `room` at most.
+/// [`Transport::open_measurement`]; the coupler's lines to `solvers` are open at once. A send waits for room for `room` at most.
 ///
 /// # Errors
 /// [`TransportError`].

@@ -12,11 +12,11 @@ use crate::transport::TransportError;
 pub enum Event<'a> {
     /// A message has come.
     Received(Channel, StepHeader, Records<'a>),
-    /// A message that should have been there ([`Action::Take`]) is not.
+    /// A message that should have been there ([`Action::Take`](crate::core::Action::Take)) is not.
     Absent(Channel),
     /// What was to be sent has been sent.
     Sent,
-    /// The time of a [`Wait`] is over.
+    /// The time of a [`Wait`](crate::core::Wait) is over.
     Expired(Duration),
     /// A solver is gone; how.
     Gone(Party, String),
