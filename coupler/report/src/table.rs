@@ -159,7 +159,9 @@ mod tests {
     fn a_thinned_table_keeps_both_ends() {
         let rows: Vec<String> = (0..1000).map(|k| format!("{k},{k}")).collect();
         let rows = rows.join("\n");
-        let thin = Table::parse(&format!("t,v\n{rows}")).unwrap().thinned(101);
+        let thin = Table::parse(&format!("t,v\n{rows}\n"))
+            .unwrap()
+            .thinned(101);
         assert_eq!(thin.rows(), 101);
         let values = &thin.column("v").unwrap().values;
         assert_eq!((values[0], values[100]), (0.0, 999.0));

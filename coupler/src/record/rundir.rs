@@ -490,7 +490,15 @@ fn is_inside(name: &str) -> bool {
 /// What has the name of a file of a run.
 fn named_as_ours(dir: &Path) -> BTreeSet<String> {
     let single = [
-        SUMMARY, SCENE, LOG, HISTORY, BODIES, RECORDING, "mpm.log", "dem.log",
+        SUMMARY,
+        SCENE,
+        LOG,
+        HISTORY,
+        BODIES,
+        RECORDING,
+        "course.csv",
+        "mpm.log",
+        "dem.log",
     ];
     let mut names: BTreeSet<String> = single.map(str::to_owned).into();
     let numbered = |folder: &str, name: &str| match folder {
