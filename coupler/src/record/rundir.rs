@@ -489,18 +489,9 @@ fn is_inside(name: &str) -> bool {
 
 /// What has the name of a file of a run.
 fn named_as_ours(dir: &Path) -> BTreeSet<String> {
-    let single = [
-        SUMMARY,
-        SCENE,
-        LOG,
-        HISTORY,
-        BODIES,
-        RECORDING,
-        "course.csv",
-        "mpm.log",
-        "dem.log",
-    ];
-    let mut names: BTreeSet<String> = single.map(str::to_owned).into();
+    let own = [SUMMARY, SCENE, LOG, HISTORY, BODIES, RECORDING];
+    let all = own.iter().chain(&["course.csv", "mpm.log", "dem.log"]);
+    let mut names: BTreeSet<String> = all.map(ToString::to_string).collect();
     let numbered = |folder: &str, name: &str| match folder {
         FRAMES => {
             let frame = name

@@ -227,15 +227,15 @@ pub const CLAUSES: &[Clause] = &[
         .mutant("trusts the bell", || {
             Flaw::manners(|m| m.waits_for_the_bell = true)
         }),
-    Clause::must("B-4a", shared::POLLS, polls)
-        .needs(&[capability::POLLS])
-        .after(&["B-3a"])
-        .mutant("sleeps at once", || {
-            Flaw::manners(|m| m.sleeps_at_once = true)
-        }),
     Clause::should("B-2a", "rings after what it sends", rings).mutant("rings no bell", || {
         Flaw::manners(|m| m.rings_no_bell = true)
     }),
+    Clause::must("B-4a", shared::POLLS, polls)
+        .needs(&[capability::POLLS])
+        .after(&["B-3a", "B-2a"])
+        .mutant("sleeps at once", || {
+            Flaw::manners(|m| m.sleeps_at_once = true)
+        }),
     Clause::must(
         "C-1a",
         "takes any number of points, one more than fit, and none",
