@@ -17,7 +17,7 @@ use interface::step::Clock;
 
 use crate::fault::Fault;
 use crate::fault::{SECOND, Time};
-use crate::world::{Breach, Ends, PARTIES, Stopped, World, number};
+use crate::world::{Breach, Ends, Stopped, World, number};
 
 /// Longest sleep before looking again (clause B-3).
 const NAP: Time = SECOND / 100;
@@ -360,7 +360,7 @@ impl<'w> Schedule<'w> {
                 return;
             };
             if at > HANG {
-                let who = PARTIES[n];
+                let who = Party::ALL[n];
                 let doing = format!("the {who} hangs: {:?}", self.doing[n]);
                 self.world.borrow_mut().breaches.push(Breach(doing));
                 return;
@@ -429,7 +429,7 @@ impl<'w> Schedule<'w> {
     }
 
     fn turn(&mut self, n: usize, party: &mut dyn Turns) {
-        let who = PARTIES[n];
+        let who = Party::ALL[n];
         let mut ends = Ends {
             party: who,
             world: self.world.clone(),

@@ -12,7 +12,7 @@ use crate::fault::{Fault, FaultKind, Spoil};
 use crate::fault::{SECOND, Time};
 use crate::play::{Cast, DEADLINE, Plan, Played, play};
 use crate::toys::{MOST, TOYS};
-use crate::world::{PARTIES, World, number};
+use crate::world::{World, number};
 
 /// A session and what goes wrong in it.
 #[derive(Debug, Clone, PartialEq)]
@@ -70,7 +70,7 @@ impl Scenario {
         let count = [0, 1, 1, 1, 2][below(5) as usize];
         let events = EVENTS_OF_START + EVENTS_OF_STEP * (steps + 2);
         let faults = (0..count).map(|_| {
-            let party = PARTIES[below(3) as usize];
+            let party = Party::ALL[below(3) as usize];
             let kind = match below(5) {
                 0 => FaultKind::Die,
                 1 => FaultKind::Freeze(None),
@@ -122,7 +122,7 @@ impl Scenario {
 
     /// Whoever has not been stopped has a verdict.
     fn all_have_ended(played: &Played) -> Result<(), String> {
-        for (n, party) in PARTIES.into_iter().enumerate() {
+        for (n, party) in Party::ALL.into_iter().enumerate() {
             let stopped = played
                 .struck
                 .iter()
@@ -321,7 +321,7 @@ fn hidden(blamed: Party, played: &Played) -> bool {
 /// The first party, in virtual time, whose verdict is not that of another one.
 fn first_error(played: &Played) -> Option<(Party, &SessionError)> {
     let mut first: Option<(Time, Party, &SessionError)> = None;
-    for party in PARTIES {
+    for party in Party::ALL {
         if let Some((Err(error), at)) = &played.verdicts[number(party)]
             && !matches!(error, SessionError::Aborted(_))
             && first.is_none_or(|(time, ..)| *at < time)
@@ -348,7 +348,7 @@ fn blamed(error: &SessionError) -> Option<Party> {
                         .message
                         .starts_with(&format!("nothing from the {party} "))
             };
-            Some(PARTIES.into_iter().find(says).unwrap_or(*who))
+            Some(Party::ALL.into_iter().find(says).unwrap_or(*who))
         }
         _ => None,
     }

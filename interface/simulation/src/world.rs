@@ -18,9 +18,6 @@ const ROOM: usize = 4;
 /// How long a sender waits for room.
 const FULL: Time = 10 * SECOND;
 
-/// The parties, in the order of their numbers.
-pub const PARTIES: [Party; 3] = [Party::Coupler, Party::Mpm, Party::Dem];
-
 /// Number of a party.
 pub fn number(party: Party) -> usize {
     match party {

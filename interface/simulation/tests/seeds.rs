@@ -74,7 +74,7 @@ fn quiet(steps: u64, faults: Vec<Fault>) -> Scenario {
 /// At whatever event any party dies, it is named, or the run is whole.
 #[test]
 fn a_death_at_any_event_is_named() {
-    for party in [Party::Coupler, Party::Mpm, Party::Dem] {
+    for party in Party::ALL {
         let mut named = 0;
         for at in 1..120 {
             let kind = FaultKind::Die;
@@ -88,7 +88,7 @@ fn a_death_at_any_event_is_named() {
 /// A message that is sent twice is refused where it would be taken for another one.
 #[test]
 fn a_message_sent_twice_at_any_event_changes_no_bit() {
-    for party in [Party::Coupler, Party::Mpm, Party::Dem] {
+    for party in Party::ALL {
         for at in 1..120 {
             let kind = FaultKind::Spoil(Spoil::Twice);
             holds(&quiet(6, vec![Fault { party, at, kind }]));

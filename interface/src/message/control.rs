@@ -23,6 +23,9 @@ pub enum Party {
 }
 
 impl Party {
+    /// The coupler, then the solvers.
+    pub const ALL: [Self; 3] = [Self::Coupler, Self::Mpm, Self::Dem];
+
     /// The name used in channels, logs and summaries.
     pub const fn name(self) -> &'static str {
         match self {

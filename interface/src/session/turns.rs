@@ -97,11 +97,6 @@ impl Silence {
         let now = Instant::now();
         self.since += (now - self.mark).min(Self::ROUND);
         self.mark = now;
-        self.settle(at_most, held)
-    }
-
-    /// Counts what has passed since the last look at the others, if it is time for one.
-    fn settle(&mut self, at_most: Duration, held: impl FnOnce() -> bool) -> Duration {
         if self.since >= Self::LOOK || self.counted + self.since >= at_most {
             if !held() {
                 self.counted += self.since;

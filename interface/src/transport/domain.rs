@@ -100,7 +100,7 @@ impl Domain {
 
     /// A party besides `me` that lives and does not run, with why.
     pub fn held(&self, me: Party) -> Option<(Party, Hold)> {
-        let others = [Party::Coupler, Party::Mpm, Party::Dem].into_iter();
+        let others = Party::ALL.into_iter();
         others.filter(|party| *party != me).find_map(|party| {
             let noted = fs::read_to_string(self.process_file(party)).ok()?;
             Some((party, hold_of(noted.parse().ok()?)?))

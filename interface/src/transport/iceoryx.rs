@@ -185,7 +185,7 @@ fn create_over<S: Service + 'static>(
             made.push(create_channel(&node, channel, recorded)?);
         }
     }
-    let parties = [Party::Coupler, Party::Mpm, Party::Dem];
+    let parties = Party::ALL;
     for from in parties.into_iter().filter(|&p| takes_part(p)) {
         for to in parties.into_iter().filter(|&p| takes_part(p) && p != from) {
             let name = bell_name(from, to);

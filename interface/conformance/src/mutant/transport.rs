@@ -77,7 +77,7 @@ impl Flawed {
     }
 
     fn has_rung(&mut self) -> bool {
-        for party in [Party::Coupler, Party::Mpm, Party::Dem] {
+        for party in Party::ALL {
             if party != self.party {
                 self.sleep(party, Duration::ZERO);
             }
