@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 #![warn(clippy::print_stdout, clippy::print_stderr)] // a reader may have left: see `terminal`
 
+mod check;
 mod cli;
 mod conformance;
 mod exit;
@@ -10,17 +11,18 @@ mod machine;
 mod replay;
 mod report;
 mod run;
+mod signals;
 mod solvers;
 mod studies;
 mod terminal;
+mod watch;
 
 use std::process::ExitCode;
 
 use clap::Parser;
 use cli::{Cli, Command};
-use coupler::scene::{Scene, schema};
-use exit::BAD_INPUT;
-use terminal::{complain, say};
+use coupler::scene::schema;
+use terminal::say;
 
 fn main() -> ExitCode {
     terminal::settled(obey(Cli::parse().command))
@@ -32,8 +34,9 @@ fn obey(command: Command) -> ExitCode {
         Command::Resume(args) => run::resume(&args),
         Command::Replay(args) => replay::play(&args),
         Command::Report(args) => report::report(&args),
-        Command::Check(args) => check(&args),
-        Command::Plan(args) => with_scene(&args, |scene| say(scene.plan())),
+        Command::Watch(args) => watch::watch(&args),
+        Command::Check(args) => check::check(&args),
+        Command::Plan(args) => check::plan(&args),
         Command::Schema => {
             say(format_args!("{:#}", schema()));
             ExitCode::SUCCESS
@@ -53,52 +56,5 @@ fn obey(command: Command) -> ExitCode {
         Command::Mpm(args) => solvers::join(&args, solvers::mpm_process),
         Command::Dem(args) => solvers::join(&args, solvers::dem_process),
         Command::Mutant(args) => conformance::mutate(&args),
-    }
-}
-
-/// Validates scenes, each with all of its variants unless one is asked for.
-fn check(args: &cli::CheckArgs) -> ExitCode {
-    let mut code = ExitCode::SUCCESS;
-    for path in &args.scenes {
-        let mut variants = vec![args.variant.clone()];
-        while let Some(variant) = variants.pop() {
-            match Scene::load(path, variant.as_deref(), &args.set) {
-                Ok(scene) => {
-                    for warning in &scene.warnings {
-                        say(format_args!("warning: {}: {warning}", path.display()));
-                    }
-                    let which = variant
-                        .as_ref()
-                        .map(|name| format!(", variant {name}"))
-                        .unwrap_or_default();
-                    say(format_args!(
-                        "{}: {} is a valid scene{which}",
-                        path.display(),
-                        scene.name
-                    ));
-                    if variant.is_none() {
-                        variants.extend(scene.variants.into_iter().rev().map(Some));
-                    }
-                }
-                Err(errors) => {
-                    complain(errors);
-                    code = ExitCode::from(BAD_INPUT);
-                }
-            }
-        }
-    }
-    code
-}
-
-fn with_scene(args: &cli::SceneArgs, show: impl FnOnce(&Scene)) -> ExitCode {
-    match args.load() {
-        Ok(scene) => {
-            show(&scene);
-            ExitCode::SUCCESS
-        }
-        Err(errors) => {
-            complain(errors);
-            ExitCode::from(BAD_INPUT)
-        }
     }
 }

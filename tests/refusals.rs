@@ -110,7 +110,7 @@ fn a_body_with_crossing_edges_is_refused() {
     let place = format!("bad.toml:{}:", line_of(&bad, "polygon"));
     refused_scene(
         &bad,
-        &["edges of the polygon cross", "vertex 0", "vertex 2", &place],
+        &["edges cross or touch", "vertex 0", "vertex 2", &place],
     );
 }
 
@@ -267,4 +267,69 @@ fn a_solver_of_the_other_side_is_refused_by_name() {
         place.assert_clean(&ended.runs);
         ended.says(&[&what, &format!("it may be given by `--{given}`")]);
     }
+}
+
+/// What geometry forbids at the start: `check` and `plan` say so before anything runs, in the words of the solver.
+#[test]
+fn what_cannot_begin_is_refused_by_check_and_plan() {
+    let block = |at: &str| {
+        format!(
+            "[[dem.body]]\nname = \"block\"\nshape.rectangle = {{ width = 0.02, height = 0.02 }}\n\
+             density = 2000.0\nposition = {at}\n"
+        )
+    };
+    let notched = "[[dem.body]]\nname = \"notched\"\nsphero_radius = 0.002\ndensity = 2000.0\n\
+                   position = [0.05, 0.05]\nshape.polygon.vertices = \
+                   [[0, 0], [0.03, 0], [0.03, 0.03], [0.016, 0.03], [0.015, 0.01], [0.014, 0.03], [0, 0.03]]\n";
+    let discs = |x: f64| {
+        let disc = |name: &str, x: f64| {
+            format!(
+                "[[dem.body]]\nname = \"{name}\"\nshape = \"disc\"\nsphero_radius = 0.01\n\
+                 density = 2000.0\nposition = [{x}, 0.07]\n"
+            )
+        };
+        format!("{}{}", disc("one", 0.03), disc("two", 0.03 + x))
+    };
+    let rows = [
+        (
+            block("[0.03, 0.03]"),
+            "is near the middle of body 0 (block)",
+        ),
+        (notched.to_owned(), "too large for the notch"),
+        (discs(0.004), "is near the middle of body"),
+        (
+            "[[mpm.points]]\nname = \"again\"\nmaterial = \"soft\"\nspacing.per_cell = 4\n\
+             fill.rectangle = { lower = [0.03, 0.03], upper = [0.05, 0.05] }\n"
+                .to_owned(),
+            "group 'again' lies on top of group 'slab'",
+        ),
+    ];
+    for (body, phrase) in rows {
+        let place = Place::new();
+        let begin = place.write("sound.toml", &start_of(""));
+        place
+            .start(&["check", begin.to_str().unwrap()])
+            .end()
+            .expect(0);
+        let path = place.write("bad.toml", &start_of(&body));
+        let path = path.to_str().unwrap();
+        refused(&place, &["check", path]).says(&[phrase]);
+        place.start(&["plan", path]).end().expect(2).says(&[phrase]);
+    }
+}
+
+/// A slab of soft points, a disc above it, and more.
+fn start_of(more: &str) -> String {
+    format!(
+        "version = 1\nname = \"start\"\ncontact.linear = {{ normal_stiffness = 1e4 }}\n\
+         body_contact.linear = {{ normal_stiffness = 1e4 }}\n\
+         [time]\nend = 0.01\n[output]\nevery = 1e-3\n[mpm]\ncell = 0.005\nshape = \"ugimp\"\n\
+         transfer = \"flip\"\ndomain = [[0.0, 0.0], [0.1, 0.1]]\n\
+         [[mpm.material]]\nname = \"soft\"\ndensity = 1000.0\n\
+         model.linear_elastic = {{ bulk_modulus = 1e5, shear_modulus = 5e4 }}\n\
+         [[mpm.points]]\nname = \"slab\"\nmaterial = \"soft\"\nspacing.per_cell = 4\n\
+         fill.rectangle = {{ lower = [0.02, 0.02], upper = [0.06, 0.04] }}\n\
+         [[dem.body]]\nname = \"ball\"\nshape = \"disc\"\nsphero_radius = 0.005\ndensity = 2000.0\n\
+         position = [0.09, 0.09]\n{more}"
+    )
 }

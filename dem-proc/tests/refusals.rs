@@ -45,12 +45,12 @@ fn every_bad_body_is_named() {
         ),
         (
             "shape.polygon.vertices",
-            "no length",
+            "coincide",
             Box::new(move |b| b.shape = polygon(&[[0., 0.], [0., 0.], [1., 0.], [0., 1.]])),
         ),
         (
             "shape.polygon.vertices",
-            "no area",
+            "one line",
             Box::new(move |b| b.shape = polygon(&[[0., 0.], [1., 1.], [2., 2.]])),
         ),
         (
@@ -60,7 +60,7 @@ fn every_bad_body_is_named() {
         ),
         (
             "shape.polygon.vertices",
-            "three",
+            "2 vertices",
             Box::new(move |b| b.shape = polygon(&[[0., 0.], [2., 0.]])),
         ),
         (

@@ -1,11 +1,11 @@
 //! The bodies' part of a scene: outlines, masses, motion, contact laws.
 
-use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig, Motion, MpmConfig};
+use interface::config::{
+    BodyConfig, BodyInertia, BodyShape, DemConfig, Motion, MpmConfig, polygon,
+};
 use mechanics::generate::{Arrangement, BodyFill, Grain};
 
-use super::geometry;
 use super::needs::scene_key;
-use super::outline::simple_polygon;
 use super::problems::Problems;
 use super::written::{BodyWritten, DemWritten, SceneWritten};
 
@@ -189,13 +189,6 @@ fn fill(problems: &mut Problems, path: &str, fill: &BodyFill) {
 
 fn body(problems: &mut Problems, path: &str, body: &BodyWritten) {
     problems.name(&format!("{path}.name"), &body.name);
-    if let BodyShape::Polygon { vertices } = &body.shape {
-        simple_polygon(
-            problems,
-            &format!("{path}.shape.polygon.vertices"),
-            vertices,
-        );
-    }
     match (body.density, body.mass, body.motion) {
         (Some(_), Some(_), _) => problems.refuse_key(
             &format!("{path}.mass"),
@@ -247,7 +240,7 @@ pub(super) fn default_skin(mpm: Option<&MpmConfig>, dem: Option<&DemConfig>) -> 
         return 2.0 * radius;
     }
     let size = |body: &BodyConfig| {
-        let [lower, upper] = geometry::bounds(&body.shape.vertices());
+        let [lower, upper] = polygon::bounds(&body.shape.vertices());
         let radius = match &body.shape {
             BodyShape::Cluster { radii, .. } if !radii.is_empty() => {
                 radii.iter().copied().fold(f64::INFINITY, f64::min)

@@ -15,10 +15,8 @@ mod continuum;
 pub mod diagnostic;
 mod document;
 mod forcing;
-mod geometry;
 mod model;
 mod needs;
-mod outline;
 mod output;
 mod parse;
 pub mod plan;
@@ -35,7 +33,7 @@ use crate::scene::diagnostic::SceneErrors;
 pub use model::{
     CheckpointPlan, Coupling, Criterion, Measurand, Output, Scene, Solvers, Study, TimePlan,
 };
-pub use needs::unmet;
+pub use needs::{refused, unmet};
 pub use solvers::solver_override;
 pub use written::{VERSION, schema};
 

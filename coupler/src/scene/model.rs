@@ -59,7 +59,7 @@ pub struct TimePlan {
     pub max_step: Option<f64>,
     /// A step below this stops the run.
     pub min_step: f64,
-    /// kappa of PHYSICS.md section 4, in (0, 1].
+    /// kappa of docs/physics.md section 4, in (0, 1].
     pub safety: f64,
     /// The step is this multiple of what the criterion allows: 1 but for experiments with instability.
     pub step_factor: f64,
@@ -77,7 +77,7 @@ impl TimePlan {
 /// How the step limit is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Criterion {
-    /// Composed of both sides' stiffness and mobility (PHYSICS.md section 4).
+    /// Composed of both sides' stiffness and mobility (docs/physics.md section 4).
     Composed,
     /// Jiang 2020 eq. 51 as printed, for comparison.
     Jiang2020 {

@@ -1,8 +1,10 @@
-//! What a scene needs of a solver that has said in Hello what it has: told by the scene's own lines and keys.
+//! What a scene needs of a solver that has said in Hello what it has, and what a solver refuses: told by the scene's own lines
+//! and keys.
 
 use interface::config::capability::Capabilities;
 use interface::config::needs::{Need, missing};
 use interface::message::control::Party;
+use interface::solver::Refusal;
 
 use super::Scene;
 use super::document::{Document, Part};
@@ -33,6 +35,19 @@ pub fn unmet(
     let mut told: Vec<_> = told.collect();
     told.sort_by_key(|diagnostic| diagnostic.place.line());
     (!told.is_empty()).then_some(SceneErrors(told))
+}
+
+/// What a solver refuses of its configuration, told at the scene's line.
+pub fn refused(scene: &Scene, refusal: &Refusal) -> SceneErrors {
+    let path = scene_key(&refusal.key, &scene.document);
+    let message = format!("`{path}`: {}", refusal.message);
+    let document = &scene.document;
+    SceneErrors(vec![document.diagnostic(
+        &path,
+        Part::Value,
+        &message,
+        None,
+    )])
 }
 
 /// "`dem.body.3.shape` asks for polygon, and the solver of the bodies, `disc 0.1`, takes disc, segment only".

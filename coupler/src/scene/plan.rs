@@ -6,11 +6,11 @@
 use std::fmt::{self, Write as _};
 
 use interface::config::{
-    BodyConfig, BodyInertia, ContactLaw, DemConfig, Motion, MpmConfig, ShapeFunction, Wall,
+    BodyConfig, BodyInertia, ContactLaw, DemConfig, Motion, MpmConfig, ShapeFunction, Wall, polygon,
 };
 use serde::Serialize;
 
-use super::{Criterion, Scene, geometry};
+use super::{Criterion, Scene};
 
 /// Bytes of a point's state: position, velocity, deformation, stress, mass, volume, id, and the affine part.
 const BYTES_PER_POINT: f64 = 240.0;
@@ -20,7 +20,7 @@ const BYTES_PER_PLASTIC_POINT: f64 = 32.0;
 const BYTES_PER_NODE: f64 = 72.0;
 /// Bytes of a body and of each of its vertices.
 const BYTES_PER_BODY: f64 = 512.0;
-/// Stiffness of two bodies that meet corner on corner, in k_n (PHYSICS.md section 5: eqs. 39 to 41 summed literally).
+/// Stiffness of two bodies that meet corner on corner, in k_n (docs/physics.md section 5: eqs. 39 to 41 summed literally).
 const CORNER_STIFFNESS: f64 = 8.0;
 
 /// What a scene will run.
@@ -99,10 +99,7 @@ impl Plan {
 }
 
 fn points(mpm: &MpmConfig) -> f64 {
-    mpm.groups
-        .iter()
-        .map(|g| geometry::points_estimate(&g.fill, &g.spacing, mpm.cell))
-        .sum()
+    mpm.groups.iter().map(|g| g.points_estimate(mpm.cell)).sum()
 }
 
 fn nodes(mpm: &MpmConfig) -> [f64; 2] {
@@ -320,7 +317,7 @@ fn memory(scene: &Scene) -> f64 {
         let [nx, ny] = nodes(mpm);
         bytes += nx * ny * BYTES_PER_NODE;
         for group in &mpm.groups {
-            let count = geometry::points_estimate(&group.fill, &group.spacing, mpm.cell);
+            let count = group.points_estimate(mpm.cell);
             let plastic = mpm.materials[group.material].model.is_plastic();
             let more = if plastic {
                 BYTES_PER_PLASTIC_POINT
@@ -356,13 +353,13 @@ fn limits(scene: &Scene) -> Vec<StepLimit> {
     match scene.time.criterion {
         Criterion::Composed => {
             let kappa = scene.time.safety * scene.time.step_factor;
-            // Damping costs: PHYSICS.md section 4.
+            // Damping costs: docs/physics.md section 4.
             let damping = scene
                 .dem
                 .as_ref()
                 .map_or(0.0, |dem| most_damped(dem.point_laws()));
             let kappa_contact = kappa * (damping.hypot(1.0) - damping);
-            // Contact adds k_n over the lightest point to what waves ask for (PHYSICS.md section 4).
+            // Contact adds k_n over the lightest point to what waves ask for (docs/physics.md section 4).
             let elastic = scene.mpm.as_ref().map_or(0.0, elastic_omega_sq);
             let contact = if scene.mpm.is_some() {
                 stiffness / point
@@ -442,7 +439,7 @@ fn courant_time(mpm: &MpmConfig) -> f64 {
 /// linear hats, which have no such bound, the value of a filled grid.
 fn elastic_omega_sq(mpm: &MpmConfig) -> f64 {
     let boxes = mpm.groups.iter().map(|g| {
-        let [dx, dy] = geometry::distances(&g.spacing, &g.fill, mpm.cell);
+        let [dx, dy] = g.distances(mpm.cell);
         (0.5 * dx.min(dy) / mpm.cell).min(0.5)
     });
     let place = match mpm.shape {
@@ -469,7 +466,7 @@ fn largest_over_density(mpm: &MpmConfig, modulus: fn(f64, f64) -> f64) -> f64 {
 /// Mass of the lightest point in kg/m.
 fn lightest_point(mpm: &MpmConfig) -> f64 {
     let mass = |g: &interface::config::GroupConfig| {
-        let [dx, dy] = geometry::distances(&g.spacing, &g.fill, mpm.cell);
+        let [dx, dy] = g.distances(mpm.cell);
         mpm.materials[g.material].density * dx * dy
     };
     mpm.groups.iter().map(mass).fold(f64::INFINITY, f64::min)
@@ -485,8 +482,8 @@ fn lightest_body(dem: &DemConfig) -> f64 {
 fn mass(body: &BodyConfig) -> f64 {
     let vertices = body.shape.vertices();
     let a = body.sphero_radius;
-    let area = geometry::area(&vertices).abs()
-        + geometry::perimeter(&vertices) * a
+    let area = polygon::area(&vertices).abs()
+        + polygon::perimeter(&vertices) * a
         + std::f64::consts::PI * a * a;
     match body.inertia {
         BodyInertia::Mass(mass) => mass,

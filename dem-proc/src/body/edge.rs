@@ -1,4 +1,4 @@
-//! Geometry of contact between bodies and nothing else (Jiang 2020 section 3.1; PHYSICS.md section 5). What a point sees of an
+//! Geometry of contact between bodies and nothing else (Jiang 2020 section 3.1; docs/physics.md section 5). What a point sees of an
 //! outline is in [`mechanics::outline`].
 
 use interface::Vec2;

@@ -98,40 +98,11 @@ impl Shape {
 
 /// The vertices of a shape other than a cluster, in counter-clockwise order.
 fn checked_outline(shape: &BodyShape, a: f64, exact: bool) -> Result<Vec<Vec2>, ShapeError> {
-    let key = shape_key(shape);
     let mut vertices: Vec<Vec2> = shape.vertices().iter().map(|&v| v.into()).collect();
     let n = vertices.len();
-    if matches!(shape, BodyShape::Polygon { .. }) && n < 3 {
-        let text = format!("{n} vertices: a polygon has three or more; write `disc` or `segment`");
-        return Err((key, text));
-    }
-    for i in 0..n {
-        let next = (i + 1) % n;
-        if n > 1 && vertices[i] == vertices[next] {
-            return Err((
-                key,
-                format!("edge {i} from vertex {i} to {next} has no length"),
-            ));
-        }
-    }
     if n > 2 {
         let first = vertices[0];
         let corner = |i: usize| cross(vertices[i] - first, vertices[(i + 1) % n] - first);
-        let size = vertices
-            .iter()
-            .map(|v| (v - first).norm_squared())
-            .fold(0.0, f64::max);
-        // Below this all vertices are on one line, up to rounding.
-        if (0..n).map(|i| corner(i).abs()).sum::<f64>() <= 1e-13 * size {
-            return Err((
-                key,
-                "the polygon has no area; write `segment` for a line".into(),
-            ));
-        }
-        if let Some((i, j)) = crossing_edges(&vertices) {
-            let text = format!("edges {i} and {j} cross or touch; expected a simple polygon");
-            return Err((key, text));
-        }
         let twice_area: f64 = (0..n).map(corner).sum();
         if twice_area < 0.0 {
             vertices.reverse();
@@ -187,44 +158,10 @@ fn cluster(centers: &[[f64; 2]], radii: &[f64], a: f64) -> Result<Shape, ShapeEr
     })
 }
 
-/// The key of what the shape is made from.
-fn shape_key(shape: &BodyShape) -> &'static str {
-    match shape {
-        BodyShape::Disc => "shape.disc",
-        BodyShape::Segment { .. } => "shape.segment.ends",
-        BodyShape::Polygon { .. } => "shape.polygon.vertices",
-        BodyShape::Rectangle { .. } => "shape.rectangle",
-        BodyShape::Cluster { .. } => "shape.cluster.centers",
-    }
-}
-
 /// The boxes of the edges of a closed outline.
 fn edge_tree(vertices: &[Vec2]) -> BoxTree {
     let n = vertices.len();
     BoxTree::new((0..n).map(|i| Bounds::around([vertices[i], vertices[(i + 1) % n]])))
-}
-
-/// Two edges of a closed polygon that cross, touch, or fold back on one another.
-fn crossing_edges(vertices: &[Vec2]) -> Option<(usize, usize)> {
-    let n = vertices.len();
-    let at = |i: usize| vertices[i % n];
-    let tree = edge_tree(vertices);
-    let mut near = Vec::new();
-    for i in 0..n {
-        let (edge, next) = (at(i + 1) - at(i), at(i + 2) - at(i + 1));
-        if cross(edge, next) == 0.0 && edge.dot(&next) < 0.0 {
-            return Some((i, (i + 1) % n));
-        }
-        near.clear();
-        tree.meeting(&Bounds::around([at(i), at(i + 1)]), &mut near);
-        for j in near.iter().map(|&j| j as usize).filter(|&j| j > i) {
-            let neighbours = j == i + 1 || (i == 0 && j == n - 1);
-            if !neighbours && segments_meet(at(i), at(i + 1), at(j), at(j + 1)) {
-                return Some((i, j));
-            }
-        }
-    }
-    None
 }
 
 /// Whether the closed segments `a b` and `c d` have a point in common.

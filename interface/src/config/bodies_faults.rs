@@ -1,5 +1,5 @@
 //! What makes a configuration of the bodies impossible. The coupler's reader of scenes and the solver both ask, so that
-//! `tandem check` refuses what `tandem run` would. What needs geometry is in the crate `mechanics` (`mechanics::faults`).
+//! `tandem check` refuses what `tandem run` would.
 
 use super::fault::{ConfigFault, Faults};
 use super::laws::{Between, LawFault};
@@ -202,7 +202,7 @@ impl BodyConfig {
             }
             BodyShape::Polygon { vertices } => {
                 radius(faults, a >= 0.0, "a radius of 0 or more");
-                faults.finite(key("shape.polygon.vertices"), vertices.as_flattened());
+                faults.polygon(&key("shape.polygon.vertices"), vertices);
             }
             BodyShape::Rectangle { width, height } => {
                 radius(faults, a >= 0.0, "a radius of 0 or more");

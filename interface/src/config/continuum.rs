@@ -145,7 +145,7 @@ pub enum Leaving {
     Remove,
 }
 
-/// Shape function of the grid (Jiang 2020 appendix; PHYSICS.md section 1).
+/// Shape function of the grid (Jiang 2020 appendix; docs/physics.md section 1).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ShapeFunction {

@@ -9,7 +9,6 @@ use super::{
     ContactForceScheme, Drift, Fill, GridContact, GroupConfig, MaterialModel, MpmConfig, Plane,
     ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
 };
-use crate::Vec2;
 
 /// Most cells along an axis of the domain: tiles of eight cells are numbered with 29 bits. Cells without points take no
 /// memory, so their product is not limited.
@@ -427,71 +426,7 @@ impl Drift {
     }
 }
 
-impl Fill {
-    /// Lower left and upper right corner in m.
-    pub fn bounds(&self) -> [[f64; 2]; 2] {
-        let of_points = |points: &[[f64; 2]]| {
-            let low = points
-                .iter()
-                .fold([f64::INFINITY; 2], |l, p| [l[0].min(p[0]), l[1].min(p[1])]);
-            let high = points.iter().fold([f64::NEG_INFINITY; 2], |h, p| {
-                [h[0].max(p[0]), h[1].max(p[1])]
-            });
-            [low, high]
-        };
-        match self {
-            Self::Disc {
-                center: [x, y],
-                radius: r,
-            } => [[x - r, y - r], [x + r, y + r]],
-            Self::Rectangle { lower, upper } => [*lower, *upper],
-            Self::Polygon { vertices } => of_points(vertices),
-            Self::Points { positions } => of_points(positions),
-        }
-    }
-}
-
 impl GroupConfig {
-    /// Distance of neighbouring points along x and y that the spacing asks for on a grid of spacing `cell`, in m.
-    pub fn distances(&self, cell: f64) -> [f64; 2] {
-        match self.spacing {
-            Spacing::PerCell(n) => [cell / f64::from(n).sqrt(); 2],
-            Spacing::Distance(distance) => [distance; 2],
-            Spacing::Counts(counts) => {
-                let [lower, upper] = self.fill.bounds();
-                [0, 1].map(|a| (upper[a] - lower[a]) / f64::from(counts[a]))
-            }
-        }
-    }
-
-    /// Sides of a point's box in m: the distances, stretched to a whole number along each side of a rectangle.
-    pub fn box_sides(&self, cell: f64) -> [f64; 2] {
-        let distances = self.distances(cell);
-        match self.fill {
-            Fill::Rectangle { lower, upper } => [0, 1].map(|a| {
-                let size = upper[a] - lower[a];
-                size / (size / distances[a]).round().max(1.0)
-            }),
-            _ => distances,
-        }
-    }
-
-    /// Contact radius in m of a group whose scene gives none: half the distance of neighbouring points.
-    pub fn default_contact_radius(&self, cell: f64) -> f64 {
-        let [dx, dy] = self.distances(cell);
-        0.5 * (dx * dy).sqrt()
-    }
-
-    /// The range of Jiang 2020 eq. 45 (m), from the distance of neighbouring points to the cell, if a contact radius that the scene
-    /// has chosen lies outside of it.
-    pub fn radius_out_of_range(&self, cell: f64) -> Option<[f64; 2]> {
-        let radius = self.contact_radius?;
-        let default = self.default_contact_radius(cell);
-        let (distance, slack) = (2.0 * default, 1.0 + 1e-9);
-        let outside = radius * slack < distance || radius > cell * slack;
-        (outside && radius != default).then_some([distance, cell])
-    }
-
     /// Returns whether the spacing is a number at all.
     fn spacing_faults(&self, found: &mut Faults, path: &str) -> bool {
         let key = |key: &str| format!("{path}.spacing.{key}");
@@ -560,18 +495,7 @@ impl GroupConfig {
                 }
             }
             Fill::Polygon { vertices } => {
-                let key = key("polygon.vertices");
-                if vertices.len() < 3 || !finite(vertices) {
-                    let value = format!("a list of {} vertices", vertices.len());
-                    found.add(key, value, "3 vertices or more, all finite", "");
-                } else if let Some([i, j]) = touching_edges(vertices) {
-                    let value = format!(
-                        "a polygon whose edges {i} and {j} touch or cross: the one from vertex {i} {:?} and the one from vertex {j} {:?}",
-                        vertices[i], vertices[j]
-                    );
-                    let help = "list the vertices in the order of the outline, in either sense, counted from 0";
-                    found.add(key, value, "a simple polygon", help);
-                }
+                found.polygon(&key("polygon.vertices"), vertices);
             }
             Fill::Points { positions } => {
                 if positions.is_empty() || !finite(positions) {
@@ -587,49 +511,4 @@ impl GroupConfig {
         }
         found.0.len() == before
     }
-}
-
-/// Two edges of a closed polygon that touch where they should not, if there are any.
-fn touching_edges(vertices: &[[f64; 2]]) -> Option<[usize; 2]> {
-    let n = vertices.len();
-    let at = |i: usize| Vec2::from(vertices[i % n]);
-    for i in 0..n {
-        if at(i) == at(i + 1) {
-            return Some([i, (i + 1) % n]);
-        }
-        for j in i + 1..n {
-            let next = j == i + 1;
-            let previous = (j + 1) % n == i;
-            let touch = if next || previous {
-                // Neighbours share a vertex; they must not lie on top of each other.
-                let (a, b, c) = if next {
-                    (at(i), at(j), at(j + 1))
-                } else {
-                    (at(j), at(i), at(i + 1))
-                };
-                (b - a).perp(&(c - b)) == 0.0 && (b - a).dot(&(c - b)) < 0.0
-            } else {
-                segments_touch(at(i), at(i + 1), at(j), at(j + 1))
-            };
-            if touch {
-                return Some([i, j]);
-            }
-        }
-    }
-    None
-}
-
-fn segments_touch(a: Vec2, b: Vec2, c: Vec2, d: Vec2) -> bool {
-    let side = |p: Vec2, q: Vec2, r: Vec2| (q - p).perp(&(r - p));
-    let within = |p: Vec2, q: Vec2, r: Vec2| {
-        let (low, high) = (p.inf(&q), p.sup(&q));
-        r.x >= low.x && r.x <= high.x && r.y >= low.y && r.y <= high.y
-    };
-    let (s1, s2) = (side(a, b, c), side(a, b, d));
-    let (s3, s4) = (side(c, d, a), side(c, d, b));
-    (s1 * s2 < 0.0 && s3 * s4 < 0.0)
-        || (s1 == 0.0 && within(a, b, c))
-        || (s2 == 0.0 && within(a, b, d))
-        || (s3 == 0.0 && within(c, d, a))
-        || (s4 == 0.0 && within(c, d, b))
 }

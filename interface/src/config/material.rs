@@ -15,7 +15,7 @@ pub struct MaterialConfig {
     pub model: MaterialModel,
 }
 
-/// Constitutive model (PHYSICS.md section 6). Moduli and stresses in Pa, angles in degrees.
+/// Constitutive model (docs/physics.md section 6). Moduli and stresses in Pa, angles in degrees.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum MaterialModel {

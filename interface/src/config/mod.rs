@@ -5,7 +5,7 @@
 //! language can read it.
 //!
 //! A field with a natural default is left out of the JSON where it has it, and filled in where it is read (PROTOCOL.md
-//! cla
+//! clause J-2).
 
 mod bodies;
 mod bodies_faults;
@@ -18,6 +18,8 @@ mod law;
 pub mod laws;
 pub mod material;
 pub mod needs;
+pub mod polygon;
+mod region;
 pub mod surfaces;
 
 use schemars::JsonSchema;

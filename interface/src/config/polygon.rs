@@ -1,0 +1,202 @@
+//! Whether vertices form a simple polygon, and a polygon's measures. Outlines of bodies and regions of points both ask.
+
+use super::fault::Faults;
+
+/// A point in m.
+type Point = [f64; 2];
+
+/// A polygon whose triangles have less than this share of the square of its extent in all is flat, up to rounding.
+const FLAT: f64 = 1e-12;
+
+/// Lower left and upper right corner of points in m.
+pub fn bounds(points: &[Point]) -> [Point; 2] {
+    let mut bounds = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+    for point in points {
+        for axis in 0..2 {
+            bounds[0][axis] = bounds[0][axis].min(point[axis]);
+            bounds[1][axis] = bounds[1][axis].max(point[axis]);
+        }
+    }
+    bounds
+}
+
+/// Signed area of a closed polygon in m^2: positive counter-clockwise.
+pub fn area(vertices: &[Point]) -> f64 {
+    let twice = |(a, b): (&Point, &Point)| a[0] * b[1] - b[0] * a[1];
+    0.5 * edges(vertices).map(twice).sum::<f64>()
+}
+
+/// Length of an outline in m: there and back for two vertices.
+pub fn perimeter(vertices: &[Point]) -> f64 {
+    let length = |(a, b): (&Point, &Point)| (b[0] - a[0]).hypot(b[1] - a[1]);
+    edges(vertices).map(length).sum()
+}
+
+fn edges(vertices: &[Point]) -> impl Iterator<Item = (&Point, &Point)> {
+    vertices.iter().zip(vertices.iter().cycle().skip(1))
+}
+
+/// Why a list of vertices is not a simple polygon.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum NotSimple {
+    /// Fewer than three vertices.
+    TooFew,
+    /// These two neighbouring vertices coincide.
+    Repeated(usize, usize),
+    /// The edges that begin at these vertices cross or touch.
+    Crossing(usize, usize),
+    /// All vertices lie on one line.
+    Flat,
+}
+
+impl Faults {
+    /// Refuses vertices that are not finite or form no simple polygon; `key` is theirs.
+    pub fn polygon(&mut self, key: &str, vertices: &[Point]) {
+        if !vertices.as_flattened().iter().all(|x| x.is_finite()) {
+            return self.finite(key, vertices.as_flattened());
+        }
+        let Err(reason) = simple(vertices) else {
+            return;
+        };
+        let (value, help) = match reason {
+            NotSimple::TooFew => (
+                format!("a polygon of {} vertices", vertices.len()),
+                "it takes three or more; a segment or a disc has a shape of its own",
+            ),
+            NotSimple::Repeated(i, j) => (
+                format!("a polygon whose vertices {i} and {j} coincide"),
+                "drop one of them; the outline closes by itself",
+            ),
+            NotSimple::Crossing(i, j) => (
+                format!(
+                    "a polygon whose edges cross or touch: the one from vertex {i} {:?} and the one from vertex {j} {:?}",
+                    vertices[i], vertices[j]
+                ),
+                "list the vertices in the order of the outline, in either sense, counted from 0",
+            ),
+            NotSimple::Flat => (
+                "a polygon whose vertices all lie on one line".to_owned(),
+                "a line is `shape.segment`",
+            ),
+        };
+        self.add(key, value, "a simple polygon", help);
+    }
+}
+
+/// Whether vertices form a simple polygon.
+///
+/// # Errors
+/// The first reason why not.
+fn simple(vertices: &[Point]) -> Result<(), NotSimple> {
+    let n = vertices.len();
+    if n < 3 {
+        return Err(NotSimple::TooFew);
+    }
+    if let Some(i) = (0..n).find(|&i| vertices[i] == vertices[(i + 1) % n]) {
+        return Err(NotSimple::Repeated(i, (i + 1) % n));
+    }
+    // A flat polygon folds back on itself too; that it is flat says more.
+    let [lower, upper] = bounds(vertices);
+    let extent = (upper[0] - lower[0]).hypot(upper[1] - lower[1]);
+    let off_the_line = edges(vertices).map(|(a, b)| cross(vertices[0], *a, *b).abs());
+    if off_the_line.sum::<f64>() <= FLAT * extent * extent {
+        return Err(NotSimple::Flat);
+    }
+    match crossing(vertices) {
+        Some((i, j)) => Err(NotSimple::Crossing(i, j)),
+        None => Ok(()),
+    }
+}
+
+/// The first two edges that cross or touch where they should not. Only edges above the same stretch of the x axis are
+/// compared.
+fn crossing(vertices: &[Point]) -> Option<(usize, usize)> {
+    let n = vertices.len();
+    let end = |i: usize| vertices[(i + 1) % n];
+    let left = |i: usize| vertices[i][0].min(end(i)[0]);
+    let mut by_left: Vec<usize> = (0..n).collect();
+    by_left.sort_by(|&i, &j| left(i).total_cmp(&left(j)));
+    let mut first = None;
+    for (k, &one) in by_left.iter().enumerate() {
+        let right = vertices[one][0].max(end(one)[0]);
+        let near = by_left[k + 1..].iter().take_while(|&&j| left(j) <= right);
+        for &other in near {
+            let (i, j) = (one.min(other), one.max(other));
+            let (a, b, c, d) = (vertices[i], end(i), vertices[j], end(j));
+            let crosses = if j == i + 1 {
+                folds_back(a, b, d)
+            } else if i == 0 && j == n - 1 {
+                folds_back(c, a, b)
+            } else {
+                touch(a, b, c, d)
+            };
+            if crosses && first.is_none_or(|found| (i, j) < found) {
+                first = Some((i, j));
+            }
+        }
+    }
+    first
+}
+
+/// Twice the signed area of the triangle `a b c`.
+fn cross(a: Point, b: Point, c: Point) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+/// Whether the edge `b c` runs back along `a b`.
+fn folds_back(a: Point, b: Point, c: Point) -> bool {
+    let along = (b[0] - a[0]) * (c[0] - b[0]) + (b[1] - a[1]) * (c[1] - b[1]);
+    cross(a, b, c) == 0.0 && along < 0.0
+}
+
+/// Whether the segments `a b` and `c d` have a point in common.
+fn touch(a: Point, b: Point, c: Point, d: Point) -> bool {
+    let [lower_1, upper_1] = bounds(&[a, b]);
+    let [lower_2, upper_2] = bounds(&[c, d]);
+    let apart = (0..2).any(|i| upper_1[i] < lower_2[i] || upper_2[i] < lower_1[i]);
+    !apart && cross(a, b, c) * cross(a, b, d) <= 0.0 && cross(c, d, a) * cross(c, d, b) <= 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_square_is_simple_and_a_bow_tie_is_not() {
+        let square = [[0., 0.], [1., 0.], [1., 1.], [0., 1.]];
+        assert_eq!(simple(&square), Ok(()));
+        assert_eq!(area(&square), 1.0);
+        assert_eq!(perimeter(&square), 4.0);
+        let bow_tie = [[0., 0.], [1., 1.], [1., 0.], [0., 1.]];
+        assert_eq!(simple(&bow_tie), Err(NotSimple::Crossing(0, 2)));
+    }
+
+    #[test]
+    fn other_impossible_outlines_are_named() {
+        assert_eq!(simple(&[[0., 0.], [1., 0.]]), Err(NotSimple::TooFew));
+        assert_eq!(
+            simple(&[[0., 0.], [1., 0.], [1., 0.], [0., 1.]]),
+            Err(NotSimple::Repeated(1, 2))
+        );
+        assert_eq!(
+            simple(&[[0., 0.], [2., 0.], [1., 0.], [1., 1.]]),
+            Err(NotSimple::Crossing(0, 1))
+        );
+        // A vertex that lies on another edge.
+        assert_eq!(
+            simple(&[[0., 0.], [2., 0.], [2., 2.], [1., 0.], [0., 2.]]),
+            Err(NotSimple::Crossing(0, 2))
+        );
+        let line = [[0., 0.], [1., 1e-14], [3., 0.]];
+        assert_eq!(simple(&line), Err(NotSimple::Flat));
+        let star = [
+            [0., 3.],
+            [-1., 1.],
+            [-3., 0.],
+            [-1., -1.],
+            [0., -3.],
+            [1., 0.],
+        ];
+        assert_eq!(simple(&star), Ok(()));
+    }
+}

@@ -1,0 +1,118 @@
+//! Measures of the regions that points fill: bounds, distances of points, the contact radius that follows.
+
+use super::polygon;
+use super::{Fill, GroupConfig, Spacing};
+
+impl Fill {
+    /// Lower left and upper right corner in m.
+    pub fn bounds(&self) -> [[f64; 2]; 2] {
+        match self {
+            Self::Disc {
+                center: [x, y],
+                radius: r,
+            } => [[x - r, y - r], [x + r, y + r]],
+            Self::Rectangle { lower, upper } => [*lower, *upper],
+            Self::Polygon { vertices } => polygon::bounds(vertices),
+            Self::Points { positions } => polygon::bounds(positions),
+        }
+    }
+
+    /// Area in m^2; 0 for a list of points, which have none of their own.
+    pub fn area(&self) -> f64 {
+        match self {
+            Self::Disc { radius, .. } => std::f64::consts::PI * radius * radius,
+            Self::Rectangle { lower, upper } => (upper[0] - lower[0]) * (upper[1] - lower[1]),
+            Self::Polygon { vertices } => polygon::area(vertices).abs(),
+            Self::Points { .. } => 0.0,
+        }
+    }
+}
+
+impl GroupConfig {
+    /// Distance of neighbouring points along x and y that the spacing asks for on a grid of spacing `cell`, in m.
+    pub fn distances(&self, cell: f64) -> [f64; 2] {
+        match self.spacing {
+            Spacing::PerCell(n) => [cell / f64::from(n).sqrt(); 2],
+            Spacing::Distance(distance) => [distance; 2],
+            Spacing::Counts(counts) => {
+                let [lower, upper] = self.fill.bounds();
+                [0, 1].map(|a| (upper[a] - lower[a]) / f64::from(counts[a]))
+            }
+        }
+    }
+
+    /// Sides of a point's box in m: the distances, stretched to a whole number along each side of a rectangle.
+    pub fn box_sides(&self, cell: f64) -> [f64; 2] {
+        let distances = self.distances(cell);
+        match self.fill {
+            Fill::Rectangle { lower, upper } => [0, 1].map(|a| {
+                let size = upper[a] - lower[a];
+                size / (size / distances[a]).round().max(1.0)
+            }),
+            _ => distances,
+        }
+    }
+
+    /// About how many points the group has on a grid of spacing `cell` in m.
+    pub fn points_estimate(&self, cell: f64) -> f64 {
+        let [dx, dy] = self.distances(cell);
+        match (&self.fill, self.spacing) {
+            (Fill::Points { positions }, _) => positions.len() as f64,
+            (_, Spacing::Counts([nx, ny])) => f64::from(nx) * f64::from(ny),
+            (fill, _) => (fill.area() / (dx * dy)).round(),
+        }
+    }
+
+    /// Contact radius in m of a group whose scene gives none: half the distance of neighbouring points.
+    pub fn default_contact_radius(&self, cell: f64) -> f64 {
+        let [dx, dy] = self.distances(cell);
+        0.5 * (dx * dy).sqrt()
+    }
+
+    /// The range of Jiang 2020 eq. 45 (m), from the distance of neighbouring points to the cell, if a contact radius that the scene
+    /// has chosen lies outside of it.
+    pub fn radius_out_of_range(&self, cell: f64) -> Option<[f64; 2]> {
+        let radius = self.contact_radius?;
+        let default = self.default_contact_radius(cell);
+        let (distance, slack) = (2.0 * default, 1.0 + 1e-9);
+        let outside = radius * slack < distance || radius > cell * slack;
+        (outside && radius != default).then_some([distance, cell])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::InitialFields;
+    use super::*;
+
+    fn group(fill: Fill, spacing: Spacing) -> GroupConfig {
+        GroupConfig {
+            name: String::new(),
+            material: 0,
+            fill,
+            spacing,
+            velocity: [0.0; 2],
+            fields: InitialFields::default(),
+            contact_radius: None,
+            rigid: false,
+        }
+    }
+
+    #[test]
+    fn points_are_counted_by_area_number_or_list() {
+        let disc = Fill::Disc {
+            center: [0.0, 0.0],
+            radius: 0.02,
+        };
+        let n = group(disc, Spacing::PerCell(36)).points_estimate(0.003);
+        assert!((n - 5026.0).abs() < 2.0, "{n}");
+        let block = Fill::Rectangle {
+            lower: [0.0, 0.0],
+            upper: [0.1, 0.1],
+        };
+        let counted = group(block, Spacing::Counts([51, 51]));
+        assert_eq!(counted.points_estimate(1.0), 2601.0);
+        let [dx, _] = counted.distances(1.0);
+        assert!((dx - 0.1 / 51.0).abs() < 1e-15);
+    }
+}

@@ -1,0 +1,128 @@
+//! `tandem check` and `tandem plan`: what a scene is, without a run.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use coupler::scene::{Scene, refused};
+use interface::message::wire::ImpForce;
+use interface::solver::{DemSolver, Fault, MpmSolver};
+use interface::step::Step;
+
+use crate::cli::{CheckArgs, SceneArgs};
+use crate::exit::BAD_INPUT;
+use crate::solvers;
+use crate::terminal::{complain, say};
+
+/// Validates scenes, each with all of its variants unless one is asked for.
+pub fn check(args: &CheckArgs) -> ExitCode {
+    let mut code = ExitCode::SUCCESS;
+    for path in &args.scenes {
+        let mut variants = vec![args.variant.clone()];
+        while let Some(variant) = variants.pop() {
+            let loaded = Scene::load(path, variant.as_deref(), &args.set);
+            if variant.is_none()
+                && let Ok(scene) = &loaded
+            {
+                variants.extend(scene.variants.iter().rev().cloned().map(Some));
+            }
+            let which = variant.map_or(String::new(), |name| format!(", variant {name}"));
+            if let Err(reason) = loaded
+                .map_err(|errors| errors.to_string())
+                .and_then(|scene| valid(&scene, path, &which))
+            {
+                complain(reason);
+                code = ExitCode::from(BAD_INPUT);
+            }
+        }
+    }
+    code
+}
+
+/// Says that a scene is valid, if it is.
+fn valid(scene: &Scene, path: &Path, which: &str) -> Result<(), String> {
+    start(scene)?;
+    for warning in &scene.warnings {
+        say(format_args!("warning: {}: {warning}", path.display()));
+    }
+    say(format_args!(
+        "{}: {} is a valid scene{which}",
+        path.display(),
+        scene.name
+    ));
+    Ok(())
+}
+
+/// Shows what would run.
+pub fn plan(args: &SceneArgs) -> ExitCode {
+    let shown = args
+        .load()
+        .map_err(|errors| errors.to_string())
+        .and_then(|scene| {
+            say(scene.plan());
+            start(&scene)
+        });
+    match shown {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(reason) => {
+            complain(reason);
+            ExitCode::from(BAD_INPUT)
+        }
+    }
+}
+
+/// Lets the built-in solvers take the scene and do the opening step of a run, in which nothing moves: so a check refuses
+/// what a run would, from the same code. A solver of another program is not asked.
+///
+/// # Errors
+/// Why no run would come to its first step.
+fn start(scene: &Scene) -> Result<(), String> {
+    let words = |refusal| refused(scene, &refusal).to_string();
+    let mut mpm = solvers::mpm();
+    let mpm = match &scene.mpm {
+        Some(config) if scene.solvers.mpm.is_none() => {
+            mpm.configure(config).map_err(words)?;
+            Some(mpm)
+        }
+        _ => None,
+    };
+    let mut dem = solvers::dem();
+    let dem = match &scene.dem {
+        Some(config) if scene.solvers.dem.is_none() => {
+            dem.configure(config).map_err(words)?;
+            Some(dem)
+        }
+        _ => None,
+    };
+    opening_step(mpm, dem).map_err(|fault| format!("error: at the start of a run {fault}"))
+}
+
+/// The order of PROTOCOL.md for one step of length zero.
+fn opening_step(
+    mpm: Option<Box<dyn MpmSolver>>,
+    dem: Option<Box<dyn DemSolver>>,
+) -> Result<(), Fault> {
+    let step = Step {
+        index: 0,
+        time: 0.0,
+        dt_before: 0.0,
+        dt: 0.0,
+        measure: false,
+    };
+    match (mpm, dem) {
+        (Some(mut mpm), Some(mut dem)) => {
+            let set = mpm.select_imps(dem.envelopes()).to_vec();
+            dem.imp_set(&set);
+            let mut forces = vec![ImpForce::default(); set.len()];
+            dem.contact(&step, mpm.imp_states(), &mut forces)?;
+            mpm.step(&step, &forces)?;
+        }
+        (Some(mut mpm), None) => {
+            mpm.step(&step, &[])?;
+        }
+        (None, Some(mut dem)) => {
+            dem.contact(&step, &[], &mut [])?;
+        }
+        (None, None) => {}
+    }
+    Ok(())
+}
