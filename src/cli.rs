@@ -38,6 +38,8 @@ pub enum Command {
     Conformance(ConformanceArgs),
     /// Write a run, or several beside one another, as one page for a browser.
     Report(ReportArgs),
+    /// Show a run that goes on in a browser of this machine.
+    Watch(WatchArgs),
     /// Draw columns of runs and tables as SVG.
     Plot(PlotArgs),
     /// Remove what dead runs have left behind.
@@ -112,6 +114,9 @@ pub struct RunArgs {
     /// End with report.html, a page of what the run has shown; the same as `--set output.report=true`.
     #[arg(long)]
     pub report: bool,
+    /// Show the run in a browser of this machine while it goes on; `tandem watch DIR` is the same from elsewhere.
+    #[arg(long)]
+    pub watch: bool,
     /// Record every message between the processes in the run directory, for `tandem replay`.
     #[arg(long)]
     pub record: bool,
@@ -166,6 +171,19 @@ pub struct ReportArgs {
     /// Page to write; `report.html` in the first directory by default.
     #[arg(long, value_name = "FILE")]
     pub out: Option<PathBuf>,
+}
+
+/// Arguments of `watch`.
+#[derive(Debug, Args)]
+pub struct WatchArgs {
+    /// Run directory of a run that goes on.
+    pub dir: PathBuf,
+    /// Port of the loopback interface; a free one by default.
+    #[arg(long, value_name = "PORT", default_value_t = 0)]
+    pub port: u16,
+    /// Started by the run itself: ends with it and not before.
+    #[arg(long, hide = true)]
+    pub of_run: bool,
 }
 
 /// Arguments of `replay`.

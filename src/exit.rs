@@ -1,4 +1,4 @@
-//! Exit statuses of `tandem` besides 0 (docs/design/DESIGN.md has the table).
+//! Exit statuses of `tandem` besides 0 (README.md has the table).
 
 /// Bad input: arguments, a scene, a file that cannot be read.
 pub const BAD_INPUT: u8 = 2;

@@ -3,8 +3,6 @@
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use coupler::record::rundir::{RunDir, RunDirError};
@@ -13,13 +11,16 @@ use coupler::run::aftermath::Killed;
 use coupler::run::checkpoint::file::CheckpointError;
 use coupler::run::{Finished, Resumed, RunOptions, Solvers, run as run_scene};
 use coupler::scene::{Scene, solver_override};
-use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1, SIGXCPU};
-use signal_hook::flag;
+use signal_hook::consts::SIGUSR1;
 
-use crate::cli::{HowArgs, LogFormat, ResumeArgs, RunArgs};
+use crate::cli::{HowArgs, LogFormat, ResumeArgs, RunArgs, SceneArgs};
 use crate::exit::BAD_INPUT;
+use crate::signals::{interrupt, on_signal};
 use crate::terminal::{complain, say};
-use crate::{logging, machine, report, solvers};
+use crate::{logging, machine, report, solvers, watch};
+
+/// Longest name of a default run directory in bytes; file systems allow 255.
+const DIRECTORY_MAX: usize = 120;
 
 /// Runs a scene from the command line.
 pub fn run(args: &RunArgs) -> ExitCode {
@@ -45,7 +46,7 @@ pub fn run(args: &RunArgs) -> ExitCode {
     let out = args
         .out
         .clone()
-        .unwrap_or_else(|| default_out(&scene, args.scene.variant.as_deref()));
+        .unwrap_or_else(|| default_out(&args.scene, &scene.name, &scene.hash));
     let killed = Killed::find(&out);
     let created = RunDir::create(&out, &scene.resolved_toml);
     let (dir, log) = match created.and_then(|dir| Ok((dir.clone(), dir.log(false)?))) {
@@ -53,6 +54,9 @@ pub fn run(args: &RunArgs) -> ExitCode {
         Err(error) => return refuse(&with_advice(&error)),
     };
     logging::of_run(log, args.how.log);
+    if args.watch {
+        watch::beside(&out);
+    }
     begin(&scene, &out);
     if let Some(killed) = killed {
         tracing::info!("the earlier run in {}: {}", out.display(), killed.words());
@@ -206,12 +210,28 @@ fn refuse(error: &str) -> ExitCode {
     ExitCode::from(BAD_INPUT)
 }
 
-fn default_out(scene: &Scene, variant: Option<&str>) -> PathBuf {
-    let mut name = scene.name.clone();
-    if let Some(variant) = variant {
+/// `runs/NAME`, with the variant and the overrides behind it: a scene that was changed is another run.
+fn default_out(args: &SceneArgs, name: &str, hash: &str) -> PathBuf {
+    let mut name = name.to_owned();
+    if let Some(variant) = &args.variant {
         name = format!("{name}-{variant}");
     }
-    PathBuf::from("runs").join(name)
+    for change in &args.set {
+        name = format!("{name},{change}");
+    }
+    let plain = |c: char| {
+        if c.is_alphanumeric() || "-_.,=".contains(c) {
+            c
+        } else {
+            '_'
+        }
+    };
+    let mut file: String = name.chars().map(plain).collect();
+    if file.len() > DIRECTORY_MAX {
+        file = file.chars().take(DIRECTORY_MAX / 4).collect();
+        file = format!("{file}-{}", &hash[..8]);
+    }
+    PathBuf::from("runs").join(file)
 }
 
 fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions, String> {
@@ -242,32 +262,6 @@ fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions, St
         interrupt: interrupt()?,
         save: on_signal(SIGUSR1)?,
     })
-}
-
-/// A flag that ends a run in order: set by Ctrl-C and SIGTERM, of which the second does not wait for that, by the end of
-/// the terminal (SIGHUP), and by a queue's warning (SIGXCPU).
-pub fn interrupt() -> Result<Arc<AtomicBool>, String> {
-    let interrupt = Arc::new(AtomicBool::new(false));
-    for signal in [SIGINT, SIGTERM] {
-        let code = i32::from(Status::Interrupted.exit_code());
-        flag::register_conditional_shutdown(signal, code, interrupt.clone()).map_err(no_signals)?;
-    }
-    for signal in [SIGINT, SIGTERM, SIGHUP, SIGXCPU] {
-        flag::register(signal, interrupt.clone()).map_err(no_signals)?;
-    }
-    Ok(interrupt)
-}
-
-/// A flag that this signal sets.
-fn on_signal(signal: i32) -> Result<Arc<AtomicBool>, String> {
-    let set = Arc::new(AtomicBool::new(false));
-    flag::register(signal, set.clone()).map_err(no_signals)?;
-    Ok(set)
-}
-
-#[expect(clippy::needless_pass_by_value, reason = "the shape of `map_err`")]
-fn no_signals(error: io::Error) -> String {
-    format!("cannot handle signals: {error}")
 }
 
 /// The command of a solver: the scene's, or this program again.
@@ -315,4 +309,31 @@ fn show(summary: &Summary) {
         summary.energy.residual_max,
         gap.unwrap_or_default()
     ));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_changed_scene_has_a_directory_of_its_own() {
+        let out = |variant: Option<&str>, set: &[&str]| {
+            let scene = SceneArgs {
+                scene: PathBuf::from("silo.toml"),
+                variant: variant.map(str::to_owned),
+                set: set.iter().map(|&s| s.to_owned()).collect(),
+            };
+            default_out(&scene, "silo", "0123456789abcdef")
+                .display()
+                .to_string()
+        };
+        assert_eq!(out(None, &[]), "runs/silo");
+        assert_eq!(out(Some("quick"), &[]), "runs/silo-quick");
+        let finer = out(Some("quick"), &["mpm.cell=0.002"]);
+        assert_eq!(finer, "runs/silo-quick,mpm.cell=0.002");
+        let strange = out(None, &["a=\"../b c\""]);
+        assert_eq!(strange, "runs/silo,a=_.._b_c_");
+        let long = out(None, &[&format!("a={}", "9".repeat(300))]);
+        assert_eq!(long, format!("runs/silo,a={}-01234567", "9".repeat(23)));
+    }
 }

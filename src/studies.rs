@@ -18,7 +18,7 @@ use study::work::StudyOptions;
 
 use crate::cli::{PlotArgs, RunsArgs, StabilityArgs, StudyArgs};
 use crate::logging;
-use crate::run::interrupt;
+use crate::signals::interrupt;
 use crate::terminal::{complain, say};
 
 /// Maps that `tandem stability` makes when no scene is named: scene, column, values.

@@ -3,179 +3,23 @@
 //! The browser is Chromium (`apt-get install chromium`; `.ci/run` does it), found on the PATH or named by `CHROME`. Without it
 //! these tests say that they are skipped.
 
+#[path = "harness/browser.rs"]
+mod browser;
 mod harness;
 
 use std::collections::BTreeSet;
-use std::ffi::OsStr;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
+use std::path::PathBuf;
 use std::time::Duration;
 
+use browser::Reader;
 use coupler::record::frames::Frame;
 use harness::{Place, RunFiles, scene};
-use headless_chrome::protocol::cdp::Page::CaptureScreenshotFormatOption::Png;
-use headless_chrome::protocol::cdp::types::Event;
-use headless_chrome::protocol::cdp::{Emulation, Network};
-use headless_chrome::{Browser, LaunchOptions, Tab};
-use serde_json::Value;
 
 /// The README's main job, whose scene asks for a report.
 const HARD: &str = "jiang2020/collision_hard";
 /// Widths in pixels: a phone, a tablet, a desk.
 const WIDTHS: [u32; 3] = [360, 800, 1400];
-/// Names of the browser.
-const NAMES: [&str; 4] = [
-    "chromium",
-    "chromium-browser",
-    "google-chrome",
-    "google-chrome-stable",
-];
-
-/// The browser, if there is one.
-fn chromium() -> Option<PathBuf> {
-    let named = std::env::var_os("CHROME").map(PathBuf::from);
-    let path = std::env::var_os("PATH").unwrap_or_default();
-    let all = std::env::split_paths(&path).flat_map(|dir| NAMES.map(|name| dir.join(name)));
-    let found = named.into_iter().chain(all).find(|file| file.is_file());
-    if found.is_none() {
-        println!(
-            "skipped: there is no Chromium (`apt-get install chromium`, or name it by the variable CHROME)"
-        );
-    }
-    found
-}
-
-/// A browser with one page, and what it complained of or asked for.
-struct Reader {
-    tab: Arc<Tab>,
-    complaints: Arc<Mutex<Vec<String>>>,
-    _browser: Browser,
-}
-
-impl Reader {
-    /// Opens a page, if there is a browser.
-    fn open(page: &Path) -> Option<Self> {
-        let chromium = chromium()?;
-        let options = LaunchOptions::default_builder()
-            .path(Some(chromium))
-            // Chromium has no sandbox for root, whom containers have; the page is our own.
-            .sandbox(false)
-            .args(vec![OsStr::new("--hide-scrollbars")])
-            .idle_browser_timeout(Duration::from_mins(5))
-            .build()
-            .unwrap();
-        let browser = Browser::new(options).expect("Chromium starts");
-        let tab = browser.new_tab().unwrap();
-        tab.set_default_timeout(Duration::from_mins(1));
-        let complaints = Arc::new(Mutex::new(Vec::new()));
-        let (heard, url) = (complaints.clone(), format!("file://{}", page.display()));
-        let own = url.clone();
-        let listen = move |event: &Event| {
-            let complaint = match event {
-                Event::NetworkRequestWillBeSent(e) => {
-                    let asked = &e.params.request.url;
-                    let outside = *asked != own && !asked.starts_with("data:");
-                    outside.then(|| format!("asked for {asked}"))
-                }
-                Event::RuntimeExceptionThrown(e) => Some(format!("{:?}", e.params)),
-                Event::RuntimeConsoleAPICalled(e) => Some(format!("{:?}", e.params)),
-                Event::LogEntryAdded(e) => Some(format!("{:?}", e.params)),
-                _ => None,
-            };
-            // A test that fails while it holds the list has said what is wrong.
-            if let Ok(mut heard) = heard.lock() {
-                heard.extend(complaint);
-            }
-        };
-        tab.add_event_listener(Arc::new(listen)).unwrap();
-        tab.enable_log().unwrap();
-        tab.enable_runtime().unwrap();
-        tab.call_method(Network::Enable {
-            max_total_buffer_size: None,
-            max_resource_buffer_size: None,
-            max_post_data_size: None,
-            report_direct_socket_traffic: None,
-            enable_durable_messages: None,
-        })
-        .unwrap();
-        tab.navigate_to(&url).unwrap();
-        tab.wait_for_element("html[data-ready]")
-            .expect("the page starts");
-        Some(Self {
-            tab,
-            complaints,
-            _browser: browser,
-        })
-    }
-
-    /// The value of an expression of the page.
-    fn ask(&self, expression: &str) -> Value {
-        let asked = format!("JSON.stringify({expression})");
-        let object = self.tab.evaluate(&asked, true).expect(expression);
-        let text = object.value.unwrap_or(Value::Null);
-        serde_json::from_str(text.as_str().unwrap_or("null")).unwrap()
-    }
-
-    fn number(&self, expression: &str) -> f64 {
-        self.ask(expression).as_f64().expect(expression)
-    }
-
-    fn look(&self, width: u32, dark: bool) {
-        let size = Emulation::SetDeviceMetricsOverride {
-            width,
-            height: 900,
-            device_scale_factor: 1.0,
-            mobile: false,
-            scale: None,
-            screen_width: None,
-            screen_height: None,
-            position_x: None,
-            position_y: None,
-            dont_set_visible_size: None,
-            screen_orientation: None,
-            viewport: None,
-            display_feature: None,
-            device_posture: None,
-        };
-        self.tab.call_method(size).unwrap();
-        let scheme = if dark { "dark" } else { "light" };
-        let feature = Emulation::MediaFeature {
-            name: "prefers-color-scheme".into(),
-            value: scheme.into(),
-        };
-        self.tab
-            .call_method(Emulation::SetEmulatedMedia {
-                media: None,
-                features: Some(vec![feature]),
-            })
-            .unwrap();
-        // What watches sizes is told with the next pictures.
-        self.ask("await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))");
-    }
-
-    /// A picture of all that is on the screen.
-    fn screenshot(&self, name: &str) -> Vec<u8> {
-        let picture = self.tab.capture_screenshot(Png, None, None, true).unwrap();
-        // For people: where a folder is named, what the tests have seen is kept.
-        if let Some(folder) = std::env::var_os("TANDEM_SCREENSHOTS") {
-            fs::write(Path::new(&folder).join(format!("{name}.png")), &picture).unwrap();
-        }
-        picture
-    }
-
-    /// Different colours of a stage, and all of its pixels in one number.
-    fn pixels(&self) -> (usize, f64) {
-        let [colours, pixels] = [0, 1].map(|k| self.number(&format!("({PIXELS})[{k}]")));
-        (colours as usize, pixels)
-    }
-
-    fn assert_silent(&self) {
-        let complaints = self.complaints.lock().unwrap();
-        assert!(complaints.is_empty(), "{complaints:#?}");
-    }
-}
-
 /// The quick collision with its report, and what the program said.
 fn collision(place: &Place) -> (PathBuf, String) {
     let quick = ["--variant", "quick", "--report"];
@@ -236,12 +80,6 @@ fn a_run_ends_with_a_page_that_plays() {
     assert_eq!(screens.len(), 6, "each width and scheme has its own look");
     reader.assert_silent();
 }
-
-/// Counts the colours of a stage, on a copy: reading a canvas again and again is what a browser warns of.
-const PIXELS: &str = "(() => { const c = document.querySelector('canvas'), o = document.createElement('canvas'); \
-     [o.width, o.height] = [c.width, c.height]; const x = o.getContext('2d', { willReadFrequently: true }); x.drawImage(c, 0, 0); \
-     const d = new Uint32Array(x.getImageData(0, 0, c.width, c.height).data.buffer); \
-     let h = 0; for (const p of d) h = (h * 31 + p) % 4294967291; return [new Set(d).size, h]; })()";
 
 /// Words in a chart that lie on one another, and charts without words.
 const OVERLAPS: &str = "(() => { const bad = []; \

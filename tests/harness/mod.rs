@@ -294,6 +294,11 @@ impl Running<'_> {
         found.expect("the line comes")
     }
 
+    /// What is on standard output so far.
+    pub fn said(&self) -> String {
+        read(&self.stdout)
+    }
+
     /// Notes the ids of runs under way.
     fn watch(&mut self) {
         let names = self.place.temporary().into_iter();

@@ -23,6 +23,8 @@ const SCRIPT: &str = concat!(
     include_str!("../templates/chart.js"),
     include_str!("../templates/page.js"),
 );
+/// The script of a page that follows its run.
+const LIVE: &str = include_str!("../templates/live.js");
 const STYLE: &str = include_str!("../templates/page.css");
 /// Lines of a log that are shown from its begin, and from its end.
 const LOG: [usize; 2] = [100, 400];
@@ -54,6 +56,9 @@ struct Page<'a> {
     about: String,
     style: &'a str,
     script: &'a str,
+    /// The page follows its run: it may ask where it came from for news.
+    live: bool,
+    live_script: &'a str,
     data: String,
     many: bool,
     has_motion: bool,
@@ -138,16 +143,16 @@ impl Run {
     }
 }
 
-/// The page of these runs.
+/// The page of these runs; a `live` one follows its run, as [`crate::live`] serves it.
 ///
 /// # Errors
 /// [`ReportError::Page`].
-pub fn page(records: &[Record]) -> Result<String, ReportError> {
+pub fn page(records: &[Record], live: bool) -> Result<String, ReportError> {
     let labels = labels(records);
     let charts: Vec<Charts> = records.iter().map(charts).collect();
     let none: Vec<Option<Motion>> = records.iter().map(|_| None).collect();
     // How much room motions have is known once all the rest is there.
-    let rest = render(records, &labels, &charts, none, &[])?.len();
+    let rest = render(records, &labels, &charts, none, &[], live)?.len();
     let room = LARGEST.saturating_sub(rest) as f64 * (1.0 - RESERVE) / records.len().max(1) as f64;
     let mut faults = Vec::new();
     let motions = records.iter().map(|record| {
@@ -156,7 +161,7 @@ pub fn page(records: &[Record]) -> Result<String, ReportError> {
         motion
     });
     let motions: Vec<Option<Motion>> = motions.collect();
-    render(records, &labels, &charts, motions, &faults)
+    render(records, &labels, &charts, motions, &faults, live)
 }
 
 /// The motion of a run, and why there is none.
@@ -185,6 +190,7 @@ fn render(
     charts: &[Charts],
     motions: Vec<Option<Motion>>,
     faults: &[String],
+    live: bool,
 ) -> Result<String, ReportError> {
     let of_runs = labels.iter().zip(&motions).zip(charts);
     let data = Data {
@@ -203,7 +209,11 @@ fn render(
         .enumerate()
         .map(|(k, ((record, label), (charts, motion)))| {
             let fault = faults.get(k).map_or("", String::as_str);
-            run(record, label, charts, motion, fault)
+            let mut run = run(record, label, charts, motion, fault);
+            if live {
+                run.status = under_way(record);
+            }
+            run
         })
         .collect();
     let mut checks: Vec<verdict::Row> = records
@@ -228,6 +238,8 @@ fn render(
         about,
         style: STYLE,
         script: SCRIPT,
+        live,
+        live_script: if live { LIVE } else { "" },
         data,
         many: records.len() > 1,
         has_motion,
@@ -348,6 +360,20 @@ fn status(record: &Record) -> (String, &'static str) {
         "unstable" => ("Stopped: the state became unstable.".to_owned(), "bad"),
         "interrupted" => ("Interrupted before its end.".to_owned(), "open"),
         other => (format!("Ended with the status {other}."), "open"),
+    }
+}
+
+/// How far a run has come that goes on.
+fn under_way(record: &Record) -> String {
+    let times = record.history.as_ref().and_then(|h| h.columns.first());
+    let time = times.and_then(|times| times.values.last().copied());
+    let end = record.scene.as_ref().map(|scene| scene.time.end);
+    match (time, end) {
+        (Some(time), Some(end)) => {
+            let (time, all) = (moment(time), moment(end));
+            format!("Under way: {time} of {all} are simulated.")
+        }
+        _ => "Under way.".to_owned(),
     }
 }
 

@@ -1,15 +1,13 @@
 // Starts what the page has: the theme, the motions, the charts.
 
-const DATA = JSON.parse(document.getElementById("data").textContent);
-
 /** The motions of all runs that have one, and a player for them. */
-async function startPlayer() {
+async function startPlayer(data) {
   const canvases = [...document.querySelectorAll("#player canvas")];
   if (!canvases.length) return null;
   const stages = await Promise.all(canvases.map(async (canvas) => {
     const run = Number(canvas.dataset.run);
     const text = document.getElementById(`motion-${run}`).textContent;
-    return new Stage(canvas, await unpack(DATA.runs[run].motion, text));
+    return new Stage(canvas, await unpack(data.runs[run].motion, text));
   }));
   const of = (id) => document.getElementById(id);
   return new Player(stages, {
@@ -36,12 +34,12 @@ const CHARTS = {
   },
 };
 
-function startCharts(seek) {
+function startCharts(data, seek) {
   for (const host of document.querySelectorAll("[data-chart]")) {
-    chart(host, CHARTS[host.dataset.chart](DATA.runs[host.dataset.run].charts), seek);
+    chart(host, CHARTS[host.dataset.chart](data.runs[host.dataset.run].charts), seek);
   }
   for (const host of document.querySelectorAll("[data-history]")) {
-    for (const curve of DATA.runs[host.dataset.history].charts.history) {
+    for (const curve of data.runs[host.dataset.history].charts.history) {
       const [card, cell] = [document.createElement("div"), document.createElement("div")];
       card.className = "card";
       cell.className = "chart";
@@ -93,11 +91,19 @@ function startPrint(root, show) {
   });
 }
 
-const player = await startPlayer();
-startTheme(() => player?.draw());
-startCharts(player && ((time) => player.seek(time)));
-player?.listeners.push(showCursors);
-if (player) showCursors(player.time);
-// For whoever looks into the page from outside: what is there, and that it is ready.
-window.tandem = { data: DATA, player, ready: performance.now() };
-document.documentElement.dataset.ready = "yes";
+/** Starts what the page shows at present; what it showed before is put away. */
+async function start() {
+  window.tandem?.player?.end();
+  CURSORS.clear();
+  const data = JSON.parse(document.getElementById("data").textContent);
+  const player = await startPlayer(data);
+  startCharts(data, player && ((time) => player.seek(time)));
+  player?.listeners.push(showCursors);
+  if (player) showCursors(player.time);
+  // For whoever looks into the page from outside: what is there, and that it is ready.
+  window.tandem = { data, player, ready: performance.now() };
+  document.documentElement.dataset.ready = "yes";
+}
+
+startTheme(() => window.tandem?.player?.draw());
+await start();

@@ -214,6 +214,7 @@ class Player {
     this.fields = commonFields(stages.map((stage) => stage.motion));
     this.place = 0;
     this.listeners = [];
+    this.ended = new AbortController();
     this.prepare();
     this.showField();
     this.show(0);
@@ -228,8 +229,10 @@ class Player {
     field.addEventListener("change", () => this.showField());
     rate.addEventListener("change", () => { this.begun = null; });
     root.addEventListener("keydown", (event) => this.key(event));
-    document.addEventListener("keydown", (event) => { if (event.target === document.body) this.key(event); });
-    new ResizeObserver(() => this.redraw()).observe(root);
+    const { signal } = this.ended;
+    document.addEventListener("keydown", (event) => { if (event.target === document.body) this.key(event); }, { signal });
+    this.resized = new ResizeObserver(() => this.redraw());
+    this.resized.observe(root);
   }
 
   /** The keys of the player, but for those that the control in focus has a use for. */
@@ -248,6 +251,13 @@ class Player {
       return;
     }
     event.preventDefault();
+  }
+
+  /** Hears nothing any more; another player takes the place of this one. */
+  end() {
+    this.pause();
+    this.ended.abort();
+    this.resized.disconnect();
   }
 
   get time() {

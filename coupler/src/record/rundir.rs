@@ -74,7 +74,7 @@ pub(crate) const FRAMES: &str = "frames";
 /// A run as a page for a browser.
 pub const REPORT: &str = "report.html";
 /// ParaView's list of the frames.
-pub(crate) const FRAME_LIST: &str = "frames/frames.pvd";
+pub const FRAME_LIST: &str = "frames/frames.pvd";
 const BODIES: &str = "bodies.csv";
 const RECORDING: &str = "recording.tandem";
 /// What the run in the directory has open, and who that is.

@@ -1,0 +1,282 @@
+//! A run as its page while it goes on: an HTTP server on the loopback interface of this machine, for who has the token.
+//!
+//! | address | what |
+//! | --- | --- |
+//! | `/?token=T` | the page of the run as it stands |
+//! | `/events?token=T` | server-sent events: `state` when the run has written something, `end` when it has ended |
+//!
+//! It reads what the run has written and writes nothing. A page is made when a browser asks for it, at most once for each
+//! state; a run that nobody looks at costs a look at a few files a second.
+
+use std::fs;
+use std::io::{self, Write};
+use std::net::{Ipv4Addr, SocketAddr};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard};
+use std::thread;
+use std::time::{Duration, Instant, SystemTime};
+
+use coupler::record::course::COURSE;
+use coupler::record::rundir::{FRAME_LIST, in_use};
+use tiny_http::{Header, Method, Request, Response, Server, StatusCode};
+
+use crate::error::ReportError;
+use crate::page;
+use crate::record::Record;
+
+/// Time between two looks at the run's files.
+const LOOK: Duration = Duration::from_secs(1);
+/// Time between two signs of life to a browser that waits.
+const SIGN_OF_LIFE: Duration = Duration::from_secs(10);
+/// How long browsers have to fetch the last page.
+const FAREWELL: Duration = Duration::from_secs(10);
+/// Browsers that can follow at a time.
+const BROWSERS: usize = 16;
+/// What is shown before a run has written anything.
+const NOT_YET: &str = "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta http-equiv=\"refresh\" content=\"1\">\
+                       <title>Tandem</title><p>The run has not begun yet.</p>";
+
+/// A server of the page of one run.
+pub struct Live {
+    server: Server,
+    at: SocketAddr,
+    shared: Arc<Shared>,
+}
+
+/// What is known to all who answer.
+struct Shared {
+    dir: PathBuf,
+    token: String,
+    host: [String; 2],
+    news: Mutex<News>,
+    changed: Condvar,
+    page: Mutex<Option<(u64, String)>>,
+    followers: AtomicUsize,
+    /// Pages that were sent since the end.
+    farewells: AtomicUsize,
+}
+
+/// What has happened to the run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+struct News {
+    /// Grows with every change of its files.
+    state: u64,
+    ended: bool,
+}
+
+impl Live {
+    /// Listens on `port` of the loopback interface; 0 takes a free one.
+    ///
+    /// # Errors
+    /// [`ReportError::Serve`].
+    pub fn listen(dir: &Path, port: u16) -> Result<Self, ReportError> {
+        let at = SocketAddr::from((Ipv4Addr::LOCALHOST, port));
+        let cannot = |why: &dyn std::fmt::Display| ReportError::Serve(format!("{at}: {why}"));
+        let server = Server::http(at).map_err(|error| cannot(&error))?;
+        let at = server
+            .server_addr()
+            .to_ip()
+            .ok_or_else(|| cannot(&"no address"))?;
+        let port = at.port();
+        let shared = Shared {
+            dir: dir.to_path_buf(),
+            token: token().map_err(|error| cannot(&error))?,
+            host: [format!("127.0.0.1:{port}"), format!("localhost:{port}")],
+            news: Mutex::default(),
+            changed: Condvar::new(),
+            page: Mutex::default(),
+            followers: AtomicUsize::new(0),
+            farewells: AtomicUsize::new(0),
+        };
+        Ok(Self {
+            server,
+            at,
+            shared: Arc::new(shared),
+        })
+    }
+
+    /// What to open in a browser.
+    pub fn address(&self) -> String {
+        format!("http://{}/?token={}", self.at, self.shared.token)
+    }
+
+    /// Answers browsers until the run has ended and those that follow it have its last page, or `stop` says so.
+    ///
+    /// # Errors
+    /// [`ReportError::Serve`]: nothing can be heard any more.
+    pub fn serve(&self, stop: impl Fn() -> bool) -> Result<(), ReportError> {
+        let mut seen = None;
+        let mut looked: Option<Instant> = None;
+        let mut end: Option<(Instant, usize)> = None;
+        while !stop() {
+            if end.is_none() && looked.is_none_or(|at| at.elapsed() >= LOOK) {
+                looked = Some(Instant::now());
+                // In this order: a run that has ended writes nothing more.
+                let ended = !in_use(&self.shared.dir);
+                let files = self.shared.files();
+                // Before they are told, since who has heard of the end follows no more.
+                let waiting = self.shared.followers.load(Ordering::Acquire);
+                if ended || seen.as_ref() != Some(&files) {
+                    seen = Some(files);
+                    self.shared.tell(ended);
+                }
+                if ended {
+                    end = Some((Instant::now(), waiting));
+                }
+            }
+            if let Some((at, waiting)) = end
+                && (self.shared.farewells.load(Ordering::Acquire) >= waiting
+                    || at.elapsed() >= FAREWELL)
+            {
+                break;
+            }
+            let heard = self.server.recv_timeout(Duration::from_millis(100));
+            if let Some(request) = heard.map_err(|error| ReportError::Serve(error.to_string()))? {
+                let shared = self.shared.clone();
+                // A browser that goes away in the middle is no error.
+                thread::spawn(move || shared.answer(request).ok());
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Shared {
+    fn news(&self) -> MutexGuard<'_, News> {
+        self.news.lock().expect("no thread panics with the news")
+    }
+
+    /// The run has written something, or has ended.
+    fn tell(&self, ended: bool) {
+        let mut news = self.news();
+        news.state += 1;
+        news.ended = ended;
+        drop(news);
+        self.changed.notify_all();
+    }
+
+    /// Size and time of what a run writes to while it goes on.
+    fn files(&self) -> Vec<Option<(u64, SystemTime)>> {
+        let names = [
+            "history.csv",
+            COURSE,
+            "log.jsonl",
+            "summary.json",
+            FRAME_LIST,
+        ];
+        let of = |name: &str| {
+            let file = fs::metadata(self.dir.join(name)).ok()?;
+            Some((file.len(), file.modified().ok()?))
+        };
+        names.into_iter().map(of).collect()
+    }
+
+    fn answer(&self, request: Request) -> io::Result<()> {
+        let (path, query) = request.url().split_once('?').unwrap_or((request.url(), ""));
+        let named = |header: &&Header| header.field.equiv("Host");
+        let host = request.headers().iter().find(named);
+        // A page of elsewhere whose name was made to lead here has another host.
+        let of_here =
+            host.is_some_and(|host| self.host.iter().any(|own| host.value == own.as_str()));
+        let knows = query
+            .split('&')
+            .any(|pair| pair.strip_prefix("token=") == Some(&self.token));
+        let refusal = if !of_here || !knows {
+            Some((
+                403,
+                "The address lacks the token that `tandem watch` has printed.",
+            ))
+        } else if !matches!(request.method(), Method::Get | Method::Head) {
+            Some((405, "This server shows a run; nothing can be changed here."))
+        } else {
+            None
+        };
+        match (refusal, path) {
+            (Some((status, why)), _) => {
+                request.respond(Response::from_string(why).with_status_code(StatusCode(status)))
+            }
+            (None, "/") => self.send_page(request),
+            (None, "/events") => self.send_events(request),
+            (None, _) => request.respond(Response::empty(404)),
+        }
+    }
+
+    fn send_page(&self, request: Request) -> io::Result<()> {
+        let ended = self.news().ended;
+        let html = self.page().unwrap_or_else(|_| NOT_YET.to_owned());
+        let mut response = Response::from_string(html);
+        for (name, value) in [
+            ("Content-Type", "text/html; charset=utf-8"),
+            ("Cache-Control", "no-store"),
+            ("Referrer-Policy", "no-referrer"),
+            ("X-Content-Type-Options", "nosniff"),
+        ] {
+            response.add_header(Header::from_bytes(name, value).expect("plain ASCII"));
+        }
+        request.respond(response)?;
+        if ended {
+            self.farewells.fetch_add(1, Ordering::AcqRel);
+        }
+        Ok(())
+    }
+
+    /// The page of the present state. One that was made for it is sent again.
+    fn page(&self) -> Result<String, ReportError> {
+        let mut made = self.page.lock().expect("no thread panics with the page");
+        let News { state, ended } = *self.news();
+        if let Some((of, html)) = &*made
+            && *of == state
+        {
+            return Ok(html.clone());
+        }
+        let record = Record::read(&self.dir)?;
+        let html = page::page(&[record], !ended)?;
+        *made = Some((state, html.clone()));
+        Ok(html)
+    }
+
+    fn send_events(&self, request: Request) -> io::Result<()> {
+        if self.followers.fetch_add(1, Ordering::AcqRel) >= BROWSERS {
+            self.followers.fetch_sub(1, Ordering::AcqRel);
+            return request.respond(Response::empty(503));
+        }
+        let mut out = request.into_writer();
+        let told = self.follow(&mut out);
+        self.followers.fetch_sub(1, Ordering::AcqRel);
+        told
+    }
+
+    /// Tells of every change until the end.
+    fn follow(&self, out: &mut dyn Write) -> io::Result<()> {
+        out.write_all(
+            b"HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\nCache-Control: no-store\r\nConnection: close\r\n\r\n",
+        )?;
+        let mut told = 0;
+        loop {
+            let news = self.news();
+            let waited = self
+                .changed
+                .wait_timeout_while(news, SIGN_OF_LIFE, |news| news.state == told);
+            let news = *waited.expect("no thread panics with the news").0;
+            if news.state == told {
+                out.write_all(b": still here\n\n")?;
+            } else {
+                told = news.state;
+                let name = if news.ended { "end" } else { "state" };
+                write!(out, "event: {name}\ndata: {told}\n\n")?;
+            }
+            out.flush()?;
+            if news.ended {
+                return Ok(());
+            }
+        }
+    }
+}
+
+/// 128 bits that nobody can guess.
+fn token() -> io::Result<String> {
+    let mut bytes = [0; 16];
+    io::Read::read_exact(&mut fs::File::open("/dev/urandom")?, &mut bytes)?;
+    Ok(bytes.iter().map(|byte| format!("{byte:02x}")).collect())
+}
