@@ -88,7 +88,7 @@ fn lines_of_prose_fit() {
     // The brief is as it was handed over.
     let own = listed
         .lines()
-        .filter(|name| !name.starts_with("docs/design/"));
+        .filter(|name| !name.starts_with("docs/archive/"));
     let mut wrong = Vec::new();
     let mut pages = 0;
     for name in own {

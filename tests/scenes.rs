@@ -351,7 +351,7 @@ fn the_error_of_bar_on_grain_falls_in_proportion_to_the_cell() {
     }
 }
 
-/// A force that is one step late gives a restitution of 1.08 here and leaves no other trace (PHYSICS.md section 4).
+/// A force that is one step late gives a restitution of 1.08 here and leaves no other trace (docs/physics.md section 4).
 #[test]
 fn a_bounce_gives_back_what_it_took() {
     let place = Place::new();

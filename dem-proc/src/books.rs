@@ -1,4 +1,4 @@
-//! Energies, momenta and impulses of the bodies' side (PHYSICS.md section 7), by [`mechanics::books`].
+//! Energies, momenta and impulses of the bodies' side (docs/physics.md section 7), by [`mechanics::books`].
 //!
 //! Losses are trapezoid sums over the steps done.
 

@@ -18,7 +18,7 @@
 //! | `p` | contact point `X - (a_V - xi/2) N` | 2 | m | eq. 41, sign mended |
 //! | `k_n`, `k_t` | stiffness | scalar | N/m per m | eq. 43 |
 //! | `mu` | friction | scalar | 1 | below eq. 43 |
-//! | `zeta` | damping as a fraction of critical | scalar | 1 | PHYSICS.md 5 |
+//! | `zeta` | damping as a fraction of critical | scalar | 1 | docs/physics.md 5 |
 //! | `c`, `theta` | centre of mass, angle | 2, scalar | m, rad | eq. 42 |
 //! | `v`, `omega` | velocity, spin, at half steps | 2, scalar | m/s, rad/s | eq. 42 |
 //! | `m`, `I` | mass, moment of inertia about `c` | scalar | kg/m, kg m | eq. 42 |

@@ -70,9 +70,9 @@ impl System {
     pub(crate) fn respond(&mut self, step: &Step, imps: &[ImpState]) -> Result<Answer, Fault> {
         self.kick(step)?; //                              eq. 42, v^{n-1/2} -> v^{n+1/2}
         if step.measure {
-            self.measurement = measure(self, step, imps); // PHYSICS.md section 7
+            self.measurement = measure(self, step, imps); // docs/physics.md section 7
         }
-        Ok(self.answer(step)) //                          PHYSICS.md section 4
+        Ok(self.answer(step)) //                          docs/physics.md section 4
     }
 
     /// Refuses numbers that are not finite before anything has changed.

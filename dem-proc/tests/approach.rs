@@ -8,7 +8,7 @@ use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig, Motion, O
 use interface::solver::DemSolver;
 use small_scenes::*;
 
-/// The steps that a coupler takes by PHYSICS.md section 4, until `end` (s) or a fault: the longest, and what was said.
+/// The steps that a coupler takes by docs/physics.md section 4, until `end` (s) or a fault: the longest, and what was said.
 struct Uncapped {
     dem: Sdem,
     longest: f64,

@@ -181,7 +181,7 @@ fn hertz_contact_time_and_depth_and_restitution_at_any_speed() {
     }
 }
 
-/// SCENES.md `oblique_impact`: `v_t' = v_t - mu (1 + e) v_n`, `r w' = 2 mu (1 + e) v_n`.
+/// docs/scenes.md `oblique_impact`: `v_t' = v_t - mu (1 + e) v_n`, `r w' = 2 mu (1 + e) v_n`.
 #[test]
 fn oblique_impact_in_gross_sliding() {
     let (mu, v_n, v_t) = (0.2, 1.0, 3.0);

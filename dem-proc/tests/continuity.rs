@@ -10,7 +10,7 @@ use small_scenes::*;
 
 /// A point goes round a convex outline at a constant distance, and across a star's notches: the force changes by no
 /// more than stiffness times path, plus, in a reflex corner, the turn of the normal where two edges are equally near
-/// (there a signed distance has a crease: PHYSICS.md section 5 promises smoothness along convex outlines).
+/// (there a signed distance has a crease: docs/physics.md section 5 promises smoothness along convex outlines).
 #[test]
 fn the_force_on_a_point_does_not_jump_round_a_convex_outline() {
     let k = 1e5;

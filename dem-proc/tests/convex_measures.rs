@@ -41,7 +41,7 @@ fn convex(random: &mut Random, n: usize, size: f64) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// The counts of PHYSICS.md section 5.
+/// The counts of docs/physics.md section 5.
 #[test]
 fn how_often_a_pair_counts() {
     let step = |x: f64, y: f64, angle: f64| {
@@ -134,7 +134,7 @@ fn balance(config: &DemConfig, dt: f64) -> [f64; 4] {
     ]
 }
 
-/// The table of PHYSICS.md section 5: at steps of 4e-4, 2e-4, 1e-4 s errors fall, to about 1e-4 at the last.
+/// The table of docs/physics.md section 5: at steps of 4e-4, 2e-4, 1e-4 s errors fall, to about 1e-4 at the last.
 #[test]
 fn either_measure_conserves_energy_as_the_step_falls() {
     use OverlapMeasure::{Area, EachEdge, NearestEdge};

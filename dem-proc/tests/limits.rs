@@ -7,7 +7,7 @@ use interface::solver::DemSolver;
 use small_scenes::*;
 
 /// Largest separation speed of points of mass `m` resting against a free disc of mass `big`, after many steps of
-/// `factor` times the limit composed as PHYSICS.md section 4: a small push grows without bound where unstable, until the
+/// `factor` times the limit composed as docs/physics.md section 4: a small push grows without bound where unstable, until the
 /// solver itself ends the run (a point deep in a body), which counts as infinite.
 fn growth(big: f64, count: usize, factor: f64) -> f64 {
     let (k, m) = (1e6, 1.0);

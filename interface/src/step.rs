@@ -46,7 +46,7 @@ impl Step {
 
     /// Weight of `v^{n+1/2}` in a quantity at `t_n`: `q^n = (1 - w) q^{n-1/2} + w q^{n+1/2}`.
     ///
-    /// One half for equal steps (PHYSICS.md section 7); 0 in the first step, 1 in the closing one, where the
+    /// One half for equal steps (docs/physics.md section 7); 0 in the first step, 1 in the closing one, where the
     /// velocity before, respectively after, the kick is that of `t_n` itself.
     #[inline]
     pub fn centring(&self) -> f64 {

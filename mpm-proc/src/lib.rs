@@ -10,7 +10,7 @@
 //!
 //! # Notation
 //!
-//! Equation numbers are those of Jiang 2020, with the corrections of `PHYSICS.md` section 1. Everything is per metre
+//! Equation numbers are those of Jiang 2020, with the corrections of `docs/physics.md` section 1. Everything is per metre
 //! of thickness.
 //!
 //! | symbol | name in the code | what it is | shape | unit | equation |

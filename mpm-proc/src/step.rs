@@ -1,4 +1,4 @@
-//! The step, as the paper has it (Jiang 2020 section 2.2 and eqs. 46 to 48; PHYSICS.md section 3).
+//! The step, as the paper has it (Jiang 2020 section 2.2 and eqs. 46 to 48; docs/physics.md section 3).
 
 use interface::message::wire::{ImpForce, Limits};
 use interface::solver::Fault;

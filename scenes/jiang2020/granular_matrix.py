@@ -182,7 +182,7 @@ motion = "fixed"
 '''
 
 TAIL = '''
-# k_n is assumed, k_t = k_n/20 (the printed 6e6 N/cm contradicts the printed results, PHYSICS.md section 2); mu of Table 3.
+# k_n is assumed, k_t = k_n/20 (the printed 6e6 N/cm contradicts the printed results, docs/physics.md section 2); mu of Table 3.
 # With the 6e4 N/m of the other scenes the bar presses fines 3 mm into the floor.
 [contact]
 linear = { normal_stiffness = 6e6, tangential_stiffness = 3e5, friction = 0.2 }
@@ -265,14 +265,14 @@ name = "momentum is conserved"
 value = "momentum_error"
 when = "max"
 at_most = 1e-12
-source = "action equals reaction bit for bit (PHYSICS.md section 3): rounding only"
+source = "action equals reaction bit for bit (docs/physics.md section 3): rounding only"
 
 [[check]]
 name = "no energy is created"
 value = "energy.residual_relative"
 when = "max"
 at_most = 1e-3
-source = "Jiang 2020 section 5.1: no extra energy; SCENES.md sets 1e-3 of the largest total"
+source = "Jiang 2020 section 5.1: no extra energy; docs/scenes.md sets 1e-3 of the largest total"
 '''
 
 if __name__ == "__main__":

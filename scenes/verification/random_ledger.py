@@ -180,28 +180,28 @@ name = "touches of points"
 value = "contact.points*t_end/t_touch"
 when = "mean"
 at_least = 1000
-source = "SCENES.md, verification/random_ledger: 1,000 contacts; a lower estimate"
+source = "docs/scenes.md, verification/random_ledger: 1,000 contacts; a lower estimate"
 
 [[check]]
 name = "momentum is conserved"
 value = "momentum_error"
 when = "max"
 at_most = 1e-12
-source = "action equals reaction bit for bit (PHYSICS.md section 3): rounding only"
+source = "action equals reaction bit for bit (docs/physics.md section 3): rounding only"
 
 [[check]]
 name = "no energy is created"
 value = "energy.residual_relative"
 when = "max"
 at_most = 1e-3
-source = "Jiang 2020 section 5.1: no extra energy; SCENES.md sets 1e-3 of the largest total"
+source = "Jiang 2020 section 5.1: no extra energy; docs/scenes.md sets 1e-3 of the largest total"
 
 [[check]]
 name = "no energy is lost"
 value = "energy.residual_relative"
 when = "min"
 at_least = -1e-3
-source = "SCENES.md: energy is an invariant; FLIP and springs do not dissipate, friction is booked"
+source = "docs/scenes.md: energy is an invariant; FLIP and springs do not dissipate, friction is booked"
 
 [[check]]
 name = "stored plus kinetic energy never grows"

@@ -1,4 +1,4 @@
-//! The energy ledger and the momentum balance of both sides together (PHYSICS.md section 7).
+//! The energy ledger and the momentum balance of both sides together (docs/physics.md section 7).
 
 use interface::message::wire::Ledger;
 use serde::{Deserialize, Serialize};

@@ -80,7 +80,7 @@ pub struct EnergyLedger {
 /// cap and outputs left out. Absent where nothing binds.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Criteria {
-    /// Shortest that the composed criterion asked for (PHYSICS.md section 4): that of the hardest contact.
+    /// Shortest that the composed criterion asked for (docs/physics.md section 4): that of the hardest contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub composed: Option<f64>,
     /// Jiang 2020 eq. 51, the scene's own factors or those of the paper's scenes.

@@ -480,7 +480,9 @@ impl<'a> Run<'a> {
         let at = self.account.clock.step(asked != 0);
         self.account.clock.advance_by(round.steps);
         under_way.done += round.steps;
-        self.course.before(&self.account.pace);
+        if asked != 0 {
+            self.course.before(&self.account.pace);
+        }
         if epoch.dt > 0.0 {
             self.account.pace.book(&epoch, round.steps);
         }

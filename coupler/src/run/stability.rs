@@ -1,6 +1,6 @@
 //! The step limit that only the coupler can compose: each side knows its own stiffness and mobility, their sum decides.
 //!
-//! PHYSICS.md section 4: with `K` the stiffnesses of continuum, bodies and the contact between them, and a block
+//! docs/physics.md section 4: with `K` the stiffnesses of continuum, bodies and the contact between them, and a block
 //! diagonal mass matrix, `lambda_max(M^-1 (K_mpm + K_dem + K_contact))` is at most the sum of the parts, and
 //! `K_contact` splits into what it does to the points and what it does to the bodies. Leapfrog is stable for
 //! `omega dt <= 2`; a dashpot of ratio `zeta` shortens that by `sqrt(1 + zeta^2) - zeta`.
@@ -334,7 +334,7 @@ mod tests {
             ..one
         };
         let ratio = composed(1.0).limit(&both).dt / composed(1.0).limit(&one).dt;
-        // PHYSICS.md section 4: already unstable at 0.8 of the smaller of the two; the truth is 1/sqrt(2).
+        // docs/physics.md section 4: already unstable at 0.8 of the smaller of the two; the truth is 1/sqrt(2).
         assert!((ratio - 0.5f64.sqrt()).abs() < 1e-15);
     }
 

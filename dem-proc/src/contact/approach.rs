@@ -7,9 +7,9 @@
 //! - *Contacts count before they close.* The limits that follow step `n` are those of step `n + 1`, which ends at
 //!   `t_{n+2}`. A contact found there is kicked by half of that step, so it has to have bound it. So two bodies count as
 //!   in contact if they can meet within two steps, the second a tenth longer (the most that a step may grow by,
-//!   PHYSICS.md section 4): [`crate::lists::watch::Ahead`]. The lists reach as far: [`crate::lists::watch::Watch`].
+//!   docs/physics.md section 4): [`crate::lists::watch::Ahead`]. The lists reach as far: [`crate::lists::watch::Watch`].
 //! - *No body passes through another in one step.* A pair in reach may come nearer by half the length in which its force has the right
-//!   sign ([`crate::contact::passage`]) in a step: the counterpart of half the radius of a point in PHYSICS.md section 4. Only the
+//!   sign ([`crate::contact::passage`]) in a step: the counterpart of half the radius of a point in docs/physics.md section 4. Only the
 //!   approach counts, so a body may slide along a floor as fast as it likes. The limit is declared as a frequency:
 //!   [`crossing_rate`].
 //! - *Before the first step* its length is not known, and any two bodies may meet within it. So contact counts as if it
@@ -23,7 +23,7 @@ use crate::body::bodies::Bodies;
 use mechanics::mass::cross;
 
 /// Terms of the sum over vertices and edges in which two bodies can meet at once: flush squares with aligned corners
-/// (PHYSICS.md section 5).
+/// (docs/physics.md section 5).
 const TERMS: f64 = 8.0;
 
 /// Where two bodies are near one another.

@@ -1,4 +1,4 @@
-//! Each vertex of a convex body against the nearest point of another one, once (PHYSICS.md section 5, "nearest edge per
+//! Each vertex of a convex body against the nearest point of another one, once (docs/physics.md section 5, "nearest edge per
 //! vertex").
 //!
 //! The distance is signed, as for points: a vertex driven past the bare outline is pushed back the way it came. The

@@ -7,7 +7,7 @@
 //! - *Through.* From one step to the next the normal turns by more than 100 degrees relative to the body, the path
 //!   between crosses the outline or ends inside it, and the nearest point of the outline has leapt: the way along the
 //!   outline is longer than the contact distance. A point that rolls round a corner or a cap turns by `2 asin(r_p/4 / d)`
-//!   at most, since it moves by half its radius in a step at most (the kinematic limit of PHYSICS.md section 4): 29
+//!   at most, since it moves by half its radius in a step at most (the kinematic limit of docs/physics.md section 4): 29
 //!   degrees at the distance `d = r_p` of light contact. In a narrow notch the nearer wall may change, but the path
 //!   crosses nothing. At the corners of a rectangle the normals inside differ by 90 degrees. And a sharp tip that a soft
 //!   contact lets in as far as its contact distance is cut off, which is no worse than to go round it.

@@ -1,5 +1,5 @@
 //! Contact between material points and bodies: one signed contact per point and body (Jiang 2020 section 4.1 as
-//! PHYSICS.md section 5 reads it).
+//! docs/physics.md section 5 reads it).
 //!
 //! An evaluation commits nothing. What is kept between steps ([`Kept`]) is one thing, and what an evaluation makes anew
 //! of it another: `next` for the memories, `positions` for where the points are, `fresh` for a list. [`PointSide::commit`]

@@ -5,7 +5,7 @@
 //!
 //! Order: kinetic energies are the weighted mean of the two half-step values (T-5). Work from outside is force at
 //! `t_n` times the mean of the velocities before and after the kick, half a kick of which belongs to the time before
-//! `t_n`: all second order in the step (PHYSICS.md section 7).
+//! `t_n`: all second order in the step (docs/physics.md section 7).
 
 use serde::{Deserialize, Serialize};
 

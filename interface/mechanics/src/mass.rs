@@ -1,4 +1,4 @@
-//! Area, centroid and moment of inertia of a swept shape (PHYSICS.md section 5): what mass and inertia of a body are by
+//! Area, centroid and moment of inertia of a swept shape (docs/physics.md section 5): what mass and inertia of a body are by
 //! PROTOCOL.md section 10, for every solver that is given a density.
 //!
 //! The Minkowski sum of a simple polygon and a disc of radius `a` is cut into the polygon, a rectangle `L x a` on the

@@ -287,7 +287,7 @@ record! {
 }
 
 record! {
-    /// A side's limits, as shares of the composed stability criterion (PHYSICS.md section 4).
+    /// A side's limits, as shares of the composed stability criterion (docs/physics.md section 4).
     Limits, "tandem/Limits", 48 {
         /// Bound of the largest squared frequency without contact between points and bodies, in 1/s^2.
         omega_sq: f64 = 0,

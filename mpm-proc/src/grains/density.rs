@@ -73,7 +73,7 @@ fn kernel(d: f64) -> [(f64, f64); 4] {
     })
 }
 
-/// The quadratic B-spline (Jiang 2020 A4, PHYSICS.md section 1).
+/// The quadratic B-spline (Jiang 2020 A4, docs/physics.md section 1).
 fn spline(d: f64) -> f64 {
     let d = d.abs();
     if d < 0.5 {

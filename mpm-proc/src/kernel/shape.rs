@@ -1,4 +1,4 @@
-//! Shape functions `S_Ip` and their gradients (Jiang 2020 appendix; PHYSICS.md section 1).
+//! Shape functions `S_Ip` and their gradients (Jiang 2020 appendix; docs/physics.md section 1).
 //!
 //! Every shape is a product of one function of each coordinate. A point touches `W` nodes along an axis: from its
 //! *base* node, which is `floor(xi - offset)` with `xi` the coordinate in cells, to `base + W - 1`. What the functions
@@ -69,7 +69,7 @@ pub trait Shape<const W: usize>: Copy + Send + Sync + 'static {
     const INVERSE_INERTIA: Option<f64>;
 }
 
-/// Quadratic B-spline (PHYSICS.md section 1, Jiang 2020 A4 corrected).
+/// Quadratic B-spline (docs/physics.md section 1, Jiang 2020 A4 corrected).
 #[derive(Debug, Clone, Copy)]
 pub struct QuadraticBspline;
 
@@ -228,7 +228,7 @@ impl Shape<3> for Ugimp {
 mod tests {
     use super::*;
 
-    /// A2 and A4 as printed, corrected by PHYSICS.md section 1; `x` is the distance from a node in cells.
+    /// A2 and A4 as printed, corrected by docs/physics.md section 1; `x` is the distance from a node in cells.
     fn paper(kind: &str, l: f64, x: f64) -> f64 {
         let r = x.abs();
         match kind {

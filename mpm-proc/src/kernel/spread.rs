@@ -1,4 +1,4 @@
-//! Ways for a contact force to reach the grid (PHYSICS.md section 3; Jiang 2020 eq. 47 and section 5.4; Chen 2023
+//! Ways for a contact force to reach the grid (docs/physics.md section 3; Jiang 2020 eq. 47 and section 5.4; Chen 2023
 //! section 3.2.3).
 //!
 //! Each is a product of one function of each coordinate whose values are 0 or more and sum to one over the nodes, so

@@ -1,4 +1,4 @@
-//! Hypoelasticity: the Jaumann rate of the Cauchy stress is linear in the strain rate (Jiang 2020 eqs. 25, 36; PHYSICS.md
+//! Hypoelasticity: the Jaumann rate of the Cauchy stress is linear in the strain rate (Jiang 2020 eqs. 25, 36; docs/physics.md
 //! section 1).
 //!
 //! It has no energy: over a closed cycle of volume and shear its work is not zero, so it creates or loses some of it, by a share

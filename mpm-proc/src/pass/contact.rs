@@ -15,7 +15,7 @@ use crate::state::nodes::NodeAt;
 /// Adds `f_I^cont = sum_p f_p T_Ip` to the nodes.
 ///
 /// The frequency where `T = S` is Gershgorin's bound, `G(S) = max_p sum_I S_Ip s_I / m_I` with
-/// `s_I = sum_q k_q S_Iq` over the points with stiffness (PHYSICS.md section 4).
+/// `s_I = sum_q k_q S_Iq` over the points with stiffness (docs/physics.md section 4).
 ///
 /// Otherwise contact adds `M^-1 T K S^T` to the operator of the grid's motion, which is not symmetric, so that
 /// bounding its own eigenvalues would not bound those of its sum with elasticity. Its norm in the inner product of

@@ -1,4 +1,4 @@
-//! What the continuum says of the largest stable step (PHYSICS.md section 4).
+//! What the continuum says of the largest stable step (docs/physics.md section 4).
 //!
 //! The grid's motion without contact is `M a = -K u`, `K = sum_p V_p B_p^T C_p B_p`, with lumped masses that split into
 //! those of the points, `M = sum_p M_p`, `(M_p)_II = m_p S_Ip`. By the element eigenvalue theorem the largest squared

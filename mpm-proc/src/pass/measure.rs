@@ -1,4 +1,4 @@
-//! Energies, momenta and impulses (PHYSICS.md section 7). Impulses are counted in every step, the rest only where a step
+//! Energies, momenta and impulses (docs/physics.md section 7). Impulses are counted in every step, the rest only where a step
 //! is measured.
 
 use interface::message::wire::GroupState;

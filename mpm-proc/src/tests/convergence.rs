@@ -234,7 +234,7 @@ fn a_pulse_converges_by_the_order_of_the_scheme() {
     }
 }
 
-/// Relative rms error of the axis-aligned displacement of Wallstedt and Guilkey 2008 (SCENES.md),
+/// Relative rms error of the axis-aligned displacement of Wallstedt and Guilkey 2008 (docs/scenes.md),
 /// `u_x = A sin(pi X) sin(c pi t)`, `u_y = -A sin(pi Y) sin(c pi t)`, of Neo-Hookean material in a box with slip walls.
 /// With `P = G (F - F^-T) + lambda ln J F^-T` and `rho c^2 = E` the body force that makes it so is
 ///
