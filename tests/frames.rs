@@ -113,6 +113,43 @@ fn a_frame_holds_what_was_where() {
     assert!(missing.contains("the nearest is at 0 s"), "{missing}");
 }
 
+/// Fields that are chosen, with half of their digits: less on the disk, and places as they were.
+#[test]
+fn a_scene_chooses_what_frames_hold() {
+    let place = Place::new();
+    framed(&place);
+    let frames = format!("output.frames={BETWEEN}");
+    let chosen = "output.fields=[\"velocity\", \"spin\"]";
+    let more = ["--variant", "quick", "--set", &frames, "--set", chosen];
+    let single = ["--set", "output.precision=single"];
+    let more: Vec<&str> = more.into_iter().chain(single).collect();
+    place.run("chosen", &scene(HARD), &more).expect(0);
+    let [all, chosen] = ["framed", "chosen"].map(|out| {
+        let run = place.path(out);
+        Frame::read(&run, BETWEEN).unwrap()
+    });
+    let names = |mesh: &Mesh| -> Vec<String> {
+        let arrays = mesh.of_points.iter().chain(&mesh.of_cells);
+        arrays.map(|array| array.name.clone()).collect()
+    };
+    let (points, bodies) = (chosen.points.unwrap(), chosen.bodies.unwrap());
+    assert_eq!(names(&points), ["id", "group", "velocity"]);
+    assert_eq!(names(&bodies), ["body", "velocity", "spin"]);
+    let whole = all.points.unwrap();
+    assert_eq!(points.points, whole.points);
+    for (short, long) in column(&points, "velocity", 0).zip(column(&whole, "velocity", 0)) {
+        assert_eq!(short, f64::from(long as f32));
+    }
+    let bytes = |out: &str| {
+        let file = place.path(out).join("frames/points_0001.vtu");
+        fs::metadata(file).unwrap().len()
+    };
+    assert!(2 * bytes("chosen") < bytes("framed"));
+    let unknown = "output.fields=[\"temperature\"]";
+    let refused = place.start_run("out", &scene(HARD), &["--set", unknown]);
+    refused.end().expect(2).says(&["temperature", "velocity"]);
+}
+
 /// What meshio reads, as JSON; `None` where there is no meshio.
 fn by_meshio(file: &Path) -> Option<Value> {
     const READ: &str = "

@@ -190,11 +190,8 @@ mod tests {
     use super::*;
 
     fn mesh() -> Mesh {
-        let array = |name: &str, components, values: &[f64]| Array {
-            name: name.into(),
-            components,
-            values: values.to_vec(),
-        };
+        let array =
+            |name: &str, components, values: &[f64]| Array::real(name, components, values.to_vec());
         Mesh {
             cell: Cell::Vertex,
             points: vec![[0.0; 2]; 2],

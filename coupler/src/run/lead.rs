@@ -643,7 +643,7 @@ impl Supervisor for Run<'_> {
 /// The frames of a scene that asks for them, of which those that are listed are there.
 fn frames(scene: &Scene, dir: &RunDir, listed: Listed) -> Result<Option<Frames>, RunDirError> {
     let dem = scene.dem.as_ref();
-    let frames = || Frames::resume(dir, scene.mpm.is_some(), dem, listed);
+    let frames = || Frames::resume(dir, scene.mpm.is_some(), dem, &scene.output.content, listed);
     scene.output.frames.map(|_| frames()).transpose()
 }
 

@@ -8,6 +8,7 @@ use interface::config::{DemConfig, MpmConfig};
 
 use super::document;
 use crate::record::check::{Check, Column};
+use crate::record::frames::Content;
 use crate::record::quantity::Quantities;
 
 /// A scene, checked, in SI units.
@@ -145,6 +146,8 @@ pub struct Output {
     pub every: f64,
     /// Intervals of the history between frames; `None`: there are none.
     pub frames: Option<u64>,
+    /// What frames hold.
+    pub content: Content,
     /// Whether the run ends with a page of what it has shown.
     pub report: bool,
     /// When the run saves its state; `None`: never.

@@ -20,6 +20,7 @@ use super::{
     structure, study,
 };
 use crate::record::check::{Check, Expected, Reference};
+use crate::record::frames::Content;
 use crate::record::quantity::Quantities;
 use crate::scene::diagnostic::SceneErrors;
 
@@ -197,6 +198,10 @@ fn output(problems: &mut Problems, written: &OutputWritten, context: &Context) -
     Output {
         every,
         frames,
+        content: Content {
+            fields: written.fields.clone(),
+            precision: written.precision,
+        },
         report: written.report,
         checkpoint,
         columns,

@@ -1,5 +1,7 @@
 //! The scene as written: what TOML may say, key by key. The doc comments are the descriptions in the JSON Schema.
 
+use crate::record::frames::Field;
+use crate::record::frames::vtu::Precision;
 use std::collections::BTreeMap;
 
 use interface::config::surfaces::ContactPair;
@@ -280,6 +282,11 @@ pub(crate) struct OutputWritten {
     /// Simulated time between frames in s: all points and bodies, as VTK files. A whole multiple of `every`; no frames by
     /// default.
     pub frames: Option<f64>,
+    /// What frames tell of points and bodies besides where and which they are; all fields by default.
+    pub fields: Option<Vec<Field>>,
+    /// Digits of the fields in frames; positions always have all of theirs.
+    #[serde(default)]
+    pub precision: Precision,
     /// When the run saves its state, so that `tandem resume` can go on from there; never by default.
     pub checkpoint: Option<CheckpointWritten>,
     /// Whether the run ends with report.html, a page of what it has shown; false by default. A scene without `frames` then

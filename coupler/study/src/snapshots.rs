@@ -197,11 +197,8 @@ mod tests {
 
     #[test]
     fn a_point_has_the_fields_that_the_manual_names() {
-        let array = |name: &str, components, values: &[f64]| Array {
-            name: name.into(),
-            components,
-            values: values.to_vec(),
-        };
+        let array =
+            |name: &str, components, values: &[f64]| Array::real(name, components, values.to_vec());
         let mesh = Mesh {
             cell: Cell::Vertex,
             points: vec![[1.0, 2.0]],

@@ -19,11 +19,12 @@ use interface::config::DemConfig;
 use interface::message::wire::{BodyState, PointState};
 use quick_xml::Writer;
 use quick_xml::events::Event;
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::record::rundir::{FRAME_LIST, FRAMES, RunDir, RunDirError, fail};
-use vtu::{Array, Cell, Mesh, attribute};
+use vtu::{Array, Cell, Mesh, Precision, attribute};
 
 /// Frames in memory that have not been written.
 const WAITING: usize = 4;
@@ -37,6 +38,49 @@ pub struct Instant {
     pub points: Vec<PointState>,
     /// Of the measurement at t_n.
     pub bodies: Vec<BodyState>,
+}
+
+/// What frames tell of points and bodies besides where they are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Field {
+    /// Velocity in m/s, of points and bodies.
+    Velocity,
+    /// Stress of points in Pa.
+    Stress,
+    /// Volume of points in m^3/m.
+    Volume,
+    /// Mass of points in kg/m.
+    Mass,
+    /// Angle of bodies in rad.
+    Angle,
+    /// Angular velocity of bodies in rad/s.
+    Spin,
+}
+
+/// What frames hold.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Content {
+    /// The fields; all of them by default.
+    pub fields: Option<Vec<Field>>,
+    /// Their digits.
+    pub precision: Precision,
+}
+
+impl Content {
+    fn has(&self, field: Field) -> bool {
+        self.fields
+            .as_ref()
+            .is_none_or(|fields| fields.contains(&field))
+    }
+
+    /// Of these arrays, those that are asked for.
+    fn keep<const N: usize>(&self, arrays: [(Option<Field>, Array); N]) -> Vec<Array> {
+        let asked = arrays
+            .into_iter()
+            .filter(|(field, _)| field.is_none_or(|field| self.has(field)));
+        asked.map(|(_, array)| array).collect()
+    }
 }
 
 /// The frames of a run so far.
@@ -66,6 +110,7 @@ impl Frames {
         dir: &RunDir,
         has_points: bool,
         dem: Option<&DemConfig>,
+        content: &Content,
         listed: Listed,
     ) -> Result<Self, RunDirError> {
         let bodies = dem.iter().flat_map(|dem| &dem.bodies);
@@ -74,6 +119,7 @@ impl Frames {
         let written = Arc::new(AtomicUsize::new(listed.times.len()));
         let series = Series {
             dir: dir.clone(),
+            content: content.clone(),
             has: [has_points, dem.is_some()],
             outlines,
             start: listed.start.clone(),
@@ -139,6 +185,7 @@ impl Drop for Frames {
 /// The writer's side.
 struct Series {
     dir: RunDir,
+    content: Content,
     /// Points, bodies.
     has: [bool; 2],
     /// Of each body, where the scene puts it.
@@ -181,10 +228,13 @@ impl Series {
             }
             let number = self.times.len();
             if self.has[0] {
-                self.write(&file("points", number), &points(&instant.points))?;
+                self.write(
+                    &file("points", number),
+                    &points(&instant.points, &self.content),
+                )?;
             }
             if self.has[1] {
-                let bodies = bodies(&self.outlines, &self.start, &instant.bodies);
+                let bodies = bodies(&self.outlines, &self.start, &instant.bodies, &self.content);
                 self.write(&file("bodies", number), &bodies)?;
             }
             self.times.push(instant.time);
@@ -196,7 +246,8 @@ impl Series {
 
     fn write(&self, file: &str, mesh: &Mesh) -> Result<(), RunDirError> {
         let name = format!("{FRAMES}/{file}");
-        self.dir.write_whole(&name, &mesh.to_xml())
+        self.dir
+            .write_whole(&name, &mesh.to_file(self.content.precision))
     }
 
     /// ParaView's list of the files and their times.
@@ -246,36 +297,49 @@ fn file(name: &str, number: usize) -> String {
 
 /// An array of what `numbers` gives of each item.
 fn array<T, const N: usize>(name: &str, of: &[T], numbers: impl Fn(&T) -> [f64; N]) -> Array {
-    Array {
-        name: name.into(),
-        components: N,
-        values: of.iter().flat_map(numbers).collect(),
-    }
+    Array::real(name, N, of.iter().flat_map(numbers).collect())
 }
 
 /// A vertex for each point. Stress in VTK's order of a symmetric tensor: xx, yy, zz, xy, yz, xz.
-fn points(points: &[PointState]) -> Mesh {
+fn points(points: &[PointState], content: &Content) -> Mesh {
     Mesh {
         cell: Cell::Vertex,
         points: points.iter().map(|p| p.position).collect(),
         ends: (1..=points.len()).collect(),
-        of_points: vec![
-            array("id", points, |p| [p.id as f64]),
-            array("group", points, |p| [f64::from(p.group)]),
-            array("velocity", points, |p| [p.velocity[0], p.velocity[1], 0.0]),
-            array("stress", points, |p| {
-                let [xx, yy, zz, xy] = p.stress;
-                [xx, yy, zz, xy, 0.0, 0.0]
-            }),
-            array("volume", points, |p| [p.volume]),
-            array("mass", points, |p| [p.mass]),
-        ],
+        of_points: content.keep([
+            (
+                None,
+                Array::whole("id", points.iter().map(|p| p.id as f64).collect()),
+            ),
+            (
+                None,
+                Array::whole("group", points.iter().map(|p| p.group.into()).collect()),
+            ),
+            (
+                Some(Field::Velocity),
+                array("velocity", points, |p| [p.velocity[0], p.velocity[1], 0.0]),
+            ),
+            (
+                Some(Field::Stress),
+                array("stress", points, |p| {
+                    let [xx, yy, zz, xy] = p.stress;
+                    [xx, yy, zz, xy, 0.0, 0.0]
+                }),
+            ),
+            (Some(Field::Volume), array("volume", points, |p| [p.volume])),
+            (Some(Field::Mass), array("mass", points, |p| [p.mass])),
+        ]),
         of_cells: Vec::new(),
     }
 }
 
 /// A polygon for each outline, moved as its body has since the start.
-fn bodies(outlines: &[Vec<Vec<[f64; 2]>>], start: &[BodyState], now: &[BodyState]) -> Mesh {
+fn bodies(
+    outlines: &[Vec<Vec<[f64; 2]>>],
+    start: &[BodyState],
+    now: &[BodyState],
+    content: &Content,
+) -> Mesh {
     let mut mesh = Mesh {
         cell: Cell::Polygon,
         points: Vec::new(),
@@ -297,14 +361,21 @@ fn bodies(outlines: &[Vec<Vec<[f64; 2]>>], start: &[BodyState], now: &[BodyState
             owners.push((body, now));
         }
     }
-    mesh.of_cells = vec![
-        array("body", &owners, |(body, _)| [*body as f64]),
-        array("velocity", &owners, |(_, b)| {
-            [b.velocity[0], b.velocity[1], 0.0]
-        }),
-        array("angle", &owners, |(_, b)| [b.angle]),
-        array("spin", &owners, |(_, b)| [b.spin]),
-    ];
+    let numbers = owners.iter().map(|(body, _)| *body as f64);
+    mesh.of_cells = content.keep([
+        (None, Array::whole("body", numbers.collect())),
+        (
+            Some(Field::Velocity),
+            array("velocity", &owners, |(_, b)| {
+                [b.velocity[0], b.velocity[1], 0.0]
+            }),
+        ),
+        (
+            Some(Field::Angle),
+            array("angle", &owners, |(_, b)| [b.angle]),
+        ),
+        (Some(Field::Spin), array("spin", &owners, |(_, b)| [b.spin])),
+    ]);
     mesh
 }
 
@@ -385,8 +456,8 @@ impl Frame {
             found
                 .map(|entry| {
                     let path = run.join(FRAMES).join(&entry.file);
-                    let xml = fs::read(&path).map_err(|e| bad(&path, e.to_string()))?;
-                    Mesh::from_xml(&xml).map_err(|what| bad(&path, what))
+                    let file = fs::read(&path).map_err(|e| bad(&path, e.to_string()))?;
+                    Mesh::from_file(&file).map_err(|what| bad(&path, what))
                 })
                 .transpose()
         };

@@ -1,13 +1,33 @@
 //! VTK's XML files of unstructured grids: what ParaView, meshio and pyvista read.
 //!
-//! Arrays stand in the file as base64 of their length in bytes (u64) and their numbers, all little-endian.
+//! Arrays stand at the end of the file as they are in memory, little-endian, in blocks that zlib has packed (VTK's `appended`,
+//! `raw`). What VTK calls a point is a place here, of a material point or of a corner of a body.
 
-use std::io;
+use std::io::{self, Read as _, Write as _};
 
-use base64::Engine as _;
-use base64::engine::general_purpose::STANDARD as BASE64;
-use quick_xml::events::{BytesStart, BytesText, Event};
+use flate2::Compression;
+use flate2::read::ZlibDecoder;
+use flate2::write::ZlibEncoder;
+use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, Writer};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Bytes of an array that are packed together.
+const BLOCK: usize = 1 << 20;
+/// What comes before the packed arrays; an underscore follows it.
+const APPENDED: &[u8] = b"<AppendedData encoding=\"raw\">";
+
+/// How many digits numbers have in a file. Positions are always whole.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Precision {
+    /// All that they have: 64 bits.
+    #[default]
+    Double,
+    /// 32 bits, seven digits: half of the bytes.
+    Single,
+}
 
 /// What the cells of a mesh are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,15 +48,48 @@ impl Cell {
     }
 }
 
+/// What the numbers of an array are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Measured.
+    Real,
+    /// Counted, such as identities, as 64-bit integers.
+    Whole,
+}
+
 /// Numbers of each point, or of each cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Array {
     /// Its name.
     pub name: String,
+    /// What its numbers are.
+    pub kind: Kind,
     /// Numbers of one point or cell.
     pub components: usize,
     /// All numbers, one point or cell after the other.
     pub values: Vec<f64>,
+}
+
+impl Array {
+    /// Measured numbers.
+    pub fn real(name: &str, components: usize, values: Vec<f64>) -> Self {
+        Self {
+            name: name.into(),
+            kind: Kind::Real,
+            components,
+            values,
+        }
+    }
+
+    /// One counted number of each.
+    pub fn whole(name: &str, values: Vec<f64>) -> Self {
+        Self {
+            name: name.into(),
+            kind: Kind::Whole,
+            components: 1,
+            values,
+        }
+    }
 }
 
 /// Cells of one kind, each of points of its own, in the plane.
@@ -70,27 +123,41 @@ impl Mesh {
     }
 
     /// As a file.
-    pub fn to_xml(&self) -> Vec<u8> {
+    pub fn to_file(&self, precision: Precision) -> Vec<u8> {
+        let mut arrays = Appended {
+            precision,
+            bytes: Vec::new(),
+        };
         let mut xml = Writer::new_with_indent(Vec::new(), b' ', 1);
-        self.write(&mut xml).expect("memory takes what is written");
-        xml.into_inner()
+        self.write(&mut xml, &mut arrays)
+            .expect("memory takes what is written");
+        let mut file = xml.into_inner();
+        let end = b"\n</VTKFile>";
+        file.truncate(file.len() - end.len());
+        file.extend(b"\n ".iter().chain(APPENDED).chain(b"_"));
+        file.extend(arrays.bytes);
+        file.extend(b"</AppendedData>".iter().chain(end));
+        file
     }
 
-    fn write(&self, xml: &mut Writer<Vec<u8>>) -> io::Result<()> {
-        let file = [("type", "UnstructuredGrid"), ("version", "1.0")];
-        let coding = [("byte_order", "LittleEndian"), ("header_type", "UInt64")];
-        let file = xml
-            .create_element("VTKFile")
-            .with_attributes(file.into_iter().chain(coding));
+    fn write(&self, xml: &mut Writer<Vec<u8>>, arrays: &mut Appended) -> io::Result<()> {
+        let about = [
+            ("type", "UnstructuredGrid"),
+            ("version", "1.0"),
+            ("byte_order", "LittleEndian"),
+            ("header_type", "UInt64"),
+            ("compressor", "vtkZLibDataCompressor"),
+        ];
+        let file = xml.create_element("VTKFile").with_attributes(about);
         file.write_inner_content(|xml| {
             let grid = xml.create_element("UnstructuredGrid");
-            grid.write_inner_content(|xml| self.write_piece(xml))?;
+            grid.write_inner_content(|xml| self.write_piece(xml, arrays))?;
             Ok(())
         })?;
         Ok(())
     }
 
-    fn write_piece(&self, xml: &mut Writer<Vec<u8>>) -> io::Result<()> {
+    fn write_piece(&self, xml: &mut Writer<Vec<u8>>, arrays: &mut Appended) -> io::Result<()> {
         let (points, cells) = (self.points.len().to_string(), self.ends.len().to_string());
         let counts = [
             ("NumberOfPoints", points.as_str()),
@@ -99,36 +166,33 @@ impl Mesh {
         let piece = xml.create_element("Piece").with_attributes(counts);
         piece.write_inner_content(|xml| {
             section(xml, "PointData", |xml| {
-                self.of_points.iter().try_for_each(|a| a.write(xml))
+                self.of_points.iter().try_for_each(|a| arrays.add(xml, a))
             })?;
             section(xml, "CellData", |xml| {
-                self.of_cells.iter().try_for_each(|a| a.write(xml))
+                self.of_cells.iter().try_for_each(|a| arrays.add(xml, a))
             })?;
             section(xml, "Points", |xml| {
                 let values = self.points.iter().flat_map(|&[x, y]| [x, y, 0.0]);
-                array(
-                    xml,
-                    ("Points", 3, "Float64"),
-                    values.flat_map(f64::to_le_bytes),
-                )
+                let bytes = values.flat_map(f64::to_le_bytes).collect();
+                arrays.add_bytes(xml, ("Points", 3, "Float64"), bytes)
             })?;
             section(xml, "Cells", |xml| {
                 let order = (0..self.points.len() as u64).flat_map(u64::to_le_bytes);
-                array(xml, ("connectivity", 1, "Int64"), order)?;
+                arrays.add_bytes(xml, ("connectivity", 1, "Int64"), order.collect())?;
                 let ends = self.ends.iter().flat_map(|&end| (end as u64).to_le_bytes());
-                array(xml, ("offsets", 1, "Int64"), ends)?;
-                let kinds = self.ends.iter().map(|_| self.cell.number());
-                array(xml, ("types", 1, "UInt8"), kinds)
+                arrays.add_bytes(xml, ("offsets", 1, "Int64"), ends.collect())?;
+                let kinds = vec![self.cell.number(); self.ends.len()];
+                arrays.add_bytes(xml, ("types", 1, "UInt8"), kinds)
             })
         })?;
         Ok(())
     }
 
-    /// Reads a file that [`Self::to_xml`] has made.
+    /// Reads a file that [`Self::to_file`] has made.
     ///
     /// # Errors
     /// What is wrong with it.
-    pub fn from_xml(xml: &[u8]) -> Result<Self, String> {
+    pub fn from_file(file: &[u8]) -> Result<Self, String> {
         let mut mesh = Self {
             cell: Cell::Vertex,
             points: Vec::new(),
@@ -136,68 +200,47 @@ impl Mesh {
             of_points: Vec::new(),
             of_cells: Vec::new(),
         };
-        let text = std::str::from_utf8(xml).map_err(|e| e.to_string())?;
+        let appended = file.windows(APPENDED.len()).position(|w| w == APPENDED);
+        let appended = appended.ok_or("no packed arrays in it; an earlier build has made it")?;
+        let (head, rest) = file.split_at(appended);
+        let arrays = rest.get(APPENDED.len() + 1..).unwrap_or_default();
+        let text = std::str::from_utf8(head).map_err(|e| e.to_string())?;
         let mut reader = Reader::from_str(text);
-        let (mut section, mut header) = (String::new(), None);
+        let mut section = String::new();
         loop {
             match reader.read_event().map_err(|e| e.to_string())? {
                 Event::Eof => return mesh.whole(),
-                Event::Start(element) => {
-                    let name = element.name().as_ref().to_owned();
-                    if name == "DataArray" {
-                        header = Some(Header::of(&element)?);
-                    } else {
-                        section = name;
-                    }
+                Event::Start(element) => element.name().as_ref().clone_into(&mut section),
+                Event::Empty(element) if element.name().as_ref() == "DataArray" => {
+                    mesh.take(&section, Header::of(&element)?, arrays)?;
                 }
-                Event::Text(text) => {
-                    if let Some(header) = header.take() {
-                        mesh.take(&section, header, text.as_bytes())?;
-                    }
-                }
-                Event::End(_) => header = None,
                 _ => {}
             }
         }
     }
 
     /// Takes an array of a section of the file.
-    fn take(&mut self, section: &str, header: Header, text: &[u8]) -> Result<(), String> {
-        let bytes = BASE64
-            .decode(text.trim_ascii())
-            .map_err(|e| e.to_string())?;
-        let (length, bytes) = bytes
-            .split_first_chunk()
-            .ok_or_else(|| format!("`{}` has no length", header.name))?;
-        if u64::from_le_bytes(*length) != bytes.len() as u64 {
-            return Err(format!("`{}` is not as long as it says", header.name));
-        }
-        let (words, _) = bytes.as_chunks::<8>();
-        let reals = || words.iter().map(|word| f64::from_le_bytes(*word));
+    fn take(&mut self, section: &str, header: Header, arrays: &[u8]) -> Result<(), String> {
+        let bytes = header.unpack(arrays)?;
         match (section, header.name.as_str()) {
             ("Points", _) => {
-                let values: Vec<f64> = reals().collect();
-                self.points = values
-                    .as_chunks::<3>()
-                    .0
-                    .iter()
-                    .map(|&[x, y, _]| [x, y])
-                    .collect();
+                let values = header.numbers(&bytes)?;
+                let places = values.as_chunks::<3>().0.iter();
+                self.points = places.map(|&[x, y, _]| [x, y]).collect();
             }
             ("Cells", "offsets") => {
-                self.ends = words
-                    .iter()
-                    .map(|word| u64::from_le_bytes(*word) as usize)
-                    .collect();
+                let words = bytes.as_chunks::<8>().0.iter();
+                self.ends = words.map(|w| u64::from_le_bytes(*w) as usize).collect();
             }
             ("Cells", "types") if bytes.first() == Some(&Cell::Polygon.number()) => {
                 self.cell = Cell::Polygon;
             }
             ("PointData" | "CellData", _) => {
                 let array = Array {
-                    name: header.name,
+                    kind: header.kind(),
                     components: header.components,
-                    values: reals().collect(),
+                    values: header.numbers(&bytes)?,
+                    name: header.name,
                 };
                 if section == "PointData" {
                     self.of_points.push(array);
@@ -226,27 +269,138 @@ impl Mesh {
     }
 }
 
-impl Array {
-    fn write(&self, xml: &mut Writer<Vec<u8>>) -> io::Result<()> {
-        let bytes = self.values.iter().flat_map(|value| value.to_le_bytes());
-        array(xml, (&self.name, self.components, "Float64"), bytes)
+/// The packed arrays of a file that is written.
+struct Appended {
+    precision: Precision,
+    bytes: Vec<u8>,
+}
+
+impl Appended {
+    fn add(&mut self, xml: &mut Writer<Vec<u8>>, array: &Array) -> io::Result<()> {
+        let values = array.values.iter();
+        let (kind, bytes) = match (array.kind, self.precision) {
+            (Kind::Whole, _) => (
+                "Int64",
+                values.flat_map(|&x| (x as i64).to_le_bytes()).collect(),
+            ),
+            (Kind::Real, Precision::Double) => {
+                ("Float64", values.flat_map(|x| x.to_le_bytes()).collect())
+            }
+            (Kind::Real, Precision::Single) => (
+                "Float32",
+                values.flat_map(|&x| (x as f32).to_le_bytes()).collect(),
+            ),
+        };
+        self.add_bytes(xml, (&array.name, array.components, kind), bytes)
+    }
+
+    /// Packs an array: how many blocks, bytes of a block, bytes of the last one where it is shorter, bytes of each when
+    /// packed, and the blocks.
+    fn add_bytes(
+        &mut self,
+        xml: &mut Writer<Vec<u8>>,
+        (name, components, kind): (&str, usize, &str),
+        bytes: Vec<u8>,
+    ) -> io::Result<()> {
+        let (components, offset) = (components.to_string(), self.bytes.len().to_string());
+        let about = [
+            ("type", kind),
+            ("Name", name),
+            ("NumberOfComponents", &components),
+            ("format", "appended"),
+            ("offset", &offset),
+        ];
+        xml.create_element("DataArray")
+            .with_attributes(about)
+            .write_empty()?;
+        let (mut sizes, mut packed) = (Vec::new(), Vec::new());
+        for block in bytes.chunks(BLOCK) {
+            let begin = packed.len();
+            let mut packer = ZlibEncoder::new(packed, Compression::fast());
+            packer.write_all(block)?;
+            packed = packer.finish()?;
+            sizes.push(packed.len() - begin);
+        }
+        let shape = [sizes.len(), BLOCK, bytes.len() % BLOCK];
+        let header = shape.into_iter().chain(sizes);
+        self.bytes
+            .extend(header.flat_map(|size| (size as u64).to_le_bytes()));
+        self.bytes.extend(packed);
+        Ok(())
     }
 }
 
 /// What an array says of itself.
 struct Header {
     name: String,
+    kind: String,
     components: usize,
+    offset: usize,
 }
 
 impl Header {
     fn of(element: &BytesStart) -> Result<Self, String> {
-        let components = attribute(element, "NumberOfComponents")?;
+        let number = |name: &str| {
+            let text = attribute(element, name)?;
+            text.parse().map_err(|e| format!("{name}, {text}: {e}"))
+        };
         Ok(Self {
             name: attribute(element, "Name")?,
-            components: components
-                .parse()
-                .map_err(|e| format!("{components}: {e}"))?,
+            kind: attribute(element, "type")?,
+            components: number("NumberOfComponents")?,
+            offset: number("offset")?,
+        })
+    }
+
+    fn kind(&self) -> Kind {
+        if self.kind.starts_with("Float") {
+            Kind::Real
+        } else {
+            Kind::Whole
+        }
+    }
+
+    /// The bytes of the array among the packed `arrays`.
+    fn unpack(&self, arrays: &[u8]) -> Result<Vec<u8>, String> {
+        let short = || format!("`{}` is not as long as it says", self.name);
+        let mut rest = arrays.get(self.offset..).ok_or_else(short)?;
+        let mut word = || {
+            let (word, after) = rest.split_first_chunk().ok_or_else(short)?;
+            rest = after;
+            usize::try_from(u64::from_le_bytes(*word)).map_err(|e| e.to_string())
+        };
+        let [count, block, last] = [word()?, word()?, word()?];
+        // Each size takes eight bytes: a count that lies is not believed.
+        let sizes: Vec<usize> = (0..count).map(|_| word()).collect::<Result<_, _>>()?;
+        let mut bytes = Vec::new();
+        for (k, size) in sizes.into_iter().enumerate() {
+            let (packed, after) = rest.split_at_checked(size).ok_or_else(short)?;
+            rest = after;
+            let whole = if k + 1 == count && last > 0 {
+                last
+            } else {
+                block
+            };
+            let before = bytes.len();
+            ZlibDecoder::new(packed)
+                .take(whole as u64 + 1)
+                .read_to_end(&mut bytes)
+                .map_err(|e| format!("`{}`: {e}", self.name))?;
+            if bytes.len() - before != whole {
+                return Err(short());
+            }
+        }
+        Ok(bytes)
+    }
+
+    fn numbers(&self, bytes: &[u8]) -> Result<Vec<f64>, String> {
+        let eight = || bytes.as_chunks::<8>().0.iter();
+        let four = || bytes.as_chunks::<4>().0.iter();
+        Ok(match self.kind.as_str() {
+            "Float64" => eight().map(|x| f64::from_le_bytes(*x)).collect(),
+            "Float32" => four().map(|x| f32::from_le_bytes(*x).into()).collect(),
+            "Int64" => eight().map(|x| i64::from_le_bytes(*x) as f64).collect(),
+            other => return Err(format!("`{}` has numbers of type {other}", self.name)),
         })
     }
 }
@@ -257,27 +411,6 @@ fn section(
     content: impl FnOnce(&mut Writer<Vec<u8>>) -> io::Result<()>,
 ) -> io::Result<()> {
     xml.create_element(name).write_inner_content(content)?;
-    Ok(())
-}
-
-fn array(
-    xml: &mut Writer<Vec<u8>>,
-    (name, components, kind): (&str, usize, &str),
-    bytes: impl Iterator<Item = u8>,
-) -> io::Result<()> {
-    let mut all = vec![0; 8];
-    all.extend(bytes);
-    let length = (all.len() - 8) as u64;
-    all[..8].copy_from_slice(&length.to_le_bytes());
-    let components = components.to_string();
-    let about = [("type", kind), ("Name", name)];
-    let coding = [
-        ("NumberOfComponents", components.as_str()),
-        ("format", "binary"),
-    ];
-    xml.create_element("DataArray")
-        .with_attributes(about.into_iter().chain(coding))
-        .write_text_content(BytesText::new(&BASE64.encode(&all)))?;
     Ok(())
 }
 
@@ -293,14 +426,17 @@ pub(super) fn attribute(element: &BytesStart, name: &str) -> Result<String, Stri
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_mesh_reads_back_to_the_same_bits() {
-        let array = |name: &str, components, values: &[f64]| Array {
+    fn array(name: &str, kind: Kind, components: usize, values: &[f64]) -> Array {
+        Array {
             name: name.into(),
+            kind,
             components,
             values: values.to_vec(),
-        };
-        let mesh = Mesh {
+        }
+    }
+
+    fn mesh() -> Mesh {
+        Mesh {
             cell: Cell::Polygon,
             points: vec![
                 [0.0, 0.1 + 0.2],
@@ -309,10 +445,27 @@ mod tests {
                 [1.5, 2.5],
             ],
             ends: vec![3, 4],
-            of_points: vec![array("a & b", 1, &[1.0, 2.0, -0.0, 5e-324])],
-            of_cells: vec![array("velocity", 2, &[f64::MAX, 0.0, 1.0, 2.0])],
-        };
-        assert_eq!(Mesh::from_xml(&mesh.to_xml()), Ok(mesh.clone()));
+            of_points: vec![
+                array("a & b", Kind::Real, 1, &[1.0, 2.0, -0.0, 5e-324]),
+                array(
+                    "id",
+                    Kind::Whole,
+                    1,
+                    &[1.0, 2.0, 9_007_199_254_740_992.0, 0.0],
+                ),
+            ],
+            of_cells: vec![array("velocity", Kind::Real, 2, &[f64::MAX, 0.0, 1.0, 2.0])],
+        }
+    }
+
+    fn read_back(mesh: &Mesh) -> Result<Mesh, String> {
+        Mesh::from_file(&mesh.to_file(Precision::Double))
+    }
+
+    #[test]
+    fn a_mesh_reads_back_to_the_same_bits() {
+        let mesh = mesh();
+        assert_eq!(read_back(&mesh), Ok(mesh.clone()));
         let lengths: Vec<usize> = mesh.cells().map(<[_]>::len).collect();
         assert_eq!(lengths, [3, 1]);
         let empty = Mesh {
@@ -322,12 +475,57 @@ mod tests {
             of_points: Vec::new(),
             of_cells: Vec::new(),
         };
-        assert_eq!(Mesh::from_xml(&empty.to_xml()), Ok(empty));
-        // Half a file, and one whose array is too short.
-        let xml = mesh.to_xml();
-        assert!(Mesh::from_xml(&xml[..xml.len() / 2]).is_err());
+        assert_eq!(read_back(&empty), Ok(empty));
         let mut short = mesh.clone();
         short.of_cells[0].values.pop();
-        assert!(Mesh::from_xml(&short.to_xml()).is_err());
+        assert!(read_back(&short).is_err());
+    }
+
+    #[test]
+    fn single_precision_rounds_fields_and_keeps_places_and_identities() {
+        let mut mesh = mesh();
+        mesh.of_points[0].values = vec![0.1, 1.0, -2.5, 0.0];
+        mesh.of_cells[0].values = vec![0.2, 3.0, 4.0, 5.0];
+        let read = Mesh::from_file(&mesh.to_file(Precision::Single)).unwrap();
+        assert_eq!(
+            (&read.points, &read.of_points[1]),
+            (&mesh.points, &mesh.of_points[1])
+        );
+        assert_eq!(
+            read.of_points[0].values,
+            [f64::from(0.1_f32), 1.0, -2.5, 0.0]
+        );
+        assert_eq!(read.of_cells[0].values[0], f64::from(0.2_f32));
+    }
+
+    #[test]
+    fn arrays_of_many_blocks_read_back() {
+        let count = BLOCK / 8;
+        for length in [count - 1, count, count + 1, 3 * count] {
+            let values: Vec<f64> = (0..length).map(|k| (k as f64).sin()).collect();
+            let points = values.iter().map(|&x| [x, 0.0]).collect();
+            let mesh = Mesh {
+                cell: Cell::Vertex,
+                points,
+                ends: (1..=length).collect(),
+                of_points: vec![array("x", Kind::Real, 1, &values)],
+                of_cells: Vec::new(),
+            };
+            assert_eq!(read_back(&mesh), Ok(mesh), "{length}");
+        }
+    }
+
+    #[test]
+    fn a_damaged_file_is_refused() {
+        let whole = mesh().to_file(Precision::Double);
+        for length in 0..whole.len() - b"</AppendedData>\n</VTKFile>".len() {
+            assert!(Mesh::from_file(&whole[..length]).is_err(), "{length}");
+        }
+        for place in 0..whole.len() {
+            let mut wrong = whole.clone();
+            wrong[place] ^= 0xff;
+            // Not all of them can be seen; none does more than be seen.
+            let _ = Mesh::from_file(&wrong);
+        }
     }
 }
