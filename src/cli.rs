@@ -248,9 +248,12 @@ pub struct StudyArgs {
     /// Varied key that leads along a curve instead of telling curves apart; may be repeated.
     #[arg(long, value_name = "KEY")]
     pub along: Vec<String>,
-    /// Times that each run is timed; the shortest counts.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    /// Most times that each run is timed; the least CPU time of stepping counts.
+    #[arg(long, value_name = "N", default_value_t = 7, value_parser = clap::value_parser!(u16).range(1..))]
     pub repeat: u16,
+    /// A run is timed again until its two least times are this near, as a share of the least.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.05)]
+    pub scatter: f64,
 }
 
 /// Arguments of `stability`.

@@ -9,7 +9,7 @@ use coupler::scene::{Measurand, Scene};
 use study::StudyError;
 use study::case::Source;
 use study::plot::{Labelled, PlotOptions};
-use study::runner::RunnerOptions;
+use study::runner::{Repeat, RunnerOptions};
 use study::snapshots::SnapshotOptions;
 use study::stability::edge::Search;
 use study::stability::{MapOptions, maps, table};
@@ -59,7 +59,10 @@ pub fn study(args: &StudyArgs) -> ExitCode {
             },
             resolution: args.resolution.clone(),
             along: args.along.clone(),
-            repeat: args.repeat.into(),
+            repeat: Repeat {
+                most: args.repeat.into(),
+                scatter: args.scatter,
+            },
         };
         study::work::study(&options, runner(&args.runs)?, &args.runs.out)
     };

@@ -77,19 +77,28 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
         "variant=cell_5mm,plain",
         "--vary",
         "mpm.shape=ugimp,cubic_bspline",
+        "--repeat",
+        "2",
+        "--scatter",
+        "0",
         "--out",
         "out",
     ];
     let ended = study(&place, &arguments).expect(0);
     assert!(
-        ended.stdout.contains("4 runs, 4 of them new"),
+        ended.stdout.contains("4 runs, repeated to 8, 8 of them new"),
         "{}",
         ended.stdout
     );
     let rows = table(&place.path("out/study.csv"));
     assert_eq!(rows.len(), 4);
     for row in &rows {
-        assert!(number(row, "error [1]") > 0.0 && number(row, "cpu [s]") > 0.0);
+        assert!(number(row, "error [1]") > 0.0);
+        // Start-up is not stepping, and two runs never take the same number of nanoseconds.
+        let (stepping, cpu) = (number(row, "stepping cpu [s]"), number(row, "cpu [s]"));
+        assert!(0.0 < stepping && stepping < cpu, "{stepping} of {cpu} s");
+        assert_eq!(row["repetitions"], "2");
+        assert!(number(row, "scatter [1]") > 0.0);
         assert_eq!(row["alone"], "true");
     }
     // From coarse to fine within a curve; the error falls (tests/scenes.rs: first order with ugimp).
@@ -106,8 +115,8 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
     );
     let figure = well_formed(&place.path("out/study.svg"));
     for words in [
-        "CPU time",
-        "wall time",
+        "CPU time of stepping",
+        "wall time of stepping",
         "shape cubic_bspline: order",
         "Pareto",
     ] {
@@ -140,7 +149,7 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
     let before = fs::read(place.path("out/study.csv")).unwrap();
     let again = study(&place, &arguments).expect(0);
     assert!(
-        again.stdout.contains("4 runs, 0 of them new"),
+        again.stdout.contains("4 runs, repeated to 8, 0 of them new"),
         "{}",
         again.stdout
     );
@@ -153,7 +162,7 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
     )
     .expect(0);
     assert!(
-        more.stdout.contains("4 runs, 4 of them new"),
+        more.stdout.contains("4 runs, repeated to 8, 8 of them new"),
         "{}",
         more.stdout
     );
@@ -170,6 +179,8 @@ fn a_study_that_was_ended_goes_on() {
         "quick",
         "--vary",
         "time.safety=0.8,0.7,0.6,0.5,0.4,0.3",
+        "--repeat",
+        "1",
         "--out",
         "out",
     ];
@@ -249,6 +260,8 @@ fn runs_go_through_a_launcher() {
         "2",
         "--repeat",
         "2",
+        "--scatter",
+        "0",
         "--out",
         "out",
     ];
@@ -422,7 +435,7 @@ fn the_order_of_a_bounce_is_that_of_the_first_touch() {
             "--set",
             "output.every=4.5e-3",
         ];
-        let out = ["--in-process", "--out", name];
+        let out = ["--in-process", "--repeat", "1", "--out", name];
         let arguments = [&[bounce.as_str()], &contact[..], &steps, &out].concat();
         study(&place, &arguments).expect(0);
         let rows = table(&place.path(&format!("{name}/study.csv")));
