@@ -1,7 +1,7 @@
 //! How the error of a run is taken: of a check, or against the finest run of its curve.
 
 use coupler::record::check::{Expected, Measure};
-use coupler::scene::Measurand;
+use coupler::scene::{Measurand, Scene};
 
 use super::row::Row;
 use crate::StudyError;
@@ -21,19 +21,58 @@ pub(super) enum Measurement {
     },
     /// Against the finest run of the curve.
     Finer(Vec<String>),
+    /// None: what runs show is compared with nothing.
+    Values(Vec<Value>),
+}
+
+/// A check, or a column of the history, of which the last row counts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Value {
+    name: String,
+    /// Of a column.
+    unit: Option<String>,
+}
+
+impl Value {
+    /// Its name with the unit, as headers of tables have it.
+    pub fn header(&self) -> String {
+        match &self.unit {
+            Some(unit) => format!("{} [{unit}]", self.name),
+            None => self.name.clone(),
+        }
+    }
+
+    fn of(&self, row: &Row, runner: &Runner) -> Option<f64> {
+        if !row.outcome().whole() {
+            return None;
+        }
+        let value = match row.outcome().verdict(&self.name) {
+            Some(verdict) => verdict.value,
+            None => history_column(&runner.directory(&row.case, 0), &self.name)?
+                .last()
+                .copied(),
+        };
+        value.filter(|value| value.is_finite())
+    }
 }
 
 impl Measurement {
     pub(super) fn new(wanted: Option<Measurand>, cases: &[Case]) -> Result<Self, StudyError> {
         let scene = &cases[0].scene;
         match wanted {
-            None => Err(StudyError::asked(
-                format!(
-                    "{} declares no error: none of its checks has a `reference`",
-                    scene.name
-                ),
-                "name columns or checks that are compared with the finest run: `--finer NAME`",
-            )),
+            None => {
+                let checks = scene.checks.iter().map(|check| check.name.clone());
+                let columns = scene
+                    .output
+                    .columns
+                    .iter()
+                    .map(|column| column.name.clone());
+                let mut names: Vec<String> = checks.collect();
+                if names.is_empty() {
+                    names.extend(columns);
+                }
+                Self::values(&names, scene)
+            }
             Some(Measurand::Check(name)) => {
                 let near = |case: &Case| {
                     let mut checks = case.scene.checks.iter();
@@ -71,41 +110,78 @@ impl Measurement {
             }
             Some(Measurand::Finer(names)) => {
                 for name in &names {
-                    let columns = scene.output.columns.iter().map(|c| c.name.as_str());
-                    let known = columns.chain(scene.checks.iter().map(|c| c.name.as_str()));
-                    if !known.clone().any(|k| k == name) {
-                        return Err(StudyError::asked(
-                            format!("--finer {name}: no column and no check has this name"),
-                            coupler::scene::diagnostic::suggestion(name, "known here", known),
-                        ));
-                    }
+                    known("--finer", name, scene)?;
                 }
                 Ok(Self::Finer(names))
             }
         }
     }
 
-    /// Takes the error of each run.
+    /// The values of these checks and columns.
+    pub(super) fn values(names: &[String], scene: &Scene) -> Result<Self, StudyError> {
+        if names.is_empty() {
+            return Err(StudyError::asked(
+                format!("{} has neither checks nor columns", scene.name),
+                "write an `[[output.column]]` or a `[[check]]` into the scene",
+            ));
+        }
+        let value = |name: &String| {
+            known("--value", name, scene)?;
+            let is_check = scene.checks.iter().any(|check| check.name == *name);
+            let column = scene.output.columns.iter().find(|c| c.name == *name);
+            Ok(Value {
+                name: name.clone(),
+                unit: column.filter(|_| !is_check).map(|c| c.unit.clone()),
+            })
+        };
+        let values: Result<_, StudyError> = names.iter().map(value).collect();
+        Ok(Self::Values(values?))
+    }
+
+    /// Takes the error of each run, or its values.
     pub(super) fn take(&self, rows: &mut [Row], runner: &Runner) -> Result<(), StudyError> {
         match self {
             Self::Check { name, absolute, .. } => {
                 for row in rows {
                     let check = row.outcome().verdict(name);
-                    row.value = check.and_then(|check| check.value);
+                    row.values = vec![check.and_then(|check| check.value)];
                     row.error = check_error(row.outcome(), name, *absolute);
                 }
                 Ok(())
             }
             Self::Finer(names) => against_the_finest(rows, names, runner),
+            Self::Values(values) => {
+                for row in rows {
+                    row.values = values.iter().map(|value| value.of(row, runner)).collect();
+                }
+                Ok(())
+            }
         }
     }
 
     pub(super) fn title(&self) -> String {
         match self {
             Self::Check { name, unit, .. } => format!("error of \"{name}\", {unit}"),
+            Self::Values(values) => {
+                let names: Vec<&str> = values.iter().map(|value| value.name.as_str()).collect();
+                format!("values, compared with nothing: {}", names.join(", "))
+            }
             Self::Finer(names) => format!("distance from the finest run: {}", names.join(", ")),
         }
     }
+}
+
+/// Refuses a name that is neither a column nor a check.
+fn known(option: &str, name: &str, scene: &Scene) -> Result<(), StudyError> {
+    let columns = scene.output.columns.iter().map(|c| c.name.as_str());
+    let known = columns.chain(scene.checks.iter().map(|c| c.name.as_str()));
+    if known.clone().any(|k| k == name) {
+        return Ok(());
+    }
+    Err(StudyError::asked(
+        format!("{option} {name}: no column and no check has this name"),
+        coupler::scene::diagnostic::suggestion(name, "known here", known),
+    ))
 }
 
 /// The error of a check in a whole run; with `absolute` over the size of the reference, unless that is 0.
