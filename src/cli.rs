@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use coupler::scene::Scene;
 use coupler::scene::diagnostic::SceneErrors;
+use study::snapshots::Which;
 
 /// Couples a material point continuum to spheropolygon rigid bodies, each in its own process.
 #[derive(Debug, Parser)]
@@ -266,9 +267,16 @@ pub struct StudyArgs {
     /// Varied key that leads along a curve instead of telling curves apart; may be repeated.
     #[arg(long, value_name = "KEY")]
     pub along: Vec<String>,
-    /// Times that each run is timed; the shortest counts.
-    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
-    pub repeat: u16,
+    /// Check or column whose value is shown over what is varied, in place of an error; may be repeated. All checks, without
+    /// checks all columns, where none has a reference.
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["error", "finer"])]
+    pub value: Vec<String>,
+    /// Most times that each run is timed, 7 by default; the least CPU time of stepping counts.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub repeat: Option<u16>,
+    /// A run is timed again until its two least times are this near, as a share of the least.
+    #[arg(long, value_name = "SHARE", default_value_t = 0.05)]
+    pub scatter: f64,
 }
 
 /// Arguments of `stability`.
@@ -314,8 +322,8 @@ pub struct PlotArgs {
     /// Run directories, of which history.csv or frames are read, and CSV files, each with its name in the legend if need be.
     #[arg(required = true, value_name = "[LABEL=]DATA")]
     pub data: Vec<String>,
-    /// Figure to write.
-    #[arg(long, value_name = "FILE.svg")]
+    /// Figure to write; frames also as a film (.gif, .apng).
+    #[arg(long, value_name = "FILE.svg|.png")]
     pub out: PathBuf,
     /// Expression of columns; may be repeated.
     #[arg(
@@ -325,30 +333,26 @@ pub struct PlotArgs {
         allow_hyphen_values = true
     )]
     pub y: Vec<String>,
-    /// Pictures of the runs' frames of these times in s instead.
-    #[arg(
-        long,
-        value_name = "TIME,...",
-        value_delimiter = ',',
-        conflicts_with = "y"
-    )]
-    pub frames: Vec<f64>,
+    /// Pictures of the runs' frames of these times in s, or of all, instead.
+    #[arg(long, value_name = "TIME,...|all", value_delimiter = ',', value_parser = which, conflicts_with = "y")]
+    pub frames: Vec<Which>,
     /// What colours of points say in them: an expression of `x y vx vy speed stress_xx stress_yy stress_zz stress_xy
     /// pressure volume mass group id`.
     #[arg(
         long,
         value_name = "[LABEL=]EXPRESSION",
         default_value = "speed",
+        visible_alias = "color",
         requires = "frames",
         allow_hyphen_values = true
     )]
     pub colour: String,
     /// Values of the first and the last colour; those that the points have by default.
     #[arg(long, value_name = "LOW,HIGH", value_parser = numbers::<2>, requires = "frames", allow_hyphen_values = true)]
-    pub between: Option<[f64; 2]>,
-    /// What is shown of the plane, in m; all by default.
-    #[arg(long, value_name = "LEFT,BOTTOM,RIGHT,TOP", value_parser = numbers::<4>, requires = "frames", allow_hyphen_values = true)]
-    pub window: Option<[f64; 4]>,
+    pub clim: Option<[f64; 2]>,
+    /// Pictures a second of a film.
+    #[arg(long, value_name = "N", default_value_t = 10.0, requires = "frames")]
+    pub rate: f64,
     /// Pictures in a row.
     #[arg(long, value_name = "N", default_value_t = 2, requires = "frames")]
     pub columns: usize,
@@ -369,12 +373,18 @@ pub struct PlotArgs {
     /// Draw the slope of y instead: its change over this width along x.
     #[arg(long, value_name = "WIDTH")]
     pub slope: Option<f64>,
-    /// Only from here on, along x.
-    #[arg(long, value_name = "X", default_value_t = f64::NEG_INFINITY, hide_default_value = true, allow_hyphen_values = true)]
-    pub from: f64,
-    /// Only up to here, along x.
-    #[arg(long, value_name = "X", default_value_t = f64::INFINITY, hide_default_value = true, allow_hyphen_values = true)]
-    pub to: f64,
+    /// First and last x that is shown, in m with frames; either may be left out: `,0.5`.
+    #[arg(long, value_name = "LEFT,RIGHT", value_parser = ends, allow_hyphen_values = true)]
+    pub xlim: Option<Ends>,
+    /// First and last y that is shown, likewise.
+    #[arg(long, value_name = "BOTTOM,TOP", value_parser = ends, allow_hyphen_values = true)]
+    pub ylim: Option<Ends>,
+    /// A logarithmic x axis.
+    #[arg(long, conflicts_with = "frames")]
+    pub xlog: bool,
+    /// A logarithmic y axis.
+    #[arg(long, conflicts_with = "frames")]
+    pub ylog: bool,
     /// Dots instead of lines.
     #[arg(long)]
     pub dots: bool,
@@ -382,11 +392,66 @@ pub struct PlotArgs {
     #[arg(long)]
     pub title: Option<String>,
     /// What stands below; the expression and its unit by default.
-    #[arg(long)]
-    pub below: Option<String>,
+    #[arg(long, value_name = "TEXT", conflicts_with = "frames")]
+    pub xlabel: Option<String>,
     /// What stands beside; the expression and its unit by default.
-    #[arg(long)]
-    pub beside: Option<String>,
+    #[arg(long, value_name = "TEXT", conflicts_with = "frames")]
+    pub ylabel: Option<String>,
+    /// Names that options had.
+    #[command(flatten)]
+    pub former: Former,
+}
+
+/// Names that options of `plot` had; each is refused with the present one.
+#[derive(Debug, Args)]
+pub struct Former {
+    #[arg(long, hide = true, value_parser = now("--xlabel"), allow_hyphen_values = true)]
+    below: Option<String>,
+    #[arg(long, hide = true, value_parser = now("--ylabel"), allow_hyphen_values = true)]
+    beside: Option<String>,
+    #[arg(long, hide = true, value_parser = now("--xlim FROM,"), allow_hyphen_values = true)]
+    from: Option<String>,
+    #[arg(long, hide = true, value_parser = now("--xlim ,TO"), allow_hyphen_values = true)]
+    to: Option<String>,
+    #[arg(long, hide = true, value_parser = now("--clim LOW,HIGH"), allow_hyphen_values = true)]
+    between: Option<String>,
+    #[arg(long, hide = true, value_parser = now("--xlim LEFT,RIGHT and --ylim BOTTOM,TOP"), allow_hyphen_values = true)]
+    window: Option<String>,
+}
+
+/// Refuses any value of an option that has another name now.
+fn now(name: &'static str) -> impl Fn(&str) -> Result<String, String> + Clone {
+    move |_| Err(format!("this option is now {name}"))
+}
+
+/// The first and the last number of an axis, where they are given.
+pub type Ends = [Option<f64>; 2];
+
+fn ends(text: &str) -> Result<Ends, String> {
+    let (low, high) = text
+        .split_once(',')
+        .ok_or("expected LOW,HIGH, of which one may be left out")?;
+    let end = |text: &str| match text.trim() {
+        "" => Ok(None),
+        number => number
+            .parse()
+            .map(Some)
+            .map_err(|e| format!("{number}: {e}")),
+    };
+    match [end(low)?, end(high)?] {
+        [Some(low), Some(high)] if low >= high => Err("LOW is not below HIGH".to_owned()),
+        ends => Ok(ends),
+    }
+}
+
+fn which(text: &str) -> Result<Which, String> {
+    match text.trim() {
+        "all" => Ok(Which::All),
+        time => time
+            .parse()
+            .map(Which::At)
+            .map_err(|e| format!("{time}: {e}; expected times in s or `all`")),
+    }
 }
 
 /// Reads numbers with commas between them.

@@ -8,6 +8,7 @@ use coupler::run::aftermath::Killed;
 use coupler::scene::{Measurand, Scene};
 use study::StudyError;
 use study::case::Source;
+use study::figure::axis::Scale;
 use study::plot::{Labelled, PlotOptions};
 use study::runner::RunnerOptions;
 use study::snapshots::SnapshotOptions;
@@ -59,7 +60,9 @@ pub fn study(args: &StudyArgs) -> ExitCode {
             },
             resolution: args.resolution.clone(),
             along: args.along.clone(),
-            repeat: args.repeat.into(),
+            values: args.value.clone(),
+            repeat: args.repeat.map(usize::from),
+            scatter: args.scatter,
         };
         study::work::study(&options, runner(&args.runs)?, &args.runs.out)
     };
@@ -101,9 +104,8 @@ pub fn plot(args: &PlotArgs) -> ExitCode {
         }
     }
     let named_after = || {
-        args.out
-            .file_stem()
-            .map(|n| n.to_string_lossy().into_owned())
+        let name = args.out.file_stem();
+        name.map(|name| name.to_string_lossy().into_owned())
     };
     let title = args.title.clone().or_else(named_after).unwrap_or_default();
     if !args.frames.is_empty() {
@@ -111,15 +113,15 @@ pub fn plot(args: &PlotArgs) -> ExitCode {
             runs: labelled(&args.data),
             at: args.frames.clone(),
             colour: Labelled::parse(&args.colour),
-            between: args.between,
-            window: args
-                .window
-                .map(|[left, bottom, right, top]| [[left, bottom], [right, top]]),
+            between: args.clim,
+            limits: [args.xlim, args.ylim].map(Option::unwrap_or_default),
             columns: args.columns,
+            rate: args.rate,
             title,
         };
         return drawn(args, study::snapshots::snapshots(&options, &args.out));
     }
+    let scale = |log: bool| if log { Scale::Log } else { Scale::Linear };
     let options = PlotOptions {
         data: labelled(&args.data),
         x: args.x.clone(),
@@ -127,10 +129,11 @@ pub fn plot(args: &PlotArgs) -> ExitCode {
         expected: labelled(&args.expected),
         by: args.by.clone(),
         slope: args.slope,
-        within: [args.from, args.to],
+        scales: [scale(args.xlog), scale(args.ylog)],
+        limits: [args.xlim, args.ylim].map(Option::unwrap_or_default),
         dots: args.dots,
         title,
-        words: [args.below.clone(), args.beside.clone()],
+        words: [args.xlabel.clone(), args.ylabel.clone()],
     };
     drawn(args, study::plot::plot(&options, &args.out))
 }

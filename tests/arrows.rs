@@ -448,7 +448,7 @@ mod the_rules_can_fail {
                 "simulation",
                 &["interface", "mechanics", "mpm-proc", "dem-proc"],
             ),
-            ("study", &["interface", "mechanics", "coupler", "plotters"]),
+            ("study", &["interface", "mechanics", "coupler", "resvg"]),
             ("report", &["coupler", "askama"]),
             (
                 "rapier-dem",

@@ -18,7 +18,7 @@ enum Kind {
 }
 
 /// Keys of DESIGN.md section 6 but for those that have a structure, which [`assert_complete`] looks into.
-const KEYS: [(&str, Kind); 14] = [
+const KEYS: [(&str, Kind); 16] = [
     ("scene", Kind::Text),
     ("status", Kind::Text),
     ("state_hash", Kind::Text),
@@ -32,6 +32,8 @@ const KEYS: [(&str, Kind); 14] = [
     ("wall_s", Kind::Number),
     ("momentum_error", Kind::Number),
     ("cpu_s", Kind::Times),
+    ("stepping_wall_s", Kind::Number),
+    ("stepping_cpu_s", Kind::Times),
     ("dt_bound_by", Kind::Times),
 ];
 const ENERGIES: [&str; 11] = [
@@ -78,7 +80,14 @@ fn assert_complete(files: &RunFiles) {
         _ => true,
     };
     for party in ["mpm", "dem", "coupler"].into_iter().filter(takes_part) {
-        assert!(is(&summary["cpu_s"][party], Kind::Number), "cpu_s.{party}");
+        let [all, stepping] = ["cpu_s", "stepping_cpu_s"].map(|key| {
+            let time = summary[key][party].as_f64();
+            time.unwrap_or_else(|| panic!("{key}.{party} is missing"))
+        });
+        assert!(
+            0.0 <= stepping && stepping <= all,
+            "{party}: {stepping} of {all} s"
+        );
         for part in ["compute", "exchange", "wait"] {
             let time = summary["wall_by_part"][party][part].as_f64();
             assert!(
@@ -87,6 +96,7 @@ fn assert_complete(files: &RunFiles) {
             );
         }
     }
+    assert!(summary["stepping_wall_s"].as_f64() < summary["wall_s"].as_f64());
     for end in ["start", "end"] {
         for energy in ENERGIES {
             assert!(

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use harness::{Ended, PATIENCE, Place, scene, until};
+use harness::{Ended, PATIENCE, Place, RunFiles, scene, until};
 
 const BAR: &str = "verification/bar_on_grain";
 const HARD: &str = "jiang2020/collision_hard";
@@ -77,19 +77,30 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
         "variant=cell_5mm,plain",
         "--vary",
         "mpm.shape=ugimp,cubic_bspline",
+        "--repeat",
+        "2",
+        "--scatter",
+        "0",
         "--out",
         "out",
     ];
     let ended = study(&place, &arguments).expect(0);
     assert!(
-        ended.stdout.contains("4 runs, 4 of them new"),
+        ended
+            .stdout
+            .contains("4 runs, repeated to 8, 8 of them new"),
         "{}",
         ended.stdout
     );
     let rows = table(&place.path("out/study.csv"));
     assert_eq!(rows.len(), 4);
     for row in &rows {
-        assert!(number(row, "error [1]") > 0.0 && number(row, "cpu [s]") > 0.0);
+        assert!(number(row, "error [1]") > 0.0);
+        // Start-up is not stepping, and two runs never take the same number of nanoseconds.
+        let (stepping, cpu) = (number(row, "stepping cpu [s]"), number(row, "cpu [s]"));
+        assert!(0.0 < stepping && stepping < cpu, "{stepping} of {cpu} s");
+        assert_eq!(row["repetitions"], "2");
+        assert!(number(row, "scatter [1]") > 0.0);
         assert_eq!(row["alone"], "true");
     }
     // From coarse to fine within a curve; the error falls (tests/scenes.rs: first order with ugimp).
@@ -106,8 +117,8 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
     );
     let figure = well_formed(&place.path("out/study.svg"));
     for words in [
-        "CPU time",
-        "wall time",
+        "CPU time of stepping",
+        "wall time of stepping",
         "shape cubic_bspline: order",
         "Pareto",
     ] {
@@ -140,7 +151,9 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
     let before = fs::read(place.path("out/study.csv")).unwrap();
     let again = study(&place, &arguments).expect(0);
     assert!(
-        again.stdout.contains("4 runs, 0 of them new"),
+        again
+            .stdout
+            .contains("4 runs, repeated to 8, 0 of them new"),
         "{}",
         again.stdout
     );
@@ -153,7 +166,7 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
     )
     .expect(0);
     assert!(
-        more.stdout.contains("4 runs, 4 of them new"),
+        more.stdout.contains("4 runs, repeated to 8, 8 of them new"),
         "{}",
         more.stdout
     );
@@ -170,6 +183,8 @@ fn a_study_that_was_ended_goes_on() {
         "quick",
         "--vary",
         "time.safety=0.8,0.7,0.6,0.5,0.4,0.3",
+        "--repeat",
+        "1",
         "--out",
         "out",
     ];
@@ -232,6 +247,67 @@ fn an_unstable_run_is_a_row_and_the_others_are_compared_with_the_finest() {
     well_formed(&place.path("out/study.svg"));
 }
 
+/// A scene whose checks have bounds and no reference.
+#[test]
+fn without_a_reference_a_study_shows_the_values_over_what_is_varied() {
+    let place = Place::new();
+    let soft = scene("jiang2020/collision_soft");
+    let sweep = |out: &str, more: &[&str]| {
+        let common = [soft.as_str(), "--variant", "quick", "--out", out];
+        study(&place, &[&common[..], more].concat()).expect(0)
+    };
+    let ended = sweep("numbers", &["--vary", "time.safety=0.8,0.4"]);
+    assert!(
+        ended.stdout.contains("2 runs, 2 of them new"),
+        "{}",
+        ended.stdout
+    );
+    let rows = table(&place.path("numbers/study.csv"));
+    let safety: Vec<&str> = rows.iter().map(|row| row["time.safety"].as_str()).collect();
+    assert_eq!(safety, ["0.8", "0.4"], "in the order that was asked for");
+    // Every check of the scene is a column, a line of the table and a panel.
+    let first = RunFiles::read(&place.path(&format!("numbers/runs/{}", rows[0]["run"])));
+    let checks = first.summary["checks"].as_array().unwrap();
+    assert!(!checks.is_empty());
+    let figure = well_formed(&place.path("numbers/study.svg"));
+    let text = fs::read_to_string(place.path("numbers/study.csv")).unwrap();
+    for check in checks {
+        let name = check["name"].as_str().unwrap();
+        assert!(
+            text.lines().next().unwrap().contains(name),
+            "no `{name}` in {text}"
+        );
+        assert!(
+            ended.stdout.contains(name),
+            "no `{name}` in {}",
+            ended.stdout
+        );
+        let value = check["value"].as_f64().unwrap();
+        assert!(text.contains(&value.to_string()), "no {value} in {text}");
+    }
+    assert_eq!(figure.matches(">time.safety<").count(), checks.len());
+    // Columns that are asked for by name, over what is no number, with a curve for each of the others.
+    let named = [
+        "--vary",
+        "mpm.shape=ugimp,cubic_bspline",
+        "--vary",
+        "mpm.transfer=flip,apic",
+    ];
+    let value = ["--value", "v_target", "--resolution", "mpm.shape"];
+    sweep("names", &[&named[..], &value].concat());
+    let figure = well_formed(&place.path("names/study.svg"));
+    for words in [
+        "ugimp",
+        "cubic_bspline",
+        "transfer flip",
+        "transfer apic",
+        "v_target [m/s]",
+    ] {
+        assert!(figure.contains(words), "no `{words}` in {figure}");
+    }
+    assert_eq!(table(&place.path("names/study.csv")).len(), 4);
+}
+
 #[test]
 fn runs_go_through_a_launcher() {
     let place = Place::new();
@@ -249,6 +325,8 @@ fn runs_go_through_a_launcher() {
         "2",
         "--repeat",
         "2",
+        "--scatter",
+        "0",
         "--out",
         "out",
     ];
@@ -293,8 +371,14 @@ fn what_cannot_be_studied_is_refused_before_anything_is_started() {
             &["nothing to vary", "--vary"][..],
         ),
         (
-            &[&bounds_only, "--vary", "mpm.cell=0.003,0.0015"],
-            &["declares no error", "--finer"],
+            &[
+                &bounds_only,
+                "--vary",
+                "mpm.cell=0.003,0.0015",
+                "--value",
+                "v_targt",
+            ],
+            &["--value v_targt", "did you mean `v_target`?"],
         ),
         (
             &[&bar, "--vary", "mpm.cel=0.1"],
@@ -422,7 +506,7 @@ fn the_order_of_a_bounce_is_that_of_the_first_touch() {
             "--set",
             "output.every=4.5e-3",
         ];
-        let out = ["--in-process", "--out", name];
+        let out = ["--in-process", "--repeat", "1", "--out", name];
         let arguments = [&[bounce.as_str()], &contact[..], &steps, &out].concat();
         study(&place, &arguments).expect(0);
         let rows = table(&place.path(&format!("{name}/study.csv")));
@@ -517,7 +601,23 @@ fn what_cannot_be_drawn_is_refused_with_what_there_is() {
     };
     plot(&["a.csv", "--y", "speed"], 2).says(&["time, work"]);
     plot(&["none.csv", "--y", "work"], 2).says(&["cannot read none.csv"]);
-    plot(&["a.csv", "--y", "work", "--from", "3"], 2).says(&["nothing to draw"]);
+    plot(&["a.csv", "--y", "work", "--xlim", "3,"], 2).says(&["nothing to draw"]);
+    plot(&["a.csv", "--y", "work", "--xlim", "3,1"], 2).says(&["--xlim", "not below"]);
+    plot(&["a.csv", "--y", "work", "--ylog", "--ylim", "-1,1"], 2).says(&["--ylim", "above 0"]);
+    for (former, present) in [
+        (["--below", "t"], "--xlabel"),
+        (["--beside", "w"], "--ylabel"),
+        (["--from", "3"], "--xlim FROM,"),
+        (["--to", "3"], "--xlim ,TO"),
+        (["--between", "0,1"], "--clim LOW,HIGH"),
+        (
+            ["--window", "0,0,1,1"],
+            "--xlim LEFT,RIGHT and --ylim BOTTOM,TOP",
+        ),
+    ] {
+        let arguments = [&["a.csv", "--y", "work"], &former[..]].concat();
+        plot(&arguments, 2).says(&[former[0], "is now", present]);
+    }
     plot(&["a.csv", "--y", "work", "--by", "run"], 2).says(&["no column"]);
     plot(&["a.csv", "--y", "work", "--slope", "0"], 2).says(&["--slope"]);
     plot(&["a.csv", "--y", "work", "--expected", "t"], 2).says(&["expression of `x`"]);
@@ -537,4 +637,65 @@ fn what_cannot_be_drawn_is_refused_with_what_there_is() {
     for words in ["law", "time [s]", "circle"] {
         assert!(figure.contains(words), "no `{words}` in {figure}");
     }
+    let named = [
+        "--xlabel",
+        "below all",
+        "--ylabel",
+        "beside all",
+        "--title",
+        "above all",
+    ];
+    let shown = ["--xlim", "0.5,", "--ylim", ",5", "--xlog", "--ylog"];
+    plot(&[&["a.csv", "--y", "work"], &named[..], &shown].concat(), 0);
+    let figure = well_formed(&place.path("a.svg"));
+    for words in ["below all", "beside all", "above all", ">2<"] {
+        assert!(figure.contains(words), "no `{words}` in {figure}");
+    }
+}
+
+/// Pixels need a font of the machine for their letters; where there is none the message says so.
+#[test]
+fn a_figure_is_what_the_end_of_its_name_says() {
+    let place = Place::new();
+    fs::write(place.path("a.csv"), "time [s],work [J/m]\n0,0\n1,1\n").unwrap();
+    let plot = |arguments: &[&str]| place.start(&[&["plot"], arguments].concat()).end();
+    let curve = |out: &str| plot(&["a.csv", "--y", "work", "--out", out]);
+    curve("a.pdf").expect(2).says(&["a.pdf", ".svg or .png"]);
+    curve("a.gif").expect(2).says(&["no film", "--frames all"]);
+    let drop = scene("jiang2020/drop_soft");
+    let run = [
+        "run",
+        &drop,
+        "--variant",
+        "quick",
+        "--set",
+        "output.frames=0.05",
+        "--in-process",
+        "--out",
+        "run",
+    ];
+    place.start(&run).end();
+    let frames = |out: &str| plot(&["run", "--frames", "all", "--columns", "1", "--out", out]);
+    frames("a.svg").expect(0);
+    well_formed(&place.path("a.svg"));
+    let starts = |name: &str, magic: &[u8]| {
+        let bytes = fs::read(place.path(name)).unwrap();
+        assert!(bytes.starts_with(magic), "{name} is no such file");
+        bytes
+    };
+    let png = curve("a.png");
+    if png.status.code() == Some(2) {
+        png.says(&["no font", ".svg"]);
+        return;
+    }
+    png.expect(0);
+    starts("a.png", b"\x89PNG");
+    frames("film.gif").expect(0);
+    starts("film.gif", b"GIF89a");
+    frames("film.apng").expect(0);
+    let film = starts("film.apng", b"\x89PNG");
+    assert!(
+        film.windows(4).any(|chunk| chunk == b"acTL"),
+        "it does not move"
+    );
 }

@@ -131,6 +131,11 @@ pub struct Summary {
     pub wall_by_part: BTreeMap<&'static str, WallParts>,
     /// CPU time by process in s. In one process: of each party's thread, without those of its pool.
     pub cpu_s: BTreeMap<&'static str, f64>,
+    /// Wall time of stepping in s: from the reports on the first grant, the opening step in which nothing moves, to those on
+    /// the last. Start-up is what comes before.
+    pub stepping_wall_s: f64,
+    /// CPU time of stepping by process in s, as `cpu_s` counts it.
+    pub stepping_cpu_s: BTreeMap<&'static str, f64>,
     /// Material points.
     pub points: u64,
     /// Most IMPs at a time.

@@ -25,6 +25,24 @@ struct Spent {
     cpu: f64,
     /// Computing, exchanging, waiting and CPU time of each solver.
     solvers: BTreeMap<Party, [f64; 4]>,
+    /// Of it all, what came after the first grant.
+    stepping: Stepping,
+}
+
+/// Time of stepping in s: without start-up, which ends when the reports on the first grant are there.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+struct Stepping {
+    wall: f64,
+    /// CPU time of each process.
+    cpu: BTreeMap<Party, f64>,
+}
+
+/// What had been spent at a moment.
+#[derive(Debug, Clone)]
+struct Moment {
+    at: Instant,
+    /// CPU time of the coupler, and of each solver by its last report.
+    cpu: BTreeMap<Party, f64>,
 }
 
 /// What of an account goes on in another process.
@@ -66,6 +84,8 @@ pub(crate) struct Account {
     /// When this process began, and what others have spent before it.
     started: Instant,
     earlier: Spent,
+    /// When the first reports were there, and when the last ones were.
+    stepping: [Option<Moment>; 2],
     /// The solvers compute in the coupler's thread.
     shared_thread: bool,
 }
@@ -92,8 +112,56 @@ impl Account {
             last_words: None,
             started: Instant::now(),
             earlier: Spent::default(),
+            stepping: [None, None],
             shared_thread,
         }
+    }
+
+    /// The reports on a grant are there. The first grant is the opening step, in which nothing moves: solvers lay out what
+    /// they need in it, so it belongs to start-up. (Of a run that goes on it is a window of steps.)
+    pub fn reported(&mut self) {
+        if self.stepping[0].is_none() {
+            self.stepping[0] = Some(self.moment());
+        }
+    }
+
+    /// No more grants come.
+    pub fn drained(&mut self) {
+        self.stepping[1] = Some(self.moment());
+    }
+
+    fn moment(&self) -> Moment {
+        let mut cpu: BTreeMap<Party, f64> = self
+            .reports
+            .iter()
+            .map(|(&party, report)| (party, report.cpu_ns as f64 * 1e-9))
+            .collect();
+        let shared: f64 = if self.shared_thread {
+            cpu.values().sum()
+        } else {
+            0.0
+        };
+        let own = interface::session::cpu_time().saturating_sub(self.cpu_at_start);
+        cpu.insert(Party::Coupler, own.as_secs_f64() - shared);
+        Moment {
+            at: Instant::now(),
+            cpu,
+        }
+    }
+
+    /// Time of stepping, of this process and those before it.
+    fn stepped(&self) -> Stepping {
+        let mut sum = self.earlier.stepping.clone();
+        let [Some(first), last] = &self.stepping else {
+            return sum;
+        };
+        let last = last.clone().unwrap_or_else(|| self.moment());
+        sum.wall += last.at.duration_since(first.at).as_secs_f64();
+        for (party, cpu) in last.cpu {
+            let before = first.cpu.get(&party).copied().unwrap_or(0.0);
+            *sum.cpu.entry(party).or_default() += (cpu - before).max(0.0);
+        }
+        sum
     }
 
     /// What goes on in another process.
@@ -160,6 +228,7 @@ impl Account {
         }
         let cpu = interface::session::cpu_time().saturating_sub(self.cpu_at_start);
         spent.cpu += (cpu.as_secs_f64() - shared).max(0.0);
+        spent.stepping = self.stepped();
         spent
     }
 
@@ -246,6 +315,8 @@ impl Account {
             wall_s: spent.wall,
             wall_by_part,
             cpu_s,
+            stepping_wall_s: spent.stepping.wall,
+            stepping_cpu_s: by_name(&spent.stepping.cpu),
             points: items(Party::Mpm),
             imps_max: self.imps_max,
             bodies: items(Party::Dem),
@@ -257,4 +328,8 @@ impl Account {
         summary.set_balance(&self.balance);
         summary
     }
+}
+
+fn by_name(times: &BTreeMap<Party, f64>) -> BTreeMap<&'static str, f64> {
+    times.iter().map(|(p, &time)| (p.name(), time)).collect()
 }

@@ -473,6 +473,7 @@ impl<'a> Run<'a> {
             self.account.imps_max = self.account.imps_max.max(report.imps);
             self.account.reports.insert(party, report);
         }
+        self.account.reported();
         let round = coupler.round();
         let mut under_way = self.under_way.take().expect("a grant was given");
         let epoch = under_way.epoch;
@@ -593,6 +594,7 @@ impl<'a> Run<'a> {
 
     /// All points are there, at the end.
     fn drained(&mut self, round: &Round) -> Result<(), RunError> {
+        self.account.drained();
         if !self.account.interrupted {
             self.account.state_hash = Some(state_hash(&round.points, &self.bodies));
         }

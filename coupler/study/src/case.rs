@@ -57,8 +57,16 @@ impl Source {
 }
 
 impl Case {
-    /// The number at a dotted key of the scene as it runs.
+    /// The number at a dotted key of the scene as it runs, or, where that spells it otherwise, as it was set.
     pub fn number(&self, key: &str) -> Option<f64> {
+        let set = || {
+            let setting = self.settings.iter().find(|(known, _)| known == key)?;
+            setting.1.parse().ok()
+        };
+        self.resolved(key).or_else(set)
+    }
+
+    fn resolved(&self, key: &str) -> Option<f64> {
         let root: toml::Table = self.scene.resolved_toml.parse().ok()?;
         let mut at = &toml::Value::Table(root);
         for segment in key.split('.') {

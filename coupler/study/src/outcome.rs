@@ -34,6 +34,10 @@ pub struct Outcome {
     pub wall_s: f64,
     /// CPU time by process in s.
     pub cpu_s: BTreeMap<String, f64>,
+    /// Wall time of stepping in s: without start-up.
+    pub stepping_wall_s: f64,
+    /// CPU time of stepping by process in s.
+    pub stepping_cpu_s: BTreeMap<String, f64>,
     /// Material points.
     pub points: u64,
     /// Energies.
@@ -83,6 +87,8 @@ impl Outcome {
             criteria: Criteria::default(),
             wall_s: 0.0,
             cpu_s: BTreeMap::new(),
+            stepping_wall_s: 0.0,
+            stepping_cpu_s: BTreeMap::new(),
             points: 0,
             energy: Energy { residual_max: 0.0 },
             checks: Vec::new(),
@@ -102,6 +108,11 @@ impl Outcome {
     /// CPU time of all processes in s.
     pub fn cpu(&self) -> f64 {
         self.cpu_s.values().sum()
+    }
+
+    /// CPU time of stepping of all processes in s.
+    pub fn stepping_cpu(&self) -> f64 {
+        self.stepping_cpu_s.values().sum()
     }
 
     /// A check's verdict.

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use mechanics::expression::{Expression, Meaning};
 
 use crate::StudyError;
-use crate::figure::curves::{Curve, Stroke, Words, draw};
+use crate::figure::axis::Scale;
+use crate::figure::curves::{Curve, Frame, Stroke, draw};
+use crate::figure::file::Kind;
 use crate::table::Table;
 
 /// Points of an expected curve.
@@ -58,8 +60,10 @@ pub struct PlotOptions {
     pub by: Option<String>,
     /// Width along x over which the slope of y is drawn in its stead.
     pub slope: Option<f64>,
-    /// Only what lies between these, along x.
-    pub within: [f64; 2],
+    /// How numbers lie along x and y.
+    pub scales: [Scale; 2],
+    /// First and last x and y, where they are given; what is beyond these x is left out.
+    pub limits: [[Option<f64>; 2]; 2],
     /// Dots instead of lines.
     pub dots: bool,
     /// Above the figure.
@@ -74,6 +78,8 @@ pub struct PlotOptions {
 /// [`StudyError::Asked`]: data cannot be read, a name is no column, or nothing is there to be drawn; [`StudyError::Figure`]
 /// and [`StudyError::File`].
 pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
+    Kind::of(path)?;
+    options.assert_sound()?;
     let mut curves: Vec<Curve> = Vec::new();
     let mut units: Option<[String; 2]> = None;
     let many = (options.data.len() > 1, options.y.len() > 1);
@@ -95,13 +101,12 @@ pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
                     Some(width) => slope(&points, width, &label)?,
                     None => points,
                 };
-                let [from, to] = options.within;
-                let shown = points.into_iter().filter(|p| p.0 >= from && p.0 <= to);
-                let points: Vec<(f64, f64)> = shown.collect();
+                let points: Vec<(f64, f64)> =
+                    points.into_iter().filter(|p| options.shows(*p)).collect();
                 if points.is_empty() {
                     return Err(StudyError::asked(
                         format!("`{label}` has nothing to draw"),
-                        "check the columns, --from, --to and --slope",
+                        "check the columns, --xlim, --slope, and that what has a logarithmic axis is above 0",
                     ));
                 }
                 let stroke = if options.dots {
@@ -123,7 +128,7 @@ pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
     let none = (f64::INFINITY, f64::NEG_INFINITY);
     let (first, last) = across.fold(none, |(low, high), x| (low.min(x), high.max(x)));
     for line in &options.expected {
-        curves.push(expected(line, first, last)?);
+        curves.push(expected(line, [first, last], options.scales[0])?);
     }
     let [below, beside] = &options.words;
     let [x_unit, y_unit] = units.unwrap_or_default();
@@ -131,17 +136,46 @@ pub fn plot(options: &PlotOptions, path: &Path) -> Result<(), StudyError> {
         "" | "1" => e.to_owned(),
         unit => format!("{e} [{unit}]"),
     };
-    let words = Words {
-        title: options.title.clone(),
-        x: below
-            .clone()
-            .unwrap_or_else(|| with_unit(&options.x, &x_unit)),
-        y: beside.clone().unwrap_or_else(|| match &options.y[..] {
-            [only] => with_unit(&only.what, &y_unit),
-            _ => y_unit,
-        }),
+    let x = || with_unit(&options.x, &x_unit);
+    let y = || match &options.y[..] {
+        [only] => with_unit(&only.what, &y_unit),
+        _ => y_unit.clone(),
     };
-    draw(path, &words, &curves)
+    let frame = Frame {
+        title: options.title.clone(),
+        words: [
+            below.clone().unwrap_or_else(x),
+            beside.clone().unwrap_or_else(y),
+        ],
+        scales: options.scales,
+        limits: options.limits,
+    };
+    draw(path, &frame, &curves)
+}
+
+impl PlotOptions {
+    fn assert_sound(&self) -> Result<(), StudyError> {
+        for (axis, name) in ["x", "y"].into_iter().enumerate() {
+            let below_zero = |end: &Option<f64>| end.is_some_and(|end| end <= 0.0);
+            if self.scales[axis] == Scale::Log && self.limits[axis].iter().any(below_zero) {
+                return Err(StudyError::asked(
+                    format!("--{name}lim: a logarithmic axis is above 0"),
+                    format!("give ends above 0, or leave out --{name}log"),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a point is where x is shown, and has a place there.
+    fn shows(&self, (x, y): (f64, f64)) -> bool {
+        let [from, to] = self.limits[0];
+        let has = |scale: Scale, number: f64| scale == Scale::Linear || number > 0.0;
+        from.is_none_or(|from| x >= from)
+            && to.is_none_or(|to| x <= to)
+            && has(self.scales[0], x)
+            && has(self.scales[1], y)
+    }
 }
 
 /// The table of a run directory or of a file.
@@ -240,12 +274,18 @@ fn slope(points: &[(f64, f64)], width: f64, label: &str) -> Result<Vec<(f64, f64
 }
 
 /// An expression of `x` from the first to the last of what is drawn.
-fn expected(line: &Labelled, first: f64, last: f64) -> Result<Curve, StudyError> {
+fn expected(line: &Labelled, [first, last]: [f64; 2], scale: Scale) -> Result<Curve, StudyError> {
     let help = "an expected curve is an expression of `x`, such as `--expected \"weight=25\"`";
     let is_x = |name: &str| (name == "x").then_some(Meaning::Slot(0));
     let y = compile(&line.what, &is_x, help)?;
     let count = if y.as_number().is_some() { 2 } else { EXPECTED };
-    let at = |k: usize| first + (last - first) * k as f64 / (count - 1) as f64;
+    let at = |k: usize| {
+        let share = k as f64 / (count - 1) as f64;
+        match scale {
+            Scale::Linear => first + (last - first) * share,
+            Scale::Log => first * (last / first).powf(share),
+        }
+    };
     let points = (0..count).map(|k| (at(k), y.evaluate(&[at(k)])));
     let points: Vec<(f64, f64)> = points.filter(|p| p.1.is_finite()).collect();
     if points.is_empty() {
@@ -301,6 +341,7 @@ mod tests {
 
     #[test]
     fn an_expected_curve_is_drawn_where_it_is_a_number() {
+        let expected = |line: &Labelled, first, last| expected(line, [first, last], Scale::Linear);
         let line = Labelled::parse("law=sqrt(x-1)");
         let curve = expected(&line, 0.0, 5.0).unwrap();
         assert_eq!(

@@ -48,6 +48,64 @@ pub struct Runner {
     started: AtomicUsize,
 }
 
+/// How often a case is run for its times.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Repeat {
+    /// Most runs of a case.
+    pub most: usize,
+    /// A case is run again until its two least CPU times of stepping are so near, as a share of the least.
+    pub scatter: f64,
+}
+
+/// A case that was run, once or more often.
+#[derive(Debug, Clone)]
+pub struct Timed {
+    /// What its runs have left: they differ in their times alone, of which these are the least.
+    pub outcome: Outcome,
+    /// CPU time of stepping of each run in s, the least first.
+    pub times: Vec<f64>,
+}
+
+impl Timed {
+    fn of(outcome: Outcome) -> Self {
+        Self {
+            times: vec![outcome.stepping_cpu()],
+            outcome,
+        }
+    }
+
+    /// Distance of the two least times as a share of the least; none of a single run.
+    pub fn scatter(&self) -> Option<f64> {
+        match self.times[..] {
+            [least, next, ..] if least > 0.0 => Some(next / least - 1.0),
+            _ => None,
+        }
+    }
+
+    fn needs_more(&self, scatter: f64) -> bool {
+        self.outcome.whole() && self.scatter().is_none_or(|s| s > scatter)
+    }
+
+    /// A run more. One that fails where others did not is what counts.
+    fn add(&mut self, other: Outcome) {
+        self.times.push(other.stepping_cpu());
+        self.times.sort_by(f64::total_cmp);
+        let best = &mut self.outcome;
+        if !other.whole() {
+            *best = other;
+            return;
+        }
+        best.wall_s = best.wall_s.min(other.wall_s);
+        best.stepping_wall_s = best.stepping_wall_s.min(other.stepping_wall_s);
+        if other.cpu() < best.cpu() {
+            best.cpu_s = other.cpu_s.clone();
+        }
+        if other.stepping_cpu() < best.stepping_cpu() {
+            best.stepping_cpu_s = other.stepping_cpu_s;
+        }
+    }
+}
+
 /// A command template.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Launcher {
@@ -149,26 +207,44 @@ impl Runner {
         }
     }
 
-    /// Runs a case `repeat` times, unless it has been; what differs between the runs, their time, is the shortest.
+    /// Runs a case, unless it has been.
     ///
     /// # Errors
     /// [`StudyError::Interrupted`], and files that cannot be written. A run that fails is an outcome.
-    pub fn run(&self, case: &Case, repeat: usize) -> Result<Outcome, StudyError> {
-        let mut best = self.run_once(case, 0)?;
-        for again in 1..repeat {
-            if !best.whole() {
+    pub fn run(&self, case: &Case) -> Result<Outcome, StudyError> {
+        self.run_once(case, 0)
+    }
+
+    /// Runs cases as often as their times ask for, unless they have been. All cases are run before one is repeated, so that
+    /// what else the machine does at a time falls on repetitions of many cases and not on all of one.
+    ///
+    /// # Errors
+    /// Of [`Self::run`].
+    pub fn timed(&self, cases: &[Case], repeat: Repeat) -> Result<Vec<Timed>, StudyError> {
+        let first = self.each(cases, |case| {
+            let outcome = self.run(case)?;
+            let (said, cpu) = (outcome.status.name(), outcome.stepping_cpu());
+            tracing::info!(
+                "{}: {said}, {cpu:.4} s of CPU time of stepping",
+                case.label(&[])
+            );
+            Ok(outcome)
+        })?;
+        let mut timed: Vec<Timed> = first.into_iter().map(Timed::of).collect();
+        for again in 1..repeat.most {
+            let open: Vec<usize> = (0..cases.len())
+                .filter(|&k| timed[k].needs_more(repeat.scatter))
+                .collect();
+            if open.is_empty() {
                 break;
             }
-            let other = self.run_once(case, again)?;
-            if !other.whole() {
-                return Ok(other);
-            }
-            best.wall_s = best.wall_s.min(other.wall_s);
-            if other.cpu() < best.cpu() {
-                best.cpu_s = other.cpu_s;
+            tracing::info!("{} of {} runs are timed again", open.len(), cases.len());
+            let others = self.each(&open, |&k| self.run_once(&cases[k], again))?;
+            for (k, other) in open.into_iter().zip(others) {
+                timed[k].add(other);
             }
         }
-        Ok(best)
+        Ok(timed)
     }
 
     /// Works on items, as many at once as runs may be, in their order as far as that goes.
@@ -309,6 +385,39 @@ mod tests {
 
     fn command() -> Vec<String> {
         ["tandem", "run", "a b.toml"].map(String::from).to_vec()
+    }
+
+    fn stepped(cpu: f64, wall: f64) -> Outcome {
+        Outcome {
+            status: coupler::record::summary::Status::Done,
+            stepping_cpu_s: [
+                ("mpm".to_owned(), 0.75 * cpu),
+                ("dem".to_owned(), 0.25 * cpu),
+            ]
+            .into(),
+            stepping_wall_s: wall,
+            ..Outcome::lost(String::new())
+        }
+    }
+
+    #[test]
+    fn a_case_is_run_again_until_its_two_least_times_agree() {
+        let mut timed = Timed::of(stepped(1.3, 4.0));
+        assert!(timed.needs_more(0.05), "one run shows no scatter");
+        timed.add(stepped(1.0, 5.0));
+        assert!(timed.needs_more(0.05));
+        assert_eq!(timed.outcome.stepping_cpu(), 1.0);
+        assert_eq!(timed.outcome.stepping_wall_s, 4.0);
+        // The two least need not be the last two.
+        timed.add(stepped(2.0, 3.0));
+        assert!(timed.needs_more(0.05));
+        timed.add(stepped(1.04, 6.0));
+        assert!(!timed.needs_more(0.05) && timed.needs_more(0.03));
+        assert_eq!(timed.times, [1.0, 1.04, 1.3, 2.0]);
+        assert_eq!(timed.outcome.stepping_wall_s, 3.0);
+        // A run that fails is not timed again.
+        timed.add(Outcome::lost("killed".into()));
+        assert!(!timed.outcome.whole() && !timed.needs_more(0.0));
     }
 
     #[test]

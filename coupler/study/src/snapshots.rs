@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use coupler::record::frames::Frame;
 use coupler::record::frames::vtu::Mesh;
+use coupler::record::frames::{Frame, FrameError, times};
 use mechanics::expression::{Expression, Meaning};
 
 use crate::StudyError;
-use crate::figure::panels::{Dot, Layout, Panel, draw};
+use crate::figure::file::Kind;
+use crate::figure::panels::{Dot, Layout, Panel, draw, film};
 use crate::plot::Labelled;
 
 /// What can be said of a point, and its unit, in the order of [`numbers`].
@@ -28,21 +29,32 @@ const FIELDS: [(&str, &str); 14] = [
     ("id", "1"),
 ];
 
+/// Which frames.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Which {
+    /// All that the run has.
+    All,
+    /// That of this time in s.
+    At(f64),
+}
+
 /// What is asked for.
 #[derive(Debug, Clone)]
 pub struct SnapshotOptions {
     /// Run directories.
     pub runs: Vec<Labelled>,
-    /// Times of the frames in s.
-    pub at: Vec<f64>,
+    /// The frames.
+    pub at: Vec<Which>,
     /// What colours say: an expression of the fields of a point.
     pub colour: Labelled,
     /// Values of the first and the last colour; what the points have, where it is left out.
     pub between: Option<[f64; 2]>,
-    /// Lower left and upper right corner in m; all that there is, where it is left out.
-    pub window: Option<[[f64; 2]; 2]>,
+    /// First and last x and y in m; as far as anything is, where they are left out.
+    pub limits: [[Option<f64>; 2]; 2],
     /// Panels in a row.
     pub columns: usize,
+    /// Pictures a second of a film.
+    pub rate: f64,
     /// Above the figure.
     pub title: String,
 }
@@ -54,28 +66,20 @@ pub struct SnapshotOptions {
 /// [`StudyError::File`].
 pub fn snapshots(options: &SnapshotOptions, path: &Path) -> Result<(), StudyError> {
     let colour = compile(&options.colour.what)?;
+    let kind = Kind::of(path)?;
     if !options.between.is_none_or(|[low, high]| low < high) {
-        return Err(StudyError::asked(
-            "--between: not in order",
-            "give LOW,HIGH",
-        ));
+        return Err(StudyError::asked("--clim: not in order", "give LOW,HIGH"));
     }
-    let upright = |[[left, bottom], [right, top]]: [[f64; 2]; 2]| left < right && bottom < top;
-    if !options.window.is_none_or(upright) {
+    if options.rate.is_nan() || options.rate <= 0.0 {
         return Err(StudyError::asked(
-            "--window: not in order",
-            "give LEFT,BOTTOM,RIGHT,TOP in m",
+            format!("--rate {}: not a rate", options.rate),
+            "give a number above 0, of pictures a second",
         ));
     }
     let mut panels = Vec::new();
     for run in &options.runs {
-        for &time in &options.at {
-            let frame = Frame::read(Path::new(&run.what), time).map_err(|error| {
-                StudyError::asked(
-                    error.to_string(),
-                    "give `output.frames`, run, and name one of its times",
-                )
-            })?;
+        for time in times_of(Path::new(&run.what), &options.at)? {
+            let frame = Frame::read(Path::new(&run.what), time).map_err(|e| unread(&e))?;
             let label = run.label.as_ref().map(|label| format!("{label}, "));
             let caption = format!("{}t = {time} s", label.unwrap_or_default());
             panels.push(panel(caption, &frame, &colour)?);
@@ -85,14 +89,21 @@ pub fn snapshots(options: &SnapshotOptions, path: &Path) -> Result<(), StudyErro
     let between = options
         .between
         .unwrap_or_else(|| ends(dots().map(|d| d.value)));
-    let window = options.window.unwrap_or_else(|| {
-        let outlines = panels
-            .iter()
-            .flat_map(|panel| panel.outlines.iter().flatten());
-        let places: Vec<[f64; 2]> = dots().map(|d| d.at).chain(outlines.copied()).collect();
-        let [x, y] = [0, 1].map(|axis| ends(places.iter().map(|place| place[axis])));
-        [[x[0], y[0]], [x[1], y[1]]]
+    let outlines = panels
+        .iter()
+        .flat_map(|panel| panel.outlines.iter().flatten());
+    let places: Vec<[f64; 2]> = dots().map(|d| d.at).chain(outlines.copied()).collect();
+    let window = [0, 1].map(|axis| {
+        let all = ends(places.iter().map(|place| place[axis]));
+        [0, 1].map(|k| options.limits[axis][k].unwrap_or(all[k]))
     });
+    if let Some([low, high]) = window.into_iter().find(|[low, high]| low >= high) {
+        return Err(StudyError::asked(
+            format!("nothing is shown from {low} to {high} m"),
+            "give --xlim LEFT,RIGHT and --ylim BOTTOM,TOP in m where something is",
+        ));
+    }
+    let window = [[window[0][0], window[1][0]], [window[0][1], window[1][1]]];
     let legend = match (
         &options.colour.label,
         FIELDS.iter().find(|f| f.0 == options.colour.what),
@@ -108,7 +119,36 @@ pub fn snapshots(options: &SnapshotOptions, path: &Path) -> Result<(), StudyErro
         window,
         between,
     };
+    if kind.moves() {
+        return film(path, &layout, &panels, options.rate);
+    }
     draw(path, &layout, &panels)
+}
+
+/// The times in s of the frames that are asked for.
+fn times_of(run: &Path, wanted: &[Which]) -> Result<Vec<f64>, StudyError> {
+    let mut all = Vec::new();
+    for which in wanted {
+        match which {
+            Which::At(time) => all.push(*time),
+            Which::All => all.extend(times(run).map_err(|e| unread(&e))?),
+        }
+    }
+    if all.is_empty() {
+        let what = format!("{} has no frames", run.display());
+        return Err(StudyError::asked(
+            what,
+            "give `output.frames`, and run again",
+        ));
+    }
+    Ok(all)
+}
+
+fn unread(error: &FrameError) -> StudyError {
+    StudyError::asked(
+        error.to_string(),
+        "give `output.frames`, run, and name one of its times",
+    )
 }
 
 fn compile(text: &str) -> Result<Expression, StudyError> {

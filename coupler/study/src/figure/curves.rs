@@ -1,22 +1,19 @@
-//! Curves over linear axes: histories of runs, measured values as dots, expected ones dashed.
+//! Curves: histories of runs, measured values as dots, expected ones dashed.
 
-use std::ops::Range;
 use std::path::Path;
 
-use plotters::coord::ranged1d::{DefaultFormatting, KeyPointHint, Ranged};
-use plotters::element::DashedPathElement;
-use plotters::prelude::{Circle, Color, PathElement};
-use plotters::style::RGBColor;
-
-use super::{TICKS, chart, colour, failed, lines, sheet, write};
+use super::area::{Area, Plan};
+use super::axis::{Axis, Scale};
+use super::canvas::{BLACK, Canvas, Paint, Place, Stroke as Line};
+use super::file;
+use super::legend::{Legend, Sample};
+use super::style::{MARGIN, colour, heading, heading_height, write_heading};
 use crate::StudyError;
 
-/// Width of the axes in pixels, and their height.
-const AXES: (i32, i32) = (760, 440);
-/// Height of the title.
-const TITLE: i32 = 34;
+/// Width of what is within the axes in pixels, and its height.
+const SIZE: (f64, f64) = (660.0, 380.0);
 /// Dash and gap of expected curves in pixels, in turn.
-const DASHES: [(i32, i32); 4] = [(8, 5), (2, 4), (16, 5), (5, 9)];
+const DASHES: [(f64, f64); 4] = [(8.0, 5.0), (2.0, 4.0), (16.0, 5.0), (5.0, 9.0)];
 
 /// How a curve is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -40,157 +37,107 @@ pub struct Curve {
     pub stroke: Stroke,
 }
 
-/// What stands around the axes.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Words {
+/// What stands around the axes, and how numbers lie along them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Frame {
     /// Above.
     pub title: String,
-    /// Below.
-    pub x: String,
-    /// Beside.
-    pub y: String,
+    /// Below and beside.
+    pub words: [String; 2],
+    /// Of x and of y.
+    pub scales: [Scale; 2],
+    /// First and last number of x and of y, where they are given.
+    pub limits: [[Option<f64>; 2]; 2],
 }
 
 /// Draws the figure to `path`.
 ///
 /// # Errors
 /// [`StudyError::Figure`] and [`StudyError::File`].
-pub fn draw(path: &Path, words: &Words, curves: &[Curve]) -> Result<(), StudyError> {
-    let below = TITLE + AXES.1 + 8;
-    let height = below + lines(curves.len().div_ceil(2)) + 8;
-    sheet(path, (AXES.0 as u32, height as u32), |area| {
-        write(area, &words.title, 22, (14, 8))?;
-        let part = area
-            .clone()
-            .shrink((0, TITLE), (AXES.0 as u32, AXES.1 as u32));
-        let all = || curves.iter().flat_map(|curve| &curve.points);
-        let axes = [
-            Linear::around(all().map(|p| p.0)),
-            Linear::around(all().map(|p| p.1)),
-        ];
-        let (x, y) = (axes[0].range.clone(), axes[1].range.clone());
-        let mut chart = chart(&part, axes, [&words.x, &words.y])?;
-        let sketch = |e: &dyn std::fmt::Display| failed(e.to_string());
-        let (mut own, mut expected) = (0, 0);
-        for (k, curve) in curves.iter().enumerate() {
-            let left = if k % 2 == 0 { 20 } else { 20 + AXES.0 / 2 };
-            let at = (left, below + lines(k / 2) + 7);
-            let sample = vec![at, (at.0 + 30, at.1)];
-            match curve.stroke {
-                Stroke::Line => {
-                    let style = colour(own).stroke_width(2);
-                    let line = thinned(&curve.points, &x, &y);
-                    chart
-                        .draw_series([PathElement::new(line, style)])
-                        .map_err(|e| sketch(&e))?;
-                    area.draw(&PathElement::new(sample, style))
-                        .map_err(failed)?;
-                }
-                Stroke::Dots => {
-                    let style = colour(own).filled();
-                    let dots = curve.points.iter().map(|&at| Circle::new(at, 4, style));
-                    chart.draw_series(dots).map_err(|e| sketch(&e))?;
-                    area.draw(&Circle::new((at.0 + 15, at.1), 4, style))
-                        .map_err(failed)?;
-                }
-                Stroke::Expected => {
-                    let style = RGBColor(0, 0, 0).stroke_width(1);
-                    let (dash, gap) = DASHES[expected % DASHES.len()];
-                    let line = thinned(&curve.points, &x, &y);
-                    let dashed = DashedPathElement::new(line, dash, gap, style);
-                    chart.draw_series([dashed]).map_err(|e| sketch(&e))?;
-                    area.draw(&DashedPathElement::new(sample, dash, gap, style))
-                        .map_err(failed)?;
-                }
-            }
-            match curve.stroke {
-                Stroke::Line | Stroke::Dots => own += 1,
-                Stroke::Expected => expected += 1,
-            }
-            write(area, &curve.label, 15, (at.0 + 40, at.1 - 7))?;
+pub fn draw(path: &Path, frame: &Frame, curves: &[Curve]) -> Result<(), StudyError> {
+    file::write(path, &sheet(frame, curves))
+}
+
+fn sheet(frame: &Frame, curves: &[Curve]) -> Canvas {
+    let all = || curves.iter().flat_map(|curve| &curve.points);
+    let axes = [
+        Axis::around(all().map(|p| p.0), frame.scales[0], frame.limits[0]),
+        Axis::around(all().map(|p| p.1), frame.scales[1], frame.limits[1]),
+    ];
+    let plan = Plan::new(SIZE, axes, [&frame.words[0], &frame.words[1]]);
+    let (width, height) = plan.outer();
+    let samples = samples(curves);
+    let entries = samples
+        .iter()
+        .copied()
+        .zip(curves.iter().map(|c| c.label.clone()));
+    let legend = Legend::new(entries.collect(), width - 2.0 * MARGIN);
+    let title = heading(&frame.title, width);
+    let top = heading_height(&title);
+    let mut canvas = Canvas::new(width, top + height + legend.height() + MARGIN);
+    write_heading(&mut canvas, &title, 0.0);
+    let area = plan.draw(&mut canvas, (0.0, top));
+    area.within(&mut canvas, |canvas| {
+        for (curve, sample) in curves.iter().zip(samples) {
+            put(canvas, &area, &curve.points, sample);
         }
-        Ok(())
-    })
+    });
+    legend.draw(&mut canvas, (MARGIN, top + height));
+    canvas
 }
 
-/// A linear axis with round ticks.
-pub(super) struct Linear {
-    range: Range<f64>,
-    ticks: Vec<f64>,
-}
-
-impl Linear {
-    /// Just this range.
-    pub(super) fn over(range: Range<f64>) -> Self {
-        let ticks = ticks(&range);
-        Self { range, ticks }
-    }
-
-    /// A range around numbers, 3 % wider on either side; one around 0 where there is none.
-    fn around(numbers: impl IntoIterator<Item = f64>) -> Self {
-        let none = (f64::INFINITY, f64::NEG_INFINITY);
-        let ends = |(low, high): (f64, f64), n: f64| (low.min(n), high.max(n));
-        let (low, high) = numbers.into_iter().fold(none, ends);
-        let (low, high) = if low > high { (0.0, 0.0) } else { (low, high) };
-        let width = high - low;
-        let margin = if width > 0.0 {
-            0.03 * width
-        } else {
-            low.abs().max(1.0)
-        };
-        Self::over(low - margin..high + margin)
-    }
-}
-
-impl Ranged for Linear {
-    type FormatOption = DefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, value: &f64, (first, last): (i32, i32)) -> i32 {
-        let share = (value - self.range.start) / (self.range.end - self.range.start);
-        (f64::from(first) + share * f64::from(last - first)).round() as i32
-    }
-
-    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
-        if hint.weight().allow_light_points() {
-            return Vec::new();
+fn samples(curves: &[Curve]) -> Vec<Sample> {
+    let (mut own, mut expected) = (0, 0);
+    let sample = |curve: &Curve| match curve.stroke {
+        Stroke::Expected => {
+            expected += 1;
+            let dashes = Some(DASHES[(expected - 1) % DASHES.len()]);
+            Sample::Line(Line {
+                dashes,
+                ..Line::of(BLACK, 1.3)
+            })
         }
-        self.ticks.clone()
-    }
-
-    fn range(&self) -> Range<f64> {
-        self.range.clone()
-    }
-}
-
-/// Multiples of 1, 2 or 5 times a power of ten, as many as fit.
-fn ticks(range: &Range<f64>) -> Vec<f64> {
-    let least = (range.end - range.start) / TICKS as f64;
-    let power = 10f64.powf(least.log10().floor());
-    let fits = [1.0, 2.0, 5.0, 10.0].map(|m| m * power);
-    let step = fits.into_iter().find(|s| *s >= least).unwrap_or(fits[3]);
-    let first = (range.start / step).ceil() as i64;
-    let last = (range.end / step).floor() as i64;
-    (first..=last).map(|k| k as f64 * step).collect()
-}
-
-/// The curve that looks the same: of consecutive points in one column of pixels the first, the lowest, the highest and the
-/// last.
-fn thinned(points: &[(f64, f64)], x: &Range<f64>, y: &Range<f64>) -> Vec<(f64, f64)> {
-    let place = |value: f64, range: &Range<f64>, pixels: i32| -> i64 {
-        ((value - range.start) / (range.end - range.start) * f64::from(pixels)) as i64
+        drawn => {
+            own += 1;
+            let colour = colour(own - 1);
+            if drawn == Stroke::Line {
+                Sample::Line(Line::of(colour, 2.0))
+            } else {
+                Sample::Dot(Paint::Filled(colour))
+            }
+        }
     };
-    let column = |p: &(f64, f64)| place(p.0, x, AXES.0);
-    let mut kept: Vec<(f64, f64)> = Vec::new();
-    for run in points.chunk_by(|a, b| column(a) == column(b)) {
+    curves.iter().map(sample).collect()
+}
+
+fn put(canvas: &mut Canvas, area: &Area, points: &[(f64, f64)], sample: Sample) {
+    // A number without a logarithm is nowhere on a logarithmic axis: the line has a gap there.
+    for piece in points
+        .split(|p| !area.has(*p))
+        .filter(|piece| !piece.is_empty())
+    {
+        let places: Vec<Place> = piece.iter().map(|p| area.place(*p)).collect();
+        match sample {
+            Sample::Dot(paint) => places.iter().for_each(|at| canvas.circle(*at, 4.0, paint)),
+            Sample::Line(line) | Sample::Marked(line, _) => canvas.line(&thinned(&places), line),
+        }
+    }
+}
+
+/// The line that looks the same: of consecutive places in one half of a pixel across the first, the lowest, the highest and
+/// the last.
+fn thinned(places: &[Place]) -> Vec<Place> {
+    let column = |p: &Place| (2.0 * p.0).floor();
+    let mut kept: Vec<Place> = Vec::new();
+    for run in places.chunk_by(|a, b| column(a) == column(b)) {
         let by_height = |a: &usize, b: &usize| run[*a].1.total_cmp(&run[*b].1);
-        let low = (0..run.len()).min_by(by_height).expect("a run has a point");
-        let high = (0..run.len()).max_by(by_height).expect("a run has a point");
+        let low = (0..run.len()).min_by(by_height).expect("a run has a place");
+        let high = (0..run.len()).max_by(by_height).expect("a run has a place");
         let mut ends = [0, low, high, run.len() - 1];
         ends.sort_unstable();
         kept.extend(ends.map(|k| run[k]));
     }
-    kept.dedup_by_key(|p| (column(p), place(p.1, y, AXES.1)));
+    kept.dedup();
     kept
 }
 
@@ -198,32 +145,87 @@ fn thinned(points: &[(f64, f64)], x: &Range<f64>, y: &Range<f64>) -> Vec<(f64, f
 mod tests {
     use super::*;
 
-    #[test]
-    fn ticks_are_round_few_and_within() {
-        assert_eq!(
-            ticks(&(-0.1..1.1)),
-            [0.0, 0.2, 0.4, 0.600_000_000_000_000_1, 0.8, 1.0]
-        );
-        assert_eq!(ticks(&(0.0..25.0)), [0.0, 5.0, 10.0, 15.0, 20.0, 25.0]);
-        for range in [1e-9..1.15e-9, -3e12..1e11, 0.7..0.71] {
-            let ticks = ticks(&range);
-            assert!((2..=TICKS + 1).contains(&ticks.len()), "{ticks:?}");
-            let inside =
-                |t: &f64| *t > range.start - 1e-9 * t.abs() && *t < range.end + 1e-9 * t.abs();
-            assert!(ticks.iter().all(inside), "{ticks:?}");
+    fn curve(label: &str, points: &[(f64, f64)], stroke: Stroke) -> Curve {
+        Curve {
+            label: label.into(),
+            points: points.to_vec(),
+            stroke,
         }
-        assert!(Linear::around([]).range.contains(&0.0));
-        assert!(Linear::around([5.0]).range.contains(&5.0));
     }
 
     #[test]
     fn a_spike_outlives_the_thinning() {
         let spike = 5000;
-        let at = |k: usize| (k as f64 * 1e-4, if k == spike { 9.0 } else { 0.0 });
-        let points: Vec<(f64, f64)> = (0..10_000).map(at).collect();
-        let kept = thinned(&points, &(0.0..1.0), &(0.0..10.0));
+        let at = |k: usize| (k as f64 * 0.066, if k == spike { 9.0 } else { 0.0 });
+        let places: Vec<Place> = (0..10_000).map(at).collect();
+        let kept = thinned(&places);
         assert!(kept.contains(&at(spike)));
-        assert!(kept.len() < 4 * AXES.0 as usize, "{}", kept.len());
-        assert_eq!(kept.first(), points.first());
+        assert!(kept.len() < 8 * 660, "{}", kept.len());
+        assert_eq!(kept.first(), places.first());
+        assert_eq!(kept.last(), places.last());
+    }
+
+    #[test]
+    fn no_words_overlap_however_long_they_are() {
+        let long = "a name that goes on and on, as names of runs with three settings in them do, and then some more";
+        for (labels, scales, range) in [
+            (
+                vec!["a", "b", "c"],
+                [Scale::Linear, Scale::Linear],
+                [1.0, 2.0],
+            ),
+            (
+                vec![long, "b", long, "d"],
+                [Scale::Log, Scale::Log],
+                [0.001_234, 0.001_236],
+            ),
+            (
+                vec!["one"; 17],
+                [Scale::Linear, Scale::Log],
+                [-1.0e-7, 3.0e11],
+            ),
+            (vec![long], [Scale::Log, Scale::Linear], [1e-200, 1e200]),
+        ] {
+            let curves: Vec<Curve> = labels
+                .iter()
+                .map(|label| {
+                    curve(
+                        label,
+                        &[(range[0], range[0]), (range[1], range[1])],
+                        Stroke::Line,
+                    )
+                })
+                .collect();
+            for title in ["", "short", long, &long.repeat(3)] {
+                let frame = Frame {
+                    title: title.into(),
+                    words: [long.repeat(2), format!("{long} [kg m/s]")],
+                    scales,
+                    ..Frame::default()
+                };
+                let canvas = sheet(&frame, &curves);
+                assert_eq!(canvas.collisions(), Vec::<String>::new());
+            }
+        }
+    }
+
+    #[test]
+    fn a_logarithmic_axis_leaves_out_what_has_no_logarithm() {
+        let points = [(1.0, 1.0), (10.0, 0.0), (100.0, 4.0), (1000.0, 2.0)];
+        let frame = Frame {
+            scales: [Scale::Log; 2],
+            ..Frame::default()
+        };
+        let svg = sheet(&frame, &[curve("c", &points, Stroke::Line)]).svg();
+        let within = svg.split("<g clip-path").nth(1).expect("what is clipped");
+        assert_eq!(
+            within
+                .split("</g>")
+                .next()
+                .unwrap()
+                .matches("<polyline")
+                .count(),
+            2
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! Pictures of instants side by side: points as squares of their size, coloured by a number, and outlines of bodies.
+//! Pictures of instants, side by side or one after another: points as squares of their size, coloured by a number, and
+//! outlines of bodies.
 //!
 //! Tens of thousands of points would make an SVG of megabytes, so the points of a panel are one small bitmap in it; axes,
 //! outlines and words stay lines and letters.
@@ -6,29 +7,24 @@
 use std::ops::Range;
 use std::path::Path;
 
-use plotters::element::{Drawable, PathElement, PointCollection, Polygon};
-use plotters::prelude::{Color, Rectangle};
-use plotters::style::RGBColor;
-use plotters_backend::{BackendCoord, DrawingBackend, DrawingErrorKind};
-
-use super::curves::Linear;
-use super::{chart, failed, sheet, write};
+use super::area::{Area, NUMBER_GAP, Plan, fitting};
+use super::axis::{Axis, Scale, label};
+use super::canvas::{Anchor, BLACK, Canvas, Colour, Stroke};
+use super::file;
+use super::style::{LINE, MARGIN, NUMBERS, WORDS, heading, heading_height, write_heading};
+use super::text::wrapped;
 use crate::StudyError;
 
 /// Width in pixels of what the panels of a row have together, without axes.
-const ROW: i32 = 700;
-/// Room left of and below the axes of a panel, and around it, as [`chart`] leaves it.
-const BESIDE: i32 = 74;
-const BELOW: i32 = 48;
-const AROUND: i32 = 12;
-/// Height of the title, of a panel's caption and of the colours with their numbers.
-const TITLE: i32 = 34;
-const CAPTION: i32 = 20;
-const COLOURS: i32 = 64;
-/// Side of the smallest square of a point, in pixels.
-const LEAST: usize = 2;
+const ROW: f64 = 700.0;
+/// Pixels of the picture of points for one of the sheet.
+const FINE: f64 = 2.0;
+/// Width and height of the colours.
+const COLOURS: (f64, f64) = (320.0, 14.0);
+/// Side of the smallest square of a point, in pixels of the picture.
+const LEAST: usize = 3;
 /// Colours that are told apart.
-const STEPS: u8 = 32;
+const STEPS: u8 = 128;
 /// Viridis (van der Walt and Smith 2015), which grows evenly lighter, at eighths.
 const VIRIDIS: [[u8; 3]; 9] = [
     [68, 1, 84],
@@ -51,36 +47,6 @@ pub struct Dot {
     pub side: f64,
     /// What its colour says.
     pub value: f64,
-}
-
-/// A bitmap; plotters has one only together with its bitmap files.
-struct Picture {
-    /// Upper left corner.
-    at: BackendCoord,
-    size: (u32, u32),
-    /// Red, green and blue of each pixel, row by row from above.
-    pixels: Vec<u8>,
-}
-
-impl<'a> PointCollection<'a, BackendCoord> for &'a Picture {
-    type Point = &'a BackendCoord;
-    type IntoIter = std::iter::Once<&'a BackendCoord>;
-
-    fn point_iter(self) -> Self::IntoIter {
-        std::iter::once(&self.at)
-    }
-}
-
-impl<B: DrawingBackend> Drawable<B> for Picture {
-    fn draw<I: Iterator<Item = BackendCoord>>(
-        &self,
-        places: I,
-        backend: &mut B,
-        _: (u32, u32),
-    ) -> Result<(), DrawingErrorKind<B::ErrorType>> {
-        let mut places = places;
-        places.try_for_each(|at| backend.blit_bitmap(at, self.size, &self.pixels))
-    }
 }
 
 /// An instant.
@@ -114,86 +80,153 @@ pub struct Layout {
 /// # Errors
 /// [`StudyError::Figure`] and [`StudyError::File`].
 pub fn draw(path: &Path, layout: &Layout, panels: &[Panel]) -> Result<(), StudyError> {
-    let columns = layout.columns.clamp(1, panels.len().max(1));
-    let rows = panels.len().div_ceil(columns);
-    let [columns, rows] = [columns, rows].map(|n| i32::try_from(n).expect("no 2^31 panels"));
-    let [[left, bottom], [right, top]] = layout.window;
-    let inner = ROW / columns;
-    let height = (f64::from(inner) * (top - bottom) / (right - left))
-        .round()
-        .max(1.0) as i32;
-    let outer = [
-        inner + BESIDE + 2 * AROUND,
-        height + BELOW + 2 * AROUND + CAPTION,
-    ];
-    let below = TITLE + rows * outer[1];
-    let size = (columns * outer[0], below + COLOURS);
-    sheet(path, (size.0 as u32, size.1 as u32), |area| {
-        write(area, &layout.title, 22, (14, 8))?;
-        for (k, panel) in (0..).zip(panels) {
-            let corner = (k % columns * outer[0], TITLE + k / columns * outer[1]);
-            write(
-                area,
-                &panel.caption,
-                15,
-                (corner.0 + BESIDE + AROUND, corner.1 + 4),
-            )?;
-            let part = area.clone().shrink(
-                (corner.0, corner.1 + CAPTION),
-                (outer[0] as u32, (outer[1] - CAPTION) as u32),
-            );
-            let axes = [Linear::over(left..right), Linear::over(bottom..top)];
-            let mut chart = chart(&part, axes, ["x [m]", "y [m]"])?;
-            let picture = Picture {
-                at: (corner.0 + BESIDE + AROUND, corner.1 + CAPTION + AROUND),
-                size: (inner as u32, height as u32),
-                pixels: raster(panel, layout, [inner as usize, height as usize]),
-            };
-            area.draw(&picture).map_err(failed)?;
-            for outline in &panel.outlines {
-                let pixel = (right - left) / f64::from(inner);
-                let mut outline = clipped(outline, layout.window);
-                // Of the vertices of a rounded corner that fall on one pixel, one.
-                outline.dedup_by_key(|(x, y)| [*x / pixel, *y / pixel].map(f64::round));
-                let Some(&first) = outline.first() else {
-                    continue;
-                };
-                let filled = Polygon::new(outline.clone(), RGBColor(225, 225, 225).filled());
-                chart
-                    .draw_series([filled])
-                    .map_err(|e| failed(e.to_string()))?;
-                outline.push(first);
-                let line = PathElement::new(outline, RGBColor(0, 0, 0).stroke_width(1));
-                chart
-                    .draw_series([line])
-                    .map_err(|e| failed(e.to_string()))?;
-            }
-        }
-        // The colours and what they say.
-        let [from, to] = layout.between;
-        let (start, width) = (BESIDE + AROUND, 10);
-        for k in 0..STEPS {
-            let x = start + width * i32::from(k);
-            let [r, g, b] = shade(k);
-            let step = Rectangle::new(
-                [(x, below), (x + width, below + 14)],
-                RGBColor(r, g, b).filled(),
-            );
-            area.draw(&step).map_err(failed)?;
-        }
-        let end = start + width * i32::from(STEPS);
-        for (share, x) in [(0.0, start), (0.5, i32::midpoint(start, end)), (1.0, end)] {
-            let text = super::label(rounded(from + share * (to - from), to - from));
-            write(area, &text, 14, (x - 4, below + 20))?;
-        }
-        write(area, &layout.legend, 15, (end + 24, below))
-    })
+    file::write(path, &sheet(layout, panels)?)
 }
 
-/// A number with the digits that a range of this width needs.
-fn rounded(number: f64, width: f64) -> f64 {
-    let unit = 10f64.powf(width.abs().max(f64::MIN_POSITIVE).log10().floor() - 2.0);
-    (number / unit).round() * unit
+/// Draws the panels one after another, a film of so many pictures a second.
+///
+/// # Errors
+/// Of [`draw`].
+pub fn film(path: &Path, layout: &Layout, panels: &[Panel], rate: f64) -> Result<(), StudyError> {
+    let sheets = panels
+        .iter()
+        .map(|panel| sheet(layout, std::slice::from_ref(panel)));
+    let hundredths = (100.0 / rate).round().clamp(1.0, 6e4) as u16;
+    file::write_film(path, sheets, hundredths)
+}
+
+fn sheet(layout: &Layout, panels: &[Panel]) -> Result<Canvas, StudyError> {
+    let columns = layout.columns.clamp(1, panels.len().max(1));
+    let rows = panels.len().div_ceil(columns);
+    let [[left, bottom], [right, top]] = layout.window;
+    let inner = (ROW / columns as f64).round();
+    let size = (
+        inner,
+        (inner * (top - bottom) / (right - left)).round().max(1.0),
+    );
+    let axes = [
+        Axis::over([left, right], Scale::Linear),
+        Axis::over([bottom, top], Scale::Linear),
+    ];
+    // Words stand at the outer panels only.
+    let plan = |k: usize| {
+        let below = if k + columns >= panels.len() {
+            "x [m]"
+        } else {
+            ""
+        };
+        let beside = if k % columns == 0 { "y [m]" } else { "" };
+        Plan::new(size, axes, [below, beside])
+    };
+    let plans: Vec<Plan> = (0..panels.len()).map(plan).collect();
+    let captions: Vec<Vec<String>> = panels
+        .iter()
+        .map(|panel| wrapped(&panel.caption, WORDS, inner))
+        .collect();
+    let most = |of: &mut dyn Iterator<Item = f64>| of.fold(0.0, f64::max);
+    let wide = |column: usize| {
+        most(
+            &mut plans
+                .iter()
+                .skip(column)
+                .step_by(columns)
+                .map(|p| p.outer().0),
+        )
+    };
+    let caption = most(&mut captions.iter().map(|lines| lines.len() as f64 * LINE));
+    let high = |row: usize| {
+        caption
+            + most(
+                &mut plans
+                    .iter()
+                    .skip(row * columns)
+                    .take(columns)
+                    .map(|p| p.outer().1),
+            )
+    };
+    let width = (0..columns)
+        .map(wide)
+        .sum::<f64>()
+        .max(COLOURS.0 + 4.0 * MARGIN);
+    let title = heading(&layout.title, width);
+    let legend = wrapped(&layout.legend, WORDS, width - 4.0 * MARGIN);
+    let start = heading_height(&title);
+    let below = start + (0..rows).map(high).sum::<f64>();
+    let height = below + COLOURS.1 + NUMBER_GAP + LINE * (1 + legend.len()) as f64 + 2.0 * MARGIN;
+    let mut canvas = Canvas::new(width, height);
+    write_heading(&mut canvas, &title, 0.0);
+    for (k, panel) in panels.iter().enumerate() {
+        let (column, row) = (k % columns, k / columns);
+        let at = (
+            (0..column).map(wide).sum::<f64>(),
+            start + (0..row).map(high).sum::<f64>(),
+        );
+        for (line, words) in (0..).zip(&captions[k]) {
+            let y = at.1 + (f64::from(line) + 0.5) * LINE + 0.5 * MARGIN;
+            canvas.text(words, WORDS, (at.0 + plans[k].around[0], y), Anchor::Start);
+        }
+        let area = plans[k].draw(&mut canvas, (at.0, at.1 + caption));
+        fill(&mut canvas, &area, panel, layout, size)?;
+    }
+    colours(&mut canvas, layout, &legend, (2.0 * MARGIN, below + MARGIN))?;
+    Ok(canvas)
+}
+
+/// The points and bodies of a panel.
+fn fill(
+    canvas: &mut Canvas,
+    area: &Area,
+    panel: &Panel,
+    layout: &Layout,
+    size: (f64, f64),
+) -> Result<(), StudyError> {
+    if !panel.dots.is_empty() {
+        let pixels = [size.0, size.1].map(|side| (FINE * side) as usize);
+        canvas.picture(area.corner(), size, pixels, &raster(panel, layout, pixels))?;
+    }
+    for outline in &panel.outlines {
+        let mut places: Vec<_> = clipped(outline, layout.window)
+            .into_iter()
+            .map(|p| area.place(p))
+            .collect();
+        // Of the vertices of a rounded corner that fall on a tenth of a pixel, one.
+        places.dedup_by_key(|(x, y)| [10.0 * *x, 10.0 * *y].map(f64::round));
+        if places.len() > 2 {
+            canvas.polygon(&places, Colour(225, 225, 225), Some(Stroke::of(BLACK, 1.0)));
+        }
+    }
+    Ok(())
+}
+
+/// The colours and what they say.
+fn colours(
+    canvas: &mut Canvas,
+    layout: &Layout,
+    legend: &[String],
+    (left, top): (f64, f64),
+) -> Result<(), StudyError> {
+    let shades: Vec<u8> = (0..STEPS).flat_map(shade).collect();
+    canvas.picture((left, top), COLOURS, [usize::from(STEPS), 1], &shades)?;
+    let axis = Axis::over(layout.between, Scale::Linear);
+    let below = top + COLOURS.1;
+    for tick in fitting(&axis, COLOURS.0) {
+        let x = left + axis.share(tick) * COLOURS.0;
+        canvas.line(
+            &[(x, below), (x, below + 0.5 * NUMBER_GAP)],
+            Stroke::of(BLACK, 1.0),
+        );
+        canvas.text(
+            &label(tick),
+            NUMBERS,
+            (x, below + NUMBER_GAP + 0.5 * LINE),
+            Anchor::Middle,
+        );
+    }
+    for (k, line) in (0..).zip(legend) {
+        let y = below + NUMBER_GAP + LINE * (f64::from(k) + 1.5);
+        canvas.text(line, WORDS, (left, y), Anchor::Start);
+    }
+    Ok(())
 }
 
 /// The `k`-th colour.
@@ -270,6 +303,37 @@ fn clipped(outline: &[[f64; 2]], window: [[f64; 2]; 2]) -> Vec<(f64, f64)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn no_words_overlap_and_axes_are_named_once() {
+        let long =
+            "t = 0.2 s of a run with a name that is longer than its picture is wide, much longer";
+        let panel = |caption: &str| Panel {
+            caption: caption.into(),
+            dots: vec![Dot {
+                at: [0.5, 0.5],
+                side: 0.1,
+                value: 1.0,
+            }],
+            outlines: vec![vec![[0.1, 0.1], [0.3, 0.1], [0.2, 0.3]]],
+        };
+        for columns in [1, 2, 3, 5] {
+            for between in [[0.0, 1.0], [1.234_567e-7, 1.234_569e-7], [-3e9, 2e12]] {
+                let layout = Layout {
+                    title: long.repeat(2),
+                    legend: format!("a pressure {long}"),
+                    columns,
+                    window: WINDOW,
+                    between,
+                };
+                let panels: Vec<Panel> = ["short", long, "c", "d", long].map(panel).to_vec();
+                let canvas = sheet(&layout, &panels).unwrap();
+                assert_eq!(canvas.collisions(), Vec::<String>::new());
+                let named = canvas.svg().matches(">x [m]<").count();
+                assert_eq!(named, columns);
+            }
+        }
+    }
 
     const WINDOW: [[f64; 2]; 2] = [[0.0, 0.0], [2.0, 1.0]];
 

@@ -2,20 +2,17 @@
 
 use std::path::Path;
 
-use plotters::coord::Shift;
-use plotters::prelude::{
-    Circle, Color, DrawingArea, DrawingBackend, EmptyElement, PathElement, Rectangle,
-    TriangleMarker,
-};
-use plotters::style::RGBColor;
-
-use super::{around, axis, chart, colour, failed, lines, sheet, write};
+use super::area::{Area, Plan};
+use super::axis::{Axis, Scale};
+use super::canvas::{Anchor, BLACK, Canvas, Paint, Place, Stroke};
+use super::file;
+use super::legend::{Legend, Sample};
+use super::style::{LINE, MARGIN, WORDS, colour, heading, heading_height, marker, write_heading};
+use super::text::wrapped;
 use crate::StudyError;
 
-/// Width of a panel in pixels, and its height.
-const PANEL: (i32, i32) = (560, 420);
-/// Height of the title.
-const TITLE: i32 = 34;
+/// Width of what is within the axes of a panel in pixels, and its height.
+const SIZE: (f64, f64) = (440.0, 350.0);
 
 /// A curve of each panel.
 #[derive(Debug, Clone)]
@@ -46,77 +43,95 @@ pub fn draw(
     curves: &[Curve],
     note: &str,
 ) -> Result<(), StudyError> {
-    let below = TITLE + PANEL.1 + 8;
-    let legend = lines(curves.len().div_ceil(2));
-    let height = below + legend + lines(2);
-    let left = |panel: usize| if panel == 0 { 0 } else { PANEL.0 };
-    sheet(path, (2 * PANEL.0 as u32, height as u32), |area| {
-        write(area, title, 22, (14, 8))?;
-        for (k, panel) in panels.iter().enumerate() {
-            let part = area
-                .clone()
-                .shrink((left(k), TITLE), (PANEL.0 as u32, PANEL.1 as u32));
-            draw_panel(&part, panel, curves, k)?;
-        }
-        for (k, curve) in curves.iter().enumerate() {
-            let at = (20 + left(k % 2), below + lines(k / 2));
-            let line = PathElement::new(vec![at, (at.0 + 30, at.1)], colour(k).stroke_width(2));
-            area.draw(&line).map_err(failed)?;
-            mark(area, (at.0 + 15, at.1), k)?;
-            write(area, &curve.label, 15, (at.0 + 40, at.1 - 7))?;
-        }
-        write(area, note, 14, (20, below + legend))
-    })
+    file::write(path, &sheet(title, panels, curves, note))
 }
 
-fn draw_panel<B: DrawingBackend>(
-    area: &DrawingArea<B, Shift>,
-    panel: &Panel,
-    curves: &[Curve],
-    k: usize,
-) -> Result<(), StudyError> {
-    let all = || curves.iter().flat_map(|curve| &curve.points[k]);
-    let (x, y) = (around(all().map(|p| p.0)), around(all().map(|p| p.1)));
-    let mut chart = chart(area, [axis(&x), axis(&y)], [&panel.x, &panel.y])?;
-    for (c, curve) in curves.iter().enumerate() {
-        // What has no logarithm has no place here; the table has it.
-        let drawn = || curve.points[k].iter().filter(|p| p.0 > 0.0 && p.1 > 0.0);
-        let line: Vec<(f64, f64)> = drawn().map(|p| (p.0, p.1)).collect();
-        let style = colour(c).stroke_width(2);
-        chart
-            .draw_series([PathElement::new(line, style)])
-            .map_err(|e| failed(e.to_string()))?;
-        for &(time, error, front) in drawn() {
-            let at = chart.backend_coord(&(time, error));
-            let at = (
-                at.0 - area.get_base_pixel().0,
-                at.1 - area.get_base_pixel().1,
-            );
-            mark(area, at, c)?;
-            if front {
-                let ring = EmptyElement::at(at)
-                    + Circle::new((0, 0), 9, RGBColor(0, 0, 0).stroke_width(1));
-                area.draw(&ring).map_err(|e| failed(e.to_string()))?;
-            }
+fn sheet(title: &str, panels: &[Panel; 2], curves: &[Curve], note: &str) -> Canvas {
+    let plans = [0, 1].map(|k| {
+        let all = || curves.iter().flat_map(|curve| &curve.points[k]);
+        let axes = [
+            Axis::around(all().map(|p| p.0), Scale::Log, [None; 2]),
+            Axis::around(all().map(|p| p.1), Scale::Log, [None; 2]),
+        ];
+        Plan::new(SIZE, axes, [&panels[k].x, &panels[k].y])
+    });
+    let outer = [plans[0].outer(), plans[1].outer()];
+    let width = outer[0].0 + outer[1].0;
+    let height = outer[0].1.max(outer[1].1);
+    let line = |k| Stroke::of(colour(k), 2.0);
+    let entries = curves
+        .iter()
+        .enumerate()
+        .map(|(k, curve)| (Sample::Marked(line(k), k), curve.label.clone()));
+    let legend = Legend::new(entries.collect(), width - 2.0 * MARGIN);
+    let title = heading(title, width);
+    let note = wrapped(note, WORDS, width - 2.0 * MARGIN);
+    let top = heading_height(&title);
+    let below = top + height + legend.height();
+    let mut canvas = Canvas::new(width, below + note.len() as f64 * LINE + MARGIN);
+    write_heading(&mut canvas, &title, 0.0);
+    for (k, left) in [0.0, outer[0].0].into_iter().enumerate() {
+        let area = plans[k].draw(&mut canvas, (left, top));
+        for (c, curve) in curves.iter().enumerate() {
+            put(&mut canvas, &area, &curve.points[k], c);
         }
     }
-    Ok(())
+    legend.draw(&mut canvas, (MARGIN, top + height));
+    for (k, line) in (0..).zip(&note) {
+        let y = below + (f64::from(k) + 0.5) * LINE;
+        canvas.text(line, WORDS, (MARGIN, y), Anchor::Start);
+    }
+    canvas
 }
 
-/// The marker of the `k`-th curve.
-fn mark<B: DrawingBackend>(
-    area: &DrawingArea<B, Shift>,
-    at: (i32, i32),
-    k: usize,
-) -> Result<(), StudyError> {
-    let style = colour(k).filled();
-    let drawn = match k % 3 {
-        0 => area.draw(&Circle::new(at, 4, style)),
-        1 => area.draw(&Rectangle::new(
-            [(at.0 - 4, at.1 - 4), (at.0 + 4, at.1 + 4)],
-            style,
-        )),
-        _ => area.draw(&TriangleMarker::new(at, 6, style)),
-    };
-    drawn.map_err(|e| failed(e.to_string()))
+fn put(canvas: &mut Canvas, area: &Area, points: &[(f64, f64, bool)], curve: usize) {
+    // What has no logarithm has no place here; the table has it.
+    let drawn = points.iter().filter(|p| area.has((p.0, p.1)));
+    let places: Vec<(Place, bool)> = drawn.map(|p| (area.place((p.0, p.1)), p.2)).collect();
+    let line: Vec<Place> = places.iter().map(|p| p.0).collect();
+    canvas.line(&line, Stroke::of(colour(curve), 2.0));
+    for (at, front) in places {
+        marker(canvas, at, curve);
+        if front {
+            canvas.circle(at, 9.0, Paint::Outlined(Stroke::of(BLACK, 1.0)));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_words_overlap_and_every_run_has_a_place() {
+        let long = "error of \"the share of energy that a collision hands over to the bar\", of the reference";
+        let curve = |k: usize| Curve {
+            label: format!("transfer flip, shape number {k}: order 1.98"),
+            points: [0, 1].map(|_| {
+                vec![
+                    (0.02, 3e-3, true),
+                    (0.021, 2.9e-3, false),
+                    (0.0, 1e-3, false),
+                ]
+            }),
+        };
+        let panel = |x: &str| Panel {
+            x: x.into(),
+            y: long.into(),
+        };
+        for count in [0, 1, 8] {
+            let curves: Vec<Curve> = (0..count).map(curve).collect();
+            let panels = [
+                panel("CPU time of stepping in s"),
+                panel("wall time of stepping in s"),
+            ];
+            let canvas = sheet(long, &panels, &curves, "ring: Pareto front");
+            assert_eq!(canvas.collisions(), Vec::<String>::new());
+            // Two panels of two places each, one of them with a ring: that without a time has none.
+            let discs = canvas.svg().matches("<circle").count();
+            let rings = canvas.svg().matches("r=\"9\"").count();
+            assert_eq!(rings, 2 * count);
+            assert!(discs >= rings);
+        }
+    }
 }

@@ -120,7 +120,7 @@ fn column(
             setting(&options.column.key, at),
             setting(&options.along, value),
         ])?;
-        let outcome = runner.run(&case, 1)?;
+        let outcome = runner.run(&case)?;
         let trial = Trial::new(case, outcome, options.residual);
         let forced = options.along == STEP_FACTOR && value > 1.0;
         if !forced {

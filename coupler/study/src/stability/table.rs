@@ -98,7 +98,7 @@ fn line(
 ) -> Result<Tried, StudyError> {
     let trial = |settings: &[(String, String)]| -> Result<Trial, StudyError> {
         let case = source.case(settings)?;
-        let outcome = runner.run(&case, 1)?;
+        let outcome = runner.run(&case)?;
         Ok(Trial::new(case, outcome, residual))
     };
     let composed = trial(&[])?;

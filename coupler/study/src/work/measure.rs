@@ -1,0 +1,264 @@
+//! How the error of a run is taken: of a check, or against the finest run of its curve.
+
+use coupler::record::check::{Expected, Measure};
+use coupler::scene::{Measurand, Scene};
+
+use super::row::Row;
+use crate::StudyError;
+use crate::case::Case;
+use crate::outcome::{Outcome, history_column};
+use crate::runner::Runner;
+
+/// How the error of a run is taken.
+pub(super) enum Measurement {
+    /// Of a check.
+    Check {
+        name: String,
+        /// What its error is relative to.
+        unit: &'static str,
+        /// Whether the summary's error is still to be divided by the reference.
+        absolute: bool,
+    },
+    /// Against the finest run of the curve.
+    Finer(Vec<String>),
+    /// None: what runs show is compared with nothing.
+    Values(Vec<Value>),
+}
+
+/// A check, or a column of the history, of which the last row counts.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Value {
+    name: String,
+    /// Of a column.
+    unit: Option<String>,
+}
+
+impl Value {
+    /// Its name with the unit, as headers of tables have it.
+    pub fn header(&self) -> String {
+        match &self.unit {
+            Some(unit) => format!("{} [{unit}]", self.name),
+            None => self.name.clone(),
+        }
+    }
+
+    fn of(&self, row: &Row, runner: &Runner) -> Option<f64> {
+        if !row.outcome().whole() {
+            return None;
+        }
+        let value = match row.outcome().verdict(&self.name) {
+            Some(verdict) => verdict.value,
+            None => history_column(&runner.directory(&row.case, 0), &self.name)?
+                .last()
+                .copied(),
+        };
+        value.filter(|value| value.is_finite())
+    }
+}
+
+impl Measurement {
+    pub(super) fn new(wanted: Option<Measurand>, cases: &[Case]) -> Result<Self, StudyError> {
+        let scene = &cases[0].scene;
+        match wanted {
+            None => {
+                let checks = scene.checks.iter().map(|check| check.name.clone());
+                let columns = scene
+                    .output
+                    .columns
+                    .iter()
+                    .map(|column| column.name.clone());
+                let mut names: Vec<String> = checks.collect();
+                if names.is_empty() {
+                    names.extend(columns);
+                }
+                Self::values(&names, scene)
+            }
+            Some(Measurand::Check(name)) => {
+                let near = |case: &Case| {
+                    let mut checks = case.scene.checks.iter();
+                    checks.find_map(|check| match &check.expected {
+                        Expected::Near { measure, .. } if check.name == name => {
+                            Some(measure.clone())
+                        }
+                        _ => None,
+                    })
+                };
+                let Some(measure) = near(&cases[0]) else {
+                    let names = scene.checks.iter().filter_map(|check| {
+                        matches!(check.expected, Expected::Near { .. })
+                            .then_some(check.name.as_str())
+                    });
+                    return Err(StudyError::asked(
+                        format!("--error {name}: no check with a `reference` has this name"),
+                        coupler::scene::diagnostic::suggestion(
+                            &name,
+                            "checks with a reference",
+                            names,
+                        ),
+                    ));
+                };
+                let (unit, absolute) = match measure {
+                    Measure::Absolute => ("of the reference", true),
+                    Measure::Relative => ("of the reference", false),
+                    Measure::Scale(_) => ("of the check's scale", false),
+                };
+                Ok(Self::Check {
+                    name,
+                    unit,
+                    absolute,
+                })
+            }
+            Some(Measurand::Finer(names)) => {
+                for name in &names {
+                    known("--finer", name, scene)?;
+                }
+                Ok(Self::Finer(names))
+            }
+        }
+    }
+
+    /// The values of these checks and columns.
+    pub(super) fn values(names: &[String], scene: &Scene) -> Result<Self, StudyError> {
+        if names.is_empty() {
+            return Err(StudyError::asked(
+                format!("{} has neither checks nor columns", scene.name),
+                "write an `[[output.column]]` or a `[[check]]` into the scene",
+            ));
+        }
+        let value = |name: &String| {
+            known("--value", name, scene)?;
+            let is_check = scene.checks.iter().any(|check| check.name == *name);
+            let column = scene.output.columns.iter().find(|c| c.name == *name);
+            Ok(Value {
+                name: name.clone(),
+                unit: column.filter(|_| !is_check).map(|c| c.unit.clone()),
+            })
+        };
+        let values: Result<_, StudyError> = names.iter().map(value).collect();
+        Ok(Self::Values(values?))
+    }
+
+    /// Takes the error of each run, or its values.
+    pub(super) fn take(&self, rows: &mut [Row], runner: &Runner) -> Result<(), StudyError> {
+        match self {
+            Self::Check { name, absolute, .. } => {
+                for row in rows {
+                    let check = row.outcome().verdict(name);
+                    row.values = vec![check.and_then(|check| check.value)];
+                    row.error = check_error(row.outcome(), name, *absolute);
+                }
+                Ok(())
+            }
+            Self::Finer(names) => against_the_finest(rows, names, runner),
+            Self::Values(values) => {
+                for row in rows {
+                    row.values = values.iter().map(|value| value.of(row, runner)).collect();
+                }
+                Ok(())
+            }
+        }
+    }
+
+    pub(super) fn title(&self) -> String {
+        match self {
+            Self::Check { name, unit, .. } => format!("error of \"{name}\", {unit}"),
+            Self::Values(values) => {
+                let names: Vec<&str> = values.iter().map(|value| value.name.as_str()).collect();
+                format!("values, compared with nothing: {}", names.join(", "))
+            }
+            Self::Finer(names) => format!("distance from the finest run: {}", names.join(", ")),
+        }
+    }
+}
+
+/// Refuses a name that is neither a column nor a check.
+fn known(option: &str, name: &str, scene: &Scene) -> Result<(), StudyError> {
+    let columns = scene.output.columns.iter().map(|c| c.name.as_str());
+    let known = columns.chain(scene.checks.iter().map(|c| c.name.as_str()));
+    if known.clone().any(|k| k == name) {
+        return Ok(());
+    }
+    Err(StudyError::asked(
+        format!("{option} {name}: no column and no check has this name"),
+        coupler::scene::diagnostic::suggestion(name, "known here", known),
+    ))
+}
+
+/// The error of a check in a whole run; with `absolute` over the size of the reference, unless that is 0.
+fn check_error(outcome: &Outcome, name: &str, absolute: bool) -> Option<f64> {
+    let verdict = outcome.whole().then(|| outcome.verdict(name)).flatten()?;
+    let error = verdict.error?;
+    Some(match verdict.reference {
+        Some(reference) if absolute && reference != 0.0 => error / reference.abs(),
+        _ => error,
+    })
+}
+
+/// The distance of every run from the finest of its curve, which has none: of a column the root mean square over its
+/// rows relative to its largest value in the finest run, of a check that of its value; of several the root mean square.
+fn against_the_finest(
+    rows: &mut [Row],
+    names: &[String],
+    runner: &Runner,
+) -> Result<(), StudyError> {
+    let curves: Vec<String> = rows.iter().map(|row| row.curve.clone()).collect();
+    let values = |row: &Row, name: &str| -> Option<Vec<f64>> {
+        if !row.outcome().whole() {
+            return None;
+        }
+        match row.outcome().verdict(name) {
+            Some(verdict) => Some(vec![verdict.value?]),
+            None => history_column(&runner.directory(&row.case, 0), name),
+        }
+    };
+    for k in 0..rows.len() {
+        let candidate = |j: &usize| curves[*j] == curves[k] && rows[*j].outcome().whole();
+        let Some(finest) = (0..rows.len()).rfind(candidate) else {
+            continue;
+        };
+        if finest == k {
+            rows[k].finest = true;
+            continue;
+        }
+        let mut sum = 0.0;
+        let mut known = true;
+        for name in names {
+            let (Some(own), Some(fine)) = (values(&rows[k], name), values(&rows[finest], name))
+            else {
+                known = false;
+                break;
+            };
+            if own.len() != fine.len() {
+                return Err(StudyError::asked(
+                    format!(
+                        "`{name}` has {} rows in one run and {} in another",
+                        own.len(),
+                        fine.len()
+                    ),
+                    "runs are compared row by row: keep `time.end` and `output.every`",
+                ));
+            }
+            sum += distance(&own, &fine).powi(2) / names.len() as f64;
+        }
+        rows[k].error = known.then_some(sum.sqrt());
+    }
+    Ok(())
+}
+
+/// Root mean square of the differences over the largest of `fine`.
+fn distance(own: &[f64], fine: &[f64]) -> f64 {
+    let square: f64 = own.iter().zip(fine).map(|(a, b)| (a - b).powi(2)).sum();
+    let largest = fine.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
+    (square / fine.len() as f64).sqrt() / largest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_distance_is_relative_to_the_largest_value_of_the_finest_run() {
+        assert_eq!(distance(&[1.0, 3.0], &[1.0, 4.0]), 0.5f64.sqrt() / 4.0);
+        assert_eq!(distance(&[2.0], &[4.0]), 0.5);
+    }
+}

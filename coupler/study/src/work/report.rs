@@ -1,0 +1,144 @@
+//! What a study has found, as a table, a figure and words.
+
+use std::fmt;
+use std::path::Path;
+
+use super::row::{Row, count, curves, number, write_table};
+use crate::StudyError;
+use crate::figure::precision::{Curve, Panel, draw};
+use crate::outcome::Outcome;
+use crate::precision::{order, order_against};
+use crate::vary::with_unit;
+
+/// What a study has found.
+#[derive(Debug, Clone)]
+pub struct WorkReport {
+    /// What the error is of.
+    pub error_of: String,
+    /// Key of the resolution.
+    pub resolution: String,
+    /// The runs, curve by curve, each from coarse to fine.
+    pub rows: Vec<Row>,
+    /// Runs that were started for it; the others were there.
+    pub started: usize,
+}
+
+impl WorkReport {
+    /// Observed order of a curve: of the error in the resolution.
+    fn order(rows: &[&Row]) -> Option<f64> {
+        let points: Vec<(f64, f64)> = rows
+            .iter()
+            .filter_map(|row| Some((row.resolution?, row.error?)))
+            .collect();
+        match rows.iter().rfind(|row| row.finest) {
+            Some(finest) => order_against(finest.resolution?, &points),
+            None => order(&points),
+        }
+    }
+
+    pub(super) fn write_csv(&self, path: &Path, alone: bool) -> Result<(), StudyError> {
+        let names = |names: [&str; 2]| names.map(str::to_owned);
+        let (middle, end) = (
+            names(["value", "error [1]"]),
+            names(["pareto_cpu", "pareto_wall"]),
+        );
+        write_table(path, &self.rows, alone, [&middle, &end], |row| {
+            [
+                vec![
+                    number(row.values.first().copied().flatten()),
+                    number(row.error),
+                ],
+                vec![row.pareto_cpu.to_string(), row.pareto_wall.to_string()],
+            ]
+        })
+    }
+
+    pub(super) fn draw(&self, path: &Path, title: &str, jobs: usize) -> Result<(), StudyError> {
+        let curves: Vec<Curve> = curves(&self.rows)
+            .into_iter()
+            .map(|(label, rows)| {
+                let order = Self::order(&rows).map(|p| format!("order {p:.2}"));
+                let points = |cost: fn(&Outcome) -> f64, front: fn(&Row) -> bool| {
+                    rows.iter()
+                        .filter_map(|row| Some((cost(row.outcome()), row.error?, front(row))))
+                        .collect()
+                };
+                let label = if label.is_empty() { "all runs" } else { label };
+                Curve {
+                    label: match order {
+                        Some(order) => format!("{label}: {order}"),
+                        None => label.to_owned(),
+                    },
+                    points: [
+                        points(Outcome::stepping_cpu, |row| row.pareto_cpu),
+                        points(|o| o.stepping_wall_s, |row| row.pareto_wall),
+                    ],
+                }
+            })
+            .collect();
+        let shared = if jobs > 1 {
+            format!(" ({jobs} runs at once)")
+        } else {
+            String::new()
+        };
+        let panel = |time: &str| Panel {
+            x: format!("{time} in s{shared}"),
+            y: self.error_of.clone(),
+        };
+        let note = format!(
+            "ring: Pareto front; order: of the error in {}",
+            with_unit(&self.resolution)
+        );
+        let panels = [
+            panel("CPU time of stepping"),
+            panel("wall time of stepping"),
+        ];
+        draw(path, title, &panels, &curves, &note)
+    }
+}
+
+/// The table for people.
+impl fmt::Display for WorkReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let of = &self.error_of;
+        writeln!(f, "{of}; `*`: on the Pareto front of CPU time of stepping")?;
+        for (label, rows) in curves(&self.rows) {
+            let order = Self::order(&rows).map_or_else(
+                || "no order".to_owned(),
+                |p| format!("order {p:.2} in {}", self.resolution),
+            );
+            let label = if label.is_empty() { "all runs" } else { label };
+            writeln!(f, "{label}: {order}")?;
+            for row in rows {
+                writeln!(f, "  {}", line(row))?;
+            }
+        }
+        f.write_str(&count(&self.rows, self.started))
+    }
+}
+
+/// A run in a line. One that failed has no times to compare.
+fn line(row: &Row) -> String {
+    let outcome = row.outcome();
+    let error = |n: f64| format!("{n:.3e}");
+    let time = |s: f64| {
+        if outcome.whole() {
+            format!("{s:>9.4} s")
+        } else {
+            format!("{:>9}  ", "-")
+        }
+    };
+    let reason = outcome.reason.as_ref();
+    format!(
+        "{} {:<12} {:>10}  error {:>10}  stepping: cpu {}  wall {}  of {:>2}  {:>8} steps{}",
+        if row.pareto_cpu { '*' } else { ' ' },
+        outcome.status.name(),
+        row.resolution.map_or_else(String::new, |h| h.to_string()),
+        row.error.map_or_else(|| "-".to_owned(), error),
+        time(outcome.stepping_cpu()),
+        time(outcome.stepping_wall_s),
+        row.timed.times.len(),
+        outcome.steps,
+        reason.map_or_else(String::new, |r| format!("  ({r})")),
+    )
+}

@@ -1,0 +1,146 @@
+//! A run of a study, what is measured of it, and what tables say of its times.
+
+use std::path::Path;
+
+use crate::StudyError;
+use crate::case::Case;
+use crate::outcome::Outcome;
+use crate::runner::Timed;
+
+/// A run and what is measured of it.
+#[derive(Debug, Clone)]
+pub struct Row {
+    /// Name of its directory in `runs`.
+    pub run: String,
+    /// The run.
+    pub case: Case,
+    /// Label of its curve.
+    pub curve: String,
+    /// The number that tells how fine it is.
+    pub resolution: Option<f64>,
+    /// What it left, and its times.
+    pub timed: Timed,
+    /// Value of the check whose error is taken; of a sweep all that are asked for.
+    pub values: Vec<Option<f64>>,
+    /// Its error, if it has one.
+    pub error: Option<f64>,
+    /// Whether the others of its curve are compared with it.
+    pub finest: bool,
+    /// Whether no other run is both faster, by CPU time of stepping, and more precise.
+    pub pareto_cpu: bool,
+    /// Likewise by wall time.
+    pub pareto_wall: bool,
+}
+
+impl Row {
+    /// What it left.
+    pub fn outcome(&self) -> &Outcome {
+        &self.timed.outcome
+    }
+}
+
+/// Header of [`times`].
+const TIMES: [&str; 11] = [
+    "stepping cpu [s]",
+    "stepping wall [s]",
+    "repetitions",
+    "scatter [1]",
+    "cpu [s]",
+    "wall [s]",
+    "alone",
+    "steps",
+    "points",
+    "dt_min [s]",
+    "dt_max [s]",
+];
+
+/// A number in a table; nothing where there is none.
+pub(super) fn number(number: Option<f64>) -> String {
+    number.map_or_else(String::new, |n| n.to_string())
+}
+
+/// What a run took; `alone` if no other ran at the time.
+fn times(row: &Row, alone: bool) -> [String; TIMES.len()] {
+    let o = row.outcome();
+    [
+        o.stepping_cpu().to_string(),
+        o.stepping_wall_s.to_string(),
+        row.timed.times.len().to_string(),
+        number(row.timed.scatter()),
+        o.cpu().to_string(),
+        o.wall_s.to_string(),
+        alone.to_string(),
+        o.steps.to_string(),
+        o.points.to_string(),
+        number(o.dt_min),
+        number(o.dt_max),
+    ]
+}
+
+/// Curves in their order: label and rows.
+pub(super) fn curves(rows: &[Row]) -> Vec<(&str, Vec<&Row>)> {
+    let mut curves: Vec<(&str, Vec<&Row>)> = Vec::new();
+    for row in rows {
+        match curves.last_mut() {
+            Some((label, rows)) if *label == row.curve => rows.push(row),
+            _ => curves.push((&row.curve, vec![row])),
+        }
+    }
+    curves
+}
+
+/// How many runs there are, in words.
+pub(super) fn count(rows: &[Row], started: usize) -> String {
+    let made: usize = rows.iter().map(|row| row.timed.times.len()).sum();
+    let repeated = if made > rows.len() {
+        format!(", repeated to {made}")
+    } else {
+        String::new()
+    };
+    let plural = if rows.len() == 1 { "" } else { "s" };
+    format!(
+        "{} run{plural}{repeated}, {started} of them new",
+        rows.len()
+    )
+}
+
+/// Writes a table with a row a run: what it is, its own columns (in the middle and at the end) and its times.
+pub(super) fn write_table(
+    path: &Path,
+    rows: &[Row],
+    alone: bool,
+    [middle, end]: [&[String]; 2],
+    own: impl Fn(&Row) -> [Vec<String>; 2],
+) -> Result<(), StudyError> {
+    let settings = rows.first().map_or(&[][..], |row| &row.case.settings);
+    let text = |texts: &[&str]| texts.iter().map(ToString::to_string).collect::<Vec<_>>();
+    let mut header = text(&["run", "curve"]);
+    header.extend(settings.iter().map(|(key, _)| key.clone()));
+    header.extend(text(&["resolution", "status"]));
+    header.extend_from_slice(middle);
+    header.extend(text(&TIMES));
+    header.extend_from_slice(end);
+    header.extend(text(&["scene_hash", "reason"]));
+    let mut table = csv::Writer::from_writer(Vec::new());
+    let mut write = |record: Vec<String>| {
+        table
+            .write_record(record)
+            .expect("rows of one length into memory")
+    };
+    write(header);
+    for row in rows {
+        let outcome = row.outcome();
+        let [middle, end] = own(row);
+        let mut record = vec![row.run.clone(), row.curve.clone()];
+        record.extend(row.case.settings.iter().map(|(_, value)| value.clone()));
+        record.extend([number(row.resolution), outcome.status.name().to_owned()]);
+        record.extend(middle);
+        record.extend(times(row, alone));
+        record.extend(end);
+        let reason = outcome.reason.clone().unwrap_or_default();
+        record.extend([row.case.scene.hash.clone(), reason]);
+        write(record);
+    }
+    let bytes = table.into_inner().expect("memory takes everything");
+    std::fs::write(path, bytes).map_err(StudyError::file("write", path))
+}
