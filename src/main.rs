@@ -18,7 +18,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use cli::{Cli, Command};
-use coupler::scene::{Scene, schema};
+use coupler::scene::{Scene, SceneFile, schema};
 use exit::BAD_INPUT;
 use terminal::{complain, say};
 
@@ -60,9 +60,17 @@ fn obey(command: Command) -> ExitCode {
 fn check(args: &cli::CheckArgs) -> ExitCode {
     let mut code = ExitCode::SUCCESS;
     for path in &args.scenes {
+        let file = match SceneFile::read(path) {
+            Ok(file) => file,
+            Err(errors) => {
+                complain(errors);
+                code = ExitCode::from(BAD_INPUT);
+                continue;
+            }
+        };
         let mut variants = vec![args.variant.clone()];
         while let Some(variant) = variants.pop() {
-            match Scene::load(path, variant.as_deref(), &args.set) {
+            match file.scene(variant.as_deref(), &args.set) {
                 Ok(scene) => {
                     for warning in &scene.warnings {
                         say(format_args!("warning: {}: {warning}", path.display()));

@@ -217,7 +217,10 @@ impl Mesh {
         if !rising || self.ends.last().is_some_and(|&end| end > self.points.len()) {
             return Err("cells of points that are not there".into());
         }
-        let of = |count: usize| move |a: &&Array| a.values.len() != a.components * count;
+        // A product that does not fit is not the number of what is there either.
+        let of = |count: usize| {
+            move |a: &&Array| Some(a.values.len()) != a.components.checked_mul(count)
+        };
         let wrong = self.of_points.iter().find(of(self.points.len()));
         match wrong.or_else(|| self.of_cells.iter().find(of(self.ends.len()))) {
             Some(array) => Err(format!("`{}` is not of every point or cell", array.name)),
@@ -329,5 +332,10 @@ mod tests {
         let mut short = mesh.clone();
         short.of_cells[0].values.pop();
         assert!(Mesh::from_xml(&short.to_xml()).is_err());
+        // Two cells of 2^63 components: none, as far as a product of 64 bits can tell.
+        let mut vast = mesh;
+        vast.of_cells[0].components = 1 << 63;
+        vast.of_cells[0].values.clear();
+        assert!(Mesh::from_xml(&vast.to_xml()).is_err());
     }
 }
