@@ -233,4 +233,14 @@ mod tests {
             assert_eq!(solver_states(&sealed(&seed)).unwrap(), whole);
         }
     }
+
+    #[test]
+    fn the_states_of_the_small_run_are_taken() {
+        let mut mpm = mpm_proc::Mpm::default();
+        mpm.configure(LEFT.scene.mpm.as_ref().unwrap()).unwrap();
+        mpm.restore(&state(Party::Mpm)).unwrap();
+        let mut dem = dem_proc::Sdem::default();
+        dem.configure(LEFT.scene.dem.as_ref().unwrap()).unwrap();
+        dem.restore(&state(Party::Dem)).unwrap();
+    }
 }
