@@ -274,12 +274,12 @@ fn a_solver_of_the_other_side_is_refused_by_name() {
 fn a_program_that_a_scene_names_is_started_only_when_it_is_trusted() {
     let text = fs::read_to_string(scene("extreme/bodies_only")).unwrap();
     let place = Place::new();
-    let named = format!("{text}\n[solvers]\ndem = \"touch started\"\n");
+    let named = format!("{text}\n[solvers]\ndem = \"sh -c 'touch started'\"\n");
     let path = place.write("foreign.toml", &named);
     let path = path.to_str().unwrap();
     let told = [
         "would start a program of its own",
-        "as its dem: touch started",
+        "as its dem: sh -c 'touch started'",
         "`--trust` starts it",
         "`--set solvers.dem=built-in`",
     ];
@@ -295,7 +295,7 @@ fn a_program_that_a_scene_names_is_started_only_when_it_is_trusted() {
     let more = ["--resolution", "dem.body.0.spin", "--finer", "angle"];
     let ended = place.start(&[&study[..], &more].concat()).end().expect(2);
     ended.says(&[
-        "would start a program as its dem: touch started",
+        "would start a program as its dem: sh -c 'touch started'",
         "give `--trust`",
     ]);
     assert!(!place.path("started").exists() && !place.path("out").exists());
@@ -303,7 +303,7 @@ fn a_program_that_a_scene_names_is_started_only_when_it_is_trusted() {
     place.start(&["plan", path]).end().expect(0);
     place.start(&["check", path]).end().expect(0);
     assert!(!place.path("started").exists());
-    // With trust it is started; `touch` takes the run for the name of a file, and is no solver.
+    // With trust it is started, and is no solver.
     let ended = place
         .start(&["run", path, "--out", "out", "--trust"])
         .end()

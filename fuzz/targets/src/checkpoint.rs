@@ -9,9 +9,9 @@ use interface::message::control::Party;
 use interface::solver::{DemSolver, MpmSolver};
 use interface::step::Step;
 
-use crate::Target;
 use crate::change::Changer;
 use crate::run::{LEFT, directory, options};
+use crate::target::Target;
 
 /// The file of a checkpoint. An input begins with its form: even: the file without its hash; odd: four parts, each behind
 /// its length as u32, which are packed as a checkpoint has them.

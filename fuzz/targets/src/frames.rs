@@ -3,8 +3,8 @@
 use coupler::record::frames::vtu::{Array, Cell, Mesh};
 use coupler::record::frames::{Frame, times};
 
-use crate::Target;
 use crate::run::{LEFT, directory};
+use crate::target::Target;
 
 /// Frames. An input begins with what it is: a mesh as a file, the list of frames, or a name of an array.
 pub const TARGET: Target = Target {

@@ -17,6 +17,7 @@
 //! | [`page`] | names and texts in the page of a report |
 //! | [`run`] | a small run that was whole, of which the seeds are made |
 //! | [`change`] | how inputs are changed |
+//! | [`target`] | what a target is |
 #![forbid(unsafe_code)]
 
 pub mod change;
@@ -27,25 +28,9 @@ pub mod recording;
 pub mod run;
 pub mod scene;
 pub mod session;
+pub mod target;
 
-use change::Changer;
-
-/// Something that reads bytes.
-#[derive(Debug, Clone, Copy)]
-pub struct Target {
-    /// Its name.
-    pub name: &'static str,
-    /// Reads them. Whatever they are, it comes back.
-    pub run: fn(&[u8]),
-    /// Inputs that are right, or nearly so.
-    pub seeds: fn() -> Vec<Vec<u8>>,
-    /// Changes an input; the seeds are at hand.
-    pub change: fn(&mut Changer, &mut Vec<u8>, &[Vec<u8>]),
-    /// Bytes of memory that an input may take at a time, however short it is.
-    pub base: u64,
-    /// And for each of its bytes.
-    pub per_byte: u64,
-}
+pub use target::Target;
 
 /// All targets.
 pub const TARGETS: [Target; 9] = [

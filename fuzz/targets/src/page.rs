@@ -5,8 +5,8 @@ use std::sync::LazyLock;
 
 use report::record::Record;
 
-use crate::Target;
 use crate::run::{LEFT, directory};
+use crate::target::Target;
 
 /// Pages. An input is texts, one a line: what the scene is called, why the run ended, a check, a column, a line of the log;
 /// or, if it begins with a zero byte, the bytes of one file of the run directory.

@@ -10,8 +10,8 @@ use interface::message::control::{Notice, Party};
 use interface::recording::Playback;
 use interface::transport::raw::{Kind, Message};
 
-use crate::Target;
 use crate::run::{LEFT, directory};
+use crate::target::Target;
 
 /// Recordings.
 pub const TARGET: Target = Target {

@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 
 use coupler::scene::SceneFile;
 
-use crate::Target;
+use crate::target::Target;
 
 /// Scenes.
 pub const TARGET: Target = Target {

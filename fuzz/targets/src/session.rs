@@ -20,9 +20,9 @@ use interface::session::{CouplerSide, DemSide, MpmSide, Stop, Supervisor};
 use interface::transport::raw::Message;
 use interface::transport::{Transport, TransportError};
 
-use crate::Target;
 use crate::change::Changer;
 use crate::run::LEFT;
+use crate::target::Target;
 
 /// Sessions.
 pub const TARGET: Target = Target {
