@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
-use coupler::scene::{Scene, refused};
+use coupler::scene::{Scene, SceneFile, refused};
 use interface::message::wire::ImpForce;
 use interface::solver::{DemSolver, Fault, MpmSolver};
 use interface::step::Step;
@@ -17,9 +17,17 @@ use crate::terminal::{complain, say};
 pub fn check(args: &CheckArgs) -> ExitCode {
     let mut code = ExitCode::SUCCESS;
     for path in &args.scenes {
+        let file = match SceneFile::read(path) {
+            Ok(file) => file,
+            Err(errors) => {
+                complain(errors);
+                code = ExitCode::from(BAD_INPUT);
+                continue;
+            }
+        };
         let mut variants = vec![args.variant.clone()];
         while let Some(variant) = variants.pop() {
-            let loaded = Scene::load(path, variant.as_deref(), &args.set);
+            let loaded = file.scene(variant.as_deref(), &args.set);
             if variant.is_none()
                 && let Ok(scene) = &loaded
             {

@@ -138,6 +138,9 @@ pub struct HowArgs {
     /// How long to wait for a solver that something has stopped, such as SIGSTOP or a paused container.
     #[arg(long, value_name = "SECONDS", default_value_t = 600.0, value_parser = seconds)]
     pub patience: f64,
+    /// Start the programs that the scene names as solvers; without it a scene that names any is refused.
+    #[arg(long)]
+    pub trust: bool,
     /// What standard error shows.
     #[arg(long, value_enum, default_value_t = LogFormat::Text)]
     pub log: LogFormat,
@@ -237,6 +240,9 @@ pub struct RunsArgs {
     /// Run both solvers of a run in one thread of one process.
     #[arg(long)]
     pub in_process: bool,
+    /// Start the programs that the scene names as solvers; without it a scene that names any is refused.
+    #[arg(long)]
+    pub trust: bool,
     /// Start runs through a command such as `srun -n1 {}`, where `{}` stands for the command of a run.
     #[arg(long, value_name = "TEMPLATE")]
     pub launcher: Option<String>,

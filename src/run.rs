@@ -39,6 +39,9 @@ pub fn run(args: &RunArgs) -> ExitCode {
             return ExitCode::from(BAD_INPUT);
         }
     };
+    if let Some(refusal) = untrusted(&scene, &args.how) {
+        return refuse(&refusal);
+    }
     let options = match options(&args.how, args.record, &scene) {
         Ok(options) => options,
         Err(error) => return refuse(&error),
@@ -74,6 +77,9 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
             return ExitCode::from(BAD_INPUT);
         }
     };
+    if let Some(refusal) = untrusted(&scene, &args.how) {
+        return refuse(&refusal);
+    }
     let killed = Killed::find(&args.dir);
     let dir = match RunDir::reopen(&args.dir) {
         Ok(dir) => dir,
@@ -182,8 +188,14 @@ fn finish(
     }
     let cut_short = matches!(summary.status, Status::Interrupted | Status::Failed);
     if cut_short && place == out && coupler::run::checkpoint::file::is_in(out) {
+        let others = [&scene.solvers.mpm, &scene.solvers.dem];
+        let trust = if others.iter().any(|command| command.is_some()) {
+            " --trust"
+        } else {
+            ""
+        };
         say(format_args!(
-            "`tandem resume {}` goes on from its last checkpoint",
+            "`tandem resume {}{trust}` goes on from its last checkpoint",
             out.display()
         ));
     }
@@ -208,6 +220,23 @@ fn give_reason(log: LogFormat, reason: &str) {
 fn refuse(error: &str) -> ExitCode {
     complain(format_args!("error: {error}"));
     ExitCode::from(BAD_INPUT)
+}
+
+/// Why a scene is not run that names programs as solvers: it may come from anybody, and they would run as the user.
+fn untrusted(scene: &Scene, how: &HowArgs) -> Option<String> {
+    let programs = scene.programs();
+    if programs.is_empty() || how.trust {
+        return None;
+    }
+    let each = programs
+        .iter()
+        .map(|(side, command)| format!("\n  as its {side}: {command}"));
+    let first = programs.first().map_or("dem", |(side, _)| side);
+    Some(format!(
+        "the scene would start a program of its own, with all that you may do{}\n  \
+         `--trust` starts it; `--set solvers.{first}=built-in` runs without it; nothing was started",
+        each.collect::<String>()
+    ))
 }
 
 /// `runs/NAME`, with the variant and the overrides behind it: a scene that was changed is another run.

@@ -292,6 +292,7 @@ fn runner(args: &RunsArgs) -> Result<RunnerOptions, StudyError> {
         launcher: args.launcher.clone(),
         threads: args.threads,
         in_process: args.in_process,
+        trust: args.trust,
         jobs: args.jobs.into(),
         interrupt,
     })

@@ -392,6 +392,65 @@ fn springs_in_python_take_the_place_of_the_continuum() {
         .says(&["mpm.groups[0].material", "bulk_modulus = 5/3 shear_modulus"]);
 }
 
+/// Both sides in Python, killed with their coupler in the middle of the collision, go on to the same bits.
+#[test]
+fn python_solvers_go_on_from_a_checkpoint_to_the_same_bits() {
+    if !python_can_join() {
+        return;
+    }
+    let springs = root().join("python/examples/springs_mpm.py");
+    let springs = format!("python3 '{}'", springs.display());
+    let coarse = [
+        "mpm.material.0.model.linear_elastic.shear_modulus=3e6",
+        "mpm.points.0.spacing.per_cell=4",
+        "gravity=[0,-9.81]",
+        "output.frames=5e-4",
+        "output.checkpoint.time=5e-4",
+        "check=[]",
+    ];
+    let coarse = coarse.map(|set| ["--set", set]).concat();
+    let place = Place::new();
+    // Friction has a history: the springs of the discs.
+    let oblique = [
+        "--variant",
+        "quick",
+        "--set",
+        "dem.body.0.position=[0.036,0.02]",
+    ];
+    let command = disc_dem();
+    let solvers = ["--mpm", &springs, "--dem", &command];
+    let more = [&oblique[..], &coarse, &solvers].concat();
+    place.run("whole", &scene(HARD), &more).expect(0);
+    let run = place.start_run("cut", &scene(HARD), &more);
+    let folder = place.path("cut/checkpoints");
+    let two = until(Duration::from_secs(60), || {
+        let files = std::fs::read_dir(&folder).into_iter().flatten();
+        (files.count() >= 2).then_some(())
+    });
+    assert!(two.is_some(), "no checkpoints");
+    signal(run.pid(), "KILL");
+    assert_eq!(run.end().signal(), Some(9));
+    let cut = place.path("cut");
+    let cut = cut.to_str().unwrap();
+    // The scene that the run has left names the programs.
+    place.start(&["resume", cut]).end().expect(2);
+    place.start(&["resume", cut, "--trust"]).end().expect(0);
+    let [whole, cut] = ["whole", "cut"].map(|out| place.path(out));
+    for key in ["state_hash", "status"] {
+        let [a, b] = [&whole, &cut].map(|dir| RunFiles::read(dir).text(key).to_owned());
+        assert_eq!(a, b, "{key}");
+    }
+    for name in [
+        "history.csv",
+        "bodies.csv",
+        "frames/points_0003.vtu",
+        "frames/bodies_0003.vtu",
+    ] {
+        let [a, b] = [&whole, &cut].map(|dir| std::fs::read(dir.join(name)).unwrap());
+        assert!(a == b, "{name} differs");
+    }
+}
+
 const TUMBLE: &str = "verification/tumble";
 /// The collision of it, without the flight.
 const COLLISION: [&str; 2] = ["--set", "time.end=0.006"];

@@ -333,3 +333,53 @@ fn start_of(more: &str) -> String {
          position = [0.09, 0.09]\n{more}"
     )
 }
+
+/// D18: a scene that named a program ran it without a word.
+#[test]
+fn a_program_that_a_scene_names_is_started_only_when_it_is_trusted() {
+    let text = fs::read_to_string(scene("extreme/bodies_only")).unwrap();
+    let place = Place::new();
+    let named = format!("{text}\n[solvers]\ndem = \"sh -c 'touch started'\"\n");
+    let path = place.write("foreign.toml", &named);
+    let path = path.to_str().unwrap();
+    let told = [
+        "would start a program of its own",
+        "as its dem: sh -c 'touch started'",
+        "`--trust` starts it",
+        "`--set solvers.dem=built-in`",
+    ];
+    refused(&place, &["run", path, "--out", "out"]).says(&told);
+    let study = [
+        "study",
+        path,
+        "--out",
+        "studied",
+        "--vary",
+        "dem.body.0.spin=1e4",
+    ];
+    let more = ["--resolution", "dem.body.0.spin", "--finer", "angle"];
+    let ended = place.start(&[&study[..], &more].concat()).end().expect(2);
+    ended.says(&[
+        "would start a program as its dem: sh -c 'touch started'",
+        "give `--trust`",
+    ]);
+    assert!(!place.path("started").exists() && !place.path("out").exists());
+    // What the scene lies beside, and reads only, starts nothing.
+    place.start(&["plan", path]).end().expect(0);
+    place.start(&["check", path]).end().expect(0);
+    assert!(!place.path("started").exists());
+    // With trust it is started, and is no solver.
+    let ended = place
+        .start(&["run", path, "--out", "out", "--trust"])
+        .end()
+        .expect(3);
+    ended.says(&["dem"]);
+    assert!(place.path("started").exists());
+    // A directory from elsewhere is a scene from elsewhere.
+    refused(&place, &["resume", "out"]).says(&told[..3]);
+    // Whoever names it on the command line has said so; the scene's own is left out.
+    let built_in = [
+        "run", path, "--out", "own", "--dem", "built-in", "--set", "check=[]",
+    ];
+    place.start(&built_in).end().expect(0);
+}

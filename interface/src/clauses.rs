@@ -95,7 +95,7 @@ pub const CLAUSES: &[Clause] = &[
     row("S-3", Must, COUPLER, "Orders come in order: Configure, Drain, Close; Abort at any time", &[Mpm, Dem, Kit]),
     row("S-4", Must, COUPLER, "The first order is Configure, or Abort", &[Mpm, Dem, Kit]),
     row("S-5", Must, COUPLER, "The configuration parses: no unknown field, none missing but those with a default", &[Mpm, Dem, Kit]),
-    row("S-6", Must, SOLVERS, "Ready repeats the scene hash", &[Coupler, Kit]),
+    row("S-6", Must, SOLVERS, "Ready repeats the scene hash, and its numbers are finite and not negative", &[Coupler, Kit]),
     row("S-7", Must, SOLVERS, "A solver opens its line before Hello and all channels before Ready", &[Kit]),
     row("S-8", Must, SOLVERS, "A solver refuses what it does not take, by its key, and nothing outlasts it before Ready", &[Kit]),
     row("S-9", Must, SOLVERS, "Abort ends the session, without another message", &[Kit]),

@@ -85,6 +85,26 @@ pub struct Readiness {
     pub notes: Vec<String>,
 }
 
+impl Readiness {
+    /// Most items, and bytes: as many as a double counts one by one.
+    const MOST: u64 = 1 << 53;
+
+    /// What cannot be true of it (clause S-6): a number that is not finite or negative, a count beyond all memory.
+    pub fn nonsense(&self) -> Option<String> {
+        let reals = [
+            ("courant_time", self.courant_time),
+            ("mass_min", self.mass_min),
+            ("stiffness_max", self.stiffness_max),
+        ];
+        let counts = [("items", self.items), ("bytes", self.bytes)];
+        let real = reals.iter().find(|(_, x)| !(x.is_finite() && *x >= 0.0));
+        let count = counts.iter().find(|(_, n)| *n > Self::MOST);
+        let real = real
+            .map(|(name, x)| format!("ready with {name} = {x}, expected a number of 0 or more"));
+        real.or_else(|| count.map(|(name, n)| format!("ready with {name} = {n}")))
+    }
+}
+
 /// Measurement at `t_n` of a step with [`Step::measure`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MpmMeasurement {

@@ -12,6 +12,7 @@ use interface::session::solver::Clocked;
 use interface::session::together::Together;
 use interface::session::turns::drive;
 use interface::session::{CouplerSide, DemSide, MpmSide, serve_dem, serve_mpm};
+use interface::solver::Readiness;
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, Medium, ROOM};
@@ -291,4 +292,77 @@ fn a_refusal_is_heard_though_the_other_solver_never_comes() {
             assert!(other.join().unwrap().is_err());
         });
     });
+}
+
+/// D18: such numbers were taken, and what the coupler computes from them was not finite either.
+#[test]
+fn a_ready_with_numbers_that_cannot_be_ends_the_session() {
+    on_every_transport(|way| {
+        for (bad, phrase) in [
+            (
+                Readiness {
+                    mass_min: f64::NAN,
+                    ..Readiness::default()
+                },
+                "mass_min = NaN",
+            ),
+            (
+                Readiness {
+                    courant_time: f64::INFINITY,
+                    ..Readiness::default()
+                },
+                "courant_time = inf",
+            ),
+            (
+                Readiness {
+                    stiffness_max: -1.0,
+                    ..Readiness::default()
+                },
+                "stiffness_max = -1",
+            ),
+            (
+                Readiness {
+                    items: u64::MAX,
+                    ..Readiness::default()
+                },
+                "items = 18446744073709551615",
+            ),
+        ] {
+            let points = Points {
+                says: Some(bad),
+                ..Points::default()
+            };
+            let outcome = run(way, points, HalfPlane::default(), 10, 8);
+            let error = outcome.coupler.unwrap_err().to_string();
+            assert!(error.contains("S-6") && error.contains(phrase), "{error}");
+        }
+    });
+}
+
+/// D13: anybody could write to a segment of every run, and so keep solvers from joining it.
+#[test]
+fn nothing_of_a_run_is_open_to_other_users() {
+    use std::os::unix::fs::PermissionsExt;
+    let owned = OwnedDomain::create().unwrap();
+    let domain = owned.domain();
+    let _created = iceoryx::create(Medium::Processes, domain, &BOTH, false).unwrap();
+    let mut ends =
+        BOTH.map(|party| iceoryx::join(Medium::Processes, domain, party, &[], ROOM).unwrap());
+    for end in &mut ends {
+        end.open_measurement().unwrap();
+        end.open_exchange().unwrap();
+    }
+    let _coupler = iceoryx::join(Medium::Processes, domain, Party::Coupler, &BOTH, ROOM).unwrap();
+    let mut seen = 0;
+    for entry in std::fs::read_dir("/dev/shm").unwrap().flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if name.starts_with(&format!("tandem_{}_", domain.id())) {
+            let mode = entry.metadata().unwrap().permissions().mode();
+            assert_eq!(mode & 0o077, 0, "{name}: {mode:o}");
+            seen += 1;
+        }
+    }
+    assert!(seen > 10, "{seen} segments");
+    let mode = domain.directory().metadata().unwrap().permissions().mode();
+    assert_eq!(mode & 0o777, 0o700);
 }

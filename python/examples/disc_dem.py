@@ -54,7 +54,7 @@ class Disc:
 
 class Discs:
     identity = "disc_dem 0.1"
-    capabilities = ("shape:disc", "motion:free", "motion:fixed", "law:linear", "feature:friction")
+    capabilities = ("save", "shape:disc", "motion:free", "motion:fixed", "law:linear", "feature:friction")
 
     def configure(self, config):
         check_fields("dem", config, DEM)
@@ -191,6 +191,21 @@ class Discs:
 
     def measurement(self):
         return self.measured
+
+    def save(self):
+        """What the next step reads before it writes it; the rest is of the configuration or of one step."""
+        bodies = [(b.x, b.y, b.vx, b.vy, b.angle, b.spin, b.moved, b.published) for b in self.bodies]
+        books = (self.friction_work, self.applied, self.impulse)
+        return {"bodies": bodies, "springs": [*self.springs.items()], "previous": [*self.previous.items()], "books": books}
+
+    def restore(self, state):
+        if len(state["bodies"]) != len(self.bodies):
+            raise Refusal("restore", f"a state of {len(state['bodies'])} discs, here are {len(self.bodies)}")
+        for b, (b.x, b.y, b.vx, b.vy, b.angle, b.spin, b.moved, b.published) in zip(self.bodies, state["bodies"]):
+            b.kicked = (b.vx, b.vy, b.spin)
+        self.springs = {tuple(key): spring for key, spring in state["springs"]}
+        self.previous = {point: tuple(position) for point, position in state["previous"]}
+        self.friction_work, self.applied, self.impulse = state["books"]
 
 
 if __name__ == "__main__":

@@ -59,7 +59,7 @@ class Springs:
 
     identity = "springs_mpm 0.1"
     capabilities = ("material:linear_elastic", "fill:disc", "fill:rectangle", "fill:points", "wall:open", "plane:strain")
-    capabilities += ("contact_force:point", "feature:none")
+    capabilities += ("contact_force:point", "feature:none", "save")
 
     def configure(self, config):
         check_fields("mpm", config, MPM)
@@ -206,6 +206,16 @@ class Springs:
 
     def measurement(self):
         return self.measured
+
+    def save(self):
+        """What the next step reads before it writes it; the springs are of the configuration."""
+        return [self.x, self.v, self.selected, self.travelled, self.impulse, self.fallen]
+
+    def restore(self, state):
+        x, v, self.selected, self.travelled, self.impulse, self.fallen = state
+        if not len(x) == len(v) == len(self.x) or not all(0 <= i < len(x) for i in self.selected):
+            raise Refusal("restore", f"a state of {len(x)} points, here are {len(self.x)}")
+        self.x, self.v = [tuple(at) for at in x], [tuple(velocity) for velocity in v]
 
     def points(self):
         """With the stress of the springs that meet at a point: half the sum of pull times span, over its volume. Out of

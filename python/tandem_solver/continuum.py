@@ -13,6 +13,8 @@ A continuum solver is an object with
     measurement() -> Measurement    of the last step with `step.measure`
     points()                        of all points, ids rising: (id, x, y, vx, vy, xx, yy, zz, xy, volume, mass, group),
                                     stresses in Pa, volume in m^2, mass in kg/m
+
+and `save` and `restore` as in `session.py`, if it has the capability; who is identified, and the travel, are its own to save.
 """
 
 import math
@@ -43,6 +45,17 @@ class _Mpm(Seat):
             self.fastest = max((math.hypot(*point[3:5]) for point in self.solver.points()), default=0.0)
             self.bodies_travel, self.halt_after = 0.0, False
 
+    def carried(self):
+        return {"fastest": self.fastest, "travel": self.bodies_travel} if self.coupled else {}
+
+    def recall(self, carried):
+        if self.coupled:
+            self.fastest, self.bodies_travel = float(carried["fastest"]), float(carried["travel"])
+
+    def frame(self, grant):
+        if grant.flags & wire.FRAME:
+            self.send_points("R-5")
+
     def drain(self):
         """All points that are left (clause D-1)."""
         self.send_points("D-1")
@@ -57,8 +70,6 @@ class _Mpm(Seat):
 
     def window(self, grant):
         halted, limits = False, None
-        if grant.flags & wire.FRAME:
-            self.send_points("R-5")
         for step, left in self.steps(grant):
             if limits is not None and not allows(grant, limits):
                 halted = True

@@ -11,6 +11,14 @@ A rigid-body solver is an object with
     contact(step, states) -> Answer states: (x, y, vx, vy) of each slot; raises Fault
     advance(step)                   to t_{n+1}
     measurement() -> Measurement    of the last step with `step.measure`
+
+and, if its capabilities have `save` (clauses K-3, K-4), so that a run can go on from a checkpoint,
+
+    save() -> state                 before a step: lists, dictionaries (their keys texts), numbers and texts, as JSON has them
+    restore(state)                  such a state, in a solver of the same configuration that has done no step; `imp_set` has
+                                    been called with the set of then; raises Refusal("restore", message)
+
+What is restored goes on to the same bits: a number survives as it is, a tuple comes back as a list.
 """
 
 import ctypes
@@ -22,12 +30,14 @@ import time
 import traceback
 from dataclasses import dataclass
 
-from . import control, wire
+from . import blake3, control, wire
 from .channel import Aborted, CouplerGone, Run, SessionError, wait
 from .config import complete_dem
 
 # Longest wait in s for the coupler while a session is set up or closed (clause S-11).
 SETUP = 120.0
+# Most bytes of a piece of a saved state (clause K-3).
+PIECE = 1 << 20
 
 
 @dataclass(frozen=True)
@@ -94,12 +104,14 @@ class Seat:
 
     def __init__(self, run, solver):
         self.run, self.solver, self.watch, self.step = run, solver, _Stopwatch(), 0
-        self.generation, self.set, self.deadline, self.ready = 0, [], SETUP, False
+        self.generation, self.set, self.deadline, self.ready, self.granted = 0, [], SETUP, False, False
         byte, me = ctypes.c_uint8, self.PARTY
         self.orders, self.grants = run.receiver(f"{me}/orders", byte), run.receiver(f"{me}/grants", wire.Grant)
         self.notices = run.sender(f"{me}/notices", byte, 65536)
         self.reports = run.sender(f"{me}/reports", wire.Report)
         self.bell, self.notifier = run.bell("coupler", me), run.notifier(me, "coupler")
+        self.saves = "save" in getattr(solver, "capabilities", ())
+        self.restore_in = run.receiver(f"{me}/restore", byte) if self.saves else None
         self.notify(_hello(me, solver))
 
     # The line to the coupler.
@@ -153,7 +165,7 @@ class Seat:
             return grant if grant is not None else self.order()
 
         # The coupler waits for a solver that waits for another one.
-        patience = (SETUP if self.step == 0 else self.deadline) + 2.0
+        patience = (self.deadline if self.granted else SETUP) + 2.0
         found = wait(look, self.bell, self.alive, patience, f"coupler: no grant of step {self.step}",
                      self.run.held)
         self.watch.lap("wait")
@@ -167,6 +179,7 @@ class Seat:
         self.checked("coupler", "G-2", grant)
         if grant.first != self.step or grant.steps == 0:
             raise self.broken("coupler", "G-3", f"steps {grant.first} + {grant.steps} granted")
+        self.granted = True
         return grant
 
     def serve(self):
@@ -176,15 +189,23 @@ class Seat:
         except ValueError as error:
             raise self.broken("coupler", "S-5", str(error)) from None
         self.deadline, self.coupled = configure.deadline, configure.coupled
+        state = self.awaited_state() if configure.restore else None
         readiness = self.solver.configure(config)
         self.results = self.run.sender(*self.RESULTS)
         if self.coupled:
             self.other_bell = self.run.bell(self.OTHER, self.PARTY)
             self.other_notifier = self.run.notifier(self.PARTY, self.OTHER)
         self.open(config)
+        if self.saves:
+            self.saved = self.run.sender(f"{self.PARTY}/saved", ctypes.c_uint8)
+        if state is not None:
+            self.take_state(state)
         self.notify(control.ready(configure.scene_hash, readiness))
         self.ready = True
         while (grant := self.next()) is not None:
+            self.frame(grant)
+            if grant.flags & wire.CHECKPOINT and self.saves:
+                self.send_state()
             report = self.window(grant)
             report.items = readiness.items
             if report.measured:
@@ -198,6 +219,60 @@ class Seat:
         self.drain()
         self.notify(control.bye())
         self.await_order(control.Close, "S-3")
+
+    # Saved states (clauses K-3, K-4).
+
+    def carried(self):
+        """What of the side itself, besides the set, has to survive."""
+        return {}
+
+    def send_state(self):
+        """The state before the next step, in pieces, and the hash of them all."""
+        state = {"of": self.solver.identity, "step": self.step, "generation": self.generation, "set": self.set,
+                 "side": self.carried(), "solver": self.solver.save()}
+        data = json.dumps(state).encode()
+        self.watch.lap("compute")
+        pieces = [(0, data[at : at + PIECE]) for at in range(0, len(data), PIECE)]
+        for flags, piece in [*pieces, (wire.LAST, blake3.digest(data))]:
+            self.saved.send(wire.StepHeader(step=self.step, flags=flags), len(piece), piece)
+            self.notifier.notify()
+        self.watch.lap("exchange")
+
+    def awaited_state(self):
+        """The bytes of the state to go on from."""
+        if not self.saves:
+            raise self.broken("coupler", "K-4", "a state to restore, and no capability `save`")
+        data = b""
+        while True:
+            late = "coupler: no state to restore"
+            header, count, piece = wait(self.restore_in.receive, self.bell, self.alarm, SETUP, late, self.run.held)
+            if header.count != count:
+                raise self.broken("coupler", "K-4", f"{header.count} bytes announced, {count} there")
+            if header.flags & wire.LAST:
+                break
+            data += piece
+        if piece != blake3.digest(data):
+            raise self.broken("coupler", "K-4", f"the hash at the end is not that of the {len(data)} bytes before it")
+        return data
+
+    def take_state(self, data):
+        """Goes on where the state was saved."""
+        try:
+            state = json.loads(data)
+            if state["of"] != self.solver.identity:
+                raise control.Refusal("restore", f"a state of `{state['of']}`, this is `{self.solver.identity}`")
+            self.step, self.generation = int(state["step"]), int(state["generation"])
+            self.set = [tuple(info) for info in state["set"]]
+            self.recall(state["side"])
+            self.solver.restore(state["solver"])
+        except (ValueError, KeyError, TypeError, AttributeError, IndexError) as error:
+            raise control.Refusal("restore", f"no state of `{self.solver.identity}`: {error!r}") from None
+
+    def recall(self, carried):
+        """Takes over what [`carried`] gave."""
+
+    def frame(self, grant):
+        """Sends what a frame asks for, before the window (clauses R-5, R-6)."""
 
     def report(self, report):
         self.watch.lap("compute")
@@ -264,6 +339,9 @@ class _Dem(Seat):
             self.states_in = self.run.receiver("imp/states", wire.ImpState)
             self.forces_out = self.run.sender("imp/forces", wire.ImpForce)
             self.envelopes_out = self.run.sender("imp/envelopes", wire.EnvelopeVertex)
+
+    def recall(self, carried):
+        self.solver.imp_set(self.set)
 
     def drain(self):
         """Nothing: the end state of the bodies is the measurement of the closing step (clause D-1)."""

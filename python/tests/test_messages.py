@@ -5,7 +5,7 @@ import math
 import unittest
 
 from tandem_solver import BODY, DEM, GROUP, MPM, Readiness, Refusal, check_fields, complete_dem, complete_mpm
-from tandem_solver import control, wire
+from tandem_solver import blake3, control, wire
 
 
 class Control(unittest.TestCase):
@@ -37,6 +37,22 @@ class Control(unittest.TestCase):
         for bad in [good[:-1], good + b"\0", lying, unknown, not_text, b""]:
             with self.assertRaises(control.DecodeError):
                 control.decode_order(bad)
+
+
+class Hash(unittest.TestCase):
+    def test_lengths_at_the_edges_of_blocks_and_chunks(self):
+        """Digests of the reference implementation for bytes that count up to 250 again and again."""
+        known = {
+            0: "af1349b9f5f9a1a6a0404dea36dcc9499bcb25c9adc112b7cc9a93cae41f3262",
+            1: "2d3adedff11b61f14c886e35afa036736dcd87a74d27b5c1510225d0f592e213",
+            1023: "10108970eeda3eb932baac1428c7a2163b0e924c9a9e25b35bba72b28f70bd11",
+            1024: "42214739f095a406f3fc83deb889744ac00df831c10daa55189b5d121c855af7",
+            1025: "d00278ae47eb27b34faecf67b4fe263f82d5412916c1ffd97c8cb7fb814b8444",
+            2049: "5f4d72f40d7a5f82b15ca2b2e44b1de3c2ef86c426c95c1af0b6879522563030",
+            5121: "628bd2cb2004694adaab7bbd778a25df25c47b9d4155a55f8fbd79f2fe154cff",
+        }
+        for length, digest in known.items():
+            self.assertEqual(blake3.digest(bytes(i % 251 for i in range(length))).hex(), digest, length)
 
 
 class Configuration(unittest.TestCase):

@@ -158,9 +158,12 @@ impl Recorder {
         }
     }
 
-    /// Goes on where another recorder of the same scene has been; whether it was of as many checks.
-    pub fn resume(&mut self, recorded: Recorded) -> bool {
-        let fits = recorded.checks.len() == self.checks.len();
+    /// Goes on where another recorder of the same scene has been; whether it was of as many checks, and of samples of as
+    /// many quantities.
+    pub fn resume(&mut self, recorded: Recorded, quantities: usize) -> bool {
+        let slots = recorded.slots.len();
+        let fits =
+            recorded.checks.len() == self.checks.len() && (slots == 0 || slots == 2 * quantities);
         self.slots = recorded.slots;
         for ((_, progress), kept) in self.checks.iter_mut().zip(recorded.checks) {
             *progress = kept;

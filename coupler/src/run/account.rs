@@ -185,8 +185,8 @@ impl Account {
         }
     }
 
-    /// Goes on where another process has been; whether that was of this scene.
-    pub fn resume(&mut self, kept: Kept) -> bool {
+    /// Goes on where another process has been; whether that was of this scene, which has so many quantities.
+    pub fn resume(&mut self, kept: Kept, quantities: usize) -> bool {
         let [composed, jiang2020, lightest_point, contact_alone] = kept.criteria;
         self.criteria = Criteria {
             composed,
@@ -201,7 +201,7 @@ impl Account {
         self.grants = kept.grants;
         self.epochs = kept.epochs;
         self.earlier = kept.spent;
-        self.recorder.resume(kept.recorded)
+        self.recorder.resume(kept.recorded, quantities)
     }
 
     /// Time spent, by this process and those before it.

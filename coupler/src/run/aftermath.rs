@@ -75,7 +75,7 @@ impl Killed {
         let mut account = Account::new(scene, false);
         account.cut_short = true;
         if let Ok((_, checkpoint, _)) = newest(dir.path(), &About::of(scene, &[], false)) {
-            account.resume(checkpoint.state.account);
+            account.resume(checkpoint.state.account, scene.quantities.len());
         }
         let mut summary = account.summarise(&Ok(()), Duration::ZERO);
         summary.status = Status::Killed;

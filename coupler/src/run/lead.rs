@@ -100,11 +100,14 @@ impl<'a> Run<'a> {
                 scene, options, dir, account, history, course, frames,
             ));
         };
+        if let Some(what) = state.nonsense(scene) {
+            return Err(RunError::Checkpoint(what.into()));
+        }
         let history = History::resume(dir, state.history)?;
         let frames = frames(scene, dir, state.frames)?;
-        if !account.resume(state.account) {
+        if !account.resume(state.account, scene.quantities.len()) {
             return Err(RunError::Checkpoint(
-                "it has another number of checks".into(),
+                "it has another number of checks or quantities".into(),
             ));
         }
         let course = Course::resume(dir, account.clock.time())?;

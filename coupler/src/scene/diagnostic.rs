@@ -1,11 +1,19 @@
 //! What is wrong with a scene, said so that the engineer can mend it without opening a manual: where it stands, what
 //! was written, what was expected, and what to write instead.
 
-use std::fmt;
+use std::fmt::{self, Write as _};
 use std::ops::Range;
 
 /// Longest value that a message repeats, in characters.
 const VALUE_LIMIT: usize = 60;
+/// Most faults of a scene that are told: who mends these sees the next.
+pub(super) const FAULTS_LIMIT: usize = 100;
+/// Longest part of a line that a message shows, in characters.
+const LINE_LIMIT: usize = 240;
+/// Longest word that may be a typing error of another one.
+const WORD_LIMIT: usize = 60;
+/// Most candidates that a message lists.
+const CANDIDATES_LIMIT: usize = 100;
 
 /// One thing that is wrong with a scene.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -40,8 +48,10 @@ pub enum Place {
         column: usize,
         /// Characters that the caret underlines, at least 1.
         width: usize,
-        /// The line itself.
+        /// The line itself, or of a long one the part that is meant.
         text: String,
+        /// Characters of the line before that part.
+        skipped: usize,
         /// The variant whose override this is.
         variant: Option<String>,
     },
@@ -59,12 +69,23 @@ impl Place {
         let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
         let line_end = text[start..].find('\n').map_or(text.len(), |at| start + at);
         let end = floor_boundary(text, span.end).clamp(start, line_end);
+        let line = text[line_start..line_end].trim_end();
+        let column = text[line_start..start].chars().count() + 1;
+        let is_long = line.chars().count() > LINE_LIMIT;
+        let skipped = if is_long {
+            column.saturating_sub(LINE_LIMIT / 3)
+        } else {
+            0
+        };
+        let shown = line.chars().skip(skipped).take(LINE_LIMIT);
+        let left = (skipped + LINE_LIMIT + 1).saturating_sub(column).max(1);
         Self::Line {
             file: file.to_owned(),
             line: text[..start].matches('\n').count() + 1,
-            column: text[line_start..start].chars().count() + 1,
-            width: text[start..end].chars().count().max(1),
-            text: text[line_start..line_end].trim_end().to_owned(),
+            column,
+            width: text[start..end].chars().count().clamp(1, left),
+            text: shown.collect(),
+            skipped,
             variant: None,
         }
     }
@@ -104,6 +125,7 @@ impl fmt::Display for Diagnostic {
                 column,
                 width,
                 text,
+                skipped,
                 variant,
             } => {
                 let of_variant = variant
@@ -115,7 +137,7 @@ impl fmt::Display for Diagnostic {
                 // Tabs before the caret are repeated, so that it stands under its value at any tab width.
                 let indent: String = text
                     .chars()
-                    .take(column - 1)
+                    .take(column - 1 - skipped)
                     .map(|c| if c == '\t' { '\t' } else { ' ' })
                     .collect();
                 writeln!(f, "   {number} | {text}")?;
@@ -159,9 +181,13 @@ pub fn shorten(value: &str) -> String {
 
 /// The candidate that `word` was probably meant to be, if any is near.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    if word.len() > WORD_LIMIT {
+        return None;
+    }
     let word = word.to_lowercase();
     candidates
         .into_iter()
+        .filter(|candidate| candidate.len() <= 2 * WORD_LIMIT)
         .map(|candidate| {
             let distance = strsim::damerau_levenshtein(&word, &candidate.to_lowercase());
             (distance, candidate)
@@ -178,11 +204,13 @@ pub fn suggestion<'a>(
     what: &str,
     candidates: impl IntoIterator<Item = &'a str> + Clone,
 ) -> String {
-    let all = candidates
-        .clone()
-        .into_iter()
-        .collect::<Vec<_>>()
-        .join(", ");
+    let mut listed = candidates.clone().into_iter();
+    let first: Vec<&str> = listed.by_ref().take(CANDIDATES_LIMIT).collect();
+    let mut all = first.join(", ");
+    let more = listed.count();
+    if more > 0 {
+        write!(all, " and {more} more").expect("a text takes all");
+    }
     match nearest(word, candidates) {
         Some(candidate) => format!("did you mean `{candidate}`? {what}: {all}"),
         None => format!("{what}: {all}"),
@@ -206,6 +234,7 @@ mod tests {
                 column: 9,
                 width: 5,
                 text: "ücell = 0.003".into(),
+                skipped: 0,
                 variant: None
             }
         );
@@ -226,6 +255,42 @@ mod tests {
             "error: unknown key `cel`\n  --> x.toml:2:1  (mpm.cel)\n   2 | cel = 0.003\n     | ^^^\n   \
              help: did you mean `cell`?\n"
         );
+    }
+
+    /// A scene may be one line: each message about it had all of it.
+    #[test]
+    fn of_a_long_line_the_part_that_is_meant_is_shown() {
+        let text = format!("{}here{}", "ü".repeat(1000), " ".repeat(1000) + "x");
+        let Place::Line {
+            column,
+            width,
+            text,
+            skipped,
+            ..
+        } = Place::in_text("x.toml", &text, &(2000..2004))
+        else {
+            unreachable!("a place in a text is a line");
+        };
+        assert_eq!((column, width), (1001, 4));
+        assert_eq!(
+            text.chars()
+                .skip(column - 1 - skipped)
+                .take(4)
+                .collect::<String>(),
+            "here"
+        );
+        assert!(text.chars().count() <= LINE_LIMIT);
+    }
+
+    /// Words of a megabyte were compared letter by letter.
+    #[test]
+    fn no_long_word_is_a_typing_error_and_not_every_candidate_is_listed() {
+        let long = "a".repeat(1 << 20);
+        assert_eq!(nearest(&long, [long.as_str(), "cell"]), None);
+        assert_eq!(nearest("cel", [long.as_str(), "cell"]), Some("cell"));
+        let names: Vec<String> = (0..5000).map(|i| format!("name_{i}")).collect();
+        let told = suggestion("cell", "names", names.iter().map(String::as_str));
+        assert!(told.ends_with("name_99 and 4900 more"), "{told}");
     }
 
     #[test]

@@ -3,23 +3,36 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::Path;
+use std::sync::Arc;
 
 use toml::de::{DeTable, DeValue};
 use toml::{Spanned, Table, Value};
 
-use crate::scene::diagnostic::{Diagnostic, Place, SceneErrors, shorten, suggestion};
+use crate::scene::diagnostic::{Diagnostic, FAULTS_LIMIT, Place, SceneErrors, shorten, suggestion};
 
 /// A scene file with its overrides applied.
-#[derive(Debug, Default)]
+#[derive(Debug, Default, Clone)]
 pub(super) struct Document {
     file: String,
-    text: String,
+    text: Arc<str>,
     /// The tree, without the table of variants.
     pub root: Table,
     /// Names of the variants of the file.
     pub variants: Vec<String>,
-    /// Dotted path of every key and array element, and where it was set.
+    /// Dotted path of every key and array element but those of variants, and where it was set.
     origins: BTreeMap<String, Origin>,
+    /// Shared by all scenes of the file: there may be thousands of variants.
+    written: Arc<Variants>,
+}
+
+/// The variants of a file.
+#[derive(Debug, Default)]
+struct Variants {
+    tables: BTreeMap<String, Table>,
+    /// As [`Document::origins`].
+    origins: BTreeMap<String, Origin>,
+    /// What is wrong with the table of variants itself.
+    faults: Vec<Diagnostic>,
 }
 
 #[derive(Debug, Clone)]
@@ -45,18 +58,25 @@ pub(super) enum Part {
 }
 
 impl Document {
-    /// Reads a scene file and applies a variant and then the `--set` arguments, in their order.
+    /// Reads a scene file.
     ///
     /// # Errors
-    /// The file cannot be read or is not TOML, the variant does not exist, or an override has no place.
-    pub fn read(path: &Path, variant: Option<&str>, set: &[String]) -> Result<Self, SceneErrors> {
+    /// The file cannot be read or is not TOML.
+    pub fn read(path: &Path) -> Result<Self, SceneErrors> {
         let file = path.display().to_string();
         let text = read_text(path, &file)?;
-        let mut document = Self::parse(file, text)?;
-        let mut errors = Vec::new();
-        let variants = document.take_variants(&mut errors);
+        Self::parse(file, text.into())
+    }
+
+    /// The document with a variant and then the `--set` arguments, in their order.
+    ///
+    /// # Errors
+    /// The variant does not exist, or an override has no place.
+    pub fn with(&self, variant: Option<&str>, set: &[String]) -> Result<Self, SceneErrors> {
+        let mut document = self.clone();
+        let mut errors = self.written.faults.clone();
         if let Some(name) = variant {
-            match variants.get(name) {
+            match self.written.tables.get(name) {
                 Some(overrides) => document.apply_variant(name, overrides, &mut errors),
                 None => errors.push(document.no_such_variant(name)),
             }
@@ -71,7 +91,11 @@ impl Document {
         }
     }
 
-    fn parse(file: String, text: String) -> Result<Self, SceneErrors> {
+    /// The document of a text; `file` stands for its file in messages.
+    ///
+    /// # Errors
+    /// It is not TOML.
+    pub fn parse(file: String, text: Arc<str>) -> Result<Self, SceneErrors> {
         let (spanned, mut faults) = DeTable::parse_recoverable(&text);
         let mut origins = BTreeMap::new();
         record_table(&mut origins, "", spanned.get_ref());
@@ -84,14 +108,16 @@ impl Document {
                 Table::new()
             }
         };
-        let document = Self {
+        let mut document = Self {
             root,
             variants: Vec::new(),
             origins,
             file,
-            text,
+            text: text.clone(),
+            written: Arc::default(),
         };
         if faults.is_empty() {
+            document.take_variants();
             return Ok(document);
         }
         let not_toml = |fault: &toml::de::Error| Diagnostic {
@@ -104,33 +130,52 @@ impl Document {
             },
             help: Some("a scene is TOML: `key = value` lines under `[section]` headers".to_owned()),
         };
-        Err(SceneErrors(faults.iter().map(not_toml).collect()))
+        let told = faults.iter().take(FAULTS_LIMIT);
+        Err(SceneErrors(told.map(not_toml).collect()))
     }
 
     /// Takes the table of variants out of the tree.
-    fn take_variants(&mut self, errors: &mut Vec<Diagnostic>) -> BTreeMap<String, Table> {
+    fn take_variants(&mut self) {
         let mut variants = BTreeMap::new();
+        let mut errors = Vec::new();
         let Some(table) = self.root.remove("variant") else {
-            return variants;
+            return;
         };
         let help =
             || Some("write `[variant.NAME]`, then `\"dotted.key\" = value` lines".to_owned());
         let Value::Table(table) = table else {
             let message = "`variant` is not a table of variants";
-            errors.push(self.diagnostic("variant", Part::Value, message, help()));
-            return variants;
+            let faults = vec![self.diagnostic("variant", Part::Value, message, help())];
+            self.written = Arc::new(Variants {
+                faults,
+                ..Variants::default()
+            });
+            return;
         };
         for (name, overrides) in table {
             if let Value::Table(overrides) = overrides {
                 variants.insert(name, overrides);
-            } else {
+            } else if errors.len() < FAULTS_LIMIT {
                 let path = format!("variant.{name}");
                 let message = format!("`{path}` is not a table of overrides");
                 errors.push(self.diagnostic(&path, Part::Value, &message, help()));
             }
         }
         self.variants = variants.keys().cloned().collect();
-        variants
+        // All that begin with "variant.": "/" is the letter after ".".
+        let mut origins = self.origins.split_off("variant.");
+        self.origins.append(&mut origins.split_off("variant/"));
+        self.written = Arc::new(Variants {
+            tables: variants,
+            origins,
+            faults: errors,
+        });
+    }
+
+    /// Where exactly this path was set.
+    fn exact(&self, path: &str) -> Option<&Origin> {
+        let own = self.origins.get(path);
+        own.or_else(|| self.written.origins.get(path))
     }
 
     fn no_such_variant(&self, name: &str) -> Diagnostic {
@@ -151,6 +196,9 @@ impl Document {
 
     fn apply_variant(&mut self, name: &str, overrides: &Table, errors: &mut Vec<Diagnostic>) {
         for (path, value) in overrides {
+            if errors.len() >= FAULTS_LIMIT {
+                return;
+            }
             let full = format!("variant.{name}.{path}");
             if value.is_table() && !path.contains('.') {
                 errors.push(self.diagnostic(
@@ -161,7 +209,7 @@ impl Document {
                 ));
                 continue;
             }
-            let Some(Origin::File { key, value: at, .. }) = self.origins.get(&full).cloned() else {
+            let Some(Origin::File { key, value: at, .. }) = self.exact(&full).cloned() else {
                 unreachable!("every key of the file was recorded");
             };
             let origin = Origin::File {
@@ -218,8 +266,15 @@ impl Document {
         }
         at.put(last, value, &parents.join("."))?;
         let below = format!("{path}.");
-        self.origins
-            .retain(|known, _| known != path && !known.starts_with(&below));
+        let after = self.origins.range(below.clone()..);
+        let there: Vec<String> = after
+            .map(|(known, _)| known)
+            .take_while(|known| known.starts_with(&below))
+            .cloned()
+            .collect();
+        for known in there {
+            self.origins.remove(&known);
+        }
         self.origins.insert(path.to_owned(), origin);
         Ok(())
     }
@@ -244,7 +299,7 @@ impl Document {
     fn origin(&self, path: &str) -> Option<&Origin> {
         let mut path = path;
         loop {
-            if let Some(origin) = self.origins.get(path) {
+            if let Some(origin) = self.exact(path) {
                 return Some(origin);
             }
             path = path.rsplit_once('.')?.0;
@@ -252,7 +307,7 @@ impl Document {
     }
 
     fn place(&self, path: &str, part: Part) -> Place {
-        let exact = self.origins.contains_key(path);
+        let exact = self.exact(path).is_some();
         match self.origin(path) {
             None => self.whole_file(),
             Some(Origin::Set { argument, .. }) => Place::Set {
@@ -281,6 +336,11 @@ impl Document {
         place
     }
 
+    /// Whether what is at a path stands in the file, and not on the command line.
+    pub fn is_of_file(&self, path: &str) -> bool {
+        matches!(self.origin(path), Some(Origin::File { .. }))
+    }
+
     /// Whether a path was written.
     pub fn has(&self, path: &str) -> bool {
         self.origins.contains_key(path)
@@ -296,7 +356,7 @@ impl Document {
 
     /// The value at a path as it was written, shortened; empty where it was not.
     pub fn as_written(&self, path: &str) -> String {
-        match self.origins.get(path) {
+        match self.exact(path) {
             Some(Origin::File { value, .. }) => {
                 shorten(self.text.get(value.clone()).unwrap_or_default())
             }
@@ -331,7 +391,7 @@ impl Document {
         help: Option<String>,
     ) -> Diagnostic {
         let mut diagnostic = self.diagnostic(path, Part::Value, message, help);
-        if let Some(Origin::File { value, variant, .. }) = self.origins.get(path) {
+        if let Some(Origin::File { value, variant, .. }) = self.exact(path) {
             let written = self.text.get(value.clone()).unwrap_or_default();
             // Escapes and multi-line strings shift the bytes; then the caret stays under the whole string.
             let plain = written.starts_with(['"', '\''])

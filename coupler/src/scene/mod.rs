@@ -26,7 +26,7 @@ mod structure;
 mod study;
 mod written;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::scene::diagnostic::SceneErrors;
 
@@ -37,6 +37,46 @@ pub use needs::{refused, unmet};
 pub use solvers::solver_override;
 pub use written::{VERSION, schema};
 
+/// A scene file that has been read, for those who want several of its variants.
+#[derive(Debug)]
+pub struct SceneFile {
+    document: document::Document,
+    /// Where files are looked for that the scene names.
+    directory: PathBuf,
+}
+
+impl SceneFile {
+    /// Reads a scene file.
+    ///
+    /// # Errors
+    /// It cannot be read, or is not TOML.
+    pub fn read(path: &Path) -> Result<Self, SceneErrors> {
+        Ok(Self {
+            document: document::Document::read(path)?,
+            directory: path.parent().unwrap_or(Path::new(".")).to_path_buf(),
+        })
+    }
+
+    /// The same of a text. `name` stands for the file in messages; files that the scene names are looked for in `directory`.
+    ///
+    /// # Errors
+    /// It is not TOML.
+    pub fn of_text(name: &str, text: &str, directory: &Path) -> Result<Self, SceneErrors> {
+        Ok(Self {
+            document: document::Document::parse(name.to_owned(), text.into())?,
+            directory: directory.to_path_buf(),
+        })
+    }
+
+    /// The scene, as [`Scene::load`] checks it.
+    ///
+    /// # Errors
+    /// Everything that is wrong with it.
+    pub fn scene(&self, variant: Option<&str>, set: &[String]) -> Result<Scene, SceneErrors> {
+        parse::scene(self.document.with(variant, set)?, &self.directory)
+    }
+}
+
 impl Scene {
     /// Reads and checks a scene file, with the overrides of `variant` and then those of `set` (`KEY=VALUE`, dotted
     /// keys), the later winning.
@@ -45,9 +85,23 @@ impl Scene {
     /// Everything that is wrong with the scene, as far as it can be told at once: its [`Display`](std::fmt::Display)
     /// is for people, with file, line, key, value, what was expected and the nearest valid key.
     pub fn load(path: &Path, variant: Option<&str>, set: &[String]) -> Result<Self, SceneErrors> {
-        let document = document::Document::read(path, variant, set)?;
-        let directory = path.parent().unwrap_or(Path::new("."));
-        parse::scene(document, directory)
+        SceneFile::read(path)?.scene(variant, set)
+    }
+
+    /// The programs that the scene's file names as solvers, and a run would start: side and command. Those of the command
+    /// line are the user's own and are not among them.
+    pub fn programs(&self) -> Vec<(&'static str, String)> {
+        let named = solvers::commands(&self.solvers);
+        named
+            .filter(|(path, _)| self.document.is_of_file(path))
+            .filter_map(|(path, command)| {
+                let (side, takes_part) = match path {
+                    "solvers.mpm" => ("mpm", self.mpm.is_some()),
+                    _ => ("dem", self.dem.is_some()),
+                };
+                takes_part.then_some((side, command))
+            })
+            .collect()
     }
 
     /// What will run, what is left out and why, and estimates of memory, step and number of steps.

@@ -1,6 +1,7 @@
 //! Constants, columns and checks: every expression compiled, every name resolved, every reference read.
 
 use std::collections::BTreeMap;
+use std::io::{self, Read as _};
 use std::path::Path;
 
 use crate::record::check::{Check, Column, Expected, Measure, Reference, When};
@@ -12,6 +13,9 @@ use super::problems::Problems;
 use super::written::{
     CheckWritten, ColumnWritten, NumberOrExpression, ReferenceWritten, TableWritten, WhenWritten,
 };
+
+/// Largest table of a reference in bytes.
+const CSV_LIMIT: u64 = 64 << 20;
 
 /// The constants as numbers. Each may use the others, whatever their order.
 pub(super) fn constants(
@@ -30,21 +34,27 @@ pub(super) fn constants(
             NumberOrExpression::Expression(source) => pending.push((name, source)),
         }
     }
-    // As long as a round finds a new one, the next may find more.
-    loop {
-        let before = pending.len();
-        pending.retain(|(name, source)| match compile_constant(source, &known) {
+    // Each waits for the first name that it does not know yet: so none is read again in vain.
+    let mut waiting: BTreeMap<String, Vec<(&String, &String)>> = BTreeMap::new();
+    let mut stuck = Vec::new();
+    while let Some((name, source)) = pending.pop() {
+        match compile_constant(source, &known) {
             Ok(number) => {
-                known.insert((*name).clone(), number);
-                false
+                known.insert(name.clone(), number);
+                pending.extend(waiting.remove(name).unwrap_or_default());
             }
-            Err(_) => true,
-        });
-        if pending.len() == before {
-            break;
+            Err(error) => match error.unknown_name {
+                Some(missing) => waiting.entry(missing).or_default().push((name, source)),
+                None => stuck.push((name, source)),
+            },
         }
     }
-    for (name, source) in pending {
+    stuck.extend(waiting.into_values().flatten());
+    stuck.sort();
+    for (name, source) in stuck {
+        if problems.is_full() {
+            break;
+        }
         if let Err(error) = compile_constant(source, &known) {
             let path = format!("constants.{name}");
             let circular = error
@@ -510,14 +520,21 @@ impl Context<'_> {
 /// Two columns of a CSV file with a header.
 fn read_csv(file: &Path, time: &str, value: &str) -> Result<Vec<[f64; 2]>, (String, String)> {
     let shown = file.display();
+    let unreadable = |error: io::Error| {
+        let help = "CSV files are looked for beside the scene file";
+        (format!("cannot read {shown}: {error}"), help.to_owned())
+    };
+    // A device or a pipe may never end.
+    let about = std::fs::metadata(file).map_err(unreadable)?;
+    if !about.is_file() || about.len() > CSV_LIMIT {
+        let help = format!("expected a file of at most {CSV_LIMIT} bytes");
+        return Err((format!("cannot read {shown}: it is no table"), help));
+    }
+    let opened = std::fs::File::open(file).map_err(unreadable)?;
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
         .comment(Some(b'#'))
-        .from_path(file)
-        .map_err(|error| {
-            let help = "CSV files are looked for beside the scene file";
-            (format!("cannot read {shown}: {error}"), help.to_owned())
-        })?;
+        .from_reader(opened.take(CSV_LIMIT));
     let fault = |error: csv::Error| {
         let help = "a header, then rows of as many numbers, separated by commas";
         (format!("{shown}: {error}"), help.to_owned())

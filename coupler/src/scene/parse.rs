@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 use std::time::Duration;
 
 use serde::Deserialize;
@@ -22,7 +22,7 @@ use super::{
 use crate::record::check::{Check, Expected, Reference};
 use crate::record::frames::Content;
 use crate::record::quantity::Quantities;
-use crate::scene::diagnostic::SceneErrors;
+use crate::scene::diagnostic::{FAULTS_LIMIT, SceneErrors};
 
 /// Most rows of a history: beyond, the file is of no use to anyone.
 const ROWS_LIMIT: f64 = 1e7;
@@ -31,7 +31,8 @@ const FRAMES_OF_REPORT: f64 = 100.0;
 
 /// The scene of a document; CSV references and solvers are looked for from `directory` on.
 pub(super) fn scene(mut document: Document, directory: &Path) -> Result<Scene, SceneErrors> {
-    let mut faults = structure::faults(&document, &schema());
+    static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(schema);
+    let mut faults = structure::faults(&document, &SCHEMA);
     faults.extend(not_finite(&document));
     if !faults.is_empty() {
         faults.sort_by_key(|fault| fault.place.line());
@@ -43,8 +44,8 @@ pub(super) fn scene(mut document: Document, directory: &Path) -> Result<Scene, S
     let mut warnings = problems.finish()?;
     let mut scene = scene.expect("where nothing was refused everything was made");
     inline_tables(&mut document, &scene.checks);
-    for (path, command) in solvers::resolved(&scene.solvers) {
-        document.replace(path, command);
+    for (path, command) in solvers::commands(&scene.solvers) {
+        document.replace(path, Value::String(command));
     }
     document.root.remove("study");
     scene.resolved_toml = toml::to_string(&document.root).expect("the tree came from TOML");
@@ -106,7 +107,7 @@ fn not_finite(document: &Document) -> Vec<crate::scene::diagnostic::Diagnostic> 
         let message = format!("`{path}` is {number}, expected a finite number");
         document.diagnostic(&path, Part::Value, &message, None)
     };
-    found.into_iter().map(fault).collect()
+    found.into_iter().take(FAULTS_LIMIT).map(fault).collect()
 }
 
 /// The scene, unless something was refused.

@@ -1,10 +1,11 @@
 //! The faults and warnings found so far, and the tests of single numbers that most faults come from.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use interface::config::ConfigFault;
 
-use crate::scene::diagnostic::{Diagnostic, SceneErrors};
+use crate::scene::diagnostic::{Diagnostic, FAULTS_LIMIT, SceneErrors};
 
 use super::document::{Document, Part};
 
@@ -12,6 +13,8 @@ use super::document::{Document, Part};
 pub(super) struct Problems<'a> {
     pub document: &'a Document,
     errors: Vec<Diagnostic>,
+    /// How many there are, also of those beyond what is told.
+    found: usize,
     pub warnings: Vec<String>,
 }
 
@@ -20,6 +23,7 @@ impl<'a> Problems<'a> {
         Self {
             document,
             errors: Vec::new(),
+            found: 0,
             warnings: Vec::new(),
         }
     }
@@ -42,7 +46,20 @@ impl<'a> Problems<'a> {
 
     /// How many faults there are.
     pub fn count(&self) -> usize {
-        self.errors.len()
+        self.found
+    }
+
+    /// Notes a fault unless there are more than anybody reads; `fault` is made only then.
+    fn push(&mut self, fault: impl FnOnce(&Document) -> Diagnostic) {
+        self.found += 1;
+        if self.errors.len() < FAULTS_LIMIT {
+            self.errors.push(fault(self.document));
+        }
+    }
+
+    /// Whether more faults would not be told.
+    pub fn is_full(&self) -> bool {
+        self.errors.len() >= FAULTS_LIMIT
     }
 
     pub fn warn(&mut self, warning: impl Into<String>) {
@@ -52,28 +69,21 @@ impl<'a> Problems<'a> {
     /// A value that cannot be.
     pub fn refuse(&mut self, path: &str, message: impl AsRef<str>, help: impl Into<String>) {
         let help = Some(help.into());
-        let error = self
-            .document
-            .diagnostic(path, Part::Value, message.as_ref(), help);
-        self.errors.push(error);
+        self.push(|document| document.diagnostic(path, Part::Value, message.as_ref(), help));
     }
 
     /// A value that a configuration cannot have, unless its key was refused before; `help` may be empty.
     pub fn impossible(&mut self, path: &str, message: &str, help: String) {
         let help = Some(help).filter(|help| !help.is_empty());
-        let error = self.document.diagnostic(path, Part::Value, message, help);
-        if self.errors.iter().all(|known| known.key != error.key) {
-            self.errors.push(error);
+        if self.errors.iter().all(|known| known.key != path) {
+            self.push(|document| document.diagnostic(path, Part::Value, message, help));
         }
     }
 
     /// A key that should be there, or should not.
     pub fn refuse_key(&mut self, path: &str, message: impl AsRef<str>, help: impl Into<String>) {
         let help = Some(help.into());
-        let error = self
-            .document
-            .diagnostic(path, Part::Key, message.as_ref(), help);
-        self.errors.push(error);
+        self.push(|document| document.diagnostic(path, Part::Key, message.as_ref(), help));
     }
 
     /// A part of a text that cannot be.
@@ -84,8 +94,7 @@ impl<'a> Problems<'a> {
         message: &str,
         help: Option<String>,
     ) {
-        let error = self.document.diagnostic_within(path, at, message, help);
-        self.errors.push(error);
+        self.push(|document| document.diagnostic_within(path, at, message, help));
     }
 
     /// Refuses `value` unless `holds`; `expected` ends the sentence "..., expected".
@@ -98,8 +107,7 @@ impl<'a> Problems<'a> {
                 written
             };
             let message = format!("`{path}` is {written}, expected {expected}");
-            let error = self.document.diagnostic(path, Part::Value, &message, None);
-            self.errors.push(error);
+            self.push(|document| document.diagnostic(path, Part::Value, &message, None));
         }
     }
 
@@ -113,8 +121,7 @@ impl<'a> Problems<'a> {
             let value = if is_number { &written } else { &fault.value };
             let message = format!("`{key}` is {value}, expected {}", fault.expected);
             let help = Some(fault.help.clone()).filter(|help| !help.is_empty());
-            let error = self.document.diagnostic(key, Part::Value, &message, help);
-            self.errors.push(error);
+            self.push(|document| document.diagnostic(key, Part::Value, &message, help));
         }
     }
 
@@ -142,13 +149,14 @@ impl<'a> Problems<'a> {
 
     /// Refuses names that occur twice; `paths` are those of the keys `name`.
     pub fn distinct<'b>(&mut self, what: &str, names: impl Iterator<Item = (String, &'b str)>) {
-        let mut seen: Vec<(String, &str)> = Vec::new();
+        let mut seen: BTreeMap<&str, String> = BTreeMap::new();
         for (path, name) in names {
-            if let Some((first, _)) = seen.iter().find(|(_, known)| *known == name) {
+            if let Some(first) = seen.get(name) {
                 let help = format!("`{first}` has it already; give every {what} its own name");
                 self.refuse(&path, format!("two of {what} are named \"{name}\""), help);
+            } else {
+                seen.insert(name, path);
             }
-            seen.push((path, name));
         }
     }
 }

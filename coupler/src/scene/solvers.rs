@@ -75,9 +75,9 @@ pub(super) fn solvers(
     }
 }
 
-/// The commands with whole paths, for the resolved scene.
-pub(super) fn resolved(solvers: &Solvers) -> impl Iterator<Item = (&'static str, Value)> {
+/// The commands with whole paths, each with its key.
+pub(super) fn commands(solvers: &Solvers) -> impl Iterator<Item = (&'static str, String)> {
     [("solvers.mpm", &solvers.mpm), ("solvers.dem", &solvers.dem)]
         .into_iter()
-        .filter_map(|(path, words)| Some((path, Value::String(joined(words.as_ref()?)))))
+        .filter_map(|(path, words)| Some((path, joined(words.as_ref()?))))
 }

@@ -9,7 +9,7 @@ use serde_json::Value as Schema;
 use toml::{Table, Value};
 
 use super::document::{Document, Part, join};
-use crate::scene::diagnostic::{Diagnostic, nearest, suggestion};
+use crate::scene::diagnostic::{Diagnostic, FAULTS_LIMIT, nearest, suggestion};
 
 /// All structural faults of a document.
 pub(super) fn faults(document: &Document, schema: &Schema) -> Vec<Diagnostic> {
@@ -30,6 +30,9 @@ struct Walk<'a> {
 
 impl<'a> Walk<'a> {
     fn fault(&mut self, path: &str, part: Part, message: &str, help: Option<String>) {
+        if self.faults.len() >= FAULTS_LIMIT {
+            return;
+        }
         let fault = self.document.diagnostic(path, part, message, help);
         self.faults.push(fault);
     }

@@ -30,6 +30,8 @@ pub struct RunnerOptions {
     pub threads: u16,
     /// Both solvers as threads of one process.
     pub in_process: bool,
+    /// Whether the programs that a scene names as solvers may be started.
+    pub trust: bool,
     /// Most runs at once.
     pub jobs: usize,
     /// Set from outside to end.
@@ -294,6 +296,11 @@ impl Runner {
         if let Some(known) = Outcome::read(&directory).filter(|o| o.settled() && is_ours(o)) {
             return Ok(known);
         }
+        let programs = case.scene.programs();
+        if let Some((side, command)) = programs.first().filter(|_| !self.options.trust) {
+            let what = format!("the scene would start a program as its {side}: {command}");
+            return Err(StudyError::asked(what, "look at it, then give `--trust`"));
+        }
         self.started.fetch_add(1, Ordering::Relaxed);
         let beside = |extension: &str| directory.with_extension(extension);
         // What is run is the text that was hashed, whatever becomes of the scene's own file meanwhile.
@@ -302,7 +309,14 @@ impl Runner {
         // A summary of a run that is not settled would be taken for this one's.
         let _ = fs::remove_file(directory.join("summary.json"));
         let log = beside("err");
-        let ended = self.wait(&self.command(&scene, &directory), &log)?;
+        let mut command = self.command(&scene, &directory);
+        let solvers = &case.scene.solvers;
+        if solvers.mpm.is_some() || solvers.dem.is_some() {
+            // What the command line of the study named, or was trusted, stands in the run's scene.
+            command.push("--trust".into());
+        }
+        let command = self.launched(command);
+        let ended = self.wait(&command, &log)?;
         let outcome = Outcome::read(&directory).unwrap_or_else(|| {
             let said = fs::read_to_string(&log).unwrap_or_default();
             let last = said.lines().rev().find(|line| !line.trim().is_empty());
@@ -330,6 +344,11 @@ impl Runner {
         if self.options.in_process {
             command.push("--in-process".into());
         }
+        command
+    }
+
+    /// The same as the launcher starts it.
+    fn launched(&self, command: Vec<String>) -> Vec<String> {
         match &self.launcher {
             Some(launcher) => launcher.around(&command),
             None => command,

@@ -18,6 +18,8 @@ use std::ops::Range;
 
 /// Deepest nesting of an expression; far beyond what a person writes, and safe for the stack.
 const DEPTH_LIMIT: usize = 100;
+/// Most operators and functions of an expression: a sum of as many terms is as deep a tree.
+const OPERATORS_LIMIT: usize = 2000;
 
 /// What a name stands for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -68,6 +70,7 @@ impl Expression {
             tokens: tokens(source)?,
             next: 0,
             depth: 0,
+            operators: 0,
             meaning,
         };
         let root = parser.sum()?;
@@ -286,6 +289,7 @@ struct Parser<'a> {
     tokens: Vec<Token>,
     next: usize,
     depth: usize,
+    operators: usize,
     meaning: &'a dyn Fn(&str) -> Option<Meaning>,
 }
 
@@ -327,9 +331,23 @@ impl Parser<'_> {
         }
     }
 
+    /// One more operator in a row.
+    fn operator(&mut self) -> Result<(), ExpressionError> {
+        self.operators += 1;
+        if self.operators > OPERATORS_LIMIT {
+            return Err(ExpressionError {
+                at: 0..self.source.len(),
+                message: format!("more than {OPERATORS_LIMIT} operators"),
+                unknown_name: None,
+            });
+        }
+        Ok(())
+    }
+
     fn sum(&mut self) -> Result<Node, ExpressionError> {
         let mut left = self.product()?;
         while let Some(operator) = self.take("+-") {
+            self.operator()?;
             let apply: Binary = match operator {
                 '+' => |a, b| a + b,
                 _ => |a, b| a - b,
@@ -342,6 +360,7 @@ impl Parser<'_> {
     fn product(&mut self) -> Result<Node, ExpressionError> {
         let mut left = self.signed()?;
         while let Some(operator) = self.take("*/") {
+            self.operator()?;
             let apply: Binary = match operator {
                 '*' => |a, b| a * b,
                 _ => |a, b| a / b,

@@ -76,7 +76,12 @@ impl Bodies {
 
     /// IMPs at present: as many states and forces belong to a step.
     pub fn imps(&self) -> usize {
-        self.line.imps as usize
+        // A saved state may say anything of a run that has none.
+        if self.coupled {
+            self.line.imps as usize
+        } else {
+            0
+        }
     }
 
     fn parse(&mut self) -> Result<Action, SessionError> {

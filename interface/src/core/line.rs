@@ -22,6 +22,9 @@ const SETUP: Duration = Duration::from_mins(2);
 /// is the silent one.
 const ANSWER: Duration = Duration::from_millis(500);
 
+/// Last step, and last set, from which a run can go on: numbers that are counted on from it stay numbers.
+const LATEST: u64 = 1 << 62;
+
 /// Where the session is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
@@ -584,6 +587,10 @@ impl Line {
                 "the saved state is of {} points or bodies, the configuration has {}",
                 mark.items, self.items
             );
+            return Err(Refusal::new("restore", text));
+        }
+        if mark.step.max(mark.set) > LATEST {
+            let text = format!("step {} and set {} are of no run", mark.step, mark.set);
             return Err(Refusal::new("restore", text));
         }
         (self.step, self.set, self.imps) = (mark.step, mark.set, mark.imps);

@@ -34,11 +34,28 @@ pub fn encode_state<T: Serialize>(state: &T) -> Vec<u8> {
 /// # Errors
 /// [`DecodeError`] when bytes are missing, left over or out of range.
 pub fn decode_state<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError> {
-    match bincode::serde::decode_from_slice(bytes, bincode::config::legacy()) {
-        Ok((state, used)) if used == bytes.len() => Ok(state),
-        Ok((_, used)) => Err(DecodeError::left_over(bytes.len() - used)),
-        Err(e) => Err(DecodeError(e.to_string())),
+    match decode_bounded(bytes)? {
+        (state, used) if used == bytes.len() => Ok(state),
+        (_, used) => Err(DecodeError::left_over(bytes.len() - used)),
     }
+}
+
+/// What is at the beginning of `bytes`, and how many of them it takes. bincode makes room for as many bytes as the length of
+/// a text announces before it looks whether they are there, unless they are beyond a limit, which has to be known when this
+/// is compiled: so there is one for each size of message, at most 64 times as large.
+fn decode_bounded<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, usize), DecodeError> {
+    macro_rules! bounded {
+        ($($bits:literal)*) => {
+            match bytes.len() {
+                $(length if length <= 1 << $bits => {
+                    let layout = bincode::config::legacy().with_limit::<{ 1 << ($bits + 2) }>();
+                    bincode::serde::decode_from_slice(bytes, layout)
+                })*
+                length => return Err(DecodeError(format!("{length} bytes"))),
+            }
+        };
+    }
+    bounded!(12 16 20 24 28 32 36 40).map_err(|e| DecodeError(e.to_string()))
 }
 
 fn layout() -> impl bincode::config::Config {
@@ -69,7 +86,10 @@ pub fn decode<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError> {
 /// # Errors
 /// [`DecodeError`] when bytes are missing or out of range.
 pub fn decode_beginning<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, usize), DecodeError> {
-    bincode::serde::decode_from_slice(bytes, layout()).map_err(|e| DecodeError(e.to_string()))
+    if bytes.len() > MAX_BYTES {
+        return Err(DecodeError(format!("{} bytes", bytes.len())));
+    }
+    decode_bounded(bytes)
 }
 
 #[cfg(test)]
@@ -105,5 +125,8 @@ mod tests {
         let mut lying = bytes;
         lying[8..16].copy_from_slice(&u64::MAX.to_le_bytes());
         assert!(decode::<(u64, String)>(&lying).is_err());
+        // Of a state there is no limit but its own length: this ended the process for want of memory.
+        lying[8..16].copy_from_slice(&(1_u64 << 46).to_le_bytes());
+        assert!(decode_state::<(u64, String)>(&lying).is_err());
     }
 }

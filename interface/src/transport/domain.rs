@@ -4,13 +4,14 @@
 //! The coupler holds a file lock in the directory for as long as it lives; whoever can take that lock knows that the
 //! coupler is gone, and the next run (or `tandem clean`) removes what a `kill -9` left behind.
 
-use std::fs::{self, DirBuilder, File, OpenOptions, TryLockError};
+use std::fs::{self, DirBuilder, File, OpenOptions, Permissions, TryLockError};
 use std::io;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
+use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use iceoryx2::prelude::{Config, FileName, SemanticString};
+use rustix::fs::OFlags;
 use thiserror::Error;
 
 use crate::message::control::Party;
@@ -21,6 +22,8 @@ pub const RUNTIME_DIR: &str = "TANDEM_RUNTIME_DIR";
 const DIRECTORY_PREFIX: &str = "tandem-";
 const SHARED_MEMORY: &str = "/dev/shm";
 const LOCK: &str = "lock";
+/// What group and others may do with a file.
+const OTHERS: u32 = 0o7077;
 /// A directory without a lock file that is older than this was left by a coupler killed while creating it.
 const CREATION_GRACE: Duration = Duration::from_secs(10);
 
@@ -105,6 +108,32 @@ impl Domain {
             let noted = fs::read_to_string(self.process_file(party)).ok()?;
             Some((party, hold_of(noted.parse().ok()?)?))
         })
+    }
+
+    /// Takes from everybody but this user what they may do with the run's segments: iceoryx2 makes one that all may write,
+    /// since any user's nodes may meet in a domain, and whoever writes nonsense there keeps solvers from joining (D13).
+    pub(crate) fn close_to_others(&self) {
+        let prefix = shared_memory_prefix(&self.id);
+        for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
+            if !entry.file_name().to_string_lossy().starts_with(&prefix) {
+                continue;
+            }
+            // The file itself and not what a link of the same name leads to.
+            let opened = OpenOptions::new()
+                .read(true)
+                .custom_flags(OFlags::NOFOLLOW.bits().cast_signed())
+                .open(entry.path());
+            let closed = opened.and_then(|file| {
+                let mode = file.metadata()?.permissions().mode();
+                if mode & OTHERS == 0 {
+                    return Ok(());
+                }
+                file.set_permissions(Permissions::from_mode(mode & !OTHERS))
+            });
+            if let Err(e) = closed {
+                tracing::debug!("{} stays open to others: {e}", entry.path().display());
+            }
+        }
     }
 
     /// The transport's configuration for this run; no configuration file is read.
@@ -364,10 +393,16 @@ mod tests {
     #[test]
     fn a_link_is_not_followed_to_a_run_of_somebody() {
         let owned = OwnedDomain::create().unwrap();
-        let planted = root_of(&fresh_id());
+        let id = fresh_id();
+        let planted = root_of(&id);
+        // A live run of the planted name: its segments went with the link.
+        let segment = Path::new(SHARED_MEMORY).join(format!("{}x", shared_memory_prefix(&id)));
+        fs::write(&segment, b"x").unwrap();
         std::os::unix::fs::symlink(root_of(owned.domain().id()), &planted).unwrap();
         owned.release();
         sweep();
+        assert!(segment.exists(), "a segment behind a link was removed");
+        fs::remove_file(&segment).unwrap();
         assert!(
             fs::symlink_metadata(&planted).is_ok(),
             "the link is not ours"

@@ -178,6 +178,7 @@ fn create_over<S: Service + 'static>(
     recorded: bool,
 ) -> Result<Created, TransportError> {
     let node = node::<S>(domain, Party::Coupler)?;
+    domain.close_to_others();
     let mut made = Vec::new();
     let takes_part = |party| party == Party::Coupler || solvers.contains(&party);
     for channel in Channel::ALL {

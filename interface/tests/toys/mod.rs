@@ -35,6 +35,8 @@ pub struct Points {
     pub pause: Option<(u64, std::time::Duration)>,
     /// Refuses its configuration.
     pub refuse: bool,
+    /// Says this of itself when it is ready.
+    pub says: Option<Readiness>,
 }
 
 impl Points {
@@ -52,6 +54,7 @@ impl Points {
             limit_at: None,
             pause: None,
             refuse: false,
+            says: None,
         }
     }
 }
@@ -76,6 +79,9 @@ impl MpmSolver for Points {
         }
         self.x = (0..self.count).map(|i| 0.1 + 0.05 * i as f64).collect();
         self.v = vec![-1.0; self.count];
+        if let Some(said) = &self.says {
+            return Ok(said.clone());
+        }
         Ok(Readiness {
             items: self.count as u64,
             mass_min: 1.0,

@@ -8,6 +8,7 @@ mod outline;
 pub mod vtu;
 
 use std::collections::BTreeSet;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -485,13 +486,37 @@ fn entries(text: &str) -> Result<Vec<Entry>, String> {
             Event::Empty(element) if element.name().as_ref() == "DataSet" => {
                 let attribute = |name: &str| attribute(&element, name);
                 let time = attribute("timestep")?;
+                let file = attribute("file")?;
+                // A run directory may be from elsewhere: its list names what is in it.
+                if Path::new(&file).file_name() != Some(OsStr::new(&file)) {
+                    return Err(format!("`{file}` is no name of a file beside it"));
+                }
                 entries.push(Entry {
                     time: time.parse().map_err(|e| format!("{time}: {e}"))?,
                     name: attribute("name")?,
-                    file: attribute("file")?,
+                    file,
                 });
             }
             _ => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A list could name any file that the reader may read.
+    #[test]
+    fn a_list_names_files_of_its_folder_only() {
+        let list = |file: &str| {
+            format!(
+                r#"<VTKFile><DataSet timestep="0.5" part="0" name="points" file="{file}"/></VTKFile>"#
+            )
+        };
+        assert_eq!(entries(&list("points_0000.vtu")).unwrap()[0].time, 0.5);
+        for elsewhere in ["../a.vtu", "/etc/passwd", "a/b.vtu", "..", ""] {
+            assert!(entries(&list(elsewhere)).is_err(), "{elsewhere}");
         }
     }
 }

@@ -260,7 +260,10 @@ impl Mesh {
         if !rising || self.ends.last().is_some_and(|&end| end > self.points.len()) {
             return Err("cells of points that are not there".into());
         }
-        let of = |count: usize| move |a: &&Array| a.values.len() != a.components * count;
+        // A product that does not fit is not the number of what is there either.
+        let of = |count: usize| {
+            move |a: &&Array| Some(a.values.len()) != a.components.checked_mul(count)
+        };
         let wrong = self.of_points.iter().find(of(self.points.len()));
         match wrong.or_else(|| self.of_cells.iter().find(of(self.ends.len()))) {
             Some(array) => Err(format!("`{}` is not of every point or cell", array.name)),
@@ -370,6 +373,9 @@ impl Header {
             usize::try_from(u64::from_le_bytes(*word)).map_err(|e| e.to_string())
         };
         let [count, block, last] = [word()?, word()?, word()?];
+        if block > BLOCK || last > block {
+            return Err(format!("`{}` has blocks that are too large", self.name));
+        }
         // Each size takes eight bytes: a count that lies is not believed.
         let sizes: Vec<usize> = (0..count).map(|_| word()).collect::<Result<_, _>>()?;
         let mut bytes = Vec::new();
@@ -479,6 +485,11 @@ mod tests {
         let mut short = mesh.clone();
         short.of_cells[0].values.pop();
         assert!(read_back(&short).is_err());
+        // Two cells of 2^63 components: none, as far as a product of 64 bits can tell.
+        let mut vast = mesh;
+        vast.of_cells[0].components = 1 << 63;
+        vast.of_cells[0].values.clear();
+        assert!(read_back(&vast).is_err());
     }
 
     #[test]

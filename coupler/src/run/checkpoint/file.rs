@@ -190,6 +190,14 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Checkpoint, String> {
     })
 }
 
+/// What each solver has saved in the checkpoint in `bytes`.
+///
+/// # Errors
+/// What is wrong with them, in words.
+pub fn solver_states(bytes: &[u8]) -> Result<Vec<(Party, Vec<u8>)>, String> {
+    Ok(read(bytes)?.solvers)
+}
+
 fn take<'a>(rest: &mut &'a [u8], length: usize) -> Result<&'a [u8], String> {
     let Some((taken, left)) = rest.split_at_checked(length) else {
         return Err(format!(

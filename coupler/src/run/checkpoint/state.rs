@@ -1,12 +1,13 @@
 //! The coupler's own state at a checkpoint.
 
-use interface::message::wire::BodyState;
+use interface::message::wire::{BodyState, flags};
 use serde::{Deserialize, Serialize};
 
 use crate::record::frames::Listed;
 use crate::run::account::Kept;
 use crate::run::pace::Epoch;
 use crate::run::stability::{Budgets, Sides};
+use crate::scene::Scene;
 
 /// Where a run is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -43,4 +44,23 @@ pub(crate) struct CouplerState {
     /// Length of the history in bytes.
     pub history: u64,
     pub frames: Listed,
+}
+
+impl CouplerState {
+    /// What cannot be true of a run of `scene`. The hash of a checkpoint tells damage, and not who has written it.
+    pub fn nonsense(&self, scene: &Scene) -> Option<&'static str> {
+        let bodies = scene.dem.as_ref().map_or(0, |dem| dem.bodies.len());
+        let Epoch { dt, steps, .. } = self.under_way.epoch;
+        let measures = [0, flags::MEASURE, flags::MEASURE | flags::FRAME];
+        let other_bodies = |list: &[BodyState]| !list.is_empty() && list.len() != bodies;
+        if !measures.contains(&self.asked) {
+            Some("it asks for what no grant can")
+        } else if other_bodies(&self.bodies) || other_bodies(&self.frames.start) {
+            Some("it has another number of bodies")
+        } else if !(dt.is_finite() && dt >= 0.0) || self.under_way.done > steps {
+            Some("its epoch is none")
+        } else {
+            None
+        }
+    }
 }

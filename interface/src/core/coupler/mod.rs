@@ -275,6 +275,9 @@ impl Coupler {
                     let message = format!("ready for scene {theirs}, the coupler's is {ours}");
                     return Err(line.broke("S-6", message));
                 }
+                if let Some(message) = ready.readiness.nonsense() {
+                    return Err(line.broke("S-6", message));
+                }
                 line.readiness = Some(ready.readiness);
             }
             (State::Telling(_) | State::Restoring(_) | State::Ready, Notice::Refused(refusal)) => {

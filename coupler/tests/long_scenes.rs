@@ -1,0 +1,163 @@
+//! Scenes that are long, or long in one place: reading one takes time in proportion to its length, and none takes the stack.
+
+use std::fmt::Write as _;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use coupler::scene::diagnostic::SceneErrors;
+use coupler::scene::{Scene, SceneFile};
+
+/// Longest that any of these may take: each took more than 20 s, all memory or the stack.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// A scene that is right.
+const GOOD: &str = r#"
+version = 1
+name = "long"
+
+[time]
+end = 0.1
+
+[dem]
+[[dem.body]]
+name = "bar"
+shape = "disc"
+sphero_radius = 0.01
+density = 2000.0
+
+[output]
+every = 1e-3
+"#;
+
+/// Reads a scene in time; also the words of what is wrong.
+#[track_caller]
+fn read(text: &str) -> Result<Scene, String> {
+    let started = Instant::now();
+    let file = SceneFile::of_text("long.toml", text, Path::new("."));
+    let scene = file.and_then(|file| file.scene(None, &[]));
+    let told = scene.map_err(|errors: SceneErrors| errors.to_string());
+    let took = started.elapsed();
+    assert!(took < PATIENCE, "{took:?} for {} bytes", text.len());
+    if let Err(words) = &told {
+        assert!(words.len() < 1 << 20, "{} bytes of messages", words.len());
+    }
+    told
+}
+
+fn lines(count: usize, line: impl Fn(usize, &mut String)) -> String {
+    let mut text = String::new();
+    for i in 0..count {
+        line(i, &mut text);
+        text.push('\n');
+    }
+    text
+}
+
+/// D18: each round found one more constant, and read all the others again.
+#[test]
+fn twenty_thousand_constants_that_need_one_another() {
+    // In the order of their names each one needs the next.
+    let chain = lines(20_000, |i, text| {
+        write!(text, "c{i:05} = \"c{:05} + 1\"", i + 1).unwrap();
+    });
+    let scene = read(&format!("{GOOD}[constants]\n{chain}c20000 = 0\n")).unwrap();
+    assert_eq!(scene.constants["c00000"], 20_000.0);
+    // And a circle of them: as many names that are near one another.
+    let told = read(&format!("{GOOD}[constants]\n{chain}c20000 = \"c00000\"\n")).unwrap_err();
+    assert!(
+        told.contains("may not depend on each other in a circle"),
+        "{told}"
+    );
+}
+
+/// D18: each variant read the whole file again, and looked through all that it says.
+#[test]
+fn three_thousand_variants() {
+    let variants = lines(3000, |i, text| {
+        write!(
+            text,
+            "[variant.v{i}]\n\"time.end\" = 0.2\n\"dem.body.0.density\" = {}.0",
+            i + 1
+        )
+        .unwrap();
+    });
+    let text = format!("{GOOD}{variants}");
+    let started = Instant::now();
+    let file = SceneFile::of_text("long.toml", &text, Path::new(".")).unwrap();
+    for i in 0..3000 {
+        let scene = file.scene(Some(&format!("v{i}")), &[]).unwrap();
+        assert_eq!(scene.time.end, 0.2);
+    }
+    let took = started.elapsed();
+    assert!(took < PATIENCE, "{took:?}");
+}
+
+/// A sum was as deep a tree as it has terms, which ended the process where the stack did.
+#[test]
+fn a_sum_of_a_hundred_thousand_terms_is_refused() {
+    let column = |terms: usize| {
+        let sum = vec!["body.bar.x"; terms].join("+");
+        format!("{GOOD}[[output.column]]\nname = \"sum\"\nunit = \"m\"\nvalue = \"{sum}\"\n")
+    };
+    assert!(
+        read(&column(100_000))
+            .unwrap_err()
+            .contains("more than 2000 operators")
+    );
+    read(&column(2000)).unwrap();
+}
+
+/// Every message had the whole line in it, and counted the lines before.
+#[test]
+fn many_faults_on_one_long_line() {
+    let wrong = (0..50_000).map(|i| format!("k{i} = 1"));
+    let wrong = wrong.collect::<Vec<_>>().join(", ");
+    let told = read(&format!("{GOOD}[mpm]\nmaterial = [{{{wrong}}}]\n")).unwrap_err();
+    assert!(told.contains("unknown key `k0`"), "{told}");
+    let nan = vec!["nan"; 100_000].join(", ");
+    let told = read(&format!("{GOOD}[mpm]\ndomain = [[{nan}]]\n")).unwrap_err();
+    assert!(told.contains("mpm.domain"), "{told}");
+    let broken = "= = =\n".repeat(50_000);
+    assert!(
+        read(&format!("{GOOD}{broken}"))
+            .unwrap_err()
+            .contains("not TOML")
+    );
+}
+
+#[test]
+fn names_that_are_long_or_many() {
+    let long = "a".repeat(200_000);
+    let told = read(&format!("{GOOD}[constants]\n{long} = 1\nb = \"{long}b\"\n")).unwrap_err();
+    assert!(told.contains("is not known here"), "{}", &told[..200]);
+    let body =
+        "[[dem.body]]\nname = \"bar\"\nshape = \"disc\"\nsphero_radius = 0.01\ndensity = 1.0\n";
+    let told = read(&format!("{GOOD}{}", body.repeat(5000))).unwrap_err();
+    assert!(told.contains("two of"), "{told}");
+    assert!(told.matches("error:").count() <= 100);
+}
+
+#[test]
+fn tables_and_lists_that_are_deep() {
+    for deep in [
+        "[".repeat(100_000),
+        format!("x = {}", "[".repeat(100_000)),
+        format!("x = {}", "{a = ".repeat(100_000)),
+        format!("{}z = 1", "a.".repeat(100_000)),
+        format!("[{}z]", "a.".repeat(100_000)),
+    ] {
+        read(&format!("{GOOD}{deep}\n")).unwrap_err();
+    }
+    let nested = format!("{}1{}", "(".repeat(50_000), ")".repeat(50_000));
+    let told = read(&format!("{GOOD}[constants]\nc = \"{nested}\"\n")).unwrap_err();
+    assert!(told.contains("nested deeper"), "{told}");
+}
+
+/// A scene named a device that never ends as its table, and was read until the memory was.
+#[test]
+fn a_table_that_is_no_file_is_refused() {
+    let check = "[[check]]\nname = \"c\"\nvalue = \"body.bar.x\"\nsource = \"s\"\ntolerance = 1.0\n\
+                 reference = { csv = \"/dev/zero\" }\n";
+    let told = read(&format!("{GOOD}{check}")).unwrap_err();
+    assert!(told.contains("cannot read /dev/zero"), "{told}");
+}

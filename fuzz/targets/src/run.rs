@@ -1,0 +1,197 @@
+//! A small run that was whole: what it left is what the seeds of other targets are made of.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, LazyLock};
+use std::time::Duration;
+
+use coupler::record::rundir::RunDir;
+use coupler::record::summary::Status;
+use coupler::run::{RunOptions, Solvers};
+use coupler::scene::{Scene, SceneFile};
+use interface::recording::{Message, Playback};
+use tempfile::TempDir;
+
+/// A block that falls on a disc, which stands on a wall: with sets that change, frames, checks and checkpoints.
+pub const SCENE: &str = r#"
+version = 1
+name = "fuzz"
+about = "a block falls on a disc"
+gravity = [0.0, -9.81]
+
+[time]
+end = 0.03
+max_step = 1e-3
+
+[mpm]
+domain = [[0.0, 0.0], [1.0, 1.0]]
+cell = 0.1
+shape = "linear"
+transfer = "flip"
+
+[[mpm.material]]
+name = "jelly"
+density = 1000.0
+model.linear_elastic = { bulk_modulus = 2000.0, shear_modulus = 1000.0 }
+
+[[mpm.points]]
+name = "block"
+material = "jelly"
+fill.rectangle = { lower = [0.4, 0.42], upper = [0.6, 0.52] }
+spacing.distance = 0.05
+velocity = [0.0, -3.0]
+contact_radius = 0.01
+
+[dem]
+[[dem.body]]
+name = "disc"
+shape = "disc"
+sphero_radius = 0.1
+density = 600.0
+position = [0.48, 0.279]
+
+[[dem.body]]
+name = "wall"
+shape.rectangle = { width = 0.8, height = 0.02 }
+sphero_radius = 0.05
+position = [0.5, 0.12]
+motion = "fixed"
+
+[contact]
+linear = { normal_stiffness = 1e4, tangential_stiffness = 5e3, friction = 0.4 }
+
+[body_contact]
+linear = { normal_stiffness = 1e5, tangential_stiffness = 5e4, friction = 0.4 }
+
+[output]
+every = 0.01
+frames = 0.01
+checkpoint.time = 0.01
+
+[[output.column]]
+name = "height"
+unit = "m"
+value = "points.block.y"
+
+[[check]]
+name = "it moves"
+value = "points.block.vy"
+source = "gravity"
+between = [-100.0, 100.0]
+"#;
+
+/// What the run has left.
+#[derive(Debug)]
+pub struct Left {
+    /// Its files: paths within the run directory.
+    files: BTreeMap<PathBuf, Vec<u8>>,
+    /// The scene as checked.
+    pub scene: Scene,
+    /// `recording.tandem`.
+    pub recording: Vec<u8>,
+    /// The messages of it.
+    pub messages: Vec<Message>,
+    /// A checkpoint.
+    pub checkpoint: Vec<u8>,
+}
+
+/// The run, made once.
+pub static LEFT: LazyLock<Left> = LazyLock::new(left);
+
+/// How it is run: everything in this thread.
+pub fn options(record: bool, interrupt: bool) -> RunOptions {
+    RunOptions {
+        solvers: Solvers::Here {
+            mpm: || Box::new(mpm_proc::Mpm::default()),
+            dem: || Box::new(dem_proc::Sdem::default()),
+        },
+        threads: 1,
+        window: None,
+        record,
+        progress: false,
+        patience: Duration::from_secs(1),
+        interrupt: Arc::new(AtomicBool::new(interrupt)),
+        save: Arc::new(AtomicBool::new(false)),
+    }
+}
+
+/// A directory in memory, where the system has one.
+pub fn directory() -> TempDir {
+    let memory = Path::new("/dev/shm");
+    let place = if memory.is_dir() {
+        memory.to_path_buf()
+    } else {
+        std::env::temp_dir()
+    };
+    tempfile::Builder::new()
+        .prefix("tandem-fuzz-")
+        .tempdir_in(place)
+        .expect("a directory for files of a target")
+}
+
+fn left() -> Left {
+    let dir = directory();
+    let file = SceneFile::of_text("scene.toml", SCENE, dir.path());
+    let scene = file.and_then(|file| file.scene(None, &[]));
+    let scene = scene.unwrap_or_else(|errors| panic!("{errors}"));
+    let run = RunDir::create(dir.path(), &scene.resolved_toml).expect("an empty directory");
+    let finished = coupler::run::run(&scene, &options(true, false), &run);
+    assert_eq!(
+        finished.summary.status,
+        Status::Done,
+        "{:?}",
+        finished.summary.reason
+    );
+    drop(run);
+    let recording = dir.path().join("recording.tandem");
+    let mut playback = Playback::open(&recording).expect("a recording");
+    let mut messages = Vec::new();
+    while let Some(message) = playback.message().expect("a whole recording") {
+        messages.push(message);
+    }
+    let mut files = BTreeMap::new();
+    gather(dir.path(), Path::new(""), &mut files);
+    let recording = files.remove(Path::new("recording.tandem"));
+    let checkpoints = files
+        .iter()
+        .filter(|(path, _)| path.starts_with("checkpoints"));
+    Left {
+        recording: recording.expect("a recording"),
+        messages,
+        checkpoint: checkpoints.last().expect("a checkpoint").1.clone(),
+        scene,
+        files,
+    }
+}
+
+fn gather(dir: &Path, within: &Path, files: &mut BTreeMap<PathBuf, Vec<u8>>) {
+    let entries = std::fs::read_dir(dir.join(within)).expect("the run directory");
+    for entry in entries.flatten() {
+        let name = within.join(entry.file_name());
+        if entry.path().is_dir() {
+            gather(dir, &name, files);
+        } else {
+            let bytes = std::fs::read(entry.path()).expect("a file of the run");
+            files.insert(name, bytes);
+        }
+    }
+}
+
+impl Left {
+    /// A file of the run; empty where there is none of this name.
+    pub fn file(&self, name: &str) -> &[u8] {
+        self.files.get(Path::new(name)).map_or(&[], Vec::as_slice)
+    }
+
+    /// Puts the files but for the recording into another directory.
+    pub fn put(&self, dir: &Path) {
+        for (name, bytes) in &self.files {
+            let path = dir.join(name);
+            let folder = path.parent().expect("a path within a directory");
+            let written =
+                std::fs::create_dir_all(folder).and_then(|()| std::fs::write(&path, bytes));
+            written.expect("room for a small run");
+        }
+    }
+}

@@ -1,0 +1,418 @@
+//! Messages of a session that are not what they should be, taken by the machines of the three parties as the session's
+//! drivers give them, with the built-in solvers behind them.
+//!
+//! An input begins with the party and says what becomes of the messages that it received in the small run: an edit is a
+//! few bytes. What a party is told follows the recording, however it answers; so an edit reaches the middle of a session.
+
+use std::cell::RefCell;
+use std::collections::{BTreeMap, VecDeque};
+use std::time::Duration;
+
+use arbitrary::Unstructured;
+use interface::core::SessionError;
+use interface::core::coupler::{Coupler, Decision, Part, Question};
+use interface::message::control::{Configure, Order, Party};
+use interface::message::wire::{Grant, Record, StepHeader};
+use interface::message::{Channel, Kind, Payload, Records};
+use interface::session::solver::Clocked;
+use interface::session::turns::{Turn, Turns};
+use interface::session::{CouplerSide, DemSide, MpmSide, Stop, Supervisor};
+use interface::transport::raw::Message;
+use interface::transport::{Transport, TransportError};
+
+use crate::change::Changer;
+use crate::run::LEFT;
+use crate::target::Target;
+
+/// Sessions.
+pub const TARGET: Target = Target {
+    name: "session",
+    run,
+    seeds: || (0..6).map(|party| vec![party]).collect(),
+    change,
+    // The built-in solvers on the small scene, and its messages.
+    base: 16 << 20,
+    per_byte: 1 << 20,
+};
+
+/// Turns after which a session is left: a grant may be of as many steps as its number can say.
+const TURNS: u32 = 4000;
+/// Most edits.
+const EDITS: usize = 16;
+
+/// Edits are eight bytes; a few of them change at a time.
+fn change(changer: &mut Changer, input: &mut Vec<u8>, seeds: &[Vec<u8>]) {
+    if changer.below(4) == 0 {
+        return changer.bytes(input, seeds);
+    }
+    input.truncate(1);
+    for _ in 0..=changer.below(3) {
+        input.extend((0..8).map(|_| changer.0.u8(..)));
+    }
+}
+
+/// A message on its way.
+type Sent = (Channel, StepHeader, Vec<u8>);
+
+fn run(input: &[u8]) {
+    let mut input = Unstructured::new(input);
+    let Ok(choice) = input.arbitrary::<u8>() else {
+        return;
+    };
+    let party = [Party::Mpm, Party::Dem, Party::Coupler][usize::from(choice % 3)];
+    let received = LEFT.messages.iter().filter(|m| m.channel.to() == party);
+    let mut messages: Vec<Sent> = received
+        .map(|m| (m.channel, m.header, m.payload.clone()))
+        .collect();
+    if choice % 6 >= 3 {
+        restore(party, &mut messages);
+    }
+    for _ in 0..EDITS {
+        if input.is_empty() || edit(&mut input, &mut messages).is_err() {
+            break;
+        }
+    }
+    let mut script = Script::of(messages);
+    match party {
+        Party::Mpm => {
+            let mut solver = mpm_proc::Mpm::default();
+            let mut side = MpmSide::new(&mut solver, Clocked::Shared);
+            play(&mut side, &mut script);
+            let _ = side.take_verdict().map_err(|e: SessionError| e.to_string());
+        }
+        Party::Dem => {
+            let mut solver = dem_proc::Sdem::default();
+            let mut side = DemSide::new(&mut solver, Clocked::Shared);
+            play(&mut side, &mut script);
+            let _ = side.take_verdict().map_err(|e| e.to_string());
+        }
+        Party::Coupler => {
+            let mut lead = Lead::new();
+            let mut side = CouplerSide::new(&[Party::Mpm, Party::Dem], &mut lead);
+            play(&mut side, &mut script);
+            let _ = side.take_verdict().map_err(|e| e.to_string());
+        }
+    }
+}
+
+/// The session as one that goes on from a state, which stands behind Configure; of the coupler: nothing.
+fn restore(party: Party, messages: &mut Vec<Sent>) {
+    let configure = Channel::of(party, Kind::Order);
+    let Some(at) = messages
+        .iter()
+        .position(|(channel, ..)| *channel == configure)
+    else {
+        return;
+    };
+    let order = Message {
+        header: messages[at].1,
+        payload: Payload::Order(messages[at].2.clone()),
+    };
+    let Ok(Order::Configure(told)) = order.as_order() else {
+        return;
+    };
+    let order = Message::order(&Order::Configure(Configure {
+        restore: true,
+        ..told
+    }));
+    messages[at] = (configure, order.header, bytes(&order.payload));
+    let state = coupler::run::checkpoint::file::solver_states(&LEFT.checkpoint);
+    let states = state.expect("a checkpoint").into_iter();
+    let state: Vec<u8> = states
+        .filter(|(of, _)| *of == party)
+        .flat_map(|(_, s)| s)
+        .collect();
+    let hash = blake3::hash(&state).as_bytes().to_vec();
+    let channel = Channel::of(party, Kind::Restore);
+    let pieces = [(state, 0), (hash, interface::message::wire::flags::LAST)];
+    for (k, (piece, flags)) in pieces.into_iter().enumerate() {
+        let header = StepHeader {
+            count: piece.len() as u64,
+            flags,
+            ..StepHeader::default()
+        };
+        messages.insert(at + 1 + k, (channel, header, piece));
+    }
+}
+
+fn bytes(payload: &Payload) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    payload.records().write(&mut bytes);
+    bytes
+}
+
+/// Numbers at the edges of something, as bits.
+const EDGES: [u64; 16] = [
+    0,
+    1,
+    2,
+    1 << 32,
+    1 << 62,
+    i64::MAX as u64,
+    u64::MAX - 1,
+    u64::MAX,
+    0x7ff0_0000_0000_0000, // infinity
+    0x7ff8_0000_0000_0000, // NaN
+    0x8000_0000_0000_0000, // -0
+    0x7fef_ffff_ffff_ffff, // the largest number
+    0xffef_ffff_ffff_ffff, // the lowest
+    0x3ff0_0000_0000_0000, // 1
+    0xbff0_0000_0000_0000, // -1
+    0x7e37_e43c_8800_759c, // 1e300
+];
+
+/// Does one edit.
+fn edit(input: &mut Unstructured<'_>, messages: &mut Vec<Sent>) -> arbitrary::Result<()> {
+    let what = input.arbitrary::<u8>()?;
+    let [at, place, value] = [(); 3].map(|()| input.arbitrary::<u16>().unwrap_or_default());
+    if messages.is_empty() {
+        return Ok(());
+    }
+    let at = usize::from(at) % messages.len();
+    let place = usize::from(place);
+    let edge = if value < 0x8000 {
+        EDGES[usize::from(value) % EDGES.len()]
+    } else {
+        u64::from(value & 0x7fff)
+    };
+    let (channel, header, payload) = &mut messages[at];
+    let size = size_of_val(header);
+    let record = record_size(channel.kind);
+    match what % 10 {
+        0 => drop(messages.remove(at)),
+        1 => {
+            let again = messages[at].clone();
+            messages.insert(at, again);
+        }
+        2 => {
+            let other = place % messages.len();
+            messages.swap(at, other);
+        }
+        // Of the same kind, so that it is looked at.
+        3 => {
+            let kind = channel.kind;
+            let others: Vec<usize> = (0..messages.len())
+                .filter(|&i| messages[i].0.kind == kind)
+                .collect();
+            messages[at] = messages[others[place % others.len()]].clone();
+        }
+        4 => {
+            let mut bytes = vec![0; size];
+            header.write(&mut bytes);
+            let begin = place * 8 % size;
+            bytes[begin..begin + 8].copy_from_slice(&edge.to_le_bytes());
+            *header = StepHeader::read(&bytes);
+        }
+        5 | 6 => {
+            let words = payload.len() / 8;
+            if words > 0 {
+                let begin = place % words * 8;
+                payload[begin..begin + 8].copy_from_slice(&edge.to_le_bytes());
+            }
+        }
+        7 => {
+            let keep = place % (payload.len() / record + 1) * record;
+            payload.truncate(keep);
+            set_count(header, value, keep / record);
+        }
+        8 => {
+            let twice = payload.clone();
+            payload.extend(twice);
+            let count = payload.len() / record;
+            set_count(header, value, count);
+        }
+        _ => {
+            if !payload.is_empty() {
+                let place = place % payload.len();
+                payload[place] = value as u8;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// The right count, three times in four.
+fn set_count(header: &mut StepHeader, value: u16, count: usize) {
+    if !value.is_multiple_of(4) {
+        header.count = count as u64;
+    }
+}
+
+fn record_size(kind: Kind) -> usize {
+    use interface::message::wire;
+    match kind {
+        Kind::Order | Kind::Notice | Kind::Saved | Kind::Restore => 1,
+        Kind::Grant => size_of::<Grant>(),
+        Kind::Report => size_of::<wire::Report>(),
+        Kind::Groups => size_of::<wire::GroupState>(),
+        Kind::Points => size_of::<wire::PointState>(),
+        Kind::Bodies => size_of::<wire::BodyState>(),
+        Kind::Contacts => size_of::<wire::ContactState>(),
+        Kind::Set => size_of::<wire::ImpInfo>(),
+        Kind::States => size_of::<wire::ImpState>(),
+        Kind::Forces => size_of::<wire::ImpForce>(),
+        Kind::Envelopes => size_of::<wire::EnvelopeVertex>(),
+    }
+}
+
+/// Lets a party take turns; who waits for what does not come is told so.
+fn play(party: &mut dyn Turns, script: &mut Script) {
+    for _ in 0..TURNS {
+        match party.turn(script) {
+            Turn::Went => {}
+            Turn::Ended => return,
+            Turn::Waits(wait) => {
+                if !party.look_up(script) {
+                    party.expire(wait.at_most);
+                }
+            }
+        }
+    }
+}
+
+/// What a party receives, channel by channel; what it sends is dropped.
+struct Script(BTreeMap<Channel, VecDeque<(StepHeader, Payload)>>);
+
+impl Script {
+    fn of(messages: Vec<Sent>) -> Self {
+        let mut queues: BTreeMap<Channel, VecDeque<_>> = BTreeMap::new();
+        for (channel, header, payload) in messages {
+            // What is no whole records cannot be in a channel.
+            if let Some(payload) = Payload::read(channel.kind, &payload) {
+                queues
+                    .entry(channel)
+                    .or_default()
+                    .push_back((header, payload));
+            }
+        }
+        Self(queues)
+    }
+}
+
+impl Transport for Script {
+    fn open_measurement(&mut self) -> Result<(), TransportError> {
+        Ok(())
+    }
+
+    fn open_exchange(&mut self) -> Result<(), TransportError> {
+        Ok(())
+    }
+
+    fn send(&mut self, _: Channel, _: &StepHeader, _: Records<'_>) -> Result<(), TransportError> {
+        Ok(())
+    }
+
+    fn receive(
+        &mut self,
+        channel: Channel,
+        into: &mut Payload,
+    ) -> Result<Option<StepHeader>, TransportError> {
+        let message = self.0.get_mut(&channel).and_then(VecDeque::pop_front);
+        Ok(message.map(|(header, payload)| {
+            into.copy_from(payload.records());
+            header
+        }))
+    }
+
+    fn ring(&mut self, _: Party) {}
+
+    fn sleep(&mut self, _: Party, _: Duration) -> u64 {
+        0
+    }
+
+    fn coupler_lives(&self) -> bool {
+        true
+    }
+}
+
+/// Leads as the small run was led: the orders and grants of the recording, whatever is answered.
+struct Lead {
+    configures: Vec<Part>,
+    grants: RefCell<VecDeque<(Grant, Vec<[f64; 3]>)>>,
+}
+
+impl Lead {
+    fn new() -> Self {
+        let sent = |party, kind| {
+            let channel = Channel::of(party, kind);
+            let of_channel = LEFT.messages.iter().filter(move |m| m.channel == channel);
+            of_channel.filter_map(move |m| {
+                let payload = Payload::read(kind, &m.payload)?;
+                Some(Message {
+                    header: m.header,
+                    payload,
+                })
+            })
+        };
+        let part = |party, measured| {
+            let mut orders = sent(party, Kind::Order);
+            let Some(Ok(Order::Configure(configure))) = orders.next().map(|m| m.as_order()) else {
+                unreachable!("the first order of a whole run");
+            };
+            Part {
+                configure,
+                measured,
+                restore: None,
+            }
+        };
+        let grants = |party| {
+            sent(party, Kind::Grant).filter_map(|message| match message.payload {
+                Payload::Grant(grants) => grants.first().copied(),
+                _ => None,
+            })
+        };
+        let budgets = |g: &Grant| [g.budget_omega_sq, g.budget_speed, g.budget_damping];
+        let pairs = grants(Party::Mpm).zip(grants(Party::Dem));
+        Self {
+            configures: vec![part(Party::Mpm, 1), part(Party::Dem, 2)],
+            grants: RefCell::new(
+                pairs
+                    .map(|(a, b)| (a, vec![budgets(&a), budgets(&b)]))
+                    .collect(),
+            ),
+        }
+    }
+}
+
+impl Supervisor for Lead {
+    fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop> {
+        let _ = [Party::Mpm, Party::Dem].map(|party| coupler.take_saved(party));
+        Ok(match question {
+            Question::Configure => Decision::Configure(self.configures.clone()),
+            Question::Ready | Question::Collected | Question::Drained => Decision::Noted,
+            Question::Next => match self.grants.get_mut().pop_front() {
+                Some((grant, budgets)) => Decision::Grant(grant, budgets),
+                None => Decision::Drain,
+            },
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Without edits a session follows the recording to its end: otherwise edits would reach nothing.
+    #[test]
+    fn a_session_without_edits_is_whole() {
+        let received = |party| {
+            let of_party = LEFT
+                .messages
+                .iter()
+                .filter(move |m| m.channel.to() == party);
+            Script::of(
+                of_party
+                    .map(|m| (m.channel, m.header, m.payload.clone()))
+                    .collect(),
+            )
+        };
+        let mut mpm = mpm_proc::Mpm::default();
+        let mut side = MpmSide::new(&mut mpm, Clocked::Shared);
+        play(&mut side, &mut received(Party::Mpm));
+        side.take_verdict().unwrap();
+        let mut dem = dem_proc::Sdem::default();
+        let mut side = DemSide::new(&mut dem, Clocked::Shared);
+        play(&mut side, &mut received(Party::Dem));
+        side.take_verdict().unwrap();
+    }
+}
