@@ -6,9 +6,9 @@ mod plain;
 use interface::config::surfaces::ContactPair;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactForceScheme, ContactLaw, DemConfig, Drift, Fill,
-    Forcing, Frictional, GridContact, GroupConfig, GroupPair, InitialFields, Interface, Leaving,
-    MaterialConfig, MaterialModel, Motion, MpmConfig, OverlapMeasure, Plane, ShapeFunction,
-    Spacing, Stage, StressUpdate, Traction, Transfer, Wall, Walls,
+    Forcing, Frictional, GridContact, GroupConfig, GroupPair, InitialFields, Interface, Lattice,
+    Leaving, MaterialConfig, MaterialModel, Motion, MpmConfig, OverlapMeasure, Plane,
+    ShapeFunction, Spacing, Stage, StressUpdate, Traction, Transfer, Wall, Walls,
 };
 use proptest::prelude::*;
 use serde::Serialize;
@@ -335,17 +335,27 @@ fn group() -> impl Strategy<Value = GroupConfig> {
         prop::option::of(Just(stress)),
     );
     let fields = fields.prop_map(|(velocity, stress)| InitialFields { velocity, stress });
-    let rest = (vector(), fields, prop::option::of(number()), any::<bool>());
+    let lattice = prop::sample::select(vec![Lattice::Grid, Lattice::Outline]);
+    let rest = (
+        vector(),
+        fields,
+        prop::option::of(number()),
+        any::<bool>(),
+        lattice,
+    );
     (0_usize..3, fill, spacing, rest).prop_map(
-        |(material, fill, spacing, (velocity, fields, contact_radius, rigid))| GroupConfig {
-            name: "points".into(),
-            material,
-            fill,
-            spacing,
-            velocity,
-            fields,
-            contact_radius,
-            rigid,
+        |(material, fill, spacing, (velocity, fields, contact_radius, rigid, lattice))| {
+            GroupConfig {
+                name: "points".into(),
+                material,
+                fill,
+                spacing,
+                velocity,
+                fields,
+                contact_radius,
+                rigid,
+                lattice,
+            }
         },
     )
 }

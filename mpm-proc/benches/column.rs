@@ -59,6 +59,7 @@ pub fn column(points: usize, threads: usize, model: MaterialModel) -> MpmConfig 
                 upper: [1.0, 1.0],
             },
             spacing: Spacing::PerCell(4),
+            lattice: interface::config::Lattice::default(),
             velocity: [0.0, 0.0],
             fields: interface::config::InitialFields::default(),
             contact_radius: None,

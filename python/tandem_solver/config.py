@@ -94,7 +94,13 @@ MPM = (
 )
 GROUP = (
     "name:text material:any fill:any spacing:any",
-    {"velocity:pair": [0.0, 0.0], "fields:any": {}, "contact_radius:any": None, "rigid:flag": False},
+    {
+        "lattice:text": "grid",
+        "velocity:pair": [0.0, 0.0],
+        "fields:any": {},
+        "contact_radius:any": None,
+        "rigid:flag": False,
+    },
 )
 
 

@@ -120,6 +120,7 @@ fn group(
         material: material.unwrap_or(0),
         fill: written.fill.clone(),
         spacing: written.spacing,
+        lattice: written.lattice,
         velocity: [0.0; 2],
         fields: InitialFields::default(),
         contact_radius: written.contact_radius,

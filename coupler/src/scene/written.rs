@@ -4,8 +4,9 @@ use std::collections::BTreeMap;
 
 use interface::config::surfaces::ContactPair;
 use interface::config::{
-    BodyShape, ContactForceScheme, ContactLaw, Drift, Fill, GridContact, Leaving, MaterialConfig,
-    Motion, OverlapMeasure, Plane, ShapeFunction, Spacing, Stage, StressUpdate, Transfer, Walls,
+    BodyShape, ContactForceScheme, ContactLaw, Drift, Fill, GridContact, Lattice, Leaving,
+    MaterialConfig, Motion, OverlapMeasure, Plane, ShapeFunction, Spacing, Stage, StressUpdate,
+    Transfer, Walls,
 };
 use mechanics::generate::BodyFill;
 use schemars::JsonSchema;
@@ -170,6 +171,9 @@ pub(crate) struct PointsWritten {
     pub fill: Fill,
     /// How densely.
     pub spacing: Spacing,
+    /// Which way the lattice of the points lies; `"outline"` for discs and for polygons at an angle to the grid.
+    #[serde(default)]
+    pub lattice: Lattice,
     /// Initial velocity in m/s, each component a number or an expression in x, y (m) and the constants; at rest by
     /// default.
     pub velocity: Option<[NumberOrExpression; 2]>,

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::{Interface, MaterialConfig};
+use super::{Interface, Lattice, MaterialConfig};
 use crate::config::defaults::{are_zero, is_default, is_one_thread, is_zero, never, one_thread};
 
 /// The continuum solver's part of a scene.
@@ -274,6 +274,9 @@ pub struct GroupConfig {
     pub fill: Fill,
     /// How densely.
     pub spacing: Spacing,
+    /// Which way the lattice lies.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub lattice: Lattice,
     /// Initial velocity in m/s.
     #[serde(default, skip_serializing_if = "are_zero")]
     pub velocity: [f64; 2],

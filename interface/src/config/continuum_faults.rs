@@ -6,8 +6,8 @@
 
 use super::fault::{ConfigFault, Faults};
 use super::{
-    ContactForceScheme, Drift, Fill, GridContact, GroupConfig, MaterialModel, MpmConfig, Plane,
-    ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
+    ContactForceScheme, Drift, Fill, GridContact, GroupConfig, Lattice, MaterialModel, MpmConfig,
+    Plane, ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
 };
 use crate::Vec2;
 
@@ -311,7 +311,9 @@ impl MpmConfig {
         }
         // The lattice of a disc has a corner at its centre.
         let empty = match group.fill {
-            Fill::Disc { radius, .. } => radius * radius < 0.5 * sides[0] * sides[0],
+            Fill::Disc { radius, .. } if group.lattice == Lattice::Grid => {
+                radius * radius < 0.5 * sides[0] * sides[0]
+            }
             _ => false,
         };
         if empty {
@@ -464,9 +466,13 @@ impl GroupConfig {
         }
     }
 
-    /// Sides of a point's box in m: the distances, stretched to a whole number along each side of a rectangle.
+    /// Sides of a point's box in m: the distances, stretched to a whole number along each side of a rectangle; where the
+    /// lattice follows an outline, of a square of the same area.
     pub fn box_sides(&self, cell: f64) -> [f64; 2] {
         let distances = self.distances(cell);
+        if let Some(following) = self.following(distances[0]) {
+            return [following.side(); 2];
+        }
         match self.fill {
             Fill::Rectangle { lower, upper } => [0, 1].map(|a| {
                 let size = upper[a] - lower[a];
@@ -479,6 +485,9 @@ impl GroupConfig {
     /// Contact radius in m of a group whose scene gives none: half the distance of neighbouring points.
     pub fn default_contact_radius(&self, cell: f64) -> f64 {
         let [dx, dy] = self.distances(cell);
+        if let Some(following) = self.following(dx) {
+            return 0.5 * following.side();
+        }
         0.5 * (dx * dy).sqrt()
     }
 

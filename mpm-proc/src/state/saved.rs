@@ -93,6 +93,7 @@ impl Form {
             material,
             fill,
             spacing,
+            lattice,
             velocity,
             fields,
             contact_radius,
@@ -108,6 +109,7 @@ impl Form {
             region => of_group("fill", region),
         }
         of_group("spacing", spacing);
+        of_group("lattice", lattice);
         of_group("velocity", velocity);
         of_group("fields", fields);
         of_group("contact_radius", contact_radius);

@@ -78,6 +78,7 @@ pub fn block() -> MpmConfig {
                 upper: [0.4, 0.5],
             },
             spacing: Spacing::PerCell(4),
+            lattice: interface::config::Lattice::default(),
             velocity: [0.0, 0.0],
             fields: interface::config::InitialFields::default(),
             contact_radius: None,
