@@ -41,6 +41,7 @@ fn laws_and_motions_leave_their_defaults_out_too() {
         tangential_stiffness: 0.0,
         friction: 0.0,
         damping_ratio: 0.0,
+        damped_mass: 0.0,
         adhesion: 0.0,
         rolling_friction: 0.5,
     };
@@ -354,6 +355,7 @@ fn group() -> impl Strategy<Value = GroupConfig> {
                 fields,
                 contact_radius,
                 rigid,
+                keeps_spin: !rigid,
                 lattice,
             }
         },

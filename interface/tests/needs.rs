@@ -82,6 +82,7 @@ fn bodies_need_what_their_shapes_motions_and_laws_use() {
         tangential_stiffness: 1e4,
         friction: 0.5,
         damping_ratio: 0.0,
+        damped_mass: 0.0,
         adhesion: 10.0,
         rolling_friction: 0.1,
     });

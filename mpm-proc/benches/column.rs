@@ -64,6 +64,7 @@ pub fn column(points: usize, threads: usize, model: MaterialModel) -> MpmConfig 
             fields: interface::config::InitialFields::default(),
             contact_radius: None,
             rigid: false,
+            keeps_spin: false,
         }],
         contact_force: interface::config::ContactForceScheme::default(),
         forcing: interface::config::Forcing::default(),

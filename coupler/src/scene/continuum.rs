@@ -125,6 +125,7 @@ fn group(
         fields: InitialFields::default(),
         contact_radius: written.contact_radius,
         rigid: written.rigid,
+        keeps_spin: written.keeps_spin,
     }
 }
 

@@ -184,6 +184,10 @@ pub(crate) struct PointsWritten {
     /// Whether the points move as one rigid body; needs `mpm.grid_contact`. Its material gives the density alone.
     #[serde(default)]
     pub rigid: bool,
+    /// Whether the nodes are given the group's spin, so that rigid rotation strains nothing: for a solid that flies and
+    /// turns with `flip`, `pic` or a blend. Not with periodic walls.
+    #[serde(default)]
+    pub keeps_spin: bool,
 }
 
 /// A dead load on the points of a group that are in a region at the start.

@@ -39,6 +39,7 @@ fn law(name: &str) -> ContactLaw {
             tangential_stiffness: 0.0,
             friction: 0.0,
             damping_ratio: 0.0,
+            damped_mass: 0.0,
         },
         "granular" => granular(0.0, 0.0),
         "hertz_mindlin" => ContactLaw::HertzMindlin {
@@ -63,6 +64,7 @@ fn granular(adhesion: f64, rolling_friction: f64) -> ContactLaw {
         tangential_stiffness: 0.0,
         friction: 0.0,
         damping_ratio: 0.0,
+        damped_mass: 0.0,
         adhesion,
         rolling_friction,
     }

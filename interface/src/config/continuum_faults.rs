@@ -240,6 +240,7 @@ impl MpmConfig {
             );
         }
         self.rigid_faults(found, group, &path);
+        self.spin_faults(found, group, &path);
         let spacing_is_sound = group.spacing_faults(found, &path);
         let fill_is_sound = group.fill_faults(found, &path);
         if grid_is_sound && fill_is_sound {
@@ -251,6 +252,27 @@ impl MpmConfig {
     }
 
     /// Points that move as one have others to touch, one velocity and no stress.
+    /// What does not go with nodes that are given the group's spin.
+    fn spin_faults(&self, found: &mut Faults, group: &GroupConfig, path: &str) {
+        if !group.keeps_spin {
+            return;
+        }
+        let walls = &self.walls;
+        let periodic = walls.left == Wall::Periodic || walls.bottom == Wall::Periodic;
+        let help = match self.transfer {
+            Transfer::Apic => "apic gives the nodes each point's own spin: leave it out",
+            Transfer::Xpic { .. } => {
+                "xpic filters what the nodes give back: take transfer = \"flip\""
+            }
+            _ if group.rigid => "a rigid group has its spin anyway: leave it out",
+            _ if periodic => {
+                "what goes around periodic walls has no centre to turn about: leave it out"
+            }
+            _ => return,
+        };
+        found.add(format!("{path}.keeps_spin"), "true", "false", help);
+    }
+
     fn rigid_faults(&self, found: &mut Faults, group: &GroupConfig, path: &str) {
         if !group.rigid {
             return;

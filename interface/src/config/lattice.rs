@@ -1,22 +1,7 @@
 //! The lattice that a group's points lie on.
 
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
-
-use super::continuum::{Fill, GroupConfig};
+use super::continuum::{Fill, GroupConfig, Lattice};
 use crate::Vec2;
-
-/// Which way the lattice of a group's points lies.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Lattice {
-    /// Along the axes of the grid, whatever the outline.
-    #[default]
-    Grid,
-    /// Along the outline: rings in a disc, rows along the longest edge of a polygon. The outermost points are then half a
-    /// distance inside of the outline.
-    Outline,
-}
 
 /// A lattice that follows an outline.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,14 +26,19 @@ pub enum Following {
     },
 }
 
+/// Rings of a disc that are counted one by one: they hold more points than a group may have.
+const MOST_RINGS: u32 = 1 << 16;
+
 impl Following {
     /// Side in m of a square as large as what belongs to a point.
     pub fn side(&self) -> f64 {
         match *self {
             Self::Rings { rings, width } => {
                 let radius = f64::from(rings) * width;
-                let points: u64 = (0..rings).map(points_of_ring).sum();
-                radius * (core::f64::consts::PI / points as f64).sqrt()
+                // More rings than points are allowed for are not counted: the group is refused.
+                let area = core::f64::consts::PI * radius * radius;
+                let counted = (rings <= MOST_RINGS).then(|| (0..rings).map(points_of_ring).sum());
+                counted.map_or(width, |points: u64| (area / points as f64).sqrt())
             }
             Self::Rows { distances, .. } => (distances[0] * distances[1]).sqrt(),
         }

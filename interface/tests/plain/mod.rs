@@ -43,6 +43,7 @@ pub fn plain_continuum() -> MpmConfig {
             fields: InitialFields::default(),
             contact_radius: None,
             rigid: false,
+            keeps_spin: false,
         }],
         contact_force: ContactForceScheme::Point,
         forcing: Forcing::default(),

@@ -280,6 +280,7 @@ mod tests {
             fields: InitialFields::default(),
             contact_radius: None,
             rigid: false,
+            keeps_spin: false,
         }
     }
 

@@ -98,6 +98,7 @@ impl Form {
             fields,
             contact_radius,
             rigid,
+            keeps_spin,
         } = group;
         let mut of_group =
             |key: &str, value: &dyn fmt::Debug| line(&format!("points.{g}.{key}"), value);
@@ -114,6 +115,7 @@ impl Form {
         of_group("fields", fields);
         of_group("contact_radius", contact_radius);
         of_group("rigid", rigid);
+        of_group("keeps_spin", keeps_spin);
     }
 
     /// The bytes of a `state` of this form.

@@ -15,6 +15,7 @@ mod physics;
 mod refusals;
 mod saved;
 mod selection;
+mod spin;
 mod torn;
 
 use interface::config::{
@@ -83,6 +84,7 @@ pub fn block() -> MpmConfig {
             fields: interface::config::InitialFields::default(),
             contact_radius: None,
             rigid: false,
+            keeps_spin: false,
         }],
         contact_force: interface::config::ContactForceScheme::default(),
         forcing: interface::config::Forcing::default(),

@@ -23,6 +23,7 @@ pub fn elastic(normal_stiffness: f64) -> ContactLaw {
         tangential_stiffness: 0.0,
         friction: 0.0,
         damping_ratio: 0.0,
+        damped_mass: 0.0,
     }
 }
 
@@ -33,6 +34,7 @@ pub fn frictional(tangential_stiffness: f64, friction: f64) -> ContactLaw {
         tangential_stiffness,
         friction,
         damping_ratio: 0.0,
+        damped_mass: 0.0,
     }
 }
 

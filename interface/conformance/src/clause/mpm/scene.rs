@@ -74,6 +74,7 @@ pub fn group(fill: Fill) -> GroupConfig {
         fields: InitialFields::default(),
         contact_radius: Some(RADIUS),
         rigid: false,
+        keeps_spin: false,
     }
 }
 
