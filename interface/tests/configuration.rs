@@ -120,7 +120,15 @@ fn vector() -> impl Strategy<Value = [f64; 2]> {
 fn law() -> impl Strategy<Value = ContactLaw> {
     (
         0..4,
-        [number(), number(), number(), number(), number(), number()],
+        [
+            number(),
+            number(),
+            number(),
+            number(),
+            number(),
+            number(),
+            number(),
+        ],
     )
         .prop_map(|(kind, n)| {
             let [
@@ -128,6 +136,7 @@ fn law() -> impl Strategy<Value = ContactLaw> {
                 tangential_stiffness,
                 friction,
                 damping_ratio,
+                damped_mass,
                 adhesion,
                 last,
             ] = n;
@@ -137,12 +146,14 @@ fn law() -> impl Strategy<Value = ContactLaw> {
                     tangential_stiffness,
                     friction,
                     damping_ratio,
+                    damped_mass,
                 },
                 1 => ContactLaw::Granular {
                     normal_stiffness,
                     tangential_stiffness,
                     friction,
                     damping_ratio,
+                    damped_mass,
                     adhesion,
                     rolling_friction: last,
                 },

@@ -57,8 +57,8 @@ fn motion(mpm: &Mpm) -> ([f64; 2], f64, f64) {
     (u, angular, off.fold(0.0, f64::max))
 }
 
-/// In the first step nothing has strained yet: rigid motion gives no stress at all, to rounding. Without the group's spin the
-/// nodes at the boundary are off, and strain it.
+/// Of rigid motion nothing but what the points' straight paths stretch. Without the group's spin the nodes at the boundary are off,
+/// and strain it.
 #[test]
 fn rigid_rotation_strains_nothing() {
     for (shape, transfer) in SCHEMES {
@@ -70,10 +70,11 @@ fn rigid_rotation_strains_nothing() {
             let ledger = mpm.measurement().ledger;
             ledger.elastic / ledger.kinetic
         };
-        // By the Cayley transform a turn of 2e-5 rad strains by the cube of it, so its energy is of the sixth power.
+        // Points go straight on in a step, which stretches by (w dt)^2 = 4e-10 (energy 1e-16); nodes that are off at the
+        // boundary strain by a share of w dt = 2e-5.
         let (kept, lost) = (elastic(true), elastic(false));
-        assert!(kept < 1e-22, "{shape:?} {transfer:?}: {kept:e}");
-        assert!(lost > 1e-12, "{shape:?} {transfer:?}: {lost:e}");
+        assert!(kept < 1e-14, "{shape:?} {transfer:?}: {kept:e}");
+        assert!(lost > 1e-11, "{shape:?} {transfer:?}: {lost:e}");
     }
 }
 

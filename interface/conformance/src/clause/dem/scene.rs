@@ -86,6 +86,7 @@ pub fn damped(damping_ratio: f64) -> ContactLaw {
         tangential_stiffness: 0.0,
         friction: 0.0,
         damping_ratio,
+        damped_mass: 0.0,
     }
 }
 
