@@ -31,6 +31,7 @@ pub fn grain_box(grain: Grain, count: usize, threads: usize) -> DemConfig {
         tangential_stiffness: 0.5 * STIFFNESS,
         friction: 0.5,
         damping_ratio: 0.3,
+        damped_mass: 0.0,
     };
     DemConfig {
         gravity: [0.0, -9.81],

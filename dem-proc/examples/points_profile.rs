@@ -90,6 +90,7 @@ fn set_up(pentagons: bool, bodies: usize, around: usize) -> (Sdem, Vec<ImpState>
         tangential_stiffness: 5e4,
         friction: 0.5,
         damping_ratio: 0.1,
+        damped_mass: 0.0,
     };
     let config = DemConfig {
         bodies: (0..bodies).map(body).collect(),

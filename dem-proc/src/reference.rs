@@ -139,6 +139,7 @@ fn crowd(random: &mut Random, skin: f64) -> (DemConfig, Vec<ImpInfo>, Vec<ImpSta
         tangential_stiffness: 0.0,
         friction: 0.0,
         damping_ratio: 0.0,
+        damped_mass: 0.0,
     };
     let config = DemConfig {
         gravity: [0.0, 0.0],

@@ -28,6 +28,7 @@ fn viscous(k: f64, friction: f64, ratio: f64) -> ContactLaw {
         tangential_stiffness: 0.5 * k,
         friction,
         damping_ratio: ratio,
+        damped_mass: 0.0,
     }
 }
 
@@ -382,6 +383,7 @@ fn rolling_resistance_holds_a_disc_on_a_slope_and_adhesion_hangs_it_on_a_ceiling
         tangential_stiffness: 5e5,
         friction: 0.8,
         damping_ratio: 0.3,
+        damped_mass: 0.0,
         adhesion,
         rolling_friction,
     };

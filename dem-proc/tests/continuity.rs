@@ -101,6 +101,7 @@ fn lists_leave_no_trace() {
             tangential_stiffness: 3e5,
             friction: 0.4,
             damping_ratio: 0.1,
+            damped_mass: 0.0,
         };
         let mut config = scene(bodies, law);
         config.gravity = [0.0, -9.81];

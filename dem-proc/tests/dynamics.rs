@@ -186,6 +186,7 @@ fn with_friction_and_damping_the_ledger_closes() {
         tangential_stiffness: 3e4,
         friction: 0.4,
         damping_ratio: 0.1,
+        damped_mass: 0.0,
     };
     let residual = |dt: f64| {
         let mut dem = configured(&two_polygons(law));
@@ -258,6 +259,7 @@ fn crowd(threads: usize) -> Vec<f64> {
         tangential_stiffness: 5e4,
         friction: 0.5,
         damping_ratio: 0.2,
+        damped_mass: 0.0,
     };
     let mut config = scene(bodies, law);
     config.gravity = [0.0, -9.81];
@@ -334,6 +336,7 @@ fn heap(threads: usize) -> Vec<f64> {
         tangential_stiffness: 5e4,
         friction: 0.5,
         damping_ratio: 0.3,
+        damped_mass: 0.0,
     };
     let mut config = scene(bodies, law);
     config.gravity = [0.0, -9.81];

@@ -104,6 +104,7 @@ fn dropped(resolution: Option<f64>, damping_ratio: f64) -> DemConfig {
         tangential_stiffness: 0.0,
         friction: 0.0,
         damping_ratio,
+        damped_mass: 0.0,
     };
     DemConfig {
         gravity: [0.0, -9.81],

@@ -148,6 +148,7 @@ fn every_bad_setting_is_named() {
         tangential_stiffness: t,
         friction: mu,
         damping_ratio: zeta,
+        damped_mass: 0.0,
     };
     let with = |change: &dyn Fn(&mut DemConfig)| {
         let mut config = scene(vec![body(BodyShape::Disc, 0.1)], spring(1.0));
@@ -217,6 +218,7 @@ fn every_bad_setting_is_named() {
         tangential_stiffness: 0.0,
         friction: 0.0,
         damping_ratio: 0.0,
+        damped_mass: 0.0,
         adhesion: 0.0,
         rolling_friction: 0.1,
     };

@@ -66,6 +66,7 @@ fn law(stiffness: f64) -> ContactLaw {
         tangential_stiffness: 0.5 * stiffness,
         friction: 0.5,
         damping_ratio: 0.2,
+        damped_mass: 0.0,
     }
 }
 

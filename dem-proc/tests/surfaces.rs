@@ -40,6 +40,7 @@ fn law(friction: f64) -> ContactLaw {
         tangential_stiffness: 5e4,
         friction,
         damping_ratio: 0.3,
+        damped_mass: 0.0,
         adhesion: 0.0,
         rolling_friction: 0.0,
     }
@@ -179,6 +180,7 @@ fn adhesion_belongs_to_a_pair() {
         tangential_stiffness: 0.0,
         friction: 0.0,
         damping_ratio: 0.0,
+        damped_mass: 0.0,
         adhesion,
         rolling_friction: 0.0,
     };

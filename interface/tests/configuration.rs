@@ -6,9 +6,9 @@ mod plain;
 use interface::config::surfaces::ContactPair;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactForceScheme, ContactLaw, DemConfig, Drift, Fill,
-    Forcing, Frictional, GridContact, GroupConfig, GroupPair, InitialFields, Interface, Leaving,
-    MaterialConfig, MaterialModel, Motion, MpmConfig, OverlapMeasure, Plane, ShapeFunction,
-    Spacing, Stage, StressUpdate, Traction, Transfer, Wall, Walls,
+    Forcing, Frictional, GridContact, GroupConfig, GroupPair, InitialFields, Interface, Lattice,
+    Leaving, MaterialConfig, MaterialModel, Motion, MpmConfig, OverlapMeasure, Plane,
+    ShapeFunction, Spacing, Stage, StressUpdate, Traction, Transfer, Wall, Walls,
 };
 use proptest::prelude::*;
 use serde::Serialize;
@@ -41,6 +41,7 @@ fn laws_and_motions_leave_their_defaults_out_too() {
         tangential_stiffness: 0.0,
         friction: 0.0,
         damping_ratio: 0.0,
+        damped_mass: 0.0,
         adhesion: 0.0,
         rolling_friction: 0.5,
     };
@@ -119,7 +120,15 @@ fn vector() -> impl Strategy<Value = [f64; 2]> {
 fn law() -> impl Strategy<Value = ContactLaw> {
     (
         0..4,
-        [number(), number(), number(), number(), number(), number()],
+        [
+            number(),
+            number(),
+            number(),
+            number(),
+            number(),
+            number(),
+            number(),
+        ],
     )
         .prop_map(|(kind, n)| {
             let [
@@ -127,6 +136,7 @@ fn law() -> impl Strategy<Value = ContactLaw> {
                 tangential_stiffness,
                 friction,
                 damping_ratio,
+                damped_mass,
                 adhesion,
                 last,
             ] = n;
@@ -136,12 +146,14 @@ fn law() -> impl Strategy<Value = ContactLaw> {
                     tangential_stiffness,
                     friction,
                     damping_ratio,
+                    damped_mass,
                 },
                 1 => ContactLaw::Granular {
                     normal_stiffness,
                     tangential_stiffness,
                     friction,
                     damping_ratio,
+                    damped_mass,
                     adhesion,
                     rolling_friction: last,
                 },
@@ -335,17 +347,28 @@ fn group() -> impl Strategy<Value = GroupConfig> {
         prop::option::of(Just(stress)),
     );
     let fields = fields.prop_map(|(velocity, stress)| InitialFields { velocity, stress });
-    let rest = (vector(), fields, prop::option::of(number()), any::<bool>());
+    let lattice = prop::sample::select(vec![Lattice::Grid, Lattice::Outline]);
+    let rest = (
+        vector(),
+        fields,
+        prop::option::of(number()),
+        any::<bool>(),
+        lattice,
+    );
     (0_usize..3, fill, spacing, rest).prop_map(
-        |(material, fill, spacing, (velocity, fields, contact_radius, rigid))| GroupConfig {
-            name: "points".into(),
-            material,
-            fill,
-            spacing,
-            velocity,
-            fields,
-            contact_radius,
-            rigid,
+        |(material, fill, spacing, (velocity, fields, contact_radius, rigid, lattice))| {
+            GroupConfig {
+                name: "points".into(),
+                material,
+                fill,
+                spacing,
+                velocity,
+                fields,
+                contact_radius,
+                rigid,
+                keeps_spin: !rigid,
+                lattice,
+            }
         },
     )
 }

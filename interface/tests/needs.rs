@@ -6,7 +6,7 @@ use interface::config::capability::Capabilities;
 use interface::config::needs::{Need, missing};
 use interface::config::surfaces::ContactPair;
 use interface::config::{
-    BodyShape, ContactLaw, GroupPair, Interface, Motion, OverlapMeasure, Transfer, Wall,
+    BodyShape, ContactLaw, GroupPair, Interface, Lattice, Motion, OverlapMeasure, Transfer, Wall,
 };
 
 /// A continuum that leaves out all that may be left out.
@@ -43,6 +43,7 @@ fn a_plain_continuum_needs_its_scheme_and_its_walls() {
 fn what_a_continuum_is_asked_for_besides_is_told_by_its_key() {
     let mut config = plain_continuum();
     config.layers = true;
+    config.groups[0].lattice = Lattice::Outline;
     config.interface = Interface::Segments;
     config.walls.bottom = Wall::Friction { coefficient: 0.5 };
     config.transfer = Transfer::Blend { pic_fraction: 0.01 };
@@ -50,6 +51,7 @@ fn what_a_continuum_is_asked_for_besides_is_told_by_its_key() {
     let told = said(&needs);
     for need in [
         ("layers", "mpm.layers", 1),
+        ("lattice:outline", "mpm.groups[0].lattice", 1),
         ("segments", "mpm.interface", 1),
         ("wall:friction", "mpm.walls.bottom", 1),
         ("wall:open", "mpm.walls.left", 3),
@@ -80,6 +82,7 @@ fn bodies_need_what_their_shapes_motions_and_laws_use() {
         tangential_stiffness: 1e4,
         friction: 0.5,
         damping_ratio: 0.0,
+        damped_mass: 0.0,
         adhesion: 10.0,
         rolling_friction: 0.1,
     });

@@ -95,6 +95,8 @@ class Springs:
             raise Refusal(f"{key}.material", "springs are `linear_elastic` with bulk_modulus = 5/3 shear_modulus")
         wave = math.sqrt(3.0 * model["shear_modulus"] / material["density"])  # K + 4/3 G = 3 G
         self.courant_time = min(self.courant_time, cell / wave)
+        if group["lattice"] != "grid":
+            raise Refusal(f"{key}.lattice", "only \"grid\" is known here")
         if group["rigid"] or any(group["fields"].values()):
             raise Refusal(key, "neither `rigid` nor initial fields are known here")
         h, places = lattice(group["fill"], group["spacing"], cell)

@@ -34,11 +34,17 @@ def _numbers(first, *optional):
 
 
 # Fields that are always there, and the defaults of those that may be left out, each as `name:kind`.
-LINEAR = _numbers("normal_stiffness", "tangential_stiffness", "friction", "damping_ratio")
+LINEAR = _numbers("normal_stiffness", "tangential_stiffness", "friction", "damping_ratio", "damped_mass")
 LAWS = {
     "linear": LINEAR,
     "granular": _numbers(
-        "normal_stiffness", "tangential_stiffness", "friction", "damping_ratio", "adhesion", "rolling_friction"
+        "normal_stiffness",
+        "tangential_stiffness",
+        "friction",
+        "damping_ratio",
+        "damped_mass",
+        "adhesion",
+        "rolling_friction",
     ),
     "hertz_mindlin": _numbers("hertz_constant", "poisson_ratio", "friction", "restitution", "adhesion"),
     "area": _numbers("area_stiffness", "tangential_stiffness", "friction"),
@@ -94,7 +100,14 @@ MPM = (
 )
 GROUP = (
     "name:text material:any fill:any spacing:any",
-    {"velocity:pair": [0.0, 0.0], "fields:any": {}, "contact_radius:any": None, "rigid:flag": False},
+    {
+        "lattice:text": "grid",
+        "velocity:pair": [0.0, 0.0],
+        "fields:any": {},
+        "contact_radius:any": None,
+        "rigid:flag": False,
+        "keeps_spin:flag": False,
+    },
 )
 
 

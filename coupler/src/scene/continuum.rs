@@ -120,10 +120,12 @@ fn group(
         material: material.unwrap_or(0),
         fill: written.fill.clone(),
         spacing: written.spacing,
+        lattice: written.lattice,
         velocity: [0.0; 2],
         fields: InitialFields::default(),
         contact_radius: written.contact_radius,
         rigid: written.rigid,
+        keeps_spin: written.keeps_spin,
     }
 }
 

@@ -195,6 +195,7 @@ fn law_in_words(law: ContactLaw) -> String {
         tangential_stiffness,
         friction,
         damping_ratio,
+        damped_mass,
     } = law
     else {
         return spelling(&law);
@@ -208,6 +209,9 @@ fn law_in_words(law: ContactLaw) -> String {
     }
     if damping_ratio > 0.0 {
         let _ = write!(words, ", damping ratio {damping_ratio}");
+        if damped_mass > 0.0 {
+            let _ = write!(words, " of {damped_mass} kg/m a point");
+        }
     }
     words
 }

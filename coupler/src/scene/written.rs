@@ -6,8 +6,9 @@ use std::collections::BTreeMap;
 
 use interface::config::surfaces::ContactPair;
 use interface::config::{
-    BodyShape, ContactForceScheme, ContactLaw, Drift, Fill, GridContact, Leaving, MaterialConfig,
-    Motion, OverlapMeasure, Plane, ShapeFunction, Spacing, Stage, StressUpdate, Transfer, Walls,
+    BodyShape, ContactForceScheme, ContactLaw, Drift, Fill, GridContact, Lattice, Leaving,
+    MaterialConfig, Motion, OverlapMeasure, Plane, ShapeFunction, Spacing, Stage, StressUpdate,
+    Transfer, Walls,
 };
 use mechanics::generate::BodyFill;
 use schemars::JsonSchema;
@@ -172,6 +173,9 @@ pub(crate) struct PointsWritten {
     pub fill: Fill,
     /// How densely.
     pub spacing: Spacing,
+    /// Which way the lattice of the points lies; `"outline"` for discs and for polygons at an angle to the grid.
+    #[serde(default)]
+    pub lattice: Lattice,
     /// Initial velocity in m/s, each component a number or an expression in x, y (m) and the constants; at rest by
     /// default.
     pub velocity: Option<[NumberOrExpression; 2]>,
@@ -182,6 +186,10 @@ pub(crate) struct PointsWritten {
     /// Whether the points move as one rigid body; needs `mpm.grid_contact`. Its material gives the density alone.
     #[serde(default)]
     pub rigid: bool,
+    /// Whether the nodes are given the group's spin, so that rigid rotation strains nothing: for a solid that flies and
+    /// turns with `flip`, `pic` or a blend. Not with periodic walls.
+    #[serde(default)]
+    pub keeps_spin: bool,
 }
 
 /// A dead load on the points of a group that are in a region at the start.

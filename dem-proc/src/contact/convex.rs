@@ -362,7 +362,8 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         if self.in_reach.is_empty() {
             0.0
         } else {
-            self.law.damping_ratio()
+            // What damps another mass than the pair's is for points alone.
+            self.law.damping_ratio(f64::INFINITY)
         }
     }
 

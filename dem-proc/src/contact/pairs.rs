@@ -581,7 +581,8 @@ impl<L: Law> BodySide for BodyContacts<L> {
         if self.outcomes.iter().all(|found| found.count == 0) {
             0.0
         } else {
-            self.law.damping_ratio()
+            // What damps another mass than the pair's is for points alone.
+            self.law.damping_ratio(f64::INFINITY)
         }
     }
 

@@ -125,6 +125,8 @@ struct Kept<L: Law> {
     list: PointList,
     constants: Vec<L::Pair>,
     history: Vec<L::History>,
+    /// Smallest reduced mass of a pair in kg/m; infinite where there is none.
+    lightest: f64,
     /// Positions of the points one step before in m; empty if there was no step.
     previous: Vec<Vec2>,
     /// Positions of the points when the list was built in m.
@@ -138,6 +140,7 @@ impl<L: Law> Default for Kept<L> {
             list: PointList::default(),
             constants: Vec::new(),
             history: Vec::new(),
+            lightest: f64::INFINITY,
             previous: Vec::new(),
             built_at: Vec::new(),
             odometer: Odometer::default(),
@@ -256,10 +259,10 @@ impl<L: Law> PointContacts<L> {
         let pairs = &fresh.list.pairs;
         fresh.constants.clear();
         fresh.constants.extend(pairs.iter().map(|pair| {
-            let (info, body) = (&set[pair.slot as usize], &bodies.state[pair.body as usize]);
+            let info = &set[pair.slot as usize];
             let of_point = self.surfaces.get(info.group as usize).copied().unwrap_or(0);
             self.law.pair(&Mates {
-                mass: 1.0 / (1.0 / info.mass + body.inverse_mass),
+                mass: self.reduced_mass(bodies, set, pair),
                 radius: crate::law::reduced(
                     info.radius,
                     bodies.radius_at(pair.body as usize, pair.part),
@@ -267,8 +270,18 @@ impl<L: Law> PointContacts<L> {
                 surfaces: [of_point, bodies.properties[pair.body as usize].surface],
             })
         }));
+        let masses = pairs
+            .iter()
+            .map(|pair| self.reduced_mass(bodies, set, pair));
+        fresh.lightest = masses.fold(f64::INFINITY, f64::min);
         fresh.built_at.clear();
         fresh.built_at.extend_from_slice(positions);
+    }
+
+    /// Reduced mass of a pair in kg/m.
+    fn reduced_mass(&self, bodies: &Bodies, set: &[ImpInfo], pair: &PointPair) -> f64 {
+        let body = &bodies.state[pair.body as usize];
+        1.0 / (1.0 / set[pair.slot as usize].mass + body.inverse_mass)
     }
 
     /// Builds a list; history and previous positions follow the ids.
@@ -560,7 +573,7 @@ impl<L: Law> PointSide for PointContacts<L> {
 
     fn damping_ratio(&self) -> f64 {
         if self.any_in_reach {
-            self.law.damping_ratio()
+            self.law.damping_ratio(self.now().lightest)
         } else {
             0.0
         }
@@ -608,6 +621,7 @@ impl<L: Law> PointSide for PointContacts<L> {
         let Kept {
             list: _,      // follows from `built_at`, the set of that time and the odometer's poses
             constants: _, // follow from the list
+            lightest: _,  // likewise
             history,
             previous,
             built_at,

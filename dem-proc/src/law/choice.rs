@@ -25,7 +25,8 @@ pub fn with_law<F: ForLaw>(law: &ContactLaw, build: F) -> F::Output {
     match *law {
         ContactLaw::Linear { .. } | ContactLaw::Granular { .. } => {
             let law = Granular::of(law);
-            let (sticky, k_t, mu, zeta) = (law.normal(), law.tangential, law.friction, law.damping);
+            let (sticky, k_t, mu) = (law.normal(), law.tangential, law.friction);
+            let zeta = law.dashpot();
             if law.rolling > 0.0 {
                 let friction = law.rolling;
                 with_damping(sticky, k_t, mu, zeta, WithRolling { friction, build })
@@ -103,6 +104,7 @@ struct Granular {
     tangential: f64,
     friction: f64,
     damping: f64,
+    damped_mass: f64,
     adhesion: f64,
     rolling: f64,
 }
@@ -118,6 +120,7 @@ impl Granular {
             tangential: number("tangential_stiffness"),
             friction: number("friction"),
             damping: number("damping_ratio"),
+            damped_mass: number("damped_mass"),
             adhesion: number("adhesion"),
             rolling: number("rolling_friction"),
         }
@@ -136,9 +139,14 @@ impl Granular {
         Contact {
             normal: self.normal(),
             tangent: coulomb(self.tangential, self.friction),
-            dashpot: Viscous {
-                ratio: self.damping,
-            },
+            dashpot: self.dashpot(),
+        }
+    }
+
+    fn dashpot(&self) -> Viscous {
+        Viscous {
+            ratio: self.damping,
+            mass: self.damped_mass,
         }
     }
 }
@@ -210,11 +218,11 @@ fn with_damping<N: Normal, F: ForLaw>(
     normal: N,
     k_t: f64,
     friction: f64,
-    ratio: f64,
+    dashpot: Viscous,
     build: F,
 ) -> F::Output {
-    if ratio > 0.0 {
-        with_coulomb(normal, k_t, friction, Viscous { ratio }, build)
+    if dashpot.ratio > 0.0 {
+        with_coulomb(normal, k_t, friction, dashpot, build)
     } else {
         with_coulomb(normal, k_t, friction, Elastic, build)
     }

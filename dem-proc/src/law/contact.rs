@@ -69,8 +69,8 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
         }
     }
 
-    fn damping_ratio(&self) -> f64 {
-        self.dashpot.ratio()
+    fn damping_ratio(&self, mass: f64) -> f64 {
+        self.dashpot.ratio(mass)
     }
 
     #[inline]

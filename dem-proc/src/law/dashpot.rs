@@ -10,8 +10,8 @@ pub trait Dashpot: Plain {
     type Pair: Plain;
     /// Whether there is any.
     const ACTIVE: bool;
-    /// Fraction of critical damping, for the step limit.
-    fn ratio(&self) -> f64;
+    /// Fraction of critical damping of a pair of reduced mass `mass` (kg/m), for the step limit.
+    fn ratio(&self, mass: f64) -> f64;
     /// The constants of a pair of reduced mass `mass` (kg/m) whose stiffness in either direction is `stiffness` (N/m),
     /// if that is constant.
     fn pair(&self, stiffness: [f64; 2], mass: f64) -> Self::Pair;
@@ -30,7 +30,7 @@ impl Dashpot for Elastic {
     type State = ();
     type Pair = ();
     const ACTIVE: bool = false;
-    fn ratio(&self) -> f64 {
+    fn ratio(&self, _: f64) -> f64 {
         0.0
     }
     fn pair(&self, _: [f64; 2], _: f64) {}
@@ -45,21 +45,30 @@ impl Dashpot for Elastic {
 }
 
 /// Dashpots in both directions, each a fraction of the critical damping `2 sqrt(k m)` of the pair with that
-/// direction's spring.
+/// direction's spring, or of another mass.
+///
+/// A block of mass `M` that stands on `N` points is an oscillator of `M` on `N` springs and dashpots, `zeta = N c / (2 sqrt(N k
+/// M))`: with `c = 2 zeta sqrt(k M/N)`, the mass of which is `M/N`, that is the ratio of the dashpots. With the mass of a point
+/// it is less by the root of the points that stand on one another.
 #[derive(Debug, Clone, Copy)]
 pub struct Viscous {
     /// `zeta`.
     pub ratio: f64,
+    /// Mass that `ratio` is of, in kg/m; 0: the pair's.
+    pub mass: f64,
 }
 
 impl Dashpot for Viscous {
     type State = [f64; 2];
     type Pair = [f64; 2];
     const ACTIVE: bool = true;
-    fn ratio(&self) -> f64 {
-        self.ratio
+    /// The dashpots of a larger mass are more for the pair, by the root: `2 zeta sqrt(k M) = 2 zeta sqrt(M/m) sqrt(k m)`.
+    fn ratio(&self, mass: f64) -> f64 {
+        let larger = self.mass / mass;
+        self.ratio * if larger > 1.0 { larger.sqrt() } else { 1.0 }
     }
     fn pair(&self, stiffness: [f64; 2], mass: f64) -> [f64; 2] {
+        let mass = if self.mass > 0.0 { self.mass } else { mass };
         stiffness.map(|k| 2.0 * self.ratio * (k * mass).sqrt())
     }
     #[inline]
@@ -85,7 +94,7 @@ impl Dashpot for Tsuji {
     /// Reduced mass in kg/m.
     type Pair = f64;
     const ACTIVE: bool = true;
-    fn ratio(&self) -> f64 {
+    fn ratio(&self, _: f64) -> f64 {
         self.ratio
     }
     fn pair(&self, _: [f64; 2], mass: f64) -> f64 {

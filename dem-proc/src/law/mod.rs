@@ -140,7 +140,7 @@ impl std::ops::AddAssign for Loss {
 ///         }
 ///     }
 ///
-///     fn damping_ratio(&self) -> f64 {
+///     fn damping_ratio(&self, _: f64) -> f64 {
 ///         0.0
 ///     }
 ///
@@ -188,8 +188,8 @@ pub trait Law: Clone + Send + Sync + std::fmt::Debug + 'static {
     /// Largest stiffness of a contact up to this overlap (m). A negative overlap means that the two cannot touch in this
     /// step.
     fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> Stiffness;
-    /// Fraction of critical damping.
-    fn damping_ratio(&self) -> f64;
+    /// Fraction of critical damping of pairs whose reduced mass is at least `mass` (kg/m).
+    fn damping_ratio(&self, mass: f64) -> f64;
     /// Force of a contact with positive overlap.
     fn press(
         &self,

@@ -74,8 +74,8 @@ impl<L: Law> Law for Rolling<L> {
             ..stiffness
         }
     }
-    fn damping_ratio(&self) -> f64 {
-        self.law.damping_ratio()
+    fn damping_ratio(&self, mass: f64) -> f64 {
+        self.law.damping_ratio(mass)
     }
     #[inline]
     fn press(

@@ -50,8 +50,8 @@ impl<L: Law + Copy> Law for Table<L> {
         law.stiffness(pair, overlap)
     }
     /// The largest of the table: the step limit takes one for all contacts.
-    fn damping_ratio(&self) -> f64 {
-        let ratios = self.laws.iter().map(L::damping_ratio);
+    fn damping_ratio(&self, mass: f64) -> f64 {
+        let ratios = self.laws.iter().map(|law| law.damping_ratio(mass));
         ratios.fold(0.0, f64::max)
     }
     #[inline]

@@ -39,6 +39,7 @@ fn law(name: &str) -> ContactLaw {
             tangential_stiffness: 0.0,
             friction: 0.0,
             damping_ratio: 0.0,
+            damped_mass: 0.0,
         },
         "granular" => granular(0.0, 0.0),
         "hertz_mindlin" => ContactLaw::HertzMindlin {
@@ -63,6 +64,7 @@ fn granular(adhesion: f64, rolling_friction: f64) -> ContactLaw {
         tangential_stiffness: 0.0,
         friction: 0.0,
         damping_ratio: 0.0,
+        damped_mass: 0.0,
         adhesion,
         rolling_friction,
     }
@@ -143,6 +145,17 @@ fn met(point_contact: ContactLaw, body_contact: ContactLaw) -> DemConfig {
     }
 }
 
+/// A law whose dashpots damp another mass than the pair's, without any, so that it asks for nothing else.
+fn block_on_points() -> ContactLaw {
+    ContactLaw::Linear {
+        normal_stiffness: 1e4,
+        tangential_stiffness: 0.0,
+        friction: 0.0,
+        damping_ratio: 0.0,
+        damped_mass: 2.0,
+    }
+}
+
 fn feature(name: &str) -> DemConfig {
     match name {
         "friction" | "damping" => {
@@ -156,10 +169,15 @@ fn feature(name: &str) -> DemConfig {
                 tangential_stiffness: 1e4,
                 friction,
                 damping_ratio,
+                damped_mass: 0.0,
             };
             met(law, law)
         }
         "rolling_friction" => met(linear(), granular(0.0, 0.1)),
+        "damped_mass" => DemConfig {
+            point_contact: block_on_points(),
+            ..two(|_| {})
+        },
         "adhesion" => met(granular(10.0, 0.0), granular(10.0, 0.0)),
         "body_contact" => met(linear(), linear()),
         "contact_resolution" => DemConfig {
@@ -221,6 +239,7 @@ fn samples() -> Vec<(&'static str, String, DemConfig)> {
     let features = [
         "friction",
         "damping",
+        "damped_mass",
         "rolling_friction",
         "adhesion",
         "body_contact",

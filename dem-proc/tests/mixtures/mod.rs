@@ -21,6 +21,7 @@ pub const LINEAR: ContactLaw = ContactLaw::Linear {
     tangential_stiffness: 5e4,
     friction: 0.3,
     damping_ratio: 0.2,
+    damped_mass: 0.0,
 };
 
 const SMOOTH: ContactLaw = ContactLaw::Linear {
@@ -28,6 +29,7 @@ const SMOOTH: ContactLaw = ContactLaw::Linear {
     tangential_stiffness: 0.0,
     friction: 0.0,
     damping_ratio: 0.0,
+    damped_mass: 0.0,
 };
 
 pub const HERTZ: ContactLaw = ContactLaw::HertzMindlin {
@@ -58,6 +60,7 @@ fn granular(rolling_friction: f64) -> ContactLaw {
         tangential_stiffness: 5e4,
         friction: 0.3,
         damping_ratio: 0.1,
+        damped_mass: 0.0,
         adhesion: 100.0,
         rolling_friction,
     }

@@ -37,6 +37,7 @@ pub fn spring(normal_stiffness: f64) -> ContactLaw {
         tangential_stiffness: 0.0,
         friction: 0.0,
         damping_ratio: 0.0,
+        damped_mass: 0.0,
     }
 }
 
@@ -46,6 +47,7 @@ pub fn frictional(normal_stiffness: f64, tangential_stiffness: f64, friction: f6
         tangential_stiffness,
         friction,
         damping_ratio: 0.0,
+        damped_mass: 0.0,
     }
 }
 

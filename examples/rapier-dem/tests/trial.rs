@@ -17,6 +17,7 @@ fn scene() -> DemConfig {
         tangential_stiffness: 5e3,
         friction: 0.3,
         damping_ratio: 0.0,
+        damped_mass: 0.0,
     };
     let block = |name: &str, height: f64, y: f64, motion: Motion| BodyConfig {
         name: name.into(),

@@ -247,6 +247,7 @@ impl Springs {
             tangential_stiffness: tangential,
             friction,
             damping_ratio,
+            damped_mass,
         } = *law
         else {
             return refuse("", "only `linear` is known here");
@@ -254,6 +255,12 @@ impl Springs {
         if damping_ratio != 0.0 {
             let text = "there are no dashpots here: 0 is accepted";
             return refuse(".linear.damping_ratio", text);
+        }
+        if damped_mass != 0.0 {
+            return refuse(
+                ".linear.damped_mass",
+                "there are no dashpots here: 0 is accepted",
+            );
         }
         if !(normal >= 0.0 && friction >= 0.0 && (normal + tangential + friction).is_finite()) {
             return refuse(".linear", "expected finite numbers that are not negative");

@@ -31,6 +31,7 @@ fn springs(tangential_stiffness: f64, friction: f64) -> Springs {
         tangential_stiffness,
         friction,
         damping_ratio: 0.0,
+        damped_mass: 0.0,
     };
     Springs::new(&law).unwrap()
 }

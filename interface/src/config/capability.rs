@@ -28,7 +28,7 @@ pub const POLLS: &str = "polls";
 /// All verbs.
 pub const VERBS: [&str; 7] = [SAVE, SEGMENTS, PAIRS, LAYERS, CONTACTS, POLLS, STRESS_WORK];
 /// All families (clause K-1), of either side.
-pub const FAMILIES: [&str; 14] = [
+pub const FAMILIES: [&str; 15] = [
     "shape",
     "law",
     "motion",
@@ -43,6 +43,7 @@ pub const FAMILIES: [&str; 14] = [
     "material",
     "contact_force",
     "fill",
+    "lattice",
 ];
 
 /// The capabilities of one solver.

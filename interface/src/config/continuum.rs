@@ -274,6 +274,9 @@ pub struct GroupConfig {
     pub fill: Fill,
     /// How densely.
     pub spacing: Spacing,
+    /// Which way the lattice lies.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub lattice: Lattice,
     /// Initial velocity in m/s.
     #[serde(default, skip_serializing_if = "are_zero")]
     pub velocity: [f64; 2],
@@ -286,6 +289,10 @@ pub struct GroupConfig {
     /// Whether the points move as one; goes with [`MpmConfig::grid_contact`] alone.
     #[serde(default, skip_serializing_if = "is_default")]
     pub rigid: bool,
+    /// Whether the nodes are given the spin of the group, so that rigid rotation strains nothing; with `pic`, `flip` and
+    /// `blend`, and without periodic walls.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub keeps_spin: bool,
 }
 
 /// Initial fields as expressions (the crate `mechanics`, `expression`) in the position `x`, `y` (m).
@@ -340,4 +347,16 @@ pub enum Spacing {
     Distance(f64),
     /// Points along x and y of a rectangle.
     Counts([u32; 2]),
+}
+
+/// Which way the lattice of a group's points lies.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Lattice {
+    /// Along the axes of the grid, whatever the outline.
+    #[default]
+    Grid,
+    /// Along the outline: rings in a disc, rows along the longest edge of a polygon. The outermost points are then half a
+    /// distance inside of the outline.
+    Outline,
 }

@@ -6,8 +6,8 @@
 
 use super::fault::{ConfigFault, Faults};
 use super::{
-    ContactForceScheme, Drift, Fill, GridContact, GroupConfig, MaterialModel, MpmConfig, Plane,
-    ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
+    ContactForceScheme, Drift, Fill, GridContact, GroupConfig, Lattice, MaterialModel, MpmConfig,
+    Plane, ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
 };
 
 /// Most cells along an axis of the domain: tiles of eight cells are numbered with 29 bits. Cells without points take no
@@ -239,6 +239,7 @@ impl MpmConfig {
             );
         }
         self.rigid_faults(found, group, &path);
+        self.spin_faults(found, group, &path);
         let spacing_is_sound = group.spacing_faults(found, &path);
         let fill_is_sound = group.fill_faults(found, &path);
         if grid_is_sound && fill_is_sound {
@@ -250,6 +251,27 @@ impl MpmConfig {
     }
 
     /// Points that move as one have others to touch, one velocity and no stress.
+    /// What does not go with nodes that are given the group's spin.
+    fn spin_faults(&self, found: &mut Faults, group: &GroupConfig, path: &str) {
+        if !group.keeps_spin {
+            return;
+        }
+        let walls = &self.walls;
+        let periodic = walls.left == Wall::Periodic || walls.bottom == Wall::Periodic;
+        let help = match self.transfer {
+            Transfer::Apic => "apic gives the nodes each point's own spin: leave it out",
+            Transfer::Xpic { .. } => {
+                "xpic filters what the nodes give back: take transfer = \"flip\""
+            }
+            _ if group.rigid => "a rigid group has its spin anyway: leave it out",
+            _ if periodic => {
+                "what goes around periodic walls has no centre to turn about: leave it out"
+            }
+            _ => return,
+        };
+        found.add(format!("{path}.keeps_spin"), "true", "false", help);
+    }
+
     fn rigid_faults(&self, found: &mut Faults, group: &GroupConfig, path: &str) {
         if !group.rigid {
             return;
@@ -310,7 +332,9 @@ impl MpmConfig {
         }
         // The lattice of a disc has a corner at its centre.
         let empty = match group.fill {
-            Fill::Disc { radius, .. } => radius * radius < 0.5 * sides[0] * sides[0],
+            Fill::Disc { radius, .. } if group.lattice == Lattice::Grid => {
+                radius * radius < 0.5 * sides[0] * sides[0]
+            }
             _ => false,
         };
         if empty {

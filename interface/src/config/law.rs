@@ -29,6 +29,12 @@ pub enum ContactLaw {
         #[serde(default, skip_serializing_if = "is_zero")]
         #[schemars(skip_serializing_if = "never")]
         damping_ratio: f64,
+        /// Mass in kg/m that the dashpots of one point are to damp, in place of the mass of the pair: for a block of mass M
+        /// that stands on N points M/N, so that `damping_ratio` is that of the block on its contact. 0: the pair's own.
+        /// Between points and bodies only.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
+        damped_mass: f64,
     },
     /// Linear spring with adhesion and rolling resistance, both optional.
     Granular {
@@ -46,6 +52,10 @@ pub enum ContactLaw {
         #[serde(default, skip_serializing_if = "is_zero")]
         #[schemars(skip_serializing_if = "never")]
         damping_ratio: f64,
+        /// Mass in kg/m that the dashpots of one point are to damp, in place of the mass of the pair: as for `linear`.
+        #[serde(default, skip_serializing_if = "is_zero")]
+        #[schemars(skip_serializing_if = "never")]
+        damped_mass: f64,
         /// Pulling stress in Pa over the width `2 sqrt(2 R* xi)` of the contact.
         #[serde(default, skip_serializing_if = "is_zero")]
         #[schemars(skip_serializing_if = "never")]
@@ -100,6 +110,7 @@ impl Default for ContactLaw {
             tangential_stiffness: 0.0,
             friction: 0.0,
             damping_ratio: 0.0,
+            damped_mass: 0.0,
         }
     }
 }

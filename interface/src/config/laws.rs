@@ -21,8 +21,8 @@ pub struct Parameter {
     pub expected: &'static str,
     /// The capability that any value but the default asks for.
     pub feature: Option<&'static str>,
-    /// Whether only bodies can have it: a material point does not turn.
-    pub bodies_only: bool,
+    /// Between whom alone it can be other than 0.
+    pub only: Option<Between>,
 }
 
 /// One contact law.
@@ -45,7 +45,7 @@ const STIFFNESS: Parameter = Parameter {
     allows: |k| k > 0.0,
     expected: "a stiffness above 0",
     feature: None,
-    bodies_only: false,
+    only: None,
 };
 const TANGENTIAL: Parameter = Parameter {
     name: "tangential_stiffness",
@@ -69,7 +69,17 @@ const DAMPING: Parameter = Parameter {
     // A restitution below exp(-2) needs more than critical damping: the contact never pulls.
     expected: "0 (elastic) or more, where 1 is critical",
     feature: Some("feature:damping"),
-    bodies_only: false,
+    only: None,
+};
+const DAMPED_MASS: Parameter = Parameter {
+    name: "damped_mass",
+    unit: "kg/m",
+    default: Some(0.0),
+    allows: |mass| mass >= 0.0,
+    expected: "a mass of 0 or more",
+    feature: Some("feature:damped_mass"),
+    // A body is rigid, and its mass is that of its pairs.
+    only: Some(Between::PointsAndBodies),
 };
 const ADHESION: Parameter = Parameter {
     name: "adhesion",
@@ -81,7 +91,7 @@ const ADHESION: Parameter = Parameter {
 const ROLLING: Parameter = Parameter {
     name: "rolling_friction",
     feature: Some("feature:rolling_friction"),
-    bodies_only: true,
+    only: Some(Between::Bodies),
     ..FRICTION
 };
 const HERTZ: Parameter = Parameter {
@@ -103,7 +113,7 @@ const RESTITUTION: Parameter = Parameter {
     allows: |e| e > 0.0 && e <= 1.0,
     expected: "above 0, at most 1 (elastic)",
     feature: Some("feature:damping"),
-    bodies_only: false,
+    only: None,
 };
 const AREA: Parameter = Parameter {
     name: "area_stiffness",
@@ -117,13 +127,21 @@ pub const LAWS: [LawRow; 4] = [
         name: "linear",
         capability: "law:linear",
         kind: "linear",
-        parameters: &[STIFFNESS, TANGENTIAL, FRICTION, DAMPING],
+        parameters: &[STIFFNESS, TANGENTIAL, FRICTION, DAMPING, DAMPED_MASS],
     },
     LawRow {
         name: "granular",
         capability: "law:granular",
         kind: "linear",
-        parameters: &[STIFFNESS, TANGENTIAL, FRICTION, DAMPING, ADHESION, ROLLING],
+        parameters: &[
+            STIFFNESS,
+            TANGENTIAL,
+            FRICTION,
+            DAMPING,
+            DAMPED_MASS,
+            ADHESION,
+            ROLLING,
+        ],
     },
     LawRow {
         name: "hertz_mindlin",
@@ -170,17 +188,19 @@ impl ContactLaw {
                 tangential_stiffness: k_t,
                 friction,
                 damping_ratio,
-            } => (0, vec![k_n, k_t, friction, damping_ratio]),
+                damped_mass,
+            } => (0, vec![k_n, k_t, friction, damping_ratio, damped_mass]),
             Self::Granular {
                 normal_stiffness: k_n,
                 tangential_stiffness: k_t,
                 friction,
                 damping_ratio,
+                damped_mass,
                 adhesion,
                 rolling_friction,
             } => {
                 let more = [adhesion, rolling_friction];
-                let linear = [k_n, k_t, friction, damping_ratio];
+                let linear = [k_n, k_t, friction, damping_ratio, damped_mass];
                 (1, [&linear[..], &more].concat())
             }
             Self::HertzMindlin {
@@ -273,11 +293,17 @@ impl ContactLaw {
             };
             if !(value.is_finite() && (p.allows)(value)) {
                 refuse(p.expected, "");
-            } else if p.bodies_only && of_points && value != 0.0 {
-                refuse(
-                    "0 between points and bodies",
-                    "a material point does not turn: leave it out",
-                );
+            } else if value != 0.0 && p.only.is_some_and(|only| only != between) {
+                match between {
+                    Between::PointsAndBodies => refuse(
+                        "0 between points and bodies",
+                        "a material point does not turn: leave it out",
+                    ),
+                    Between::Bodies => refuse(
+                        "0 between bodies",
+                        "the dashpots of bodies damp the mass of their pair: leave it out",
+                    ),
+                }
             } else if p.name == TANGENTIAL.name {
                 if value == 0.0 && self.friction() > 0.0 {
                     let help = "friction acts through a tangential spring: set it, often to `normal_stiffness` / 20 to / 2";
@@ -314,6 +340,7 @@ mod tests {
             tangential_stiffness: 2.0,
             friction: 0.0,
             damping_ratio: -0.5,
+            damped_mass: 0.1,
             adhesion: f64::NAN,
             rolling_friction,
         }
@@ -360,9 +387,10 @@ mod tests {
             law.faults(between).iter().map(|fault| fault.name).collect()
         };
         assert_eq!(names(HERTZ_MINDLIN, Between::Bodies), ["restitution"]);
-        let of_bodies = ["tangential_stiffness", "damping_ratio", "adhesion"];
+        let [k_t, zeta] = ["tangential_stiffness", "damping_ratio"];
+        let of_bodies = [k_t, zeta, "damped_mass", "adhesion"];
         assert_eq!(names(rolling(0.1), Between::Bodies), of_bodies);
-        let of_points = [&of_bodies[..], &["rolling_friction"]].concat();
+        let of_points = [k_t, zeta, "adhesion", "rolling_friction"];
         assert_eq!(names(rolling(0.1), Between::PointsAndBodies), of_points);
         let none = ContactLaw::default();
         assert!(none.faults(Between::PointsAndBodies).is_empty());

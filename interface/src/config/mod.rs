@@ -14,6 +14,7 @@ mod continuum;
 mod continuum_faults;
 mod defaults;
 mod fault;
+mod lattice;
 mod law;
 pub mod laws;
 pub mod material;
@@ -29,6 +30,7 @@ pub use self::bodies::*;
 pub use self::continuum::*;
 pub use self::continuum_faults::{CELLS_MAX, POINTS_MAX};
 pub use self::fault::ConfigFault;
+pub use self::lattice::{Following, points_of_ring};
 pub use self::law::{ContactLaw, ratio_of_restitution};
 pub use crate::config::material::{Frictional, MaterialConfig, MaterialModel};
 

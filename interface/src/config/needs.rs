@@ -8,7 +8,7 @@ use std::mem::{Discriminant, discriminant};
 use serde::Serialize;
 
 use crate::config::capability::{Capabilities, LAYERS, PAIRS, SEGMENTS};
-use crate::config::{ContactLaw, DemConfig, Interface, MpmConfig, OverlapMeasure};
+use crate::config::{ContactLaw, DemConfig, Interface, Lattice, MpmConfig, OverlapMeasure};
 
 /// Something that a configuration asks of its solver.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -46,7 +46,7 @@ impl MpmConfig {
     /// What it asks of the continuum's solver, every capability once.
     ///
     /// Verbs: `layers`, `segments`. Families: `shape`, `transfer`, `stress_update`, `drift`, `plane`, `wall`, `material`,
-    /// `fill`, `contact_force`; members are the words of the configuration.
+    /// `fill`, `lattice` (where it is not the default), `contact_force`; members are the words of the configuration.
     pub fn needs(&self) -> Vec<Need> {
         let mut needs = Vec::new();
         if self.layers {
@@ -73,6 +73,21 @@ impl MpmConfig {
         needs.extend(each("material", models, key));
         let fills = self.groups.iter().map(|group| &group.fill);
         needs.extend(each("fill", fills, |i| format!("mpm.groups[{i}].fill")));
+        let lattices = self.groups.iter().map(|group| group.lattice);
+        if let Some(g) = lattices
+            .clone()
+            .position(|lattice| lattice != Lattice::default())
+        {
+            let places = lattices
+                .filter(|lattice| *lattice != Lattice::default())
+                .count();
+            let need = one(
+                "lattice",
+                &self.groups[g].lattice,
+                &format!("mpm.groups[{g}].lattice"),
+            );
+            needs.push(Need { places, ..need });
+        }
         needs.push(one(
             "contact_force",
             &self.contact_force,

@@ -41,9 +41,13 @@ impl GroupConfig {
         }
     }
 
-    /// Sides of a point's box in m: the distances, stretched to a whole number along each side of a rectangle.
+    /// Sides of a point's box in m: the distances, stretched to a whole number along each side of a rectangle; where the
+    /// lattice follows an outline, of a square of the same area.
     pub fn box_sides(&self, cell: f64) -> [f64; 2] {
         let distances = self.distances(cell);
+        if let Some(following) = self.following(distances[0]) {
+            return [following.side(); 2];
+        }
         match self.fill {
             Fill::Rectangle { lower, upper } => [0, 1].map(|a| {
                 let size = upper[a] - lower[a];
@@ -66,6 +70,9 @@ impl GroupConfig {
     /// Contact radius in m of a group whose scene gives none: half the distance of neighbouring points.
     pub fn default_contact_radius(&self, cell: f64) -> f64 {
         let [dx, dy] = self.distances(cell);
+        if let Some(following) = self.following(dx) {
+            return 0.5 * following.side();
+        }
         0.5 * (dx * dy).sqrt()
     }
 
@@ -82,7 +89,7 @@ impl GroupConfig {
 
 #[cfg(test)]
 mod tests {
-    use super::super::InitialFields;
+    use super::super::{InitialFields, Lattice};
     use super::*;
 
     fn group(fill: Fill, spacing: Spacing) -> GroupConfig {
@@ -95,6 +102,8 @@ mod tests {
             fields: InitialFields::default(),
             contact_radius: None,
             rigid: false,
+            keeps_spin: false,
+            lattice: Lattice::default(),
         }
     }
 

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactForceScheme, DemConfig, Drift, Fill, Forcing,
-    GroupConfig, InitialFields, Interface, Leaving, MaterialConfig, MaterialModel, Motion,
+    GroupConfig, InitialFields, Interface, Lattice, Leaving, MaterialConfig, MaterialModel, Motion,
     MpmConfig, Plane, ShapeFunction, Spacing, StressUpdate, Transfer, Walls,
 };
 
@@ -38,10 +38,12 @@ pub fn plain_continuum() -> MpmConfig {
                 radius: 0.125,
             },
             spacing: Spacing::PerCell(4),
+            lattice: Lattice::Grid,
             velocity: [0.0; 2],
             fields: InitialFields::default(),
             contact_radius: None,
             rigid: false,
+            keeps_spin: false,
         }],
         contact_force: ContactForceScheme::Point,
         forcing: Forcing::default(),

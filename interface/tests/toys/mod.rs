@@ -293,6 +293,7 @@ pub fn dem_config() -> DemConfig {
         tangential_stiffness: 0.0,
         friction: 0.0,
         damping_ratio: 0.0,
+        damped_mass: 0.0,
     };
     DemConfig {
         gravity: [0.0, 0.0],

@@ -34,10 +34,15 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, T: Transfer>(
         }
         StressUpdate::Usf if mapped => {
             find_near_loads(continuum);
-            transfer_pass::<W, true, false, S, T>(continuum, Which::NearLoad, 0.0);
-            map_velocities(continuum, Which::NearLoad);
-            transfer_pass::<W, false, true, S, T>(continuum, Which::NearLoad, dt);
-            transfer_pass::<W, true, true, S, T>(continuum, Which::Elsewhere, dt);
+            // A spin is one of all points at one time.
+            let spins = continuum.clouds.iter().any(|cloud| cloud.spin.is_some());
+            let near = if spins { Which::All } else { Which::NearLoad };
+            transfer_pass::<W, true, false, S, T>(continuum, near, 0.0);
+            map_velocities(continuum, near);
+            transfer_pass::<W, false, true, S, T>(continuum, near, dt);
+            if !spins {
+                transfer_pass::<W, true, true, S, T>(continuum, Which::Elsewhere, dt);
+            }
         }
         StressUpdate::Usf | StressUpdate::Usl => {
             transfer_pass::<W, true, true, S, T>(continuum, Which::All, dt);

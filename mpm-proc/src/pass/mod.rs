@@ -14,6 +14,7 @@ pub mod node_momentum;
 pub mod points_to_grid;
 pub mod select_imps;
 pub mod sort;
+pub mod spin;
 pub mod stress;
 pub mod stress_schemes;
 pub mod update_grid;

@@ -1,6 +1,7 @@
 //! Points to grid: mass and momentum (Jiang 2020 eqs. 18, 19, 30).
 
 use super::node_momentum::{divide_mapped, sum_momentum};
+use super::spin::spin;
 use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
 use crate::kernel::point_tile::Which;
 use crate::kernel::shape::Shape;
@@ -9,7 +10,7 @@ use crate::kernel::tiles::{Place, pitch};
 use crate::kernel::transfer::{AffineState, Transfer};
 use crate::kernel::window::{NodalWindow, add_numbers, add_product};
 use crate::state::continuum::Continuum;
-use crate::state::points::{Cloud, Motion};
+use crate::state::points::Cloud;
 
 /// Maps mass and momentum of all points to the nodes, and divides: velocities of the nodes before the kick.
 pub fn points_to_grid<const W: usize, S: Shape<W>, T: Transfer>(
@@ -20,7 +21,7 @@ pub fn points_to_grid<const W: usize, S: Shape<W>, T: Transfer>(
     let (clouds, grid) = (&mut continuum.clouds, &mut continuum.grid);
     continuum.threads.run(|| {
         for cloud in &mut *clouds {
-            fill_windows(grain, cloud, Which::All);
+            map_cloud(grain, cloud, Which::All, grid.geometry.cell);
         }
         sum_momentum(grid, grain, clouds, pic_fraction);
     });
@@ -36,17 +37,39 @@ pub fn map_velocities<const W: usize, S: Shape<W>, T: Transfer>(
     let (clouds, grid) = (&mut continuum.clouds, &mut continuum.grid);
     continuum.threads.run(|| {
         for cloud in &mut *clouds {
-            fill_windows(grain, cloud, which);
+            map_cloud(grain, cloud, which, grid.geometry.cell);
         }
         divide_mapped(grid, grain, clouds);
     });
 }
 
-/// Sums mass and momentum of a cloud's points into the windows of their tiles, of `which`.
-fn fill_windows<const W: usize, S: Shape<W>, A: AffineState>(
+/// Sums mass and momentum of a cloud's points into the windows of their tiles, of `which`; with the group's spin at the nodes
+/// where it is kept.
+fn map_cloud<const W: usize, S: Shape<W>, A: AffineState>(
     grain: usize,
     cloud: &mut Cloud<W, S, A>,
     which: Which,
+    cell: f64,
+) {
+    if cloud.spin.is_some() {
+        let turn = spin(cloud);
+        cloud.spin = Some(turn);
+        // The change of velocity from one node to the next along x, and along y.
+        let [none, over_cell] = [ZERO, splat(turn * cell)];
+        let slopes = [[none, over_cell], [-over_cell, none]];
+        fill_windows::<W, true, S, A>(grain, cloud, which, slopes);
+    } else {
+        fill_windows::<W, false, S, A>(grain, cloud, which, [[ZERO; 2]; 2]);
+    }
+}
+
+/// Sums mass and momentum of a cloud's points into the windows of their tiles, of `which`. Points have affine parts of their
+/// own, or all have those `of_group` if `SPIN`.
+fn fill_windows<const W: usize, const SPIN: bool, S: Shape<W>, A: AffineState>(
+    grain: usize,
+    cloud: &mut Cloud<W, S, A>,
+    which: Which,
+    of_group: [[Lanes; 2]; 2],
 ) {
     let (shape, x, motion, mass) = (cloud.shape, &cloud.x, &cloud.motion, cloud.mass);
     let share = PerTile::one(&mut cloud.mass_momentum[..]);
@@ -61,25 +84,33 @@ fn fill_windows<const W: usize, S: Shape<W>, A: AffineState>(
             let place = tile.frame.locate(&x[block], pitch(W));
             let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
             let mass = splat(mass) * tile.live(b);
-            add_momentum(nodes, &place, &s, &motion[block], mass);
+            let v = motion[block].v;
+            if SPIN {
+                add_momentum::<W, true>(nodes, &place, &s, (v, of_group), mass);
+            } else if A::PRESENT {
+                let slopes = motion[block].affine.slopes();
+                add_momentum::<W, true>(nodes, &place, &s, (v, slopes), mass);
+            } else {
+                add_momentum::<W, false>(nodes, &place, &s, (v, of_group), mass);
+            }
         }
     });
 }
 
-/// `m_I += m_p S_Ip`, `p_I += m_p S_Ip (v_p + B_p D_p^-1 (x_I - x_p))` for four points.
+/// `m_I += m_p S_Ip`, `p_I += m_p S_Ip (v_p + B_p D_p^-1 (x_I - x_p))` for four points, the second part if `AFFINE`: their
+/// velocities, and its change from one node to the next along x and along y.
 #[inline(always)]
-fn add_momentum<const W: usize, A: AffineState>(
+fn add_momentum<const W: usize, const AFFINE: bool>(
     nodes: &mut NodalWindow,
     place: &Place,
     s: &[[Lanes; W]; 2],
-    motion: &Motion<A>,
+    (velocity, [along, across]): ([Lanes; 2], [[Lanes; 2]; 2]),
     mass: Lanes,
 ) {
     // (m, p_x, p_y, 0) of each point at its base node, and the change by one node along x and along y.
-    let [along, across] = motion.affine.slopes();
-    let mut v = motion.v;
+    let mut v = velocity;
     let mut change = [[ZERO; LANES]; 2];
-    if A::PRESENT {
+    if AFFINE {
         for a in 0..2 {
             v[a] -= along[a] * place.d[0] + across[a] * place.d[1];
         }
@@ -103,7 +134,7 @@ fn add_momentum<const W: usize, A: AffineState>(
             for k in 0..LANES {
                 let weight = splat(sy[j][k]);
                 value[k] = weight * rows[k];
-                if A::PRESENT {
+                if AFFINE {
                     step[k] = weight * change[0][k];
                     rows[k] += change[1][k];
                 }
@@ -114,7 +145,7 @@ fn add_momentum<const W: usize, A: AffineState>(
                     sum = splat(sx[i][k]).mul_add(value[k], sum);
                 }
                 add_numbers(nodes, 4 * (place.base[0] + j * pitch(W) + i), sum);
-                if A::PRESENT {
+                if AFFINE {
                     for k in 0..LANES {
                         value[k] += step[k];
                     }
@@ -132,11 +163,11 @@ fn add_momentum<const W: usize, A: AffineState>(
             for i in 0..W {
                 let at = 4 * (place.base[k] + j * pitch(W) + i);
                 add_product(nodes, at, splat(sx[i][k]), value);
-                if A::PRESENT {
+                if AFFINE {
                     value += step;
                 }
             }
-            if A::PRESENT {
+            if AFFINE {
                 row += change[1][k];
             }
         }

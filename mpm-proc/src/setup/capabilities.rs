@@ -4,7 +4,7 @@ use interface::config::capability::{Capabilities, SAVE, STRESS_WORK};
 
 /// Families of a configuration with the members that the solver takes, by their names there. Which of them go together is
 /// for [`crate::setup::configure`] to say.
-const TAKES: [(&str, &[&str]); 9] = [
+const TAKES: [(&str, &[&str]); 10] = [
     (
         "shape",
         &["linear", "ugimp", "quadratic_bspline", "cubic_bspline"],
@@ -28,6 +28,7 @@ const TAKES: [(&str, &[&str]); 9] = [
     ),
     ("contact_force", &["point", "nearest_nodes", "traction"]),
     ("fill", &["disc", "rectangle", "polygon", "points"]),
+    ("lattice", &["grid", "outline"]),
 ];
 
 /// The capabilities of the solver.
@@ -52,8 +53,8 @@ mod tests {
     use std::collections::BTreeSet;
 
     use interface::config::{
-        ContactForceScheme, Drift, Fill, MaterialModel, Plane, ShapeFunction, StressUpdate,
-        Transfer, Wall,
+        ContactForceScheme, Drift, Fill, Lattice, MaterialModel, Plane, ShapeFunction,
+        StressUpdate, Transfer, Wall,
     };
     use schemars::{JsonSchema, schema_for};
     use serde_json::Value;
@@ -92,6 +93,7 @@ mod tests {
             ("material", variants::<MaterialModel>()),
             ("contact_force", variants::<ContactForceScheme>()),
             ("fill", variants::<Fill>()),
+            ("lattice", variants::<Lattice>()),
         ];
         assert_eq!(known.len(), TAKES.len());
         let capabilities = capabilities();

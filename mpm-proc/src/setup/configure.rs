@@ -196,6 +196,7 @@ impl<'a> Parts<'a> {
                     mass: material.density * points.box_area(),
                     radius: group.contact_radius.unwrap_or_else(|| half_spacing(points)),
                     sides: points.sides,
+                    keeps_spin: group.keeps_spin,
                 },
                 first_id,
                 &points.positions,

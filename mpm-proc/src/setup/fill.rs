@@ -2,10 +2,11 @@
 //!
 //! Points lie at the centres of boxes; each has the mass and the volume of its box. A rectangle is filled exactly (its
 //! boxes are stretched to a whole number along each side); of discs and polygons those boxes count whose centre is
-//! inside, so their area differs a little, which the solver's notes say.
+//! inside, so their area differs a little, which the solver's notes say. A lattice that follows the outline
+//! ([`Following`]) fills discs, and rectangles that are turned, exactly.
 
 use interface::Vec2;
-use interface::config::{Fill, GroupConfig, Spacing};
+use interface::config::{Fill, Following, GroupConfig, Spacing, points_of_ring};
 use interface::solver::Refusal;
 use mechanics::outline::crosses_ray;
 
@@ -38,7 +39,12 @@ pub fn fill(group: &GroupConfig, cell: f64, key: &str) -> Result<FilledRegion, R
         Spacing::Counts(_) => 0.0, // goes with a rectangle, which has its counts
     };
     let region = match &group.fill {
-        Fill::Disc { center, radius } => disc(*center, *radius, side),
+        Fill::Disc { center, radius } => match group.following(side) {
+            Some(following @ Following::Rings { rings, .. }) => {
+                concentric(*center, *radius, rings, following.side())
+            }
+            _ => disc(*center, *radius, side),
+        },
         Fill::Rectangle { lower, upper } => {
             let size = [upper[0] - lower[0], upper[1] - lower[1]];
             let counts = match group.spacing {
@@ -47,7 +53,10 @@ pub fn fill(group: &GroupConfig, cell: f64, key: &str) -> Result<FilledRegion, R
             };
             rectangle(*lower, size, counts.map(|n| n as usize))
         }
-        Fill::Polygon { vertices } => polygon(vertices, side),
+        Fill::Polygon { vertices } => match group.following(side) {
+            Some(following @ Following::Rows { .. }) => rows(vertices, &following),
+            _ => polygon(vertices, side),
+        },
         Fill::Points { positions } => FilledRegion {
             positions: positions.clone(),
             sides: [side; 2],
@@ -98,28 +107,104 @@ fn rectangle(lower: [f64; 2], size: [f64; 2], counts: [usize; 2]) -> FilledRegio
     }
 }
 
-/// The lattice begins at the lower left corner of the polygon's bounds.
-fn polygon(vertices: &[[f64; 2]], side: f64) -> FilledRegion {
-    let outline: Vec<Vec2> = vertices.iter().map(|&v| Vec2::from(v)).collect();
-    let lower = outline.iter().fold(outline[0], |a, b| a.inf(b));
-    let upper = outline.iter().fold(outline[0], |a, b| a.sup(b));
-    // A hair less than the quotient, so that a side that divides the bounds exactly adds no empty row.
-    let counts = ((upper - lower) / side).map(|n| (n - 1e-9).ceil().max(1.0));
-    let edges = || (0..outline.len()).map(|i| (outline[i], outline[(i + 1) % outline.len()]));
+/// Rings of points of the same area, each in the middle between the circles that bound that area. As the lattice along the
+/// grid, they are four-fold symmetric: a ring has a multiple of four points, and none on an axis.
+fn concentric(center: [f64; 2], radius: f64, rings: u32, side: f64) -> FilledRegion {
+    let points: u64 = (0..rings).map(points_of_ring).sum();
+    let bound = |within: u64| radius * (within as f64 / points as f64).sqrt();
+    let mut positions = Vec::with_capacity(points as usize);
+    let mut within = 0;
+    for ring in 0..rings {
+        let n = points_of_ring(ring);
+        let r = 0.5 * (bound(within) + bound(within + n));
+        for i in 0..n {
+            let turn = (i as f64 + 0.5) / n as f64;
+            let (sin, cos) = (core::f64::consts::TAU * turn).sin_cos();
+            positions.push([center[0] + r * cos, center[1] + r * sin]);
+        }
+        within += n;
+    }
+    FilledRegion {
+        positions,
+        sides: [side; 2],
+        area: Some(core::f64::consts::PI * radius * radius),
+    }
+}
+
+/// Points of a lattice along an edge that are inside of the polygon.
+fn rows(vertices: &[[f64; 2]], lattice: &Following) -> FilledRegion {
+    let Following::Rows {
+        corner,
+        along,
+        counts,
+        distances,
+    } = *lattice
+    else {
+        unreachable!("a polygon has rows")
+    };
+    let across = Vec2::new(-along.y, along.x);
+    let outline = Outline::new(vertices);
     let mut positions = Vec::new();
-    for j in 0..counts.y as usize {
-        for i in 0..counts.x as usize {
-            let p = lower + Vec2::new(i as f64 + 0.5, j as f64 + 0.5) * side;
-            if edges().fold(false, |inside, (a, b)| inside ^ crosses_ray(a, b, p)) {
+    for j in 0..counts[1] {
+        for i in 0..counts[0] {
+            let at = [i, j].map(|n| f64::from(n) + 0.5);
+            let p = corner + along * (at[0] * distances[0]) + across * (at[1] * distances[1]);
+            if outline.holds(p) {
                 positions.push([p.x, p.y]);
             }
         }
     }
-    let area = 0.5 * edges().map(|(a, b)| a.perp(&b)).sum::<f64>().abs();
+    FilledRegion {
+        positions,
+        sides: [lattice.side(); 2],
+        area: Some(outline.area()),
+    }
+}
+
+/// The outline of a polygon.
+struct Outline(Vec<Vec2>);
+
+impl Outline {
+    fn new(vertices: &[[f64; 2]]) -> Self {
+        Self(vertices.iter().map(|&v| Vec2::from(v)).collect())
+    }
+
+    fn edges(&self) -> impl Iterator<Item = (Vec2, Vec2)> {
+        let next = self.0.iter().cycle().skip(1);
+        self.0.iter().zip(next).map(|(a, b)| (*a, *b))
+    }
+
+    fn holds(&self, p: Vec2) -> bool {
+        self.edges()
+            .fold(false, |inside, (a, b)| inside ^ crosses_ray(a, b, p))
+    }
+
+    /// In m^2.
+    fn area(&self) -> f64 {
+        0.5 * self.edges().map(|(a, b)| a.perp(&b)).sum::<f64>().abs()
+    }
+}
+
+/// The lattice begins at the lower left corner of the polygon's bounds.
+fn polygon(vertices: &[[f64; 2]], side: f64) -> FilledRegion {
+    let outline = Outline::new(vertices);
+    let lower = outline.0.iter().fold(outline.0[0], |a, b| a.inf(b));
+    let upper = outline.0.iter().fold(outline.0[0], |a, b| a.sup(b));
+    // A hair less than the quotient, so that a side that divides the bounds exactly adds no empty row.
+    let counts = ((upper - lower) / side).map(|n| (n - 1e-9).ceil().max(1.0));
+    let mut positions = Vec::new();
+    for j in 0..counts.y as usize {
+        for i in 0..counts.x as usize {
+            let p = lower + Vec2::new(i as f64 + 0.5, j as f64 + 0.5) * side;
+            if outline.holds(p) {
+                positions.push([p.x, p.y]);
+            }
+        }
+    }
     FilledRegion {
         positions,
         sides: [side; 2],
-        area: Some(area),
+        area: Some(outline.area()),
     }
 }
 
@@ -176,4 +261,118 @@ fn bounds(points: &FilledRegion) -> [Vec2; 2] {
         [Vec2::repeat(f64::INFINITY), Vec2::repeat(f64::NEG_INFINITY)],
         |[low, high], p| [low.inf(&(p - half)), high.sup(&(p + half))],
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use interface::config::{InitialFields, Lattice};
+
+    use super::*;
+
+    fn group(fill: Fill, distance: f64, lattice: Lattice) -> GroupConfig {
+        GroupConfig {
+            name: "points".into(),
+            material: 0,
+            fill,
+            spacing: Spacing::Distance(distance),
+            lattice,
+            velocity: [0.0; 2],
+            fields: InitialFields::default(),
+            contact_radius: None,
+            rigid: false,
+            keeps_spin: false,
+        }
+    }
+
+    fn filled(fill_: Fill, distance: f64, lattice: Lattice) -> FilledRegion {
+        fill(&group(fill_, distance, lattice), 1.0, "").unwrap()
+    }
+
+    /// A square with sides of 2 around the origin.
+    fn square(angle: f64) -> Vec<[f64; 2]> {
+        let (s, c) = angle.sin_cos();
+        let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]];
+        corners.map(|[x, y]| [c * x - s * y, s * x + c * y]).into()
+    }
+
+    #[test]
+    fn a_turned_rectangle_is_filled_as_one_along_the_grid() {
+        for angle in [0.0, 0.2, 0.7, 1.3, -0.9] {
+            let fill = Fill::Polygon {
+                vertices: square(angle),
+            };
+            let outline = filled(fill.clone(), 0.103, Lattice::Outline);
+            assert_eq!(outline.positions.len(), 19 * 19);
+            let area = 361.0 * outline.box_area();
+            assert!((area - 4.0).abs() < 1e-12, "{area}");
+            let reach = |axis: [f64; 2]| {
+                let along = outline
+                    .positions
+                    .iter()
+                    .map(|p| p[0] * axis[0] + p[1] * axis[1]);
+                along.fold(f64::NEG_INFINITY, f64::max)
+            };
+            let (s, c) = angle.sin_cos();
+            for axis in [[c, s], [-s, c], [-c, -s], [s, -c]] {
+                assert!((reach(axis) - (1.0 - 1.0 / 19.0)).abs() < 1e-12, "{angle}");
+            }
+            let radius = group(fill, 0.103, Lattice::Outline).default_contact_radius(1.0);
+            assert!((radius - 1.0 / 19.0).abs() < 1e-12);
+        }
+        // The lattice along the grid leaves a jagged face.
+        let fill = Fill::Polygon {
+            vertices: square(0.2),
+        };
+        let grid = filled(fill, 0.103, Lattice::Grid);
+        assert!((grid.positions.len() as f64 * grid.box_area() - 4.0).abs() > 1e-3);
+    }
+
+    #[test]
+    fn rings_fill_a_disc_and_all_reach_as_far() {
+        for (radius, distance) in [(1.0, 0.05), (1.0, 0.3), (0.5, 0.013), (0.1, 1.0)] {
+            let fill = Fill::Disc {
+                center: [0.0; 2],
+                radius,
+            };
+            let rings = filled(fill, distance, Lattice::Outline);
+            let n = rings.positions.len() as f64;
+            let area = n * rings.box_area() / (core::f64::consts::PI * radius * radius);
+            assert!((area - 1.0).abs() < 1e-12, "{area}");
+            let from_center: Vec<f64> = rings.positions.iter().map(|p| p[0].hypot(p[1])).collect();
+            let most = from_center.iter().copied().fold(0.0, f64::max);
+            let outer = from_center
+                .iter()
+                .filter(|r| **r > most - 1e-9 * radius)
+                .count();
+            let across = core::f64::consts::TAU * most / outer as f64;
+            let inside = radius - most;
+            if n > 50.0 {
+                assert!((across / rings.sides[0] - 1.0).abs() < 0.05, "{across}");
+                assert!(
+                    (inside / (0.5 * rings.sides[0]) - 1.0).abs() < 0.05,
+                    "{inside}"
+                );
+                // The moment of inertia of a disc, but for the points' own.
+                let polar = from_center.iter().map(|r| r * r).sum::<f64>() / n;
+                assert!(
+                    (polar / (0.5 * radius * radius) - 1.0).abs() < 2.0 / n,
+                    "{polar}"
+                );
+            }
+            for q in 0..2 {
+                let mean = rings.positions.iter().map(|p| p[q]).sum::<f64>() / n;
+                assert!(mean.abs() < 1e-12 * radius);
+            }
+        }
+    }
+
+    #[test]
+    fn no_point_lies_outside_of_a_polygon_with_slanted_edges() {
+        let vertices = vec![[0.0, 0.0], [3.0, 1.0], [2.5, 2.5], [1.0, 1.2]];
+        let outline = Outline::new(&vertices);
+        let region = filled(Fill::Polygon { vertices }, 0.07, Lattice::Outline);
+        assert!(region.positions.iter().all(|&p| outline.holds(p.into())));
+        let area = region.positions.len() as f64 * region.box_area();
+        assert!((area / outline.area() - 1.0).abs() < 0.02);
+    }
 }

@@ -60,6 +60,8 @@ pub struct Kind {
     pub radius: f64,
     /// Sides of a point's box in m.
     pub sides: [f64; 2],
+    /// Whether the nodes are given the spin of the group.
+    pub keeps_spin: bool,
 }
 
 /// The points of one group.
@@ -76,6 +78,8 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState> {
     pub volume: f64,
     /// Contact radius in m.
     pub radius: f64,
+    /// Spin of the group at the last map to the grid in rad/s, where the nodes are given it.
+    pub spin: Option<f64>,
     /// Identity of the first point; the others follow.
     pub first_id: u64,
     /// `x_p^n` in m.
@@ -136,6 +140,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             mass: kind.mass,
             volume: kind.sides[0] * kind.sides[1],
             radius: kind.radius,
+            spin: kind.keeps_spin.then_some(0.0),
             first_id,
             x,
             motion: v
@@ -306,6 +311,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             mass: _,     // of the configuration
             volume: _,   // likewise
             radius: _,   // likewise
+            spin: _,     // likewise, and its number of one step
             first_id: _, // likewise
             x,
             motion,

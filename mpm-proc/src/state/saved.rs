@@ -93,10 +93,12 @@ impl Form {
             material,
             fill,
             spacing,
+            lattice,
             velocity,
             fields,
             contact_radius,
             rigid,
+            keeps_spin,
         } = group;
         let mut of_group =
             |key: &str, value: &dyn fmt::Debug| line(&format!("points.{g}.{key}"), value);
@@ -108,10 +110,12 @@ impl Form {
             region => of_group("fill", region),
         }
         of_group("spacing", spacing);
+        of_group("lattice", lattice);
         of_group("velocity", velocity);
         of_group("fields", fields);
         of_group("contact_radius", contact_radius);
         of_group("rigid", rigid);
+        of_group("keeps_spin", keeps_spin);
     }
 
     /// The bytes of a `state` of this form.

@@ -23,6 +23,7 @@ fn pair(rigid: [bool; 2]) -> MpmConfig {
                 upper: [x + 0.2, 0.5],
             },
             spacing: Spacing::PerCell(4),
+            lattice: interface::config::Lattice::default(),
             velocity: [v, 0.0],
             rigid,
             ..config.groups[0].clone()

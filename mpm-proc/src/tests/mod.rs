@@ -15,6 +15,7 @@ mod physics;
 mod refusals;
 mod saved;
 mod selection;
+mod spin;
 mod torn;
 
 use interface::config::{
@@ -78,10 +79,12 @@ pub fn block() -> MpmConfig {
                 upper: [0.4, 0.5],
             },
             spacing: Spacing::PerCell(4),
+            lattice: interface::config::Lattice::default(),
             velocity: [0.0, 0.0],
             fields: interface::config::InitialFields::default(),
             contact_radius: None,
             rigid: false,
+            keeps_spin: false,
         }],
         contact_force: interface::config::ContactForceScheme::default(),
         forcing: interface::config::Forcing::default(),

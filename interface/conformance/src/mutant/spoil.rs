@@ -139,6 +139,7 @@ pub fn law(mut spoil: impl FnMut(&mut f64, &mut f64, &mut f64, &mut f64) + 'stat
             tangential_stiffness,
             friction,
             damping_ratio,
+            ..
         } = &mut config.point_contact
         {
             spoil(

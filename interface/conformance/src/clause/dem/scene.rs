@@ -23,6 +23,7 @@ pub fn elastic(normal_stiffness: f64) -> ContactLaw {
         tangential_stiffness: 0.0,
         friction: 0.0,
         damping_ratio: 0.0,
+        damped_mass: 0.0,
     }
 }
 
@@ -33,6 +34,7 @@ pub fn frictional(tangential_stiffness: f64, friction: f64) -> ContactLaw {
         tangential_stiffness,
         friction,
         damping_ratio: 0.0,
+        damped_mass: 0.0,
     }
 }
 
@@ -84,6 +86,7 @@ pub fn damped(damping_ratio: f64) -> ContactLaw {
         tangential_stiffness: 0.0,
         friction: 0.0,
         damping_ratio,
+        damped_mass: 0.0,
     }
 }
 

@@ -69,10 +69,12 @@ pub fn group(fill: Fill) -> GroupConfig {
         material: 0,
         fill,
         spacing: Spacing::Distance(SPACING),
+        lattice: interface::config::Lattice::default(),
         velocity: [0.0; 2],
         fields: InitialFields::default(),
         contact_radius: Some(RADIUS),
         rigid: false,
+        keeps_spin: false,
     }
 }
 

@@ -1,0 +1,109 @@
+//! The lattice that a group's points lie on.
+
+use super::continuum::{Fill, GroupConfig, Lattice};
+use crate::Vec2;
+
+/// A lattice that follows an outline.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Following {
+    /// Rings of one width around the centre of a disc.
+    Rings {
+        /// How many, 1 or more.
+        rings: u32,
+        /// Their common width in m, about: the areas of points are equal to the last digit, the widths are not.
+        width: f64,
+    },
+    /// Rows along an edge of a polygon and columns across it.
+    Rows {
+        /// Where the first row and column begin, in m.
+        corner: Vec2,
+        /// Direction of the rows, a unit vector.
+        along: Vec2,
+        /// Points in a row, and rows: as many as the polygon is wide and high, 1 or more.
+        counts: [u32; 2],
+        /// Distance along a row and from row to row, in m.
+        distances: [f64; 2],
+    },
+}
+
+/// Rings of a disc that are counted one by one: they hold more points than a group may have.
+const MOST_RINGS: u32 = 1 << 16;
+
+impl Following {
+    /// Side in m of a square as large as what belongs to a point.
+    pub fn side(&self) -> f64 {
+        match *self {
+            Self::Rings { rings, width } => {
+                let radius = f64::from(rings) * width;
+                // More rings than points are allowed for are not counted: the group is refused.
+                let area = core::f64::consts::PI * radius * radius;
+                let counted = (rings <= MOST_RINGS).then(|| (0..rings).map(points_of_ring).sum());
+                counted.map_or(width, |points: u64| (area / points as f64).sqrt())
+            }
+            Self::Rows { distances, .. } => (distances[0] * distances[1]).sqrt(),
+        }
+    }
+}
+
+/// Points in a ring, counted from the centre: the multiple of four that is next to its area over the square of its width.
+pub fn points_of_ring(ring: u32) -> u64 {
+    4 * (core::f64::consts::FRAC_PI_4 * f64::from(2 * ring + 1)).round() as u64
+}
+
+impl GroupConfig {
+    /// The lattice that follows the outline, of a group that asks for it and has one; rectangles are filled along theirs
+    /// anyway. For points that are `distance` (m) apart.
+    pub fn following(&self, distance: f64) -> Option<Following> {
+        if self.lattice == Lattice::Grid {
+            return None;
+        }
+        match &self.fill {
+            Fill::Disc { radius, .. } => {
+                let rings = whole(radius / distance);
+                let width = radius / f64::from(rings);
+                Some(Following::Rings { rings, width })
+            }
+            Fill::Polygon { vertices } => rows(vertices, distance),
+            Fill::Rectangle { .. } | Fill::Points { .. } => None,
+        }
+    }
+}
+
+/// A whole number near to `n`, 1 at least. What is too large for a number of points is a fault told elsewhere.
+fn whole(n: f64) -> u32 {
+    n.round().max(1.0) as u32
+}
+
+/// Rows along the first of the longest edges; `None` for what is no polygon.
+fn rows(vertices: &[[f64; 2]], distance: f64) -> Option<Following> {
+    let at = |i: usize| Vec2::from(vertices[i % vertices.len()]);
+    let edges = (0..vertices.len()).map(|i| at(i + 1) - at(i));
+    let longest = edges.reduce(|a, b| {
+        // Edges of the same length but for rounding count as equal.
+        if b.norm() > a.norm() * (1.0 + 1e-9) {
+            b
+        } else {
+            a
+        }
+    })?;
+    if !(longest.norm() > 0.0 && longest.norm().is_finite()) {
+        return None;
+    }
+    let along = longest / longest.norm();
+    let across = Vec2::new(-along.y, along.x);
+    let extent = |axis: Vec2| {
+        let places = vertices.iter().map(|&v| Vec2::from(v).dot(&axis));
+        places.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| {
+            [low.min(x), high.max(x)]
+        })
+    };
+    let extents = [extent(along), extent(across)];
+    let counts = extents.map(|[low, high]| whole((high - low) / distance));
+    let distances = [0, 1].map(|a| (extents[a][1] - extents[a][0]) / f64::from(counts[a]));
+    Some(Following::Rows {
+        corner: along * extents[0][0] + across * extents[1][0],
+        along,
+        counts,
+        distances,
+    })
+}
