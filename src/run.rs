@@ -19,7 +19,7 @@ use signal_hook::flag;
 use crate::cli::{HowArgs, LogFormat, ResumeArgs, RunArgs};
 use crate::exit::BAD_INPUT;
 use crate::terminal::{complain, say};
-use crate::{logging, machine, report, solvers};
+use crate::{logging, machine, report, solvers, terminal};
 
 /// Runs a scene from the command line.
 pub fn run(args: &RunArgs) -> ExitCode {
@@ -52,7 +52,7 @@ pub fn run(args: &RunArgs) -> ExitCode {
         Ok(opened) => opened,
         Err(error) => return refuse(&with_advice(&error)),
     };
-    logging::of_run(log, args.how.log);
+    logging::of_run(&log, args.how.log);
     begin(&scene, &out);
     if let Some(killed) = killed {
         tracing::info!("the earlier run in {}: {}", out.display(), killed.words());
@@ -87,7 +87,7 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
         Ok(options) => options,
         Err(error) => return refuse(&error),
     };
-    logging::of_run(log, args.how.log);
+    logging::of_run(&log, args.how.log);
     begin(&scene, &args.dir);
     for damaged in resumed.passed_over() {
         tracing::warn!("{damaged}: passed over");
@@ -171,6 +171,7 @@ fn finish(
     }
     say(format_args!("results in {}", place.display()));
     if scene.output.report {
+        logging::settle();
         match dir.report() {
             Ok(_) => report::at_the_end_of(place),
             Err(error) => complain(format_args!("warning: no report: {error}")),
@@ -238,6 +239,7 @@ fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions, St
         window: args.window,
         record,
         progress: args.log == LogFormat::Text,
+        screen: Some(terminal::screen().clone()),
         patience: Duration::from_secs_f64(args.patience),
         interrupt: interrupt()?,
         save: on_signal(SIGUSR1)?,
