@@ -1,9 +1,9 @@
 //! Where log events go: `log.jsonl` in the run directory, and standard error as text or JSON.
 
-use std::fs::File;
 use std::io::IsTerminal;
-use std::sync::Mutex;
+use std::sync::{Arc, OnceLock};
 
+use coupler::record::aside::LogFile;
 use tracing::Level;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::fmt::layer;
@@ -12,6 +12,7 @@ use tracing_subscriber::util::SubscriberInitExt;
 use tracing_subscriber::{Layer, registry};
 
 use crate::cli::LogFormat;
+use crate::terminal::screen;
 
 /// iceoryx2 warns about connections that are being closed in order; only its errors are news.
 fn ours(level: Level) -> Targets {
@@ -30,14 +31,25 @@ fn ours(level: Level) -> Targets {
         })
 }
 
+/// The log of the run of this process.
+static LOG: OnceLock<LogFile> = OnceLock::new();
+
+/// Waits until every line of the log so far is in its file.
+pub fn settle() {
+    if let Some(log) = LOG.get() {
+        log.settle();
+    }
+}
+
 /// Logs a run.
-pub fn of_run(file: File, format: LogFormat) {
+pub fn of_run(log: &LogFile, format: LogFormat) {
+    let _ = LOG.set(log.clone());
     let to_file = layer()
         .json()
-        .with_writer(Mutex::new(file))
+        .with_writer(Arc::new(log.clone()))
         .with_filter(ours(Level::DEBUG));
     let stderr = layer()
-        .with_writer(std::io::stderr)
+        .with_writer(Arc::new(screen().clone()))
         .with_ansi(std::io::stderr().is_terminal());
     let to_stderr = match format {
         LogFormat::Json => stderr.json().with_filter(ours(Level::INFO)).boxed(),

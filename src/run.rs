@@ -17,7 +17,7 @@ use crate::cli::{HowArgs, LogFormat, ResumeArgs, RunArgs, SceneArgs};
 use crate::exit::BAD_INPUT;
 use crate::signals::{interrupt, on_signal};
 use crate::terminal::{complain, say};
-use crate::{logging, machine, report, solvers, watch};
+use crate::{logging, machine, report, solvers, terminal, watch};
 
 /// Longest name of a default run directory in bytes; file systems allow 255.
 const DIRECTORY_MAX: usize = 120;
@@ -56,7 +56,7 @@ pub fn run(args: &RunArgs) -> ExitCode {
         Ok(opened) => opened,
         Err(error) => return refuse(&with_advice(&error)),
     };
-    logging::of_run(log, args.how.log);
+    logging::of_run(&log, args.how.log);
     if args.watch {
         watch::beside(&out);
     }
@@ -97,7 +97,7 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
         Ok(options) => options,
         Err(error) => return refuse(&error),
     };
-    logging::of_run(log, args.how.log);
+    logging::of_run(&log, args.how.log);
     begin(&scene, &args.dir);
     for damaged in resumed.passed_over() {
         tracing::warn!("{damaged}: passed over");
@@ -181,6 +181,7 @@ fn finish(
     }
     say(format_args!("results in {}", place.display()));
     if scene.output.report {
+        logging::settle();
         match dir.report() {
             Ok(_) => report::at_the_end_of(place),
             Err(error) => complain(format_args!("warning: no report: {error}")),
@@ -287,6 +288,7 @@ fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions, St
         window: args.window,
         record,
         progress: args.log == LogFormat::Text,
+        screen: Some(terminal::screen().clone()),
         patience: Duration::from_secs_f64(args.patience),
         interrupt: interrupt()?,
         save: on_signal(SIGUSR1)?,

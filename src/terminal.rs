@@ -11,7 +11,9 @@ use std::fmt::Display;
 use std::io::{self, ErrorKind, Write, stderr, stdout};
 use std::process::ExitCode;
 use std::sync::OnceLock;
+use std::time::Duration;
 
+use coupler::record::screen::Screen;
 use coupler::record::summary::Status;
 
 /// Why something that was said on standard output did not get there.
@@ -28,13 +30,35 @@ pub fn say(line: impl Display) {
     }
 }
 
+/// What shows standard error while a run goes on.
+static SCREEN: OnceLock<Screen> = OnceLock::new();
+/// Longest time that nothing is read of standard error before the rest is left unsaid.
+const UNREAD: Duration = Duration::from_secs(2);
+
+/// From the first call on, standard error is written by a thread of its own.
+pub fn screen() -> &'static Screen {
+    SCREEN.get_or_init(Screen::begin)
+}
+
 /// A line on standard error.
 pub fn complain(line: impl Display) {
-    writeln!(stderr(), "{line}").ok();
+    match SCREEN.get() {
+        Some(screen) => screen.text(format!("{line}\n").as_bytes()),
+        None => drop(writeln!(stderr(), "{line}")),
+    }
 }
 
 /// The exit status of a command that has ended with `code`: what it said may not have been written.
 pub fn settled(code: ExitCode) -> ExitCode {
+    let code = told(code);
+    crate::logging::settle();
+    if let Some(screen) = SCREEN.get() {
+        screen.finish(UNREAD);
+    }
+    code
+}
+
+fn told(code: ExitCode) -> ExitCode {
     let Some(error) = UNSAID.get() else {
         return code;
     };

@@ -63,7 +63,9 @@ class Run:
         return False
 
     def held(self):
-        """Clause S-11: whether another party is stopped, or blocked within the system."""
+        """Clause S-11: whether another party is stopped, blocked within the system, or waits for its disk."""
+        if (self.root / "waits-coupler").exists():
+            return True
         for party in {"coupler", "mpm", "dem"} - {self.party}:
             try:
                 pid = int((self.root / f"pid-{party}").read_text())

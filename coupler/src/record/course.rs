@@ -3,6 +3,7 @@
 
 use std::fs;
 
+use crate::record::aside::Mark;
 use crate::record::history::History;
 use crate::record::ledger::Energies;
 use crate::record::rundir::{RunDir, RunDirError};
@@ -61,9 +62,19 @@ impl Course {
         self.rows.row(&row)
     }
 
-    /// Every row reaches the file.
-    pub fn flush(&mut self) -> Result<(), RunDirError> {
+    /// Every row is given to the writer; it is in the file when the mark is reached.
+    pub fn flush(&mut self) -> Result<Mark, RunDirError> {
         self.rows.flush()
+    }
+
+    /// Every row is in the file.
+    pub fn finish(&mut self) -> Result<(), RunDirError> {
+        self.rows.finish()
+    }
+
+    /// Bytes that the writer has not written yet.
+    pub fn behind(&self) -> u64 {
+        self.rows.behind()
     }
 }
 
@@ -131,7 +142,7 @@ mod tests {
         };
         course.before(&Pace::new(plan, 0.1));
         course.row(0.0, &energies).unwrap();
-        course.flush().unwrap();
+        course.finish().unwrap();
         let text = fs::read_to_string(dir.path().join(COURSE)).unwrap();
         let lines: Vec<Vec<&str>> = text.lines().map(|l| l.split(',').collect()).collect();
         assert_eq!(lines[0].len(), lines[1].len());

@@ -5,6 +5,7 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
+use super::aside::{Aside, Mark};
 use super::rundir::{HISTORY, RunDir, RunDirError, fail};
 
 /// Room for rows that have not reached the file.
@@ -12,18 +13,14 @@ const ROWS: usize = 64 << 10;
 /// Longest time that a row waits in memory while others follow.
 const UNWRITTEN: Duration = Duration::from_secs(1);
 
-/// `history.csv` being written. Rows reach the file as a whole and within [`UNWRITTEN`]; what reaches it in part, because
-/// the disk is full, is taken back.
+/// `history.csv` being written, by a thread of its own. Rows reach the file as a whole and within [`UNWRITTEN`]; what
+/// reaches it in part, because the disk is full, is taken back.
 #[derive(Debug)]
 pub struct History {
-    file: File,
-    /// For messages.
-    path: PathBuf,
-    /// Whole rows that have not reached the file.
+    file: Aside,
+    /// Whole rows that nobody writes yet.
     rows: Vec<u8>,
-    /// Bytes of whole rows in the file.
-    written: u64,
-    /// When rows last reached the file.
+    /// When rows were last given to the writer.
     flushed: Instant,
 }
 
@@ -49,7 +46,10 @@ impl History {
             .write_record(header)
             .expect("memory takes what is written");
         history.rows = writer.into_inner().expect("memory takes what is written");
-        history.flush()?;
+        // Where nothing can be written no run needs to begin.
+        if !history.flush()?.is_reached() {
+            history.finish()?;
+        }
         Ok(history)
     }
 
@@ -79,17 +79,20 @@ impl History {
 
     fn of(file: File, path: PathBuf, written: u64) -> Self {
         Self {
-            file,
-            path,
+            file: Aside::begin(file, path, written),
             rows: Vec::with_capacity(2 * ROWS),
-            written,
             flushed: Instant::now(),
         }
     }
 
     /// Length in bytes of the file once all rows have reached it.
     pub fn bytes(&self) -> u64 {
-        self.written + self.rows.len() as u64
+        self.file.bytes() + self.rows.len() as u64
+    }
+
+    /// Bytes that the writer has not written yet.
+    pub(crate) fn behind(&self) -> u64 {
+        self.file.behind()
     }
 
     /// Adds a row. Numbers are written so that they read back to the same bits.
@@ -108,21 +111,27 @@ impl History {
         Ok(())
     }
 
-    /// Everything written so far reaches the file.
+    /// Everything so far is given to the writer; it is in the file when the mark is reached.
     ///
     /// # Errors
-    /// [`RunDirError`]; then the file ends with the last row that it has as a whole.
-    pub fn flush(&mut self) -> Result<(), RunDirError> {
+    /// [`RunDirError`] of something before; then the file ends with the last row that it has as a whole.
+    pub(crate) fn flush(&mut self) -> Result<Mark, RunDirError> {
         self.flushed = Instant::now();
-        if let Err(error) = self.file.write_all(&self.rows) {
-            let end = SeekFrom::Start(self.written);
-            let _ = self.file.set_len(self.written);
-            let _ = self.file.seek(end);
-            return Err(fail("write", &self.path)(error));
+        if !self.rows.is_empty() {
+            let rows = std::mem::replace(&mut self.rows, Vec::with_capacity(2 * ROWS));
+            self.file.add(rows)?;
         }
-        self.written += self.rows.len() as u64;
-        self.rows.clear();
-        Ok(())
+        Ok(self.file.mark())
+    }
+
+    /// Everything is in the file.
+    ///
+    /// # Errors
+    /// As [`Self::row`], of all rows.
+    pub fn finish(&mut self) -> Result<(), RunDirError> {
+        let given = self.flush();
+        let written = self.file.finish();
+        given.and(written)
     }
 }
 
@@ -139,6 +148,10 @@ mod tests {
         let mut sizes = std::collections::BTreeSet::new();
         for k in 0..20_000 {
             history.row(&[f64::from(k) / 3.0, 1e-300 / 7.0]).unwrap();
+            // A file that is being written may be seen with half of a piece.
+            if history.behind() > 0 {
+                continue;
+            }
             let size = fs::metadata(dir.path().join("history.csv")).unwrap().len();
             if sizes.insert(size) {
                 let text = fs::read_to_string(dir.path().join("history.csv")).unwrap();
@@ -155,7 +168,7 @@ mod tests {
         let mut history = History::begin(&run, &["time [s]".into(), "x [m]".into()]).unwrap();
         let row = [0.1 + 0.2, 1e-300 / 3.0];
         history.row(&row).unwrap();
-        history.flush().unwrap();
+        history.finish().unwrap();
         let text = fs::read_to_string(dir.path().join("history.csv")).unwrap();
         let read: Vec<f64> = text
             .lines()

@@ -6,8 +6,10 @@
 //! | [`ledger`] | energies and momenta of both sides together |
 //! | [`check`] | columns of the history, and what the run must show |
 //! | [`rundir`], [`history`], [`frames`], [`summary`] | the run directory and its files |
+//! | [`aside`], [`screen`] | threads that write to files and to standard error, so that no step waits for them |
 //! | [`progress`] | what a user sees meanwhile |
 
+pub mod aside;
 pub mod check;
 pub mod course;
 pub mod frames;
@@ -16,4 +18,5 @@ pub mod ledger;
 pub mod progress;
 pub mod quantity;
 pub mod rundir;
+pub mod screen;
 pub mod summary;

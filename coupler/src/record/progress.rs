@@ -5,6 +5,8 @@ use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
+use super::screen::Screen;
+
 /// Where the run stands.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
@@ -21,62 +23,51 @@ pub struct State {
 /// Progress of a run towards its end.
 #[derive(Debug)]
 pub struct Progress {
-    bar: Option<ProgressBar>,
+    bar: Option<(ProgressBar, Screen)>,
     end: f64,
     started: Instant,
-    logged: Instant,
+    shown: Instant,
 }
 
 /// The bar counts simulated time in this many parts.
 const PARTS: f64 = 10_000.0;
+/// Time between two states of the bar.
+const DRAW_EVERY: Duration = Duration::from_millis(125);
 /// Time between lines of log where there is no bar.
 const LOG_EVERY: Duration = Duration::from_secs(5);
 
 impl Progress {
-    /// A bar on standard error if `wanted` and standard error is a terminal.
-    pub fn new(end: f64, wanted: bool) -> Self {
-        let bar = (wanted && stderr().is_terminal()).then(|| {
-            let bar = ProgressBar::with_draw_target(
-                Some(PARTS as u64),
-                ProgressDrawTarget::stderr_with_hz(8),
-            );
-            let style =
-                ProgressStyle::with_template("{bar:30.cyan/dim} {percent:>3} %  {msg}  left {eta}")
-                    .expect("a valid template");
-            bar.set_style(style);
-            bar
-        });
+    /// A bar on the screen if it is `wanted` and standard error is a terminal.
+    pub fn new(end: f64, wanted: bool, screen: Option<Screen>) -> Self {
+        let screen = screen.filter(|_| wanted && stderr().is_terminal());
         let now = Instant::now();
         Self {
-            bar,
+            bar: screen.map(|screen| (bar(), screen)),
             end,
             started: now,
-            logged: now,
+            shown: now,
         }
     }
 
     /// Shows where the run stands.
     pub fn show(&mut self, state: &State) {
+        let every = if self.bar.is_some() {
+            DRAW_EVERY
+        } else {
+            LOG_EVERY
+        };
+        if self.shown.elapsed() < every {
+            return;
+        }
+        self.shown = Instant::now();
         let rate = state.step as f64 / self.started.elapsed().as_secs_f64();
-        if let Some(bar) = &self.bar {
-            bar.set_position((PARTS * state.time / self.end) as u64);
-            let State {
-                step,
-                time,
-                dt,
-                bound,
-            } = state;
-            bar.set_message(format!(
-                "step {step}  t {time:.4e} s  dt {dt:.2e} s ({bound})  {rate:.0} steps/s"
-            ));
-        } else if self.logged.elapsed() >= LOG_EVERY {
-            self.logged = Instant::now();
-            let State {
-                step,
-                time,
-                dt,
-                bound,
-            } = *state;
+        let State {
+            step,
+            time,
+            dt,
+            bound,
+        } = *state;
+        let Some((bar, screen)) = &self.bar else {
             tracing::info!(
                 step,
                 time,
@@ -86,13 +77,40 @@ impl Progress {
                 steps_per_s = rate.round(),
                 "progress"
             );
-        }
+            return;
+        };
+        let bar = bar.clone();
+        let position = (PARTS * time / self.end) as u64;
+        let message =
+            format!("step {step}  t {time:.4e} s  dt {dt:.2e} s ({bound})  {rate:.0} steps/s");
+        // Where there is no room the next one is newer.
+        let _ = screen.draw(Box::new(move || {
+            bar.set_position(position);
+            bar.set_message(message);
+        }));
     }
 
     /// Takes the bar away.
-    pub fn finish(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
+    pub fn finish(&mut self) {
+        if let Some((bar, screen)) = self.bar.take()
+            && let Some(unseen) = screen.draw(Box::new(move || bar.finish_and_clear()))
+        {
+            // A bar draws when it is dropped, and this thread waits for no terminal.
+            std::mem::forget(unseen);
         }
     }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.finish();
+    }
+}
+
+fn bar() -> ProgressBar {
+    let target = ProgressDrawTarget::stderr_with_hz(8);
+    let bar = ProgressBar::with_draw_target(Some(PARTS as u64), target);
+    let style = "{bar:30.cyan/dim} {percent:>3} %  {msg}  left {eta}";
+    bar.set_style(ProgressStyle::with_template(style).expect("a valid template"));
+    bar
 }

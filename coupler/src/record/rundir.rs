@@ -16,6 +16,7 @@ use std::time::Duration;
 use interface::message::wire::BodyState;
 use thiserror::Error;
 
+use super::aside::LogFile;
 use super::summary::Summary;
 
 /// The run directory cannot be used.
@@ -277,8 +278,9 @@ impl RunDir {
     ///
     /// # Errors
     /// [`RunDirError`].
-    pub fn log(&self, append: bool) -> Result<File, RunDirError> {
-        self.open(LOG, append)
+    pub fn log(&self, append: bool) -> Result<LogFile, RunDirError> {
+        let file = self.open(LOG, append)?;
+        Ok(LogFile::begin(file, self.root.join(LOG)))
     }
 
     /// The run has started: it takes the place of the earlier one, whose files are removed. What others have put into the

@@ -15,6 +15,7 @@ use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
 use thiserror::Error;
 
 use crate::record::rundir::RunDir;
+use crate::record::screen::Screen;
 
 /// A solver could not be started.
 #[derive(Debug, Error)]
@@ -43,6 +44,8 @@ pub struct Processes {
     all: Vec<Process>,
     /// Where what they say goes, besides standard error.
     dir: Option<RunDir>,
+    /// What shows standard error.
+    screen: Option<Screen>,
     /// What those that have ended said last.
     last_words: Vec<(Party, String)>,
 }
@@ -76,9 +79,10 @@ impl Process {
 
 impl Processes {
     /// None yet. What they say on standard error will also go to `mpm.log` and `dem.log` in `dir`.
-    pub fn new(dir: RunDir) -> Self {
+    pub fn new(dir: RunDir, screen: Option<Screen>) -> Self {
         let mut none = Self::default();
         none.dir = Some(dir);
+        none.screen = screen;
         none
     }
 
@@ -104,7 +108,7 @@ impl Processes {
         self.all.push(Process {
             party,
             child,
-            said: Said::read(stderr, party, self.dir.clone()),
+            said: Said::read(stderr, party, self.dir.clone(), self.screen.clone()),
             seen_ended: false,
         });
         Ok(())
@@ -178,7 +182,12 @@ struct Said {
 }
 
 impl Said {
-    fn read(mut stderr: ChildStderr, party: Party, dir: Option<RunDir>) -> Self {
+    fn read(
+        mut stderr: ChildStderr,
+        party: Party,
+        dir: Option<RunDir>,
+        screen: Option<Screen>,
+    ) -> Self {
         let tail = Arc::new(Mutex::new(Vec::new()));
         let kept = tail.clone();
         let reader = thread::spawn(move || {
@@ -192,7 +201,10 @@ impl Said {
                     Err(error) if error.kind() == io::ErrorKind::Interrupted => continue,
                     Err(_) => break,
                 };
-                let _ = io::stderr().write_all(said);
+                match &screen {
+                    Some(screen) => screen.text(said),
+                    None => drop(io::stderr().write_all(said)),
+                }
                 keep(&mut kept.lock().expect("no thread panics"), said);
                 if file.is_none() {
                     let name = format!("{}.log", party.name());
@@ -342,7 +354,7 @@ mod tests {
         let owned = OwnedDomain::create().unwrap();
         let place = tempfile::tempdir().unwrap();
         let dir = RunDir::create(&place.path().join("run"), "").unwrap();
-        let mut processes = Processes::new(dir.clone());
+        let mut processes = Processes::new(dir.clone(), None);
         let script = "for i in $(seq 30); do echo line $i >&2; done; exit 4";
         let command = ["sh", "-c", script].map(String::from).to_vec();
         processes

@@ -12,6 +12,7 @@ use interface::message::wire::{BodyState, Grant, GroupState, Ledger, flags};
 use interface::recording::Tape;
 use interface::session::{Stop, Supervisor};
 
+use crate::record::aside::Mark;
 use crate::record::course::Course;
 use crate::record::frames::{Frames, Instant as FrameInstant, Listed};
 use crate::record::history::History;
@@ -23,6 +24,7 @@ use crate::run::account::Account;
 use crate::run::checkpoint::file::About;
 use crate::run::checkpoint::keeper::Keeper;
 use crate::run::checkpoint::{Checkpoint, CouplerState, Phase, UnderWay};
+use crate::run::disk::Disk;
 use crate::run::failure::RunError;
 use crate::run::launch::Processes;
 use crate::run::options::RunOptions;
@@ -33,6 +35,8 @@ use crate::scene::{Scene, unmet};
 
 /// A window is cut so that it takes about this long: the bar moves and Ctrl-C is heard.
 const WINDOW_TIME: Duration = Duration::from_millis(200);
+/// Bytes of a table that may wait for the disk.
+const BEHIND: u64 = 4 << 20;
 /// A positive energy residual beyond this share of the energy in play is an instability, not an error of the scheme.
 const BLOW_UP: f64 = 0.5;
 /// The opening and the closing step have no length: forces, limits and energies of the start and of the end.
@@ -53,6 +57,8 @@ pub(crate) struct Run<'a> {
     pub(crate) processes: Processes,
     /// Solvers that something has stopped.
     pauses: Pauses,
+    /// What the run may have to wait for.
+    pub(crate) disk: Disk,
     /// Where everything that crosses is noted.
     pub(crate) tape: Option<Tape>,
     parties: Vec<Party>,
@@ -71,7 +77,7 @@ pub(crate) struct Run<'a> {
     /// Keeps checkpoints, if all solvers can save.
     keeper: Option<Keeper>,
     /// The coupler's own state at a checkpoint whose window is under way.
-    pending: Option<CouplerState>,
+    pending: Option<(CouplerState, Vec<Mark>)>,
     /// An interrupted run has asked for its last checkpoint.
     last_asked: bool,
     /// What the solvers go on from.
@@ -144,14 +150,15 @@ impl<'a> Run<'a> {
             options,
             account,
             dir,
-            processes: Processes::new(dir.clone()),
+            processes: Processes::new(dir.clone(), options.screen.clone()),
             pauses: Pauses::new(options.patience),
+            disk: Disk::default(),
             tape: None,
             parties,
             history,
             course,
             frames,
-            progress: Progress::new(scene.time.end, options.progress),
+            progress: Progress::new(scene.time.end, options.progress, options.screen.clone()),
             stability: None,
             sides: Sides::default(),
             sample: Sample::default(),
@@ -177,7 +184,7 @@ impl<'a> Run<'a> {
     /// The session has ended so; finishes what is written meanwhile.
     pub(crate) fn end(mut self, led: Result<(), RunError>) -> Result<(), RunError> {
         self.progress.finish();
-        let flushed = self.history.flush().and(self.course.flush());
+        let flushed = self.history.finish().and(self.course.finish());
         let framed = self.frames.as_mut().map_or(Ok(()), Frames::finish);
         // A checkpoint waits for the frames that it lists.
         self.frames = None;
@@ -268,15 +275,14 @@ impl<'a> Run<'a> {
             }
             return;
         }
-        let written = self.frames.as_ref().map(Frames::written);
         let time = self.account.clock.time();
         let plan = plan.unwrap_or_default();
-        self.keeper = Some(Keeper::begin(plan, self.dir, time, written));
+        self.keeper = Some(Keeper::begin(plan, self.dir, time));
     }
 
     /// All solvers are ready, so that the run begins: its files take the place of an earlier run's.
     fn ready(&mut self, coupler: &Coupler) -> Result<(), RunError> {
-        self.dir.take_place()?;
+        self.disk.during(|| self.dir.take_place())?;
         for &party in &self.parties {
             let Some(ready) = coupler.readiness(party) else {
                 continue;
@@ -298,8 +304,17 @@ impl<'a> Run<'a> {
         self.stability.as_ref().expect("all solvers are ready")
     }
 
+    /// Whether something is so far from being written that nothing should be added to it.
+    fn is_behind(&self) -> bool {
+        self.history.behind().max(self.course.behind()) > BEHIND
+            || self.frames.as_ref().is_some_and(Frames::is_behind)
+            || self.keeper.as_ref().is_some_and(Keeper::is_behind)
+            || self.tape.as_ref().is_some_and(Tape::is_behind)
+    }
+
     /// The next grant, or the end of them.
     fn next(&mut self) -> Result<Decision, RunError> {
+        self.disk.wait(|| self.is_behind());
         if let Some(error) = self.tape.as_ref().and_then(Tape::failure) {
             return Err(SessionError::from(error).into());
         }
@@ -357,9 +372,9 @@ impl<'a> Run<'a> {
         }
         self.last_asked |= last;
         // The rows that it relies on reach the file before it does.
-        self.history.flush()?;
-        self.course.flush()?;
-        self.pending = Some(CouplerState {
+        let mut relies_on = vec![self.history.flush()?, self.course.flush()?];
+        relies_on.extend(self.frames.as_ref().map(Frames::mark));
+        let state = CouplerState {
             account: self.account.keep(),
             phase: self.phase,
             under_way: *under_way,
@@ -372,13 +387,15 @@ impl<'a> Run<'a> {
                 .as_ref()
                 .map(|f| f.listed().clone())
                 .unwrap_or_default(),
-        });
+        };
+        self.pending = Some((state, relies_on));
         Ok(flags::CHECKPOINT)
     }
 
     /// The solvers' states have come with the reports.
     fn keep(&mut self, coupler: &mut Coupler) {
-        let (Some(state), Some(keeper)) = (self.pending.take(), &mut self.keeper) else {
+        let (Some((state, relies_on)), Some(keeper)) = (self.pending.take(), &mut self.keeper)
+        else {
             return;
         };
         let mut about = About::of(self.scene, &self.parties, self.options.record);
@@ -388,11 +405,12 @@ impl<'a> Run<'a> {
             let state = coupler.take_saved(party)?;
             Some((party, state))
         });
-        keeper.take(Checkpoint {
+        let checkpoint = Checkpoint {
             about,
             state,
             solvers: states.collect(),
-        });
+        };
+        keeper.take(checkpoint, relies_on);
     }
 
     fn begin(&mut self, epoch: Epoch) -> UnderWay {
@@ -601,7 +619,7 @@ impl<'a> Run<'a> {
         if !self.account.interrupted {
             self.account.state_hash = Some(state_hash(&round.points, &self.bodies));
         }
-        self.write_bodies()?;
+        self.disk.during(|| self.write_bodies())?;
         Ok(())
     }
 }

@@ -6,11 +6,13 @@
 //! | [`stability`], [`pace`] | the composed step limit, and the layout of steps between outputs |
 //! | [`launch`], `lead`, [`failure`] | solvers as processes, what they are told and when, why a run ended early |
 //! | `account` | what a run adds up to |
+//! | `disk`, `pause` | waiting for a disk that takes nothing, and for a solver that something has stopped |
 //! | [`checkpoint`], [`aftermath`] | the state of a run on disk, from which it goes on, and what is known of one that was killed |
 
 mod account;
 pub mod aftermath;
 pub mod checkpoint;
+mod disk;
 pub mod failure;
 pub mod launch;
 mod lead;
@@ -44,6 +46,7 @@ use crate::record::summary::Summary;
 use crate::run::account::Account;
 use crate::run::checkpoint::Checkpoint;
 use crate::run::checkpoint::file::{self, CheckpointError, newest};
+use crate::run::disk::Disk;
 use crate::run::failure::RunError;
 use crate::run::lead::Run;
 pub use crate::run::options::{RunOptions, Solvers};
@@ -171,6 +174,7 @@ fn processes(
     // In the order in which they are dropped: ports before the channels, the channels before the directory.
     let domain = OwnedDomain::create().map_err(|e| SessionError::Channel(e.into()))?;
     let names = domain.domain();
+    run.disk = Disk::of(names.clone());
     let _created = iceoryx::create(Medium::Processes, names, &parties, tape.is_some())
         .map_err(SessionError::from)?;
     let coupler = iceoryx::join(Medium::Processes, names, Party::Coupler, &parties, ROOM)

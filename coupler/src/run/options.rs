@@ -6,6 +6,8 @@ use std::time::Duration;
 
 use interface::solver::{DemSolver, MpmSolver};
 
+use crate::record::screen::Screen;
+
 /// How a scene is run.
 #[derive(Clone, Debug)]
 pub struct RunOptions {
@@ -19,6 +21,8 @@ pub struct RunOptions {
     pub record: bool,
     /// Whether a bar is wanted on a terminal.
     pub progress: bool,
+    /// What shows that bar, and what solvers say on standard error. Without it they say it there themselves.
+    pub screen: Option<Screen>,
     /// How long to wait for a solver that lives and does not run, because something has stopped it.
     pub patience: Duration,
     /// Set from outside to end the run in order, after a last checkpoint.

@@ -51,6 +51,7 @@ fn show(name: &str, variant: &str, set: &[&str], dem: fn() -> Box<dyn DemSolver>
         window: None,
         record: false,
         progress: false,
+        screen: None,
         interrupt: Arc::default(),
         save: Arc::default(),
     };

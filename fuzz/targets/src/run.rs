@@ -102,6 +102,7 @@ pub static LEFT: LazyLock<Left> = LazyLock::new(left);
 /// How it is run: everything in this thread.
 pub fn options(record: bool, interrupt: bool) -> RunOptions {
     RunOptions {
+        screen: None,
         solvers: Solvers::Here {
             mpm: || Box::new(mpm_proc::Mpm::default()),
             dem: || Box::new(dem_proc::Sdem::default()),

@@ -158,6 +158,12 @@ impl Tape {
         }
     }
 
+    /// Whether so much waits for the disk that nothing should be added.
+    pub fn is_behind(&self) -> bool {
+        let state = self.0.lock();
+        state.pending.len() > WAITING / 2 && state.failure.is_none()
+    }
+
     /// Why the recording has failed, if it has.
     pub fn failure(&self) -> Option<RecordingError> {
         self.0.lock().failure.clone()

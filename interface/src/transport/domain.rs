@@ -24,6 +24,8 @@ const SHARED_MEMORY: &str = "/dev/shm";
 const LOCK: &str = "lock";
 /// What group and others may do with a file.
 const OTHERS: u32 = 0o7077;
+/// There while the coupler waits for its disk (clause O-7).
+const WAITS_FOR_DISK: &str = "waits-coupler";
 /// A directory without a lock file that is older than this was left by a coupler killed while creating it.
 const CREATION_GRACE: Duration = Duration::from_secs(10);
 
@@ -101,8 +103,20 @@ impl Domain {
         self.root.join(format!("pid-{}", party.name()))
     }
 
+    /// To the others the coupler waits for its disk until this is dropped, and its silence does not count (clause O-7).
+    pub fn waiting_for_disk(&self) -> WaitsForDisk {
+        let path = self.root.join(WAITS_FOR_DISK);
+        if let Err(e) = File::create(&path) {
+            tracing::debug!("that the coupler waits for its disk is not noted: {e}");
+        }
+        WaitsForDisk(path)
+    }
+
     /// A party besides `me` that lives and does not run, with why.
     pub fn held(&self, me: Party) -> Option<(Party, Hold)> {
+        if me != Party::Coupler && self.root.join(WAITS_FOR_DISK).exists() {
+            return Some((Party::Coupler, Hold::WaitsForDisk));
+        }
         let others = Party::ALL.into_iter();
         others.filter(|party| *party != me).find_map(|party| {
             let noted = fs::read_to_string(self.process_file(party)).ok()?;
@@ -151,6 +165,16 @@ impl Domain {
         config.global.node.cleanup_dead_nodes_on_creation = false;
         config.global.node.cleanup_dead_nodes_on_destruction = false;
         Ok(config)
+    }
+}
+
+/// While it is there, the coupler waits for its disk.
+#[derive(Debug)]
+pub struct WaitsForDisk(PathBuf);
+
+impl Drop for WaitsForDisk {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.0);
     }
 }
 
@@ -349,6 +373,18 @@ mod tests {
         assert!(!root_of(&id).exists());
         assert!(!joined.coupler_lives());
         assert!(matches!(Domain::join(&id), Err(DomainError::NoSuchRun(_))));
+    }
+
+    #[test]
+    fn a_coupler_that_waits_for_its_disk_is_held_until_it_goes_on() {
+        let owned = OwnedDomain::create().unwrap();
+        let held = || owned.domain().held(Party::Mpm);
+        assert_eq!(held(), None);
+        let waits = owned.domain().waiting_for_disk();
+        assert_eq!(held(), Some((Party::Coupler, Hold::WaitsForDisk)));
+        assert_eq!(owned.domain().held(Party::Coupler), None);
+        drop(waits);
+        assert_eq!(held(), None);
     }
 
     #[test]

@@ -14,6 +14,8 @@ pub enum Hold {
     Blocked,
     /// Its control group is frozen: a container that is paused.
     Frozen,
+    /// It waits until a disk has taken what it writes, as it has noted (clause O-7).
+    WaitsForDisk,
 }
 
 impl Display for Hold {
@@ -21,6 +23,7 @@ impl Display for Hold {
         f.write_str(match self {
             Self::Stopped => "stopped by a signal or a debugger",
             Self::Blocked => "blocked within the system, as by a disk that does not answer",
+            Self::WaitsForDisk => "waiting for its disk",
             Self::Frozen => "frozen with its control group, as in a paused container",
         })
     }

@@ -1,8 +1,8 @@
 //! Frames: all points and all bodies at an instant, as VTK files in the run directory (DESIGN.md section 6).
 //!
 //! `frames/points_0003.vtu` has a vertex for each material point, `frames/bodies_0003.vtu` a polygon for each body (one a disc
-//! for a cluster), `frames/frames.pvd` their times. A thread of its own writes them: a slow disk does not hold up the step
-//! before [`WAITING`] frames wait for it.
+//! for a cluster), `frames/frames.pvd` their times. A thread of its own writes them; when [`WAITING`] frames wait for a slow
+//! disk, the run does.
 
 mod outline;
 pub mod vtu;
@@ -11,8 +11,7 @@ use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 use std::{fs, thread};
 
@@ -24,11 +23,12 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
+use crate::record::aside::{Mark, Written};
 use crate::record::rundir::{FRAME_LIST, FRAMES, RunDir, RunDirError, fail};
 use vtu::{Array, Cell, Mesh, Precision, attribute};
 
 /// Frames in memory that have not been written.
-const WAITING: usize = 4;
+const WAITING: u64 = 4;
 
 /// What is where at an instant.
 #[derive(Debug, Clone, PartialEq)]
@@ -97,8 +97,8 @@ pub struct Listed {
 #[derive(Debug)]
 pub struct Frames {
     listed: Listed,
-    written: Arc<AtomicUsize>,
-    queue: Option<SyncSender<Instant>>,
+    written: Arc<Written>,
+    queue: Option<Sender<Instant>>,
     writer: Option<JoinHandle<Result<(), RunDirError>>>,
 }
 
@@ -116,8 +116,8 @@ impl Frames {
     ) -> Result<Self, RunDirError> {
         let bodies = dem.iter().flat_map(|dem| &dem.bodies);
         let outlines = bodies.map(outline::outlines).collect();
-        let (queue, taken) = sync_channel(WAITING);
-        let written = Arc::new(AtomicUsize::new(listed.times.len()));
+        let (queue, taken) = channel();
+        let written = Written::from(listed.times.len() as u64);
         let series = Series {
             dir: dir.clone(),
             content: content.clone(),
@@ -158,9 +158,15 @@ impl Frames {
         &self.listed
     }
 
-    /// How many frames are in their files.
-    pub fn written(&self) -> Arc<AtomicUsize> {
-        self.written.clone()
+    /// What has been taken so far, until it is in its files.
+    pub(crate) fn mark(&self) -> Mark {
+        self.written.mark(self.listed.times.len() as u64)
+    }
+
+    /// Whether so many frames wait that no more should be taken.
+    pub(crate) fn is_behind(&self) -> bool {
+        let taken = self.listed.times.len() as u64;
+        !self.written.has_ended() && taken - self.written.count() >= WAITING
     }
 
     /// Everything taken so far is in its file.
@@ -194,7 +200,7 @@ struct Series {
     /// The bodies at the first frame, which is of the start.
     start: Vec<BodyState>,
     times: Vec<f64>,
-    written: Arc<AtomicUsize>,
+    written: Arc<Written>,
 }
 
 impl Series {
@@ -223,6 +229,7 @@ impl Series {
     }
 
     fn write_all(mut self, taken: &Receiver<Instant>) -> Result<(), RunDirError> {
+        let _ends = self.written.until_the_end();
         for instant in taken {
             if self.times.is_empty() {
                 self.start.clone_from(&instant.bodies);
@@ -240,7 +247,7 @@ impl Series {
             }
             self.times.push(instant.time);
             self.dir.write_whole(FRAME_LIST, &self.list())?;
-            self.written.store(self.times.len(), Ordering::Release);
+            self.written.reach(self.times.len() as u64);
         }
         Ok(())
     }

@@ -4,11 +4,13 @@ use std::fs;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use super::file::{self, Checkpoint};
+use crate::record::aside::Mark;
+use crate::record::course::COURSE;
 use crate::record::rundir::{HISTORY, RunDir, RunDirError, fail};
 use crate::scene::CheckpointPlan;
 
@@ -23,23 +25,17 @@ pub(crate) struct Keeper {
     last: (Instant, f64),
     /// One is being written or waits to be.
     busy: Arc<AtomicUsize>,
-    queue: Option<SyncSender<Box<Checkpoint>>>,
+    queue: Option<Sender<Taken>>,
     writer: Option<JoinHandle<()>>,
 }
 
 impl Keeper {
-    /// Keeps checkpoints in `dir` from the simulated time `time` (s) on. `frames` counts those that are in their files.
-    pub fn begin(
-        plan: CheckpointPlan,
-        dir: &RunDir,
-        time: f64,
-        frames: Option<Arc<AtomicUsize>>,
-    ) -> Self {
+    /// Keeps checkpoints in `dir` from the simulated time `time` (s) on.
+    pub fn begin(plan: CheckpointPlan, dir: &RunDir, time: f64) -> Self {
         let busy = Arc::new(AtomicUsize::new(0));
-        let (queue, taken) = sync_channel(1);
+        let (queue, taken) = channel();
         let writer = Writer {
             dir: dir.clone(),
-            frames,
             busy: busy.clone(),
         };
         Self {
@@ -59,14 +55,19 @@ impl Keeper {
         (wall || simulated) && self.busy.load(Ordering::Acquire) == 0
     }
 
-    /// Takes one, to be written soon.
-    pub fn take(&mut self, checkpoint: Checkpoint) {
+    /// Whether one is being written and one waits for that, so that no more should be taken.
+    pub fn is_behind(&self) -> bool {
+        self.busy.load(Ordering::Acquire) > 1
+    }
+
+    /// Takes one, to be written soon, after what it relies on.
+    pub fn take(&mut self, checkpoint: Checkpoint, relies_on: Vec<Mark>) {
         self.last = (Instant::now(), checkpoint.about.time);
         self.busy.fetch_add(1, Ordering::AcqRel);
         let sent = self
             .queue
             .as_ref()
-            .map(|queue| queue.send(checkpoint.into()));
+            .map(|queue| queue.send((checkpoint.into(), relies_on)));
         assert!(
             matches!(sent, Some(Ok(()))),
             "the writer lives until the end"
@@ -90,20 +91,26 @@ impl Drop for Keeper {
     }
 }
 
+/// A checkpoint, and what is written before it.
+type Taken = (Box<Checkpoint>, Vec<Mark>);
+
 /// The writer's side.
 struct Writer {
     dir: RunDir,
-    frames: Option<Arc<AtomicUsize>>,
     busy: Arc<AtomicUsize>,
 }
 
 impl Writer {
     /// A checkpoint that cannot be written is no reason to end a run: the next one may be.
-    fn write_all(self, taken: &Receiver<Box<Checkpoint>>) {
+    fn write_all(self, taken: &Receiver<Taken>) {
         let mut synced = 0;
-        for checkpoint in taken {
+        for (checkpoint, relies_on) in taken {
             let frames = checkpoint.state.frames.times.len();
-            self.await_frames(frames);
+            if !relies_on.iter().all(Mark::is_reached) {
+                // The run ends because of that; this would be a state without its rows or frames.
+                self.busy.fetch_sub(1, Ordering::AcqRel);
+                continue;
+            }
             let written = self.sync_outputs(synced..frames).and_then(|()| {
                 synced = frames;
                 self.write(&checkpoint)
@@ -119,19 +126,10 @@ impl Writer {
         }
     }
 
-    /// What the checkpoint relies on is written before it.
-    fn await_frames(&self, count: usize) {
-        while let Some(written) = &self.frames
-            && written.load(Ordering::Acquire) < count
-            // The run ends when the frames cannot be written: then this one is not needed.
-            && Arc::strong_count(written) > 1
-        {
-            thread::sleep(Duration::from_millis(1));
-        }
-    }
-
     fn sync_outputs(&self, frames: std::ops::Range<usize>) -> Result<(), RunDirError> {
-        let mut paths = vec![self.dir.path().join(HISTORY)];
+        let mut paths = [HISTORY, COURSE]
+            .map(|table| self.dir.path().join(table))
+            .to_vec();
         paths.extend(crate::record::frames::paths(self.dir.path(), frames));
         for path in paths.iter().filter(|path| path.exists()) {
             let synced = fs::File::open(path).and_then(|file| file.sync_data());

@@ -1,0 +1,270 @@
+//! Writing beside the run: a thread of its own adds to a file, so that no step waits for a disk.
+
+use std::fs::File;
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use super::rundir::{RunDirError, fail};
+
+/// Time between two looks of who waits for a writer.
+const LOOK: Duration = Duration::from_millis(1);
+
+/// How far a writer has come, in what it counts.
+#[derive(Debug, Default)]
+pub(crate) struct Written {
+    count: AtomicU64,
+    ended: AtomicBool,
+}
+
+impl Written {
+    /// With what was there before.
+    pub fn from(count: u64) -> Arc<Self> {
+        Arc::new(Self {
+            count: count.into(),
+            ended: false.into(),
+        })
+    }
+
+    /// So much is in its file.
+    pub fn count(&self) -> u64 {
+        self.count.load(Ordering::Acquire)
+    }
+
+    /// Whether nothing more will be written: all was, or the writer has failed.
+    pub fn has_ended(&self) -> bool {
+        self.ended.load(Ordering::Acquire)
+    }
+
+    /// So much is in its file now.
+    pub fn reach(&self, count: u64) {
+        self.count.store(count, Ordering::Release);
+    }
+
+    /// The end of the writer is seen, however it comes.
+    pub fn until_the_end(self: &Arc<Self>) -> Ends {
+        Ends(self.clone())
+    }
+
+    /// What is to be written before something else that relies on it.
+    pub fn mark(self: &Arc<Self>, until: u64) -> Mark {
+        Mark {
+            written: self.clone(),
+            until,
+        }
+    }
+}
+
+/// The writer has ended when this is dropped.
+pub(crate) struct Ends(Arc<Written>);
+
+impl Drop for Ends {
+    fn drop(&mut self) {
+        self.0.ended.store(true, Ordering::Release);
+    }
+}
+
+/// What is to be written before something else that relies on it.
+#[derive(Debug)]
+pub(crate) struct Mark {
+    written: Arc<Written>,
+    until: u64,
+}
+
+impl Mark {
+    /// Waits until that is written; false if the writer has failed before.
+    pub fn is_reached(&self) -> bool {
+        loop {
+            // In this order: a writer that has ended writes nothing more.
+            let ended = self.written.has_ended();
+            if self.written.count() >= self.until {
+                return true;
+            }
+            if ended {
+                return false;
+            }
+            thread::sleep(LOOK);
+        }
+    }
+}
+
+/// A file to which a thread adds. What reaches it in part, because the disk is full, is taken back.
+#[derive(Debug)]
+pub(crate) struct Aside {
+    queue: Option<Sender<Vec<u8>>>,
+    written: Arc<Written>,
+    /// Bytes of the file once everything has reached it.
+    bytes: u64,
+    writer: Option<JoinHandle<Result<(), RunDirError>>>,
+}
+
+impl Aside {
+    /// Adds to `file`, which has `bytes` bytes and ends there. `path` is for messages.
+    pub fn begin(file: File, path: PathBuf, bytes: u64) -> Self {
+        let (queue, taken) = channel();
+        let written = Written::from(bytes);
+        let reached = written.clone();
+        let writer =
+            thread::spawn(move || write_all(file, &taken, &reached).map_err(fail("write", &path)));
+        Self {
+            queue: Some(queue),
+            written,
+            bytes,
+            writer: Some(writer),
+        }
+    }
+
+    /// Takes what is to be added. It is in the file soon.
+    ///
+    /// # Errors
+    /// [`RunDirError`] when something before could not be written; then the file ends with the last piece that it has as
+    /// a whole.
+    pub fn add(&mut self, piece: Vec<u8>) -> Result<(), RunDirError> {
+        self.bytes += piece.len() as u64;
+        match self.queue.as_ref().map(|queue| queue.send(piece)) {
+            Some(Ok(())) => Ok(()),
+            // Nobody takes it: the writer has ended, and says why.
+            _ => self.finish(),
+        }
+    }
+
+    /// Bytes of the file once everything has reached it.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// Bytes that have not reached the file and still will.
+    pub fn behind(&self) -> u64 {
+        if self.written.has_ended() {
+            return 0;
+        }
+        self.bytes - self.written.count()
+    }
+
+    /// Everything that was taken so far.
+    pub fn mark(&self) -> Mark {
+        self.written.mark(self.bytes)
+    }
+
+    /// Everything that was taken is in the file.
+    ///
+    /// # Errors
+    /// [`RunDirError`], once.
+    pub fn finish(&mut self) -> Result<(), RunDirError> {
+        self.queue = None;
+        match self.writer.take() {
+            Some(writer) => writer.join().expect("who adds to a file does not panic"),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Drop for Aside {
+    fn drop(&mut self) {
+        // A run that has failed: its error is told, not that of its last rows.
+        let _ = self.finish();
+    }
+}
+
+fn write_all(mut file: File, taken: &Receiver<Vec<u8>>, written: &Arc<Written>) -> io::Result<()> {
+    let _ends = written.until_the_end();
+    for piece in taken {
+        let before = written.count();
+        if let Err(error) = file.write_all(&piece) {
+            let _ = file.set_len(before);
+            let _ = file.seek(SeekFrom::Start(before));
+            return Err(error);
+        }
+        written.reach(before + piece.len() as u64);
+    }
+    Ok(())
+}
+
+/// The log of a run, to which any thread may add lines.
+#[derive(Debug, Clone)]
+pub struct LogFile(Arc<Mutex<Aside>>);
+
+impl LogFile {
+    /// Lines are added to `file`.
+    pub fn begin(file: File, path: PathBuf) -> Self {
+        let bytes = file.metadata().map_or(0, |file| file.len());
+        Self(Arc::new(Aside::begin(file, path, bytes).into()))
+    }
+
+    /// Waits until all lines so far are in the file, or cannot be written.
+    pub fn settle(&self) {
+        let mark = self.0.lock().expect("who adds does not panic").mark();
+        mark.is_reached();
+    }
+}
+
+impl Write for &LogFile {
+    fn write(&mut self, line: &[u8]) -> io::Result<usize> {
+        let mut aside = self.0.lock().expect("who adds does not panic");
+        // A log that cannot be written ends no run.
+        if aside.queue.is_some() {
+            let _ = aside.add(line.to_vec());
+        }
+        Ok(line.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Read;
+    use std::time::Instant;
+
+    /// A pipe that nobody reads, as a disk that does not answer.
+    fn stuck() -> (io::PipeReader, Aside) {
+        let (reader, writer) = io::pipe().unwrap();
+        let file = File::from(std::os::fd::OwnedFd::from(writer));
+        (reader, Aside::begin(file, "pipe".into(), 0))
+    }
+
+    #[test]
+    fn a_disk_that_does_not_answer_holds_up_nobody_and_gets_everything() {
+        let (mut reader, mut aside) = stuck();
+        let start = Instant::now();
+        for k in 0..1000_u32 {
+            aside.add(k.to_le_bytes().repeat(256)).unwrap();
+        }
+        assert!(start.elapsed() < Duration::from_secs(5));
+        assert!(aside.behind() > 0);
+        assert_eq!(aside.bytes(), 1_024_000);
+        let mark = aside.mark();
+        let read = thread::spawn(move || {
+            let mut all = Vec::new();
+            reader.read_to_end(&mut all).unwrap();
+            all
+        });
+        assert!(mark.is_reached());
+        aside.finish().unwrap();
+        let all = read.join().unwrap();
+        assert_eq!(all.len(), 1_024_000);
+        let numbers = all
+            .chunks(1024)
+            .map(|c| u32::from_le_bytes(c[..4].try_into().unwrap()));
+        assert!(numbers.eq(0..1000));
+    }
+
+    #[test]
+    fn an_error_is_told_once_and_marks_beyond_it_are_not_reached() {
+        let mut aside = Aside::begin(File::open("/dev/null").unwrap(), "null".into(), 0);
+        aside.add(vec![1]).unwrap();
+        let mark = aside.mark();
+        assert!(!mark.is_reached());
+        assert_eq!(aside.behind(), 0);
+        let error = aside.add(vec![2]).unwrap_err().to_string();
+        assert!(error.starts_with("cannot write null: "), "{error}");
+        aside.finish().unwrap();
+    }
+}

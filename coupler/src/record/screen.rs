@@ -1,0 +1,161 @@
+//! Standard error while a run goes on, written by a thread of its own: a terminal that somebody has stopped (Ctrl-S), or a
+//! pipe that nobody reads, holds up no step. What there is no room for is left out, and then how much; the log has it.
+
+use std::io::{self, Write, stderr};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Pieces of text that wait to be shown.
+const WAITING: usize = 256;
+/// Time between two looks at the end.
+const LOOK: Duration = Duration::from_millis(1);
+
+/// Something to be shown.
+enum Shown {
+    Text(Vec<u8>),
+    Drawing(Box<dyn FnOnce() + Send>),
+}
+
+/// What shows text on standard error.
+#[derive(Debug, Clone)]
+pub struct Screen {
+    queue: SyncSender<Shown>,
+    counts: Arc<Counts>,
+}
+
+#[derive(Debug, Default)]
+struct Counts {
+    given: AtomicU64,
+    shown: AtomicU64,
+    left_out: AtomicU64,
+}
+
+impl Screen {
+    /// Standard error of this process. There should be one.
+    pub fn begin() -> Self {
+        Self::of(stderr())
+    }
+
+    fn of(out: impl Write + Send + 'static) -> Self {
+        let (queue, taken) = sync_channel(WAITING);
+        let counts = Arc::new(Counts::default());
+        let ours = counts.clone();
+        thread::spawn(move || show_all(out, &taken, &ours));
+        Self { queue, counts }
+    }
+
+    /// Shows text, soon or not at all.
+    pub fn text(&self, text: &[u8]) {
+        if self.give(Shown::Text(text.to_vec())).is_some() {
+            self.counts.left_out.fetch_add(1, Ordering::Relaxed);
+        }
+    }
+
+    /// Draws something, soon or not at all; then the drawing is given back.
+    pub(crate) fn draw(
+        &self,
+        drawing: Box<dyn FnOnce() + Send>,
+    ) -> Option<Box<dyn FnOnce() + Send>> {
+        match self.give(Shown::Drawing(drawing)) {
+            Some(Shown::Drawing(drawing)) => Some(drawing),
+            _ => None,
+        }
+    }
+
+    fn give(&self, shown: Shown) -> Option<Shown> {
+        self.counts.given.fetch_add(1, Ordering::AcqRel);
+        let unsent = self.queue.try_send(shown).err()?;
+        self.counts.given.fetch_sub(1, Ordering::AcqRel);
+        let (std::sync::mpsc::TrySendError::Full(shown)
+        | std::sync::mpsc::TrySendError::Disconnected(shown)) = unsent;
+        Some(shown)
+    }
+
+    /// Waits until everything is shown, or nothing of it has been for `patience`.
+    pub fn finish(&self, patience: Duration) {
+        let mut moved = (self.counts.shown.load(Ordering::Acquire), Instant::now());
+        while moved.0 < self.counts.given.load(Ordering::Acquire) && moved.1.elapsed() < patience {
+            thread::sleep(LOOK);
+            let shown = self.counts.shown.load(Ordering::Acquire);
+            if shown != moved.0 {
+                moved = (shown, Instant::now());
+            }
+        }
+    }
+}
+
+impl Write for &Screen {
+    fn write(&mut self, text: &[u8]) -> io::Result<usize> {
+        self.text(text);
+        Ok(text.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+fn show_all(mut out: impl Write, taken: &Receiver<Shown>, counts: &Counts) {
+    for shown in taken {
+        // A reader that has left is no error.
+        match shown {
+            Shown::Text(text) => {
+                let left_out = counts.left_out.swap(0, Ordering::Relaxed);
+                if left_out > 0 {
+                    let _ = writeln!(out, "({left_out} messages are not shown: nobody read them)");
+                }
+                let _ = out.write_all(&text);
+            }
+            Shown::Drawing(draw) => draw(),
+        }
+        counts.shown.fetch_add(1, Ordering::AcqRel);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Read;
+
+    #[test]
+    fn what_nobody_reads_holds_up_nobody_and_is_counted() {
+        let (mut reader, writer) = io::pipe().unwrap();
+        let screen = Screen::of(writer);
+        let start = Instant::now();
+        for _ in 0..2000 {
+            screen.text(&[b'x'; 1024]);
+        }
+        screen.finish(Duration::from_millis(50));
+        assert!(start.elapsed() < Duration::from_secs(10));
+        let read = thread::spawn(move || {
+            let mut text = String::new();
+            reader.read_to_string(&mut text).unwrap();
+            text
+        });
+        screen.finish(Duration::from_secs(10));
+        screen.text(b"later\n");
+        drop(screen);
+        let text = read.join().unwrap();
+        let left_out = text.split_once('(').unwrap().1.split_once(' ').unwrap().0;
+        let shown = text.matches('x').count() / 1024;
+        assert_eq!(left_out.parse::<usize>().unwrap() + shown, 2000);
+        assert!(text.ends_with("messages are not shown: nobody read them)\nlater\n"));
+    }
+
+    #[test]
+    fn all_is_shown_in_its_order_where_somebody_reads() {
+        let (mut reader, writer) = io::pipe().unwrap();
+        let screen = Screen::of(writer);
+        for line in ["a\n", "b\n", "c\n"] {
+            screen.text(line.as_bytes());
+        }
+        screen.finish(Duration::from_secs(10));
+        drop(screen);
+        let mut text = String::new();
+        reader.read_to_string(&mut text).unwrap();
+        assert_eq!(text, "a\nb\nc\n");
+    }
+}

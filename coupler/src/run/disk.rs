@@ -1,0 +1,50 @@
+//! Waiting for a disk. Files are written beside the run; where one is too far behind the run waits, and the solvers know that
+//! it does: their patience does not end meanwhile.
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use interface::transport::domain::Domain;
+
+/// Time between two looks.
+const LOOK: Duration = Duration::from_millis(1);
+/// A disk that has been waited for so long is named.
+const NOTICE: Duration = Duration::from_secs(3);
+
+/// The disk of a run, and to whom it is told that the run waits for it.
+#[derive(Debug, Default)]
+pub(crate) struct Disk(Option<Domain>);
+
+impl Disk {
+    /// Of a run whose solvers are processes.
+    pub fn of(domain: Domain) -> Self {
+        Self(Some(domain))
+    }
+
+    /// Waits as long as something `is_behind`.
+    pub fn wait(&self, is_behind: impl Fn() -> bool) {
+        if !is_behind() {
+            return;
+        }
+        self.during(|| {
+            let began = Instant::now();
+            let mut named = false;
+            while is_behind() {
+                if began.elapsed() >= NOTICE && !named {
+                    named = true;
+                    tracing::warn!("the disk does not take what is written: the run waits for it");
+                }
+                thread::sleep(LOOK);
+            }
+            if named {
+                tracing::info!("the disk takes what is written again");
+            }
+        });
+    }
+
+    /// Does what may take a while because it writes.
+    pub fn during<T>(&self, write: impl FnOnce() -> T) -> T {
+        let _waits = self.0.as_ref().map(Domain::waiting_for_disk);
+        write()
+    }
+}
