@@ -9,10 +9,12 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use super::file::{self, Checkpoint};
+use interface::recording::Tape;
+
 use crate::record::rundir::{HISTORY, RunDir, RunDirError, fail};
 use crate::scene::CheckpointPlan;
 
-/// Checkpoints that are kept: the newest, and the one before.
+/// Checkpoints that stay besides those for other scenes: the newest, and the one before.
 const KEPT: usize = 2;
 
 /// Keeps the checkpoints of a run.
@@ -28,18 +30,21 @@ pub(crate) struct Keeper {
 }
 
 impl Keeper {
-    /// Keeps checkpoints in `dir` from the simulated time `time` (s) on. `frames` counts those that are in their files.
+    /// Keeps checkpoints in `dir` from the simulated time `time` (s) on. `frames` counts those that are in their files, `tape`
+    /// is where the run is recorded.
     pub fn begin(
         plan: CheckpointPlan,
         dir: &RunDir,
         time: f64,
         frames: Option<Arc<AtomicUsize>>,
+        tape: Option<Tape>,
     ) -> Self {
         let busy = Arc::new(AtomicUsize::new(0));
         let (queue, taken) = sync_channel(1);
         let writer = Writer {
             dir: dir.clone(),
             frames,
+            tape,
             busy: busy.clone(),
         };
         Self {
@@ -94,6 +99,7 @@ impl Drop for Keeper {
 struct Writer {
     dir: RunDir,
     frames: Option<Arc<AtomicUsize>>,
+    tape: Option<Tape>,
     busy: Arc<AtomicUsize>,
 }
 
@@ -104,6 +110,9 @@ impl Writer {
         for checkpoint in taken {
             let frames = checkpoint.state.frames.times.len();
             self.await_frames(frames);
+            if let Some(tape) = &self.tape {
+                tape.settle();
+            }
             let written = self.sync_outputs(synced..frames).and_then(|()| {
                 synced = frames;
                 self.write(&checkpoint)
@@ -143,7 +152,7 @@ impl Writer {
     /// Beside the others, then in their place: whoever reads sees whole ones only.
     fn write(&self, checkpoint: &Checkpoint) -> Result<(), RunDirError> {
         let bytes = file::write(checkpoint);
-        let name = file::name(checkpoint.about.step);
+        let name = file::name(&checkpoint.about);
         self.dir.write_durably(&name, &bytes)?;
         tracing::debug!(
             step = checkpoint.about.step,
@@ -151,7 +160,8 @@ impl Writer {
             bytes = bytes.len(),
             "checkpoint"
         );
-        for old in file::list(self.dir.path()).into_iter().skip(KEPT) {
+        let all = file::list(self.dir.path()).into_iter();
+        for old in all.filter(|path| !file::is_kept(path)).skip(KEPT) {
             remove(&old);
         }
         Ok(())
