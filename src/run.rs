@@ -8,8 +8,9 @@ use std::time::Duration;
 use coupler::record::rundir::{RunDir, RunDirError};
 use coupler::record::summary::{Status, Summary};
 use coupler::run::aftermath::Killed;
+use coupler::run::checkpoint::branch::Branch;
 use coupler::run::checkpoint::file::CheckpointError;
-use coupler::run::{Finished, Resumed, RunOptions, Solvers, run as run_scene};
+use coupler::run::{Finished, Resumed, RunOptions, Solvers, rerun, run as run_scene};
 use coupler::scene::{Scene, solver_override};
 use signal_hook::consts::SIGUSR1;
 
@@ -32,8 +33,12 @@ pub fn run(args: &RunArgs) -> ExitCode {
         Ok(more) => args.scene.load_with(&more),
         Err(error) => return refuse(&error),
     };
-    let scene = match scene {
-        Ok(scene) => scene,
+    let found = scene.and_then(|mut scene| {
+        let branch = Branch::find(&mut scene)?;
+        Ok((scene, branch))
+    });
+    let (scene, branch) = match found {
+        Ok(found) => found,
         Err(errors) => {
             complain(errors);
             return ExitCode::from(BAD_INPUT);
@@ -50,6 +55,13 @@ pub fn run(args: &RunArgs) -> ExitCode {
         .out
         .clone()
         .unwrap_or_else(|| default_out(&args.scene, &scene.name, &scene.hash));
+    if let Some(start) = &scene.start
+        && same_directory(&start.run, &out)
+    {
+        return refuse(
+            "the run would take the place of the one that it begins with; give another `--out`",
+        );
+    }
     let killed = Killed::find(&out);
     let created = RunDir::create(&out, &scene.resolved_toml);
     let (dir, log) = match created.and_then(|dir| Ok((dir.clone(), dir.log(false)?))) {
@@ -64,8 +76,16 @@ pub fn run(args: &RunArgs) -> ExitCode {
     if let Some(killed) = killed {
         tracing::info!("the earlier run in {}: {}", out.display(), killed.words());
     }
-    let finished = run_scene(&scene, &options, &dir);
+    if let (Some(start), Some(branch)) = (&scene.start, &branch) {
+        let from = start.from();
+        tracing::info!(from, step = branch.about().step, "begins with another run");
+    }
+    let finished = run_scene(&scene, &options, &dir, branch);
     finish(args.how.log, &scene, &dir, &out, &finished)
+}
+
+fn same_directory(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// Goes on with a run from its newest checkpoint.
@@ -86,7 +106,9 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
         Err(error) => return refuse(&with_advice(&error)),
     };
     let resumed = match Resumed::find(&scene, &dir) {
-        Ok(resumed) => resumed,
+        Ok(resumed) => Some(resumed),
+        // What a branch began with is not in its directory.
+        Err(CheckpointError::None(_)) if dir.has_recording() && scene.start.is_none() => None,
         Err(error) => return cannot_resume(&scene, &dir, killed.as_ref(), &error),
     };
     let log = match dir.log(true) {
@@ -99,23 +121,30 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
     };
     logging::of_run(&log, args.how.log);
     begin(&scene, &args.dir);
+    let finished = match resumed {
+        Some(resumed) => go_on(resumed, &scene, &options, &dir),
+        None => {
+            tracing::warn!(
+                "no checkpoint: the run begins again, and is compared with its recording as far as that reaches"
+            );
+            rerun(&scene, &options, &dir)
+        }
+    };
+    finish(args.how.log, &scene, &dir, &args.dir, &finished)
+}
+
+fn go_on(resumed: Resumed, scene: &Scene, options: &RunOptions, dir: &RunDir) -> Finished {
     for damaged in resumed.passed_over() {
         tracing::warn!("{damaged}: passed over");
     }
     let about = resumed.about();
-    if about.recorded {
-        tracing::warn!(
-            "recording.tandem ends before the checkpoint's window: what follows is not recorded"
-        );
-    }
     tracing::info!(
         checkpoint = %resumed.path().display(),
         step = about.step,
         time = about.time,
         "resumed"
     );
-    let finished = resumed.run(&scene, &options, &dir);
-    finish(args.how.log, &scene, &dir, &args.dir, &finished)
+    resumed.run(scene, options, dir)
 }
 
 /// Why a run cannot go on; of one whose coupler was killed also how far it came, which becomes its summary.

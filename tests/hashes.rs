@@ -203,7 +203,11 @@ fn cases() -> Vec<Case> {
         let name = name.to_str().expect("scenes have UTF-8 names").to_string();
         let table: toml::Table = fs::read_to_string(path).unwrap().parse().unwrap();
         let variants = table.get("variant").and_then(toml::Value::as_table);
-        let variants: Vec<&String> = variants.into_iter().flat_map(toml::Table::keys).collect();
+        // One that begins with another run is not alone what it is.
+        let alone =
+            |(name, set): (_, &toml::Value)| set.get("start.from").is_none().then_some(name);
+        let variants = variants.into_iter().flatten().filter_map(alone);
+        let variants: Vec<&String> = variants.collect();
         let plain = Case::new(&name, PLAIN);
         let variants = variants
             .into_iter()

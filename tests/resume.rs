@@ -1,4 +1,10 @@
 //! A run that is cut short at any moment goes on from its newest checkpoint to the same bits.
+//!
+//! The normal command does this with one scene. All scenes and variants that take less than two minutes:
+//!
+//!     TANDEM_TABLE=docs/results/resume.md cargo test --release --workspace --test resume -- --ignored --nocapture
+//!
+//! `TANDEM_SCENES=silo` leaves out scenes without `silo` in their name, `TANDEM_LONGEST=20` those that take more than 20 s.
 
 mod harness;
 
@@ -7,7 +13,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use harness::{Place, RunFiles, dice, scene, signal, until};
+use harness::{Ended, Place, RunFiles, dice, python_can_join, root, scene, signal, until};
+use interface::recording::{End, Playback};
 
 /// A coupled run with frames that takes some tenths of a second, and how it keeps checkpoints.
 const LONG: &[&str] = &[
@@ -32,12 +39,13 @@ fn scene_of_the_test() -> String {
 /// What must be the same byte for byte: the history, the course, the frames and their list, the bodies.
 fn outputs(dir: &Path) -> BTreeMap<String, Vec<u8>> {
     let mut all = BTreeMap::new();
-    let frames = fs::read_dir(dir.join("frames")).unwrap();
+    let frames = fs::read_dir(dir.join("frames")).into_iter().flatten();
     let paths = frames.map(|entry| entry.unwrap().path());
     let tables = ["history.csv", "course.csv", "bodies.csv"];
     for path in paths.chain(tables.map(|name| dir.join(name))) {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        all.insert(name, fs::read(&path).unwrap());
+        // A scene may have no bodies.
+        all.extend(fs::read(&path).ok().map(|bytes| (name, bytes)));
     }
     all
 }
@@ -45,7 +53,7 @@ fn outputs(dir: &Path) -> BTreeMap<String, Vec<u8>> {
 #[track_caller]
 fn assert_same(dir: &Path, undisturbed: &Path) {
     let (ours, theirs) = (RunFiles::read(dir), RunFiles::read(undisturbed));
-    assert_eq!(ours.text("state_hash"), theirs.text("state_hash"));
+    assert_eq!(ours.summary["state_hash"], theirs.summary["state_hash"]);
     assert_eq!(ours.number("steps"), theirs.number("steps"));
     let (ours, theirs) = (outputs(dir), outputs(undisturbed));
     let names = |all: &BTreeMap<String, Vec<u8>>| all.keys().cloned().collect::<Vec<_>>();
@@ -83,7 +91,7 @@ fn a_while_after_a_checkpoint(dir: &Path) {
     std::thread::sleep(Duration::from_millis(dice(150)));
 }
 
-fn resume(place: &Place, out: &str, more: &[&str]) -> harness::Ended {
+fn resume(place: &Place, out: &str, more: &[&str]) -> Ended {
     let dir = place.path(out);
     let arguments = [&["resume", dir.to_str().unwrap(), "--log", "json"], more].concat();
     place.start(&arguments).end()
@@ -177,3 +185,282 @@ fn what_cannot_be_resumed_is_refused_with_the_reason() {
     let ended = resume(&place, "other", &[]);
     ended.expect(2).says(&["is not of this run", "scene hash"]);
 }
+
+/// Messages of a recording that are of one run, whatever its windows.
+fn recorded(dir: &Path) -> BTreeMap<&'static str, u64> {
+    let mut playback = Playback::open(&dir.join("recording.tandem")).unwrap();
+    let mut messages = BTreeMap::new();
+    let (mut saved, mut next) = (0, 0);
+    while let Some(message) = playback.message().unwrap() {
+        let channel = message.channel.name();
+        saved += u64::from(channel.ends_with("saved") || channel.ends_with("restore"));
+        *messages.entry(channel).or_default() += 1;
+        if channel == "imp/forces" {
+            let step = message.header.step;
+            assert_eq!(step, next, "a gap, or a step twice");
+            next += 1;
+        }
+    }
+    assert_eq!(saved, 0, "states are no part of a recording");
+    assert!(matches!(playback.end(), Some(End::Whole { .. })));
+    messages.retain(|channel, _| !channel.ends_with("grants") && !channel.ends_with("reports"));
+    messages
+}
+
+/// A recorded run that is killed and resumed has one recording, as if nothing had been, and it replays.
+#[test]
+fn a_recording_goes_on_with_its_run() {
+    let place = Place::new();
+    let scene = scene_of_the_test();
+    let record = [LONG, &["--record"]].concat();
+    place.run("whole", &scene, &record).expect(0);
+    let ways: [&[&str]; 3] = [&[], &["--in-process"], &["--threads", "2", "--window", "7"]];
+    for (n, way) in ways.into_iter().enumerate() {
+        let out = format!("killed_{n}");
+        let dir = place.path(&out);
+        let mut run = place.start_run(&out, &scene, &[&record, way].concat());
+        a_while_after_a_checkpoint(&dir);
+        let victim = if n == 0 {
+            run.solver(&out, "dem")
+        } else {
+            run.pid()
+        };
+        signal(victim, "KILL");
+        run.end();
+        let path = dir.to_str().unwrap().to_owned();
+        let second = place.start(&["resume", &path, "--log", "json"]);
+        std::thread::sleep(Duration::from_millis(dice(150)));
+        signal(second.pid(), "KILL");
+        second.end();
+        let ended = resume(&place, &out, ways[(n + 1) % 3]).expect(0);
+        assert!(
+            !ended.stderr.contains("without its recording"),
+            "{ended:#?}"
+        );
+        assert_same(&dir, &place.path("whole"));
+        assert_eq!(recorded(&dir), recorded(&place.path("whole")));
+        let recording = dir.join("recording.tandem");
+        for side in ["--dem", "--mpm"] {
+            let arguments = ["replay", recording.to_str().unwrap(), side, "--in-process"];
+            let ended = place.start(&arguments).end().expect(0);
+            assert!(ended.stdout.contains("the same, to the bit"), "{ended:#?}");
+        }
+    }
+}
+
+#[test]
+fn a_run_goes_on_without_a_recording_that_does_not_reach_so_far() {
+    let place = Place::new();
+    let record = [LONG, &["--record"]].concat();
+    place.run("torn", &scene_of_the_test(), &record).expect(0);
+    let file = place.path("torn").join("recording.tandem");
+    let bytes = fs::read(&file).unwrap();
+    fs::write(&file, &bytes[..bytes.len() / 3]).unwrap();
+    let ended = resume(&place, "torn", &[]).expect(0);
+    ended.says(&["goes on without its recording", "ends before step"]);
+}
+
+/// The discs in Python have no checkpoints: a recorded run of theirs begins again, and its recording says whether it is the
+/// same run.
+#[test]
+fn a_run_of_a_solver_that_cannot_save_goes_on_by_its_recording() {
+    if !python_can_join() {
+        return;
+    }
+    let place = Place::new();
+    let discs = root().join("python/examples/disc_dem.py");
+    let command = format!("python3 '{}'", discs.display());
+    let scene = scene("jiang2020/collision_hard");
+    let run = ["--variant", "quick", "--dem", &command];
+    place
+        .run("whole", &scene, &[&run[..], &["--record"]].concat())
+        .expect(0);
+    let mut running = place.start_run("killed", &scene, &[&run[..], &["--record"]].concat());
+    running.stepping("killed");
+    std::thread::sleep(Duration::from_millis(300 + dice(200)));
+    signal(running.pid(), "KILL");
+    running.end();
+    let dir = place.path("killed");
+    let was = fs::metadata(dir.join("recording.tandem")).unwrap().len();
+    let ended = resume(&place, "killed", &["--window", "3"]).expect(0);
+    ended.says(&["no checkpoint: the run begins again"]);
+    assert!(fs::metadata(dir.join("recording.tandem")).unwrap().len() >= was);
+    assert_same(&dir, &place.path("whole"));
+    assert_eq!(recorded(&dir), recorded(&place.path("whole")));
+    // Another run's recording, told apart by what it is of, and one that is the same run's and not what the run does.
+    let scene_file = dir.join("scene.toml");
+    let text = fs::read_to_string(&scene_file).unwrap();
+    fs::write(
+        &scene_file,
+        text.replace("about = \"", "about = \"Another. "),
+    )
+    .unwrap();
+    resume(&place, "killed", &[])
+        .expect(3)
+        .says(&["another run"]);
+    // Without a recording there is nothing to go on by.
+    place.run("plain", &scene, &run).expect(0);
+    resume(&place, "plain", &[])
+        .expect(2)
+        .says(&["cannot save its state", "no recording"]);
+}
+
+/// Ways in which the parts of a run are done.
+const WAYS: [&[&str]; 4] = [
+    &[],
+    &["--in-process"],
+    &["--threads", "2"],
+    &["--window", "7"],
+];
+
+/// When a run is killed.
+#[derive(Debug, Clone, Copy)]
+enum When {
+    /// Within the first 150 ms.
+    StartUp,
+    /// At a moment of its whole time.
+    Anywhere,
+    /// When a file of a checkpoint appears or changes its name.
+    Checkpoint,
+}
+
+/// Names in the folder of checkpoints, those of files that are being written too.
+fn names_of_checkpoints(dir: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(dir.join("checkpoints")).into_iter().flatten();
+    let mut names: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    names.sort();
+    names
+}
+
+/// Runs or resumes what is in `out` and kills it; whether there was something to kill.
+fn killed(place: &Place, out: &str, run: &[&str], way: &[&str], when: When, wall: f64) -> bool {
+    let dir = place.path(out);
+    let path = dir.to_str().unwrap().to_owned();
+    let before = names_of_checkpoints(&dir);
+    let running = if checkpoints(&dir).is_empty() {
+        place.start(&[&["run"], run, &["--out", &path], way].concat())
+    } else {
+        place.start(&[&["resume", &path], way].concat())
+    };
+    let limit = Duration::from_secs_f64(wall + 1.0);
+    match when {
+        When::StartUp => std::thread::sleep(Duration::from_millis(dice(150))),
+        When::Anywhere => {
+            std::thread::sleep(Duration::from_micros(dice((1e6 * wall) as u64 + 1)));
+        }
+        When::Checkpoint => {
+            until(limit, || {
+                (names_of_checkpoints(&dir) != before || !harness::lives(running.pid()))
+                    .then_some(())
+            });
+        }
+    }
+    signal(running.pid(), "KILL");
+    running.end_within(Duration::from_mins(10)).signal() == Some(9)
+}
+
+/// A scene with checkpoints and frames, killed three times; what became of it.
+fn kill_three_times(name: &str, variant: &str) -> String {
+    let place = Place::new();
+    let file = scene(name);
+    let table: toml::Table = fs::read_to_string(&file).unwrap().parse().unwrap();
+    let number = |section: &str, key: &str| {
+        let variants = table.get("variant").and_then(|all| all.get(variant));
+        let set = variants.and_then(|set| set.get(format!("{section}.{key}")));
+        let value = set.unwrap_or_else(|| &table[section][key]);
+        value
+            .as_float()
+            .or(value.as_integer().map(|n| n as f64))
+            .unwrap()
+    };
+    let (end, every) = (number("time", "end"), number("output", "every"));
+    let frames = every * (end / every / 10.0).round().max(1.0);
+    let frames = format!("output.frames={frames}");
+    let mut run = vec![
+        file.as_str(),
+        "--set",
+        &frames,
+        "--set",
+        "output.checkpoint.wall=0.05",
+    ];
+    if variant != "plain" {
+        run.extend(["--variant", variant]);
+    }
+    let whole = place.path("whole").display().to_string();
+    let ended = [&["run"], &run[..], &["--out", &whole]].concat();
+    let ended = place.start(&ended).end_within(Duration::from_mins(30));
+    let code = ended.status.code();
+    let wall = RunFiles::read(&place.path("whole")).number("wall_s");
+    let first = dice(4) as usize;
+    let mut kills = Vec::new();
+    for (n, when) in [When::StartUp, When::Anywhere, When::Checkpoint]
+        .into_iter()
+        .enumerate()
+    {
+        let way = WAYS[(first + n) % 4];
+        if killed(&place, "killed", &run, way, when, wall) {
+            let dir = place.path("killed");
+            kills.push(format!("{when:?} ({})", checkpoints(&dir).len()));
+        }
+    }
+    let dir = place.path("killed");
+    let path = dir.to_str().unwrap().to_owned();
+    let last = if checkpoints(&dir).is_empty() {
+        [&["run"], &run[..], &["--out", &path]].concat()
+    } else {
+        vec!["resume", &path]
+    };
+    let last = place.start(&last).end_within(Duration::from_mins(30));
+    assert_eq!(last.status.code(), code, "{name} {variant}: {last:#?}");
+    assert_same(&dir, &place.path("whole"));
+    let kills = kills.join(", ");
+    format!("| {name} | {variant} | {wall:.1} | {kills} | the same |")
+}
+
+#[test]
+#[ignore = "an hour"]
+fn every_scene_that_is_killed_three_times_goes_on_to_the_same_bits() {
+    let variable = |name: &str| std::env::var(name).unwrap_or_default();
+    let (wanted, longest) = (variable("TANDEM_SCENES"), variable("TANDEM_LONGEST"));
+    let longest: f64 = longest.parse().unwrap_or(120.0);
+    let baseline = fs::read_to_string(root().join("tests/hashes/baseline.csv")).unwrap();
+    let rows = baseline
+        .lines()
+        .filter(|line| !line.starts_with('#'))
+        .skip(1);
+    let mut table = Vec::new();
+    for row in rows {
+        let fields: Vec<&str> = row.split(',').collect();
+        let (name, variant, exit) = (fields[0], fields[1], fields[2]);
+        let wall: f64 = fields[7].parse().unwrap();
+        // What is reported of the last steps of a run that a solver stops depends on the window.
+        if name.contains(&wanted) && wall <= longest && exit != "3" {
+            let line = kill_three_times(name, variant);
+            println!("{line}");
+            table.push(line);
+        }
+    }
+    assert!(!table.is_empty(), "no scene has `{wanted}` in its name");
+    if let Some(file) = std::env::var_os("TANDEM_TABLE") {
+        let head = "| scene | variant | wall time in s | killed (checkpoints then) | result |";
+        let table = table.join("\n");
+        let text = format!("{RESULTS}\n{head}\n| --- | --- | --- | --- | --- |\n{table}\n");
+        fs::write(root().join(file), text).unwrap();
+    }
+}
+
+const RESULTS: &str = "\
+# Killed anywhere
+
+Every scene and variant under two minutes, run with frames and a checkpoint each 0.05 s of wall
+time, killed three times with SIGKILL: within 150 ms of its start (`StartUp`), at a random moment
+(`Anywhere`), and when a file of a checkpoint appears or changes its name (`Checkpoint`). After each
+kill it goes on from the newest checkpoint, or begins again where there is none yet, each part in
+another way (processes, one process, two threads, a window of 7). The end is compared with an
+undisturbed run: `state_hash`, number of steps, and byte for byte `history.csv`, `course.csv`,
+`bodies.csv` and all frames. A kill that came after the end is not listed. Scenes that a solver
+stops (exit 3) are left out. Made by
+
+    TANDEM_TABLE=docs/results/resume.md \\
+        cargo test --release --workspace --test resume -- --ignored --nocapture
+";

@@ -5,7 +5,7 @@ mod mixtures;
 mod small_scenes;
 
 use dem_proc::Sdem;
-use interface::config::{DemConfig, OverlapMeasure};
+use interface::config::{DemConfig, Motion, OverlapMeasure};
 use interface::message::wire::ImpForce;
 use interface::solver::{DemSolver, Refusal};
 use mixtures::{Cloud, HERTZ, LINEAR, World, all, crowd, scene};
@@ -133,13 +133,13 @@ fn the_state_of_another_configuration_is_refused_by_what_differs() {
         refused(&other, &bytes).message
     };
     let named = [
-        (other(&|c| c.gravity[0] = 0.0), "`dem.gravity`"),
-        (other(&|c| c.point_contact = HERTZ), "`dem.point_contact`"),
         (other(&|c| c.body_contact = None), "`dem.body_contact`"),
         (other(&|c| c.skin = 0.005), "`dem.skin`"),
-        (other(&|c| c.bodies[4].angle += 0.1), "`dem.bodies[4]`"),
+        (
+            other(&|c| c.bodies[4].sphero_radius *= 1.1),
+            "`dem.bodies[4]`",
+        ),
         (other(&|c| c.bodies.truncate(14)), "15 bodies, expected 14"),
-        (other(&|c| c.point_surfaces.clear()), "`dem.point_surfaces`"),
     ];
     for (message, what) in named {
         assert!(message.contains(what), "{message}");
@@ -154,6 +154,38 @@ fn the_state_of_another_configuration_is_refused_by_what_differs() {
     let of_another = interface::saved::pack("tandem-mpm 1", &0);
     let message = refused(&config, &of_another).message;
     assert!(message.contains("tandem-mpm 1"), "{message}");
+}
+
+/// A branch: bodies and points as they were, other laws, gravity and motions from here on.
+#[test]
+fn a_configuration_with_other_laws_and_motions_goes_on_from_the_state() {
+    let config = scene(LINEAR, Some(LINEAR), OverlapMeasure::EachEdge);
+    let (bytes, world) = state(&config);
+    let mut other = config.clone();
+    other.gravity = [0.0, -1.0];
+    other.point_contact = HERTZ;
+    other.body_contact = Some(HERTZ);
+    let held = |b: &&mut interface::config::BodyConfig| b.motion.yielding() == [0.0; 3];
+    let gate = other.bodies.iter_mut().find(held).expect("a held body");
+    (gate.motion, gate.velocity) = (Motion::Driven, [3.0, 0.5]);
+    let (name, mut dem) = (gate.name.clone(), Sdem::default());
+    dem.configure(&other).unwrap();
+    dem.restore(&bytes).unwrap();
+    let (was, is) = (world.dem.bodies(), dem.bodies());
+    for (b, body) in is.properties.iter().enumerate() {
+        let velocity = if body.name == name {
+            [3.0, 0.5].into()
+        } else {
+            was.state[b].velocity
+        };
+        assert_eq!(is.state[b].velocity, velocity, "{}", body.name);
+        assert_eq!(is.state[b].center, was.state[b].center);
+    }
+    let mut branch = World::new(&other, Cloud::default());
+    (branch.dem, branch.points, branch.done) = (dem, world.points.clone(), world.done);
+    for _ in 0..20 {
+        branch.step();
+    }
 }
 
 /// Takes over bytes that may be no state, and does a step if they are one.

@@ -171,6 +171,54 @@ impl Balance {
     }
 }
 
+/// From where sums are counted that go on from run to run: those of a scene that begins with the state of another run
+/// begin anew with its first measurement, under its own laws.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub enum Since {
+    /// From the first run's start.
+    #[default]
+    Ever,
+    /// From the measurement that comes next.
+    Next,
+    /// From where they were so, of the continuum and of the bodies.
+    Here([Sums; 2]),
+}
+
+/// What a side adds up: work of friction, viscosity, plastic flow, drives and stress in J/m, then the two impulses.
+type Sums = ([f64; 5], [[f64; 2]; 2]);
+
+impl Since {
+    /// The books of both sides with their sums since then.
+    pub fn count(&mut self, mut sides: [Ledger; 2]) -> [Ledger; 2] {
+        if *self == Self::Next {
+            *self = Self::Here(sides.map(|side| {
+                let work = [
+                    side.friction_work,
+                    side.viscous_work,
+                    side.plastic_work,
+                    side.driven_work,
+                    side.stress_work,
+                ];
+                (work, [side.applied_impulse, side.contact_impulse])
+            }));
+        }
+        if let Self::Here(sums) = self {
+            for (side, (work, impulses)) in sides.iter_mut().zip(sums) {
+                side.friction_work -= work[0];
+                side.viscous_work -= work[1];
+                side.plastic_work -= work[2];
+                side.driven_work -= work[3];
+                side.stress_work -= work[4];
+                for axis in 0..2 {
+                    side.applied_impulse[axis] -= impulses[0][axis];
+                    side.contact_impulse[axis] -= impulses[1][axis];
+                }
+            }
+        }
+        sides
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -200,6 +248,23 @@ mod tests {
         };
         assert!((fall(0.0) - fall(-1e3)).abs() < 1e-9);
         assert!((fall(0.0) - 0.1 / 20.1).abs() < 1e-12);
+    }
+
+    #[test]
+    fn sums_of_a_branch_begin_with_its_first_measurement() {
+        let side = |friction_work: f64| Ledger {
+            kinetic: 2.0,
+            friction_work,
+            applied_impulse: [friction_work, 1.0],
+            ..Ledger::default()
+        };
+        let mut since = Since::Next;
+        let [first, _] = since.count([side(3.0), side(0.0)]);
+        assert_eq!((first.kinetic, first.friction_work), (2.0, 0.0));
+        let [later, _] = since.count([side(3.5), side(0.0)]);
+        assert_eq!(later.friction_work, 0.5);
+        assert_eq!(later.applied_impulse, [0.5, 0.0]);
+        assert_eq!(Since::Ever.count([side(3.5); 2]), [side(3.5); 2]);
     }
 
     #[test]

@@ -266,6 +266,11 @@ impl RunDir {
         self.claim(RECORDING)
     }
 
+    /// Whether a run was recorded here.
+    pub fn has_recording(&self) -> bool {
+        self.path().join(RECORDING).is_file()
+    }
+
     /// Where the run's page is written, if that is asked for.
     ///
     /// # Errors

@@ -103,6 +103,9 @@ pub struct Summary {
     pub scene: String,
     /// Hash of the scene as resolved.
     pub scene_hash: String,
+    /// What the run began with, where that was another run: `from` and `state` of its scene.toml.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub start: Option<[String; 2]>,
     /// How the run ended.
     pub status: Status,
     /// Why, unless it is done.

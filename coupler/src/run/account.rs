@@ -10,7 +10,7 @@ use interface::step::Clock;
 use serde::{Deserialize, Serialize};
 
 use crate::record::check::{Recorded, Recorder};
-use crate::record::ledger::Balance;
+use crate::record::ledger::{Balance, Since};
 use crate::record::summary::Criteria;
 use crate::record::summary::{EnergyLedger, Status, Summary, WallParts};
 use crate::run::failure::RunError;
@@ -56,15 +56,31 @@ pub(crate) struct Kept {
     clock: Clock,
     imps_max: u64,
     grants: u64,
-    epochs: u64,
+    /// So far, and before the run began.
+    epochs: [u64; 2],
+    since: Since,
     spent: Spent,
+}
+
+impl Kept {
+    /// The epoch under way.
+    pub fn epoch(&self) -> u64 {
+        self.epochs[0]
+    }
+
+    /// What has been laid out so far.
+    pub fn so_far(&self) -> &SoFar {
+        &self.so_far
+    }
 }
 
 /// What is known of a run at any time: enough for a summary, however it ends.
 pub(crate) struct Account {
     pub scene: String,
     pub scene_hash: String,
+    start: Option<[String; 2]>,
     pub recorder: Recorder,
+    pub since: Since,
     pub balance: Balance,
     pub pace: Pace,
     pub criteria: Criteria,
@@ -73,6 +89,7 @@ pub(crate) struct Account {
     pub imps_max: u64,
     pub grants: u64,
     pub epochs: u64,
+    epochs_before: u64,
     pub waited: Duration,
     pub cpu_at_start: Duration,
     pub state_hash: Option<String>,
@@ -95,7 +112,9 @@ impl Account {
         Self {
             scene: scene.name.clone(),
             scene_hash: scene.hash.clone(),
+            start: scene.begins_with(),
             recorder: Recorder::new(&scene.output.columns, &scene.checks, scene.time.end),
+            since: Since::default(),
             balance: Balance::default(),
             pace: Pace::new(scene.time, scene.output.every),
             criteria: Criteria::default(),
@@ -104,6 +123,7 @@ impl Account {
             imps_max: 0,
             grants: 0,
             epochs: 0,
+            epochs_before: 0,
             waited: Duration::ZERO,
             cpu_at_start: interface::session::cpu_time(),
             state_hash: None,
@@ -180,7 +200,8 @@ impl Account {
             clock: self.clock,
             imps_max: self.imps_max,
             grants: self.grants,
-            epochs: self.epochs,
+            epochs: [self.epochs, self.epochs_before],
+            since: self.since,
             spent: self.spent(self.started.elapsed()),
         }
     }
@@ -199,9 +220,23 @@ impl Account {
         self.clock = kept.clock;
         self.imps_max = kept.imps_max;
         self.grants = kept.grants;
-        self.epochs = kept.epochs;
+        [self.epochs, self.epochs_before] = kept.epochs;
+        self.since = kept.since;
         self.earlier = kept.spent;
         self.recorder.resume(kept.recorded, quantities)
+    }
+
+    /// Begins where a run of another scene has been; the clock shows 0 if `from_zero`. Epochs and steps are numbered on, as
+    /// the solvers expect.
+    pub fn branch(&mut self, kept: &Kept, from_zero: bool) {
+        self.clock = kept.clock;
+        if from_zero {
+            let (index, before) = (kept.clock.index(), kept.clock.interval_behind());
+            self.clock = Clock::within_epoch(index, 0.0, 0, before, 0.0);
+        }
+        self.pace.branch(&kept.so_far, self.clock.time());
+        (self.epochs, self.epochs_before) = (kept.epochs[0], kept.epochs[0]);
+        self.since = Since::Next;
     }
 
     /// Time spent, by this process and those before it.
@@ -298,6 +333,7 @@ impl Account {
         let mut summary = Summary {
             scene: self.scene,
             scene_hash: self.scene_hash,
+            start: self.start,
             status,
             reason,
             steps: laid_out.bound_by.values().sum(),
@@ -307,7 +343,7 @@ impl Account {
             dt_bound_by: bound_by.collect(),
             criteria: self.criteria,
             grants: self.grants,
-            epochs: self.epochs,
+            epochs: self.epochs - self.epochs_before,
             rebuilds: self
                 .reports
                 .get(&Party::Mpm)

@@ -1,5 +1,7 @@
 //! What a run decides: what each solver is told, which steps come next, and what is kept of their reports.
 
+mod branch;
+
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -23,7 +25,7 @@ use crate::record::summary::state_hash;
 use crate::run::account::Account;
 use crate::run::checkpoint::file::About;
 use crate::run::checkpoint::keeper::Keeper;
-use crate::run::checkpoint::{Checkpoint, CouplerState, Phase, UnderWay};
+use crate::run::checkpoint::{Checkpoint, CouplerState, Origin, Phase, UnderWay};
 use crate::run::disk::Disk;
 use crate::run::failure::RunError;
 use crate::run::launch::Processes;
@@ -70,6 +72,8 @@ pub(crate) struct Run<'a> {
     sides: Sides,
     sample: Sample,
     bodies: Vec<BodyState>,
+    /// The bodies where the scene puts them.
+    origin: Vec<BodyState>,
     phase: Phase,
     under_way: Option<UnderWay>,
     /// Flags of the next grant.
@@ -78,6 +82,8 @@ pub(crate) struct Run<'a> {
     keeper: Option<Keeper>,
     /// The coupler's own state at a checkpoint whose window is under way.
     pending: Option<(CouplerState, Vec<Mark>)>,
+    /// It is one that is kept for other scenes.
+    kept: bool,
     /// An interrupted run has asked for its last checkpoint.
     last_asked: bool,
     /// What the solvers go on from.
@@ -96,18 +102,25 @@ impl<'a> Run<'a> {
         options: &'a RunOptions,
         dir: &'a RunDir,
         account: &'a mut Account,
-        from: Option<Checkpoint>,
+        from: Origin,
     ) -> Result<Self, RunError> {
-        let Some(Checkpoint { state, solvers, .. }) = from else {
-            let history = History::begin(dir, &account.recorder.header())?;
-            let course = Course::begin(dir)?;
-            let frames = frames(scene, dir, Listed::default())?;
-            return Ok(Self::at_start(
-                scene, options, dir, account, history, course, frames,
-            ));
+        let (branch, Checkpoint { state, solvers, .. }) = match from {
+            Origin::Itself(checkpoint) => (None, *checkpoint),
+            Origin::Another(branch) => (Some(branch.as_before), branch.checkpoint),
+            Origin::Scene | Origin::Recording => {
+                let history = History::begin(dir, &account.recorder.header())?;
+                let course = Course::begin(dir)?;
+                let frames = frames(scene, dir, Listed::default())?;
+                return Ok(Self::at_start(
+                    scene, options, dir, account, history, course, frames,
+                ));
+            }
         };
         if let Some(what) = state.nonsense(scene) {
             return Err(RunError::Checkpoint(what.into()));
+        }
+        if let Some(as_before) = branch {
+            return Self::branch(scene, options, dir, account, (state, solvers), as_before);
         }
         let history = History::resume(dir, state.history)?;
         let frames = frames(scene, dir, state.frames)?;
@@ -120,6 +133,7 @@ impl<'a> Run<'a> {
         Ok(Self {
             sides: state.sides,
             bodies: state.bodies,
+            origin: state.origin,
             phase: state.phase,
             under_way: Some(state.under_way),
             asked: state.asked,
@@ -163,11 +177,13 @@ impl<'a> Run<'a> {
             sides: Sides::default(),
             sample: Sample::default(),
             bodies: Vec::new(),
+            origin: Vec::new(),
             phase: Phase::Opening,
             under_way: None,
             asked,
             keeper: None,
             pending: None,
+            kept: false,
             last_asked: false,
             restored: Vec::new(),
             granted: Instant::now(),
@@ -264,7 +280,7 @@ impl<'a> Run<'a> {
 
     /// Keeps checkpoints when the scene or a signal asks for them, if all solvers can save their states.
     fn keep_checkpoints(&mut self, coupler: &Coupler) {
-        let plan = self.scene.output.checkpoint;
+        let plan = self.scene.output.checkpoint.clone();
         let saves = |party: &&Party| {
             let hello = coupler.hello(**party).expect("all have said hello");
             hello.capabilities.has(SAVE)
@@ -277,7 +293,7 @@ impl<'a> Run<'a> {
         }
         let time = self.account.clock.time();
         let plan = plan.unwrap_or_default();
-        self.keeper = Some(Keeper::begin(plan, self.dir, time));
+        self.keeper = Some(Keeper::begin(plan, self.dir, time, self.tape.clone()));
     }
 
     /// All solvers are ready, so that the run begins: its files take the place of an earlier run's.
@@ -356,21 +372,21 @@ impl<'a> Run<'a> {
 
     /// The flag that asks for a checkpoint before the next grant, if one is due; keeps what the coupler adds to it.
     fn checkpoint(&mut self, under_way: &UnderWay) -> Result<u64, RunError> {
-        let time = self.account.clock.time();
-        let stepping = self.phase == Phase::Stepping;
-        let interrupted = self.account.interrupted;
         let Some(keeper) = &self.keeper else {
             return Ok(0);
         };
-        if !stepping {
+        self.kept = self.is_to_be_kept();
+        if self.phase == Phase::Stepping {
+            let last = self.account.interrupted && !self.last_asked;
+            let wanted = self.options.save.swap(false, Ordering::Relaxed);
+            let due = keeper.is_due(self.account.clock.time());
+            if !(last || wanted || due || self.kept) {
+                return Ok(0);
+            }
+            self.last_asked |= last;
+        } else if !self.kept {
             return Ok(0);
         }
-        let last = interrupted && !self.last_asked;
-        let wanted = self.options.save.swap(false, Ordering::Relaxed);
-        if !(last || wanted || keeper.is_due(time)) {
-            return Ok(0);
-        }
-        self.last_asked |= last;
         // The rows that it relies on reach the file before it does.
         let mut relies_on = vec![self.history.flush()?, self.course.flush()?];
         relies_on.extend(self.frames.as_ref().map(Frames::mark));
@@ -381,6 +397,7 @@ impl<'a> Run<'a> {
             asked: self.asked,
             sides: self.sides,
             bodies: self.bodies.clone(),
+            origin: self.origin.clone(),
             history: self.history.bytes(),
             frames: self
                 .frames
@@ -398,9 +415,10 @@ impl<'a> Run<'a> {
         else {
             return;
         };
-        let mut about = About::of(self.scene, &self.parties, self.options.record);
+        let mut about = About::of(self.scene, &self.parties, self.tape.is_some());
         about.step = self.account.clock.index();
         about.time = self.account.clock.time();
+        about.kept = self.kept;
         let states = self.parties.iter().filter_map(|&party| {
             let state = coupler.take_saved(party)?;
             Some((party, state))
@@ -439,8 +457,13 @@ impl<'a> Run<'a> {
             self.asked = self.asked_at_output(true);
         }
         match self.phase {
+            Phase::Arriving => {
+                self.phase = Phase::Opening;
+                Ok(Some(STANDSTILL))
+            }
             Phase::Opening => {
                 self.phase = Phase::Stepping;
+                self.asked = self.asked_at_output(true);
                 Ok(Some(STANDSTILL))
             }
             Phase::Closing => {
@@ -472,6 +495,9 @@ impl<'a> Run<'a> {
 
     /// Steps that fit the time of a window; before anything is known of their cost, one.
     fn window(&self) -> u64 {
+        if let Some(recorded) = self.tape.as_ref().and_then(Tape::next_window) {
+            return recorded;
+        }
         let most = self.options.window.unwrap_or(self.scene.coupling.window);
         let time = WINDOW_TIME.min(self.scene.coupling.deadline / 4);
         match self.step_time {
@@ -544,6 +570,9 @@ impl<'a> Run<'a> {
         round: &mut Round,
     ) -> Result<(), RunError> {
         self.bodies.clone_from(&round.bodies);
+        if self.origin.is_empty() {
+            self.origin.clone_from(&round.bodies);
+        }
         let account = &mut *self.account;
         let ledger = |party| {
             account
@@ -551,7 +580,8 @@ impl<'a> Run<'a> {
                 .get(&party)
                 .map_or_else(Ledger::default, |report| report.ledger)
         };
-        let (mpm, dem) = (ledger(Party::Mpm), ledger(Party::Dem));
+        let [mpm, dem] = [Party::Mpm, Party::Dem].map(ledger);
+        let [mpm, dem] = account.since.count([mpm, dem]);
         account
             .balance
             .take(&mpm, &dem, moving(&round.groups, &round.bodies));

@@ -44,8 +44,9 @@ use interface::transport::recorded::Recorded;
 use crate::record::rundir::{RunDir, RunDirError};
 use crate::record::summary::Summary;
 use crate::run::account::Account;
-use crate::run::checkpoint::Checkpoint;
+use crate::run::checkpoint::branch::Branch;
 use crate::run::checkpoint::file::{self, CheckpointError, newest};
+use crate::run::checkpoint::{Checkpoint, Origin};
 use crate::run::disk::Disk;
 use crate::run::failure::RunError;
 use crate::run::lead::Run;
@@ -63,9 +64,11 @@ pub struct Finished {
     pub unwritten: Option<RunDirError>,
 }
 
-/// Runs `scene` and writes what it shows to `dir`. A run that fails has a summary too: its status and reason.
-pub fn run(scene: &Scene, options: &RunOptions, dir: &RunDir) -> Finished {
-    go(scene, options, dir, None)
+/// Runs `scene`, which begins with `branch` where it begins with another run, and writes what it shows to `dir`. A run that
+/// fails has a summary too: its status and reason.
+pub fn run(scene: &Scene, options: &RunOptions, dir: &RunDir, branch: Option<Branch>) -> Finished {
+    let from = branch.map_or(Origin::Scene, |branch| Origin::Another(branch.into()));
+    go(scene, options, dir, from)
 }
 
 /// A run that goes on from the newest good checkpoint of its directory.
@@ -108,15 +111,21 @@ impl Resumed {
 
     /// Goes on.
     pub fn run(self, scene: &Scene, options: &RunOptions, dir: &RunDir) -> Finished {
-        go(scene, options, dir, Some(self.checkpoint))
+        go(scene, options, dir, Origin::Itself(self.checkpoint.into()))
     }
 }
 
-fn go(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Option<Checkpoint>) -> Finished {
+/// Runs `scene` again in the directory of a recorded run of it that has no checkpoint, because a solver cannot save its
+/// state. What crosses is compared with the recording as far as it reaches; the run fails where it differs.
+pub fn rerun(scene: &Scene, options: &RunOptions, dir: &RunDir) -> Finished {
+    go(scene, options, dir, Origin::Recording)
+}
+
+fn go(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Origin) -> Finished {
     let started = Instant::now();
     let shared_thread = matches!(options.solvers, Solvers::Here { .. });
     let mut account = Account::new(scene, shared_thread);
-    let ended = recorder(scene, options, dir).and_then(|recorder| {
+    let ended = recorder(scene, options, dir, &from).and_then(|recorder| {
         let tape = recorder.as_ref().map(Recorder::tape);
         let ended = Run::new(scene, options, dir, &mut account, from).and_then(|mut run| {
             run.tape.clone_from(&tape);
@@ -145,23 +154,39 @@ fn go(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Option<Checkpoint
     }
 }
 
+/// The recording of a run that is to have one: a new one, or that of a run that goes on.
 fn recorder(
     scene: &Scene,
     options: &RunOptions,
     dir: &RunDir,
+    from: &Origin,
 ) -> Result<Option<Recorder>, RunError> {
+    let made_by = concat!("tandem ", env!("CARGO_PKG_VERSION"));
+    let about = About::run(&scene.name, &scene.hash, made_by);
+    if let Origin::Recording = from {
+        let recorder = Recorder::rerun(&dir.recording()?, &about).map_err(SessionError::from)?;
+        return Ok(Some(recorder));
+    }
+    if let Origin::Itself(checkpoint) = from {
+        if !checkpoint.about.recorded {
+            return Ok(None);
+        }
+        let recorder = Recorder::resume(&dir.recording()?, &about, checkpoint.moment());
+        if let Err(error) = &recorder {
+            tracing::warn!("the run goes on without its recording: {error}");
+        }
+        return Ok(recorder.ok());
+    }
     if !options.record {
         return Ok(None);
     }
-    let made_by = concat!("tandem ", env!("CARGO_PKG_VERSION"));
-    let about = About::run(&scene.name, &scene.hash, made_by);
     let recorder = Recorder::create(&dir.recording()?, &about).map_err(SessionError::from)?;
     Ok(Some(recorder))
 }
 
-/// What a recording has: everything but saved states, which would be most of it.
+/// What a recording has: everything but states that are saved, which would be most of it.
 fn noted(channel: Channel) -> bool {
-    !matches!(channel.kind, Kind::Saved | Kind::Restore)
+    channel.kind != Kind::Saved
 }
 
 /// The solvers in processes of their own.

@@ -82,6 +82,16 @@ impl Pace {
         self.so_far = so_far;
     }
 
+    /// Goes on at `time` (s) where a run of another scene has been: steps grow from its last one, and are counted anew.
+    pub fn branch(&mut self, from: &SoFar, time: f64) {
+        self.so_far = SoFar {
+            outputs: (time / self.every + 1e-9) as u64,
+            dt_last: from.dt_last,
+            last: from.last,
+            ..SoFar::default()
+        };
+    }
+
     /// Time of the next output in s: a multiple of the interval, or the end.
     pub fn next_output(&self) -> f64 {
         let due = (self.so_far.outputs + 1) as f64 * self.every;

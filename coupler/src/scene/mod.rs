@@ -11,6 +11,7 @@
 //! The format is described for its users in `docs/scene-format.md`.
 
 mod bodies;
+mod branch;
 mod continuum;
 pub mod diagnostic;
 mod document;
@@ -22,6 +23,7 @@ mod parse;
 pub mod plan;
 mod problems;
 mod solvers;
+mod start;
 mod structure;
 mod study;
 mod written;
@@ -31,7 +33,7 @@ use std::path::{Path, PathBuf};
 use crate::scene::diagnostic::SceneErrors;
 
 pub use model::{
-    CheckpointPlan, Coupling, Criterion, Measurand, Output, Scene, Solvers, Study, TimePlan,
+    CheckpointPlan, Coupling, Criterion, Measurand, Output, Scene, Solvers, Start, Study, TimePlan,
 };
 pub use needs::{refused, unmet};
 pub use solvers::solver_override;

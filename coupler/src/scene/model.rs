@@ -1,6 +1,7 @@
 //! A scene as it is meant: checked values in SI units.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -18,6 +19,8 @@ pub struct Scene {
     pub name: String,
     /// What to look for.
     pub about: String,
+    /// Another run whose state the scene begins with.
+    pub start: Option<Start>,
     /// Duration and step.
     pub time: TimePlan,
     /// The continuum's configuration; `None`: no MPM process. `threads` is 1, for the command line to change.
@@ -51,10 +54,40 @@ pub struct Scene {
     pub(super) document: Arc<document::Document>,
 }
 
+/// Another run whose state a scene begins with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Start {
+    /// Its directory, a whole path.
+    pub run: PathBuf,
+    /// The latest time in s of the checkpoint; `None`: the newest.
+    pub at: Option<f64>,
+    /// Whether the clock begins at 0, and not where that run was.
+    pub from_zero: bool,
+    /// Hash of the state ([`Scene::begun_with`]); `None`: whatever is there.
+    pub state: Option<String>,
+}
+
+impl Scene {
+    /// `start.from` and `start.state`, of a scene that begins with a run whose state is known.
+    pub fn begins_with(&self) -> Option<[String; 2]> {
+        let start = self.start.as_ref()?;
+        Some([start.from(), start.state.clone()?])
+    }
+}
+
+impl Start {
+    /// As `start.from` has it.
+    pub fn from(&self) -> String {
+        let run = self.run.display();
+        self.at
+            .map_or_else(|| run.to_string(), |at| format!("{run}@{at}"))
+    }
+}
+
 /// Duration and step. Times in s.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TimePlan {
-    /// End of the run, which begins at 0.
+    /// End of the run, which begins at 0 or where [`Scene::start`] says.
     pub end: f64,
     /// The scene's own cap of the step.
     pub max_step: Option<f64>,
@@ -157,12 +190,16 @@ pub struct Output {
 }
 
 /// When a run saves its state by itself.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct CheckpointPlan {
     /// Wall time between checkpoints.
     pub wall: Option<Duration>,
     /// Simulated time between checkpoints in s.
     pub time: Option<f64>,
+    /// Outputs, counted from t = 0, at which one is kept for other runs.
+    pub at: BTreeSet<u64>,
+    /// Whether one of the end is kept, likewise.
+    pub end: bool,
 }
 
 impl Study {

@@ -12,12 +12,12 @@ use super::document::{Document, Part, join};
 use super::output::{self, Context};
 use super::problems::Problems;
 use super::written::{
-    CheckpointWritten, CouplingWritten, CriterionWritten, DemWritten, OutputWritten, SceneWritten,
-    TimeWritten, VERSION, schema,
+    CouplingWritten, CriterionWritten, DemWritten, OutputWritten, SceneWritten, TimeWritten,
+    VERSION, schema,
 };
 use super::{
-    CheckpointPlan, Coupling, Criterion, Output, Scene, TimePlan, bodies, continuum, solvers,
-    structure, study,
+    Coupling, Criterion, Output, Scene, TimePlan, bodies, continuum, solvers, start, structure,
+    study,
 };
 use crate::record::check::{Check, Expected, Reference};
 use crate::record::frames::Content;
@@ -44,18 +44,23 @@ pub(super) fn scene(mut document: Document, directory: &Path) -> Result<Scene, S
     let mut warnings = problems.finish()?;
     let mut scene = scene.expect("where nothing was refused everything was made");
     inline_tables(&mut document, &scene.checks);
-    for (path, command) in solvers::commands(&scene.solvers) {
-        document.replace(path, Value::String(command));
+    let commands = solvers::commands(&scene.solvers);
+    let commands = commands.map(|(path, command)| (path, Value::String(command)));
+    for (path, value) in commands.chain(start::resolved(scene.start.as_ref())) {
+        document.replace(path, value);
     }
     document.root.remove("study");
     scene.resolved_toml = toml::to_string(&document.root).expect("the tree came from TOML");
-    scene.hash = blake3::hash(scene.resolved_toml.as_bytes())
-        .to_hex()
-        .to_string();
+    scene.hash = hash(&scene.resolved_toml);
     scene.variants.clone_from(&document.variants);
     scene.warnings.append(&mut warnings);
     scene.document = Arc::new(document);
     Ok(scene)
+}
+
+/// The hash of a resolved scene.
+pub(super) fn hash(resolved: &str) -> String {
+    blake3::hash(resolved.as_bytes()).to_hex().to_string()
 }
 
 /// The document as typed. Its structure has been checked, so a fault here is one that the schema cannot express.
@@ -121,6 +126,7 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         );
     }
     scene_name(problems, &written.name);
+    let start = start::start(problems, written.start.as_ref(), directory);
     let time = time_plan(problems, &written.time);
     let constants = output::constants(problems, &written.constants);
     // So that a variant can leave the bodies out.
@@ -161,6 +167,7 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
     (!problems.any()).then(|| Scene {
         name: written.name.clone(),
         about: written.about.clone(),
+        start,
         time,
         mpm,
         dem,
@@ -186,7 +193,7 @@ fn output(problems: &mut Problems, written: &OutputWritten, context: &Context) -
         let report = written.report;
         report.then(|| frames_of_report(context.end / every))
     });
-    let checkpoint = checkpoint(problems, written.checkpoint.as_ref());
+    let checkpoint = start::checkpoint(problems, written.checkpoint.as_ref(), [every, context.end]);
     let mut columns = Vec::new();
     for (i, column) in written.column.iter().enumerate() {
         columns.extend(context.column(problems, &format!("output.column.{i}"), column));
@@ -335,29 +342,6 @@ fn history_interval(problems: &mut Problems, every: f64, end: f64) -> f64 {
         );
     }
     every
-}
-
-/// When the run saves its state.
-fn checkpoint(
-    problems: &mut Problems,
-    written: Option<&CheckpointWritten>,
-) -> Option<CheckpointPlan> {
-    let &CheckpointWritten { wall, time } = written?;
-    for (key, interval) in [("wall", wall), ("time", time)] {
-        if let Some(interval) = interval {
-            problems.above_zero(&format!("output.checkpoint.{key}"), interval, "a time");
-        }
-    }
-    if wall.is_none() && time.is_none() {
-        problems.refuse(
-            "output.checkpoint",
-            "no interval",
-            "give `wall`, `time`, or both, in s",
-        );
-    }
-    // What is not a time has been refused.
-    let wall = wall.map(|s| Duration::try_from_secs_f64(s).unwrap_or(Duration::MAX));
-    Some(CheckpointPlan { wall, time })
 }
 
 /// Intervals of the history between frames where only a page needs them: about a hundred frames of so many rows.

@@ -157,6 +157,9 @@ fn runs(scene: &Scene) -> Vec<String> {
             "step: Jiang 2020 eq. 51 with kappa_1 {kappa_1}, kappa_2 {kappa_2}: NOT SAFE in general"
         ),
     });
+    if let Some(start) = &scene.start {
+        runs.push(format!("begins with the state of {}", start.from()));
+    }
     runs.push(format!(
         "history: {} columns every {} s; {} checks",
         scene.output.columns.len(),
@@ -169,11 +172,22 @@ fn runs(scene: &Scene) -> Vec<String> {
             rows as f64 * scene.output.every
         ));
     }
-    if let Some(plan) = scene.output.checkpoint {
+    if let Some(plan) = &scene.output.checkpoint {
         let wall = plan.wall.map(|wall| format!("every {wall:?} of wall time"));
         let time = plan.time.map(|time| format!("every {time} s"));
-        let both: Vec<String> = time.into_iter().chain(wall).collect();
-        runs.push(format!("checkpoints: {}", both.join(", and ")));
+        let every = scene.output.every;
+        let kept = plan
+            .at
+            .iter()
+            .map(|&outputs| format!("at {} s", outputs as f64 * every));
+        let end = plan.end.then(|| "at the end".to_owned());
+        let all: Vec<String> = time
+            .into_iter()
+            .chain(wall)
+            .chain(kept)
+            .chain(end)
+            .collect();
+        runs.push(format!("checkpoints: {}", all.join(", and ")));
     }
     runs
 }

@@ -34,6 +34,8 @@ pub(crate) struct SceneWritten {
     /// Named numbers, or expressions of other constants, for columns, checks and references.
     #[serde(default)]
     pub constants: BTreeMap<String, NumberOrExpression>,
+    /// Another run whose state the scene begins with; by default it begins with what it describes.
+    pub start: Option<StartWritten>,
     /// Duration and step.
     pub time: TimeWritten,
     /// The continuum; absent: no MPM process.
@@ -79,11 +81,24 @@ pub(crate) enum NumberOrExpression {
     Expression(String),
 }
 
+/// Another run whose state the scene begins with.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct StartWritten {
+    /// `RUN`, the directory of that run from the scene file's folder: its newest checkpoint; or `RUN@TIME`: its checkpoint of
+    /// this simulated time in s, or the nearest before.
+    pub from: String,
+    /// What the clock shows at the start: 0, or by default the time of that run.
+    pub time: Option<f64>,
+    /// Hash of the state that is there; a run writes it into its own scene.toml.
+    pub state: Option<String>,
+}
+
 /// Duration and step.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TimeWritten {
-    /// End of the run in s; it begins at 0.
+    /// End of the run in s; it begins at 0, or where `start` says.
     pub end: f64,
     /// Longest step in s, where the stability limits would allow more.
     pub max_step: Option<f64>,
@@ -306,7 +321,7 @@ pub(crate) struct OutputWritten {
     pub column: Vec<ColumnWritten>,
 }
 
-/// When a run saves its state. With both intervals, whenever one of them is over.
+/// When a run saves its state: whenever one of these says so.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CheckpointWritten {
@@ -314,6 +329,12 @@ pub(crate) struct CheckpointWritten {
     pub wall: Option<f64>,
     /// Simulated time between checkpoints in s.
     pub time: Option<f64>,
+    /// Simulated times in s of checkpoints that are kept, for other scenes to start from. Multiples of `output.every`.
+    #[serde(default)]
+    pub at: Vec<f64>,
+    /// Whether the state at the end is kept, likewise; false by default.
+    #[serde(default)]
+    pub end: bool,
 }
 
 /// A column of history.csv.

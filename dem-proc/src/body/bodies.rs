@@ -314,7 +314,8 @@ impl Bodies {
             .collect()
     }
 
-    /// These bodies where and as fast as `saved` has them.
+    /// These bodies where and as fast as `saved` has them; in directions in which forces do not move a body it is as fast
+    /// as its configuration says, which may drive it otherwise from here on.
     ///
     /// # Errors
     /// A refusal if they are others, or a number is not finite.
@@ -325,8 +326,17 @@ impl Bodies {
         }
         let poses = saved.iter().map(|is| (is.center.into(), is.angle));
         let mut bodies = self.placed(poses);
-        for ((state, frame), is) in bodies.state.iter_mut().zip(&mut bodies.frames).zip(saved) {
-            (state.velocity, state.spin) = (is.velocity.into(), is.spin);
+        let all = bodies.state.iter_mut().zip(&mut bodies.frames);
+        for ((body, (state, frame)), is) in self.properties.iter().zip(all).zip(saved) {
+            let [x, y, angle] = body.yielding.map(|yields| yields != 0.0);
+            for (i, yields) in [x, y].into_iter().enumerate() {
+                if yields {
+                    state.velocity[i] = is.velocity[i];
+                }
+            }
+            if angle {
+                state.spin = is.spin;
+            }
             frame.center = state.center;
             (frame.shift, frame.sin, frame.versine) = (is.shift.into(), is.sin, is.versine);
         }

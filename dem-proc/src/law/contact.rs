@@ -1,7 +1,7 @@
 //! A law put together from a normal spring, a tangential part and a dashpot.
 
 use super::dashpot::Dashpot;
-use super::history::Numbers;
+use super::history::{DASHPOT, Numbers, Part, TANGENT};
 use super::normal::Normal;
 use super::tangent::Tangent;
 use super::{Law, Loss, Mates, Press, Stiffness, Touch};
@@ -17,6 +17,9 @@ pub struct Memory<S, D> {
 
 impl<S: Numbers, D: Numbers> Numbers for Memory<S, D> {
     const COUNT: usize = S::COUNT + D::COUNT;
+    fn parts(_: u32) -> Vec<Part> {
+        [S::parts(TANGENT), D::parts(DASHPOT)].concat()
+    }
     fn put(&self, numbers: &mut Vec<f64>) {
         let Self { tangent, dashpot } = self;
         tangent.put(numbers);

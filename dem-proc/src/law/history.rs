@@ -9,10 +9,24 @@ use crate::saved::{count, finite, refusal};
 pub trait Plain: Copy + Send + Sync + std::fmt::Debug + 'static {}
 impl<T: Copy + Send + Sync + std::fmt::Debug + 'static> Plain for T {}
 
+/// A part of what a law remembers: which it is, and how many numbers.
+pub type Part = (u32, u32);
+
+/// The tangential part of a law.
+pub const TANGENT: u32 = 1;
+/// The viscous part.
+pub const DASHPOT: u32 = 2;
+/// The rolling part.
+pub const ROLLING: u32 = 3;
+
 /// What a law remembers, as numbers: for a saved state.
 pub trait Numbers: Plain + Default {
     /// How many.
     const COUNT: usize;
+    /// What they are, part by part in their order. `which` is the part of numbers that are no more than that.
+    fn parts(which: u32) -> Vec<Part> {
+        vec![(which, Self::COUNT as u32)]
+    }
     /// Appends them.
     fn put(&self, numbers: &mut Vec<f64>);
     /// Takes as many; what is missing is zero.
@@ -21,6 +35,9 @@ pub trait Numbers: Plain + Default {
 
 impl Numbers for () {
     const COUNT: usize = 0;
+    fn parts(_: u32) -> Vec<Part> {
+        Vec::new()
+    }
     fn put(&self, _: &mut Vec<f64>) {}
     fn take(_: &mut impl Iterator<Item = f64>) {}
 }
@@ -43,6 +60,8 @@ where
 pub struct SavedHistories {
     /// Length of the list.
     pairs: u64,
+    /// What the numbers of each pair are.
+    parts: Vec<Part>,
     /// Pairs that remember something, ascending.
     at: Vec<u32>,
     /// What they remember, one after another.
@@ -54,6 +73,7 @@ impl SavedHistories {
     pub fn of<H: Numbers>(histories: &[H]) -> Self {
         let mut saved = Self {
             pairs: histories.len() as u64,
+            parts: H::parts(0),
             ..Self::default()
         };
         for (k, history) in (0..).zip(histories) {
@@ -69,26 +89,84 @@ impl SavedHistories {
         saved
     }
 
-    /// For a list of `pairs` pairs.
+    /// For a list of `pairs` pairs. A law that remembers other parts than the one that was saved takes those that both
+    /// have, and begins the others with nothing.
     ///
     /// # Errors
-    /// A refusal if they are of another list or another law.
+    /// A refusal if they are of another list.
     pub fn restored<H: Numbers>(&self, pairs: usize) -> Result<Vec<H>, Refusal> {
         let Self {
             pairs: length,
+            parts,
             at,
             numbers,
         } = self;
         count("pairs in a list", *length as usize, pairs)?;
-        count("numbers of contacts", numbers.len(), at.len() * H::COUNT)?;
+        let of_a_pair = parts
+            .iter()
+            .map(|(_, count)| *count as usize)
+            .sum::<usize>();
+        count(
+            "numbers of contacts",
+            numbers.len(),
+            at.len().saturating_mul(of_a_pair),
+        )?;
         finite(|| "the memory of a contact".into(), numbers)?;
+        let places = places(parts, &H::parts(0));
         let mut histories = vec![H::default(); pairs];
-        let mut numbers = numbers.iter().copied();
-        for &k in at {
+        for (&k, numbers) in at.iter().zip(numbers.chunks(of_a_pair.max(1))) {
             let history = histories.get_mut(k as usize);
             let text = || refusal(format!("a contact of pair {k} in a list of {pairs}"));
-            *history.ok_or_else(text)? = H::take(&mut numbers);
+            let number = |place: &Option<usize>| place.map_or(0.0, |place| numbers[place]);
+            *history.ok_or_else(text)? = H::take(&mut places.iter().map(number));
         }
         Ok(histories)
+    }
+}
+
+/// For each number of `own` parts its place among those of `saved` ones, if it is there.
+fn places(saved: &[Part], own: &[Part]) -> Vec<Option<usize>> {
+    let mut places = Vec::new();
+    for part in own {
+        let mut first = 0;
+        let mut found = None;
+        for other in saved {
+            found = found.or_else(|| (other == part).then_some(first));
+            first += other.1 as usize;
+        }
+        places.extend((0..part.1 as usize).map(|k| found.map(|first| first + k)));
+    }
+    places
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::contact::Memory;
+
+    type Two = Memory<[f64; 1], [f64; 2]>;
+
+    fn two(spring: f64, drag: [f64; 2]) -> Two {
+        Memory {
+            tangent: [spring],
+            dashpot: drag,
+        }
+    }
+
+    #[test]
+    fn what_two_laws_both_remember_goes_over() {
+        let saved = SavedHistories::of(&[two(0.0, [0.0; 2]), two(3.0, [4.0, 5.0])]);
+        let same: Vec<Two> = saved.restored(2).unwrap();
+        assert_eq!(same[1], two(3.0, [4.0, 5.0]));
+        let without_damping: Vec<Memory<[f64; 1], ()>> = saved.restored(2).unwrap();
+        assert_eq!(without_damping[1].tangent, [3.0]);
+        let smooth: Vec<Memory<(), [f64; 2]>> = saved.restored(2).unwrap();
+        assert_eq!(smooth[1].dashpot, [4.0, 5.0]);
+        // A spring of two numbers is another law's.
+        let other: Vec<Memory<[f64; 2], [f64; 2]>> = saved.restored(2).unwrap();
+        assert_eq!((other[1].tangent, other[1].dashpot), ([0.0; 2], [4.0, 5.0]));
+        let nothing: Vec<()> = saved.restored(2).unwrap();
+        assert_eq!(nothing.len(), 2);
+        assert!(saved.restored::<Two>(3).is_err());
     }
 }

@@ -1,6 +1,6 @@
 //! Rolling resistance: a moment on top of any law.
 
-use super::history::Numbers;
+use super::history::{Numbers, Part, ROLLING};
 use super::tangent::within;
 use super::{Law, Loss, Mates, Press, Stiffness, Touch};
 
@@ -37,6 +37,9 @@ impl<H> Rolled<H> {
 
 impl<H: Numbers> Numbers for Rolled<H> {
     const COUNT: usize = H::COUNT + 2;
+    fn parts(which: u32) -> Vec<Part> {
+        [H::parts(which), <[f64; 2]>::parts(ROLLING)].concat()
+    }
     fn put(&self, numbers: &mut Vec<f64>) {
         let Self {
             law,

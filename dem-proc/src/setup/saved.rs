@@ -5,7 +5,7 @@
 //! evaluation only. Lists are not in it: they follow, in their order, from where bodies and points were when they were
 //! built, and that is in it.
 
-use interface::config::DemConfig;
+use interface::config::{BodyConfig, DemConfig};
 use interface::solver::Refusal;
 use mechanics::books::Totals;
 use serde::{Deserialize, Serialize};
@@ -19,7 +19,7 @@ use crate::saved::{count, finite, refusal};
 use crate::system::System;
 
 /// Name of the format of the bytes.
-pub const FORMAT: &str = "tandem-dem 1";
+pub const FORMAT: &str = "tandem-dem 2";
 
 /// The state before a step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -90,7 +90,9 @@ impl SavedSystem {
         } = self;
         own.check(marks)?;
         let bodies = system.bodies.restored(bodies)?;
-        finite(|| "the largest speed".into(), &[*speed])?;
+        // What the configuration drives may be faster than it was.
+        let speed = speed.max(bodies.initial_speed());
+        finite(|| "the largest speed".into(), &[speed])?;
         finite(|| "a sum of the books".into(), &numbers(totals))?;
         let published = Odometer::restored(published, &bodies)?;
         match (&mut system.pairs, pairs) {
@@ -103,7 +105,7 @@ impl SavedSystem {
             }
         }
         system.points.restore(points, &bodies)?;
-        (system.bodies, system.speed) = (bodies, *speed);
+        (system.bodies, system.speed) = (bodies, speed);
         (system.published, system.totals) = (published, *totals);
         system.point_loads.fill(Load::default());
         system.body_loads.fill(PairLoad::default());
@@ -125,7 +127,8 @@ fn numbers(totals: &Totals) -> [f64; 7] {
     [friction_work, viscous_work, driven_work, ax, ay, cx, cy]
 }
 
-/// What a configuration is told by: a state of another one is refused with the key that differs.
+/// What a state depends on of a configuration: a state of another one is refused with the key that differs. Laws, gravity
+/// and motions may be others from here on.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Marks {
     /// One for each of [`KEYS`]; none without a configuration.
@@ -135,13 +138,9 @@ pub struct Marks {
 }
 
 /// Keys of the configuration other than bodies, in the order of [`Marks::keys`].
-const KEYS: [&str; 9] = [
-    "dem.gravity",
-    "dem.point_contact",
+const KEYS: [&str; 5] = [
     "dem.body_contact",
     "dem.overlap",
-    "dem.contact_pairs",
-    "dem.point_surfaces",
     "dem.group_pairs",
     "dem.interface",
     "dem.skin",
@@ -151,33 +150,46 @@ impl Marks {
     /// Those of `config`.
     pub fn new(config: &DemConfig) -> Self {
         let DemConfig {
-            gravity,
+            gravity: _,
             bodies,
-            point_contact,
+            point_contact: _, // what contacts remember is told by itself
             body_contact,
             overlap,
             contact_resolution: _, // of the step alone, which the coupler may choose anew
-            contact_pairs,
-            point_surfaces,
+            contact_pairs: _,      // as the laws
+            point_surfaces: _,
             group_pairs,
             interface,
             skin,
             threads: _, // any number of threads gives the same bits
         } = config;
         let keys = [
-            mark(gravity),
-            mark(point_contact),
-            mark(body_contact),
+            mark(&body_contact.is_some()),
             mark(overlap),
-            mark(contact_pairs),
-            mark(point_surfaces),
             mark(group_pairs),
             mark(interface),
             mark(skin),
         ];
+        let body = |body: &BodyConfig| {
+            let BodyConfig {
+                name,
+                shape,
+                sphero_radius,
+                inertia,
+                position: _, // of the start, as angle, velocity and spin
+                angle: _,
+                velocity: _,
+                spin: _,
+                motion,
+                surface: _,
+            } = body;
+            // Bodies of which neither is moved by forces are in no list.
+            let listed = body_contact.is_some() && motion.yielding() != [0.0; 3];
+            mark(&(name, shape, sphero_radius, inertia, listed))
+        };
         Self {
             keys: keys.to_vec(),
-            bodies: bodies.iter().map(mark).collect(),
+            bodies: bodies.iter().map(body).collect(),
         }
     }
 

@@ -55,7 +55,7 @@ fn show(name: &str, variant: &str, set: &[&str], dem: fn() -> Box<dyn DemSolver>
         interrupt: Arc::default(),
         save: Arc::default(),
     };
-    let summary = run(&scene, &options, &dir).summary;
+    let summary = run(&scene, &options, &dir, None).summary;
     let text = std::fs::read_to_string(place.path().join("out/history.csv")).unwrap();
     let mut lines = text.lines().map(|line| line.split(','));
     let header = lines.next().unwrap().map(String::from).collect();

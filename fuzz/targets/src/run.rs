@@ -137,7 +137,7 @@ fn left() -> Left {
     let scene = file.and_then(|file| file.scene(None, &[]));
     let scene = scene.unwrap_or_else(|errors| panic!("{errors}"));
     let run = RunDir::create(dir.path(), &scene.resolved_toml).expect("an empty directory");
-    let finished = coupler::run::run(&scene, &options(true, false), &run);
+    let finished = coupler::run::run(&scene, &options(true, false), &run, None);
     assert_eq!(
         finished.summary.status,
         Status::Done,

@@ -15,11 +15,17 @@
 //! check   = first 8 bytes of the BLAKE3 hash
 //! ```
 //!
+//! A run that goes on from a checkpoint goes on with its recording ([`Recorder::resume`]): what crossed before the
+//! checkpoint stays, what the checkpoint does not know of goes, and what says hello again is not noted twice. So there is
+//! one run in it, whatever the number of its parts.
+//!
 //! `about` is JSON ([`About`]). `channel` counts its `channels`; `header` and `payload` are the bytes of section 4 of
 //! PROTOCOL.md. A file without its end is of a run that was killed: what is there is whole up to the last block.
 
 mod playback;
 mod recorder;
+mod rerun;
+mod resume;
 mod tap;
 
 use std::io;
@@ -27,6 +33,7 @@ use std::path::{Path, PathBuf};
 
 pub use playback::{End, Message, Playback};
 pub use recorder::{Recorder, Tape};
+pub use resume::Moment;
 use serde::{Deserialize, Serialize};
 pub use tap::Tap;
 use thiserror::Error;
@@ -93,6 +100,26 @@ pub enum RecordingError {
         path: PathBuf,
         /// The system's words.
         reason: String,
+    },
+    /// It does not reach the step before which its run goes on.
+    #[error("the recording {path} ends before step {step}, from which the run goes on")]
+    Short {
+        /// Which file.
+        path: PathBuf,
+        /// First step that is not done.
+        step: u64,
+    },
+    /// A run that begins again does not do what it did.
+    #[error(
+        "{channel}, step {step}: not what was recorded; the run cannot go on by its recording {path}"
+    )]
+    Differs {
+        /// Which file.
+        path: PathBuf,
+        /// On which channel.
+        channel: &'static str,
+        /// In which step.
+        step: u64,
     },
     /// The transport does not let the recorder listen.
     #[error("cannot listen to the messages between the solvers: {0}")]

@@ -20,10 +20,20 @@ pub struct Playback {
     block: Vec<u8>,
     next: usize,
     blocks: u64,
+    /// Where the block at hand begins.
+    pub(super) begin: Begin,
     /// Byte at which the next block begins.
     pub(super) offset: u64,
     messages: u64,
     end: Option<End>,
+}
+
+/// Where a block begins: the byte, and how many blocks and messages are before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Begin {
+    pub byte: u64,
+    pub blocks: u64,
+    pub messages: u64,
 }
 
 /// How a recording ends.
@@ -109,6 +119,7 @@ impl Playback {
             block: Vec::new(),
             next: 0,
             blocks: 0,
+            begin: Begin::default(),
             offset: 16 + u64::from(length) + CHECK as u64,
             messages: 0,
             end: None,
@@ -123,6 +134,20 @@ impl Playback {
         let mut playback = Self::open(path)?;
         while playback.message()?.is_some() {}
         Ok(playback.end.expect("the end has been read"))
+    }
+
+    /// Which file.
+    pub(super) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Where the next message comes from: the byte at which its block begins.
+    pub(super) fn next_byte(&self) -> u64 {
+        if self.next < self.block.len() {
+            self.begin.byte
+        } else {
+            self.offset
+        }
     }
 
     /// What the recording is of.
@@ -180,6 +205,11 @@ impl Playback {
     fn read_block(&mut self) -> Result<bool, RecordingError> {
         self.block.clear();
         self.next = 0;
+        self.begin = Begin {
+            byte: self.offset,
+            blocks: self.blocks,
+            messages: self.messages,
+        };
         let torn = End::Torn {
             messages: self.messages,
             at: self.offset,

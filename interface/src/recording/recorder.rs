@@ -1,20 +1,31 @@
 //! Writes a recording, in a thread of its own.
 
-use std::fs::File;
-use std::io::Write;
+use std::fs::{File, OpenOptions};
+use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use super::{About, BLOCK, FORMAT, MAGIC, MESSAGE_HEADER, RecordingError, check};
-use crate::message::wire::{Record, StepHeader};
-use crate::message::{Channel, Records};
+use super::playback::Begin;
+use super::rerun::{Reference, closing};
+use super::resume::{Kept, keep, of_run, sift};
+use super::{About, BLOCK, FORMAT, MAGIC, MESSAGE_HEADER, Message, Moment, RecordingError, check};
+use crate::message::control::Party;
+use crate::message::wire::{Grant, Record, StepHeader};
+use crate::message::{Channel, Kind, Records};
 
 /// Longest time that a message waits in memory while the run goes on: what a killed run loses at most.
 const UNWRITTEN: Duration = Duration::from_millis(250);
 /// Bytes that may wait for the disk. Beyond, the run waits with them: a recording has everything.
 const WAITING: usize = 64 << 20;
+/// Longest wait until what has crossed is in the file, where somebody asks for that.
+const SETTLING: Duration = Duration::from_secs(10);
+/// [`Shared::rounds`] of a recording without a tap.
+const NO_TAP: u64 = u64::MAX;
+/// Messages of each solver by which a run that goes on says hello once more: Configure, Hello and Ready.
+const GREETINGS: [(Kind, u32); 2] = [(Kind::Order, 1), (Kind::Notice, 2)];
 
 /// Writes a recording. Dropping it without [`Self::finish`] leaves a recording without an end.
 #[derive(Debug)]
@@ -32,17 +43,81 @@ struct Shared {
     state: Mutex<State>,
     /// There is something to write.
     work: Condvar,
-    /// There is room again.
+    /// There is room again, or something has been written.
     room: Condvar,
+    /// How often the tap has taken everything that there was.
+    rounds: AtomicU64,
 }
 
 #[derive(Debug, Default)]
 struct State {
     pending: Vec<u8>,
+    /// Bytes noted, written, and safely on disk so far.
+    noted: u64,
+    written: u64,
+    synced: u64,
+    /// Somebody waits until all of it is on disk.
+    settling: bool,
+    /// The run goes on: how many more messages of a channel are only its greetings.
+    greetings: Vec<(Channel, u32)>,
+    /// And the state that the solvers take over is no message of the run.
+    resumed: bool,
+    /// What crossed when the run was done before.
+    reference: Option<Reference>,
     finished: bool,
     /// The recorder has been dropped.
     closed: bool,
     failure: Option<RecordingError>,
+}
+
+impl State {
+    /// Whether a message was recorded before. One that differs from what was ends the recording.
+    fn was_recorded(&mut self, channel: Channel, header: &StepHeader, payload: &[u8]) -> bool {
+        let Some(reference) = &mut self.reference else {
+            return false;
+        };
+        let differs = match reference.compare(channel, header, payload) {
+            Ok(None) => return false,
+            Ok(Some(true)) => return true,
+            Ok(Some(false)) => RecordingError::Differs {
+                path: reference.path().to_path_buf(),
+                channel: channel.name(),
+                step: header.step,
+            },
+            Err(error) => error,
+        };
+        self.failure.get_or_insert(differs);
+        true
+    }
+
+    /// Whether a message of this channel is only of the greetings of a run that goes on.
+    fn is_greeting(&mut self, channel: Channel) -> bool {
+        let left = self.greetings.iter_mut().find(|(of, _)| *of == channel);
+        match left {
+            Some((_, left)) if *left > 0 => {
+                *left -= 1;
+                true
+            }
+            _ => channel.kind == Kind::Restore,
+        }
+    }
+}
+
+/// Adds a message as the file has it.
+fn put(
+    bytes: &mut Vec<u8>,
+    channel: Channel,
+    header: &StepHeader,
+    payload: impl FnOnce(&mut Vec<u8>),
+) {
+    let begin = bytes.len();
+    let first = begin + MESSAGE_HEADER;
+    bytes.push(channel.number() as u8);
+    bytes.resize(first, 0);
+    header.write(&mut bytes[first - size_of::<StepHeader>()..]);
+    payload(bytes);
+    let length = (bytes.len() - first) as u32;
+    bytes[begin + 1..begin + 5].copy_from_slice(&length.to_le_bytes());
 }
 
 impl Shared {
@@ -72,18 +147,58 @@ impl Recorder {
         let mut file = File::create(path).map_err(RecordingError::file("create", path))?;
         file.write_all(&bytes)
             .map_err(RecordingError::file("write", path))?;
+        Self::begin(Output::new(file, path), State::default())
+    }
+
+    /// Goes on with the recording at `path` of the same run from a checkpoint of this `moment`.
+    ///
+    /// # Errors
+    /// [`RecordingError`], also when it does not reach so far; then the file is as it was.
+    pub fn resume(path: &Path, about: &About, moment: Moment) -> Result<Self, RecordingError> {
+        let output = cut(path, &keep(path, about, moment)?)?;
+        let greeting = |channel: &Channel| {
+            let of_kind = GREETINGS.iter().find(|(kind, _)| *kind == channel.kind);
+            of_kind.map(|(_, messages)| (*channel, *messages))
+        };
+        let state = State {
+            greetings: Channel::ALL.iter().filter_map(greeting).collect(),
+            resumed: true,
+            ..State::default()
+        };
+        Self::begin(output, state)
+    }
+
+    /// Begins the run of the recording at `path` again: what crosses is compared with it as far as it reaches, and added
+    /// beyond. What ended that run is left out.
+    ///
+    /// # Errors
+    /// [`RecordingError`].
+    pub fn rerun(path: &Path, about: &About) -> Result<Self, RecordingError> {
+        let moment = closing(path)?.map_or(Moment::NEVER, |grant| Moment {
+            step: grant.first,
+            epoch: grant.epoch,
+        });
+        let (kept, _) = sift(&mut of_run(path, about)?, moment);
+        let output = cut(path, &kept)?;
+        let end = Begin {
+            byte: output.bytes,
+            ..kept.end
+        };
+        let state = State {
+            reference: Some(Reference::new(of_run(path, about)?, end)),
+            ..State::default()
+        };
+        Self::begin(output, state)
+    }
+
+    fn begin(mut output: Output, state: State) -> Result<Self, RecordingError> {
         let shared = Arc::new(Shared {
-            state: Mutex::default(),
+            state: Mutex::new(state),
             work: Condvar::new(),
             room: Condvar::new(),
+            rounds: AtomicU64::new(NO_TAP),
         });
-        let mut output = Output {
-            file,
-            path: path.to_path_buf(),
-            blocks: 0,
-            messages: 0,
-            packed: Vec::new(),
-        };
+        let path = output.path.clone();
         let for_writer = Arc::clone(&shared);
         let writer = std::thread::Builder::new()
             .name("recorder".into())
@@ -92,7 +207,7 @@ impl Recorder {
                     for_writer.fail(error);
                 }
             })
-            .map_err(RecordingError::file("start a thread for", path))?;
+            .map_err(RecordingError::file("start a thread for", &path))?;
         Ok(Self {
             shared,
             writer: Some(writer),
@@ -143,17 +258,23 @@ impl Tape {
         if state.failure.is_some() {
             return; // it is told elsewhere
         }
+        if state.resumed && state.is_greeting(channel) {
+            return;
+        }
+        if state.reference.is_some() {
+            let mut payload = Vec::new();
+            records.write(&mut payload);
+            if state.was_recorded(channel, header, &payload) {
+                return;
+            }
+        }
         let pending = &mut state.pending;
         let begin = pending.len();
-        let payload = begin + MESSAGE_HEADER;
-        pending.push(channel.number() as u8);
-        pending.resize(payload, 0);
-        header.write(&mut pending[payload - size_of::<StepHeader>()..]);
-        records.write(pending);
-        let length = (pending.len() - payload) as u32;
-        pending[begin + 1..begin + 5].copy_from_slice(&length.to_le_bytes());
+        put(pending, channel, header, |pending| records.write(pending));
+        let end = pending.len();
+        state.noted += (end - begin) as u64;
         // The writer looks by itself when little is there.
-        if begin < BLOCK && pending.len() >= BLOCK {
+        if begin < BLOCK && end >= BLOCK {
             work.notify_one();
         }
     }
@@ -162,6 +283,54 @@ impl Tape {
     pub fn is_behind(&self) -> bool {
         let state = self.0.lock();
         state.pending.len() > WAITING / 2 && state.failure.is_none()
+    }
+
+    /// Steps of the window that was granted next, in a run that begins again.
+    pub fn next_window(&self) -> Option<u64> {
+        let mut state = self.0.lock();
+        let reference = state.reference.as_mut()?;
+        let solvers = [Party::Mpm, Party::Dem].map(|solver| Channel::of(solver, Kind::Grant));
+        solvers.into_iter().find_map(|channel| {
+            let message = reference.peek(channel).ok()??;
+            Some(message.records::<Grant>()?.first()?.steps)
+        })
+    }
+
+    /// Waits until everything that has crossed is on disk, at most [`SETTLING`].
+    pub fn settle(&self) {
+        let Shared {
+            work, room, rounds, ..
+        } = &*self.0;
+        let until = Instant::now() + SETTLING;
+        // The round that is under way may have been past a channel when something came; the next one has all of it.
+        let after = rounds.load(Ordering::Acquire).saturating_add(2);
+        while rounds.load(Ordering::Acquire) < after && Instant::now() < until {
+            std::thread::sleep(Duration::from_micros(500));
+        }
+        let mut state = self.0.lock();
+        let noted = state.noted;
+        while state.synced < noted && state.failure.is_none() && !state.closed {
+            let left = until.saturating_duration_since(Instant::now());
+            if left.is_zero() {
+                return;
+            }
+            state.settling = true;
+            work.notify_one();
+            (state, _) = room
+                .wait_timeout(state, left)
+                .expect("no holder has panicked");
+        }
+    }
+
+    /// A tap listens from now on, or no longer.
+    pub(super) fn tapped(&self, listens: bool) {
+        let rounds = if listens { 0 } else { NO_TAP };
+        self.0.rounds.store(rounds, Ordering::Release);
+    }
+
+    /// The tap has taken everything that there was.
+    pub(super) fn round(&self) {
+        self.0.rounds.fetch_add(1, Ordering::AcqRel);
     }
 
     /// Why the recording has failed, if it has.
@@ -179,31 +348,92 @@ fn write(shared: &Shared, output: &mut Output) -> Result<(), RecordingError> {
     let mut messages = Vec::new();
     loop {
         let mut state = shared.lock();
-        if state.pending.len() < BLOCK && !state.closed {
+        if state.pending.len() < BLOCK && !state.closed && !state.settling {
             let waited = shared.work.wait_timeout(state, UNWRITTEN);
             (state, _) = waited.expect("no holder has panicked");
         }
         messages.clear();
         std::mem::swap(&mut messages, &mut state.pending);
         let (closed, finished) = (state.closed, state.finished);
+        let settling = std::mem::take(&mut state.settling);
         drop(state);
         shared.room.notify_all();
         output.write(&messages)?;
+        if settling {
+            output.sync()?;
+        }
+        let mut state = shared.lock();
+        state.written += messages.len() as u64;
+        if settling {
+            state.synced = state.written;
+        }
+        drop(state);
+        shared.room.notify_all();
         if closed {
             return if finished { output.end() } else { Ok(()) };
         }
     }
 }
 
+/// The recording at `path` without what does not stay, to go on with.
+fn cut(path: &Path, kept: &Kept) -> Result<Output, RecordingError> {
+    let open = || {
+        let mut file = OpenOptions::new().write(true).open(path)?;
+        file.seek(SeekFrom::Start(kept.end.byte))?;
+        Ok(file)
+    };
+    let file = open().map_err(RecordingError::file("go on with", path))?;
+    let mut output = Output {
+        blocks: kept.end.blocks,
+        messages: kept.end.messages,
+        bytes: kept.end.byte,
+        ..Output::new(file, path)
+    };
+    let mut bytes = Vec::new();
+    for message in &kept.rest {
+        let Message {
+            channel,
+            header,
+            payload,
+        } = message;
+        put(&mut bytes, *channel, header, |bytes| bytes.extend(payload));
+    }
+    // What comes after it in the file is damaged for a moment, and then gone.
+    output.write(&bytes)?;
+    let shortened = output.file.set_len(output.bytes);
+    shortened
+        .and_then(|()| output.file.sync_data())
+        .map_err(RecordingError::file("go on with", path))?;
+    Ok(output)
+}
+
 struct Output {
     file: File,
     path: PathBuf,
+    /// Length of the file as far as it is written here.
+    bytes: u64,
     blocks: u64,
     messages: u64,
     packed: Vec<u8>,
 }
 
 impl Output {
+    fn new(file: File, path: &Path) -> Self {
+        Self {
+            file,
+            path: path.to_path_buf(),
+            bytes: 0,
+            blocks: 0,
+            messages: 0,
+            packed: Vec::new(),
+        }
+    }
+
+    fn sync(&self) -> Result<(), RecordingError> {
+        let synced = self.file.sync_data();
+        synced.map_err(RecordingError::file("write", &self.path))
+    }
+
     /// Whole messages, in blocks of about [`BLOCK`] bytes.
     fn write(&mut self, messages: &[u8]) -> Result<(), RecordingError> {
         let (mut begin, mut at, mut count) = (0, 0, 0);
@@ -244,6 +474,7 @@ impl Output {
         self.file
             .write_all(&self.packed)
             .map_err(RecordingError::file("write", &self.path))?;
+        self.bytes += self.packed.len() as u64;
         self.blocks += 1;
         self.messages += u64::from(messages);
         Ok(())

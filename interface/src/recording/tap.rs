@@ -58,16 +58,23 @@ impl Tap {
                     }
                 };
                 let mut ends = Recorded::new(ends, tape.clone(), |_| true);
+                tape.tapped(true);
                 let _ = opened.send(Ok(()));
                 let kinds = [Kind::Envelopes, Kind::Set, Kind::States, Kind::Forces];
                 let mut buffers = kinds.map(Payload::empty);
                 loop {
                     let last = stopped.load(Ordering::Acquire);
                     match drain(&mut ends, &mut buffers) {
-                        Ok(true) => {}
-                        Ok(false) if last => return,
-                        Ok(false) => std::thread::sleep(NAP),
-                        Err(e) => return tape.fail(RecordingError::Tap(e.to_string())),
+                        Ok(true) => tape.round(),
+                        Ok(false) if last => return tape.tapped(false),
+                        Ok(false) => {
+                            tape.round();
+                            std::thread::sleep(NAP);
+                        }
+                        Err(e) => {
+                            tape.tapped(false);
+                            return tape.fail(RecordingError::Tap(e.to_string()));
+                        }
                     }
                 }
             })

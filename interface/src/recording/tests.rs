@@ -2,7 +2,7 @@ use std::fs;
 
 use super::*;
 use crate::message::control::Party;
-use crate::message::wire::ImpState;
+use crate::message::wire::{Grant, ImpForce, ImpState, Report};
 use crate::message::{Kind, Records};
 
 fn states_channel() -> Channel {
@@ -214,5 +214,132 @@ fn a_block_that_announces_more_than_follows_is_torn_or_damaged() {
             .unwrap_err()
             .to_string()
             .contains("the length of a block")
+    );
+}
+
+/// Steps `from..to` of a run in windows of `window`, what passes between the solvers noted a window late.
+fn steps(tape: &Tape, (from, to): (u64, u64), window: u64) {
+    let between = |first: u64, end: u64| {
+        for step in first..end {
+            let states = Records::States(&[state(step)]);
+            tape.note(states_channel(), &header(step), states);
+            let forces = [ImpForce::default()];
+            let channel = Channel::of(Party::Mpm, Kind::Forces);
+            tape.note(channel, &header(step), Records::Forces(&forces));
+        }
+    };
+    let (mut first, mut late) = (from, from);
+    while first < to {
+        let end = (first + window).min(to);
+        for party in [Party::Mpm, Party::Dem] {
+            let grant = Grant {
+                first,
+                steps: end - first,
+                dt: 1.0,
+                ..Grant::default()
+            };
+            let channel = Channel::of(party, Kind::Grant);
+            tape.note(channel, &header(first), Records::Grant(&[grant]));
+        }
+        between(late, first);
+        late = first;
+        for party in [Party::Mpm, Party::Dem] {
+            let report = Report {
+                next: end,
+                ..Report::default()
+            };
+            let channel = Channel::of(party, Kind::Report);
+            tape.note(channel, &header(end), Records::Report(&[report]));
+        }
+        first = end;
+    }
+    between(late, to);
+}
+
+fn of_kind(messages: &[Message], kind: Kind) -> Vec<u64> {
+    let of_kind = messages.iter().filter(|m| m.channel.kind == kind);
+    of_kind.map(|m| m.header.step).collect()
+}
+
+#[test]
+fn a_recording_goes_on_from_a_step_without_a_gap_or_a_step_twice() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("r");
+    for (window, at) in [(1, 3000), (7, 3500), (64, 64), (64, 4992)] {
+        // The run was killed at step 5000, and goes on from a window before.
+        let recorder = Recorder::create(&path, &about()).unwrap();
+        steps(&recorder.tape(), (0, 5000), window);
+        drop(recorder);
+        let moment = Moment { step: at, epoch: 0 };
+        let recorder = Recorder::resume(&path, &about(), moment).unwrap();
+        // It says hello once more, and takes over its state.
+        for (kind, records) in [
+            (Kind::Order, Records::Order(&[1])),
+            (Kind::Notice, Records::Notice(&[2])),
+            (Kind::Restore, Records::Restore(&[3])),
+            (Kind::Notice, Records::Notice(&[4])),
+        ] {
+            let channel = Channel::of(Party::Dem, kind);
+            recorder.tape().note(channel, &header(0), records);
+        }
+        steps(&recorder.tape(), (at, 6000), 10);
+        recorder.tape().settle();
+        let (settled, _) = read(&path);
+        recorder.finish().unwrap();
+        let (messages, end) = read(&path);
+        assert_eq!(settled, messages, "all of it is on disk before its end");
+        assert!(matches!(end, End::Whole { .. }));
+        for kind in [Kind::States, Kind::Forces] {
+            assert!(of_kind(&messages, kind).into_iter().eq(0..6000), "{kind:?}");
+        }
+        assert!(of_kind(&messages, Kind::Order).is_empty());
+        assert!(of_kind(&messages, Kind::Notice).is_empty());
+        assert!(of_kind(&messages, Kind::Restore).is_empty());
+        let grants = of_kind(&messages, Kind::Grant);
+        assert!(grants.is_sorted() && grants.len() == of_kind(&messages, Kind::Report).len());
+    }
+    // It does not reach so far.
+    let far = Moment {
+        step: 7000,
+        epoch: 0,
+    };
+    let short = Recorder::resume(&path, &about(), far).unwrap_err();
+    assert!(matches!(short, RecordingError::Short { step: 7000, .. }));
+    let other = About::run("scene", "another", "test");
+    let near = Moment {
+        step: 1000,
+        epoch: 0,
+    };
+    let foreign = Recorder::resume(&path, &other, near).unwrap_err();
+    assert!(matches!(foreign, RecordingError::Foreign { .. }));
+}
+
+#[test]
+fn a_run_that_begins_again_is_compared_and_then_added() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("r");
+    let begin = |to| {
+        let recorder = Recorder::create(&path, &about()).unwrap();
+        steps(&recorder.tape(), (0, to), 7);
+        drop(recorder);
+        Recorder::rerun(&path, &about()).unwrap()
+    };
+    let recorder = begin(700);
+    assert_eq!(recorder.tape().next_window(), Some(7));
+    steps(&recorder.tape(), (0, 1400), 7);
+    assert_eq!(recorder.tape().next_window(), None);
+    recorder.finish().unwrap();
+    let (messages, _) = read(&path);
+    for kind in [Kind::States, Kind::Forces] {
+        assert!(of_kind(&messages, kind).into_iter().eq(0..1400), "{kind:?}");
+    }
+    let recorder = begin(700);
+    let otherwise = [state(1000)];
+    let tape = recorder.tape();
+    tape.note(states_channel(), &header(0), Records::States(&otherwise));
+    let error = tape.failure().expect("it is not what was recorded");
+    assert!(
+        error.to_string().starts_with("imp/states, step 0"),
+        "{error}"
     );
 }

@@ -130,7 +130,7 @@ impl Loads {
         points.iter().map(last).collect()
     }
 
-    /// Takes over what [`Self::save`] gave, one for each block. `sources`: for every lane its point's present lane.
+    /// Takes over what [`Self::save`] gave, one for each block, or nothing. `sources`: for every lane its point's present lane.
     pub fn restore(&mut self, saved: &[LastLoad], sources: &Sources, tiles: usize) {
         self.reorder(sources, tiles);
         for (load, last) in self.points.iter_mut().zip(saved) {

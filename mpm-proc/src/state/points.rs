@@ -358,9 +358,6 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         if self.removed > 0 {
             return Err(refusal("this solver has done steps already"));
         }
-        if self.loads.is_some() != saved.loads.is_some() {
-            return Err(refusal("loads in one of state and configuration only"));
-        }
         saved.check(self.len(), grid).map_err(refusal)?;
         let blocks = saved.x.len();
         self.material.restore(&saved.material, blocks)?;
@@ -373,7 +370,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             first += tile.blocks;
             self.tiles.push(tile);
         }
-        if let (Some(loads), Some(last)) = (&mut self.loads, &saved.loads) {
+        // Loads that a branch does not have any more are left out, those that it has besides begin with nothing.
+        if let Some(loads) = &mut self.loads {
             let mut sources = Vec::with_capacity(blocks * LANES);
             for tile in &self.tiles {
                 let ids = saved.ids[tile.first..tile.first + tile.blocks].as_flattened();
@@ -381,6 +379,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
                 let point = |&id: &u32| if id == NO_POINT { ids[0] } else { id };
                 sources.extend(ids.iter().map(|id| self.lane_of[point(id) as usize]));
             }
+            let last = saved.loads.as_deref().unwrap_or_default();
             loads.restore(last, &sources, self.tiles.len());
         }
         (self.x, self.motion, self.ids) = (saved.x, saved.motion, saved.ids);

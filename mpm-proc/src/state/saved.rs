@@ -8,27 +8,28 @@
 //! a field has to say whether it is saved, and if not, why: it is *of the configuration*, it *follows* from something
 //! that is, or it is *of one step*, which writes it before it reads it.
 //!
-//! In the bytes a [`Form`] comes first: what the numbers mean. What it leaves to the session is whether groups that are
-//! given point by point are the same points (their number is checked). Bytes that are torn are refused, or found out by
+//! In the bytes a [`Form`] comes first: what the numbers mean. A configuration of the same form goes on from the state by
+//! its own gravity, walls, loads and parameters of materials: so a run branches off another one. What the form leaves to the
+//! session is whether groups that are given point by point are the same points (their number is checked). Bytes that are torn are refused, or found out by
 //! the session's hash: what a step relies on without looking is checked here, but not every number can be.
 
 use core::fmt::{self, Write};
 
-use interface::config::{Fill, GroupConfig, MpmConfig};
+use interface::config::{Fill, GroupConfig, MaterialConfig, MpmConfig, Wall};
 use interface::saved::{pack, unpack};
 use interface::solver::Refusal;
 use serde::de::{Deserializer, Error, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
 
 /// Name of the format; the number rises with every change of what is saved.
-pub const FORMAT: &str = "tandem-mpm 1";
+pub const FORMAT: &str = "tandem-mpm 2";
 
 /// A refusal to restore.
 pub fn refusal(message: impl Into<String>) -> Refusal {
     Refusal::new("restore", message)
 }
 
-/// The configuration as far as a state depends on it: one line for each key.
+/// The configuration as far as the numbers of a state depend on it: one line for each key.
 #[derive(Debug, Default)]
 pub struct Form(String);
 
@@ -38,7 +39,7 @@ impl Form {
         let MpmConfig {
             domain,
             cell,
-            gravity,
+            gravity: _, // another one may act from here on
             shape,
             transfer,
             stress_update,
@@ -47,10 +48,10 @@ impl Form {
             walls,
             materials,
             groups,
-            contact_force,
-            forcing,
-            constants,
-            leaving,
+            contact_force: _, // as gravity; of the loads of single points only what they remember, which each cloud checks
+            forcing: _,
+            constants: _,
+            leaving: _,
             grid_contact,
             layers,
             interface,
@@ -63,28 +64,37 @@ impl Form {
         };
         line("domain", domain);
         line("cell", cell);
-        line("gravity", gravity);
         line("shape", shape);
         line("transfer", transfer);
         line("stress_update", stress_update);
         line("drift", drift);
         line("plane", plane);
-        line("walls", walls);
+        let periodic = [walls.left, walls.bottom].map(|wall| wall == Wall::Periodic);
+        line("walls.periodic", &periodic);
         for (i, material) in materials.iter().enumerate() {
-            line(&format!("material.{i}"), material);
+            Self::material(i, material, &mut line);
         }
         for (g, group) in groups.iter().enumerate() {
             Self::group(g, group, &mut line);
         }
-        line("contact_force", contact_force);
-        line("forcing", forcing);
-        line("constants", constants);
-        line("leaving", leaving);
-        line("grid_contact", grid_contact);
+        line("grid_contact", &grid_contact.is_some());
         line("layers", layers);
         line("interface", interface);
         line("skin", skin);
         Self(text)
+    }
+
+    /// What points remember is of their model; its parameters may be others from here on.
+    fn material(i: usize, material: &MaterialConfig, line: &mut dyn FnMut(&str, &dyn fmt::Debug)) {
+        let MaterialConfig {
+            name: _,
+            density,
+            model,
+        } = material;
+        line(&format!("material.{i}.density"), density);
+        let model = format!("{model:?}");
+        let family = model.split(' ').next().unwrap_or_default();
+        line(&format!("material.{i}.model"), &format_args!("{family}"));
     }
 
     fn group(g: usize, group: &GroupConfig, line: &mut dyn FnMut(&str, &dyn fmt::Debug)) {
@@ -94,8 +104,8 @@ impl Form {
             fill,
             spacing,
             lattice,
-            velocity,
-            fields,
+            velocity: _, // of the start
+            fields: _,   // likewise
             contact_radius,
             rigid,
             keeps_spin,
@@ -111,8 +121,6 @@ impl Form {
         }
         of_group("spacing", spacing);
         of_group("lattice", lattice);
-        of_group("velocity", velocity);
-        of_group("fields", fields);
         of_group("contact_radius", contact_radius);
         of_group("rigid", rigid);
         of_group("keeps_spin", keeps_spin);

@@ -574,7 +574,7 @@ fn a_state_of_another_configuration_is_refused_with_what_differs() {
     other.groups.push(other.groups[0].clone());
     other.groups[1].fill = rectangle([0.1, 0.6]);
     not_taken(&other, &bytes, &["mpm.points.1.name"]);
-    not_taken(&flying(), b"", &["tandem-mpm 1"]);
+    not_taken(&flying(), b"", &["tandem-mpm 2"]);
     not_taken(&flying(), &bytes[..bytes.len() - 1], &["damaged"]);
     let refusal = Mpm::new().restore(&bytes).unwrap_err();
     assert!(refusal.message.contains("configured"), "{refusal}");
@@ -591,6 +591,32 @@ fn a_state_of_another_configuration_is_refused_with_what_differs() {
     positions.push([0.4, 0.3]);
     single.groups[0].fill = fill(&positions);
     not_taken(&single, &bytes, &["fill.points = 2", "fill.points = 3"]);
+}
+
+/// A branch: points as they were, other gravity, walls, loads and moduli from here on.
+#[test]
+fn a_configuration_with_other_laws_goes_on_from_the_state() {
+    let (_, saved) = under_way(&flying());
+    let bytes = saved.save().unwrap();
+    let mut other = flying();
+    other.gravity = [0.0, -1.0];
+    other.walls.bottom = Wall::Slip;
+    other.leaving = Leaving::Remove;
+    other.materials[0].model = MaterialModel::LinearElastic {
+        bulk_modulus: 0.5 * BULK,
+        shear_modulus: 0.5 * SHEAR,
+    };
+    let mut branch = configured(&other);
+    branch.restore(&bytes).unwrap();
+    let place = |mpm: &Mpm| mpm.points().iter().map(|p| p.position).collect::<Vec<_>>();
+    assert_eq!(place(&branch), place(&saved));
+    Driver::new(&other, 1e-4).steps(&mut branch, 20);
+    // Of other points, whatever else is the same.
+    other.materials[0].density *= 2.0;
+    not_taken(&other, &bytes, &["mpm.material.0.density"]);
+    let mut periodic = flying();
+    (periodic.walls.left, periodic.walls.right) = (Wall::Periodic, Wall::Periodic);
+    not_taken(&periodic, &bytes, &["mpm.walls.periodic"]);
 }
 
 /// A solver that has refused a state says so and does no step.

@@ -89,7 +89,7 @@ impl Content {
 pub struct Listed {
     /// Their times in s.
     pub times: Vec<f64>,
-    /// The bodies at the first one.
+    /// The bodies where the scene puts them, as they are at the first one of a run that begins with its scene.
     pub start: Vec<BodyState>,
 }
 
@@ -141,7 +141,7 @@ impl Frames {
     /// # Errors
     /// [`RunDirError`] when an earlier one could not be written.
     pub fn take(&mut self, instant: Instant) -> Result<(), RunDirError> {
-        if self.listed.times.is_empty() {
+        if self.listed.start.is_empty() {
             self.listed.start.clone_from(&instant.bodies);
         }
         self.listed.times.push(instant.time);
@@ -197,7 +197,7 @@ struct Series {
     has: [bool; 2],
     /// Of each body, where the scene puts it.
     outlines: Vec<Vec<Vec<[f64; 2]>>>,
-    /// The bodies at the first frame, which is of the start.
+    /// The bodies where the scene puts them.
     start: Vec<BodyState>,
     times: Vec<f64>,
     written: Arc<Written>,
@@ -231,7 +231,7 @@ impl Series {
     fn write_all(mut self, taken: &Receiver<Instant>) -> Result<(), RunDirError> {
         let _ends = self.written.until_the_end();
         for instant in taken {
-            if self.times.is_empty() {
+            if self.start.is_empty() {
                 self.start.clone_from(&instant.bodies);
             }
             let number = self.times.len();

@@ -10,11 +10,13 @@
 //!
 //! All numbers are little-endian. The hash is looked at first, so nothing else of a torn file is believed.
 
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
 use interface::message::control::{PROTOCOL, Party};
 use interface::message::wire::layout_hash;
+use interface::recording::Moment;
 use interface::saved;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -25,8 +27,10 @@ use crate::scene::Scene;
 
 const MAGIC: &[u8] = b"tandem checkpoint 1\n";
 /// Format of the coupler's own state.
-const FORMAT: &str = "tandem-coupler 1";
+const FORMAT: &str = "tandem-coupler 2";
 const HASH: usize = 32;
+/// Longest description of what made one.
+const ABOUT: u64 = 1 << 20;
 /// Bytes of a block before it is packed.
 const BLOCK: usize = 16 << 20;
 
@@ -60,6 +64,12 @@ pub struct About {
     pub solvers: Vec<Party>,
     /// Whether the run was recorded.
     pub recorded: bool,
+    /// Whether it is kept for other scenes to begin with.
+    #[serde(default)]
+    pub kept: bool,
+    /// What the run itself began with: `start.from` and `start.state` of its scene.
+    #[serde(default)]
+    pub start: Option<[String; 2]>,
 }
 
 impl About {
@@ -75,6 +85,8 @@ impl About {
             time: 0.0,
             solvers: solvers.to_vec(),
             recorded,
+            kept: false,
+            start: scene.begins_with(),
         }
     }
 
@@ -122,9 +134,39 @@ pub enum CheckpointError {
     },
     /// There is none.
     #[error(
-        "{0} has no checkpoint: its scene has no `output.checkpoint`, or it ended before the first"
+        "{0} has no checkpoint (its scene has no `output.checkpoint`, it ended before the first, or a solver cannot save its state) and no recording to go on by"
     )]
     None(PathBuf),
+    /// There is none of that time or before.
+    #[error("{dir} has no checkpoint of t = {time} s or before; it has those of {there}")]
+    Later {
+        /// Of which run.
+        dir: PathBuf,
+        /// In s.
+        time: f64,
+        /// What there is.
+        there: String,
+    },
+}
+
+impl Checkpoint {
+    /// Where its run goes on.
+    pub fn moment(&self) -> Moment {
+        Moment {
+            step: self.about.step,
+            epoch: self.state.account.epoch(),
+        }
+    }
+
+    /// Hash of what the solvers have saved: the same for the same state, whatever it took to get there.
+    pub fn state_hash(&self) -> String {
+        let mut hasher = blake3::Hasher::new();
+        for (_, state) in &self.solvers {
+            hasher.update(&(state.len() as u64).to_le_bytes());
+            hasher.update(state);
+        }
+        hasher.finalize().to_hex().to_string()
+    }
 }
 
 /// The bytes of a checkpoint.
@@ -231,9 +273,18 @@ fn unpack(rest: &mut &[u8]) -> Result<Vec<u8>, String> {
     Ok(state)
 }
 
-/// Name in the run directory of a checkpoint before this step.
-pub(crate) fn name(step: u64) -> String {
-    format!("{CHECKPOINTS}/{step:012}.tandem")
+/// Ending of those that are kept.
+const KEPT: &str = ".kept.tandem";
+
+/// Name in the run directory.
+pub(crate) fn name(about: &About) -> String {
+    let ending = if about.kept { KEPT } else { ".tandem" };
+    format!("{CHECKPOINTS}/{:012}{ending}", about.step)
+}
+
+/// Whether a checkpoint is kept for other scenes.
+pub(crate) fn is_kept(path: &Path) -> bool {
+    path.to_string_lossy().ends_with(KEPT)
 }
 
 /// The checkpoints of a run directory, the newest first.
@@ -264,18 +315,7 @@ pub(crate) type Found = (PathBuf, Checkpoint, Vec<CheckpointError>);
 pub(crate) fn newest(dir: &Path, ours: &About) -> Result<Found, CheckpointError> {
     let mut passed_over = Vec::new();
     for path in list(dir) {
-        let read = fs::read(&path)
-            .map_err(|source| CheckpointError::Read {
-                path: path.clone(),
-                source,
-            })
-            .and_then(|bytes| {
-                read(&bytes).map_err(|what| CheckpointError::Damaged {
-                    path: path.clone(),
-                    what,
-                })
-            });
-        match read {
+        match open(&path) {
             Ok(checkpoint) => {
                 return match checkpoint.about.differs(ours) {
                     None => Ok((path, checkpoint, passed_over)),
@@ -289,6 +329,71 @@ pub(crate) fn newest(dir: &Path, ours: &About) -> Result<Found, CheckpointError>
         .into_iter()
         .next()
         .unwrap_or_else(|| CheckpointError::None(dir.to_path_buf())))
+}
+
+/// The checkpoint in a file.
+fn open(path: &Path) -> Result<Checkpoint, CheckpointError> {
+    let bytes = fs::read(path).map_err(|source| CheckpointError::Read {
+        path: path.to_path_buf(),
+        source,
+    })?;
+    read(&bytes).map_err(|what| damaged(path, what))
+}
+
+fn damaged(path: &Path, what: String) -> CheckpointError {
+    let path = path.to_path_buf();
+    CheckpointError::Damaged { path, what }
+}
+
+/// Of what a checkpoint is, without its state, which may be long.
+fn about(path: &Path) -> Result<About, CheckpointError> {
+    let read = || {
+        let mut file = fs::File::open(path)?;
+        let mut begin = [0; MAGIC.len() + 8];
+        file.read_exact(&mut begin)?;
+        let length = u64::from_le_bytes(begin[MAGIC.len()..].try_into().expect("eight bytes"));
+        let mut about = Vec::new();
+        file.take(length.min(ABOUT)).read_to_end(&mut about)?;
+        Ok(about)
+    };
+    let about = read().map_err(|source| CheckpointError::Read {
+        path: path.to_path_buf(),
+        source,
+    })?;
+    serde_json::from_slice(&about).map_err(|e| damaged(path, e.to_string()))
+}
+
+/// The last checkpoint in `dir` of a run like `ours` that is not after `time` (s); of all if there is none.
+///
+/// # Errors
+/// [`CheckpointError`]: there is none, it is damaged, or it is of another run, program or protocol.
+pub(crate) fn of_time(
+    dir: &Path,
+    ours: &About,
+    time: Option<f64>,
+) -> Result<Checkpoint, CheckpointError> {
+    let mut there = Vec::new();
+    for path in list(dir) {
+        let at = about(&path)?.time;
+        // As far as rounding of a time that is written can put it off.
+        if time.is_none_or(|time| at <= time * (1.0 + 1e-12)) {
+            let checkpoint = open(&path)?;
+            return match checkpoint.about.differs(ours) {
+                None => Ok(checkpoint),
+                Some(what) => Err(CheckpointError::Differs { path, what }),
+            };
+        }
+        there.push(format!("{at} s"));
+    }
+    let dir = dir.to_path_buf();
+    match time {
+        Some(time) if !there.is_empty() => Err(CheckpointError::Later {
+            dir,
+            time,
+            there: there.join(", "),
+        }),
+        _ => Err(CheckpointError::None(dir)),
+    }
 }
 
 #[cfg(test)]

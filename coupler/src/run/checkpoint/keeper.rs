@@ -9,12 +9,14 @@ use std::thread::{self, JoinHandle};
 use std::time::Instant;
 
 use super::file::{self, Checkpoint};
+use interface::recording::Tape;
+
 use crate::record::aside::Mark;
 use crate::record::course::COURSE;
 use crate::record::rundir::{HISTORY, RunDir, RunDirError, fail};
 use crate::scene::CheckpointPlan;
 
-/// Checkpoints that are kept: the newest, and the one before.
+/// Checkpoints that stay besides those for other scenes: the newest, and the one before.
 const KEPT: usize = 2;
 
 /// Keeps the checkpoints of a run.
@@ -30,12 +32,13 @@ pub(crate) struct Keeper {
 }
 
 impl Keeper {
-    /// Keeps checkpoints in `dir` from the simulated time `time` (s) on.
-    pub fn begin(plan: CheckpointPlan, dir: &RunDir, time: f64) -> Self {
+    /// Keeps checkpoints in `dir` from the simulated time `time` (s) on. `tape` is where the run is recorded.
+    pub fn begin(plan: CheckpointPlan, dir: &RunDir, time: f64, tape: Option<Tape>) -> Self {
         let busy = Arc::new(AtomicUsize::new(0));
         let (queue, taken) = channel();
         let writer = Writer {
             dir: dir.clone(),
+            tape,
             busy: busy.clone(),
         };
         Self {
@@ -97,6 +100,7 @@ type Taken = (Box<Checkpoint>, Vec<Mark>);
 /// The writer's side.
 struct Writer {
     dir: RunDir,
+    tape: Option<Tape>,
     busy: Arc<AtomicUsize>,
 }
 
@@ -110,6 +114,9 @@ impl Writer {
                 // The run ends because of that; this would be a state without its rows or frames.
                 self.busy.fetch_sub(1, Ordering::AcqRel);
                 continue;
+            }
+            if let Some(tape) = &self.tape {
+                tape.settle();
             }
             let written = self.sync_outputs(synced..frames).and_then(|()| {
                 synced = frames;
@@ -141,7 +148,7 @@ impl Writer {
     /// Beside the others, then in their place: whoever reads sees whole ones only.
     fn write(&self, checkpoint: &Checkpoint) -> Result<(), RunDirError> {
         let bytes = file::write(checkpoint);
-        let name = file::name(checkpoint.about.step);
+        let name = file::name(&checkpoint.about);
         self.dir.write_durably(&name, &bytes)?;
         tracing::debug!(
             step = checkpoint.about.step,
@@ -149,7 +156,8 @@ impl Writer {
             bytes = bytes.len(),
             "checkpoint"
         );
-        for old in file::list(self.dir.path()).into_iter().skip(KEPT) {
+        let all = file::list(self.dir.path()).into_iter();
+        for old in all.filter(|path| !file::is_kept(path)).skip(KEPT) {
             remove(&old);
         }
         Ok(())

@@ -1,11 +1,28 @@
 //! Checkpoints: the whole state of a run, from which `tandem resume` goes on to the same bits.
 //!
 //! A grant asks the solvers for their states before its first step (PROTOCOL.md K-3); the coupler adds its own of the
-//! same moment. [`mod@file`] is what they look like on disk, [`keeper`] the thread that writes them.
+//! same moment. [`mod@file`] is what they look like on disk, [`keeper`] the thread that writes them, [`branch`] a scene that
+//! begins with one of another run.
 
+pub mod branch;
 pub mod file;
 pub(crate) mod keeper;
 mod state;
 
 pub(crate) use file::Checkpoint;
 pub(crate) use state::{CouplerState, Phase, UnderWay};
+
+use branch::Branch;
+
+/// What a run begins with.
+#[derive(Debug)]
+pub(crate) enum Origin {
+    /// What its scene describes.
+    Scene,
+    /// The same, and its recording has what it did before.
+    Recording,
+    /// The state of the same run.
+    Itself(Box<Checkpoint>),
+    /// The state of another run.
+    Another(Box<Branch>),
+}

@@ -12,6 +12,8 @@ use crate::scene::Scene;
 /// Where a run is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Phase {
+    /// The closing step of the run that this one begins with comes next.
+    Arriving,
     /// The opening step comes next: nothing moves.
     Opening,
     /// Steps to the end.
@@ -41,6 +43,8 @@ pub(crate) struct CouplerState {
     pub asked: u64,
     pub sides: Sides,
     pub bodies: Vec<BodyState>,
+    /// The bodies where the scene puts them.
+    pub origin: Vec<BodyState>,
     /// Length of the history in bytes.
     pub history: u64,
     pub frames: Listed,
@@ -62,5 +66,10 @@ impl CouplerState {
         } else {
             None
         }
+    }
+
+    /// Whether no step is left but the closing one.
+    pub fn is_at_end(&self) -> bool {
+        self.phase == Phase::Done
     }
 }

@@ -116,7 +116,14 @@ impl Player<'_> {
                     let [grant] = grants[..] else {
                         return Err(senseless("a message of several grants"));
                     };
-                    self.stage.send(&message)?;
+                    // Nobody wants the states that the run has saved.
+                    let unsaved = Grant {
+                        flags: grant.flags & !flags::CHECKPOINT,
+                        ..grant
+                    };
+                    let header = message.header;
+                    self.stage
+                        .send(&Message::new(header, Payload::Grant(vec![unsaved])))?;
                     self.window(&grant)?;
                 }
                 _ => match message.as_order().map_err(|e| senseless(&e))? {
@@ -144,8 +151,16 @@ impl Player<'_> {
         let deadline =
             deadline.ok_or_else(|| senseless(&format!("a deadline of {} s", order.deadline)))?;
         self.patience = deadline + Duration::from_secs(1);
+        let restores = order.restore;
         let order = Message::order(&Order::Configure(order));
         self.stage.send(&order)?;
+        // The run began with the state of another one.
+        let mut more = restores;
+        while more {
+            let piece = self.recorded(Kind::Restore)?;
+            self.stage.send(&piece)?;
+            more = piece.header.flags & flags::LAST == 0;
+        }
         let reply = self.await_notice(CONFIGURATION)?;
         let recorded = self.recorded(Kind::Notice)?;
         let recorded = recorded.as_notice().map_err(|e| senseless(&e))?;

@@ -1,0 +1,95 @@
+//! A scene that begins with the state of another run.
+
+use super::file::{self, About, Checkpoint, CheckpointError};
+use crate::record::rundir::SCENE;
+use crate::run::pace::Pace;
+use crate::scene::diagnostic::SceneErrors;
+use crate::scene::{Scene, Start};
+
+/// What a scene begins with that branches off another run.
+#[derive(Debug)]
+pub struct Branch {
+    pub(crate) checkpoint: Checkpoint,
+    /// The scene goes on as that run would: in the same steps to the same bits. Otherwise velocities are brought to the
+    /// time of the positions first, under the scene's own laws, which gives its first energies and step.
+    pub(crate) as_before: bool,
+}
+
+impl Branch {
+    /// Looks for the state that `scene` begins with, and notes it in the scene; `None`: it begins with what it describes.
+    ///
+    /// # Errors
+    /// Why it cannot begin with it, told by the scene's keys.
+    pub fn find(scene: &mut Scene) -> Result<Option<Self>, SceneErrors> {
+        let Some(start) = scene.start.clone() else {
+            return Ok(None);
+        };
+        let run = start.run.display().to_string();
+        let of_from = |message: &str, help: &str| scene.complaint("start.from", message, help);
+        let parent = Scene::load(&start.run.join(SCENE), None, &[]).map_err(|errors| {
+            let message = format!("`start.from` is no run: {}", errors.0[0].message);
+            of_from(
+                &message,
+                "give the directory of a run, from the scene file's folder",
+            )
+        })?;
+        let checkpoint = find(&start, &parent).map_err(|error| {
+            let help = "`output.checkpoint = { end = true }` or `{ at = [...] }` keeps states for other scenes";
+            of_from(&error.to_string(), help)
+        })?;
+        let state = checkpoint.state_hash();
+        if let Some(expected) = start.state.as_ref().filter(|expected| **expected != state) {
+            let message =
+                format!("`start.state` is {expected}, the checkpoint in {run} has {state}");
+            let help = "that run is another one now; without `start.state` the scene begins with what is there";
+            return Err(scene.complaint("start.state", &message, help));
+        }
+        scene.branches_off(&parent, &run)?;
+        let begin = if start.from_zero {
+            0.0
+        } else {
+            checkpoint.about.time
+        };
+        if scene.time.end <= begin {
+            let message = format!(
+                "`time.end` is {} s, and the scene begins at {begin} s",
+                scene.time.end
+            );
+            let help = "the clock goes on where that run was, unless `start.time = 0`";
+            return Err(scene.complaint("time.end", &message, help));
+        }
+        scene.begun_with(checkpoint.about.time, &state);
+        Ok(Some(Self {
+            as_before: !start.from_zero && goes_on(scene, &parent, &checkpoint),
+            checkpoint,
+        }))
+    }
+
+    /// Of what it is.
+    pub fn about(&self) -> &About {
+        &self.checkpoint.about
+    }
+}
+
+/// The checkpoint that `start` asks for of a run of `parent`.
+fn find(start: &Start, parent: &Scene) -> Result<Checkpoint, CheckpointError> {
+    let ours = About::of(parent, &[], false);
+    file::of_time(&start.run, &ours, start.at)
+}
+
+/// Whether a run of `scene` takes the steps from the checkpoint on that one of `parent` would take.
+fn goes_on(scene: &Scene, parent: &Scene, checkpoint: &Checkpoint) -> bool {
+    let rules = |scene: &Scene| {
+        let mut time = scene.time;
+        (time.end, time.min_step) = (0.0, 0.0);
+        (time, scene.output.every)
+    };
+    let next_output = |scene: &Scene| {
+        let mut pace = Pace::new(scene.time, scene.output.every);
+        pace.resume(checkpoint.state.account.so_far().clone());
+        pace.next_output()
+    };
+    let same = scene.mpm == parent.mpm && scene.dem == parent.dem && rules(scene) == rules(parent);
+    // An epoch under way ends on the next output.
+    same && (checkpoint.state.is_at_end() || next_output(scene) == next_output(parent))
+}

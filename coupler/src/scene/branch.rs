@@ -1,0 +1,277 @@
+//! What a scene that begins with the state of another run may have otherwise than that run, and what not.
+//!
+//! A saved state is positions, velocities, stresses and what contacts remember. What these numbers mean is not in it: the
+//! scene has to be the same there. What acts on them from now on may be another.
+
+use serde::Serialize;
+use serde_json::Value;
+use toml::Table;
+
+use interface::config::{BodyConfig, Wall};
+
+use super::Scene;
+use super::document::Part;
+use super::needs::scene_key;
+use super::problems::Problems;
+use crate::scene::diagnostic::{SceneErrors, shorten};
+
+/// Keys of the configurations that may be others in a branch. `*` stands for one part of a key, `**` for any number.
+const MAY_CHANGE: &[&str] = &[
+    "mpm.gravity.**",
+    "mpm.walls.**",
+    "mpm.materials.*.model.*.*.**",
+    "mpm.contact_force",
+    "mpm.forcing.body_force.**",
+    "mpm.forcing.stages.**",
+    "mpm.forcing.tractions.*.force.*",
+    "mpm.constants.**",
+    "mpm.leaving",
+    "mpm.grid_contact.friction",
+    "dem.gravity.**",
+    "dem.point_contact.**",
+    "dem.body_contact.*.**",
+    "dem.contact_pairs.**",
+    "dem.point_surfaces.**",
+    "dem.contact_resolution",
+    "dem.bodies.*.motion.**",
+    "dem.bodies.*.surface",
+];
+
+/// Keys that say where and how fast things are at the start: here they have no effect.
+const OF_THE_START: &[&str] = &[
+    "mpm.groups.*.velocity.**",
+    "mpm.groups.*.fields.**",
+    "dem.bodies.*.position.**",
+    "dem.bodies.*.angle",
+    "dem.bodies.*.velocity.**",
+    "dem.bodies.*.spin",
+];
+
+fn fits(key: &str, pattern: &str) -> bool {
+    let mut parts = key.split('.');
+    for wanted in pattern.split('.') {
+        match (wanted, parts.next()) {
+            ("**", _) => return true,
+            ("*", Some(_)) => {}
+            (wanted, part) if part == Some(wanted) => {}
+            _ => return false,
+        }
+    }
+    parts.next().is_none()
+}
+
+fn among(key: &str, patterns: &[&str]) -> bool {
+    patterns.iter().any(|pattern| fits(key, pattern))
+}
+
+/// What differs between two configurations: dotted key, value here, value there.
+type Differences = Vec<(String, Option<Value>, Option<Value>)>;
+
+fn differences(key: &str, here: Option<&Value>, there: Option<&Value>, found: &mut Differences) {
+    match (here, there) {
+        (Some(Value::Object(a)), Some(Value::Object(b))) => {
+            let of_b = b.keys().filter(|name| !a.contains_key(*name));
+            for name in a.keys().chain(of_b) {
+                differences(&format!("{key}.{name}"), a.get(name), b.get(name), found);
+            }
+        }
+        // What acts on single points is left out of a configuration where there is nothing.
+        (Some(Value::Object(a)), None) | (None, Some(Value::Object(a)))
+            if key == "mpm.forcing" || fits(key, "mpm.groups.*.fields") =>
+        {
+            for (name, value) in a {
+                let value = Some(value);
+                let both = if here.is_some() {
+                    [value, None]
+                } else {
+                    [None, value]
+                };
+                differences(&format!("{key}.{name}"), both[0], both[1], found);
+            }
+        }
+        (Some(Value::Array(a)), Some(Value::Array(b))) if a.len() == b.len() => {
+            for (i, (a, b)) in a.iter().zip(b).enumerate() {
+                differences(&format!("{key}.{i}"), Some(a), Some(b), found);
+            }
+        }
+        (a, b) if a != b => found.push((key.to_owned(), a.cloned(), b.cloned())),
+        _ => {}
+    }
+}
+
+fn between<T: Serialize>(side: &str, here: Option<&T>, there: Option<&T>) -> Differences {
+    let [here, there] = [here, there].map(|config| {
+        let value = config.map(serde_json::to_value);
+        value.map(|value| value.expect("configurations have string keys only"))
+    });
+    let mut found = Vec::new();
+    differences(side, here.as_ref(), there.as_ref(), &mut found);
+    found
+}
+
+/// Whether a body's velocity along `i` (x, y, angle) is what its configuration says for good.
+fn driven(body: &BodyConfig, i: usize) -> bool {
+    body.motion.yielding()[i] == 0.0
+}
+
+impl Scene {
+    /// Whether this scene can go on from a state of a run of `parent`, told as `run`.
+    ///
+    /// # Errors
+    /// Every key that is another there and may not be, with both values.
+    pub(crate) fn branches_off(&self, parent: &Self, run: &str) -> Result<(), SceneErrors> {
+        let mut problems = Problems::new(&self.document);
+        let mut differ = between("mpm", self.mpm.as_ref(), parent.mpm.as_ref());
+        differ.extend(between("dem", self.dem.as_ref(), parent.dem.as_ref()));
+        for (key, here, there) in differ {
+            if among(&key, MAY_CHANGE) || self.drives(&key) {
+                continue;
+            }
+            let path = self.key_of(&key);
+            let value = |value: Option<Value>| {
+                value.map_or("not there".to_owned(), |v| shorten(&v.to_string()))
+            };
+            let (here, there) = (value(here), value(there));
+            let message =
+                format!("`{path}` is {here}; in {run}, which the scene begins with, it is {there}");
+            let why = if among(&key, OF_THE_START) {
+                "leave it as it is there: a branch begins where and as fast as that run was"
+            } else {
+                "leave it as it is there: the numbers of the saved state depend on it"
+            };
+            problems.refuse(&path, message, why);
+        }
+        self.periodic_as(parent, run, &mut problems);
+        self.moved_as(parent, run, &mut problems);
+        problems.finish().map(|_| ())
+    }
+
+    /// A body may be driven otherwise: its velocity and spin are no longer those of the start alone.
+    fn drives(&self, key: &str) -> bool {
+        let mut parts = key.split('.').skip(2);
+        let body = parts.next().and_then(|number| number.parse::<usize>().ok());
+        let body = body.and_then(|number| self.dem.as_ref()?.bodies.get(number));
+        let Some(body) = body.filter(|_| key.starts_with("dem.bodies.")) else {
+            return false;
+        };
+        match (parts.next(), parts.next()) {
+            (Some("spin"), None) => driven(body, 2),
+            (Some("velocity"), None) => driven(body, 0) && driven(body, 1),
+            (Some("velocity"), Some("0")) => driven(body, 0),
+            (Some("velocity"), Some("1")) => driven(body, 1),
+            _ => false,
+        }
+    }
+
+    /// Points beyond a periodic wall are those of the other end.
+    fn periodic_as(&self, parent: &Self, run: &str, problems: &mut Problems) {
+        let (Some(here), Some(there)) = (&self.mpm, &parent.mpm) else {
+            return;
+        };
+        let (here, there) = (here.walls, there.walls);
+        for (side, here, there) in [
+            ("left", here.left, there.left),
+            ("right", here.right, there.right),
+            ("bottom", here.bottom, there.bottom),
+            ("top", here.top, there.top),
+        ] {
+            if here != there && [here, there].contains(&Wall::Periodic) {
+                let key = format!("mpm.walls.{side}");
+                let message = format!("`{key}` is {here:?}; in {run} it is {there:?}");
+                problems.refuse(
+                    &key,
+                    message,
+                    "walls may change, but not from or to periodic",
+                );
+            }
+        }
+    }
+
+    /// Where bodies touch one another, their contacts are listed if forces move one of the two.
+    fn moved_as(&self, parent: &Self, run: &str, problems: &mut Problems) {
+        let (Some(here), Some(there)) = (&self.dem, &parent.dem) else {
+            return;
+        };
+        if here.body_contact.is_none() {
+            return;
+        }
+        let moves = |body: &BodyConfig| body.motion.yielding() != [0.0; 3];
+        for (i, (body, was)) in here.bodies.iter().zip(&there.bodies).enumerate() {
+            if moves(body) == moves(was) {
+                continue;
+            }
+            let path = self.key_of(&format!("dem.bodies.{i}.motion"));
+            let told = |body: &BodyConfig| shorten(&format!("{:?}", body.motion).to_lowercase());
+            let message = format!(
+                "`{path}` of \"{}\" is {}; in {run} it is {}",
+                body.name,
+                told(body),
+                told(was)
+            );
+            let help = "with `[body_contact]` a body that forces move stays one, and a fixed or driven one stays that; \
+                        `motion.guided` or `motion.pushed` hold and move a free one";
+            problems.refuse(&path, message, help);
+        }
+    }
+
+    /// The key of the scene that a dotted key of a configuration comes from.
+    fn key_of(&self, key: &str) -> String {
+        match key {
+            "mpm.skin" | "dem.skin" => return "coupling.skin".to_owned(),
+            _ => {}
+        }
+        for (of_config, of_scene) in [
+            ("mpm.forcing.tractions", "mpm.traction"),
+            ("mpm.forcing.", "mpm."),
+            ("mpm.constants", "constants"),
+        ] {
+            if let Some(rest) = key.strip_prefix(of_config) {
+                return format!("{of_scene}{rest}");
+            }
+        }
+        scene_key(key, &self.document).replace(".fields.", ".")
+    }
+
+    /// One complaint about a key.
+    pub(crate) fn complaint(&self, key: &str, message: &str, help: &str) -> SceneErrors {
+        let help = (!help.is_empty()).then(|| help.to_owned());
+        let told = self.document.diagnostic(key, Part::Value, message, help);
+        SceneErrors(vec![told])
+    }
+
+    /// Notes the state that the scene begins with: of the time `at` (s), with the hash `state`. A run of the resolved
+    /// scene begins with the same one or not at all.
+    ///
+    /// # Panics
+    /// If the scene has no start.
+    pub(crate) fn begun_with(&mut self, at: f64, state: &str) {
+        let start = self.start.as_mut().expect("a scene that begins with a run");
+        (start.at, start.state) = (Some(at), Some(state.to_owned()));
+        let mut root: Table = toml::from_str(&self.resolved_toml).expect("it was written so");
+        if let Some(toml::Value::Table(table)) = root.get_mut("start") {
+            table.insert("from".into(), start.from().into());
+            table.insert("state".into(), state.into());
+        }
+        self.resolved_toml = toml::to_string(&root).expect("the tree came from TOML");
+        self.hash = super::parse::hash(&self.resolved_toml);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_star_is_one_part_of_a_key_and_two_are_any() {
+        assert!(fits("mpm.gravity", "mpm.gravity.**"));
+        assert!(fits("mpm.gravity.1", "mpm.gravity.**"));
+        assert!(!fits("dem.body_contact", "dem.body_contact.*.**"));
+        assert!(fits("dem.body_contact.linear", "dem.body_contact.*.**"));
+        assert!(fits("dem.bodies.3.surface", "dem.bodies.*.surface"));
+        assert!(!fits("dem.bodies.3.surfaces", "dem.bodies.*.surface"));
+        assert!(!fits(
+            "mpm.materials.0.model.fluid",
+            "mpm.materials.*.model.*.*.**"
+        ));
+    }
+}

@@ -1,0 +1,120 @@
+//! `[start]` and `output.checkpoint`: which state a scene begins with, and which states its run keeps for others.
+
+use std::collections::BTreeSet;
+use std::path::{Path, absolute};
+use std::time::Duration;
+
+use toml::Value;
+
+use super::problems::Problems;
+use super::written::{CheckpointWritten, StartWritten};
+use super::{CheckpointPlan, Start};
+
+/// The start as written; paths are from `directory`.
+pub(super) fn start(
+    problems: &mut Problems,
+    written: Option<&StartWritten>,
+    directory: &Path,
+) -> Option<Start> {
+    let StartWritten { from, time, state } = written?;
+    let (run, at) = split(from);
+    if run.is_empty() || at.is_some_and(|at| !at.is_finite() || at < 0.0) {
+        let help = "the directory of a run, such as \"../runs/silo\", or one with a time, \"../runs/silo@0.4\"";
+        problems.refuse(
+            "start.from",
+            format!("`start.from` is {from:?}, expected RUN or RUN@TIME"),
+            help,
+        );
+    }
+    if let Some(time) = *time {
+        let expected = "0; without it the clock goes on where that run was";
+        problems.number("start.time", time, time == 0.0, expected);
+    }
+    let path = directory.join(run);
+    Some(Start {
+        run: absolute(&path).unwrap_or(path),
+        at,
+        from_zero: time.is_some(),
+        state: state.clone(),
+    })
+}
+
+/// The run and the time of `RUN@TIME`. What follows an `@` and is no number belongs to the path.
+fn split(from: &str) -> (&str, Option<f64>) {
+    from.rsplit_once('@')
+        .and_then(|(run, at)| Some((run, Some(at.trim().parse().ok()?))))
+        .unwrap_or((from, None))
+}
+
+/// The start with a whole path, for the resolved scene.
+pub(super) fn resolved(start: Option<&Start>) -> Option<(&'static str, Value)> {
+    start.map(|start| ("start.from", Value::String(start.from())))
+}
+
+/// When the run saves its state, of one with an output every `every` s up to `end` (s).
+pub(super) fn checkpoint(
+    problems: &mut Problems,
+    written: Option<&CheckpointWritten>,
+    [every, end]: [f64; 2],
+) -> Option<CheckpointPlan> {
+    let CheckpointWritten {
+        wall,
+        time,
+        at,
+        end: at_end,
+    } = written?;
+    for (key, interval) in [("wall", wall), ("time", time)] {
+        if let Some(interval) = interval {
+            problems.above_zero(&format!("output.checkpoint.{key}"), *interval, "a time");
+        }
+    }
+    if wall.is_none() && time.is_none() && at.is_empty() && !at_end {
+        problems.refuse(
+            "output.checkpoint",
+            "it says of no moment that the state is saved",
+            "give `wall` or `time` (intervals in s), `at` (times in s), or `end = true`",
+        );
+    }
+    let mut plan = CheckpointPlan {
+        // What is not a time has been refused.
+        wall: wall.map(|s| Duration::try_from_secs_f64(s).unwrap_or(Duration::MAX)),
+        time: *time,
+        at: BTreeSet::new(),
+        end: *at_end,
+    };
+    for (i, &at) in at.iter().enumerate() {
+        let path = format!("output.checkpoint.at.{i}");
+        let outputs = (at / every).round();
+        let expected = format!("a time above 0, up to the end of the run ({end} s)");
+        problems.number(&path, at, at > 0.0 && at <= end * (1.0 + 1e-12), &expected);
+        if (at - end).abs() <= 1e-9 * end {
+            plan.end = true;
+        } else if (at / every - outputs).abs() > 1e-9 * outputs.max(1.0) {
+            // Steps end on rows of the history; elsewhere a checkpoint would change them.
+            problems.refuse(
+                &path,
+                format!("{at} s is no row of the history, which has one every {every} s"),
+                format!(
+                    "give a whole multiple of `output.every`, such as {}",
+                    outputs.max(1.0) * every
+                ),
+            );
+        } else {
+            plan.at.insert(outputs as u64);
+        }
+    }
+    Some(plan)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_follows_the_last_at() {
+        assert_eq!(split("runs/silo"), ("runs/silo", None));
+        assert_eq!(split("runs/silo@0.4"), ("runs/silo", Some(0.4)));
+        assert_eq!(split("me@host/silo@1e-3"), ("me@host/silo", Some(1e-3)));
+        assert_eq!(split("me@host/silo"), ("me@host/silo", None));
+    }
+}

@@ -1,0 +1,104 @@
+//! A run that begins again, because one of its solvers cannot save its state: as far as its recording reaches, what crosses
+//! is compared with it, and beyond it is added.
+
+use std::collections::VecDeque;
+use std::path::Path;
+
+use super::playback::Begin;
+use super::{Message, Playback, RecordingError};
+use crate::message::wire::{Grant, StepHeader};
+use crate::message::{CHANNELS, Channel, Kind};
+
+/// Bytes of a report that tell of the machine, not of the run: times spent.
+const OF_THE_MACHINE: std::ops::Range<usize> = 56..88;
+
+/// The first grant by which the recording at `path` has ended its run: its closing step.
+///
+/// # Errors
+/// [`RecordingError`].
+pub(super) fn closing(path: &Path) -> Result<Option<Grant>, RecordingError> {
+    let mut playback = Playback::open(path)?;
+    // The first step of a run has no length either.
+    let mut stepped = false;
+    while let Some(message) = playback.message()? {
+        if message.channel.kind == Kind::Grant
+            && let Some([grant]) = message.records::<Grant>().as_deref()
+        {
+            if grant.dt == 0.0 && stepped {
+                return Ok(Some(*grant));
+            }
+            stepped |= grant.dt > 0.0;
+        }
+    }
+    Ok(None)
+}
+
+/// What has crossed before.
+pub(super) struct Reference {
+    playback: Playback,
+    /// Where what is added begins.
+    end: Begin,
+    /// Read and not asked for yet, channel by channel.
+    ahead: [VecDeque<Message>; CHANNELS],
+}
+
+impl std::fmt::Debug for Reference {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "Reference up to {:?}", self.end)
+    }
+}
+
+impl Reference {
+    /// A recording up to `end`.
+    pub fn new(playback: Playback, end: Begin) -> Self {
+        Self {
+            playback,
+            end,
+            ahead: std::array::from_fn(|_| VecDeque::new()),
+        }
+    }
+
+    /// Which file.
+    pub fn path(&self) -> &Path {
+        self.playback.path()
+    }
+
+    /// The next message of a channel, which stays the next; none where the recording is over.
+    pub fn peek(&mut self, channel: Channel) -> Result<Option<&Message>, RecordingError> {
+        let number = channel.number();
+        while self.ahead[number].is_empty() && self.playback.next_byte() < self.end.byte {
+            let Some(message) = self.playback.message()? else {
+                break;
+            };
+            self.ahead[message.channel.number()].push_back(message);
+        }
+        Ok(self.ahead[number].front())
+    }
+
+    /// Whether a message is the one that was recorded; `None` where the recording is over.
+    pub fn compare(
+        &mut self,
+        channel: Channel,
+        header: &StepHeader,
+        payload: &[u8],
+    ) -> Result<Option<bool>, RecordingError> {
+        self.peek(channel)?;
+        let recorded = self.ahead[channel.number()].pop_front();
+        Ok(recorded.map(|recorded| agrees(&recorded, header, payload)))
+    }
+}
+
+fn agrees(recorded: &Message, header: &StepHeader, payload: &[u8]) -> bool {
+    let (then, now) = (&recorded.payload[..], payload);
+    match recorded.channel.kind {
+        // Words: process ids, versions, threads.
+        Kind::Order | Kind::Notice => true,
+        Kind::Report => {
+            let rest = OF_THE_MACHINE;
+            then.len() == now.len()
+                && then.get(..rest.start) == now.get(..rest.start)
+                && then.get(rest.end..) == now.get(rest.end..)
+        }
+        _ => recorded.header == *header && then == now,
+    }
+}

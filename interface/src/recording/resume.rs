@@ -1,0 +1,141 @@
+//! What stays of a recording whose run goes on from a checkpoint.
+
+use std::path::Path;
+
+use super::playback::Begin;
+use super::{About, Message, Playback, RecordingError};
+use crate::message::Kind;
+use crate::message::control::Party;
+use crate::message::wire::Grant;
+
+/// Where a run goes on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Moment {
+    /// First step that is not done.
+    pub step: u64,
+    /// The epoch of that step.
+    pub epoch: u64,
+}
+
+impl Moment {
+    /// After all that a run can do.
+    pub(super) const NEVER: Self = Self {
+        step: u64::MAX,
+        epoch: u64::MAX,
+    };
+
+    fn is_after(self, epoch: u64, step: u64) -> bool {
+        epoch < self.epoch || (epoch == self.epoch && step < self.step)
+    }
+}
+
+/// What stays.
+pub(super) struct Kept {
+    /// The first block of which something goes.
+    pub end: Begin,
+    /// What stays of this block and of those after it.
+    pub rest: Vec<Message>,
+}
+
+/// Reads the recording at `path` of the run `about` as far as it was before `moment`.
+///
+/// # Errors
+/// [`RecordingError`], also when it does not reach so far.
+pub(super) fn keep(path: &Path, about: &About, moment: Moment) -> Result<Kept, RecordingError> {
+    let mut playback = of_run(path, about)?;
+    let (kept, whole) = sift(&mut playback, moment);
+    if whole {
+        return Ok(kept);
+    }
+    let (path, step) = (path.to_path_buf(), moment.step);
+    Err(RecordingError::Short { path, step })
+}
+
+/// The recording at `path`, which is of the run `about`.
+///
+/// # Errors
+/// [`RecordingError`].
+pub(super) fn of_run(path: &Path, about: &About) -> Result<Playback, RecordingError> {
+    let playback = Playback::open(path)?;
+    if playback.about() == about {
+        return Ok(playback);
+    }
+    let reason = "it is of another run or program".to_owned();
+    let path = path.to_path_buf();
+    Err(RecordingError::Foreign { path, reason })
+}
+
+/// What of a recording was before `moment`, and whether that is all of it.
+pub(super) fn sift(playback: &mut Playback, moment: Moment) -> (Kept, bool) {
+    let mut sieve = Sieve::new(moment);
+    let (mut block, mut end, mut rest) = (Begin::default(), None, Vec::new());
+    // What is damaged after the moment is not needed; whether all before is there is asked below.
+    while let Ok(Some(message)) = playback.message() {
+        if end.is_none() && playback.begin != block {
+            block = playback.begin;
+            rest.clear();
+        }
+        if sieve.keeps(&message) {
+            rest.push(message);
+        } else {
+            end.get_or_insert(block);
+        }
+    }
+    if end.is_none() && playback.begin != block {
+        rest.clear();
+    }
+    let end = end.unwrap_or(playback.begin);
+    (Kept { end, rest }, sieve.is_whole())
+}
+
+/// Tells what was before a moment.
+struct Sieve {
+    moment: Moment,
+    /// The coupler has granted the moment's step. What it notes itself has the order in which it happened.
+    over: bool,
+    /// First step that is not done, as each solver has reported last.
+    reported: [Option<u64>; 2],
+    /// The last step of which the bodies have answered.
+    answered: Option<u64>,
+}
+
+impl Sieve {
+    fn new(moment: Moment) -> Self {
+        Self {
+            moment,
+            over: false,
+            reported: [None; 2],
+            answered: None,
+        }
+    }
+
+    fn keeps(&mut self, message: &Message) -> bool {
+        let (channel, header) = (message.channel, &message.header);
+        if channel.is_between_solvers() {
+            let before = self.moment.is_after(header.epoch, header.step);
+            if before && channel.kind == Kind::Forces {
+                self.answered = Some(header.step);
+            }
+            return before;
+        }
+        if channel.kind == Kind::Grant
+            && let Some([grant]) = message.records::<Grant>().as_deref()
+        {
+            self.over |= !self.moment.is_after(grant.epoch, grant.first);
+        }
+        if channel.kind == Kind::Report && !self.over {
+            let solver = usize::from(channel.is_of(Party::Dem));
+            self.reported[solver] = Some(header.step);
+        }
+        !self.over
+    }
+
+    /// Whether all that was before the moment has come.
+    fn is_whole(&self) -> bool {
+        let step = self.moment.step;
+        let reported = self.reported.iter().flatten();
+        let coupled = self.reported.iter().all(Option::is_some);
+        let answered = !coupled || self.answered.is_some_and(|last| last + 1 == step);
+        reported.clone().count() > 0 && reported.clone().all(|next| *next == step) && answered
+    }
+}

@@ -1,0 +1,362 @@
+//! A scene that begins with the state of another run: filled once, opened in several ways.
+
+mod harness;
+
+use std::fs;
+use std::path::Path;
+
+use harness::{Ended, Place, RunFiles};
+
+/// Sand on a gate between the walls of the domain, and a disc on top.
+const SILO: &str = r#"
+version = 1
+name = "silo"
+gravity = [0.0, -9.81]
+
+[time]
+end = 0.2
+
+[mpm]
+cell = 0.02
+domain = [[0.1, 0.0], [0.3, 0.6]]
+shape = "quadratic_bspline"
+transfer.blend = { pic_fraction = 0.02 }
+walls = { left = "slip", right = "slip", bottom = "slip" }
+
+[[mpm.material]]
+name = "sand"
+density = 1500.0
+model.drucker_prager = { bulk_modulus = 1e6, shear_modulus = 5e5, friction_angle = 30.0, dilation_angle = 0.0, cohesion = 0.0, tensile_strength = 0.0 }
+
+[[mpm.points]]
+name = "sand"
+material = "sand"
+fill.rectangle = { lower = [0.1, 0.26], upper = [0.3, 0.36] }
+spacing.per_cell = 4
+
+[[dem.body]]
+name = "gate"
+shape.segment = { ends = [[0.05, 0.24], [0.35, 0.24]] }
+sphero_radius = 0.01
+motion = "fixed"
+
+[[dem.body]]
+name = "disc"
+shape = "disc"
+sphero_radius = 0.02
+density = 1000.0
+position = [0.2, 0.4]
+
+[contact]
+linear = { normal_stiffness = 1e5, tangential_stiffness = 5e4, friction = 0.3, damping_ratio = 0.1 }
+
+[body_contact]
+linear = { normal_stiffness = 1e5, tangential_stiffness = 5e4, friction = 0.3, damping_ratio = 0.1 }
+
+[output]
+every = 0.01
+checkpoint = { at = [0.1], end = true }
+
+[[output.column]]
+name = "y"
+unit = "m"
+value = "points.sand.y"
+
+[[output.column]]
+name = "disc"
+unit = "m"
+value = "body.disc.y"
+
+[[output.column]]
+name = "friction"
+unit = "J/m"
+value = "energy.friction"
+
+[[check]]
+name = "no energy is created"
+value = "energy.residual_relative"
+when = "max"
+at_most = 0.01
+source = "of the energy in play; the books begin with the run"
+
+[[check]]
+name = "momentum is conserved"
+value = "momentum_error"
+when = "max"
+at_most = 1e-12
+source = "rounding only"
+"#;
+
+/// The silo, and the run that has filled it.
+fn filled(place: &Place) -> String {
+    let scene = place.write("silo.toml", SILO).display().to_string();
+    place.run("fill", &scene, &["--in-process"]).expect(0);
+    scene
+}
+
+fn branch(place: &Place, out: &str, scene: &str, from: &str, more: &[&str]) -> Ended {
+    let from = format!("start.from={from}");
+    let set = more.iter().flat_map(|value| ["--set", value]);
+    let arguments: Vec<&str> = ["--in-process", "--set", &from]
+        .into_iter()
+        .chain(set)
+        .collect();
+    place.run(out, scene, &arguments)
+}
+
+/// Rows of the history: time, then the columns.
+fn history(dir: &Path) -> Vec<Vec<f64>> {
+    let text = fs::read_to_string(dir.join("history.csv")).unwrap();
+    let row = |line: &str| line.split(',').map(|n| n.parse().unwrap()).collect();
+    text.lines().skip(1).map(row).collect()
+}
+
+/// Bits of the rows after `time` (s), energies that are counted from the start left out.
+fn states_after(dir: &Path, time: f64) -> Vec<[u64; 3]> {
+    let rows = history(dir).into_iter().filter(|row| row[0] > time);
+    rows.map(|row| [row[0], row[1], row[2]].map(f64::to_bits))
+        .collect()
+}
+
+#[test]
+fn a_branch_with_nothing_changed_has_the_bits_of_the_undisturbed_run() {
+    let place = Place::new();
+    let scene = filled(&place);
+    let long = ["--in-process", "--set", "time.end=0.3"];
+    let often = ["--set", "output.checkpoint.time=0.0123"];
+    place
+        .run("whole", &scene, &[&long[..], &often].concat())
+        .expect(0);
+    let whole = RunFiles::read(&place.path("whole"));
+    // From the end of a shorter run, from a row of the history, and from the newest, in the middle of an epoch.
+    for (out, from, begin) in [
+        ("after", "fill", 0.2),
+        ("row", "whole@0.1", 0.1),
+        ("before", "fill@0.19", 0.1),
+        ("middle", "whole@0.299", 0.299),
+    ] {
+        branch(&place, out, &scene, from, &["time.end=0.3"]).expect(0);
+        let ours = RunFiles::read(&place.path(out));
+        assert_eq!(ours.text("state_hash"), whole.text("state_hash"), "{from}");
+        assert_eq!(
+            states_after(&place.path(out), begin),
+            states_after(&place.path("whole"), begin),
+            "{from}"
+        );
+    }
+    // The row at the start is measured too, where an epoch begins there; its sums are zero.
+    let first = &history(&place.path("after"))[0];
+    assert_eq!((first[0], first[3]), (0.2, 0.0));
+    let last = history(&place.path("whole")).pop().unwrap();
+    assert!(last[3] > history(&place.path("after")).pop().unwrap()[3]);
+}
+
+#[test]
+fn a_silo_is_filled_once_and_opened_in_several_ways() {
+    let place = Place::new();
+    let scene = filled(&place);
+    let rest = history(&place.path("fill")).pop().unwrap();
+    let driven = "dem.body.0.motion=driven";
+    let end = "time.end=0.5";
+    let ways: [(&str, &[&str]); 5] = [
+        ("right", &[end, driven, "dem.body.0.velocity=[3.0, 0.0]"]),
+        ("left", &[end, driven, "dem.body.0.velocity=[-3.0, 0.0]"]),
+        ("down", &[end, driven, "dem.body.0.velocity=[0.0, -1.0]"]),
+        ("shut", &[end, "gravity=[0.0, -3.0]"]),
+        (
+            "harder",
+            &[
+                end,
+                "mpm.material.0.model.drucker_prager.shear_modulus=5e6",
+                "mpm.material.0.model.drucker_prager.friction_angle=20.0",
+                "contact.linear.normal_stiffness=1e6",
+                "contact.linear.friction=0.0",
+                "body_contact.linear.damping_ratio=0.0",
+            ],
+        ),
+    ];
+    let hash = |out: &str| {
+        RunFiles::read(&place.path(out))
+            .text("state_hash")
+            .to_owned()
+    };
+    let mut hashes = std::collections::BTreeSet::new();
+    let mut states = std::collections::BTreeSet::new();
+    for (out, more) in ways {
+        branch(&place, out, &scene, "fill", more).expect(0);
+        let rows = history(&place.path(out));
+        assert_eq!(rows[0][0], 0.2, "the clock goes on");
+        assert_eq!(
+            rows[0][1].to_bits(),
+            rest[1].to_bits(),
+            "points are where they were"
+        );
+        assert_eq!(rows[0][3], 0.0, "sums begin anew");
+        let fallen = rest[1] - rows.last().unwrap()[1];
+        let open = !["shut", "harder"].contains(&out);
+        assert_eq!(fallen > 0.1, open, "{out}: {fallen} m");
+        hashes.insert(hash(out));
+        let files = RunFiles::read(&place.path(out));
+        let start = &files.summary["start"];
+        assert!(start[0].as_str().unwrap().ends_with("/fill@0.2"), "{start}");
+        states.insert(start[1].as_str().unwrap().to_owned());
+    }
+    assert_eq!(hashes.len(), 5);
+    assert_eq!(states.len(), 1, "they begin with one state");
+    // What was run is in scene.toml, wherever it is run again.
+    let again = place.path("left").join("scene.toml");
+    let text = fs::read_to_string(&again).unwrap();
+    assert!(text.contains(states.first().unwrap()));
+    place.run("again", again.to_str().unwrap(), &[]).expect(0);
+    assert_eq!(hash("again"), hash("left"));
+    let zero = ["start.time=0", "time.end=0.1"];
+    branch(&place, "zero", &scene, "fill", &zero).expect(0);
+    assert_eq!(history(&place.path("zero"))[0][0], 0.0);
+}
+
+#[test]
+fn a_branch_of_a_branch_goes_on_and_is_resumed() {
+    let place = Place::new();
+    let scene = filled(&place);
+    let open = ["dem.body.0.motion=driven", "dem.body.0.velocity=[3.0, 0.0]"];
+    let keep = ["output.checkpoint.at=[0.3]", "output.frames=0.05"];
+    let first = [&open[..], &keep, &["time.end=0.4"]].concat();
+    branch(&place, "first", &scene, "fill@0.2", &first).expect(0);
+    let second = [&open[..], &["time.end=0.4", "output.frames=0.05"]].concat();
+    branch(&place, "second", &scene, "first@0.3", &second).expect(0);
+    let hash = |out: &str| {
+        RunFiles::read(&place.path(out))
+            .text("state_hash")
+            .to_owned()
+    };
+    assert_eq!(hash("second"), hash("first"));
+    // The bodies are drawn where they are, though no frame is of where the scene puts them.
+    let frame = |out: &str, n: u32| {
+        let path = place.path(out).join(format!("frames/bodies_{n:04}.vtu"));
+        fs::read(path).unwrap()
+    };
+    assert!(frame("second", 1) == frame("first", 3));
+    // A branch is resumed without its parent.
+    let dir = place.path("second");
+    for parent in ["fill", "first"] {
+        fs::remove_dir_all(place.path(parent)).unwrap();
+    }
+    let before = fs::read(dir.join("history.csv")).unwrap();
+    place
+        .start(&["resume", dir.to_str().unwrap()])
+        .end()
+        .expect(0);
+    assert!(fs::read(dir.join("history.csv")).unwrap() == before);
+}
+
+#[test]
+fn what_may_not_change_is_refused_by_its_key_with_both_values() {
+    let place = Place::new();
+    let scene = filled(&place);
+    let refused: [(&str, &[&str]); 15] = [
+        ("mpm.cell=0.01", &["`mpm.cell` is 0.01", "it is 0.02"]),
+        (
+            "mpm.shape=linear",
+            &["`mpm.shape`", "linear", "quadratic_bspline"],
+        ),
+        ("mpm.transfer=apic", &["`mpm.transfer`", "apic"]),
+        (
+            "mpm.points.0.spacing.per_cell=9",
+            &["`mpm.points.0.spacing.per_cell` is 9", "it is 4"],
+        ),
+        (
+            "mpm.points.0.velocity=[1.0, 0.0]",
+            &["`mpm.points.0.velocity`", "begins where and as fast"],
+        ),
+        (
+            "mpm.material.0.density=1000.0",
+            &["`mpm.material.0.density` is 1000", "1500"],
+        ),
+        ("mpm.walls.left=periodic", &["periodic"]),
+        ("mpm.drift=nodal", &["`mpm.drift`"]),
+        (
+            "dem.body.1.sphero_radius=0.03",
+            &["`dem.body.1.sphero_radius` is 0.03", "0.02"],
+        ),
+        (
+            "dem.body.1.position=[0.2, 0.5]",
+            &["`dem.body.1.position.1` is 0.5", "0.4"],
+        ),
+        ("dem.body.1.velocity=[1.0, 0.0]", &["`dem.body.1.velocity`"]),
+        (
+            "dem.body.1.motion=fixed",
+            &["`dem.body.1.motion` of \"disc\" is fixed", "it is free"],
+        ),
+        ("dem.overlap=nearest_edge", &["`dem.overlap`"]),
+        ("coupling.skin=0.02", &["`coupling.skin` is 0.02"]),
+        (
+            "time.end=0.15",
+            &["`time.end` is 0.15 s", "begins at 0.2 s"],
+        ),
+    ];
+    for (set, says) in refused {
+        let more = if set.starts_with("time") {
+            vec![set]
+        } else {
+            vec![set, "time.end=0.3"]
+        };
+        branch(&place, "no", &scene, "fill", &more)
+            .expect(2)
+            .says(says);
+        assert!(!place.path("no").exists(), "{set}");
+    }
+}
+
+#[test]
+fn what_cannot_be_begun_with_is_refused_with_the_reason() {
+    let place = Place::new();
+    let scene = filled(&place);
+    let end = ["time.end=0.3"];
+    let refuse = |from: &str, says: &[&str]| {
+        branch(&place, "no", &scene, from, &end)
+            .expect(2)
+            .says(says);
+    };
+    refuse("nowhere", &["`start.from` is no run", "nowhere"]);
+    refuse(
+        "fill@0.05",
+        &["no checkpoint of t = 0.05 s or before", "0.2 s, 0.1 s"],
+    );
+    refuse("@0.1", &["expected RUN or RUN@TIME"]);
+    let none = ["--in-process", "--set", "output.checkpoint={wall=1000.0}"];
+    place.run("none", &scene, &none).expect(0);
+    refuse("none", &["has no checkpoint", "output.checkpoint"]);
+    // Not over its own parent.
+    branch(&place, "fill", &scene, "fill", &end)
+        .expect(2)
+        .says(&["take the place"]);
+    // Another state than the one that was begun with.
+    let state = ["time.end=0.3", "start.state=0123"];
+    branch(&place, "no", &scene, "fill", &state)
+        .expect(2)
+        .says(&["`start.state` is 0123"]);
+    let damaged = place.path("fill").join("checkpoints");
+    let newest = fs::read_dir(&damaged)
+        .unwrap()
+        .map(|e| e.unwrap().path())
+        .max()
+        .unwrap();
+    let bytes = fs::read(&newest).unwrap();
+    fs::write(&newest, &bytes[..bytes.len() - 7]).unwrap();
+    refuse("fill", &["is damaged"]);
+    let scene_file = place.path("fill").join("scene.toml");
+    let text = fs::read_to_string(&scene_file).unwrap();
+    fs::write(&scene_file, text.replace("cell = 0.02", "cell = 0.01")).unwrap();
+    refuse("fill@0.1", &["is not of this run", "scene hash"]);
+    for (at, says) in [
+        ("[0.105]", "no row of the history"),
+        ("[0.0]", "a time above 0"),
+        ("[0.7]", "up to the end of the run"),
+    ] {
+        let at = format!("output.checkpoint.at={at}");
+        place
+            .run("no", &scene, &["--set", &at])
+            .expect(2)
+            .says(&[says]);
+    }
+}
