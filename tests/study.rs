@@ -79,8 +79,6 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
         "mpm.shape=ugimp,cubic_bspline",
         "--repeat",
         "2",
-        "--scatter",
-        "0",
         "--out",
         "out",
     ];
@@ -325,8 +323,6 @@ fn runs_go_through_a_launcher() {
         "2",
         "--repeat",
         "2",
-        "--scatter",
-        "0",
         "--out",
         "out",
     ];

@@ -289,11 +289,10 @@ impl Account {
         } else {
             self.recorder.so_far_at(self.clock.time())
         };
-        let failed = checks.iter().any(|check| !check.pass);
         let status = match ended {
             Err(error) => error.status(),
             Ok(()) if self.interrupted => Status::Interrupted,
-            Ok(()) if failed => Status::CheckFailed,
+            Ok(()) if checks.iter().any(|check| !check.pass) => Status::CheckFailed,
             Ok(()) => Status::Done,
         };
         let reason = match ended {
