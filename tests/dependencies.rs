@@ -115,7 +115,7 @@ fn what_ships_has_a_licence_that_is_allowed_and_comes_from_the_registry() {
         let known = package
             .source
             .as_ref()
-            .is_none_or(|source| source.is_crates_io());
+            .is_none_or(cargo_metadata::Source::is_crates_io);
         if !known {
             wrong.push(format!("{name}: from {:?}", package.source));
         }

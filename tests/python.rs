@@ -423,7 +423,7 @@ fn python_solvers_go_on_from_a_checkpoint_to_the_same_bits() {
     place.run("whole", &scene(HARD), &more).expect(0);
     let run = place.start_run("cut", &scene(HARD), &more);
     let folder = place.path("cut/checkpoints");
-    let two = until(Duration::from_secs(60), || {
+    let two = until(Duration::from_mins(1), || {
         let files = std::fs::read_dir(&folder).into_iter().flatten();
         (files.count() >= 2).then_some(())
     });

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use coupler::scene::diagnostic::SceneErrors;
 use coupler::scene::{Scene, SceneFile};
 
-/// Longest that any of these may take: each took more than 20 s, all memory or the stack.
+/// Longest that any of these may take: all but the deep ones took more than 20 s, or the stack.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// A scene that is right.

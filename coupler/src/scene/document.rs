@@ -65,7 +65,7 @@ impl Document {
     pub fn read(path: &Path) -> Result<Self, SceneErrors> {
         let file = path.display().to_string();
         let text = read_text(path, &file)?;
-        Self::parse(file, text.into())
+        Self::parse(file, &text.into())
     }
 
     /// The document with a variant and then the `--set` arguments, in their order.
@@ -95,11 +95,11 @@ impl Document {
     ///
     /// # Errors
     /// It is not TOML.
-    pub fn parse(file: String, text: Arc<str>) -> Result<Self, SceneErrors> {
-        let (spanned, mut faults) = DeTable::parse_recoverable(&text);
+    pub fn parse(file: String, text: &Arc<str>) -> Result<Self, SceneErrors> {
+        let (spanned, mut faults) = DeTable::parse_recoverable(text);
         let mut origins = BTreeMap::new();
         record_table(&mut origins, "", spanned.get_ref());
-        let root = match toml::from_str::<Table>(&text) {
+        let root = match toml::from_str::<Table>(text) {
             Ok(root) => root,
             Err(fault) => {
                 if faults.is_empty() {

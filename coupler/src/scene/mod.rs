@@ -65,7 +65,7 @@ impl SceneFile {
     /// It is not TOML.
     pub fn of_text(name: &str, text: &str, directory: &Path) -> Result<Self, SceneErrors> {
         Ok(Self {
-            document: document::Document::parse(name.to_owned(), text.into())?,
+            document: document::Document::parse(name.to_owned(), &text.into())?,
             directory: directory.to_path_buf(),
         })
     }

@@ -154,13 +154,13 @@ fn left() -> Left {
     let mut files = BTreeMap::new();
     gather(dir.path(), Path::new(""), &mut files);
     let recording = files.remove(Path::new("recording.tandem"));
-    let checkpoints = files
+    let mut checkpoints = files
         .iter()
         .filter(|(path, _)| path.starts_with("checkpoints"));
     Left {
         recording: recording.expect("a recording"),
         messages,
-        checkpoint: checkpoints.last().expect("a checkpoint").1.clone(),
+        checkpoint: checkpoints.next_back().expect("a checkpoint").1.clone(),
         scene,
         files,
     }

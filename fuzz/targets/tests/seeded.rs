@@ -4,7 +4,7 @@
 use std::cell::RefCell;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::sync::mpsc::channel;
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use fuzzing::change::Changer;
@@ -55,8 +55,10 @@ fn holds(name: &str, seconds: f64) {
         match told.recv_timeout(PATIENCE) {
             Ok(Ok(input)) => (last, done) = (input, done + 1),
             Ok(Err(wrong)) => panic!("{name}: {wrong}\n{}", String::from_utf8_lossy(&last)),
-            Err(std::sync::mpsc::RecvTimeoutError::Disconnected) => break,
-            Err(_) => panic!("{name}: hangs\n{}", String::from_utf8_lossy(&last)),
+            Err(RecvTimeoutError::Disconnected) => break,
+            Err(RecvTimeoutError::Timeout) => {
+                panic!("{name}: hangs\n{}", String::from_utf8_lossy(&last))
+            }
         }
     }
     worker.join().expect("the worker itself does not panic");
