@@ -2,7 +2,7 @@
 
     python3 docs/results/free_disc.py target/release/tandem
 
-Breathing: scenes/verification/free_disc.toml, 200 periods, with the step that the criterion gives and a quarter of it; the change of
+Breathing: scenes/verification/free_disc.toml, 200 periods, with the step that the criterion gives and, for some, a quarter of it; the change of
 kinetic plus elastic energy over that of the start, largest on the way and at the end. Spinning: spinning_disc.toml, eight turns; what
 is left of the kinetic energy, and the mean elastic energy of the last tenth over that of a disc that is stretched by its spin and does
 not vibrate, 1 (a disc whose spin is sudden swings about it: 1.5).
@@ -56,11 +56,13 @@ def breathing(tandem):
     print("| --- | --- | --- | --- | --- | --- | --- | --- |")
     for case in CASES:
         figures = []
-        for factor in (1.0, 0.25):
+        shorter = case[0] in ("flip", "apic") and case[2] == "usavg"
+        for factor in (1.0, 0.25) if shorter else (1.0,):
             more = {"time.max_step": 1.0, "time.step_factor": factor}
             steps, rows = run(tandem, "free_disc.toml", *case, **more)
             change = [sum(row) / sum(rows[0]) - 1 for row in rows]
             figures += [str(steps)] * (factor == 1.0) + [f"{100 * max(change):.3f} %", f"{100 * change[-1]:.3f} %"]
+        figures += [""] * (5 - len(figures))
         print(f"| {' '.join(short(case[0]))} | {case[1]} | {case[2]} | {' | '.join(figures)} |", flush=True)
 
 
@@ -71,7 +73,7 @@ def spinning(tandem):
     for transfer, shape, update, kept in cases:
         if kept == "true" and ("xpic" in transfer or transfer == "apic"):
             continue
-        for factor in (1.0, 0.25) if transfer == "flip" else (1.0,):
+        for factor in (1.0, 0.25) if (transfer, shape) == ("flip", "ugimp") else (1.0,):
             more = {"mpm.points.0.keeps_spin": kept, "time.step_factor": factor}
             _, rows = run(tandem, "spinning_disc.toml", transfer, shape, update, **more)
             start, last = sum(rows[0]), rows[-len(rows) // 10 :]
