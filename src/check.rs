@@ -3,6 +3,7 @@
 use std::path::Path;
 use std::process::ExitCode;
 
+use coupler::run::room;
 use coupler::scene::{Scene, SceneFile, refused};
 use interface::message::wire::ImpForce;
 use interface::solver::{DemSolver, Fault, MpmSolver};
@@ -67,6 +68,7 @@ pub fn plan(args: &SceneArgs) -> ExitCode {
         .map_err(|errors| errors.to_string())
         .and_then(|scene| {
             say(scene.plan());
+            say(format_args!("  shared   {}", room::in_words(&scene)));
             start(&scene)
         });
     match shown {

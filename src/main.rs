@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 #![warn(clippy::print_stdout, clippy::print_stderr)] // a reader may have left: see `terminal`
 
+mod chaos;
 mod check;
 mod cli;
 mod conformance;
@@ -22,9 +23,14 @@ use std::process::ExitCode;
 use clap::Parser;
 use cli::{Cli, Command};
 use coupler::scene::schema;
-use terminal::say;
+use signal_hook::consts::SIGXFSZ;
+use terminal::{complain, say};
 
 fn main() -> ExitCode {
+    // A file that may grow no further is an error of that file and not the end of the process.
+    if let Err(error) = signals::ignore(SIGXFSZ) {
+        complain(format_args!("warning: {error}"));
+    }
     terminal::settled(obey(Cli::parse().command))
 }
 
@@ -43,6 +49,7 @@ fn obey(command: Command) -> ExitCode {
         }
         Command::Study(args) => studies::study(&args),
         Command::Stability(args) => studies::stability(&args),
+        Command::Chaos(args) => chaos::chaos(&args),
         Command::Conformance(args) => conformance::judge(&args),
         Command::Plot(args) => studies::plot(&args),
         Command::Clean => {

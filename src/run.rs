@@ -10,6 +10,7 @@ use coupler::record::summary::{Status, Summary};
 use coupler::run::aftermath::Killed;
 use coupler::run::checkpoint::branch::Branch;
 use coupler::run::checkpoint::file::CheckpointError;
+use coupler::run::room;
 use coupler::run::{Finished, Resumed, RunOptions, Solvers, rerun, run as run_scene};
 use coupler::scene::{Scene, solver_override};
 use signal_hook::consts::SIGUSR1;
@@ -306,6 +307,7 @@ fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions, St
             dem: solvers::dem,
         }
     } else {
+        room::look(scene).map_err(|error| format!("{error} ({})", error.advice()))?;
         Solvers::Processes {
             mpm: process(scene.solvers.mpm.as_ref(), "mpm")?,
             dem: process(scene.solvers.dem.as_ref(), "dem")?,

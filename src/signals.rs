@@ -29,6 +29,11 @@ pub fn on_signal(signal: i32) -> Result<Arc<AtomicBool>, String> {
     Ok(set)
 }
 
+/// From now on this signal ends nothing.
+pub fn ignore(signal: i32) -> Result<(), String> {
+    on_signal(signal).map(drop)
+}
+
 #[expect(clippy::needless_pass_by_value, reason = "the shape of `map_err`")]
 fn no_signals(error: io::Error) -> String {
     format!("cannot handle signals: {error}")

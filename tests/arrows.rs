@@ -113,6 +113,7 @@ fn wrong_arrows(arrows: &Arrows) -> Vec<String> {
             &["interface", "mechanics", "mpm-proc", "dem-proc"][..],
         ),
         ("study", &["coupler", "interface", "mechanics"][..]),
+        ("chaos", &["coupler"][..]),
         ("report", &["coupler"][..]),
         // Whatever reads bytes from elsewhere; nobody sees it.
         (
@@ -134,6 +135,7 @@ fn wrong_arrows(arrows: &Arrows) -> Vec<String> {
                 "conformance",
                 "report",
                 "study",
+                "chaos",
             ][..],
         ),
     ]);
@@ -394,6 +396,7 @@ fn unsafe_code_is_forbidden_outside_interface() {
         "coupler/src/lib.rs",
         "coupler/report/src/lib.rs",
         "coupler/study/src/lib.rs",
+        "coupler/chaos/src/lib.rs",
         "interface/conformance/src/lib.rs",
         "mpm-proc/src/lib.rs",
         "dem-proc/src/lib.rs",
@@ -456,6 +459,7 @@ mod the_rules_can_fail {
                 &["interface", "mechanics", "mpm-proc", "dem-proc"],
             ),
             ("study", &["interface", "mechanics", "coupler", "resvg"]),
+            ("chaos", &["coupler"]),
             ("report", &["coupler", "askama"]),
             (
                 "fuzzing",
@@ -475,6 +479,7 @@ mod the_rules_can_fail {
                     "conformance",
                     "report",
                     "study",
+                    "chaos",
                 ],
             ),
         ])
