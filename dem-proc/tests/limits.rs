@@ -127,7 +127,8 @@ fn dashpots_of_a_block_are_declared_as_what_they_are_to_a_point() {
         damped_mass,
     };
     let declared = |damped_mass| {
-        let config = scene(vec![fixed(BodyShape::Disc, 1.0)], law(damped_mass));
+        let mut config = scene(vec![fixed(BodyShape::Disc, 1.0)], spring(7.0));
+        config.point_contact = law(damped_mass); // not between bodies
         forces(&config, 0.1, &[at(1.12, 0.0)]).2.limits.damping
     };
     let own = declared(0.0);
@@ -150,7 +151,8 @@ fn a_block_on_points_swings_with_the_ratio_of_its_own() {
             damping_ratio: zeta,
             damped_mass: block / f64::from(n),
         };
-        let config = scene(vec![fixed(BodyShape::Disc, 1.0)], law);
+        let mut config = scene(vec![fixed(BodyShape::Disc, 1.0)], spring(k));
+        config.point_contact = law; // not between bodies
         // All at the same place of the disc: the same overlap.
         let each: Vec<_> = (0..n)
             .map(|i| (info(u64::from(i), 0.05, 0.01), at(1.05 - 0.02, 0.0)))
