@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use chaos::kind::Kind;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use coupler::scene::Scene;
 use coupler::scene::diagnostic::SceneErrors;
@@ -34,6 +35,8 @@ pub enum Command {
     Study(StudyArgs),
     /// Find where steps become unstable, beside what criteria say: stability.csv and stability.svg.
     Stability(StabilityArgs),
+    /// Run a scene again and again, disturb each run, resume it, and compare it with an undisturbed one.
+    Chaos(ChaosArgs),
     /// Judge a solver by every clause of the protocol that can be seen from outside.
     Conformance(ConformanceArgs),
     /// Write a run, or several beside one another, as one page for a browser.
@@ -221,6 +224,35 @@ pub struct RunsArgs {
     /// Start runs through a command such as `srun -n1 {}`, where `{}` stands for the command of a run.
     #[arg(long, value_name = "TEMPLATE")]
     pub launcher: Option<String>,
+}
+
+/// Arguments of `chaos`.
+#[derive(Debug, Args)]
+pub struct ChaosArgs {
+    /// The scene; a small one, since it is run some thousand times.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// How often something happens to it.
+    #[arg(long, value_name = "N", default_value_t = 100)]
+    pub rounds: u64,
+    /// What everything is chosen from.
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub seed: u64,
+    /// Number of the first round.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    pub first: u64,
+    /// Rounds at once.
+    #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..))]
+    pub jobs: u16,
+    /// What happens, such as `kill-solver`; may be repeated. Everything by default.
+    #[arg(long, value_name = "KIND", value_parser = Kind::parse)]
+    pub only: Vec<Kind>,
+    /// Program that is disturbed; this one by default.
+    #[arg(long, value_name = "FILE")]
+    pub program: Option<PathBuf>,
+    /// Directory of the runs; those of rounds that fail stay.
+    #[arg(long, value_name = "DIR", default_value = "runs/chaos")]
+    pub out: PathBuf,
 }
 
 /// Arguments of `study`.

@@ -2,6 +2,7 @@
 #![forbid(unsafe_code)]
 #![warn(clippy::print_stdout, clippy::print_stderr)] // a reader may have left: see `terminal`
 
+mod chaos;
 mod cli;
 mod conformance;
 mod exit;
@@ -18,11 +19,17 @@ use std::process::ExitCode;
 
 use clap::Parser;
 use cli::{Cli, Command};
+use coupler::run::room;
 use coupler::scene::{Scene, schema};
 use exit::BAD_INPUT;
+use signal_hook::consts::SIGXFSZ;
 use terminal::{complain, say};
 
 fn main() -> ExitCode {
+    // A file that may grow no further is an error of that file and not the end of the process.
+    if let Err(error) = run::ignore(SIGXFSZ) {
+        complain(format_args!("warning: {error}"));
+    }
     terminal::settled(obey(Cli::parse().command))
 }
 
@@ -33,13 +40,17 @@ fn obey(command: Command) -> ExitCode {
         Command::Replay(args) => replay::play(&args),
         Command::Report(args) => report::report(&args),
         Command::Check(args) => check(&args),
-        Command::Plan(args) => with_scene(&args, |scene| say(scene.plan())),
+        Command::Plan(args) => with_scene(&args, |scene| {
+            say(scene.plan());
+            say(format_args!("  shared   {}", room::in_words(scene)));
+        }),
         Command::Schema => {
             say(format_args!("{:#}", schema()));
             ExitCode::SUCCESS
         }
         Command::Study(args) => studies::study(&args),
         Command::Stability(args) => studies::stability(&args),
+        Command::Chaos(args) => chaos::chaos(&args),
         Command::Conformance(args) => conformance::judge(&args),
         Command::Plot(args) => studies::plot(&args),
         Command::Clean => {

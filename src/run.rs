@@ -11,6 +11,7 @@ use coupler::record::rundir::{RunDir, RunDirError};
 use coupler::record::summary::{Status, Summary};
 use coupler::run::aftermath::Killed;
 use coupler::run::checkpoint::file::CheckpointError;
+use coupler::run::room;
 use coupler::run::{Finished, Resumed, RunOptions, Solvers, run as run_scene};
 use coupler::scene::{Scene, solver_override};
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGUSR1, SIGXCPU};
@@ -228,6 +229,7 @@ fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions, St
             dem: solvers::dem,
         }
     } else {
+        room::look(scene).map_err(|error| format!("{error} ({})", error.advice()))?;
         Solvers::Processes {
             mpm: process(scene.solvers.mpm.as_ref(), "mpm")?,
             dem: process(scene.solvers.dem.as_ref(), "dem")?,
@@ -265,6 +267,11 @@ fn on_signal(signal: i32) -> Result<Arc<AtomicBool>, String> {
     let set = Arc::new(AtomicBool::new(false));
     flag::register(signal, set.clone()).map_err(no_signals)?;
     Ok(set)
+}
+
+/// From now on this signal ends nothing.
+pub fn ignore(signal: i32) -> Result<(), String> {
+    on_signal(signal).map(drop)
 }
 
 #[expect(clippy::needless_pass_by_value, reason = "the shape of `map_err`")]

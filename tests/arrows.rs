@@ -113,6 +113,7 @@ fn wrong_arrows(arrows: &Arrows) -> Vec<String> {
             &["interface", "mechanics", "mpm-proc", "dem-proc"][..],
         ),
         ("study", &["coupler", "interface", "mechanics"][..]),
+        ("chaos", &["coupler"][..]),
         ("report", &["coupler"][..]),
         // Its tests run scenes; the solver itself sees the contract.
         (
@@ -129,6 +130,7 @@ fn wrong_arrows(arrows: &Arrows) -> Vec<String> {
                 "conformance",
                 "report",
                 "study",
+                "chaos",
             ][..],
         ),
     ]);
@@ -389,6 +391,7 @@ fn unsafe_code_is_forbidden_outside_interface() {
         "coupler/src/lib.rs",
         "coupler/report/src/lib.rs",
         "coupler/study/src/lib.rs",
+        "coupler/chaos/src/lib.rs",
         "interface/conformance/src/lib.rs",
         "mpm-proc/src/lib.rs",
         "dem-proc/src/lib.rs",
@@ -449,6 +452,7 @@ mod the_rules_can_fail {
                 &["interface", "mechanics", "mpm-proc", "dem-proc"],
             ),
             ("study", &["interface", "mechanics", "coupler", "plotters"]),
+            ("chaos", &["coupler"]),
             ("report", &["coupler", "askama"]),
             (
                 "rapier-dem",
@@ -464,6 +468,7 @@ mod the_rules_can_fail {
                     "conformance",
                     "report",
                     "study",
+                    "chaos",
                 ],
             ),
         ])

@@ -287,6 +287,30 @@ fn a_termination_ends_a_run_in_one_process_in_order() {
     a_run_is_interrupted("TERM", &["--in-process"]);
 }
 
+/// D16: an interrupt was heard only when a solver that was stopped went on.
+#[test]
+fn an_interrupt_is_heard_while_a_stopped_solver_is_waited_for() {
+    for (party, name) in [("mpm", "INT"), ("dem", "TERM")] {
+        let place = Place::new();
+        let mut run = start_long(&place, "out", &[]);
+        let stopped = run.solver("out", party);
+        run.stepping("out");
+        a_random_while();
+        signal(stopped, "STOP");
+        std::thread::sleep(Duration::from_millis(100));
+        let asked = Instant::now();
+        signal(run.pid(), name);
+        let ended = run.end_within(Duration::from_secs(30)).expect(130);
+        let took = asked.elapsed();
+        assert!(took < SOON, "{took:?}");
+        place.assert_clean(&ended.runs);
+        let files = assert_kept(&place.path("out"));
+        assert_eq!(files.text("status"), "interrupted");
+        let words = format!("interrupted while the {party} solver was stopped");
+        assert!(files.text("reason").contains(&words));
+    }
+}
+
 /// While a solver that never comes is waited for.
 #[test]
 fn an_interrupt_is_heard_before_the_solvers_have_come() {
@@ -344,6 +368,21 @@ fn a_solver_command_that_does_not_exist_is_named() {
 fn a_solver_command_that_never_joins_is_named_at_the_limit() {
     let place = Place::new();
     with_dem(&place, "sh -c 'exec sleep 600'").says(&["nothing from the dem for 30", "its hello"]);
+}
+
+/// D14: the limit is the scene's, and the advice names it.
+#[test]
+fn the_limit_on_arrival_can_be_set() {
+    let place = Place::new();
+    let scene = scene("jiang2020/collision_hard");
+    let late = ["--dem", "sh -c 'exec sleep 600'"];
+    let more = ["--variant", "quick", "--set", "coupling.hello_deadline=1"];
+    let ended = place.run("out", &scene, &[&more[..], &late].concat());
+    let ended = ended
+        .expect(3)
+        .says(&["nothing from the dem for 1", "coupling.hello_deadline"]);
+    assert!(ended.took < Duration::from_secs(20), "{:?}", ended.took);
+    place.assert_clean(&ended.runs);
 }
 
 /// The two built-in solvers in each other's seats.

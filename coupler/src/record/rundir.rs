@@ -4,6 +4,8 @@
 //! written there; nothing else is ever removed. Where an earlier run has left files, a new one is built in a folder of the
 //! directory and takes their place once its solvers are ready.
 
+mod list;
+
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs::{self, File, OpenOptions, TryLockError};
@@ -16,6 +18,7 @@ use std::time::Duration;
 use interface::message::wire::BodyState;
 use thiserror::Error;
 
+use self::list::Written;
 use super::aside::LogFile;
 use super::summary::Summary;
 
@@ -110,38 +113,6 @@ struct Inner {
     earlier: BTreeSet<String>,
     /// Locked as long as it is open.
     _lock: File,
-}
-
-/// The list of files that were written.
-#[derive(Debug)]
-struct Written {
-    names: BTreeSet<String>,
-    list: File,
-}
-
-impl Written {
-    /// Of a folder, with what it lists already.
-    fn open(place: &Path, names: BTreeSet<String>) -> Result<Self, RunDirError> {
-        let path = place.join(WRITTEN);
-        let list = OpenOptions::new().append(true).create(true).open(&path);
-        let mut list = list.map_err(fail("write", &path))?;
-        let mut text = String::new();
-        for name in &names {
-            let _ = writeln!(text, "{name}");
-        }
-        list.set_len(0)
-            .and_then(|()| list.write_all(text.as_bytes()))
-            .map_err(fail("write", &path))?;
-        Ok(Self { names, list })
-    }
-
-    /// Before a file is written, its name is.
-    fn add(&mut self, name: &str) -> io::Result<()> {
-        if self.names.insert(name.to_owned()) {
-            self.list.write_all(format!("{name}\n").as_bytes())?;
-        }
-        Ok(())
-    }
 }
 
 impl RunDir {

@@ -4,7 +4,8 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use interface::transport::domain::Domain;
+use interface::core::coupler::Limits;
+use interface::transport::domain::{Domain, WaitsForDisk};
 
 /// Time between two looks.
 const LOOK: Duration = Duration::from_millis(1);
@@ -13,12 +14,27 @@ const NOTICE: Duration = Duration::from_secs(3);
 
 /// The disk of a run, and to whom it is told that the run waits for it.
 #[derive(Debug, Default)]
-pub(crate) struct Disk(Option<Domain>);
+pub(crate) struct Disk {
+    domain: Option<Domain>,
+    /// The run has not begun, and may take longer to do so than solvers wait by themselves.
+    starting: Option<WaitsForDisk>,
+}
 
 impl Disk {
-    /// Of a run whose solvers are processes.
-    pub fn of(domain: Domain) -> Self {
-        Self(Some(domain))
+    /// Of a run whose solvers are processes. With limits of its own it may take longer to start than a solver that is ready
+    /// would wait.
+    pub fn of(domain: Domain, start: Limits) -> Self {
+        let usual = Limits::default();
+        let longer = start.hello > usual.hello || start.ready > usual.ready;
+        Self {
+            starting: longer.then(|| domain.waiting_for_disk()),
+            domain: Some(domain),
+        }
+    }
+
+    /// The run has begun.
+    pub fn started(&mut self) {
+        self.starting = None;
     }
 
     /// Waits as long as something `is_behind`.
@@ -44,7 +60,7 @@ impl Disk {
 
     /// Does what may take a while because it writes.
     pub fn during<T>(&self, write: impl FnOnce() -> T) -> T {
-        let _waits = self.0.as_ref().map(Domain::waiting_for_disk);
+        let _waits = self.domain.as_ref().map(Domain::waiting_for_disk);
         write()
     }
 }

@@ -3,6 +3,7 @@
 use interface::core::SessionError;
 use interface::message::control::Party;
 use interface::solver::Fault;
+use interface::transport::liveness::Hold;
 use thiserror::Error;
 
 use crate::record::rundir::RunDirError;
@@ -56,6 +57,14 @@ pub enum RunError {
         /// waves shorter than a few cells, take too few steps.
         stable: bool,
     },
+    /// The session has ended because of what has become of shared memory.
+    #[error("{cause}; {error}")]
+    SharedMemory {
+        /// How the session ended.
+        error: SessionError,
+        /// What has become of shared memory.
+        cause: String,
+    },
     /// The scene needs what a solver has not said that it takes (clause K-2).
     #[error("{0}")]
     Unmet(String),
@@ -68,6 +77,9 @@ pub enum RunError {
     /// Asked to end before the solvers were ready.
     #[error("interrupted before the first step")]
     Interrupted,
+    /// Asked to end while something had stopped a solver.
+    #[error("interrupted while the {0} solver was {1}")]
+    InterruptedHeld(Party, Hold),
     /// The run directory cannot be written any more.
     #[error(transparent)]
     Output(#[from] RunDirError),
@@ -87,22 +99,34 @@ impl RunError {
             Self::BlowUp { stable: false, .. } => {
                 "lower time.safety or time.max_step, and prefer criterion = \"composed\""
             }
+            Self::SharedMemory { .. } => {
+                "what was computed is in the run directory, and `tandem resume` goes on from its last checkpoint if it has one"
+            }
             Self::Unmet(_) => "change these keys of the scene, or take another solver",
             Self::Panicked(_) => "please report it, with the scene",
             Self::Checkpoint(_) => "run the scene again from its start",
-            Self::Interrupted => "what was recorded until then is kept",
+            Self::Interrupted | Self::InterruptedHeld(..) => "what was recorded until then is kept",
             Self::Output(error) => error.advice(),
             Self::Session(error) => match error {
                 SessionError::Vanished { .. } => {
                     "what was recorded until then is kept; what the solver said on standard error is in mpm.log or dem.log"
                 }
-                // Limits before the first step are fixed; no key of a scene changes them.
                 SessionError::Late {
-                    awaited: "its hello" | "that it is ready",
+                    awaited: "its hello",
                     ..
                 } => {
-                    "its command may be wrong, or it hangs as it starts: run it by hand; coupling.deadline has no effect on this limit"
+                    "its command may be wrong, or it hangs as it starts: run it by hand; if it only needs longer, raise coupling.hello_deadline"
                 }
+                SessionError::Late {
+                    awaited: "that it is ready",
+                    ..
+                } => {
+                    "if it only needs longer to take the scene, raise coupling.ready_deadline; if it hangs, its process tells where"
+                }
+                SessionError::Late {
+                    awaited: "its goodbye",
+                    ..
+                } => "it hangs after the last step; its process tells where",
                 SessionError::Late { .. } => {
                     "if the solver only needs longer, raise coupling.deadline; if it hangs, its process tells where"
                 }
@@ -142,8 +166,9 @@ impl RunError {
             {
                 Status::Unstable
             }
-            Self::Interrupted => Status::Interrupted,
+            Self::Interrupted | Self::InterruptedHeld(..) => Status::Interrupted,
             Self::Session(_)
+            | Self::SharedMemory { .. }
             | Self::Start(_)
             | Self::Output(_)
             | Self::Unmet(_)
@@ -190,10 +215,14 @@ mod tests {
                 waited: std::time::Duration::from_secs(30),
             })
         };
-        assert!(late("its report").advice().contains("raise coupling"));
-        for awaited in ["its hello", "that it is ready"] {
-            assert!(!late(awaited).advice().contains("raise coupling"));
+        for (awaited, key) in [
+            ("its report", "coupling.deadline"),
+            ("its hello", "coupling.hello_deadline"),
+            ("that it is ready", "coupling.ready_deadline"),
+        ] {
+            assert!(late(awaited).advice().contains(&format!("raise {key}")));
         }
+        assert!(!late("its goodbye").advice().contains("raise"));
         let output = |errno| {
             let source = std::io::Error::from_raw_os_error(errno);
             let path = "history.csv".into();

@@ -142,12 +142,14 @@ impl Processes {
         all.find_map(|process| Some((process.party, hold_of(process.child.id())?)))
     }
 
-    /// Waits for all solvers to end, for [`GRACE`] at most; those that have not are killed, and so is whatever a solver
-    /// has started and left behind.
+    /// Waits for all solvers to end, for [`GRACE`] at most; those that have not, or that a signal has stopped, are killed,
+    /// and so is whatever a solver has started and left behind.
     pub fn end_all(&mut self) {
         let deadline = Instant::now() + GRACE;
         for mut process in self.all.drain(..) {
-            while matches!(process.ended(), Ok(None)) && Instant::now() < deadline {
+            let is_stopped = || hold_of(process.child.id()) == Some(Hold::Stopped);
+            while matches!(process.ended(), Ok(None)) && Instant::now() < deadline && !is_stopped()
+            {
                 thread::sleep(Duration::from_millis(1));
             }
             if matches!(process.ended(), Ok(None)) {

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use interface::config::capability::{SAVE, STRESS_WORK};
 use interface::config::{DemConfig, MpmConfig};
 use interface::core::SessionError;
-use interface::core::coupler::{Coupler, Decision, Part, Question, Round};
+use interface::core::coupler::{Coupler, Decision, Limits, Part, Question, Round};
 use interface::message::control::{Configure, Hello, Party};
 use interface::message::wire::{BodyState, Grant, GroupState, Ledger, flags};
 use interface::recording::Tape;
@@ -27,7 +27,7 @@ use crate::run::checkpoint::{Checkpoint, CouplerState, Phase, UnderWay};
 use crate::run::disk::Disk;
 use crate::run::failure::RunError;
 use crate::run::launch::Processes;
-use crate::run::options::RunOptions;
+use crate::run::options::{RunOptions, Solvers};
 use crate::run::pace::{Collapsed, Epoch};
 use crate::run::pause::Pauses;
 use crate::run::stability::{Bound, Budgets, Sides, Stability};
@@ -74,6 +74,9 @@ pub(crate) struct Run<'a> {
     under_way: Option<UnderWay>,
     /// Flags of the next grant.
     asked: u64,
+    /// Flags of the first grant besides: with it all points cross once, so that the shared memory in which they cross at
+    /// the end is there, and known to both sides, before anything is computed.
+    touches: u64,
     /// Keeps checkpoints, if all solvers can save.
     keeper: Option<Keeper>,
     /// The coupler's own state at a checkpoint whose window is under way.
@@ -163,6 +166,10 @@ impl<'a> Run<'a> {
             phase: Phase::Opening,
             under_way: None,
             asked,
+            touches: match options.solvers {
+                Solvers::Processes { .. } if scene.mpm.is_some() => flags::FRAME,
+                _ => 0,
+            },
             keeper: None,
             pending: None,
             last_asked: false,
@@ -171,6 +178,11 @@ impl<'a> Run<'a> {
             step_time: None,
             failure: None,
         }
+    }
+
+    /// How long solvers are waited for before the first step.
+    pub(crate) fn start_limits(&self) -> Limits {
+        self.scene.coupling.start
     }
 
     /// The solvers that take part.
@@ -280,6 +292,7 @@ impl<'a> Run<'a> {
     /// All solvers are ready, so that the run begins: its files take the place of an earlier run's.
     fn ready(&mut self, coupler: &Coupler) -> Result<(), RunError> {
         self.disk.during(|| self.dir.take_place())?;
+        self.disk.started();
         for &party in &self.parties {
             let Some(ready) = coupler.readiness(party) else {
                 continue;
@@ -329,7 +342,7 @@ impl<'a> Run<'a> {
             epoch: self.account.epochs,
             first: self.account.clock.index(),
             steps: window,
-            flags: self.asked | checkpoint,
+            flags: self.asked | checkpoint | std::mem::take(&mut self.touches),
             epoch_start,
             steps_in_epoch,
             dt_before_epoch,
@@ -505,6 +518,7 @@ impl<'a> Run<'a> {
         if asked != 0 {
             self.record(at.time, &epoch, asked & flags::FRAME != 0, round)?;
         }
+        round.points = Vec::new();
         self.step_time = Some(self.granted.elapsed() / round.steps.max(1) as u32);
         self.show(&epoch);
         let whole = under_way.done == epoch.steps;
@@ -633,6 +647,10 @@ impl Supervisor for Run<'_> {
         })
     }
 
+    fn limits(&self) -> Limits {
+        self.start_limits()
+    }
+
     fn joined(&mut self, hello: &Hello) {
         let party = hello.party;
         tracing::info!(%party, identity = hello.identity, pid = hello.pid, "joined");
@@ -646,12 +664,18 @@ impl Supervisor for Run<'_> {
             .or_else(|| pauses.look(|| processes.held()))
     }
 
-    /// Before the first step there is nothing to drain yet, so an interrupt ends the session.
-    fn interrupted(&mut self) -> Option<Stop> {
+    /// Before the first step there is nothing to drain yet, so an interrupt ends the session. Later it ends in order, but
+    /// not with a solver that something has stopped (D16).
+    fn interrupted(&mut self, arriving: bool) -> Option<Stop> {
         if !self.options.interrupt.load(Ordering::Relaxed) {
             return None;
         }
-        self.failure = Some(RunError::Interrupted);
+        let failure = match self.pauses.held_now() {
+            _ if arriving => RunError::Interrupted,
+            Some((party, hold)) => RunError::InterruptedHeld(party, hold),
+            None => return None,
+        };
+        self.failure = Some(failure);
         Some(Stop("interrupted".into()))
     }
 }

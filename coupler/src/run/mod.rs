@@ -5,6 +5,7 @@
 //! | [`options`] | how a scene is run |
 //! | [`stability`], [`pace`] | the composed step limit, and the layout of steps between outputs |
 //! | [`launch`], `lead`, [`failure`] | solvers as processes, what they are told and when, why a run ended early |
+//! | [`room`] | what a run needs of shared memory and open files |
 //! | `account` | what a run adds up to |
 //! | `disk`, `pause` | waiting for a disk that takes nothing, and for a solver that something has stopped |
 //! | [`checkpoint`], [`aftermath`] | the state of a run on disk, from which it goes on, and what is known of one that was killed |
@@ -19,6 +20,7 @@ mod lead;
 pub mod options;
 pub mod pace;
 mod pause;
+pub mod room;
 pub mod stability;
 
 use std::collections::BTreeMap;
@@ -174,7 +176,7 @@ fn processes(
     // In the order in which they are dropped: ports before the channels, the channels before the directory.
     let domain = OwnedDomain::create().map_err(|e| SessionError::Channel(e.into()))?;
     let names = domain.domain();
-    run.disk = Disk::of(names.clone());
+    run.disk = Disk::of(names.clone(), run.start_limits());
     let _created = iceoryx::create(Medium::Processes, names, &parties, tape.is_some())
         .map_err(SessionError::from)?;
     let coupler = iceoryx::join(Medium::Processes, names, Party::Coupler, &parties, ROOM)
@@ -202,7 +204,12 @@ fn processes(
     if verdict.is_ok() {
         let mut leader = CouplerSide::new(&parties, run);
         drive(&mut leader, &mut *transport);
-        verdict = leader.take_verdict().map_err(RunError::from);
+        verdict = leader
+            .take_verdict()
+            .map_err(|error| match room::cause(&error, names) {
+                Some(cause) => RunError::SharedMemory { error, cause },
+                None => RunError::from(error),
+            });
     }
     // What is in the channels between the solvers is still recorded, before their senders end (D-2).
     tap.take();

@@ -10,6 +10,8 @@ use interface::transport::liveness::Hold;
 const LOOK: Duration = Duration::from_millis(250);
 /// Longest time between two looks that counts: who looks later was stopped too.
 const ROUND: Duration = Duration::from_secs(1);
+/// Who is held for so long is so for more than a moment, such as that of a write to a disk.
+const MOMENT: Duration = Duration::from_millis(500);
 /// A solver that has been held for so long is named.
 const NOTICE: Duration = Duration::from_secs(3);
 
@@ -24,6 +26,7 @@ pub struct Pauses {
 #[derive(Debug)]
 struct Held {
     party: Party,
+    hold: Hold,
     lasted: Duration,
     named: bool,
 }
@@ -51,6 +54,12 @@ impl Pauses {
         self.after(round.min(ROUND), held())
     }
 
+    /// The solver that is held for more than a moment, and why.
+    pub fn held_now(&self) -> Option<(Party, Hold)> {
+        let held = self.held.as_ref()?;
+        (held.lasted >= MOMENT).then_some((held.party, held.hold))
+    }
+
     fn after(&mut self, round: Duration, seen: Option<(Party, Hold)>) -> Option<(Party, String)> {
         let before = self.held.take();
         let Some((party, hold)) = seen else {
@@ -66,6 +75,7 @@ impl Pauses {
             Some(held) if held.party == party => held,
             _ => Held {
                 party,
+                hold,
                 lasted: Duration::ZERO,
                 named: false,
             },
@@ -112,6 +122,17 @@ mod tests {
             }
             assert_eq!(pauses.after(ROUND, None), None);
         }
+    }
+
+    #[test]
+    fn who_is_held_for_a_moment_only_is_not_held() {
+        let mut pauses = Pauses::new(Duration::from_secs(10));
+        assert_eq!(pauses.after(LOOK, STOPPED), None);
+        assert_eq!(pauses.held_now(), None);
+        assert_eq!(pauses.after(LOOK, STOPPED), None);
+        assert_eq!(pauses.held_now(), STOPPED);
+        assert_eq!(pauses.after(LOOK, None), None);
+        assert_eq!(pauses.held_now(), None);
     }
 
     #[test]

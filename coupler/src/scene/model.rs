@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use interface::config::{DemConfig, MpmConfig};
+use interface::core::coupler::Limits;
 
 use super::document;
 use crate::record::check::{Check, Column};
@@ -112,6 +113,8 @@ pub struct Coupling {
     pub skin: f64,
     /// Longest wait for another process.
     pub deadline: Duration,
+    /// Longest waits for a solver before the first step.
+    pub start: Limits,
     /// Most steps granted at once, at least 1.
     pub window: u32,
 }

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use interface::core::coupler::Limits;
 use serde::Deserialize;
 use toml::Value;
 
@@ -27,6 +28,8 @@ use crate::scene::diagnostic::SceneErrors;
 const ROWS_LIMIT: f64 = 1e7;
 /// Frames of a run whose page needs some while the scene asks for none.
 const FRAMES_OF_REPORT: f64 = 100.0;
+/// Longest silence of a process, unless the scene says otherwise.
+const DEADLINE: Duration = Duration::from_secs(30);
 
 /// The scene of a document; CSV references and solvers are looked for from `directory` on.
 pub(super) fn scene(mut document: Document, directory: &Path) -> Result<Scene, SceneErrors> {
@@ -393,15 +396,29 @@ fn coupling(
         at_least_one,
         "1 step or more",
     );
-    let deadline = written.deadline.unwrap_or(30.0);
-    // A day: longer waits are never meant, and Duration would overflow far above.
-    let sound = deadline > 0.0 && deadline <= 86_400.0;
-    problems.number(
-        "coupling.deadline",
-        deadline,
-        sound,
-        "a time above 0 and at most 86400 s",
-    );
+    let limits = Limits::default();
+    let mut wait = |key: &str, seconds: Option<f64>, default: Duration| {
+        let Some(seconds) = seconds else {
+            return default;
+        };
+        // A day: longer waits are never meant, and Duration would overflow far above.
+        let sound = seconds > 0.0 && seconds <= 86_400.0;
+        problems.number(key, seconds, sound, "a time above 0 and at most 86400 s");
+        Duration::from_secs_f64(if sound { seconds } else { 0.0 })
+    };
+    let deadline = wait("coupling.deadline", written.deadline, DEADLINE);
+    let start = Limits {
+        hello: wait(
+            "coupling.hello_deadline",
+            written.hello_deadline,
+            limits.hello,
+        ),
+        ready: wait(
+            "coupling.ready_deadline",
+            written.ready_deadline,
+            limits.ready,
+        ),
+    };
     if let Some(skin) = written.skin {
         problems.above_zero("coupling.skin", skin, "a length");
     }
@@ -409,11 +426,8 @@ fn coupling(
         skin: written
             .skin
             .unwrap_or_else(|| bodies::default_skin(mpm, dem)),
-        deadline: if sound {
-            Duration::from_secs_f64(deadline)
-        } else {
-            Duration::ZERO
-        },
+        deadline,
+        start,
         window,
     }
 }

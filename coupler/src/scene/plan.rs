@@ -86,7 +86,7 @@ impl Plan {
             about: scene.about.clone(),
             runs: runs(scene),
             left_out: left_out(scene),
-            points: scene.mpm.as_ref().map_or(0.0, points),
+            points: scene.points_estimate(),
             memory: memory(scene),
             steps: (scene.time.end / step).ceil(),
             // One at the begin, one at the end, whether or not the interval divides the run; 1e-9 is rounding.
@@ -95,6 +95,13 @@ impl Plan {
             limits,
             warnings: scene.warnings.clone(),
         }
+    }
+}
+
+impl Scene {
+    /// About how many material points it has.
+    pub(crate) fn points_estimate(&self) -> f64 {
+        self.mpm.as_ref().map_or(0.0, points)
     }
 }
 

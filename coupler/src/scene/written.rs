@@ -267,6 +267,10 @@ pub(crate) struct CouplingWritten {
     pub skin: Option<f64>,
     /// Longest wait for another process in s; 30 by default.
     pub deadline: Option<f64>,
+    /// Longest wait in s for a solver to start and say hello; 30 by default.
+    pub hello_deadline: Option<f64>,
+    /// Longest wait in s for a solver to take its configuration and be ready; 120 by default.
+    pub ready_deadline: Option<f64>,
     /// Most steps granted at once; 64 by default. 1 is the strict mode, with the same result to the bit.
     pub window: Option<u32>,
 }

@@ -1,14 +1,16 @@
 //! Runs of the program, each in a directory named after what it runs: what is there already is not run again.
 
 use std::fs::{self, File};
+use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process};
+use coupler::record::rundir::in_use;
+use rustix::process::{Pid, Signal, kill_process_group};
 
 use crate::StudyError;
 use crate::case::Case;
@@ -16,6 +18,8 @@ use crate::outcome::Outcome;
 
 /// Time between two looks at a run.
 const LOOK: Duration = Duration::from_millis(5);
+/// Longest time for a run to end that was asked to.
+const DRAINING: Duration = Duration::from_secs(30);
 /// Characters of a hash that name a run: 64 bits.
 const NAME: usize = 16;
 
@@ -218,6 +222,10 @@ impl Runner {
         if let Some(known) = Outcome::read(&directory).filter(|o| o.settled() && is_ours(o)) {
             return Ok(known);
         }
+        if in_use(&directory) {
+            let what = format!("a run that was started before uses {}", directory.display());
+            return Err(StudyError::asked(what, "wait for its end, or end it"));
+        }
         self.started.fetch_add(1, Ordering::Relaxed);
         let beside = |extension: &str| directory.with_extension(extension);
         // What is run is the text that was hashed, whatever becomes of the scene's own file meanwhile.
@@ -227,6 +235,13 @@ impl Runner {
         let _ = fs::remove_file(directory.join("summary.json"));
         let log = beside("err");
         let ended = self.wait(&self.command(&scene, &directory), &log)?;
+        if self.interrupted() {
+            // A launcher may have ended before its run.
+            let began = Instant::now();
+            while in_use(&directory) && began.elapsed() < DRAINING {
+                thread::sleep(LOOK);
+            }
+        }
         let outcome = Outcome::read(&directory).unwrap_or_else(|| {
             let said = fs::read_to_string(&log).unwrap_or_default();
             let last = said.lines().rev().find(|line| !line.trim().is_empty());
@@ -269,6 +284,8 @@ impl Runner {
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(said)
+            // A launcher is interrupted with what it has started, and the terminal's Ctrl-C reaches the run once.
+            .process_group(0)
             .spawn()
             .map_err(StudyError::file("start", Path::new(program)))?;
         let mut told = false;
@@ -292,10 +309,10 @@ impl Runner {
     }
 }
 
-/// Asks a run to drain. It may have ended meanwhile, which the next look finds out.
+/// Asks a run, and a launcher with it, to drain. It may have ended meanwhile, which the next look finds out.
 fn interrupt(child: &Child) {
     if let Some(pid) = i32::try_from(child.id()).ok().and_then(Pid::from_raw) {
-        let _ = kill_process(pid, Signal::TERM);
+        let _ = kill_process_group(pid, Signal::TERM);
     }
 }
 

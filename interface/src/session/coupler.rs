@@ -5,7 +5,7 @@ use std::time::Duration;
 use super::turns::{Inbox, Turn, Turns};
 use crate::core::Action;
 use crate::core::SessionError;
-use crate::core::coupler::{Coupler, Decision, Event, Question};
+use crate::core::coupler::{Coupler, Decision, Event, Limits, Question};
 use crate::message::Channel;
 use crate::message::control::{Hello, Party};
 use crate::transport::Transport;
@@ -22,6 +22,11 @@ pub trait Supervisor {
     /// [`Stop`] ends the session.
     fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop>;
 
+    /// How long solvers are waited for before the first step.
+    fn limits(&self) -> Limits {
+        Limits::default()
+    }
+
     /// A solver has said hello.
     fn joined(&mut self, _hello: &Hello) {}
 
@@ -30,8 +35,8 @@ pub trait Supervisor {
         None
     }
 
-    /// Asked during every long wait before the first grant: why the session is to end now.
-    fn interrupted(&mut self) -> Option<Stop> {
+    /// Asked during every long wait: why the session is to end now. Before the first grant it is `arriving`.
+    fn interrupted(&mut self, _arriving: bool) -> Option<Stop> {
         None
     }
 }
@@ -49,7 +54,7 @@ pub struct CouplerSide<'a> {
 impl<'a> CouplerSide<'a> {
     /// Leads `solvers` as `lead` decides.
     pub fn new(solvers: &[Party], lead: &'a mut dyn Supervisor) -> Self {
-        let mut machine = Coupler::new(solvers);
+        let mut machine = Coupler::new(solvers, lead.limits());
         let action = machine.start();
         Self {
             machine,
@@ -160,9 +165,7 @@ impl Turns for CouplerSide<'_> {
     }
 
     fn look_up(&mut self, transport: &mut dyn Transport) -> bool {
-        if self.machine.is_arriving()
-            && let Some(Stop(reason)) = self.lead.interrupted()
-        {
+        if let Some(Stop(reason)) = self.lead.interrupted(self.machine.is_arriving()) {
             self.on(Event::Stopped(reason));
             return true;
         }

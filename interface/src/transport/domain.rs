@@ -8,6 +8,7 @@ use std::fs::{self, DirBuilder, File, OpenOptions, TryLockError};
 use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
 use iceoryx2::prelude::{Config, FileName, SemanticString};
@@ -50,6 +51,8 @@ pub enum DomainError {
 pub struct Domain {
     id: String,
     root: PathBuf,
+    /// The coupler's lock, open: it can be asked also after somebody has removed the file (systemd's `RemoveIPC`).
+    lock: Arc<File>,
 }
 
 impl Domain {
@@ -60,15 +63,26 @@ impl Domain {
     pub fn join(id: &str) -> Result<Self, DomainError> {
         let plain =
             !id.is_empty() && id.len() <= 16 && id.bytes().all(|b| b.is_ascii_alphanumeric());
-        let domain = Self {
-            id: id.to_string(),
-            root: root_of(id),
-        };
-        if plain && domain.root.join(LOCK).is_file() {
-            Ok(domain)
-        } else {
-            Err(DomainError::NoSuchRun(id.into()))
+        let root = root_of(id);
+        let lock = plain.then(|| File::open(root.join(LOCK)));
+        match lock {
+            Some(Ok(lock)) => Ok(Self {
+                id: id.to_string(),
+                root,
+                lock: lock.into(),
+            }),
+            _ => Err(DomainError::NoSuchRun(id.into())),
         }
+    }
+
+    /// Whether the run's segments in shared memory and its directory are there, as they are until its end unless somebody
+    /// else removes them.
+    pub fn is_intact(&self) -> bool {
+        let prefix = shared_memory_prefix(&self.id);
+        let mut segments = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
+        let is_ours =
+            |entry: &fs::DirEntry| entry.file_name().to_string_lossy().starts_with(&prefix);
+        self.root.join(LOCK).is_file() && segments.any(|entry| is_ours(&entry))
     }
 
     /// The run's id.
@@ -83,8 +97,14 @@ impl Domain {
 
     /// Whether the coupler that created the run still lives.
     pub fn coupler_lives(&self) -> bool {
-        File::open(self.root.join(LOCK))
-            .is_ok_and(|lock| matches!(lock.try_lock_shared(), Err(TryLockError::WouldBlock)))
+        match self.lock.try_lock_shared() {
+            Err(TryLockError::WouldBlock) => true,
+            Ok(()) => {
+                let _ = self.lock.unlock();
+                false
+            }
+            Err(TryLockError::Error(_)) => false,
+        }
     }
 
     /// Notes the process of a party (clause O-7), so that the others can see whether it runs. What goes wrong costs only
@@ -190,7 +210,12 @@ impl OwnedDomain {
             // about to: then another id.
             match lock.try_lock() {
                 Ok(()) if is_linked(&lock, &path) => {
-                    let domain = Domain { id, root };
+                    let ours = File::open(&path).map_err(fail(&path))?;
+                    let domain = Domain {
+                        id,
+                        root,
+                        lock: ours.into(),
+                    };
                     domain.note_process(Party::Coupler, std::process::id());
                     return Ok(Self { domain, lock });
                 }
@@ -344,6 +369,18 @@ mod tests {
         assert!(!root_of(&id).exists());
         assert!(!joined.coupler_lives());
         assert!(matches!(Domain::join(&id), Err(DomainError::NoSuchRun(_))));
+    }
+
+    /// D3: systemd removes what a user has in shared memory when the user logs out.
+    #[test]
+    fn a_coupler_lives_whatever_becomes_of_its_files() {
+        let owned = OwnedDomain::create().unwrap();
+        let joined = Domain::join(owned.domain().id()).unwrap();
+        assert!(!joined.is_intact(), "there are no segments");
+        fs::remove_dir_all(joined.directory()).unwrap();
+        assert!(joined.coupler_lives());
+        owned.release();
+        assert!(!joined.coupler_lives());
     }
 
     #[test]

@@ -17,8 +17,26 @@ use crate::message::wire::{Grant, Report, StepHeader, flags};
 use crate::message::{Channel, Kind, Records};
 use crate::solver::Readiness;
 
-/// Longest wait for a solver to come and say hello.
+/// Longest wait for a solver to come and say hello, unless the run says otherwise.
 const ARRIVAL: Duration = Duration::from_secs(30);
+
+/// How long a coupler waits for what comes before the first step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Limits {
+    /// For a solver to come and say hello.
+    pub hello: Duration,
+    /// For a solver to take its configuration.
+    pub ready: Duration,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            hello: ARRIVAL,
+            ready: CONFIGURATION,
+        }
+    }
+}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
@@ -64,6 +82,7 @@ enum State {
 #[derive(Debug)]
 pub struct Coupler {
     lines: Vec<Line>,
+    limits: Limits,
     state: State,
     order: Vec<u8>,
     round: Round,
@@ -75,9 +94,10 @@ pub struct Coupler {
 }
 
 impl Coupler {
-    /// Leads these solvers.
-    pub fn new(solvers: &[Party]) -> Self {
+    /// Leads these solvers, and waits for them so long.
+    pub fn new(solvers: &[Party], limits: Limits) -> Self {
         Self {
+            limits,
             lines: solvers.iter().map(|&party| Line::new(party)).collect(),
             state: State::Hello,
             order: Vec::new(),
@@ -313,10 +333,10 @@ impl Coupler {
             }
             (_, Some(party)) => {
                 let mut notices = self.notices();
-                let at_most = if self.state == State::Hello {
-                    ARRIVAL
-                } else {
-                    CONFIGURATION
+                let at_most = match self.state {
+                    State::Hello => self.limits.hello,
+                    State::Ready => self.limits.ready,
+                    _ => CONFIGURATION,
                 };
                 Action::Wait(Wait {
                     on: [notices.next(), notices.next(), None],

@@ -1,0 +1,185 @@
+//! Chaos: a scene is run many times, and each time something happens to it. A process is killed or stopped, the run is
+//! interrupted, its files or its memory have no more room. What is left is resumed, and must have the same bits as a run that
+//! nobody has disturbed.
+//!
+//! | file | what is in it |
+//! | --- | --- |
+//! | [`kind`], [`dice`] | what can happen, and when: chosen from a seed |
+//! | [`command`] | the program at work: its processes, signals to them, what they leave |
+//! | [`round`] | one run with what happens to it, what follows, and what is wrong with that |
+//! | [`result`] | what a run has left, to be compared |
+//! | [`table`] | what all rounds come to |
+#![forbid(unsafe_code)]
+
+pub mod command;
+pub mod dice;
+pub mod kind;
+pub mod result;
+pub mod round;
+pub mod table;
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use thiserror::Error;
+
+use command::{Corner, Program};
+use kind::Kind;
+use result::RunResult;
+use round::{Round, Verdict};
+use table::Table;
+
+/// Runs that are left alone, of which the slowest says how long one takes.
+const UNDISTURBED: u64 = 3;
+/// A directory that a killed coupler left without a lock is not swept before it is so old.
+const GRACE: Duration = Duration::from_secs(12);
+
+/// Chaos cannot begin.
+#[derive(Debug, Error)]
+pub enum ChaosError {
+    /// A file or directory cannot be used.
+    #[error("cannot {action} {}: {source}", path.display())]
+    File {
+        /// What was to be done.
+        action: &'static str,
+        /// With what.
+        path: PathBuf,
+        /// The system's answer.
+        source: io::Error,
+    },
+    /// The scene does not end well even if nothing happens to it.
+    #[error("undisturbed, the run {how}: {said}")]
+    Undisturbed {
+        /// How it ended.
+        how: String,
+        /// What it said last.
+        said: String,
+    },
+    /// Two undisturbed runs differ.
+    #[error("two undisturbed runs differ: {0}")]
+    Differ(String),
+}
+
+/// What is to be done.
+#[derive(Debug, Clone)]
+pub struct Options {
+    /// The program, which has the subcommands `run`, `resume` and `clean`.
+    pub program: PathBuf,
+    /// Scene and its overrides, as words of a command line.
+    pub scene: Vec<String>,
+    /// What can happen.
+    pub kinds: Vec<Kind>,
+    /// How often something happens.
+    pub rounds: u64,
+    /// Number of the first round.
+    pub first: u64,
+    /// What everything is chosen from.
+    pub seed: u64,
+    /// Rounds at once.
+    pub jobs: usize,
+    /// Where runs have their directories; those of rounds that fail stay.
+    pub out: PathBuf,
+    /// Set from outside to end.
+    pub interrupt: Arc<AtomicBool>,
+}
+
+/// Plays all rounds.
+///
+/// # Errors
+/// [`ChaosError`]; what goes wrong in a round is in the table.
+pub fn play(options: &Options) -> Result<Table, ChaosError> {
+    fs::create_dir_all(&options.out).map_err(file("create", &options.out))?;
+    let corner = Corner::create()?;
+    let program = Program::new(&options.program, &options.scene, &corner);
+    let (undisturbed, takes) = undisturbed(&program, &options.out)?;
+    tracing::info!(
+        "an undisturbed run takes {takes:.2?} and {}",
+        undisturbed.words()
+    );
+    let table = Mutex::new(Table::new(&options.kinds));
+    let next = AtomicU64::new(options.first);
+    let end = options.first + options.rounds;
+    thread::scope(|scope| {
+        for _ in 0..options.jobs.max(1) {
+            scope.spawn(|| {
+                loop {
+                    let number = next.fetch_add(1, Ordering::Relaxed);
+                    if number >= end || options.interrupt.load(Ordering::Relaxed) {
+                        break;
+                    }
+                    let round = Round::new(number, options, takes);
+                    let verdict = round.play(&program, &undisturbed);
+                    tell(&round, &verdict);
+                    let mut table = table.lock().expect("no thread panics");
+                    table.take(&round, verdict);
+                }
+            });
+        }
+    });
+    let mut table = table.into_inner().expect("no thread panics");
+    table.left = left_at_the_end(&program, &corner);
+    Ok(table)
+}
+
+/// Runs the scene in peace: what it leaves, and how long it takes at most.
+fn undisturbed(program: &Program, out: &Path) -> Result<(RunResult, Duration), ChaosError> {
+    let mut first: Option<RunResult> = None;
+    let mut takes = Duration::ZERO;
+    for n in 0..UNDISTURBED {
+        let dir = out.join(format!("undisturbed-{n}"));
+        let _ = fs::remove_dir_all(&dir);
+        let began = Instant::now();
+        let ended = program.start(program.run(&dir), &dir, None, &[])?.wait();
+        takes = takes.max(began.elapsed());
+        let result = RunResult::read(&dir).filter(|result| result.state_hash.is_some());
+        let Some(result) = result else {
+            return Err(ChaosError::Undisturbed {
+                how: ended.words(),
+                said: ended.last_words(),
+            });
+        };
+        let result = result.that_ended(ended.code);
+        match &first {
+            None => first = Some(result),
+            Some(first) => match first.difference(&result) {
+                Some(what) => return Err(ChaosError::Differ(what)),
+                None => drop(fs::remove_dir_all(&dir)),
+            },
+        }
+    }
+    Ok((first.expect("some were run"), takes))
+}
+
+fn tell(round: &Round, verdict: &Verdict) {
+    for failure in &verdict.failures {
+        tracing::warn!("round {}: {}: {failure}", round.number, round.kind.name());
+    }
+}
+
+/// What is there of all runs after a last sweep, which must be nothing.
+fn left_at_the_end(program: &Program, corner: &Corner) -> Vec<String> {
+    let began = Instant::now();
+    loop {
+        program.clean();
+        let left = corner.left();
+        if left.is_empty() || began.elapsed() > GRACE {
+            return left;
+        }
+        thread::sleep(Duration::from_millis(100));
+    }
+}
+
+pub(crate) fn file(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> ChaosError {
+    let path = path.to_path_buf();
+    move |source| ChaosError::File {
+        action,
+        path,
+        source,
+    }
+}

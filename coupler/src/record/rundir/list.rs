@@ -1,0 +1,79 @@
+//! The list of the files that Tandem has written into a run directory: whole names, whatever ends the process.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::Path;
+
+use super::{RunDirError, WRITTEN, fail};
+
+/// The list of files that were written.
+#[derive(Debug)]
+pub(super) struct Written {
+    pub names: BTreeSet<String>,
+    list: File,
+    /// Of whole names in the list.
+    bytes: u64,
+}
+
+impl Written {
+    /// Of a folder, with what it lists already. The list is replaced as a whole.
+    pub fn open(place: &Path, names: BTreeSet<String>) -> Result<Self, RunDirError> {
+        let path = place.join(WRITTEN);
+        let part = path.with_added_extension("part");
+        let mut text = String::new();
+        for name in &names {
+            let _ = writeln!(text, "{name}");
+        }
+        let open = || {
+            fs::write(&part, &text)?;
+            fs::rename(&part, &path)?;
+            OpenOptions::new().append(true).open(&path)
+        };
+        let list = open().map_err(|error| {
+            let _ = fs::remove_file(&part);
+            fail("write", &path)(error)
+        })?;
+        Ok(Self {
+            names,
+            list,
+            bytes: text.len() as u64,
+        })
+    }
+
+    /// Before a file is written, its name is. What reaches the list in part, because the disk is full, is taken back.
+    pub fn add(&mut self, name: &str) -> io::Result<()> {
+        if self.names.contains(name) {
+            return Ok(());
+        }
+        let line = format!("{name}\n");
+        if let Err(error) = self.list.write_all(line.as_bytes()) {
+            let _ = self.list.set_len(self.bytes);
+            return Err(error);
+        }
+        self.bytes += line.len() as u64;
+        self.names.insert(name.to_owned());
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_that_could_not_be_written_is_not_taken_for_written() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut written = Written::open(dir.path(), BTreeSet::from(["a".to_owned()])).unwrap();
+        written.add("b").unwrap();
+        let text = || fs::read_to_string(dir.path().join(WRITTEN)).unwrap();
+        assert_eq!(text(), "a\nb\n");
+        // A list that takes nothing.
+        written.list = File::open(dir.path().join(WRITTEN)).unwrap();
+        written.add("c").unwrap_err();
+        assert!(!written.names.contains("c"));
+        assert_eq!(text(), "a\nb\n");
+        assert!(!dir.path().join(".tandem.files.part").exists());
+    }
+}

@@ -1,0 +1,153 @@
+//! What a run needs of the machine besides memory: room in shared memory, and open files. Told before it begins, and named
+//! when it turns out to be the cause of something else.
+
+use std::fmt::{self, Display};
+
+use interface::core::SessionError;
+use interface::message::wire::PointState;
+use interface::transport::domain::Domain;
+use rustix::fs::statvfs;
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+use thiserror::Error;
+
+use crate::scene::Scene;
+
+/// Where channels are.
+const SHARED_MEMORY: &str = "/dev/shm";
+/// What the channels of a run take before anything has crossed, in bytes; measured.
+const CHANNELS: u64 = 1 << 20;
+/// The same of pieces of saved states, at most: two pieces of 1 MiB of each solver.
+const SAVED: u64 = 4 << 20;
+/// Files that a process of a run has open at most; measured, with some to spare.
+const FILES: u64 = 256;
+/// With less than this free, shared memory is full.
+const FULL: u64 = 256 << 10;
+
+/// The machine has too little room for a run.
+#[derive(Debug, Error)]
+pub enum RoomError {
+    /// Shared memory is too small.
+    #[error("the run needs about {about} of shared memory, and /dev/shm has {free} free", about = Bytes(*.needed), free = Bytes(*.there))]
+    SharedMemory {
+        /// In bytes.
+        needed: u64,
+        /// In bytes.
+        there: u64,
+    },
+    /// Files may not be as long as those of shared memory.
+    #[error("the system allows files of {free} at most, and shared memory takes files of {about}", free = Bytes(*.allowed), about = Bytes(*.needed))]
+    FileSize {
+        /// In bytes.
+        needed: u64,
+        /// In bytes.
+        allowed: u64,
+    },
+    /// Too few files may be open.
+    #[error("too many open files: each process of the run needs up to {needs}, and the system allows {0}", needs = FILES)]
+    Files(u64),
+}
+
+impl RoomError {
+    /// What the user can do about it.
+    pub fn advice(&self) -> &'static str {
+        match self {
+            Self::SharedMemory { .. } => {
+                "make it larger (`mount -o remount,size=1G /dev/shm`; `--shm-size` of a container), remove what is in it, or run with --in-process"
+            }
+            Self::FileSize { .. } => {
+                "the system limits the size of files: raise the limit (`ulimit -f`), or run with --in-process"
+            }
+            Self::Files(_) => "raise the limit (`ulimit -n 1024`), or run with --in-process",
+        }
+    }
+}
+
+/// A number of bytes as people read it.
+struct Bytes(u64);
+
+impl Display for Bytes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mib = self.0 as f64 / f64::from(1 << 20);
+        if mib < 10.0 {
+            write!(f, "{mib:.1} MiB")
+        } else {
+            write!(f, "{mib:.0} MiB")
+        }
+    }
+}
+
+/// About how much shared memory a run of this scene takes, in bytes.
+pub fn needed(scene: &Scene) -> u64 {
+    // The whole cloud crosses at the end, in one of two places.
+    let points = scene.points_estimate().ceil() as u64;
+    let cloud = points * size_of::<PointState>() as u64;
+    let saved = scene.output.checkpoint.map_or(0, |_| SAVED.min(8 * cloud));
+    CHANNELS + 2 * cloud + saved
+}
+
+/// Bytes that are free in shared memory, where the system tells.
+pub fn there() -> Option<u64> {
+    let found = statvfs(SHARED_MEMORY).ok()?;
+    Some(found.f_bavail.saturating_mul(found.f_frsize))
+}
+
+/// In a line: what a run of this scene takes of shared memory, and what is there.
+pub fn in_words(scene: &Scene) -> String {
+    let there = there().map_or_else(|| "unknown".to_owned(), |there| Bytes(there).to_string());
+    format!(
+        "about {} ({there} free in {SHARED_MEMORY})",
+        Bytes(needed(scene))
+    )
+}
+
+/// Whether the machine has room for a run of this scene with solvers in processes. As many files may be open from now on as
+/// the system lets this process allow itself.
+///
+/// # Errors
+/// [`RoomError`].
+pub fn look(scene: &Scene) -> Result<(), RoomError> {
+    let Rlimit { current, maximum } = getrlimit(Resource::Nofile);
+    if current.is_some_and(|current| current < FILES) {
+        let raised = Rlimit {
+            current: maximum,
+            maximum,
+        };
+        let _ = setrlimit(Resource::Nofile, raised);
+    }
+    match getrlimit(Resource::Nofile).current {
+        Some(current) if current < FILES => return Err(RoomError::Files(current)),
+        _ => {}
+    }
+    let needed = needed(scene);
+    match getrlimit(Resource::Fsize).current {
+        Some(allowed) if allowed < needed => return Err(RoomError::FileSize { needed, allowed }),
+        _ => {}
+    }
+    match there() {
+        Some(there) if there < needed => Err(RoomError::SharedMemory { needed, there }),
+        _ => Ok(()),
+    }
+}
+
+/// What has become of shared memory, if that may be why a session has failed so.
+pub fn cause(error: &SessionError, domain: &Domain) -> Option<String> {
+    let bus_error =
+        matches!(error, SessionError::Vanished { how, .. } if how == "was killed by signal 7");
+    let lost = matches!(error, SessionError::Contract { clause: "D-1", .. });
+    let of_memory = bus_error
+        || lost
+        || matches!(
+            error,
+            SessionError::Channel(_) | SessionError::Failed { .. }
+        );
+    if !of_memory {
+        return None;
+    }
+    if !domain.is_intact() {
+        return Some(
+            "somebody has removed the run's files from shared memory (systemd does so when a user logs out: `RemoveIPC=no` in logind.conf, or `loginctl enable-linger`)".to_owned(),
+        );
+    }
+    let free = there()?;
+    (free < FULL || bus_error).then(|| format!("{SHARED_MEMORY} is full: {} are free", Bytes(free)))
+}

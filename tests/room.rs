@@ -1,0 +1,127 @@
+//! Little room in shared memory, few open files, files in shared memory that somebody removes: told as what it is, before the
+//! run begins where that is possible.
+
+mod harness;
+
+use std::fs;
+use std::process::Command;
+use std::time::Duration;
+
+use harness::{Place, RunFiles, scene, segments};
+
+fn quick() -> [String; 3] {
+    [
+        scene("jiang2020/drop_hard"),
+        "--variant".into(),
+        "quick".into(),
+    ]
+}
+
+/// The program after a line of shell.
+fn after(place: &Place, wrap: &[&str], script: &str, out: &str) -> (Option<i32>, String) {
+    let script = format!("{script} && exec \"$@\"");
+    let mut words: Vec<&str> = wrap.to_vec();
+    words.extend([
+        "sh",
+        "-c",
+        &script,
+        "sh",
+        env!("CARGO_BIN_EXE_tandem"),
+        "run",
+    ]);
+    let ended = Command::new(words[0])
+        .args(&words[1..])
+        .args(quick())
+        .args(["--out", place.path(out).to_str().unwrap()])
+        .output()
+        .unwrap();
+    (
+        ended.status.code(),
+        String::from_utf8(ended.stderr).unwrap(),
+    )
+}
+
+/// D3: a run computed to its end and then failed, or was killed by a bus error.
+#[test]
+fn a_small_shared_memory_is_told_before_the_run_begins() {
+    let place = Place::new();
+    let mounts = ["unshare", "-rm"];
+    let mount = |size: &str| format!("mount -t tmpfs -o size={size} tmpfs /dev/shm");
+    let possible = Command::new("unshare")
+        .args(["-rm", "sh", "-c", &mount("1m")])
+        .status();
+    if !possible.is_ok_and(|status| status.success()) {
+        println!("skipped: this machine does not let its user mount a small /dev/shm");
+        return;
+    }
+    let (code, said) = after(&place, &mounts, &mount("600k"), "small");
+    assert_eq!(code, Some(2), "{said}");
+    assert!(
+        said.contains("of shared memory, and /dev/shm has 0.6 MiB free"),
+        "{said}"
+    );
+    assert!(said.contains("--shm-size"), "{said}");
+    assert!(!place.path("small").exists(), "nothing has begun");
+    let (code, said) = after(&place, &mounts, &mount("8m"), "enough");
+    assert_eq!(code, Some(0), "{said}");
+}
+
+#[test]
+fn few_open_files_are_told_as_what_they_are() {
+    let place = Place::new();
+    let (code, said) = after(&place, &[], "ulimit -n 64", "out");
+    assert_eq!(code, Some(2), "{said}");
+    assert!(said.contains("too many open files"), "{said}");
+    assert!(said.contains("ulimit -n 1024"), "{said}");
+    // A soft limit alone is raised.
+    let (code, said) = after(&place, &[], "ulimit -S -n 64", "out");
+    assert_eq!(code, Some(0), "{said}");
+}
+
+#[test]
+fn a_plan_says_how_much_shared_memory_there_is() {
+    let place = Place::new();
+    let [scene, ..] = quick();
+    let ended = place.start(&["plan", &scene]).end().expect(0);
+    let line = ended
+        .stdout
+        .lines()
+        .find(|line| line.trim_start().starts_with("shared"));
+    let line = line.unwrap_or_else(|| panic!("{}", ended.stdout));
+    assert!(
+        line.contains("MiB (") && line.contains("free in /dev/shm"),
+        "{line}"
+    );
+}
+
+/// As systemd does with `RemoveIPC` when a user logs out.
+#[test]
+fn a_run_whose_files_in_shared_memory_are_removed_goes_on_to_the_same_bits() {
+    let place = Place::new();
+    let [scene, variant, quick] = quick();
+    let more = [
+        variant.as_str(),
+        &quick,
+        "--set",
+        "output.frames=0.02",
+        "--set",
+        "output.every=0.02",
+    ];
+    place.run("whole", &scene, &more).expect(0);
+    let mut run = place.start_run("removed", &scene, &more);
+    run.stepping("removed");
+    std::thread::sleep(Duration::from_millis(200));
+    let runs = run.runs();
+    let removed = segments(&runs);
+    assert!(!removed.is_empty());
+    for name in removed {
+        fs::remove_file(std::path::Path::new("/dev/shm").join(name)).unwrap();
+    }
+    for name in place.temporary() {
+        fs::remove_dir_all(place.temporary_path().join(name)).unwrap();
+    }
+    let ended = run.end().expect(0);
+    place.assert_clean(&ended.runs);
+    let [ours, theirs] = ["removed", "whole"].map(|out| RunFiles::read(&place.path(out)));
+    assert_eq!(ours.text("state_hash"), theirs.text("state_hash"));
+}
