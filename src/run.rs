@@ -122,14 +122,13 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
     };
     logging::of_run(&log, args.how.log);
     begin(&scene, &args.dir);
-    let finished = match resumed {
-        Some(resumed) => go_on(resumed, &scene, &options, &dir),
-        None => {
-            tracing::warn!(
-                "no checkpoint: the run begins again, and is compared with its recording as far as that reaches"
-            );
-            rerun(&scene, &options, &dir)
-        }
+    let finished = if let Some(resumed) = resumed {
+        go_on(resumed, &scene, &options, &dir)
+    } else {
+        tracing::warn!(
+            "no checkpoint: the run begins again, and is compared with its recording as far as that reaches"
+        );
+        rerun(&scene, &options, &dir)
     };
     finish(args.how.log, &scene, &dir, &args.dir, &finished)
 }

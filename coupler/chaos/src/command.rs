@@ -123,7 +123,7 @@ impl Drop for Corner {
 /// The program and the scene.
 #[derive(Debug)]
 pub struct Program<'a> {
-    program: PathBuf,
+    file: PathBuf,
     scene: Vec<String>,
     corner: &'a Corner,
 }
@@ -132,7 +132,7 @@ impl<'a> Program<'a> {
     /// Runs of `scene` in a corner of shared memory.
     pub fn new(program: &Path, scene: &[String], corner: &'a Corner) -> Self {
         Self {
-            program: program.to_path_buf(),
+            file: program.to_path_buf(),
             scene: scene.to_vec(),
             corner,
         }
@@ -161,7 +161,7 @@ impl<'a> Program<'a> {
     }
 
     fn sweep(&self) -> io::Result<Child> {
-        Command::new(&self.program)
+        Command::new(&self.file)
             .arg("clean")
             .env(RUNTIME_DIR, &self.corner.path)
             .stdin(Stdio::null())
@@ -183,7 +183,7 @@ impl<'a> Program<'a> {
         more: &[&str],
     ) -> Result<Running<'_>, ChaosError> {
         words.extend(more.iter().map(|&word| word.to_owned()));
-        words.insert(0, self.program.to_string_lossy().into_owned());
+        words.insert(0, self.file.to_string_lossy().into_owned());
         let room = plan.map_or(Room::Enough, |plan| plan.room);
         let words = in_little_room(words, room, dir);
         let log = dir.with_extension("err");
@@ -209,7 +209,7 @@ impl<'a> Program<'a> {
             // The small one is where runs have their directories.
             command.env_remove(RUNTIME_DIR);
         }
-        let child = command.spawn().map_err(file("start", &self.program))?;
+        let child = command.spawn().map_err(file("start", &self.file))?;
         Ok(Running {
             program: self,
             child,

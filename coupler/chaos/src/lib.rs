@@ -117,7 +117,7 @@ pub fn play(options: &Options) -> Result<Table, ChaosError> {
                     let verdict = round.play(&program, &undisturbed);
                     tell(&round, &verdict);
                     let mut table = table.lock().expect("no thread panics");
-                    table.take(&round, verdict);
+                    table.take(&round, &verdict);
                 }
             });
         }

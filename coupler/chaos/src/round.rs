@@ -205,15 +205,10 @@ impl Round {
         }
         self.compare(&ended, undisturbed, verdict);
         let left = program.left_by(&couplers);
-        if !left.is_empty() && self.is_swept(&ended, undisturbed) {
+        if !left.is_empty() && is_swept(&ended, undisturbed) {
             verdict.fail(Wrong::Leftover, left.join(", "));
         }
         Ok(())
-    }
-
-    /// What a run has left is removed by the next start, so by the last part of a round unless that was ended too.
-    fn is_swept(&self, ended: &Ended, undisturbed: &RunResult) -> bool {
-        ended.code == undisturbed.code
     }
 
     fn compare(&self, ended: &Ended, undisturbed: &RunResult, verdict: &mut Verdict) {
@@ -316,4 +311,9 @@ impl Verdict {
 /// Whether `resume` says that there is nothing to go on with.
 fn is_nothing_to_resume(said: &str) -> bool {
     said.contains("has no checkpoint") || said.contains("scene.toml")
+}
+
+/// What a run has left is removed by the next start, so by the last part of a round unless that was ended too.
+fn is_swept(ended: &Ended, undisturbed: &RunResult) -> bool {
+    ended.code == undisturbed.code
 }

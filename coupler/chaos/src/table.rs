@@ -64,7 +64,7 @@ impl Table {
     }
 
     /// Takes what a round has come to.
-    pub fn take(&mut self, round: &Round, verdict: Verdict) {
+    pub fn take(&mut self, round: &Round, verdict: &Verdict) {
         let found = self.rows.iter_mut().find(|(kind, _)| *kind == round.kind);
         let (_, row) = found.expect("rounds are of these kinds");
         row.rounds += 1;

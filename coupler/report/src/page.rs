@@ -51,6 +51,10 @@ struct OfRun<'a> {
 
 #[derive(Debug, Template)]
 #[template(path = "page.html")]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is a question of the template"
+)]
 struct Page<'a> {
     title: String,
     about: String,

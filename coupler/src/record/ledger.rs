@@ -209,9 +209,9 @@ impl Since {
                 side.plastic_work -= work[2];
                 side.driven_work -= work[3];
                 side.stress_work -= work[4];
-                for axis in 0..2 {
-                    side.applied_impulse[axis] -= impulses[0][axis];
-                    side.contact_impulse[axis] -= impulses[1][axis];
+                let sums = [&mut side.applied_impulse, &mut side.contact_impulse];
+                for (sum, before) in sums.into_iter().zip(impulses) {
+                    *sum = [sum[0] - before[0], sum[1] - before[1]];
                 }
             }
         }

@@ -262,7 +262,7 @@ impl<L: Law> PointContacts<L> {
             let info = &set[pair.slot as usize];
             let of_point = self.surfaces.get(info.group as usize).copied().unwrap_or(0);
             self.law.pair(&Mates {
-                mass: self.reduced_mass(bodies, set, pair),
+                mass: reduced_mass(bodies, set, pair),
                 radius: crate::law::reduced(
                     info.radius,
                     bodies.radius_at(pair.body as usize, pair.part),
@@ -270,18 +270,10 @@ impl<L: Law> PointContacts<L> {
                 surfaces: [of_point, bodies.properties[pair.body as usize].surface],
             })
         }));
-        let masses = pairs
-            .iter()
-            .map(|pair| self.reduced_mass(bodies, set, pair));
+        let masses = pairs.iter().map(|pair| reduced_mass(bodies, set, pair));
         fresh.lightest = masses.fold(f64::INFINITY, f64::min);
         fresh.built_at.clear();
         fresh.built_at.extend_from_slice(positions);
-    }
-
-    /// Reduced mass of a pair in kg/m.
-    fn reduced_mass(&self, bodies: &Bodies, set: &[ImpInfo], pair: &PointPair) -> f64 {
-        let body = &bodies.state[pair.body as usize];
-        1.0 / (1.0 / set[pair.slot as usize].mass + body.inverse_mass)
     }
 
     /// Builds a list; history and previous positions follow the ids.
@@ -293,6 +285,12 @@ impl<L: Law> PointContacts<L> {
         self.fresh = fresh;
         self.rebuilt = true;
     }
+}
+
+/// Reduced mass of a pair in kg/m.
+fn reduced_mass(bodies: &Bodies, set: &[ImpInfo], pair: &PointPair) -> f64 {
+    let body = &bodies.state[pair.body as usize];
+    1.0 / (1.0 / set[pair.slot as usize].mass + body.inverse_mass)
 }
 
 /// Points, bodies and their pairs as an evaluation sees them.

@@ -50,6 +50,7 @@ struct Shared {
 }
 
 #[derive(Debug, Default)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 struct State {
     pending: Vec<u8>,
     /// Bytes noted, written, and safely on disk so far.

@@ -173,16 +173,18 @@ impl Mesh {
             })?;
             section(xml, "Points", |xml| {
                 let values = self.points.iter().flat_map(|&[x, y]| [x, y, 0.0]);
-                let bytes = values.flat_map(f64::to_le_bytes).collect();
-                arrays.add_bytes(xml, ("Points", 3, "Float64"), bytes)
+                let bytes: Vec<u8> = values.flat_map(f64::to_le_bytes).collect();
+                arrays.add_bytes(xml, ("Points", 3, "Float64"), &bytes)
             })?;
             section(xml, "Cells", |xml| {
                 let order = (0..self.points.len() as u64).flat_map(u64::to_le_bytes);
-                arrays.add_bytes(xml, ("connectivity", 1, "Int64"), order.collect())?;
+                let order: Vec<u8> = order.collect();
+                arrays.add_bytes(xml, ("connectivity", 1, "Int64"), &order)?;
                 let ends = self.ends.iter().flat_map(|&end| (end as u64).to_le_bytes());
-                arrays.add_bytes(xml, ("offsets", 1, "Int64"), ends.collect())?;
+                let ends: Vec<u8> = ends.collect();
+                arrays.add_bytes(xml, ("offsets", 1, "Int64"), &ends)?;
                 let kinds = vec![self.cell.number(); self.ends.len()];
-                arrays.add_bytes(xml, ("types", 1, "UInt8"), kinds)
+                arrays.add_bytes(xml, ("types", 1, "UInt8"), &kinds)
             })
         })?;
         Ok(())
@@ -281,7 +283,7 @@ struct Appended {
 impl Appended {
     fn add(&mut self, xml: &mut Writer<Vec<u8>>, array: &Array) -> io::Result<()> {
         let values = array.values.iter();
-        let (kind, bytes) = match (array.kind, self.precision) {
+        let (kind, bytes): (_, Vec<u8>) = match (array.kind, self.precision) {
             (Kind::Whole, _) => (
                 "Int64",
                 values.flat_map(|&x| (x as i64).to_le_bytes()).collect(),
@@ -294,7 +296,7 @@ impl Appended {
                 values.flat_map(|&x| (x as f32).to_le_bytes()).collect(),
             ),
         };
-        self.add_bytes(xml, (&array.name, array.components, kind), bytes)
+        self.add_bytes(xml, (&array.name, array.components, kind), &bytes)
     }
 
     /// Packs an array: how many blocks, bytes of a block, bytes of the last one where it is shorter, bytes of each when
@@ -303,7 +305,7 @@ impl Appended {
         &mut self,
         xml: &mut Writer<Vec<u8>>,
         (name, components, kind): (&str, usize, &str),
-        bytes: Vec<u8>,
+        bytes: &[u8],
     ) -> io::Result<()> {
         let (components, offset) = (components.to_string(), self.bytes.len().to_string());
         let about = [

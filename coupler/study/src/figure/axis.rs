@@ -158,8 +158,8 @@ pub fn label(number: f64) -> String {
     if !(-3..5).contains(&power) {
         return format!("{mantissa}e{exponent}");
     }
-    let digits = mantissa.chars().filter(char::is_ascii_digit).count() as i32;
-    let after = (digits - 1 - power).max(0) as usize;
+    let digits = mantissa.chars().filter(char::is_ascii_digit);
+    let after = digits.fold(-1 - power, |digits, _| digits + 1).max(0) as usize;
     format!("{number:.after$}")
 }
 

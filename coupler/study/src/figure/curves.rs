@@ -71,7 +71,7 @@ fn sheet(frame: &Frame, curves: &[Curve]) -> Canvas {
         .iter()
         .copied()
         .zip(curves.iter().map(|c| c.label.clone()));
-    let legend = Legend::new(entries.collect(), width - 2.0 * MARGIN);
+    let legend = Legend::new(&entries.collect::<Vec<_>>(), width - 2.0 * MARGIN);
     let title = heading(&frame.title, width);
     let top = heading_height(&title);
     let mut canvas = Canvas::new(width, top + height + legend.height() + MARGIN);

@@ -140,7 +140,7 @@ fn apng(
 }
 
 fn pixels(canvas: &Canvas, scale: f32) -> Result<Pixmap, StudyError> {
-    let letters = letters().as_ref().ok_or_else(|| {
+    let letters = letters().ok_or_else(|| {
         StudyError::asked(
             "there is no font on this machine to draw letters with",
             "write an .svg, or install a font such as DejaVu Sans (Debian: fonts-dejavu-core)",
@@ -164,9 +164,9 @@ fn pixels(canvas: &Canvas, scale: f32) -> Result<Pixmap, StudyError> {
 }
 
 /// The machine's fonts; nothing where there are none.
-fn letters() -> &'static Option<Arc<fontdb::Database>> {
+fn letters() -> Option<&'static Arc<fontdb::Database>> {
     static LETTERS: OnceLock<Option<Arc<fontdb::Database>>> = OnceLock::new();
-    LETTERS.get_or_init(|| {
+    let letters = LETTERS.get_or_init(|| {
         let mut all = fontdb::Database::new();
         all.load_system_fonts();
         let names: Vec<String> = all
@@ -181,7 +181,8 @@ fn letters() -> &'static Option<Arc<fontdb::Database>> {
             .or_else(|| names.first().cloned())?;
         all.set_sans_serif_family(family);
         Some(Arc::new(all))
-    })
+    });
+    letters.as_ref()
 }
 
 fn failed(error: impl std::fmt::Display) -> StudyError {
@@ -205,7 +206,7 @@ pub(super) fn boxes_of_words(canvas: &Canvas) -> Option<Vec<[f32; 4]>> {
         }
     }
     let options = Options {
-        fontdb: Arc::clone(letters().as_ref()?),
+        fontdb: Arc::clone(letters()?),
         ..Options::default()
     };
     let tree = Tree::from_str(&canvas.svg(), &options).expect("what is drawn is SVG");

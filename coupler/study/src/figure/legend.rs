@@ -32,7 +32,7 @@ pub(super) struct Legend {
 
 impl Legend {
     /// Of samples and their words, at most as wide as this.
-    pub fn new(entries: Vec<(Sample, String)>, most: f64) -> Self {
+    pub fn new(entries: &[(Sample, String)], most: f64) -> Self {
         let widest = entries
             .iter()
             .map(|(_, words)| width(words, WORDS))
@@ -74,7 +74,7 @@ impl Legend {
                 let x = left + f64::from(k) * self.column;
                 let middle = top + 0.5 * LINE;
                 let stroke = |canvas: &mut Canvas, stroke| {
-                    canvas.line(&[(x, middle), (x + 30.0, middle)], stroke)
+                    canvas.line(&[(x, middle), (x + 30.0, middle)], stroke);
                 };
                 match *sample {
                     Sample::Line(line) => stroke(canvas, line),

@@ -52,7 +52,7 @@ fn sheet(maps: &[Map]) -> Canvas {
         .map(|map| {
             let entries = map.lines.iter().enumerate();
             let entries = entries.map(|(k, (name, _))| (Sample::Line(stroke(k)), name.clone()));
-            let legend = Legend::new(entries.collect(), width - 2.0 * MARGIN);
+            let legend = Legend::new(&entries.collect::<Vec<_>>(), width - 2.0 * MARGIN);
             (heading(&map.title, width), legend)
         })
         .collect();

@@ -115,7 +115,11 @@ fn sheet(layout: &Layout, panels: &[Panel]) -> Result<Canvas, StudyError> {
         } else {
             ""
         };
-        let beside = if k % columns == 0 { "y [m]" } else { "" };
+        let beside = if k.is_multiple_of(columns) {
+            "y [m]"
+        } else {
+            ""
+        };
         Plan::new(size, axes, [below, beside])
     };
     let plans: Vec<Plan> = (0..panels.len()).map(plan).collect();

@@ -63,7 +63,7 @@ fn sheet(title: &str, panels: &[Panel; 2], curves: &[Curve], note: &str) -> Canv
         .iter()
         .enumerate()
         .map(|(k, curve)| (Sample::Marked(line(k), k), curve.label.clone()));
-    let legend = Legend::new(entries.collect(), width - 2.0 * MARGIN);
+    let legend = Legend::new(&entries.collect::<Vec<_>>(), width - 2.0 * MARGIN);
     let title = heading(title, width);
     let note = wrapped(note, WORDS, width - 2.0 * MARGIN);
     let top = heading_height(&title);

@@ -76,7 +76,7 @@ fn sheet(layout: &Layout, panels: &[Panel]) -> Canvas {
         .filter(|name| !name.is_empty())
         .enumerate();
     let entries = named.map(|(k, name)| (Sample::Marked(stroke(k), k), name.clone()));
-    let legend = Legend::new(entries.collect(), width - 2.0 * MARGIN);
+    let legend = Legend::new(&entries.collect::<Vec<_>>(), width - 2.0 * MARGIN);
     let title = heading(&layout.title, width);
     let top = heading_height(&title);
     let mut canvas = Canvas::new(width, top + height + legend.height() + MARGIN);

@@ -125,7 +125,7 @@ pub(super) fn write_table(
     let mut write = |record: Vec<String>| {
         table
             .write_record(record)
-            .expect("rows of one length into memory")
+            .expect("rows of one length into memory");
     };
     write(header);
     for row in rows {
