@@ -215,6 +215,7 @@ impl<'a> Program<'a> {
             child,
             mark,
             acts: plan.map(|plan| plan.acts.clone()).unwrap_or_default(),
+            coupler_stopped: false,
             unlink: plan.and_then(|plan| plan.unlink),
             sweeps: plan.is_some_and(|plan| plan.sweeps),
             sweep: None,
@@ -310,6 +311,8 @@ pub struct Running<'a> {
     mark: String,
     /// What is still to happen.
     acts: Vec<Act>,
+    /// The coupler is stopped, so it starts nobody.
+    coupler_stopped: bool,
     /// When its files in shared memory are still to be removed.
     unlink: Option<Duration>,
     sweeps: bool,
@@ -384,7 +387,8 @@ impl Running<'_> {
         }
     }
 
-    /// Sends what is due; whether something was. To a process that is not there yet it is sent as soon as it is.
+    /// Sends what is due; whether something was. To a process that is not there yet it is sent as soon as it is, but not
+    /// where the coupler is stopped before it has started that process: then nothing is sent to it.
     fn act(&mut self, elapsed: Duration) -> bool {
         let Some(&Act { at, to, signal }) = self.acts.first() else {
             return false;
@@ -392,10 +396,17 @@ impl Running<'_> {
         if at > elapsed {
             return false;
         }
-        let Some(pid) = self.find(to) else {
+        let found = self.find(to);
+        if found.is_none() && !self.coupler_stopped {
+            return false;
+        }
+        self.acts.remove(0);
+        let Some(pid) = found else {
             return false;
         };
-        self.acts.remove(0);
+        if to == Victim::Coupler {
+            self.coupler_stopped = signal == Signal::STOP;
+        }
         send(pid, signal);
         true
     }

@@ -15,7 +15,8 @@ const LOOK: Duration = Duration::from_millis(1);
 
 /// Something to be shown.
 enum Shown {
-    Text(Vec<u8>),
+    /// Text, and how many were left out before it.
+    Text(Vec<u8>, u64),
     Drawing(Box<dyn FnOnce() + Send>),
 }
 
@@ -49,8 +50,10 @@ impl Screen {
 
     /// Shows text, soon or not at all.
     pub fn text(&self, text: &[u8]) {
-        if self.give(Shown::Text(text.to_vec())).is_some() {
-            self.counts.left_out.fetch_add(1, Ordering::Relaxed);
+        let before = self.counts.left_out.swap(0, Ordering::Relaxed);
+        if self.give(Shown::Text(text.to_vec(), before)).is_some() {
+            let left_out = before + 1;
+            self.counts.left_out.fetch_add(left_out, Ordering::Relaxed);
         }
     }
 
@@ -102,8 +105,7 @@ fn show_all(mut out: impl Write, taken: &Receiver<Shown>, counts: &Counts) {
     for shown in taken {
         // A reader that has left is no error.
         match shown {
-            Shown::Text(text) => {
-                let left_out = counts.left_out.swap(0, Ordering::Relaxed);
+            Shown::Text(text, left_out) => {
                 if left_out > 0 {
                     let _ = writeln!(out, "({left_out} messages are not shown: nobody read them)");
                 }

@@ -191,7 +191,7 @@ fn bad_configurations_are_refused_with_key_and_reason() {
             };
         },
         "mpm.points.0.fill.polygon.vertices",
-        "edges 0 and 2",
+        "from vertex 0 [0.1, 0.3] and the one from vertex 2",
     );
     refused_by_the_solver(
         |c| {

