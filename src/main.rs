@@ -31,7 +31,9 @@ fn main() -> ExitCode {
     if let Err(error) = signals::ignore(SIGXFSZ) {
         complain(format_args!("warning: {error}"));
     }
-    terminal::settled(obey(Cli::parse().command))
+    let code = obey(Cli::parse().command);
+    logging::settle();
+    terminal::settled(code)
 }
 
 fn obey(command: Command) -> ExitCode {

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
+use coupler::record::aside::LogFile;
 use coupler::record::rundir::{RunDir, RunDirError};
 use coupler::record::summary::{Status, Summary};
 use coupler::run::aftermath::Killed;
@@ -65,7 +66,7 @@ pub fn run(args: &RunArgs) -> ExitCode {
     }
     let killed = Killed::find(&out);
     let created = RunDir::create(&out, &scene.resolved_toml);
-    let (dir, log) = match created.and_then(|dir| Ok((dir.clone(), dir.log(false)?))) {
+    let (dir, log) = match created.and_then(|dir| Ok((dir.clone(), LogFile::of(&dir, false)?))) {
         Ok(opened) => opened,
         Err(error) => return refuse(&with_advice(&error)),
     };
@@ -112,7 +113,7 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
         Err(CheckpointError::None(_)) if dir.has_recording() && scene.start.is_none() => None,
         Err(error) => return cannot_resume(&scene, &dir, killed.as_ref(), &error),
     };
-    let log = match dir.log(true) {
+    let log = match LogFile::of(&dir, true) {
         Ok(log) => log,
         Err(error) => return refuse(&with_advice(&error)),
     };

@@ -51,7 +51,6 @@ pub fn complain(line: impl Display) {
 /// The exit status of a command that has ended with `code`: what it said may not have been written.
 pub fn settled(code: ExitCode) -> ExitCode {
     let code = told(code);
-    crate::logging::settle();
     if let Some(screen) = SCREEN.get() {
         screen.finish(UNREAD);
     }

@@ -293,7 +293,7 @@ fn what_cannot_begin_is_refused_by_check_and_plan() {
     let rows = [
         (
             block("[0.03, 0.03]"),
-            "is near the middle of body 0 (block)",
+            "is near the middle of body 1 (block)",
         ),
         (notched.to_owned(), "too large for the notch"),
         (discs(0.004), "is near the middle of body"),

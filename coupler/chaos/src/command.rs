@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
+use crate::error::{ChaosError, file};
 use crate::kind::{Act, Plan, Room, Victim};
-use crate::{ChaosError, file};
 
 /// Where runs have their directories in shared memory, if it is set; as the program reads it.
 const RUNTIME_DIR: &str = "TANDEM_RUNTIME_DIR";

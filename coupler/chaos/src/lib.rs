@@ -13,81 +13,33 @@
 
 pub mod command;
 pub mod dice;
+mod error;
 pub mod kind;
+mod options;
 pub mod result;
 pub mod round;
 pub mod table;
 
 use std::fs;
-use std::io;
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::path::Path;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use thiserror::Error;
-
 use command::{Corner, Program};
-use kind::Kind;
+use error::file;
 use result::RunResult;
 use round::{Round, Verdict};
 use table::Table;
+
+pub use error::ChaosError;
+pub use options::Options;
 
 /// Runs that are left alone, of which the slowest says how long one takes.
 const UNDISTURBED: u64 = 3;
 /// A directory that a killed coupler left without a lock is not swept before it is so old.
 const GRACE: Duration = Duration::from_secs(12);
-
-/// Chaos cannot begin.
-#[derive(Debug, Error)]
-pub enum ChaosError {
-    /// A file or directory cannot be used.
-    #[error("cannot {action} {}: {source}", path.display())]
-    File {
-        /// What was to be done.
-        action: &'static str,
-        /// With what.
-        path: PathBuf,
-        /// The system's answer.
-        source: io::Error,
-    },
-    /// The scene does not end well even if nothing happens to it.
-    #[error("undisturbed, the run {how}: {said}")]
-    Undisturbed {
-        /// How it ended.
-        how: String,
-        /// What it said last.
-        said: String,
-    },
-    /// Two undisturbed runs differ.
-    #[error("two undisturbed runs differ: {0}")]
-    Differ(String),
-}
-
-/// What is to be done.
-#[derive(Debug, Clone)]
-pub struct Options {
-    /// The program, which has the subcommands `run`, `resume` and `clean`.
-    pub program: PathBuf,
-    /// Scene and its overrides, as words of a command line.
-    pub scene: Vec<String>,
-    /// What can happen.
-    pub kinds: Vec<Kind>,
-    /// How often something happens.
-    pub rounds: u64,
-    /// Number of the first round.
-    pub first: u64,
-    /// What everything is chosen from.
-    pub seed: u64,
-    /// Rounds at once.
-    pub jobs: usize,
-    /// Where runs have their directories; those of rounds that fail stay.
-    pub out: PathBuf,
-    /// Set from outside to end.
-    pub interrupt: Arc<AtomicBool>,
-}
 
 /// Plays all rounds.
 ///
@@ -172,14 +124,5 @@ fn left_at_the_end(program: &Program, corner: &Corner) -> Vec<String> {
             return left;
         }
         thread::sleep(Duration::from_millis(100));
-    }
-}
-
-pub(crate) fn file(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> ChaosError {
-    let path = path.to_path_buf();
-    move |source| ChaosError::File {
-        action,
-        path,
-        source,
     }
 }

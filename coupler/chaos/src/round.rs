@@ -10,9 +10,10 @@ use rustix::process::Signal;
 
 use crate::command::{Ended, Program};
 use crate::dice::Dice;
+use crate::error::{ChaosError, file};
 use crate::kind::{Kind, Plan, Room, Victim};
+use crate::options::Options;
 use crate::result::RunResult;
-use crate::{ChaosError, Options};
 
 /// A run is gone on with so often; what happens to it after the first time does so at most [`AGAIN`] times.
 const PARTS: u32 = 8;
@@ -161,7 +162,7 @@ impl Round {
         }
         if matches!(self.plan.room, Room::Disk(_)) {
             let _ = fs::remove_dir_all(&self.dir);
-            fs::rename(self.kept(), &self.dir).map_err(crate::file("take", &self.dir))?;
+            fs::rename(self.kept(), &self.dir).map_err(file("take", &self.dir))?;
         }
         couplers.insert(ended.pid);
         verdict.went_through = ended.code == undisturbed.code;

@@ -9,7 +9,8 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use super::rundir::{RunDirError, fail};
+use super::error::{RunDirError, fail};
+use super::rundir::RunDir;
 
 /// Time between two looks of who waits for a writer.
 const LOOK: Duration = Duration::from_millis(1);
@@ -189,10 +190,14 @@ fn write_all(mut file: File, taken: &Receiver<Vec<u8>>, written: &Arc<Written>) 
 pub struct LogFile(Arc<Mutex<Aside>>);
 
 impl LogFile {
-    /// Lines are added to `file`.
-    pub fn begin(file: File, path: PathBuf) -> Self {
+    /// The log of a run, to be written from its start, or after what is there.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub fn of(dir: &RunDir, append: bool) -> Result<Self, RunDirError> {
+        let (file, path) = dir.log(append)?;
         let bytes = file.metadata().map_or(0, |file| file.len());
-        Self(Arc::new(Aside::begin(file, path, bytes).into()))
+        Ok(Self(Arc::new(Aside::begin(file, path, bytes).into())))
     }
 
     /// Waits until all lines so far are in the file, or cannot be written.

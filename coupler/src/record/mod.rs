@@ -12,6 +12,7 @@
 pub mod aside;
 pub mod check;
 pub mod course;
+mod error;
 pub mod frames;
 pub mod history;
 pub mod ledger;

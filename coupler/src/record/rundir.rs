@@ -9,65 +9,18 @@ mod list;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs::{self, File, OpenOptions, TryLockError};
-use std::io::{self, ErrorKind, Write};
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::thread;
 use std::time::Duration;
 
 use interface::message::wire::BodyState;
-use thiserror::Error;
 
-use self::list::Written;
-use super::aside::LogFile;
+use self::list::{WRITTEN, Written};
+pub use super::error::RunDirError;
+pub(crate) use super::error::fail;
 use super::summary::Summary;
-
-/// The run directory cannot be used.
-#[derive(Debug, Error)]
-pub enum RunDirError {
-    /// A file or folder cannot be written, or read back.
-    #[error("cannot {action} {}: {source}", path.display())]
-    File {
-        /// What was to be done.
-        action: &'static str,
-        /// With what.
-        path: PathBuf,
-        /// The system's answer.
-        source: io::Error,
-    },
-    /// Another run uses the directory.
-    #[error("{} is in use by {holder}", path.display())]
-    InUse {
-        /// The directory.
-        path: PathBuf,
-        /// Process and command of the other run.
-        holder: String,
-    },
-    /// The run would replace a file that is not Tandem's.
-    #[error("{} is not a file of an earlier run, and this run would replace it", .0.display())]
-    NotOurs(PathBuf),
-}
-
-impl RunDirError {
-    /// What the user can do about it.
-    pub fn advice(&self) -> &'static str {
-        match self {
-            Self::File { source, .. } => match source.kind() {
-                ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
-                    "the disk is full: make room, or give a directory on another disk with --out"
-                }
-                ErrorKind::FileTooLarge => "the system limits the size of files: see `ulimit -f`",
-                ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
-                    "give a directory that can be written with --out"
-                }
-                ErrorKind::NotFound => "the directory was moved or removed while the run used it",
-                _ => "give another directory with --out",
-            },
-            Self::InUse { .. } => "wait for its end, or give another directory with --out",
-            Self::NotOurs(_) => "move it, or give another directory with --out",
-        }
-    }
-}
 
 pub(crate) const SUMMARY: &str = "summary.json";
 pub(crate) const SCENE: &str = "scene.toml";
@@ -83,8 +36,6 @@ const BODIES: &str = "bodies.csv";
 const RECORDING: &str = "recording.tandem";
 /// What the run in the directory has open, and who that is.
 const LOCK: &str = ".tandem.lock";
-/// The names of all files that Tandem has written, one a line.
-const WRITTEN: &str = ".tandem.files";
 /// Where a new run is built while an earlier one has its place.
 const NEXT: &str = ".tandem.next";
 /// Where the files of the earlier run are put while they are replaced.
@@ -250,13 +201,12 @@ impl RunDir {
         self.claim(REPORT)
     }
 
-    /// The file for lines of log, which begins or goes on.
+    /// Opens the log, to be written from its start or after what is there: the file and where it is.
     ///
     /// # Errors
     /// [`RunDirError`].
-    pub fn log(&self, append: bool) -> Result<LogFile, RunDirError> {
-        let file = self.open(LOG, append)?;
-        Ok(LogFile::begin(file, self.root.join(LOG)))
+    pub(crate) fn log(&self, append: bool) -> Result<(File, PathBuf), RunDirError> {
+        Ok((self.open(LOG, append)?, self.root.join(LOG)))
     }
 
     /// The run has started: it takes the place of the earlier one, whose files are removed. What others have put into the
@@ -570,15 +520,6 @@ fn remove_all(folder: &Path) -> Result<(), RunDirError> {
     match fs::remove_dir_all(folder) {
         Err(error) if error.kind() != ErrorKind::NotFound => Err(fail("remove", folder)(error)),
         _ => Ok(()),
-    }
-}
-
-pub(crate) fn fail(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RunDirError {
-    let path = path.to_path_buf();
-    move |source| RunDirError::File {
-        action,
-        path,
-        source,
     }
 }
 

@@ -321,11 +321,8 @@ impl Account {
         };
         wall_by_part.insert(Party::Coupler.name(), coupler);
         cpu_s.insert(Party::Coupler.name(), spent.cpu);
-        let items = |party| {
-            self.reports
-                .get(&party)
-                .map_or(0, |report: &Report| report.items)
-        };
+        let report = |party| self.reports.get(&party);
+        let items = |party| report(party).map_or(0, |report: &Report| report.items);
         let laid_out = self.pace.so_far();
         let bound_by = laid_out.bound_by.iter();
         let bound_by = bound_by.map(|(bound, &steps)| (bound.name(), steps));
@@ -343,10 +340,7 @@ impl Account {
             criteria: self.criteria,
             grants: self.grants,
             epochs: self.epochs - self.epochs_before,
-            rebuilds: self
-                .reports
-                .get(&Party::Mpm)
-                .map_or(0, |report| report.rebuilds),
+            rebuilds: report(Party::Mpm).map_or(0, |report| report.rebuilds),
             wall_s: spent.wall,
             wall_by_part,
             cpu_s,

@@ -141,6 +141,8 @@ impl<'a> Run<'a> {
             under_way: Some(state.under_way),
             asked: state.asked,
             restored: solvers,
+            // A recording that goes on has no message twice.
+            touches: 0,
             ..Self::at_start(scene, options, dir, account, history, course, frames)
         })
     }

@@ -179,24 +179,26 @@ fn runs(scene: &Scene) -> Vec<String> {
             rows as f64 * scene.output.every
         ));
     }
-    if let Some(plan) = &scene.output.checkpoint {
-        let wall = plan.wall.map(|wall| format!("every {wall:?} of wall time"));
-        let time = plan.time.map(|time| format!("every {time} s"));
-        let every = scene.output.every;
-        let kept = plan
-            .at
-            .iter()
-            .map(|&outputs| format!("at {} s", outputs as f64 * every));
-        let end = plan.end.then(|| "at the end".to_owned());
-        let all: Vec<String> = time
-            .into_iter()
-            .chain(wall)
-            .chain(kept)
-            .chain(end)
-            .collect();
-        runs.push(format!("checkpoints: {}", all.join(", and ")));
-    }
+    runs.extend(checkpoints(scene));
     runs
+}
+
+/// When the run saves its state.
+fn checkpoints(scene: &Scene) -> Option<String> {
+    let plan = scene.output.checkpoint.as_ref()?;
+    let wall = plan.wall.map(|wall| format!("every {wall:?} of wall time"));
+    let time = plan.time.map(|time| format!("every {time} s"));
+    let every = scene.output.every;
+    let at = plan.at.iter();
+    let kept = at.map(|&outputs| format!("at {} s", outputs as f64 * every));
+    let end = plan.end.then(|| "at the end".to_owned());
+    let all: Vec<String> = time
+        .into_iter()
+        .chain(wall)
+        .chain(kept)
+        .chain(end)
+        .collect();
+    Some(format!("checkpoints: {}", all.join(", and ")))
 }
 
 /// The command of a solver that is not the built-in one.

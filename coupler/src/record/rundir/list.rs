@@ -6,7 +6,10 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Write};
 use std::path::Path;
 
-use super::{RunDirError, WRITTEN, fail};
+use crate::record::error::{RunDirError, fail};
+
+/// The names of all files that Tandem has written, one a line.
+pub(super) const WRITTEN: &str = ".tandem.files";
 
 /// The list of files that were written.
 #[derive(Debug)]
