@@ -289,7 +289,7 @@ fn without_a_reference_a_study_shows_the_values_over_what_is_varied() {
         "--vary",
         "mpm.shape=ugimp,cubic_bspline",
         "--vary",
-        "mpm.transfer=flip,apic",
+        "mpm.transfer=flip,pic",
     ];
     let value = ["--value", "v_target", "--resolution", "mpm.shape"];
     sweep("names", &[&named[..], &value].concat());
@@ -298,7 +298,7 @@ fn without_a_reference_a_study_shows_the_values_over_what_is_varied() {
         "ugimp",
         "cubic_bspline",
         "transfer flip",
-        "transfer apic",
+        "transfer pic",
         "v_target [m/s]",
     ] {
         assert!(figure.contains(words), "no `{words}` in {figure}");
