@@ -202,14 +202,18 @@ fn processes(
     let domain = OwnedDomain::create().map_err(|e| SessionError::Channel(e.into()))?;
     let names = domain.domain();
     run.disk = Disk::of(names.clone(), run.start_limits());
+    let caused = |error: SessionError| match room::cause(&error, names) {
+        Some(cause) => RunError::SharedMemory { error, cause },
+        None => RunError::from(error),
+    };
     let _created = iceoryx::create(Medium::Processes, names, &parties, tape.is_some())
-        .map_err(SessionError::from)?;
+        .map_err(|error| caused(error.into()))?;
     let coupler = iceoryx::join(Medium::Processes, names, Party::Coupler, &parties, ROOM)
-        .map_err(SessionError::from)?;
+        .map_err(|error| caused(error.into()))?;
     let mut tap = match &tape {
         Some(tape) if parties.len() == 2 => {
             let tap = Tap::open(Medium::Processes, names, tape.clone());
-            Some(tap.map_err(SessionError::from)?)
+            Some(tap.map_err(|error| caused(error.into()))?)
         }
         _ => None,
     };
@@ -229,12 +233,7 @@ fn processes(
     if verdict.is_ok() {
         let mut leader = CouplerSide::new(&parties, run);
         drive(&mut leader, &mut *transport);
-        verdict = leader
-            .take_verdict()
-            .map_err(|error| match room::cause(&error, names) {
-                Some(cause) => RunError::SharedMemory { error, cause },
-                None => RunError::from(error),
-            });
+        verdict = leader.take_verdict().map_err(caused);
     }
     // What is in the channels between the solvers is still recorded, before their senders end (D-2).
     tap.take();
