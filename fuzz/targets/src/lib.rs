@@ -17,7 +17,7 @@
 //! | [`page`] | names and texts in the page of a report |
 //! | [`run`] | a small run that was whole, of which the seeds are made |
 //! | [`change`] | how inputs are changed |
-//! | [`target`] | what a target is |
+//! | [`mod@target`] | what a target is |
 #![forbid(unsafe_code)]
 
 pub mod change;
