@@ -68,11 +68,10 @@ fn a_few_rounds_of_everything_leave_the_same_bits() {
     assert_eq!(sums[0], 33);
     assert!(sums[2] + sums[3] > 0, "something had to be gone on with");
     assert_eq!(sums[4..], [0; 5]);
-    let kept = fs::read_dir(place.path("chaos")).unwrap().count();
-    assert_eq!(
-        kept, 2,
-        "the undisturbed run with its log, and nothing of rounds"
-    );
+    let kept = fs::read_dir(place.path("chaos")).unwrap();
+    let kept = kept.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let of_rounds: Vec<String> = kept.filter(|name| name.starts_with("round")).collect();
+    assert!(of_rounds.is_empty(), "{of_rounds:?}");
 }
 
 /// A program whose `resume` adds a row to the history of a run, as if a row had come twice.

@@ -136,7 +136,8 @@ impl Mesh {
         file.truncate(file.len() - end.len());
         file.extend(b"\n ".iter().chain(APPENDED).chain(b"_"));
         file.extend(arrays.bytes);
-        file.extend(b"</AppendedData>".iter().chain(end));
+        // meshio takes the last line end before it for the end of the arrays.
+        file.extend(b"\n</AppendedData>".iter().chain(end));
         file
     }
 
@@ -531,7 +532,7 @@ mod tests {
     #[test]
     fn a_damaged_file_is_refused() {
         let whole = mesh().to_file(Precision::Double);
-        for length in 0..whole.len() - b"</AppendedData>\n</VTKFile>".len() {
+        for length in 0..whole.len() - b"\n</AppendedData>\n</VTKFile>".len() {
             assert!(Mesh::from_file(&whole[..length]).is_err(), "{length}");
         }
         for place in 0..whole.len() {
