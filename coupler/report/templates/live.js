@@ -46,9 +46,12 @@ async function renew() {
 const news = new EventSource(`events${location.search}`);
 let renewing = null;
 let again = false;
+let over = false;
 
 /** One renewal at a time, and twice as long between two as one takes, so that a large page leaves the run its processors. */
 async function heard() {
+  // The server ends with the run: after its last page there is nobody to ask.
+  if (over) return;
   if (renewing) {
     again = true;
     return;
@@ -66,6 +69,7 @@ async function heard() {
 
 news.addEventListener("state", heard);
 news.addEventListener("end", async () => {
+  over = true;
   news.close();
   await renewing?.catch(() => {});
   await renew().catch(() => {});
