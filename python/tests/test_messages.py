@@ -64,8 +64,8 @@ class Configuration(unittest.TestCase):
         config = complete_dem({"bodies": [self.BALL, self.BALL], "skin": 1e-3})
         self.assertEqual(config["gravity"], [0.0, 0.0])
         self.assertEqual((config["threads"], config["body_contact"], config["overlap"]), (1, None, "each_edge"))
-        no_law = {"normal_stiffness": 0.0, "tangential_stiffness": 0.0, "friction": 0.0, "damping_ratio": 0.0}
-        self.assertEqual(config["point_contact"], {"linear": no_law})
+        numbers = ("normal_stiffness", "tangential_stiffness", "friction", "damping_ratio", "damped_mass")
+        self.assertEqual(config["point_contact"], {"linear": dict.fromkeys(numbers, 0.0)})
         first, second = config["bodies"]
         self.assertEqual((first["motion"], first["angle"], first["velocity"]), ("free", 0.0, [0.0, 0.0]))
         self.assertIsNot(first["velocity"], second["velocity"], "what one body changes is not the other's")
