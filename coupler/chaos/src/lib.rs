@@ -38,8 +38,8 @@ pub use options::Options;
 
 /// Runs that are left alone, of which the slowest says how long one takes.
 const UNDISTURBED: u64 = 3;
-/// A directory that a killed coupler left without a lock is not swept before it is so old.
-const GRACE: Duration = Duration::from_secs(12);
+/// What a last sweep removes is gone within this time: another one's may be at it.
+const GRACE: Duration = Duration::from_secs(2);
 
 /// Plays all rounds.
 ///

@@ -202,12 +202,14 @@ fn processes(
     let domain = OwnedDomain::create().map_err(|e| SessionError::Channel(e.into()))?;
     let names = domain.domain();
     run.disk = Disk::of(names.clone(), run.start_limits());
-    let caused = |error: SessionError| match room::cause(&error, names) {
+    let told = |error: SessionError, made: &[PathBuf]| match room::cause(&error, names, made) {
         Some(cause) => RunError::SharedMemory { error, cause },
         None => RunError::from(error),
     };
     let _created = iceoryx::create(Medium::Processes, names, &parties, tape.is_some())
-        .map_err(|error| caused(error.into()))?;
+        .map_err(|error| told(error.into(), &[]))?;
+    let made = names.segments();
+    let caused = |error| told(error, &made);
     let coupler = iceoryx::join(Medium::Processes, names, Party::Coupler, &parties, ROOM)
         .map_err(|error| caused(error.into()))?;
     let mut tap = match &tape {

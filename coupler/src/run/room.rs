@@ -2,6 +2,7 @@
 //! when it turns out to be the cause of something else.
 
 use std::fmt::{self, Display};
+use std::path::PathBuf;
 
 use interface::core::SessionError;
 use interface::message::wire::PointState;
@@ -133,25 +134,98 @@ pub fn look(scene: &Scene) -> Result<(), RoomError> {
     }
 }
 
-/// What has become of shared memory, if that may be why a session has failed so.
-pub fn cause(error: &SessionError, domain: &Domain) -> Option<String> {
-    let bus_error =
-        matches!(error, SessionError::Vanished { how, .. } if how == "was killed by signal 7");
-    let lost = matches!(error, SessionError::Contract { clause: "D-1", .. });
-    let of_memory = bus_error
-        || lost
-        || matches!(
-            error,
-            SessionError::Channel(_) | SessionError::Failed { .. }
-        );
-    if !of_memory {
+/// What has become of shared memory, if that may be why a session has failed so. `made` are the segments that the run's
+/// channels had when they had been created.
+pub fn cause(error: &SessionError, domain: &Domain, made: &[PathBuf]) -> Option<String> {
+    if !may_be_of_memory(error) {
         return None;
     }
-    if !domain.is_intact() {
+    if !domain.is_intact(made) {
         return Some(
             "somebody has removed the run's files from shared memory (systemd does so when a user logs out: `RemoveIPC=no` in logind.conf, or `loginctl enable-linger`)".to_owned(),
         );
     }
     let free = there()?;
-    (free < FULL || bus_error).then(|| format!("{SHARED_MEMORY} is full: {} are free", Bytes(free)))
+    let full = free < FULL || is_bus_error(error);
+    full.then(|| format!("{SHARED_MEMORY} is full: {} are free", Bytes(free)))
+}
+
+/// A process has touched shared memory for which there was no room.
+fn is_bus_error(error: &SessionError) -> bool {
+    matches!(error, SessionError::Vanished { how, .. } if how == "was killed by signal 7")
+}
+
+/// Whether a session can end so because its files in shared memory are gone or have no room. A solver that somebody has
+/// killed, that refuses its configuration or says what its state suffers from has a reason of its own.
+fn may_be_of_memory(error: &SessionError) -> bool {
+    match error {
+        SessionError::Vanished { how, .. } => {
+            !how.starts_with("was killed by signal") || is_bus_error(error)
+        }
+        SessionError::Failed { failure, .. } => failure.fault.is_none(),
+        SessionError::Channel(_)
+        | SessionError::Contract { .. }
+        | SessionError::Late { .. }
+        | SessionError::CouplerGone { .. } => true,
+        SessionError::Recording(_)
+        | SessionError::Aborted(_)
+        | SessionError::Fault { .. }
+        | SessionError::Refused { .. } => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use interface::message::control::{Failure, Party};
+    use interface::solver::Refusal;
+    use interface::transport::domain::OwnedDomain;
+
+    use super::*;
+
+    fn vanished(how: &str) -> SessionError {
+        SessionError::Vanished {
+            who: Party::Dem,
+            how: how.into(),
+            step: 3,
+        }
+    }
+
+    /// D3: clause K-3, "ended with exit status 3" and others were told instead.
+    #[test]
+    fn removed_files_are_the_cause_of_whatever_they_may_cause() {
+        let owned = OwnedDomain::create().unwrap();
+        let contract = SessionError::Contract {
+            who: Party::Mpm,
+            clause: "K-3",
+            step: 1,
+            message: "no answer".into(),
+        };
+        let failed = SessionError::Failed {
+            who: Party::Mpm,
+            failure: Failure {
+                step: 1,
+                message: "a channel cannot be opened".into(),
+                fault: None,
+            },
+        };
+        let of_memory = [vanished("ended with exit status 3"), contract, failed];
+        let refused = SessionError::Refused {
+            who: Party::Dem,
+            refusal: Refusal::new("dem.bodies", "overlap"),
+        };
+        let others = [vanished("was killed by signal 9"), refused];
+        for error in &of_memory {
+            assert_eq!(cause(error, owned.domain(), &[]), None, "{error}");
+        }
+        fs::remove_dir_all(owned.domain().directory()).unwrap();
+        for error in &of_memory {
+            let told = cause(error, owned.domain(), &[]);
+            assert!(told.is_some_and(|told| told.contains("removed")), "{error}");
+        }
+        for error in &others {
+            assert_eq!(cause(error, owned.domain(), &[]), None, "{error}");
+        }
+    }
 }

@@ -9,7 +9,6 @@ use std::io;
 use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, SystemTime};
 
 use iceoryx2::prelude::{Config, FileName, SemanticString};
 use rustix::fs::OFlags;
@@ -23,12 +22,12 @@ pub const RUNTIME_DIR: &str = "TANDEM_RUNTIME_DIR";
 const DIRECTORY_PREFIX: &str = "tandem-";
 const SHARED_MEMORY: &str = "/dev/shm";
 const LOCK: &str = "lock";
+/// What the file is called before the party's name that has the party's process.
+const PROCESS_PREFIX: &str = "pid-";
 /// What group and others may do with a file.
 const OTHERS: u32 = 0o7077;
 /// There while the coupler waits for its disk (clause O-7).
 const WAITS_FOR_DISK: &str = "waits-coupler";
-/// A directory without a lock file that is older than this was left by a coupler killed while creating it.
-const CREATION_GRACE: Duration = Duration::from_secs(10);
 
 /// Creating or joining a run's corner failed.
 #[derive(Debug, Error)]
@@ -78,14 +77,15 @@ impl Domain {
         }
     }
 
-    /// Whether the run's segments in shared memory and its directory are there, as they are until its end unless somebody
-    /// else removes them.
-    pub fn is_intact(&self) -> bool {
-        let prefix = shared_memory_prefix(&self.id);
-        let mut segments = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
-        let is_ours =
-            |entry: &fs::DirEntry| entry.file_name().to_string_lossy().starts_with(&prefix);
-        self.root.join(LOCK).is_file() && segments.any(|entry| is_ours(&entry))
+    /// The run's segments in shared memory that are there now.
+    pub fn segments(&self) -> Vec<PathBuf> {
+        segments_of(&self.id).collect()
+    }
+
+    /// Whether the run's directory and these of its segments are still there. Those that there are once its channels have
+    /// been created stay until its end, unless somebody else removes them.
+    pub fn is_intact(&self, segments: &[PathBuf]) -> bool {
+        self.root.join(LOCK).is_file() && segments.iter().all(|segment| segment.exists())
     }
 
     /// The run's id.
@@ -120,7 +120,7 @@ impl Domain {
 
     /// Where the process of a party is noted.
     fn process_file(&self, party: Party) -> PathBuf {
-        self.root.join(format!("pid-{}", party.name()))
+        self.root.join(format!("{PROCESS_PREFIX}{}", party.name()))
     }
 
     /// To the others the coupler waits for its disk until this is dropped, and its silence does not count (clause O-7).
@@ -147,16 +147,12 @@ impl Domain {
     /// Takes from everybody but this user what they may do with the run's segments: iceoryx2 makes one that all may write,
     /// since any user's nodes may meet in a domain, and whoever writes nonsense there keeps solvers from joining (D13).
     pub(crate) fn close_to_others(&self) {
-        let prefix = shared_memory_prefix(&self.id);
-        for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
-            if !entry.file_name().to_string_lossy().starts_with(&prefix) {
-                continue;
-            }
+        for segment in segments_of(&self.id) {
             // The file itself and not what a link of the same name leads to.
             let opened = OpenOptions::new()
                 .read(true)
                 .custom_flags(OFlags::NOFOLLOW.bits().cast_signed())
-                .open(entry.path());
+                .open(&segment);
             let closed = opened.and_then(|file| {
                 let mode = file.metadata()?.permissions().mode();
                 if mode & OTHERS == 0 {
@@ -165,7 +161,7 @@ impl Domain {
                 file.set_permissions(Permissions::from_mode(mode & !OTHERS))
             });
             if let Err(e) = closed {
-                tracing::debug!("{} stays open to others: {e}", entry.path().display());
+                tracing::debug!("{} stays open to others: {e}", segment.display());
             }
         }
     }
@@ -218,39 +214,34 @@ impl OwnedDomain {
         loop {
             let id = fresh_id();
             let root = root_of(&id);
-            match DirBuilder::new().mode(0o700).create(&root) {
-                Ok(()) => {}
-                Err(e) if e.kind() == io::ErrorKind::AlreadyExists => continue,
-                Err(e) => return Err(fail(&root)(e)),
-            }
-            let path = root.join(LOCK);
-            let lock = OpenOptions::new()
-                .create(true)
-                .truncate(true)
-                .write(true)
-                .mode(0o600)
-                .open(&path);
-            let lock = match lock {
+            // Made and locked under another name: whatever is called like a run has a lock that its coupler holds.
+            let draft = draft_of(&id, std::process::id());
+            DirBuilder::new()
+                .mode(0o700)
+                .create(&draft)
+                .map_err(fail(&draft))?;
+            let locked = lock_in(&draft).and_then(|lock| fs::rename(&draft, &root).map(|()| lock));
+            let lock = match locked {
                 Ok(lock) => lock,
+                // Somebody who cannot see this process has swept it, or a run of this id is there.
                 Err(e) if e.kind() == io::ErrorKind::NotFound => continue,
-                Err(e) => return Err(fail(&path)(e)),
-            };
-            // A sweep of another run may have taken the lock before this one did, and has removed the directory or is
-            // about to: then another id.
-            match lock.try_lock() {
-                Ok(()) if is_linked(&lock, &path) => {
-                    let ours = File::open(&path).map_err(fail(&path))?;
-                    let domain = Domain {
-                        id,
-                        root,
-                        lock: ours.into(),
-                    };
-                    domain.note_process(Party::Coupler, std::process::id());
-                    return Ok(Self { domain, lock });
+                Err(e) => {
+                    let _ = fs::remove_dir_all(&draft);
+                    if e.kind() == io::ErrorKind::DirectoryNotEmpty {
+                        continue;
+                    }
+                    return Err(fail(&root)(e));
                 }
-                Ok(()) | Err(TryLockError::WouldBlock) => {}
-                Err(TryLockError::Error(e)) => return Err(fail(&root)(e)),
-            }
+            };
+            let path = root.join(LOCK);
+            let ours = File::open(&path).map_err(fail(&path))?;
+            let domain = Domain {
+                id,
+                root,
+                lock: ours.into(),
+            };
+            domain.note_process(Party::Coupler, std::process::id());
+            return Ok(Self { domain, lock });
         }
     }
 
@@ -286,14 +277,23 @@ pub fn sweep() -> Vec<String> {
             continue;
         };
         // Other things may be called `tandem-...` too: only what a run can have made is removed.
-        if !is_id(id) || owner_of(&entry.path()) != me {
+        if owner_of(&entry.path()) != me {
+            continue;
+        }
+        if let Some(pid) = maker_of_draft(id) {
+            if !Path::new("/proc").join(pid).exists() {
+                let _ = fs::remove_dir_all(entry.path());
+            }
+            continue;
+        }
+        if !is_id(id) {
             continue;
         }
         // Held until everything is gone: a run that is just being created does not take what is about to be removed.
         let lock = File::open(entry.path().join(LOCK));
         let dead = match &lock {
             Ok(lock) => lock.try_lock().is_ok(),
-            Err(_) => is_abandoned(&entry.path()),
+            Err(_) => is_remains(id, &entry.path()),
         };
         if dead {
             remove(id);
@@ -309,21 +309,29 @@ fn owner_of(path: &Path) -> Option<u32> {
     found.filter(fs::Metadata::is_dir).map(|m| m.uid())
 }
 
-/// Whether `path` still leads to this open file.
-fn is_linked(file: &File, path: &Path) -> bool {
-    let number = |m: fs::Metadata| (m.dev(), m.ino());
-    let (open, there) = (file.metadata().map(number), fs::metadata(path).map(number));
-    matches!((open, there), (Ok(open), Ok(there)) if open == there)
+/// Whether all that is in the directory of the run `id` is what a run puts there: a sweep was killed before its last step, or
+/// a solver that had lost its coupler came to open a channel when the sweep was over.
+fn is_remains(id: &str, root: &Path) -> bool {
+    let prefix = shared_memory_prefix(id);
+    let is_ours = |name: &str| {
+        let made = ["services", "nodes", WAITS_FOR_DISK].contains(&name);
+        made || name.starts_with(PROCESS_PREFIX) || name.starts_with(&prefix)
+    };
+    fs::read_dir(root).is_ok_and(|inside| {
+        let mut names = inside.flatten().map(|entry| entry.file_name());
+        names.all(|name| name.to_str().is_some_and(is_ours))
+    })
 }
 
-/// Whether a coupler was killed before it had made a lock.
-fn is_abandoned(root: &Path) -> bool {
-    let age = fs::metadata(root)
-        .and_then(|m| m.modified())
-        .ok()
-        .and_then(|t| SystemTime::now().duration_since(t).ok());
-    let empty = fs::read_dir(root).is_ok_and(|mut inside| inside.next().is_none());
-    empty && age.is_some_and(|age| age > CREATION_GRACE)
+/// A new lock, held.
+fn lock_in(directory: &Path) -> io::Result<File> {
+    let lock = OpenOptions::new()
+        .create_new(true)
+        .write(true)
+        .mode(0o600)
+        .open(directory.join(LOCK))?;
+    lock.lock()?;
+    Ok(lock)
 }
 
 /// Whether [`fresh_id`] can have made it.
@@ -334,11 +342,8 @@ fn is_id(id: &str) -> bool {
 /// Removes the run's shared-memory segments and its directory, the lock last: who is killed in between leaves what the
 /// next sweep finds. Errors are left for it to meet too.
 fn remove(id: &str) {
-    let prefix = shared_memory_prefix(id);
-    for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
-        if entry.file_name().to_string_lossy().starts_with(&prefix) {
-            let _ = fs::remove_file(entry.path());
-        }
+    for segment in segments_of(id) {
+        let _ = fs::remove_file(segment);
     }
     let root = root_of(id);
     for entry in fs::read_dir(&root).into_iter().flatten().flatten() {
@@ -368,8 +373,29 @@ fn root_of(id: &str) -> PathBuf {
     runtime_dir().join(format!("{DIRECTORY_PREFIX}{id}"))
 }
 
+/// The segments of a run in shared memory.
+fn segments_of(id: &str) -> impl Iterator<Item = PathBuf> {
+    let prefix = shared_memory_prefix(id);
+    let entries = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
+    let ours =
+        entries.filter(move |entry| entry.file_name().to_string_lossy().starts_with(&prefix));
+    ours.map(|entry| entry.path())
+}
+
 fn shared_memory_prefix(id: &str) -> String {
     format!("tandem_{id}_")
+}
+
+/// Where the process `pid` makes the directory of the run `id`.
+fn draft_of(id: &str, pid: u32) -> PathBuf {
+    runtime_dir().join(format!("{DIRECTORY_PREFIX}{id}.{pid}"))
+}
+
+/// The process that makes a run's directory in a draft, from what its name has after the prefix.
+fn maker_of_draft(name: &str) -> Option<&str> {
+    let (id, pid) = name.split_once('.')?;
+    let is_pid = !pid.is_empty() && pid.bytes().all(|b| b.is_ascii_digit());
+    (is_id(id) && is_pid).then_some(pid)
 }
 
 fn fresh_id() -> String {
@@ -382,6 +408,8 @@ fn fresh_id() -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::time::{Duration, Instant};
+
     use super::*;
 
     #[test]
@@ -405,11 +433,37 @@ mod tests {
     fn a_coupler_lives_whatever_becomes_of_its_files() {
         let owned = OwnedDomain::create().unwrap();
         let joined = Domain::join(owned.domain().id()).unwrap();
-        assert!(!joined.is_intact(), "there are no segments");
+        let segment =
+            Path::new(SHARED_MEMORY).join(format!("{}x", shared_memory_prefix(joined.id())));
+        fs::write(&segment, b"x").unwrap();
+        let there = joined.segments();
+        assert_eq!(there, [segment.clone()]);
+        assert!(joined.is_intact(&there));
+        fs::remove_file(&segment).unwrap();
+        assert!(!joined.is_intact(&there), "a segment is missing");
+        assert!(joined.is_intact(&[]));
         fs::remove_dir_all(joined.directory()).unwrap();
+        assert!(!joined.is_intact(&[]), "its directory is missing");
         assert!(joined.coupler_lives());
         owned.release();
         assert!(!joined.coupler_lives());
+    }
+
+    /// D1: what a coupler left that was killed while it created its run stayed for ten seconds, or for ever.
+    #[test]
+    fn what_a_coupler_left_that_was_killed_while_it_began_is_swept_at_once() {
+        let mut over = std::process::Command::new("true").spawn().unwrap();
+        over.wait().unwrap();
+        let (id, mine) = (fresh_id(), draft_of(&fresh_id(), std::process::id()));
+        let drafts = [draft_of(&id, over.id()), draft_of(&fresh_id(), over.id())];
+        for draft in drafts.iter().chain([&mine]) {
+            fs::create_dir(draft).unwrap();
+        }
+        File::create(drafts[0].join(LOCK)).unwrap();
+        sweep();
+        assert!(!drafts.iter().any(|draft| draft.exists()));
+        assert!(mine.is_dir(), "its process is still at it");
+        fs::remove_dir(mine).unwrap();
     }
 
     #[test]
@@ -432,8 +486,8 @@ mod tests {
         fs::create_dir(root_of(&id)).unwrap();
         File::create(root_of(&id).join(LOCK)).unwrap();
         // Another test's sweep may be the one that finds it, and be at it.
-        let start = SystemTime::now();
-        while root_of(&id).exists() && start.elapsed().is_ok_and(|t| t < CREATION_GRACE) {
+        let start = Instant::now();
+        while root_of(&id).exists() && start.elapsed() < Duration::from_secs(10) {
             sweep();
         }
         assert!(!root_of(&id).exists());
@@ -485,24 +539,23 @@ mod tests {
 
     #[test]
     fn what_no_run_has_made_is_not_swept() {
-        let aged = |path: &Path| {
-            let before = SystemTime::now() - 10 * CREATION_GRACE;
-            File::open(path).unwrap().set_modified(before).unwrap();
-        };
         // Somebody's directory that begins as ours do, and one named like a run but with something in it.
-        let [notes, full, empty] = [format!("notes-{}", fresh_id()), fresh_id(), fresh_id()];
-        for id in [&notes, &full, &empty] {
+        let [notes, full, empty, late] = [(); 4].map(|()| fresh_id());
+        let notes = format!("notes-{notes}");
+        for id in [&notes, &full, &empty, &late] {
             fs::create_dir(root_of(id)).unwrap();
         }
+        // A solver that opened its channels when the sweep had been there.
+        fs::create_dir(root_of(&late).join("services")).unwrap();
+        let event = format!("{}1.event", shared_memory_prefix(&late));
+        fs::write(root_of(&late).join(event), b"x").unwrap();
         for id in [&notes, &full] {
             fs::write(root_of(id).join("dear.txt"), b"x").unwrap();
         }
-        for id in [&notes, &full, &empty] {
-            aged(&root_of(id));
-        }
         sweep();
         assert!(root_of(&notes).is_dir() && root_of(&full).is_dir());
-        assert!(!root_of(&empty).exists(), "left by a coupler killed early");
+        assert!(!root_of(&empty).exists(), "left by a sweep that was killed");
+        assert!(!root_of(&late).exists(), "made after a sweep");
         for id in [&notes, &full] {
             fs::remove_dir_all(root_of(id)).unwrap();
         }
