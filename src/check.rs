@@ -2,15 +2,19 @@
 
 use std::path::Path;
 use std::process::ExitCode;
+use std::time::Duration;
 
 use coupler::run::room;
 use coupler::scene::{Scene, SceneFile, refused};
+use interface::config::{DemConfig, MpmConfig};
 use interface::message::wire::ImpForce;
 use interface::solver::{DemSolver, Fault, MpmSolver};
 use interface::step::Step;
 
-use crate::cli::{CheckArgs, SceneArgs};
+use crate::cli::{CheckArgs, PlanArgs};
+use crate::cost::measure;
 use crate::exit::BAD_INPUT;
+use crate::run::{options, untrusted};
 use crate::solvers;
 use crate::terminal::{complain, say};
 
@@ -62,14 +66,17 @@ fn valid(scene: &Scene, path: &Path, which: &str) -> Result<(), String> {
 }
 
 /// Shows what would run.
-pub fn plan(args: &SceneArgs) -> ExitCode {
+pub fn plan(args: &PlanArgs) -> ExitCode {
     let shown = args
+        .scene
         .load()
         .map_err(|errors| errors.to_string())
         .and_then(|scene| {
             say(scene.plan());
             say(format_args!("  shared   {}", room::in_words(&scene)));
-            start(&scene)
+            start(&scene)?;
+            say_cost(&scene, args);
+            Ok(())
         });
     match shown {
         Ok(()) => ExitCode::SUCCESS,
@@ -80,29 +87,41 @@ pub fn plan(args: &SceneArgs) -> ExitCode {
     }
 }
 
+/// Says what a run would cost, as far as its first steps tell.
+fn say_cost(scene: &Scene, args: &PlanArgs) {
+    if args.measure == 0.0 {
+        return;
+    }
+    let measured = match untrusted(scene, &args.how) {
+        Some(_) => Err("the scene names programs as solvers (`--trust` starts them)".to_owned()),
+        None => options(&args.how, false, scene)
+            .and_then(|options| measure(scene, options, Duration::from_secs_f64(args.measure))),
+    };
+    match measured {
+        Ok(cost) => say(format_args!("  time     {cost}")),
+        Err(why) => say(format_args!("  time     not measured: {why}")),
+    }
+}
+
 /// Lets the built-in solvers take the scene and do the opening step of a run, in which nothing moves: so a check refuses
 /// what a run would, from the same code. A solver of another program is not asked.
 ///
 /// # Errors
 /// Why no run would come to its first step.
 fn start(scene: &Scene) -> Result<(), String> {
-    let words = |refusal| refused(scene, &refusal).to_string();
-    let mut mpm = solvers::mpm();
-    let mpm = match &scene.mpm {
-        Some(config) if scene.solvers.mpm.is_none() => {
-            mpm.configure(config).map_err(words)?;
-            Some(mpm)
-        }
-        _ => None,
+    let refused = |refusal| refused(scene, &refusal).to_string();
+    let ours = |config: &MpmConfig| {
+        let mut mpm = solvers::mpm();
+        mpm.configure(config).map(|_| mpm).map_err(refused)
     };
-    let mut dem = solvers::dem();
-    let dem = match &scene.dem {
-        Some(config) if scene.solvers.dem.is_none() => {
-            dem.configure(config).map_err(words)?;
-            Some(dem)
-        }
-        _ => None,
+    let mpm = scene.mpm.as_ref().filter(|_| scene.solvers.mpm.is_none());
+    let mpm = mpm.map(ours).transpose()?;
+    let ours = |config: &DemConfig| {
+        let mut dem = solvers::dem();
+        dem.configure(config).map(|_| dem).map_err(refused)
     };
+    let dem = scene.dem.as_ref().filter(|_| scene.solvers.dem.is_none());
+    let dem = dem.map(ours).transpose()?;
     opening_step(mpm, dem).map_err(|fault| format!("error: at the start of a run {fault}"))
 }
 

@@ -177,6 +177,9 @@ fn begin(scene: &Scene, out: &Path) {
     for warning in &scene.warnings {
         tracing::warn!("{warning}");
     }
+    for note in scene.notes() {
+        tracing::info!("{note}");
+    }
     machine::log();
     tracing::info!(pid = std::process::id(), scene = scene.name, out = %out.display(), "coupler");
 }
@@ -254,7 +257,7 @@ fn refuse(error: &str) -> ExitCode {
 }
 
 /// Why a scene is not run that names programs as solvers: it may come from anybody, and they would run as the user.
-fn untrusted(scene: &Scene, how: &HowArgs) -> Option<String> {
+pub fn untrusted(scene: &Scene, how: &HowArgs) -> Option<String> {
     let programs = scene.programs();
     if programs.is_empty() || how.trust {
         return None;
@@ -294,7 +297,11 @@ fn default_out(args: &SceneArgs, name: &str, hash: &str) -> PathBuf {
     PathBuf::from("runs").join(file)
 }
 
-fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions, String> {
+/// How `scene` is run.
+///
+/// # Errors
+/// Why it cannot be run so.
+pub fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions, String> {
     let solvers = if args.in_process {
         let others = [("mpm", &scene.solvers.mpm), ("dem", &scene.solvers.dem)];
         if let Some((side, _)) = others.iter().find(|(_, command)| command.is_some()) {
@@ -321,6 +328,7 @@ fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions, St
         progress: args.log == LogFormat::Text,
         screen: Some(terminal::screen().clone()),
         patience: Duration::from_secs_f64(args.patience),
+        stepping: None,
         interrupt: interrupt()?,
         save: on_signal(SIGUSR1)?,
     })

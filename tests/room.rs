@@ -1,5 +1,5 @@
-//! Little room in shared memory, few open files, files in shared memory that somebody removes: told as what it is, before the
-//! run begins where that is possible.
+//! What a run needs of the machine, told before it begins: room in shared memory, open files, time. And files in shared memory
+//! that somebody removes, told as what it is.
 
 mod harness;
 
@@ -92,6 +92,48 @@ fn a_plan_says_how_much_shared_memory_there_is() {
         line.contains("MiB (") && line.contains("free in /dev/shm"),
         "{line}"
     );
+}
+
+/// The line of a plan that says how long a run takes.
+fn time_of_plan(place: &Place, words: &[&str]) -> String {
+    let ended = place.start(&[&["plan"], words].concat()).end().expect(0);
+    let mut lines = ended.stdout.lines().map(str::trim);
+    let line = lines.find(|line| line.starts_with("time "));
+    line.map_or_else(String::new, str::to_owned)
+}
+
+#[test]
+fn a_plan_says_how_long_a_run_takes() {
+    let place = Place::new();
+    let [hard, variant, quick] = quick();
+    let of_whole = time_of_plan(&place, &[&hard, &variant, &quick, "--measure", "60"]);
+    let run = place.run("whole", &hard, &[&variant, &quick]);
+    run.expect(0);
+    let steps = RunFiles::read(&place.path("whole")).summary["steps"].to_string();
+    assert!(
+        of_whole.ends_with(&format!("for all {steps} steps")),
+        "{of_whole}: {steps}"
+    );
+    let long = ["--set", "time.end=1e4", "--measure", "0.2"];
+    let of_some = time_of_plan(&place, &[&[hard.as_str()][..], &long].concat());
+    assert!(
+        of_some.contains("about") && of_some.contains(" on this machine: "),
+        "{of_some}"
+    );
+    // Seconds of simulated time in microseconds of steps: hours at least, on any machine.
+    assert!(
+        of_some.contains(" hours on") || of_some.contains(" days on"),
+        "{of_some}"
+    );
+    assert_eq!(time_of_plan(&place, &[&hard, "--measure", "0"]), "");
+    let program = ["--set", "solvers.dem=[\"true\"]"];
+    let other = time_of_plan(&place, &[&[hard.as_str()][..], &program].concat());
+    assert!(
+        other.contains("not measured: the scene names programs"),
+        "{other}"
+    );
+    let left = std::fs::read_dir(place.temporary_path()).unwrap().count();
+    assert_eq!(left, 0, "a plan leaves nothing");
 }
 
 /// As systemd does with `RemoveIPC` when a user logs out.

@@ -23,14 +23,18 @@ pub struct State {
 /// Progress of a run towards its end.
 #[derive(Debug)]
 pub struct Progress {
-    bar: Option<(ProgressBar, Screen)>,
+    /// Hidden where there is no terminal; it also estimates the time left.
+    bar: ProgressBar,
+    /// Where the bar is drawn, if it is.
+    screen: Option<Screen>,
+    /// When this process took its first step, and which it was.
+    begun: Option<(Instant, u64)>,
     end: f64,
-    started: Instant,
     shown: Instant,
 }
 
 /// The bar counts simulated time in this many parts.
-const PARTS: f64 = 10_000.0;
+const PARTS: f64 = 1e6;
 /// Time between two states of the bar.
 const DRAW_EVERY: Duration = Duration::from_millis(125);
 /// Time between lines of log where there is no bar.
@@ -42,32 +46,44 @@ impl Progress {
         let screen = screen.filter(|_| wanted && stderr().is_terminal());
         let now = Instant::now();
         Self {
-            bar: screen.map(|screen| (bar(), screen)),
+            bar: bar(screen.is_some()),
+            screen,
+            begun: None,
             end,
-            started: now,
             shown: now,
         }
     }
 
     /// Shows where the run stands.
     pub fn show(&mut self, state: &State) {
-        let every = if self.bar.is_some() {
+        let every = if self.screen.is_some() {
             DRAW_EVERY
         } else {
             LOG_EVERY
         };
-        if self.shown.elapsed() < every {
+        let now = Instant::now();
+        let position = (PARTS * state.time / self.end) as u64;
+        let &mut (begun, first) = self.begun.get_or_insert_with(|| {
+            // A run that goes on has steps behind it that this process has not taken.
+            self.bar.set_position(position);
+            self.bar.reset_eta();
+            (now, state.step)
+        });
+        if now.duration_since(self.shown) < every {
             return;
         }
-        self.shown = Instant::now();
-        let rate = state.step as f64 / self.started.elapsed().as_secs_f64();
+        self.shown = now;
+        let took = now.duration_since(begun).as_secs_f64();
+        let rate = state.step.saturating_sub(first) as f64 / took.max(f64::MIN_POSITIVE);
         let State {
             step,
             time,
             dt,
             bound,
         } = *state;
-        let Some((bar, screen)) = &self.bar else {
+        let bar = self.bar.clone();
+        let Some(screen) = &self.screen else {
+            bar.set_position(position);
             tracing::info!(
                 step,
                 time,
@@ -75,12 +91,11 @@ impl Progress {
                 bound,
                 end = self.end,
                 steps_per_s = rate.round(),
+                left_s = bar.eta().as_secs(),
                 "progress"
             );
             return;
         };
-        let bar = bar.clone();
-        let position = (PARTS * time / self.end) as u64;
         let message =
             format!("step {step}  t {time:.4e} s  dt {dt:.2e} s ({bound})  {rate:.0} steps/s");
         // Where there is no room the next one is newer.
@@ -92,7 +107,8 @@ impl Progress {
 
     /// Takes the bar away.
     pub fn finish(&mut self) {
-        if let Some((bar, screen)) = self.bar.take()
+        let bar = self.bar.clone();
+        if let Some(screen) = self.screen.take()
             && let Some(unseen) = screen.draw(Box::new(move || bar.finish_and_clear()))
         {
             // A bar draws when it is dropped, and this thread waits for no terminal.
@@ -107,8 +123,12 @@ impl Drop for Progress {
     }
 }
 
-fn bar() -> ProgressBar {
-    let target = ProgressDrawTarget::stderr_with_hz(8);
+fn bar(drawn: bool) -> ProgressBar {
+    let target = if drawn {
+        ProgressDrawTarget::stderr_with_hz(8)
+    } else {
+        ProgressDrawTarget::hidden()
+    };
     let bar = ProgressBar::with_draw_target(Some(PARTS as u64), target);
     let style = "{bar:30.cyan/dim} {percent:>3} %  {msg}  left {eta}";
     bar.set_style(ProgressStyle::with_template(style).expect("a valid template"));

@@ -150,6 +150,14 @@ impl Account {
         self.stepping[1] = Some(self.moment());
     }
 
+    /// Whether this process has been stepping for as long as that.
+    pub fn is_stepping_for(&self, most: Duration) -> bool {
+        let [first, _] = &self.stepping;
+        first
+            .as_ref()
+            .is_some_and(|first| first.at.elapsed() >= most)
+    }
+
     fn moment(&self) -> Moment {
         let mut cpu: BTreeMap<Party, f64> = self
             .reports

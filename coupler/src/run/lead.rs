@@ -416,7 +416,10 @@ impl<'a> Run<'a> {
     }
 
     fn interrupted(&mut self) -> bool {
-        self.account.interrupted |= self.options.interrupt.load(Ordering::Relaxed);
+        let asked = self.options.interrupt.load(Ordering::Relaxed);
+        let most = self.options.stepping;
+        self.account.interrupted |=
+            asked || most.is_some_and(|most| self.account.is_stepping_for(most));
         self.account.interrupted
     }
 

@@ -25,6 +25,8 @@ pub struct RunOptions {
     pub screen: Option<Screen>,
     /// How long to wait for a solver that lives and does not run, because something has stopped it.
     pub patience: Duration,
+    /// Wall time of stepping after which the run ends in order, as if it had been interrupted.
+    pub stepping: Option<Duration>,
     /// Set from outside to end the run in order, after a last checkpoint.
     pub interrupt: Arc<AtomicBool>,
     /// Set from outside to save a checkpoint soon.

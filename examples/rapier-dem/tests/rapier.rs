@@ -43,6 +43,7 @@ fn show(name: &str, variant: &str, set: &[&str], dem: fn() -> Box<dyn DemSolver>
     let dir = RunDir::create(&place.path().join("out"), &scene.resolved_toml).unwrap();
     let options = RunOptions {
         patience: std::time::Duration::from_mins(1),
+        stepping: None,
         solvers: Solvers::Here {
             mpm: continuum,
             dem,

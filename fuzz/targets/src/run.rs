@@ -112,6 +112,7 @@ pub fn options(record: bool, interrupt: bool) -> RunOptions {
         record,
         progress: false,
         patience: Duration::from_secs(1),
+        stepping: None,
         interrupt: Arc::new(AtomicBool::new(interrupt)),
         save: Arc::new(AtomicBool::new(false)),
     }

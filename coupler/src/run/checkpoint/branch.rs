@@ -13,9 +13,15 @@ pub struct Branch {
     /// The scene goes on as that run would: in the same steps to the same bits. Otherwise velocities are brought to the
     /// time of the positions first, under the scene's own laws, which gives its first energies and step.
     pub(crate) as_before: bool,
+    begin: f64,
 }
 
 impl Branch {
+    /// Where the clock of the scene begins, in s.
+    pub fn time(&self) -> f64 {
+        self.begin
+    }
+
     /// Looks for the state that `scene` begins with, and notes it in the scene; `None`: it begins with what it describes.
     ///
     /// # Errors
@@ -61,6 +67,7 @@ impl Branch {
         scene.begun_with(checkpoint.about.time, &state);
         Ok(Some(Self {
             as_before: !start.from_zero && goes_on(scene, &parent, &checkpoint),
+            begin,
             checkpoint,
         }))
     }
