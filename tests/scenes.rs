@@ -227,6 +227,7 @@ scenes! {
     axis_aligned_mms: "verification/axis_aligned_mms",
     column_collapse: "verification/column_collapse",
     periodic_shear: "verification/periodic_shear",
+    infinite_slope: "verification/infinite_slope",
     incline: "verification/incline",
     body_bounce: "verification/body_bounce",
     oblique_impact: "verification/oblique_impact",

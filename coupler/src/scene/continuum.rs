@@ -2,11 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use interface::config::{Drift, GroupConfig, InitialFields, Interface, MaterialConfig, MpmConfig};
+use interface::config::{
+    ConfigFault, Drift, GroupConfig, InitialFields, Interface, MaterialConfig, MpmConfig,
+};
 
 use super::forcing;
 use super::problems::Problems;
-use super::written::{MpmWritten, PointsWritten};
+use super::written::{MaterialWritten, MpmWritten, PointsWritten};
 use crate::scene::diagnostic::suggestion;
 
 /// The continuum's configuration, unless something was refused. The skin is set later.
@@ -22,9 +24,10 @@ pub(super) fn continuum(
         problems.refuse_key("mpm", "`[mpm]` has no points or no material", help);
         return None;
     }
-    for (i, material) in written.material.iter().enumerate() {
-        self::material(problems, &format!("mpm.material.{i}"), material);
-    }
+    let materials = written.material.iter().enumerate();
+    let configured =
+        materials.map(|(i, written)| material(problems, &format!("mpm.material.{i}"), written));
+    let configured = configured.collect();
     let name_of = |list: &str, i: usize| format!("mpm.{list}.{i}.name");
     let materials = written.material.iter().enumerate();
     problems.distinct(
@@ -63,7 +66,7 @@ pub(super) fn continuum(
             .unwrap_or_else(|| Drift::of(written.stress_update, written.grid_contact)),
         plane: written.plane,
         walls: written.walls,
-        materials: written.material.clone(),
+        materials: configured,
         groups,
         contact_force: written.contact_force,
         forcing,
@@ -85,11 +88,16 @@ pub(super) fn continuum(
     Some(config)
 }
 
-fn material(problems: &mut Problems, path: &str, material: &MaterialConfig) {
-    problems.name(&format!("{path}.name"), &material.name);
+fn material(problems: &mut Problems, path: &str, written: &MaterialWritten) -> MaterialConfig {
+    problems.name(&format!("{path}.name"), &written.name);
+    let mut material = MaterialConfig {
+        name: written.name.clone(),
+        density: written.density,
+        model: written.model,
+    };
     // With both above 0 Poisson's ratio lies within its limits, -1 and 1/2.
-    let model = material.model.key();
-    let (bulk, shear) = material.model.moduli();
+    let model = written.model.key();
+    let (bulk, shear) = written.model.moduli();
     let poisson = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear));
     // Rounding of K = E/3, G = E/2 is far below this.
     if bulk > 0.0 && shear > 0.0 && poisson < -1e-6 {
@@ -97,6 +105,20 @@ fn material(problems: &mut Problems, path: &str, material: &MaterialConfig) {
             "`{path}.model.{model}` has a negative Poisson's ratio ({poisson:.4}): are K and G exchanged?"
         ));
     }
+    // What is wrong with the numbers themselves is told when all are there.
+    if let Some(test) = written
+        .friction_test
+        .filter(|_| written.model.impossible().is_empty())
+    {
+        match written.model.measured(test) {
+            Ok(model) => material.model = model,
+            Err(fault) => problems.config_faults(&[ConfigFault {
+                key: format!("{path}.{}", fault.key),
+                ..fault
+            }]),
+        }
+    }
+    material
 }
 
 fn group(

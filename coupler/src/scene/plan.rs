@@ -5,8 +5,10 @@
 
 use std::fmt::{self, Write as _};
 
+use interface::config::friction::FrictionTest;
 use interface::config::{
-    BodyConfig, BodyInertia, ContactLaw, DemConfig, Motion, MpmConfig, ShapeFunction, Wall, polygon,
+    BodyConfig, BodyInertia, ContactLaw, DemConfig, MaterialConfig, Motion, MpmConfig,
+    ShapeFunction, Wall, polygon,
 };
 use serde::Serialize;
 
@@ -99,6 +101,12 @@ impl Plan {
 }
 
 impl Scene {
+    /// What its numbers mean, a line each: at which angle each material with friction fails in which test.
+    pub fn notes(&self) -> Vec<String> {
+        let materials = self.mpm.iter().flat_map(|mpm| &mpm.materials);
+        materials.filter_map(friction_in_words).collect()
+    }
+
     /// About how many material points it has.
     pub(crate) fn points_estimate(&self) -> f64 {
         self.mpm.as_ref().map_or(0.0, points)
@@ -129,6 +137,7 @@ fn runs(scene: &Scene) -> Vec<String> {
             spelling(&mpm.shape),
             spelling(&mpm.transfer)
         ));
+        runs.extend(scene.notes());
     }
     if let Some(dem) = &scene.dem {
         let count = |motion| dem.bodies.iter().filter(|b| b.motion == motion).count();
@@ -181,6 +190,17 @@ fn runs(scene: &Scene) -> Vec<String> {
     }
     runs.extend(checkpoints(scene));
     runs
+}
+
+/// At which angles a material fails, if it has friction.
+fn friction_in_words(material: &MaterialConfig) -> Option<String> {
+    let angles = FrictionTest::ALL.map(|test| {
+        let angle = material.model.fails_at(test);
+        angle.map(|angle| format!("{angle:.1} degrees in {}", test.words()))
+    });
+    let angles: Vec<String> = angles.into_iter().flatten().collect();
+    let name = &material.name;
+    (!angles.is_empty()).then(|| format!("material {name} fails at {}", angles.join(", ")))
 }
 
 /// When the run saves its state.

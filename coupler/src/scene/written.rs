@@ -4,10 +4,11 @@ use crate::record::frames::Field;
 use crate::record::frames::vtu::Precision;
 use std::collections::BTreeMap;
 
+use interface::config::friction::FrictionTest;
 use interface::config::surfaces::ContactPair;
 use interface::config::{
     BodyShape, ContactForceScheme, ContactLaw, Drift, Fill, GridContact, Lattice, Leaving,
-    MaterialConfig, Motion, OverlapMeasure, Plane, ShapeFunction, Spacing, Stage, StressUpdate,
+    MaterialModel, Motion, OverlapMeasure, Plane, ShapeFunction, Spacing, Stage, StressUpdate,
     Transfer, Walls,
 };
 use mechanics::generate::BodyFill;
@@ -171,9 +172,24 @@ pub(crate) struct MpmWritten {
     #[serde(default)]
     pub stage: Vec<Stage>,
     /// Materials.
-    pub material: Vec<MaterialConfig>,
+    pub material: Vec<MaterialWritten>,
     /// Groups of material points.
     pub points: Vec<PointsWritten>,
+}
+
+/// A material of the continuum.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MaterialWritten {
+    /// Name, by which point groups refer to it.
+    pub name: String,
+    /// Initial density in kg/m^3 (unit thickness).
+    pub density: f64,
+    /// Constitutive model.
+    pub model: MaterialModel,
+    /// The test in which the model's friction angle was measured; by default the angle is the model's own: that of Jiang 2020
+    /// eq. 35, or Mohr-Coulomb's.
+    pub friction_test: Option<FrictionTest>,
 }
 
 /// A group of material points.
@@ -455,9 +471,4 @@ pub(crate) struct TableWritten {
     pub value: Option<String>,
     /// The table itself instead of a file: times in s and values.
     pub points: Option<Vec<[f64; 2]>>,
-}
-
-/// The JSON Schema of scene files.
-pub fn schema() -> serde_json::Value {
-    schemars::schema_for!(SceneWritten).to_value()
 }

@@ -14,6 +14,7 @@ mod continuum;
 mod continuum_faults;
 mod defaults;
 mod fault;
+pub mod friction;
 mod lattice;
 mod law;
 pub mod laws;

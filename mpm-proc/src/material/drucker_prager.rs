@@ -1,5 +1,6 @@
 //! Drucker-Prager plasticity with tension cut-off and dilation (Jiang 2020 eqs. 31 to 35 and its reference 24).
 
+use interface::config::friction::{cone_root, cone_slope};
 use interface::config::material::Frictional;
 
 use super::elastic::Moduli;
@@ -25,18 +26,17 @@ impl DruckerPrager {
     pub fn new(density: f64, material: &Frictional) -> Self {
         let phi = material.friction_angle.to_radians();
         let psi = material.dilation_angle.to_radians();
-        let root = |angle: f64| (9.0 + 12.0 * angle.tan().powi(2)).sqrt();
-        let q = |angle: f64| 3.0 * angle.tan() / root(angle);
-        let k_phi = 3.0 * material.cohesion / root(phi);
-        let apex = if q(phi) > 0.0 {
-            k_phi / q(phi)
+        let (q_phi, q_psi) = (cone_slope(phi), cone_slope(psi));
+        let k_phi = 3.0 * material.cohesion / cone_root(phi);
+        let apex = if q_phi > 0.0 {
+            k_phi / q_phi
         } else {
             f64::INFINITY
         };
         Self {
             moduli: Moduli::of(density, material),
-            q_phi: q(phi),
-            q_psi: q(psi),
+            q_phi,
+            q_psi,
             k_phi,
             sigma_t: material.tensile_strength.min(apex),
         }
@@ -86,6 +86,9 @@ impl YieldSurface for DruckerPrager {
 
 #[cfg(test)]
 mod tests {
+    use interface::config::MaterialModel;
+    use interface::config::friction::FrictionTest;
+
     use super::*;
     use crate::material::point::Point;
     use crate::material::single_point::{Path, cayley, stress};
@@ -103,16 +106,19 @@ mod tests {
         (mean, j2.sqrt())
     }
 
-    fn material(phi: f64, psi: f64, cohesion: f64, tension: f64) -> DruckerPrager {
-        let numbers = Frictional {
+    fn numbers(phi: f64, psi: f64, cohesion: f64, tension: f64) -> Frictional {
+        Frictional {
             bulk_modulus: MODULI.bulk,
             shear_modulus: MODULI.shear,
             friction_angle: phi,
             dilation_angle: psi,
             cohesion,
             tensile_strength: tension,
-        };
-        DruckerPrager::new(MODULI.density, &numbers)
+        }
+    }
+
+    fn material(phi: f64, psi: f64, cohesion: f64, tension: f64) -> DruckerPrager {
+        DruckerPrager::new(MODULI.density, &numbers(phi, psi, cohesion, tension))
     }
 
     /// In one-dimensional compression of an elastic material tau/sigma_m is fixed by the moduli; below q_phi nothing
@@ -149,6 +155,66 @@ mod tests {
         let rate = (path.plastic - work) / (0.1 * tau * volume);
         // The deviator follows the strain rate, but for the out-of-plane part left from compression and the spin.
         assert!((rate - 1.0).abs() < 0.01, "{rate}");
+    }
+
+    /// The material that a test gives 30 degrees.
+    fn measured(test: FrictionTest, psi: f64) -> DruckerPrager {
+        let model = MaterialModel::DruckerPrager(numbers(30.0, psi, 0.0, 0.0));
+        match model.measured(test).unwrap() {
+            MaterialModel::DruckerPrager(numbers) => DruckerPrager::new(MODULI.density, &numbers),
+            other => unreachable!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn flow_in_plane_strain_has_the_angle_measured_there() {
+        for psi in [0.0, 10.0] {
+            let mut path = Path::new(measured(FrictionTest::PlaneStrain, psi));
+            path.stretch([-0.01, -0.01], 100);
+            path.shear(0.3, 30_000);
+            let [xx, yy, _, xy] = stress(&path.point);
+            let (middle, radius) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
+            let sine = radius / -middle;
+            assert!((sine / 0.5 - 1.0).abs() < 1e-3, "{psi}: {sine}");
+        }
+    }
+
+    /// A layer on a slope: sheared under the weight above it, without a strain along it.
+    #[test]
+    fn a_layer_under_load_flows_at_the_angle_of_repose() {
+        for psi in [0.0, 10.0] {
+            let mut path = Path::new(measured(FrictionTest::Repose, psi));
+            path.stretch([-0.01, -0.01], 100);
+            let load = stress(&path.point)[1];
+            let modulus = MODULI.bulk + 4.0 / 3.0 * MODULI.shear;
+            for _ in 0..30_000 {
+                let rise = (load - stress(&path.point)[1]) / modulus;
+                path.apply([[0.0, 1e-5], [0.0, rise]], 1);
+            }
+            let [_, yy, _, xy] = stress(&path.point);
+            let slope = xy / -yy;
+            let expected = 30.0_f64.to_radians().tan();
+            assert!((slope / expected - 1.0).abs() < 1e-3, "{psi}: {slope}");
+        }
+    }
+
+    /// Ratio of the largest to the smallest stress at failure `(1 + sin phi)/(1 - sin phi)` = 3, with the stress in between
+    /// as small in compression and as large in extension.
+    #[test]
+    fn a_cylinder_fails_at_the_angle_measured_in_its_test() {
+        for (test, sides) in [
+            (FrictionTest::TriaxialCompression, [3.0, 1.0, 1.0]),
+            (FrictionTest::TriaxialExtension, [1.0, 3.0, 3.0]),
+        ] {
+            let model = measured(test, 0.0);
+            let yields = |ratio: f64| {
+                let [xx, yy, zz] = sides.map(|s| splat(if s > 1.0 { -1e3 * ratio } else { -1e3 }));
+                let xy = ZERO;
+                let (_, work) = model.return_stress(&Stress { xx, yy, zz, xy });
+                work.to_array()[0] > 0.0
+            };
+            assert!(!yields(3.0 - 1e-9) && yields(3.0 + 1e-9), "{test:?}");
+        }
     }
 
     /// At constant volume dilation drives the mean stress down the surface: d sigma_m / d tau = -1/q_phi.
