@@ -30,7 +30,9 @@ pub enum Command {
     /// Validate scene files without running them.
     Check(CheckArgs),
     /// Show what a run will do and what it leaves out.
-    Plan(SceneArgs),
+    Plan(PlanArgs),
+    /// Write a scene to begin with.
+    New(NewArgs),
     /// Print the JSON Schema of scene files.
     Schema,
     /// Run a scene over resolutions and methods: error against run time, as study.csv and study.svg.
@@ -81,6 +83,38 @@ impl SceneArgs {
         let set: Vec<String> = self.set.iter().chain(more).cloned().collect();
         Scene::load(&self.scene, self.variant.as_deref(), &set)
     }
+}
+
+/// Arguments of `plan`.
+#[derive(Debug, Args)]
+pub struct PlanArgs {
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Wall time for which the scene is run, to say how long all of it takes on this machine; 0 leaves that out.
+    #[arg(long, value_name = "SECONDS", default_value_t = 1.0, value_parser = seconds)]
+    pub measure: f64,
+    /// How it would be run.
+    #[command(flatten)]
+    pub how: HowArgs,
+}
+
+/// Arguments of `new`.
+#[derive(Debug, Args)]
+pub struct NewArgs {
+    /// What to write.
+    #[command(subcommand)]
+    pub what: NewCommand,
+}
+
+/// What `new` writes.
+#[derive(Debug, Subcommand)]
+pub enum NewCommand {
+    /// A scene that runs, with a comment at every key: NAME.toml, and the schema by which editors check it.
+    Scene {
+        /// Name of the scene.
+        name: String,
+    },
 }
 
 /// Arguments of `check`.

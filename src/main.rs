@@ -6,9 +6,11 @@ mod chaos;
 mod check;
 mod cli;
 mod conformance;
+mod cost;
 mod exit;
 mod logging;
 mod machine;
+mod new;
 mod replay;
 mod report;
 mod run;
@@ -45,6 +47,7 @@ fn obey(command: Command) -> ExitCode {
         Command::Watch(args) => watch::watch(&args),
         Command::Check(args) => check::check(&args),
         Command::Plan(args) => check::plan(&args),
+        Command::New(args) => new::new(&args),
         Command::Schema => {
             say(format_args!("{:#}", schema()));
             ExitCode::SUCCESS

@@ -22,6 +22,7 @@ mod output;
 mod parse;
 pub mod plan;
 mod problems;
+mod schema;
 mod solvers;
 mod start;
 mod structure;
@@ -36,8 +37,9 @@ pub use model::{
     CheckpointPlan, Coupling, Criterion, Measurand, Output, Scene, Solvers, Start, Study, TimePlan,
 };
 pub use needs::{refused, unmet};
+pub use schema::schema;
 pub use solvers::solver_override;
-pub use written::{VERSION, schema};
+pub use written::VERSION;
 
 /// A scene file that has been read, for those who want several of its variants.
 #[derive(Debug)]

@@ -12,9 +12,10 @@ use toml::Value;
 use super::document::{Document, Part, join};
 use super::output::{self, Context};
 use super::problems::Problems;
+use super::schema::schema;
 use super::written::{
     CouplingWritten, CriterionWritten, DemWritten, OutputWritten, SceneWritten, TimeWritten,
-    VERSION, schema,
+    VERSION,
 };
 use super::{
     Coupling, Criterion, Output, Scene, TimePlan, bodies, continuum, solvers, start, structure,

@@ -1,0 +1,116 @@
+//! The JSON Schema of scene files, for editors: what the types say, in the form in which TOML can be written.
+
+use schemars::schema_for;
+use serde_json::Value;
+
+use super::written::SceneWritten;
+
+/// The JSON Schema of scene files.
+pub fn schema() -> Value {
+    let mut schema = schema_for!(SceneWritten).to_value();
+    simplify(&mut schema);
+    schema
+}
+
+/// Takes out what TOML has no word for, `null`, so that an editor tells of a mistake and not of an alternative; and gives the
+/// one key of a choice the description of the choice.
+fn simplify(schema: &mut Value) {
+    match schema {
+        Value::Array(all) => all.iter_mut().for_each(simplify),
+        Value::Object(_) => {
+            without_null(schema);
+            describe_choice(schema);
+            if let Value::Object(fields) = schema {
+                fields.values_mut().for_each(simplify);
+            }
+        }
+        _ => {}
+    }
+}
+
+fn is_null(schema: &Value) -> bool {
+    schema.get("type").is_some_and(|kind| kind == "null")
+}
+
+fn without_null(schema: &mut Value) {
+    let Value::Object(fields) = schema else {
+        return;
+    };
+    fields.retain(|key, value| !(key == "default" && value.is_null()));
+    if let Some(Value::Array(kinds)) = fields.get_mut("type") {
+        kinds.retain(|kind| kind != "null");
+        if let [kind] = &kinds[..] {
+            let kind = kind.clone();
+            fields.insert("type".into(), kind);
+        }
+    }
+    if let Some(Value::Array(choices)) = fields.get_mut("anyOf") {
+        choices.retain(|choice| !is_null(choice));
+        if let [Value::Object(only)] = &choices[..] {
+            let only = only.clone();
+            fields.remove("anyOf");
+            // What is said of the key holds for the key; the type's own words are for others.
+            for (key, value) in only {
+                fields.entry(key).or_insert(value);
+            }
+        }
+    }
+}
+
+/// A choice such as `{"properties": {"disc": ...}}` has its description beside the properties.
+fn describe_choice(schema: &mut Value) {
+    let description = schema.get("description").cloned();
+    let Some(Value::Object(properties)) = schema.get_mut("properties") else {
+        return;
+    };
+    let (Some(description), 1) = (description, properties.len()) else {
+        return;
+    };
+    for property in properties.values_mut().filter_map(Value::as_object_mut) {
+        property.entry("description").or_insert(description.clone());
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Calls `look` with every schema in `schema` and where it is.
+    fn each(schema: &Value, path: &str, look: &mut impl FnMut(&Value, &str)) {
+        look(schema, path);
+        match schema {
+            Value::Array(all) => {
+                for (k, one) in all.iter().enumerate() {
+                    each(one, &format!("{path}/{k}"), look);
+                }
+            }
+            Value::Object(fields) => {
+                for (key, one) in fields {
+                    each(one, &format!("{path}/{key}"), look);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    #[test]
+    fn nothing_in_it_is_null() {
+        each(&schema(), "", &mut |schema, path| {
+            assert!(!schema.is_null() && schema != "null", "{path}");
+        });
+    }
+
+    #[test]
+    fn every_key_is_described() {
+        let mut bare = Vec::new();
+        each(&schema(), "", &mut |schema, path| {
+            let properties = schema.get("properties").and_then(Value::as_object);
+            for (key, property) in properties.into_iter().flatten() {
+                if property.get("description").is_none() {
+                    bare.push(format!("{path}/{key}"));
+                }
+            }
+        });
+        assert!(bare.is_empty(), "{bare:#?}");
+    }
+}

@@ -1,0 +1,142 @@
+//! The tutorial, followed word by word; what `tandem new` writes; the schema that editors check scenes by.
+
+mod harness;
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+use harness::{Place, root};
+
+/// What a fenced block of a page asks for.
+#[derive(Debug, PartialEq)]
+enum Block {
+    /// Text to add to the scene.
+    Scene(String),
+    /// Commands, and the exit status that each has.
+    Commands(Vec<String>, i32),
+    /// Lines, parts of which the last commands have said, in this order.
+    Said(Vec<String>),
+}
+
+fn blocks(page: &str) -> Vec<Block> {
+    let mut blocks = Vec::new();
+    let mut lines = page.lines();
+    while let Some(line) = lines.next() {
+        let Some(kind) = line.strip_prefix("```") else {
+            continue;
+        };
+        let inside: Vec<String> = lines
+            .by_ref()
+            .take_while(|line| *line != "```")
+            .map(str::to_owned)
+            .collect();
+        blocks.push(match kind.split_once(' ').unwrap_or((kind, "")) {
+            ("toml", "") => Block::Scene(inside.join("\n") + "\n\n"),
+            ("sh", "") => Block::Commands(inside, 0),
+            ("sh", more) => {
+                let status = more.strip_prefix("status=").and_then(|n| n.parse().ok());
+                Block::Commands(inside, status.expect("`sh status=N`"))
+            }
+            ("text", "") => Block::Said(inside),
+            other => panic!("nobody knows what to do with {other:?}"),
+        });
+    }
+    blocks
+}
+
+/// A command of the program in a directory: exit status, and all that it said.
+fn tandem(words: &[&str], directory: &Path, place: &Place) -> (Option<i32>, String) {
+    let ended = Command::new(env!("CARGO_BIN_EXE_tandem"))
+        .args(words)
+        .current_dir(directory)
+        .env("TANDEM_RUNTIME_DIR", place.temporary_path())
+        .output()
+        .unwrap();
+    let mut said = String::from_utf8(ended.stdout).unwrap();
+    said += &String::from_utf8(ended.stderr).unwrap();
+    (ended.status.code(), said)
+}
+
+#[test]
+fn the_tutorial_works_as_it_stands() {
+    let place = Place::new();
+    let page = fs::read_to_string(root().join("docs/tutorial.md")).unwrap();
+    let directory = place.path(".");
+    let (mut scene, mut said, mut commands) = (String::new(), String::new(), 0);
+    for block in blocks(&page) {
+        match block {
+            Block::Scene(more) => {
+                scene += &more;
+                fs::write(directory.join("first.toml"), &scene).unwrap();
+            }
+            Block::Commands(lines, status) => {
+                said.clear();
+                for line in lines {
+                    let words = shlex::split(&line).unwrap();
+                    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+                    assert_eq!(words[0], "tandem", "{line}");
+                    let (code, text) = tandem(&words[1..], &directory, &place);
+                    assert_eq!(code, Some(status), "{line}: {text}");
+                    let _ = write!(said, "{text}");
+                    commands += 1;
+                }
+            }
+            Block::Said(lines) => {
+                let mut rest = said.as_str();
+                for line in lines {
+                    let line = line.trim();
+                    let found = rest.find(line);
+                    let at = found.unwrap_or_else(|| panic!("`{line}` is not in: {said}"));
+                    rest = &rest[at + line.len()..];
+                }
+            }
+        }
+    }
+    assert!(commands >= 8, "{commands} commands");
+    for made in [
+        "height.svg",
+        "motion.png",
+        "checked/report.html",
+        "cells/study.svg",
+    ] {
+        assert!(directory.join(made).is_file(), "{made}");
+    }
+}
+
+#[test]
+fn a_new_scene_runs_and_nothing_that_is_there_is_lost() {
+    let place = Place::new();
+    let directory = place.path(".");
+    let (code, said) = tandem(&["new", "scene", "fall"], &directory, &place);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("`tandem run fall.toml` runs it"), "{said}");
+    assert!(directory.join("scene.schema.json").is_file());
+    for variant in [&[][..], &["--variant", "quick"]] {
+        let words = [&["run", "fall.toml", "--out", "out"], variant].concat();
+        let (code, said) = tandem(&words, &directory, &place);
+        assert_eq!(code, Some(0), "{said}");
+        assert!(directory.join("out/report.html").is_file());
+    }
+    fs::write(directory.join("mine.toml"), "mine").unwrap();
+    for name in ["mine", "../up", ""] {
+        let (code, said) = tandem(&["new", "scene", name], &directory, &place);
+        assert_eq!(code, Some(2), "{name}: {said}");
+    }
+    assert_eq!(fs::read(directory.join("mine.toml")).unwrap(), b"mine");
+}
+
+/// `UPDATE_SCHEMA=1` writes it.
+#[test]
+fn the_schema_in_the_tree_is_that_of_the_program() {
+    let place = Place::new();
+    let (_, schema) = tandem(&["schema"], &place.path("."), &place);
+    let path = root().join("scenes/scene.schema.json");
+    if std::env::var_os("UPDATE_SCHEMA").is_some() {
+        fs::write(&path, &schema).unwrap();
+    }
+    let there = fs::read_to_string(&path).unwrap_or_default();
+    let help = "UPDATE_SCHEMA=1 cargo test --release --workspace --test tutorial";
+    assert!(there == schema, "scenes/scene.schema.json is old: {help}");
+}
