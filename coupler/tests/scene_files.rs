@@ -53,6 +53,8 @@ source = "made up"
 [variant.quick]
 "time.end" = 0.5
 "mpm.points.0.spacing" = { distance = 0.1 }
+[variant.other_law]
+contact = { area = { area_stiffness = 1e7 } }
 "#;
 
 struct Files {
@@ -150,6 +152,16 @@ fn set_wins_over_the_variant_and_the_variant_over_the_file() {
 }
 
 #[test]
+fn a_variant_replaces_a_law_by_one_of_another_kind() {
+    let files = Files::new();
+    let law = |variant| {
+        let dem = files.load(variant, &[]).dem.expect("there are bodies");
+        dem.point_contact.name()
+    };
+    assert_eq!((law(None), law(Some("other_law"))), ("linear", "area"));
+}
+
+#[test]
 fn set_takes_words_without_quotes_tables_and_new_keys() {
     let set = [
         "mpm.shape=quadratic_bspline",
@@ -172,7 +184,7 @@ fn the_hash_is_that_of_the_resolved_scene_and_sees_every_override() {
     assert_eq!(plain.hash, files.load(None, &[]).hash);
     assert_ne!(plain.hash, files.load(None, &["time.end=0.25"]).hash);
     assert!(!plain.resolved_toml.contains("variant"));
-    assert_eq!(plain.variants, ["quick"]);
+    assert_eq!(plain.variants, ["other_law", "quick"]);
 }
 
 #[test]

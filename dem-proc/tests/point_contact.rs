@@ -4,7 +4,7 @@ mod small_scenes;
 
 use dem_proc::Sdem;
 use interface::Vec2;
-use interface::config::{BodyConfig, BodyShape, DemConfig, Motion};
+use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion};
 use interface::message::wire::{ImpForce, ImpState};
 use interface::solver::DemSolver;
 use small_scenes::*;
@@ -446,4 +446,50 @@ fn a_state_that_is_not_finite_is_named_and_changes_nothing() {
     let (poisoned, b) = run(true);
     assert_eq!(clean, poisoned);
     assert_eq!(a.measurement(), b.measurement());
+}
+
+/// On an outline without sphero-radius the radius of curvature of a contact is the point's own: the area law gives the
+/// segment of the point's disc that is beyond a straight edge, and adhesion pulls over that disc's chord.
+#[test]
+fn laws_with_a_radius_take_the_points_on_a_bare_polygon() {
+    let square = || BodyShape::Rectangle {
+        width: 2.0,
+        height: 2.0,
+    };
+    let area = ContactLaw::Area {
+        area_stiffness: 1e6,
+        tangential_stiffness: 0.0,
+        friction: 0.0,
+    };
+    let sticky = ContactLaw::Granular {
+        normal_stiffness: K,
+        tangential_stiffness: 0.0,
+        friction: 0.0,
+        damping_ratio: 0.0,
+        damped_mass: 0.0,
+        adhesion: 300.0,
+        rolling_friction: 0.0,
+    };
+    let pressed = |law, overlap: f64| {
+        let config = scene(vec![fixed(square(), 0.0)], law);
+        let (forces, ..) = forces(&config, RADIUS, &[at(0.3, 1.0 + RADIUS - overlap)]);
+        assert_eq!(forces[0].force[0], 0.0);
+        forces[0]
+    };
+    // Half sunk, it is half of the disc, and no overlap makes it stiffer than its diameter.
+    let half = pressed(area, RADIUS);
+    let expected = 1e6 * std::f64::consts::FRAC_PI_2 * RADIUS * RADIUS;
+    assert!((half.force[1] - expected).abs() < 1e-12 * expected);
+    assert!((half.stiffness - 1e6 * 2.0 * RADIUS).abs() < 1e-6);
+    for overlap in [1e-4, 0.01, 0.04] {
+        let c = (overlap * (2.0 * RADIUS - overlap)).sqrt();
+        let expected = 1e6 * (RADIUS * RADIUS * (c / RADIUS).asin() - (RADIUS - overlap) * c);
+        let got = pressed(area, overlap);
+        // The root of the overlap carries 1e-12 of it, and the two terms nearly cancel at small ones.
+        assert!((got.force[1] - expected).abs() < 1e-9 * expected, "{got:?}");
+        assert!(got.stiffness >= 1e6 * 2.0 * c * (1.0 - 1e-9));
+        let pull = 300.0 * 2.0 * (2.0 * RADIUS * overlap).sqrt();
+        let got = pressed(sticky, overlap).force[1];
+        assert!((got - (K * overlap - pull)).abs() < 1e-9 * K * overlap);
+    }
 }

@@ -10,6 +10,9 @@ use toml::{Spanned, Table, Value};
 
 use crate::scene::diagnostic::{Diagnostic, FAULTS_LIMIT, Place, SceneErrors, shorten, suggestion};
 
+/// Sections that hold one law each, so that nothing but another law is gained or lost by replacing all of one.
+const ONE_LAW: [&str; 2] = ["contact", "body_contact"];
+
 /// A scene file with its overrides applied.
 #[derive(Debug, Default, Clone)]
 pub(super) struct Document {
@@ -200,7 +203,7 @@ impl Document {
                 return;
             }
             let full = format!("variant.{name}.{path}");
-            if value.is_table() && !path.contains('.') {
+            if value.is_table() && !path.contains('.') && !ONE_LAW.contains(&path.as_str()) {
                 errors.push(self.diagnostic(
                     &full,
                     Part::Key,

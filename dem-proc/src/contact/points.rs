@@ -20,7 +20,7 @@ use crate::body::shape::edge_count;
 use crate::contact::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
 use crate::contact::set::{restored_set, save_set};
 use crate::law::history::SavedHistories;
-use crate::law::{Law, Loss, Mates, Past, Touch};
+use crate::law::{Law, Loss, Mates, Past, Touch, reduced_on_outline};
 use crate::lists::neighbours::{PointList, PointPair, REACH};
 use crate::saved::{count, finite, refusal};
 use crate::threads::Threads;
@@ -263,7 +263,7 @@ impl<L: Law> PointContacts<L> {
             let of_point = self.surfaces.get(info.group as usize).copied().unwrap_or(0);
             self.law.pair(&Mates {
                 mass: reduced_mass(bodies, set, pair),
-                radius: crate::law::reduced(
+                radius: reduced_on_outline(
                     info.radius,
                     bodies.radius_at(pair.body as usize, pair.part),
                 ),

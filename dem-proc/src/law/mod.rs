@@ -69,6 +69,16 @@ pub fn reduced(a: f64, b: f64) -> f64 {
     }
 }
 
+/// `R*` in m of a point of contact radius `point` on an outline of sphero-radius `outline`, both in m. An outline without
+/// one is bare: flat where a point touches it, so the point's radius alone counts.
+pub fn reduced_on_outline(point: f64, outline: f64) -> f64 {
+    if outline > 0.0 {
+        reduced(point, outline)
+    } else {
+        point
+    }
+}
+
 /// Force, moment and history that a law gives for one contact.
 #[derive(Debug, Clone, Copy)]
 pub struct Press<H> {

@@ -4,6 +4,7 @@ mod bodies;
 mod books;
 mod force;
 mod friction;
+mod laws;
 mod limits;
 mod motion;
 mod order;
@@ -20,6 +21,7 @@ pub const CLAUSES: &[&[Clause]] = &[
     time::CLAUSES,
     bodies::CLAUSES,
     force::CLAUSES,
+    laws::CLAUSES,
     friction::CLAUSES,
     motion::CLAUSES,
     limits::CLAUSES,
