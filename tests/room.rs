@@ -126,7 +126,7 @@ fn a_plan_says_how_long_a_run_takes() {
         "{of_some}"
     );
     assert_eq!(time_of_plan(&place, &[&hard, "--measure", "0"]), "");
-    let program = ["--set", "solvers.dem=[\"true\"]"];
+    let program = ["--set", "solvers.dem=true --slow"];
     let other = time_of_plan(&place, &[&[hard.as_str()][..], &program].concat());
     assert!(
         other.contains("not measured: the scene names programs"),
