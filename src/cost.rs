@@ -8,6 +8,7 @@ use coupler::record::summary::Status;
 use coupler::run::checkpoint::branch::Branch;
 use coupler::run::{RunOptions, run};
 use coupler::scene::Scene;
+use report::words::{duration, moment};
 
 /// What a run costs.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,7 +67,7 @@ pub fn measure(scene: &Scene, options: RunOptions, stepping: Duration) -> Result
 
 impl Display for Cost {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let wall = in_time(self.wall);
+        let wall = duration(self.wall).replace('\u{a0}', " ");
         if self.whole {
             return write!(f, "{wall} on this machine, for all {} steps", self.tried);
         }
@@ -74,41 +75,8 @@ impl Display for Cost {
             f,
             "about {wall} on this machine: {} steps took {} each, and there will be about {:.1e}",
             self.tried,
-            in_time(self.step),
+            moment(self.step).replace('\u{a0}', " "),
             self.steps
         )
-    }
-}
-
-/// A time as people read it.
-fn in_time(seconds: f64) -> String {
-    let [minute, hour, day] = [60.0, 3600.0, 86_400.0];
-    match seconds {
-        s if s < 1e-3 => format!("{:.1} us", 1e6 * s),
-        s if s < 1.0 => format!("{:.1} ms", 1e3 * s),
-        s if s < 2.0 * minute => format!("{s:.1} s"),
-        s if s < 2.0 * hour => format!("{:.0} minutes", s / minute),
-        s if s < 2.0 * day => format!("{:.1} hours", s / hour),
-        s => format!("{:.1} days", s / day),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn times_are_told_in_units_that_people_use() {
-        let told = [3.2e-6, 4.5e-3, 1.25, 90.0, 600.0, 3.6e4, 1e6].map(in_time);
-        let expected = [
-            "3.2 us",
-            "4.5 ms",
-            "1.2 s",
-            "90.0 s",
-            "10 minutes",
-            "10.0 hours",
-            "11.6 days",
-        ];
-        assert_eq!(told, expected);
     }
 }

@@ -11,6 +11,7 @@ mod exit;
 mod logging;
 mod machine;
 mod new;
+mod outcome;
 mod replay;
 mod report;
 mod run;

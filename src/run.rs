@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use coupler::record::aside::LogFile;
 use coupler::record::rundir::{RunDir, RunDirError};
-use coupler::record::summary::{Status, Summary};
+use coupler::record::summary::Status;
 use coupler::run::aftermath::Killed;
 use coupler::run::checkpoint::branch::Branch;
 use coupler::run::checkpoint::file::CheckpointError;
@@ -20,7 +20,7 @@ use crate::cli::{HowArgs, LogFormat, ResumeArgs, RunArgs, SceneArgs};
 use crate::exit::BAD_INPUT;
 use crate::signals::{interrupt, on_signal};
 use crate::terminal::{complain, say};
-use crate::{logging, machine, report, solvers, terminal, watch};
+use crate::{logging, machine, outcome, report, solvers, terminal, watch};
 
 /// Longest name of a default run directory in bytes; file systems allow 255.
 const DIRECTORY_MAX: usize = 120;
@@ -201,7 +201,7 @@ fn finish(
         give_reason(log, reason);
     }
     if log == LogFormat::Text {
-        show(summary);
+        outcome::show(summary, place);
     }
     if let Some(error) = unwritten {
         give_reason(log, &with_advice(error));
@@ -350,35 +350,6 @@ pub fn this_program(subcommand: &str) -> Result<Vec<String>, String> {
         this.to_string_lossy().into_owned(),
         subcommand.to_string(),
     ])
-}
-
-/// The result for people.
-fn show(summary: &Summary) {
-    for check in &summary.checks {
-        let verdict = if check.pass { "pass" } else { "FAIL" };
-        say(format_args!(
-            "  {verdict}  {:<44} {:>13.6e}  expected {:.6e}  ({})",
-            check.name, check.value, check.reference, check.source
-        ));
-    }
-    let bound: Vec<String> = summary
-        .dt_bound_by
-        .iter()
-        .map(|(name, steps)| format!("{name} {steps}"))
-        .collect();
-    let gap = summary.energy.work_gap;
-    let gap = gap.map(|gap| format!(", work not stored {gap:.1e}"));
-    say(format_args!(
-        "{}: {} steps to t = {:.6} s in {:.2} s; dt bound by: {}; momentum error {:.1e}, energy residual {:.1e}{}",
-        summary.scene,
-        summary.steps,
-        summary.time,
-        summary.wall_s,
-        bound.join(", "),
-        summary.momentum_error,
-        summary.energy.residual_max,
-        gap.unwrap_or_default()
-    ));
 }
 
 #[cfg(test)]

@@ -17,15 +17,18 @@ import tempfile
 import tomllib
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
-UNITS = {"us": 1e-6, "ms": 1e-3, "s": 1.0, "minutes": 60.0, "hours": 3600.0, "days": 86400.0}
+UNITS = {"ms": 1e-3, "s": 1.0, "min": 60.0, "h": 3600.0}
 
 
 def told(tandem, words):
     """Seconds that the plan says, or why it says none."""
     plan = subprocess.run([tandem, "plan", *words], capture_output=True, text=True, cwd=ROOT)
     line = next((line.strip() for line in plan.stdout.splitlines() if line.strip().startswith("time ")), plan.stderr.strip())
-    found = re.search(r"(?:about )?([\d.]+) (us|ms|s|minutes|hours|days) on this machine", line)
-    return float(found[1]) * UNITS[found[2]] if found else line
+    found = re.match(r"time +(?:about )?([\d. hmins]+) on this machine", line)
+    if not found:
+        return line
+    words = found[1].split()
+    return sum(float(number) * UNITS[unit] for number, unit in zip(words[::2], words[1::2]))
 
 
 def main():

@@ -135,6 +135,11 @@ impl RunError {
                 }
                 SessionError::Refused { .. } => "change that key of the scene",
                 SessionError::Recording(_) => "make room, or run without --record",
+                SessionError::Failed { failure, .. }
+                    if matches!(failure.fault, Some(Fault::LeftDomain { .. })) =>
+                {
+                    "nothing stops what leaves the grid: put a body or a wall (mpm.walls) in its way, enlarge mpm.domain, or write mpm.leaving = \"remove\""
+                }
                 SessionError::Failed { .. } => {
                     "history.csv shows the way there; a smaller time.max_step may help"
                 }

@@ -1,0 +1,113 @@
+//! What a run has shown, said on the terminal.
+
+use std::path::Path;
+
+use console::{Term, style, truncate_str};
+use coupler::record::summary::Summary;
+use report::record::Record;
+use report::verdict::{Row, rows};
+
+use crate::terminal::{complain, say};
+
+/// Widest column of names.
+const NAMES: usize = 44;
+
+/// Says how every check has come out, and what the run was.
+pub fn show(summary: &Summary, place: &Path) {
+    if !summary.checks.is_empty() {
+        match Record::read(place) {
+            Ok(record) => show_checks(&rows(&record, "")),
+            Err(error) => complain(format_args!("warning: no checks are told: {error}")),
+        }
+    }
+    let bound: Vec<String> = summary
+        .dt_bound_by
+        .iter()
+        .map(|(name, steps)| format!("{name} {steps}"))
+        .collect();
+    let gap = summary.energy.work_gap;
+    let gap = gap.map(|gap| format!(", work not stored {gap:.1e}"));
+    say(format_args!(
+        "{}: {} steps to t = {:.6} s in {:.2} s; dt bound by: {}; momentum error {:.1e}, energy residual {:.1e}{}",
+        summary.scene,
+        summary.steps,
+        summary.time,
+        summary.wall_s,
+        bound.join(", "),
+        summary.momentum_error,
+        summary.energy.residual_max,
+        gap.unwrap_or_default()
+    ));
+}
+
+fn show_checks(rows: &[Row]) {
+    let names = rows.iter().map(|row| row.name.chars().count());
+    let width = names.max().unwrap_or_default().min(NAMES);
+    // What is read by a program is whole.
+    let columns = Term::stdout().is_term().then(|| Term::stdout().size().1);
+    for row in rows {
+        let line = in_a_line(row, width);
+        let line = match columns {
+            Some(columns) => truncate_str(&line, columns.into(), "…"),
+            None => line.into(),
+        };
+        say(line);
+    }
+}
+
+/// `pass  name  value, expected this within that (source)`.
+fn in_a_line(row: &Row, width: usize) -> String {
+    let result = match row.result {
+        "pass" => style("pass").green(),
+        "fail" => style("FAIL").red().bold(),
+        other => style(other),
+    };
+    let within = if row.allowed.is_empty() {
+        String::new()
+    } else {
+        format!(" within {}", row.allowed)
+    };
+    let words = format!(
+        "{:<width$}  {}, expected {}{within}",
+        row.name, row.value, row.expected
+    );
+    // Numbers and units are kept together on a page; here lines do not break.
+    let words = words.replace('\u{a0}', " ");
+    format!("  {result}  {words}  ({})", row.source)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_check_is_told_with_its_unit_and_its_bounds() {
+        let row = Row {
+            run: String::new(),
+            result: "pass",
+            name: "angle of repose".into(),
+            when: "at the end",
+            value: "25\u{a0}deg".into(),
+            expected: "20\u{a0}deg to 27.5\u{a0}deg".into(),
+            error: "within".into(),
+            allowed: String::new(),
+            source: "a paper".into(),
+        };
+        let told = in_a_line(&row, 20);
+        assert_eq!(
+            console::strip_ansi_codes(&told),
+            "  pass  angle of repose       25 deg, expected 20 deg to 27.5 deg  (a paper)"
+        );
+        let row = Row {
+            result: "fail",
+            expected: "25\u{a0}deg".into(),
+            allowed: "1\u{a0}%".into(),
+            ..row
+        };
+        let told = in_a_line(&row, 0);
+        assert_eq!(
+            console::strip_ansi_codes(&told),
+            "  FAIL  angle of repose  25 deg, expected 25 deg within 1 %  (a paper)"
+        );
+    }
+}
