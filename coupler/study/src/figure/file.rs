@@ -258,6 +258,22 @@ mod tests {
         assert_eq!(at(40, 20), [200, 100, 50]);
     }
 
+    /// Points and colour bars are pictures within the sheet; they were missing from PNG and films.
+    #[test]
+    fn a_picture_within_the_sheet_is_drawn() {
+        let mut canvas = Canvas::new(40.0, 20.0);
+        let green = [0, 200, 0];
+        canvas
+            .picture((10.0, 5.0), (20.0, 10.0), [2, 1], &green.repeat(2))
+            .unwrap();
+        let picture = pixels(&canvas, 1.0).unwrap();
+        let at = |x, y| {
+            let pixel = picture.pixel(x, y).unwrap();
+            [pixel.red(), pixel.green(), pixel.blue()]
+        };
+        assert_eq!((at(20, 10), at(2, 2)), (green, [255; 3]));
+    }
+
     #[test]
     fn a_film_has_all_its_pictures() {
         if letters().is_none() {
