@@ -233,6 +233,8 @@ scenes! {
     off_centre_hit: "verification/off_centre_hit",
     tumble: "verification/tumble",
     hopper: "verification/hopper",
+    couette: "verification/couette",
+    periodic_collision: "verification/periodic_collision",
 }
 
 #[test]
