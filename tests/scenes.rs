@@ -235,6 +235,8 @@ scenes! {
     hopper: "verification/hopper",
     couette: "verification/couette",
     periodic_collision: "verification/periodic_collision",
+    roll: "bardenhagen2000/roll",
+    shear: "bardenhagen2000/shear",
 }
 
 #[test]
