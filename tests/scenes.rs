@@ -239,6 +239,10 @@ scenes! {
     off_centre_hit: "verification/off_centre_hit",
     tumble: "verification/tumble",
     hopper: "verification/hopper",
+    couette: "verification/couette",
+    periodic_collision: "verification/periodic_collision",
+    roll: "bardenhagen2000/roll",
+    shear: "bardenhagen2000/shear",
 }
 
 #[test]

@@ -300,6 +300,7 @@ fn wall() -> impl Strategy<Value = Wall> {
         Just(Wall::Slip),
         Just(Wall::Periodic),
         number().prop_map(|coefficient| Wall::Friction { coefficient }),
+        number().prop_map(|speed| Wall::Driven { speed }),
     ]
 }
 

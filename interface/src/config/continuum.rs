@@ -260,6 +260,11 @@ pub enum Wall {
     },
     /// What leaves here enters at the opposite wall, which must be periodic too.
     Periodic,
+    /// No velocity but that of the wall, which moves along itself; its work is booked as driven.
+    Driven {
+        /// Velocity of the wall in m/s: along +x at the bottom and at the top, along +y at the left and at the right.
+        speed: f64,
+    },
 }
 
 /// A group of material points.

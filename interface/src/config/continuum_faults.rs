@@ -168,17 +168,9 @@ impl MpmConfig {
                 let key = format!("mpm.walls.{name}.friction.coefficient");
                 found.number(key, mu, mu >= 0.0, "a coefficient of 0 or more");
             }
-            if wall == Wall::Periodic && self.grid_contact.is_some() {
-                let help =
-                    "grains of mpm.grid_contact do not touch each other across a periodic wall";
-                found.add(
-                    format!("mpm.walls.{name}"),
-                    "\"periodic\"",
-                    "another wall",
-                    help,
-                );
-            }
         }
+        self.driven_faults(found, [w.left, w.right], 0);
+        self.driven_faults(found, [w.bottom, w.top], 1);
         for (a, b, names) in [
             (w.left, w.right, ["left", "right"]),
             (w.bottom, w.top, ["bottom", "top"]),
@@ -191,6 +183,44 @@ impl MpmConfig {
                 );
                 let key = format!("mpm.walls.{}", names[other]);
                 found.add(key, "not periodic", "the same as the wall opposite", help);
+            }
+        }
+    }
+
+    /// What does not go with walls across `axis` that move along themselves.
+    fn driven_faults(&self, found: &mut Faults, ends: [Wall; 2], axis: usize) {
+        let w = &self.walls;
+        let (names, across) = match axis {
+            0 => (["left", "right"], [("bottom", w.bottom), ("top", w.top)]),
+            _ => (["bottom", "top"], [("left", w.left), ("right", w.right)]),
+        };
+        for (name, wall) in names.into_iter().zip(ends) {
+            let Wall::Driven { speed } = wall else {
+                continue;
+            };
+            let key = format!("mpm.walls.{name}.driven.speed");
+            found.number(key, speed, true, "a velocity along the wall");
+            // Its later rounds filter what is left of velocities, which walls would have to hold at rest.
+            if matches!(self.transfer, Transfer::Xpic { order } if order > 1) {
+                let help = format!("the wall {name} moves, which xpic does not filter: take flip");
+                found.add("mpm.transfer", "xpic", "another transfer", help);
+            }
+            for (other, wall) in across {
+                if !matches!(wall, Wall::Periodic | Wall::Open) {
+                    let help = format!(
+                        "the wall {name} moves along itself, and would press what it holds into the wall {other}"
+                    );
+                    let key = format!("mpm.walls.{other}");
+                    let expected = "\"periodic\" or \"open\"";
+                    found.add(key, "a wall that lets nothing through", expected, help);
+                }
+            }
+            // A node is then beyond one of the two walls at most.
+            let cells = (self.domain[1][axis] - self.domain[0][axis]) / self.cell;
+            if cells < 3.5 {
+                let value = format!("{cells:.0} cells from the wall {name} to that opposite");
+                let help = "a wall that moves needs 4 cells between it and the wall opposite";
+                found.add("mpm.domain", value, "4 cells or more", help);
             }
         }
     }
@@ -285,6 +315,10 @@ impl MpmConfig {
                 help,
             );
         }
+        if self.walls.left == Wall::Periodic || self.walls.bottom == Wall::Periodic {
+            let help = "what goes around periodic walls has no centre to turn about: leave it out";
+            found.add(format!("{path}.rigid"), "true", "false", help);
+        }
         if group.fields.velocity.is_some() {
             let expected = "the same for all points of a rigid group";
             found.add(
@@ -300,11 +334,20 @@ impl MpmConfig {
         }
     }
 
-    /// Whether the region reaches out of the domain.
+    /// Whether the region reaches out of the domain: over a periodic wall it may, once round.
     fn outside_faults(&self, found: &mut Faults, group: &GroupConfig, path: &str) {
         let [lower, upper] = group.fill.bounds();
         let [low, high] = self.domain;
-        if (0..2).any(|a| lower[a] < low[a] || upper[a] > high[a]) {
+        let periodic = [self.walls.left, self.walls.bottom].map(|wall| wall == Wall::Periodic);
+        let outside = |a: usize| {
+            let size = high[a] - low[a];
+            if periodic[a] {
+                upper[a] - lower[a] > size || lower[a] < low[a] - size || upper[a] > high[a] + size
+            } else {
+                lower[a] < low[a] || upper[a] > high[a]
+            }
+        };
+        if outside(0) || outside(1) {
             let value = format!("from {lower:?} to {upper:?} m, outside of `mpm.domain`");
             let expected = format!("a region within {low:?} to {high:?} m");
             let help = "enlarge the domain or move the points";

@@ -40,8 +40,19 @@ pub struct Shared {
     pub grain: u32,
     /// Number of the tile in the grain's grid.
     pub tile: u32,
-    /// Gradient of the grain's density.
+    /// Its nodes at which the grain has mass and another one too, a bit for each.
+    pub met: u64,
+    /// Gradient of the grain's density at those.
     pub gradient: Gradients,
+}
+
+/// The numbers of the bits that are set.
+pub fn bits(mut set: u64) -> impl Iterator<Item = usize> {
+    core::iter::from_fn(move || {
+        let next = (set != 0).then(|| set.trailing_zeros() as usize)?;
+        set &= set - 1;
+        Some(next)
+    })
 }
 
 /// One grain at one node.
@@ -50,6 +61,8 @@ struct Party {
     grain: usize,
     tile: usize,
     mass: f64,
+    /// Before the kick of the step.
+    before: [f64; 2],
     velocity: [f64; 2],
     /// Gradient of density.
     gradient: [f64; 2],
@@ -58,11 +71,11 @@ struct Party {
 }
 
 impl SharedNodes {
-    /// Finds the tiles that more than one grain has.
+    /// Finds the tiles that more than one grain has, and their nodes where more than one has mass.
     pub fn find<'a>(&mut self, grids: impl Iterator<Item = &'a Grid>) {
+        let grids: Vec<&Grid> = grids.collect();
         self.tiles.clear();
-        let mut count = 0;
-        for (g, grid) in grids.enumerate() {
+        for (g, grid) in grids.iter().enumerate() {
             let tiles = grid.tiles.iter();
             self.tiles
                 .extend(tiles.map(|t| ([t.at[1], t.at[0]], g as u32, t.index as u32)));
@@ -71,14 +84,19 @@ impl SharedNodes {
             }
             self.slots[g].clear();
             self.slots[g].resize(grid.tiles.len(), ALONE);
-            count = g + 1;
         }
-        self.slots.truncate(count);
+        self.slots.truncate(grids.len());
         self.tiles.sort_unstable();
         self.shared.clear();
         for together in self.tiles.chunk_by(|a, b| a.0 == b.0) {
             if together.len() < 2 {
                 continue;
+            }
+            let (mut once, mut twice) = (0, 0);
+            for &(_, grain, tile) in together {
+                let has = has_mass(&grids[grain as usize].tiles[tile as usize]);
+                twice |= once & has;
+                once |= has;
             }
             for &(at, grain, tile) in together {
                 self.slots[grain as usize][tile as usize] = self.shared.len() as u32;
@@ -86,29 +104,26 @@ impl SharedNodes {
                     at,
                     grain,
                     tile,
+                    met: twice & has_mass(&grids[grain as usize].tiles[tile as usize]),
                     gradient: [[0.0; 2]; NODES],
                 });
             }
         }
     }
 
-    /// Whether another grain has the place of this tile too.
-    pub fn is_shared(&self, grain: usize, tile: u32) -> bool {
-        self.slots[grain][tile as usize] != ALONE
-    }
-
-    /// The gradients of a grain's tile, if others have it too.
-    pub fn gradient(&mut self, grain: usize, tile: u32) -> Option<&mut Gradients> {
+    /// A tile of a grain that others have too.
+    pub fn shared(&mut self, grain: usize, tile: u32) -> Option<&mut Shared> {
         match self.slots[grain][tile as usize] {
             ALONE => None,
-            slot => Some(&mut self.shared[slot as usize].gradient),
+            slot => Some(&mut self.shared[slot as usize]),
         }
     }
 
     /// Takes from the gradients of a grain what points through walls that hold nodes: density ends there, the grain does
     /// not, and contact must not move what is held.
     pub fn keep_along_walls(&mut self, grain: usize, walls: &WallNodes) {
-        for shared in self.shared.iter_mut().filter(|s| s.grain as usize == grain) {
+        for &slot in self.slots[grain].iter().filter(|&&slot| slot != ALONE) {
+            let shared = &mut self.shared[slot as usize];
             let origin = first_node([shared.at[1], shared.at[0]]);
             if walls.touch(origin) {
                 for (i, gradient) in shared.gradient.iter_mut().enumerate() {
@@ -130,15 +145,16 @@ impl SharedNodes {
         let mut work = 0.0;
         let mut parties = Vec::new();
         for together in self.places() {
-            for i in 0..NODES {
+            for i in bits(together.iter().fold(0, |met, shared| met | shared.met)) {
                 parties.clear();
                 let soft = together.iter().filter(|s| !rigid[s.grain as usize]);
                 parties.extend(soft.filter_map(|shared| {
                     let tile = &nodes[shared.grain as usize][shared.tile as usize];
-                    (tile.per_mass[i] > 0.0).then_some(Party {
+                    (shared.met >> i & 1 == 1).then_some(Party {
                         grain: shared.grain as usize,
                         tile: shared.tile as usize,
                         mass: tile.mass[i],
+                        before: tile.before[i],
                         velocity: tile.after[i],
                         gradient: shared.gradient[i],
                         change: [[0.0; 2]; 2],
@@ -154,6 +170,16 @@ impl SharedNodes {
         }
         work
     }
+}
+
+/// The nodes of a tile that have mass, a bit for each. An image has none of its own: its original touches others, and the
+/// image follows it.
+fn has_mass(tile: &NodeTile) -> u64 {
+    let mut has = 0;
+    for i in 0..NODES {
+        has |= u64::from(tile.per_mass[i] > 0.0 && tile.mass[i] > 0.0) << i;
+    }
+    has
 }
 
 /// The unit vector away from a grain and towards others, by the gradients of their densities; none where they cancel.
@@ -200,16 +226,16 @@ fn collide(parties: &mut [Party], friction: f64) -> f64 {
         let total = |a: usize| parties.iter().map(|p| p.mass * p.change[k][a]).sum::<f64>() / mass;
         [total(0), total(1)]
     });
+    // An impulse in a kick does work by the mean of the velocities before and after all of the kick. So what sticks loses
+    // nothing: there friction takes back what forces have given in the same kick.
     let mut work = 0.0;
     for p in parties {
-        let mut twice = [0.0; 2];
         for a in 0..2 {
             p.velocity[a] += p.change[0][a] - excess[0][a];
-            twice[0] += p.velocity[a] * p.velocity[a];
-            p.velocity[a] += p.change[1][a] - excess[1][a];
-            twice[1] += p.velocity[a] * p.velocity[a];
+            let rubbed = p.change[1][a] - excess[1][a];
+            p.velocity[a] += rubbed;
+            work -= 0.5 * p.mass * rubbed * (p.before[a] + p.velocity[a]);
         }
-        work += 0.5 * p.mass * (twice[0] - twice[1]);
     }
     work
 }
@@ -223,6 +249,7 @@ mod tests {
             grain: 0,
             tile: 0,
             mass,
+            before: velocity,
             velocity,
             gradient,
             change: [[0.0; 2]; 2],
@@ -275,6 +302,25 @@ mod tests {
         collide(&mut pair, 0.5);
         assert!((pair[0].velocity[1] - 0.4).abs() < 1e-15);
         assert!((pair[1].velocity[1] - 0.4).abs() < 1e-15);
+    }
+
+    /// Held in place by friction against a force: nothing moves, nothing is lost.
+    #[test]
+    fn friction_that_sticks_does_no_work() {
+        let mut pair = two([0.0, 0.0], [0.0, 0.0]);
+        let common = [0.5, 0.25]; // as the forces leave it
+        pair[0].velocity = [common[0] + 1.0, common[1] + 0.1];
+        pair[1].velocity = [common[0] - 2.0, common[1] - 0.2];
+        for p in &mut pair {
+            p.before = [0.0; 2];
+        }
+        let before = momentum(&pair);
+        let work = collide(&mut pair, 0.5);
+        assert!((momentum(&pair)[1] - before[1]).abs() < 1e-15);
+        for p in &pair {
+            assert!((p.velocity[1] - common[1]).abs() < 1e-15, "{p:?}");
+        }
+        assert!(work.abs() < 1e-15, "{work}");
     }
 
     #[test]

@@ -9,17 +9,21 @@
 //! ```
 //!
 //! with `xi`, `eta` the way from node to point in cells. It reaches two nodes to either side, whatever the shape function.
+//!
+//! A node beyond a periodic wall is an image ([`crate::state::images`]): what it would get goes to its original, which is
+//! the node that touches others.
 
-use super::contact::SharedNodes;
+use super::contact::{SharedNodes, bits};
 use crate::kernel::lanes::LANES;
 use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::TILE;
 use crate::kernel::transfer::Transfer;
 use crate::state::continuum::Continuum;
+use crate::state::grid::Grid;
 
 impl SharedNodes {
-    /// Adds the gradients of grain `number` at the nodes that it shares with others.
+    /// Adds the gradients of grain `number` at the nodes where others have mass too.
     pub fn add_density_gradients<const W: usize, S: Shape<W>, T: Transfer>(
         &mut self,
         number: usize,
@@ -29,14 +33,15 @@ impl SharedNodes {
         for cloud in &continuum.clouds {
             // Only the direction counts, and that all grains measure alike: kg/m a cell.
             for tile in &cloud.tiles {
-                if !tile.around.iter().any(|&t| self.is_shared(number, t)) {
+                let near = Near::new(self, number, tile, &continuum.grid);
+                if near.is_empty() {
                     continue;
                 }
                 for point in 0..tile.points {
                     let lane = (tile.first + point / LANES) * LANES + point % LANES;
                     let x = cloud.position(lane);
                     let at = [0, 1].map(|a| (x[a] - geometry.lower[a]) / geometry.cell);
-                    self.add_point(number, tile, at, cloud.mass);
+                    self.add_point(number, &near, at, cloud.mass);
                 }
             }
         }
@@ -44,23 +49,92 @@ impl SharedNodes {
     }
 
     /// Adds the gradient of one point at `at`, in cells from the domain's corner.
-    fn add_point(&mut self, number: usize, tile: &Tile, at: [f64; 2], mass: f64) {
+    fn add_point(&mut self, number: usize, near: &Near, at: [f64; 2], mass: f64) {
         let first = at.map(|x| x.floor() as i64 - 1);
+        let met = near.met_from(first);
+        if met == 0 {
+            return;
+        }
         let along = [0, 1].map(|a| kernel(at[a] - first[a] as f64));
-        for j in 0..4 {
-            for i in 0..4 {
-                let node = [first[0] + i as i64, first[1] + j as i64];
-                let Some((around, within)) = in_reach(tile, node) else {
-                    continue;
-                };
-                let Some(gradient) = self.gradient(number, tile.around[around]) else {
-                    continue;
-                };
-                let [(dx, sx), (dy, sy)] = [along[0][i], along[1][j]];
-                gradient[within][0] += mass * dx * sy;
-                gradient[within][1] += mass * sx * dy;
+        for k in bits(met) {
+            let (i, j) = (k % 4, k / 4);
+            let node = [first[0] + i as i64, first[1] + j as i64];
+            let Some((holder, within)) = near.holder(node) else {
+                continue;
+            };
+            let Some(shared) = self.shared(number, holder) else {
+                continue;
+            };
+            let gradient = &mut shared.gradient[within];
+            let [(dx, sx), (dy, sy)] = [along[0][i], along[1][j]];
+            gradient[0] += mass * dx * sy;
+            gradient[1] += mass * sx * dy;
+        }
+    }
+}
+
+/// The nodes around a tile of points.
+struct Near<'a> {
+    tile: &'a Tile,
+    /// The first of the 3 x 3 node tiles' nodes.
+    first: [i64; 2],
+    /// Row by row, which of their nodes count: those where others have mass too. All of them where some are images, whose
+    /// originals are elsewhere.
+    met: [u32; 3 * TILE],
+    /// The grain's grid, where some of them are images.
+    images: Option<&'a Grid>,
+}
+
+impl<'a> Near<'a> {
+    fn new(shared: &mut SharedNodes, number: usize, tile: &'a Tile, grid: &'a Grid) -> Self {
+        let imaged = tile.around.iter().any(|&t| grid.tiles[t as usize].imaged);
+        let mut met = [0; 3 * TILE];
+        for (k, &around) in tile.around.iter().enumerate() {
+            let of_tile = match shared.shared(number, around) {
+                _ if imaged => u64::MAX,
+                Some(shared) => shared.met,
+                None => 0,
+            };
+            for row in 0..TILE {
+                let of_row = (of_tile >> (row * TILE)) as u32 & 0xff;
+                met[k / 3 * TILE + row] |= of_row << (k % 3 * TILE);
             }
         }
+        Self {
+            tile,
+            first: tile.at.map(|t| (i64::from(t) - 1) * TILE as i64),
+            met,
+            images: imaged.then_some(grid),
+        }
+    }
+
+    fn is_empty(&self) -> bool {
+        self.met == [0; 3 * TILE]
+    }
+
+    /// Which of the 4 x 4 nodes from `first` on count, row by row, a bit for each.
+    fn met_from(&self, first: [i64; 2]) -> u64 {
+        let [x, y] = [0, 1].map(|a| first[a] - self.first[a]);
+        let mut met = 0;
+        for j in 0..4 {
+            let row = usize::try_from(y + j).ok();
+            let of_row = row.and_then(|row| self.met.get(row)).copied();
+            let of_row = u64::from(of_row.unwrap_or(0)) << 4; // nodes before the first tile count for nothing
+            met |= (of_row >> (x + 4).clamp(0, 31) & 0xf) << (4 * j);
+        }
+        met
+    }
+
+    /// The node tile that holds a node, or its original where it is an image, and its number there; none if the grain
+    /// has no such tile, and with it no mass at the node.
+    fn holder(&self, node: [i64; 2]) -> Option<(u32, usize)> {
+        if let Some(grid) = self.images
+            && let Some((of, ..)) = grid.walls.original(node)
+        {
+            return grid.holder(of);
+        }
+        let (around, within) = in_reach(self.tile, node)?;
+        Some((self.tile.around[around], within))
     }
 }
 

@@ -22,11 +22,13 @@ use serde::{Deserialize, Serialize};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{Threads, over_items};
 use crate::kernel::transfer::Transfer;
+use crate::pass::images::follow;
 #[cfg(test)]
 use crate::pass::sort::sort;
 use crate::scheme::Scheme;
 use crate::state::contact::ContactLoad;
 use crate::state::continuum::{Continuum, SavedContinuum};
+use crate::state::grid::Grid;
 use crate::state::saved::refusal;
 use crate::step;
 use contact::SharedNodes;
@@ -134,6 +136,10 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
                 let shared = &self.shared;
                 work += shared.press_on(number, motion, &mut nodes, &rigid, &geometry, friction);
             }
+        }
+        for grain in &mut self.all {
+            let Grid { images, tiles, .. } = &mut grain.continuum.grid;
+            follow(images, tiles);
         }
         work
     }

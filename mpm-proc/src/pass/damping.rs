@@ -67,7 +67,7 @@ impl Damping {
     pub fn count(impulse: &[[f64; 2]; NODES], tile: &mut NodeTile) {
         for i in 0..NODES {
             for a in 0..2 {
-                tile.wall_impulse[a] += impulse[i][a];
+                tile.wall.impulse[a] += impulse[i][a];
                 let mean = 0.5 * (tile.before[i][a] + tile.after[i][a]);
                 tile.damping_work -= impulse[i][a] * mean;
             }

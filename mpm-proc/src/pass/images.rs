@@ -3,23 +3,23 @@
 
 use crate::kernel::tiles::NODES;
 use crate::state::images::Images;
-use crate::state::nodes::{MappedTile, NodeTile};
+use crate::state::nodes::{MappedTile, NodeTile, WallBooks};
 
 /// Nodes of a tile whose momenta become velocities.
 pub trait Momenta {
-    /// Momenta in N s/m, then velocities in m/s; and the impulse of walls on the points in N s/m.
-    fn vectors(&mut self) -> (&mut [[f64; 2]; NODES], &mut [f64; 2]);
+    /// Momenta in N s/m, then velocities in m/s; and what walls give to the points.
+    fn vectors(&mut self) -> (&mut [[f64; 2]; NODES], &mut WallBooks);
 }
 
 impl Momenta for NodeTile {
-    fn vectors(&mut self) -> (&mut [[f64; 2]; NODES], &mut [f64; 2]) {
-        (&mut self.before, &mut self.wall_impulse)
+    fn vectors(&mut self) -> (&mut [[f64; 2]; NODES], &mut WallBooks) {
+        (&mut self.before, &mut self.wall)
     }
 }
 
 impl Momenta for MappedTile {
-    fn vectors(&mut self) -> (&mut [[f64; 2]; NODES], &mut [f64; 2]) {
-        (&mut self.velocity, &mut self.impulse)
+    fn vectors(&mut self) -> (&mut [[f64; 2]; NODES], &mut WallBooks) {
+        (&mut self.velocity, &mut self.wall)
     }
 }
 
@@ -41,8 +41,9 @@ pub fn gather_vectors(images: &mut Images, tiles: &mut [impl Momenta]) {
         image.momentum = core::mem::take(&mut tiles[tile].vectors().0[n]);
         let (tile, n) = image.of.split();
         let to = &mut tiles[tile].vectors().0[n];
+        let free = image.free_momentum();
         for a in 0..2 {
-            to[a] += image.sign[a] * image.momentum[a];
+            to[a] += image.sign[a] * free[a];
         }
     }
 }
@@ -63,12 +64,13 @@ pub fn spread_before(images: &Images, tiles: &mut [NodeTile], pic_fraction: f64)
 pub fn spread_vectors(images: &Images, tiles: &mut [impl Momenta], share: f64) {
     for image in &images.0 {
         let (tile, n) = image.of.split();
-        let (velocity, impulse) = tiles[tile].vectors();
-        let v = velocity[n];
-        for a in 0..2 {
-            let felt = image.mass * v[a] + image.momentum[a];
-            impulse[a] -= share * (1.0 - image.sign[a]) * felt;
-        }
+        let (velocity, wall) = tiles[tile].vectors();
+        let (v, free) = (velocity[n], image.free_momentum());
+        let taken = [0, 1].map(|a| {
+            let felt = image.mass * v[a] + free[a];
+            share * (1.0 - image.sign[a]) * felt
+        });
+        image.count(taken.map(|i| -i), wall);
         let (tile, n) = image.at.split();
         tiles[tile].vectors().0[n] = image.velocity(v);
     }
@@ -100,11 +102,22 @@ pub fn spread_after(images: &Images, tiles: &mut [NodeTile], kick: f64) {
         let (tile, n) = image.of.split();
         let original = &mut tiles[tile];
         let v = original.after[n];
-        for a in 0..2 {
+        let taken = [0, 1].map(|a| {
             let felt = image.mass * (v[a] - original.before[n][a]) + kick * image.force[a];
-            original.wall_impulse[a] -= (1.0 - image.sign[a]) * felt;
-        }
+            (1.0 - image.sign[a]) * felt
+        });
+        image.count(taken.map(|i| -i), &mut original.wall);
         let (tile, n) = image.at.split();
         tiles[tile].after[n] = image.velocity(v);
+    }
+}
+
+/// Gives the images the velocities that their originals have come to by contact.
+pub fn follow(images: &Images, tiles: &mut [NodeTile]) {
+    for image in &images.0 {
+        let (tile, n) = image.of.split();
+        let velocity = image.velocity(tiles[tile].after[n]);
+        let (tile, n) = image.at.split();
+        tiles[tile].after[n] = velocity;
     }
 }

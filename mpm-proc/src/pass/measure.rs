@@ -31,7 +31,8 @@ pub fn keep_books<const W: usize, S: Shape<W>, T: Transfer>(
         let mass: f64 = continuum.clouds.iter().map(Cloud::total_mass).sum();
         continuum.books.applied_impulse += continuum.grid.gravity.map(|g| kick * mass * g);
         for tile in &continuum.grid.tiles {
-            continuum.books.applied_impulse += tile.wall_impulse;
+            continuum.books.applied_impulse += tile.wall.impulse;
+            continuum.books.kick.driven += tile.wall.work;
             continuum.books.kick.friction += tile.friction_work;
             continuum.books.kick.damping += tile.damping_work;
         }
@@ -84,9 +85,11 @@ pub fn close_books<const W: usize, S: Shape<W>, T: Transfer>(
         ledger.applied_impulse = continuum.books.applied_impulse.value();
         ledger.friction_work += step.centring() * kick.friction;
         ledger.viscous_work += step.centring() * kick.damping;
+        ledger.driven_work += step.centring() * kick.driven;
     }
     continuum.books.friction_work += kick.friction;
     continuum.books.viscous_work += kick.damping;
+    continuum.books.driven_work += kick.driven;
 }
 
 /// Takes what belongs to `t_{n+1/2}`; quantities of then count by `after`.

@@ -8,7 +8,7 @@ use crate::kernel::tiles::{NODES, first_node, node};
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::add_window;
 use crate::state::grid::Grid;
-use crate::state::nodes::{MappedTile, NodeTile};
+use crate::state::nodes::{MappedTile, NodeTile, WallBooks};
 use crate::state::points::Cloud;
 use crate::state::walls::WallNodes;
 
@@ -32,7 +32,7 @@ pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
             let window = &clouds[o.cloud as usize].mass_momentum[o.tile as usize];
             add_window::<W, 4>(&mut sum, &window.0, o.run);
         }
-        tile.wall_impulse = [0.0; 2];
+        tile.wall = WallBooks::default();
         tile.friction_work = 0.0;
         tile.damping_work = 0.0;
         for (i, sum) in sum.iter().enumerate() {
@@ -75,7 +75,7 @@ pub fn divide_mapped<const W: usize, S: Shape<W>, A: AffineState>(
         for (v, sum) in mapped.velocity.iter_mut().zip(&sum) {
             *v = [sum[1], sum[2]];
         }
-        mapped.impulse = [0.0; 2];
+        mapped.wall = WallBooks::default();
         if !tile.imaged {
             mapped.divide_momentum(tile, walls);
         }
@@ -99,8 +99,9 @@ impl MappedTile {
         for i in 0..NODES {
             let free = self.velocity[i].map(|p| p * tile.per_mass[i]);
             let held = walls.hold(node(origin, i), free);
+            self.wall.work += walls.drive(node(origin, i), tile.mass[i], free, held);
             for a in 0..2 {
-                self.impulse[a] += tile.mass[i] * (held[a] - free[a]);
+                self.wall.impulse[a] += tile.mass[i] * (held[a] - free[a]);
             }
             self.velocity[i] = held;
         }
@@ -120,9 +121,10 @@ impl NodeTile {
             let origin = first_node(self.at);
             for i in 0..NODES {
                 let held = walls.hold(node(origin, i), self.before[i]);
+                let felt = pic_fraction * self.mass[i];
+                self.wall.work += walls.drive(node(origin, i), felt, self.before[i], held);
                 for a in 0..2 {
-                    self.wall_impulse[a] +=
-                        pic_fraction * self.mass[i] * (held[a] - self.before[i][a]);
+                    self.wall.impulse[a] += felt * (held[a] - self.before[i][a]);
                 }
                 self.before[i] = held;
             }

@@ -97,9 +97,11 @@ impl NodeTile {
             for i in 0..NODES {
                 let free = self.after[i];
                 let held = walls.hold_after_kick(node(origin, i), free);
-                self.friction_work += self.mass[i] * walls.slid(node(origin, i), free, held);
+                let slid = walls.slid(node(origin, i), self.before[i], free, held);
+                self.friction_work += self.mass[i] * slid;
+                self.wall.work += walls.drive(node(origin, i), self.mass[i], free, held);
                 for a in 0..2 {
-                    self.wall_impulse[a] += self.mass[i] * (held[a] - free[a]);
+                    self.wall.impulse[a] += self.mass[i] * (held[a] - free[a]);
                 }
                 self.after[i] = held;
             }

@@ -43,7 +43,8 @@ pub fn filter_velocities<const W: usize, S: Shape<W>, T: Transfer>(
         T::take_from_aside(&mut motion.v, &motion.affine);
     });
     for tile in &continuum.grid.mapped {
-        continuum.books.applied_impulse += tile.impulse;
+        continuum.books.applied_impulse += tile.wall.impulse;
+        continuum.books.driven_work += tile.wall.work;
     }
 }
 

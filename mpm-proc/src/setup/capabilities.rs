@@ -13,7 +13,10 @@ const TAKES: [(&str, &[&str]); 10] = [
     ("stress_update", &["usf", "usl", "musl", "usavg"]),
     ("drift", &["nodal", "mapped"]),
     ("plane", &["strain", "stress"]),
-    ("wall", &["open", "fixed", "slip", "friction", "periodic"]),
+    (
+        "wall",
+        &["open", "fixed", "slip", "friction", "periodic", "driven"],
+    ),
     (
         "material",
         &[

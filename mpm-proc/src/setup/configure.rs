@@ -95,7 +95,10 @@ impl<'a> Parts<'a> {
         let mut points = Vec::new();
         for (g, group) in config.groups.iter().enumerate() {
             let key = format!("mpm.points.{g}");
-            let filled = fill(group, config.cell, &key)?;
+            let mut filled = fill(group, config.cell, &key)?;
+            for x in &mut filled.positions {
+                *x = geometry.entered(*x); // what reaches over a periodic wall
+            }
             if group.rigid && filled.positions.len() < 2 {
                 let message = "a single point cannot turn: a rigid group needs two points or more";
                 return Err(Refusal::new(format!("{key}.rigid"), message));

@@ -13,7 +13,7 @@ pub struct Books {
     pub contact_impulse: Impulse,
     /// Dissipated by walls with friction so far in J/m.
     pub friction_work: f64,
-    /// Work of loads so far, less the energy of points removed, in J/m.
+    /// Work of loads and driven walls so far, less the energy of points removed, in J/m.
     pub driven_work: f64,
     /// Dissipated by plastic flow so far in J/m.
     pub plastic_work: f64,
@@ -40,4 +40,6 @@ pub struct KickWork {
     pub friction: f64,
     /// Of damping.
     pub damping: f64,
+    /// Of driven walls.
+    pub driven: f64,
 }

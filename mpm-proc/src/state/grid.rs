@@ -1,7 +1,7 @@
 //! The occupied part of the grid: the node tiles that some point's window reaches.
 
 use super::images::Images;
-use super::nodes::{ALL_NODES, ContactNodes, MappedTile, NodeTile, Overlap};
+use super::nodes::{ALL_NODES, ContactNodes, MappedTile, NodeTile, Overlap, WallBooks};
 use super::points::Cloud;
 use super::walls::WallNodes;
 use crate::kernel::shape::Shape;
@@ -96,7 +96,7 @@ impl Grid {
                 before: [[0.0; 2]; NODES],
                 after: [[0.0; 2]; NODES],
                 damping_work: 0.0,
-                wall_impulse: [0.0; 2],
+                wall: WallBooks::default(),
                 friction_work: 0.0,
             });
             self.overlaps.extend(group.iter().map(|(_, o)| *o));
@@ -109,6 +109,15 @@ impl Grid {
         if seen {
             self.make_room_for_mapped();
         }
+    }
+
+    /// The tile that holds a node, and the node's number there, if it is laid out.
+    pub fn holder(&self, node: [i64; 2]) -> Option<(u32, usize)> {
+        let [column, row] = node.map(|i| i.div_euclid(TILE as i64) as i32);
+        let [x, y] = node.map(|i| i.rem_euclid(TILE as i64) as usize);
+        let at = |t: &NodeTile| [t.at[1], t.at[0]];
+        let tile = self.tiles.binary_search_by_key(&[row, column], at).ok()?;
+        Some((tile as u32, y * TILE + x))
     }
 
     /// Whether there is room for the contact of bodies: all that is saved of a grid. The sum with a force of zero can
@@ -151,7 +160,7 @@ impl Grid {
             tile,
             wanted: 0,
             velocity: [[0.0; 2]; NODES],
-            impulse: [0.0; 2],
+            wall: WallBooks::default(),
         };
         let held = self.mapped.len() as u32;
         self.mapped

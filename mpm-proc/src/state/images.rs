@@ -12,11 +12,13 @@
 //! (the last two because `m g` of the sum is added to every node). The mass stays diagonal because `sigma^2 = 1`. Afterwards
 //! velocities go the other way. An image has no mass of its own between, so nothing is counted twice.
 //!
+//! Beyond a driven wall all this is so in the frame of the wall: `v_image = V + sigma (v - V)`.
+//!
 //! What points feel of an image is its own mass times `sigma v`. Where sigma is -1 the wall takes what
 //! the originals' own bookkeeping does not show: `-2 (m_image dv + (f_image + m_image g) kick)` in a kick, and
 //! `-2 (m_image v + p_image)` where velocities are set from momenta.
 
-use super::nodes::{NodeAt, NodeTile};
+use super::nodes::{NodeAt, NodeTile, WallBooks};
 use super::walls::WallNodes;
 use crate::kernel::tiles::{MARGIN, NODES, TILE, first_node, node};
 
@@ -34,6 +36,8 @@ pub struct Image {
     pub sign: [f64; 2],
     /// Whether it stands beyond a periodic wall.
     pub periodic: bool,
+    /// Velocity of the driven wall in m/s that it stands beyond, if it does.
+    pub driven: Option<[f64; 2]>,
     /// `m_I` in kg/m of its own points.
     pub mass: f64,
     /// `p_I` in N s/m likewise.
@@ -107,6 +111,7 @@ impl Images {
                     },
                     sign,
                     periodic,
+                    driven: walls.driven(node(first, n)),
                     mass: 0.0,
                     momentum: [0.0; 2],
                     force: [0.0; 2],
@@ -119,7 +124,31 @@ impl Images {
 impl Image {
     /// Velocity of the image where that of the original is `v`.
     pub fn velocity(&self, v: [f64; 2]) -> [f64; 2] {
-        [self.sign[0] * v[0], self.sign[1] * v[1]]
+        let turned = [self.sign[0] * v[0], self.sign[1] * v[1]];
+        match self.driven {
+            None => turned,
+            Some(wall) => [0, 1].map(|a| turned[a] + (1.0 - self.sign[a]) * wall[a]),
+        }
+    }
+
+    /// Momentum in N s/m of its own points, less what the wall gives it at any velocity of the original.
+    pub fn free_momentum(&self) -> [f64; 2] {
+        match self.driven {
+            None => self.momentum,
+            Some(wall) => {
+                [0, 1].map(|a| self.momentum[a] - self.mass * (1.0 - self.sign[a]) * wall[a])
+            }
+        }
+    }
+
+    /// Counts an impulse (N s/m) of the wall at the image.
+    pub fn count(&self, impulse: [f64; 2], wall: &mut WallBooks) {
+        for a in 0..2 {
+            wall.impulse[a] += impulse[a];
+        }
+        if let Some(velocity) = self.driven {
+            wall.work += velocity[0] * impulse[0] + velocity[1] * impulse[1];
+        }
     }
 }
 

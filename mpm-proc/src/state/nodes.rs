@@ -31,8 +31,8 @@ pub struct NodeTile {
     pub after: [[f64; 2]; NODES],
     /// Work of damping in the present step in J/m.
     pub damping_work: f64,
-    /// Impulse of walls and damping in the present step, as the points feel it, in N s/m.
-    pub wall_impulse: [f64; 2],
+    /// What walls and damping give in the present step.
+    pub wall: WallBooks,
     /// Work of wall friction in the present step in J/m.
     pub friction_work: f64,
 }
@@ -57,8 +57,17 @@ pub struct MappedTile {
     pub wanted: u64,
     /// Velocities of its nodes in m/s.
     pub velocity: [[f64; 2]; NODES],
-    /// Impulse of the walls in N s/m.
+    /// What the walls give.
+    pub wall: WallBooks,
+}
+
+/// What walls give to the nodes of a tile.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct WallBooks {
+    /// Impulse in N s/m, as the points feel it.
     pub impulse: [f64; 2],
+    /// Work of driven walls in J/m.
+    pub work: f64,
 }
 
 /// Contact of bodies with the nodes of a tile.

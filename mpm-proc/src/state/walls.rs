@@ -6,6 +6,9 @@
 //! and a field that is linear up to the wall stays so. Holding them instead, as for the other shape functions, which
 //! hardly reach them, would hold a part of the first cell and shorten the body by it. A wall with friction lets go, so it
 //! is no mirror; its nodes beyond are held as those on it.
+//!
+//! A driven wall is a fixed one in the frame that moves with it. There it does no work, so that its work at rest is its
+//! velocity times what it gives of momentum, whatever the shape function and the transfer.
 
 use interface::config::{Wall, Walls};
 
@@ -15,6 +18,8 @@ enum Hold {
     Nothing,
     Normal,
     Everything,
+    /// Everything but the velocity of the wall, in m/s.
+    Driven([f64; 2]),
     /// Nothing moves into the wall; along it, Coulomb friction with this coefficient.
     Into(f64),
 }
@@ -43,7 +48,10 @@ enum Beyond {
 impl WallNodes {
     /// The walls of a domain of `cells` cells; `mirrors` if those that hold are to be so.
     pub fn new(walls: &Walls, cells: [i64; 2], mirrors: bool) -> Self {
-        let hold = |wall: Wall| match wall {
+        let hold = |wall: Wall, axis: usize| match wall {
+            Wall::Driven { speed } => {
+                Hold::Driven([0, 1].map(|a| if a == axis { 0.0 } else { speed }))
+            }
             Wall::Fixed => Hold::Everything,
             Wall::Slip => Hold::Normal,
             Wall::Friction { coefficient } => Hold::Into(coefficient),
@@ -51,7 +59,7 @@ impl WallNodes {
         };
         let beyond = |wall: Wall, axis: usize| match wall {
             Wall::Periodic => Beyond::OtherEnd,
-            Wall::Fixed if mirrors => Beyond::Mirror([-1.0; 2]),
+            Wall::Fixed | Wall::Driven { .. } if mirrors => Beyond::Mirror([-1.0; 2]),
             Wall::Slip if mirrors => {
                 Beyond::Mirror([0, 1].map(|a| if a == axis { -1.0 } else { 1.0 }))
             }
@@ -60,7 +68,7 @@ impl WallNodes {
         let ends = [[walls.left, walls.right], [walls.bottom, walls.top]];
         Self {
             cells,
-            hold: ends.map(|e| e.map(hold)),
+            hold: [0, 1].map(|a| ends[a].map(|wall| hold(wall, a))),
             beyond: [0, 1].map(|a| ends[a].map(|wall| beyond(wall, a))),
         }
     }
@@ -72,10 +80,27 @@ impl WallNodes {
             match self.at(node, a).0 {
                 Hold::Nothing | Hold::Into(_) => {}
                 Hold::Normal => free[a] = 0.0,
-                Hold::Everything => return [0.0; 2],
+                Hold::Everything | Hold::Driven(_) => return [0.0; 2],
             }
         }
         free
+    }
+
+    /// Velocity in m/s of the driven wall that `node` is on or beyond, if it is.
+    pub fn driven(&self, node: [i64; 2]) -> Option<[f64; 2]> {
+        [0, 1].into_iter().find_map(|a| match self.at(node, a).0 {
+            Hold::Driven(velocity) => Some(velocity),
+            _ => None,
+        })
+    }
+
+    /// Work in J/m of the driven wall at `node`, if it is one, where it gives `mass` (kg/m) the velocity `held` for
+    /// `free` (m/s).
+    pub fn drive(&self, node: [i64; 2], mass: f64, free: [f64; 2], held: [f64; 2]) -> f64 {
+        match self.driven(node) {
+            None => 0.0,
+            Some(wall) => mass * (wall[0] * (held[0] - free[0]) + wall[1] * (held[1] - free[1])),
+        }
     }
 
     /// Cells of the domain along x and y.
@@ -158,6 +183,7 @@ impl WallNodes {
                 (Hold::Nothing, _) => {}
                 (Hold::Normal, _) => v[a] = 0.0,
                 (Hold::Everything, _) => v = [0.0; 2],
+                (Hold::Driven(velocity), _) => v = velocity,
                 (Hold::Into(coefficient), out) => {
                     let into = (v[a] * out).max(0.0);
                     v[a] -= into * out;
@@ -169,13 +195,14 @@ impl WallNodes {
         v
     }
 
-    /// Work per mass that friction took between two velocities of a node after a kick, in m^2/s^2.
-    pub fn slid(&self, node: [i64; 2], free: [f64; 2], held: [f64; 2]) -> f64 {
+    /// Work per mass that friction took in a kick, in m^2/s^2, from the velocities of a node `before` it, without the wall
+    /// (`free`) and with it (`held`): an impulse in a kick does work by the mean of the velocities before and after all of it.
+    pub fn slid(&self, node: [i64; 2], before: [f64; 2], free: [f64; 2], held: [f64; 2]) -> f64 {
         let mut work = 0.0;
         for a in 0..2 {
             if let (Hold::Into(_), _) = self.at(node, a) {
                 let along = 1 - a;
-                work += 0.5 * (free[along] - held[along]) * (free[along] + held[along]);
+                work += 0.5 * (free[along] - held[along]) * (before[along] + held[along]);
             }
         }
         work
@@ -206,6 +233,34 @@ mod tests {
         assert_eq!(walls.hold_after_kick([5, 0], [-0.5, -2.0]), [0.0, 0.0]);
         assert_eq!(walls.hold_after_kick([5, 0], [3.0, 2.0]), [3.0, 2.0]);
         assert_eq!(walls.hold([5, 0], [3.0, -2.0]), [3.0, 0.0]);
+        // What sticks loses nothing of what a force gives it in the same kick; what slides loses force times way.
+        let work =
+            |before, free| walls.slid([5, 0], before, free, walls.hold_after_kick([5, 0], free));
+        assert_eq!(work([0.0; 2], [0.5, -2.0]), 0.0);
+        assert_eq!(work([3.0, 0.0], [3.0, -2.0]), 2.5);
+    }
+
+    #[test]
+    fn a_driven_wall_holds_at_its_own_velocity_and_works() {
+        let walls = WallNodes::new(
+            &Walls {
+                right: Wall::Driven { speed: 3.0 },
+                bottom: Wall::Periodic,
+                top: Wall::Periodic,
+                ..Walls::default()
+            },
+            [10, 20],
+            true,
+        );
+        assert_eq!(walls.hold([10, 4], [1.0, 2.0]), [0.0, 3.0]);
+        assert_eq!(walls.hold([9, 4], [1.0, 2.0]), [1.0, 2.0]);
+        assert_eq!(walls.driven([11, 4]), Some([0.0, 3.0]));
+        assert_eq!(walls.driven([0, 20]), None);
+        assert_eq!(walls.free([10, 4]), [0.0; 2]);
+        assert_eq!(walls.drive([10, 4], 2.0, [1.0, 2.0], [0.0, 3.0]), 6.0);
+        assert_eq!(walls.drive([3, 4], 2.0, [1.0, 2.0], [0.0, 3.0]), 0.0);
+        let beyond = walls.original([12, 4]);
+        assert_eq!(beyond, Some(([8, 4], [-1.0; 2], false)));
     }
 
     #[test]

@@ -1,10 +1,13 @@
 //! Bodies of points that touch on the grid (Bardenhagen 2000; Jiang 2020 section 5.4).
 
-use interface::config::{Drift, Fill, GridContact, GroupConfig, MpmConfig, Spacing, Transfer};
+use interface::config::{
+    Drift, Fill, GridContact, GroupConfig, MpmConfig, ShapeFunction, Spacing, StressUpdate,
+    Transfer, Wall, Walls,
+};
 use interface::message::wire::PointState;
 use interface::solver::MpmSolver;
 
-use super::{Stepper, block, configured};
+use super::{Stepper, bits, block, configured};
 use crate::Mpm;
 
 /// Two blocks side by side, 0.1 apart, the left one on its way to the right at 1 m/s.
@@ -140,5 +143,103 @@ fn a_rigid_grain_falls() {
             "{} {expected}",
             b.position[1]
         );
+    }
+}
+
+/// Two discs about (`x`, `y`) that meet off centre and rub, in a domain of 20 by 16 cells that closes on itself.
+fn discs(shape: ShapeFunction, transfer: Transfer, [x, y]: [f64; 2]) -> MpmConfig {
+    let mut config = block();
+    (config.shape, config.transfer) = (shape, transfer);
+    config.drift = Drift::Nodal;
+    config.grid_contact = Some(GridContact { friction: 0.3 });
+    let around = Wall::Periodic;
+    config.walls = Walls {
+        left: around,
+        right: around,
+        bottom: around,
+        top: around,
+    };
+    let group = config.groups[0].clone();
+    let disc = |name: &str, center, velocity| GroupConfig {
+        name: name.into(),
+        fill: Fill::Disc {
+            center,
+            radius: 0.1,
+        },
+        spacing: Spacing::PerCell(4),
+        velocity,
+        ..group.clone()
+    };
+    config.groups = vec![
+        disc("one", [x - 0.11, y], [2.0, 0.5]),
+        disc("other", [x + 0.11, y + 0.05], [-1.0, 0.0]),
+    ];
+    config
+}
+
+/// Shape functions, each with another transfer and stress update.
+const KINDS: [(ShapeFunction, Transfer, StressUpdate); 3] = [
+    (ShapeFunction::Ugimp, Transfer::Flip, StressUpdate::Usf),
+    (
+        ShapeFunction::QuadraticBspline,
+        Transfer::Apic,
+        StressUpdate::Usl,
+    ),
+    (
+        ShapeFunction::CubicBspline,
+        Transfer::Xpic { order: 2 },
+        StressUpdate::Musl,
+    ),
+];
+
+/// Where nodes are images of those at the other end, originals alone touch; it must not show. 9 and 8 cells to the right
+/// and up, the discs meet at the corner of the domain, each of them in four pieces.
+#[test]
+fn discs_meet_across_periodic_walls_as_they_do_away_from_them() {
+    for (shape, transfer, stress_update) in KINDS {
+        let run = |center, threads| {
+            let mut config = discs(shape, transfer, center);
+            config.stress_update = stress_update;
+            config.threads = threads;
+            collided(&config, 400)
+        };
+        let away = run([0.3, 0.5], 1);
+        for shift in [[0.5, 0.0], [0.0, 0.4], [0.5, 0.4]] {
+            let across = run([0.3 + shift[0], 0.5 + shift[1]], 1);
+            let (a, b) = (away.points(), across.points());
+            let mut crossed = 0;
+            for (a, b) in a.iter().zip(&b) {
+                let mut around = false;
+                for axis in 0..2 {
+                    let size = [1.0, 0.8][axis];
+                    let way = b.position[axis] - a.position[axis] - shift[axis];
+                    let dx = way - size * (way / size).round();
+                    let dv = b.velocity[axis] - a.velocity[axis];
+                    assert!(
+                        dx.abs() < 1e-12 && dv.abs() < 1e-9,
+                        "{shape:?} {shift:?}, point {}: {dx:e} m, {dv:e} m/s",
+                        a.id
+                    );
+                    around |= dx.abs() < 0.5 * way.abs();
+                }
+                crossed += usize::from(around);
+            }
+            assert!(crossed > 50, "{shape:?} {shift:?}: {crossed} points");
+            let start = sums(&configured(&discs(shape, transfer, [0.3, 0.5])));
+            let end = sums(&across);
+            for axis in 0..2 {
+                let error = (end.0[axis] - start.0[axis]).abs();
+                assert!(error < 1e-12 * start.0[0], "{shape:?} {axis}: {error:e}");
+            }
+            let of_first = &b[..b.len() / 2];
+            let mean = of_first.iter().map(|p| p.velocity[0]).sum::<f64>() / of_first.len() as f64;
+            assert!(mean < 1.0, "{shape:?}: they have not met: {mean} m/s");
+            let threads = run([0.3 + shift[0], 0.5 + shift[1]], 2);
+            assert_eq!(
+                bits(&across),
+                bits(&threads),
+                "{shape:?} {shift:?}: threads"
+            );
+        }
     }
 }

@@ -6,6 +6,7 @@ mod conservation;
 mod contact_schemes;
 mod convergence;
 mod drift;
+mod driven_walls;
 mod forcing;
 mod grid_contact;
 mod leaving;

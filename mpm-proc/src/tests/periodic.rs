@@ -203,3 +203,23 @@ fn a_field_that_is_linear_up_to_a_wall_stays_so() {
         assert!(compared > 100);
     }
 }
+
+/// A region may reach over a periodic wall: the rest of it begins at the other end.
+#[test]
+fn a_region_over_a_periodic_wall_enters_at_the_other_end() {
+    let config = |x| disc(ShapeFunction::QuadraticBspline, Transfer::Apic, x, 1);
+    let (mut within, mut over) = (config(0.3), config(0.8));
+    for config in [&mut within, &mut over] {
+        config.groups[0].fields.velocity = None;
+    }
+    let (a, b) = (configured(&within).points(), configured(&over).points());
+    assert_eq!(a.len(), b.len());
+    let mut entered = 0;
+    for (a, b) in a.iter().zip(&b) {
+        let way = b.position[0] - a.position[0] - 0.5;
+        assert!(way.abs() < 1e-14 || (way + 1.0).abs() < 1e-14, "{way}");
+        assert!((-0.2..=0.8).contains(&b.position[0]));
+        entered += usize::from(way < -0.5);
+    }
+    assert_eq!(entered, a.len() / 2);
+}

@@ -62,6 +62,35 @@ fn bad_configurations_are_refused_with_key_and_reason() {
         "mpm.walls.bottom",
         "make both periodic or neither",
     );
+    let driven = Wall::Driven { speed: 1.0 };
+    refused(
+        |c| c.walls.top = Wall::Driven { speed: f64::NAN },
+        "mpm.walls.top.driven.speed",
+        "a velocity along the wall",
+    );
+    refused(
+        |c| (c.walls.top, c.transfer) = (driven, Transfer::Xpic { order: 2 }),
+        "mpm.transfer",
+        "the wall top moves, which xpic does not filter",
+    );
+    refused(
+        |c| (c.walls.top, c.walls.left) = (driven, Wall::Slip),
+        "mpm.walls.left",
+        "would press what it holds into the wall left",
+    );
+    refused(
+        |c| (c.walls.right, c.walls.bottom) = (driven, driven),
+        "mpm.walls.bottom",
+        "the wall right moves along itself",
+    );
+    refused(
+        |c| {
+            c.walls.top = driven;
+            c.domain[1][1] = 0.25;
+        },
+        "mpm.domain",
+        "4 cells between it and the wall opposite",
+    );
     refused(|c| c.skin = -1.0, "mpm.skin", "0 or more");
     refused(
         |c| c.stress_update = StressUpdate::Usl,
@@ -130,9 +159,10 @@ fn bad_configurations_are_refused_with_key_and_reason() {
         |c| {
             touching(c, 0.0);
             (c.walls.left, c.walls.right) = (Wall::Periodic, Wall::Periodic);
+            c.groups[0].rigid = true;
         },
-        "mpm.walls.left",
-        "do not touch each other",
+        "mpm.points.0.rigid",
+        "no centre to turn about",
     );
     refused(
         |c| {
@@ -169,6 +199,18 @@ fn bad_configurations_are_refused_with_key_and_reason() {
             c.groups[0].fill = Fill::Disc {
                 center: [0.7, 0.4],
                 radius: 0.2,
+            }
+        },
+        "mpm.points.0.fill",
+        "outside of `mpm.domain`",
+    );
+    // Over a periodic wall a region may reach, but not onto itself.
+    refused(
+        |c| {
+            (c.walls.left, c.walls.right) = (Wall::Periodic, Wall::Periodic);
+            c.groups[0].fill = Fill::Rectangle {
+                lower: [0.0, 0.3],
+                upper: [1.1, 0.5],
             }
         },
         "mpm.points.0.fill",

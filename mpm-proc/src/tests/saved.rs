@@ -461,6 +461,11 @@ fn grains_go_on_to_the_same_bits() {
                 config.walls = Walls::default();
                 config.domain[1][0] = 0.7;
             }
+            if rigid == [false; 2] && config.leaving == Leaving::Stop {
+                config.walls.left = Wall::Periodic;
+                config.walls.right = Wall::Periodic;
+                config.walls.bottom = [Wall::Driven { speed: 3.0 }, Wall::Open][n % 2];
+            }
             config.threads = 1 + n % 2;
             goes_on(&format!("grains {n}: {shape:?} {rigid:?}"), &config);
             n += 1;

@@ -1,0 +1,135 @@
+//! Walls that move along themselves.
+
+use interface::config::{
+    Drift, Fill, InitialFields, MaterialModel, MpmConfig, ShapeFunction, StressUpdate, Transfer,
+    Wall, Walls,
+};
+use interface::message::wire::Ledger;
+use interface::solver::MpmSolver;
+
+use super::{BULK, SHEAR, Stepper, block, configured};
+use crate::Mpm;
+
+const HEIGHT: f64 = 0.8;
+const LENGTH: f64 = 1.0;
+const SPEED: f64 = 2.0;
+
+/// A slab that fills the domain, without an end along x, between a wall at rest below and one that moves above.
+fn slab(shape: ShapeFunction, transfer: Transfer) -> MpmConfig {
+    let mut config = block();
+    (config.shape, config.transfer) = (shape, transfer);
+    config.materials[0].model = MaterialModel::NeoHookean {
+        bulk_modulus: BULK,
+        shear_modulus: SHEAR,
+    };
+    config.walls = Walls {
+        left: Wall::Periodic,
+        right: Wall::Periodic,
+        bottom: Wall::Fixed,
+        top: Wall::Driven { speed: SPEED },
+    };
+    config.groups[0].fill = Fill::Rectangle {
+        lower: [-0.2, 0.1],
+        upper: [0.8, 0.9],
+    };
+    config
+}
+
+/// The slab after `steps` of 1e-4 s, the last of them measured.
+fn run(config: &MpmConfig, steps: usize) -> (Mpm, Ledger) {
+    let mut mpm = configured(config);
+    let mut stepper = Stepper::new();
+    stepper.run(&mut mpm, 1e-4, steps);
+    stepper
+        .step(&mut mpm, 1e-4, true, &[])
+        .expect("a sound step");
+    let ledger = mpm.measurement().ledger;
+    (mpm, ledger)
+}
+
+const KINDS: [(ShapeFunction, Transfer); 5] = [
+    (ShapeFunction::Linear, Transfer::Flip),
+    (ShapeFunction::Ugimp, Transfer::Flip),
+    (ShapeFunction::QuadraticBspline, Transfer::Apic),
+    (ShapeFunction::QuadraticBspline, Transfer::Flip),
+    (ShapeFunction::CubicBspline, Transfer::Xpic { order: 1 }),
+];
+
+/// Couette's shear: the velocity stays linear, the stress is `G gamma` in a Neo-Hookean solid at any shear, and the wall's
+/// work is what the slab holds.
+#[test]
+fn a_slab_shears_in_closed_form() {
+    for (shape, transfer) in KINDS {
+        if shape == ShapeFunction::Linear {
+            continue; // a point that comes upon a node counts for one of the cells beside it only
+        }
+        let mut config = slab(shape, transfer);
+        config.groups[0].fields = InitialFields {
+            velocity: Some([format!("{SPEED}*(y-0.1)/{HEIGHT}"), "0".into()]),
+            stress: None,
+        };
+        let start = configured(&config).points();
+        let (mpm, ledger) = run(&config, 1000);
+        let time = 1000.0 * 1e-4;
+        let gamma = SPEED * time / HEIGHT; // 0.25
+        for (a, b) in start.iter().zip(mpm.points()) {
+            let share = (a.position[1] - 0.1) / HEIGHT;
+            // Positions are of the end of the step that was measured at its start.
+            let way = b.position[0] - a.position[0] - SPEED * (time + 1e-4) * share;
+            let dx = way - LENGTH * (way / LENGTH).round();
+            assert!(dx.abs() < 1e-11, "{shape:?} {transfer:?}: {dx:e} m");
+            let dy = b.position[1] - a.position[1];
+            assert!(dy.abs() < 1e-11, "{shape:?} {transfer:?}: {dy:e} m");
+        }
+        let held = 0.5 * SHEAR * gamma * gamma * HEIGHT * LENGTH;
+        for (what, value) in [("elastic", ledger.elastic), ("driven", ledger.driven_work)] {
+            let error = value / held - 1.0;
+            assert!(
+                error.abs() < 1e-9,
+                "{shape:?} {transfer:?}: {what} {error:e}"
+            );
+        }
+        // Top and bottom hold each other.
+        assert!(ledger.applied_impulse[0].abs() < 1e-9 * SHEAR * gamma * LENGTH * time);
+    }
+}
+
+/// Which of the two walls is at rest is a matter of the frame: neither motion nor the balance of energy depends on it.
+#[test]
+fn a_driven_wall_is_a_fixed_one_in_its_own_frame() {
+    for (shape, transfer) in KINDS {
+        for stress_update in [StressUpdate::Usf, StressUpdate::Usl, StressUpdate::Usavg] {
+            let mut above = slab(shape, transfer);
+            above.stress_update = stress_update;
+            above.drift = Drift::Nodal;
+            // From rest: a shock runs into the slab.
+            let mut below = above.clone();
+            below.groups[0].velocity = [-SPEED, 0.0];
+            below.walls.bottom = Wall::Driven { speed: -SPEED };
+            below.walls.top = Wall::Fixed;
+            let steps = 200;
+            let ((a, books_a), (b, books_b)) = (run(&above, steps), run(&below, steps));
+            let time = (steps + 1) as f64 * 1e-4;
+            for (a, b) in a.points().iter().zip(b.points()) {
+                let way = a.position[0] - b.position[0] - SPEED * time;
+                let dx = way - LENGTH * (way / LENGTH).round();
+                assert!(dx.abs() < 1e-11, "{shape:?} {stress_update:?}: {dx:e} m");
+                let dv = a.velocity[0] - b.velocity[0] - SPEED;
+                assert!(dv.abs() < 1e-8, "{shape:?} {stress_update:?}: {dv:e} m/s");
+            }
+            let mass = 1000.0 * HEIGHT * LENGTH;
+            let at_start = [0.0, 0.5 * mass * SPEED * SPEED];
+            let [of_a, of_b] = [(books_a, at_start[0]), (books_b, at_start[1])]
+                .map(|(l, start)| l.kinetic + l.elastic - l.driven_work - start);
+            assert!(books_a.driven_work > 0.01 * at_start[1], "nothing moved");
+            assert!(
+                (of_a - of_b).abs() < 1e-9 * at_start[1],
+                "{shape:?} {transfer:?} {stress_update:?}: {of_a:e} {of_b:e} J/m"
+            );
+            for (l, start) in [(books_a, 0.0), (books_b, -mass * SPEED)] {
+                let error = l.momentum[0] - start - l.applied_impulse[0];
+                assert!(error.abs() < 1e-12 * mass * SPEED, "{error:e}");
+            }
+        }
+    }
+}
