@@ -22,6 +22,7 @@ mod output;
 mod parse;
 pub mod plan;
 mod problems;
+mod slice;
 mod solvers;
 mod start;
 mod structure;

@@ -8,6 +8,7 @@ mod convergence;
 mod drift;
 mod forcing;
 mod grid_contact;
+mod holds;
 mod leaving;
 mod limits;
 mod periodic;
@@ -94,6 +95,7 @@ pub fn block() -> MpmConfig {
         layers: false,
         interface: interface::config::Interface::Points,
         skin: 0.01,
+        probes: Vec::new(),
         threads: 1,
     }
 }
