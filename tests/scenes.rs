@@ -218,6 +218,8 @@ scenes! {
     silo: "jiang2020/silo",
     blocks: "jiang2020/blocks",
     granular_matrix: "jiang2020/granular_matrix",
+    beam_single: "singer2022/beam_single",
+    beam_multiple: "singer2022/beam_multiple",
     wave_1d: "chen2023/wave_1d",
     topple: "chen2023/topple",
     slide_slope: "chen2023/slide_slope",

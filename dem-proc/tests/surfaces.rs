@@ -135,6 +135,87 @@ fn a_table_of_one_law_is_that_law_to_the_bit() {
     }
 }
 
+/// A contact of a table whose laws are of different kinds is that of its own law to the bit, whatever the others are: what it
+/// remembers of friction, dashpots and rolling too.
+#[test]
+fn kinds_may_differ_from_pair_to_pair() {
+    let hertz = ContactLaw::HertzMindlin {
+        hertz_constant: 1e6,
+        poisson_ratio: 0.3,
+        friction: 0.4,
+        restitution: 0.5,
+        adhesion: 5.0,
+    };
+    let area = ContactLaw::Area {
+        area_stiffness: 1e8,
+        tangential_stiffness: 1e4,
+        friction: 0.3,
+    };
+    let rolling = ContactLaw::Granular {
+        normal_stiffness: 1e5,
+        tangential_stiffness: 5e4,
+        friction: 0.5,
+        damping_ratio: 0.2,
+        damped_mass: 0.0,
+        adhesion: 2.0,
+        rolling_friction: 0.1,
+    };
+    let alone = |law| {
+        let config = DemConfig {
+            body_contact: Some(law),
+            ..two_blocks_on_a_floor(Vec::new())
+        };
+        run(&config, 600)
+    };
+    for [for_all, of_wood] in [
+        [rolling, hertz],
+        [hertz, rolling],
+        [area, hertz],
+        [law(0.6), area],
+    ] {
+        let mixed = DemConfig {
+            body_contact: Some(for_all),
+            ..two_blocks_on_a_floor(vec![pair("floor", "wood", of_wood)])
+        };
+        let both = run(&mixed, 600);
+        assert_eq!(both[1], alone(of_wood)[1], "{of_wood:?}");
+        assert_eq!(both[2], alone(for_all)[2], "{for_all:?}");
+        assert_ne!(both[1][3], both[2][3]);
+    }
+}
+
+/// Points press on a ball by Hertz's law and on a support by a linear one.
+#[test]
+fn points_meet_bodies_by_laws_of_different_kinds() {
+    let disc = |x: f64, surface: &str| BodyConfig {
+        surface: surface.into(),
+        position: [x, 0.0],
+        ..fixed(BodyShape::Disc, 0.1)
+    };
+    let hertz = ContactLaw::HertzMindlin {
+        hertz_constant: 1e6,
+        poisson_ratio: 0.0,
+        friction: 0.0,
+        restitution: 1.0,
+        adhesion: 0.0,
+    };
+    let config = DemConfig {
+        point_surfaces: vec!["beam".into()],
+        contact_pairs: vec![pair("beam", "ball", hertz)],
+        ..scene(vec![disc(0.0, "ball"), disc(1.0, "support")], spring(1e4))
+    };
+    let mut dem = configured(&config);
+    dem.imp_set(&[info(0, 0.01, 1.0), info(1, 0.01, 1.0)]);
+    let mut forces = vec![ImpForce::default(); 2];
+    dem.contact(&OPENING, &[at(0.0, 0.1), at(1.0, 0.1)], &mut forces)
+        .unwrap();
+    // 1 cm deep: K xi^1.5 and 1.5 K xi^0.5, and k xi.
+    for (force, [expected, stiffness]) in forces.iter().zip([[1e3, 1.5e5], [1e2, 1e4]]) {
+        assert!((force.force[1].abs() / expected - 1.0).abs() < 1e-9);
+        assert!((force.stiffness / stiffness - 1.0).abs() < 1e-9);
+    }
+}
+
 /// Points of two materials press on two bodies: four pairs, one of them named.
 #[test]
 fn points_have_the_surface_of_their_group() {
@@ -211,13 +292,6 @@ fn adhesion_belongs_to_a_pair() {
 
 #[test]
 fn a_bad_table_is_refused_with_its_key() {
-    let hertz = ContactLaw::HertzMindlin {
-        hertz_constant: 1e6,
-        poisson_ratio: 0.3,
-        friction: 0.0,
-        restitution: 1.0,
-        adhesion: 0.0,
-    };
     let rows = [
         (
             vec![pair("wood", "flor", law(0.3))],
@@ -231,11 +305,6 @@ fn a_bad_table_is_refused_with_its_key() {
             ],
             "dem.contact_pairs[1].between",
             "each pair once",
-        ),
-        (
-            vec![pair("wood", "floor", hertz)],
-            "dem.contact_pairs[0].law",
-            "a law like the one for all",
         ),
         (
             vec![pair("wood", "floor", law(-0.3))],

@@ -6,9 +6,9 @@ mod plain;
 use interface::config::surfaces::ContactPair;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactForceScheme, ContactLaw, DemConfig, Drift, Fill,
-    Forcing, Frictional, GridContact, GroupConfig, GroupPair, InitialFields, Interface, Lattice,
-    Leaving, MaterialConfig, MaterialModel, Motion, MpmConfig, OverlapMeasure, Plane,
-    ShapeFunction, Spacing, Stage, StressUpdate, Traction, Transfer, Wall, Walls,
+    Forcing, Frictional, GridContact, GroupConfig, GroupPair, Hold, InitialFields, Interface,
+    Lattice, Leaving, MaterialConfig, MaterialModel, Motion, MpmConfig, OverlapMeasure, Plane,
+    Probe, ShapeFunction, Spacing, Stage, StressUpdate, Traction, Transfer, Wall, Walls,
 };
 use proptest::prelude::*;
 use serde::Serialize;
@@ -298,6 +298,7 @@ fn wall() -> impl Strategy<Value = Wall> {
         Just(Wall::Open),
         Just(Wall::Fixed),
         Just(Wall::Slip),
+        Just(Wall::Tangential),
         Just(Wall::Periodic),
         number().prop_map(|coefficient| Wall::Friction { coefficient }),
         number().prop_map(|speed| Wall::Driven { speed }),
@@ -323,10 +324,31 @@ fn forcing() -> impl Strategy<Value = Forcing> {
         prop::collection::vec(stage, 0..3),
     );
     (formulas, lists).prop_map(|(body_force, (tractions, stages))| Forcing {
+        holds: tractions.iter().map(held).collect(),
         body_force,
         tractions,
         stages,
     })
+}
+
+/// A hold in the place of a load.
+fn held(load: &Traction) -> Hold {
+    Hold {
+        name: "support".into(),
+        group: load.group,
+        within: load.within,
+        hold_x: load.force[0] > 0.0,
+        hold_y: load.force[1] > 0.0,
+    }
+}
+
+/// A probe in the place of a load.
+fn probed(load: &Traction) -> Probe {
+    Probe {
+        name: "middle".into(),
+        group: load.group,
+        within: load.within,
+    }
 }
 
 fn group() -> impl Strategy<Value = GroupConfig> {
@@ -535,6 +557,7 @@ fn any_continuum() -> impl Strategy<Value = MpmConfig> {
                     },
                     materials,
                     groups,
+                    probes: forcing.tractions.iter().map(probed).collect(),
                     forcing,
                     constants,
                     grid_contact: friction.map(|friction| GridContact { friction }),

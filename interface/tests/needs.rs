@@ -6,7 +6,8 @@ use interface::config::capability::Capabilities;
 use interface::config::needs::{Need, missing};
 use interface::config::surfaces::ContactPair;
 use interface::config::{
-    BodyShape, ContactLaw, GroupPair, Interface, Lattice, Motion, OverlapMeasure, Transfer, Wall,
+    BodyShape, ContactLaw, GroupPair, Hold, Interface, Lattice, Motion, OverlapMeasure, Probe,
+    Transfer, Wall,
 };
 
 /// A continuum that leaves out all that may be left out.
@@ -47,6 +48,22 @@ fn what_a_continuum_is_asked_for_besides_is_told_by_its_key() {
     config.interface = Interface::Segments;
     config.walls.bottom = Wall::Friction { coefficient: 0.5 };
     config.transfer = Transfer::Blend { pic_fraction: 0.01 };
+    let within = [[0.0; 2]; 2];
+    config.probes = vec![
+        Probe {
+            name: "middle".into(),
+            group: 0,
+            within,
+        };
+        2
+    ];
+    config.forcing.holds = vec![Hold {
+        name: "left".into(),
+        group: 0,
+        within,
+        hold_x: true,
+        hold_y: false,
+    }];
     let needs = config.needs();
     let told = said(&needs);
     for need in [
@@ -56,9 +73,51 @@ fn what_a_continuum_is_asked_for_besides_is_told_by_its_key() {
         ("wall:friction", "mpm.walls.bottom", 1),
         ("wall:open", "mpm.walls.left", 3),
         ("transfer:blend", "mpm.transfer", 1),
+        ("feature:probes", "mpm.probes[0]", 2),
+        ("feature:holds", "mpm.forcing.holds[0]", 1),
     ] {
         assert!(told.contains(&need), "{need:?} in {told:?}");
     }
+}
+
+#[test]
+fn laws_of_different_kinds_are_asked_for() {
+    let hertz = ContactLaw::HertzMindlin {
+        hertz_constant: 1e6,
+        poisson_ratio: 0.0,
+        friction: 0.0,
+        restitution: 1.0,
+        adhesion: 0.0,
+    };
+    let mut config = plain_bodies();
+    config.bodies = ["ball", "floor"]
+        .map(|surface| {
+            let mut body = body(BodyShape::Disc, Motion::Free);
+            body.surface = surface.into();
+            body
+        })
+        .into();
+    config.point_surfaces = vec!["sand".into()];
+    let pair = |a: &str, b: &str, law| ContactPair {
+        between: [a.into(), b.into()],
+        law,
+    };
+    let asks = |config: &interface::config::DemConfig| {
+        let needs = config.needs();
+        let need = |n: &&Need| n.capability == "feature:mixed_kinds";
+        needs.iter().find(need).map(|n| (n.key.clone(), n.places))
+    };
+    config.contact_pairs = vec![
+        pair("sand", "floor", ContactLaw::default()),
+        pair("sand", "ball", hertz),
+    ];
+    assert_eq!(asks(&config), Some(("dem.contact_pairs[1].law".into(), 1)));
+    config.contact_pairs.pop();
+    assert_eq!(asks(&config), None);
+    // Between bodies it is the law of bodies that counts.
+    config.body_contact = Some(hertz);
+    config.contact_pairs.push(pair("ball", "floor", hertz));
+    assert_eq!(asks(&config), None);
 }
 
 #[test]

@@ -74,6 +74,7 @@ pub fn column(points: usize, threads: usize, model: MaterialModel) -> MpmConfig 
         layers: false,
         interface: interface::config::Interface::Points,
         skin: 0.0,
+        probes: Vec::new(),
         threads,
     }
 }

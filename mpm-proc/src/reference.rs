@@ -109,6 +109,7 @@ impl Reference {
         let sign = |wall| match wall {
             Wall::Fixed if bspline => Some([-1.0; 2]),
             Wall::Slip if bspline => Some([0, 1].map(|a| if a == axis { -1.0 } else { 1.0 })),
+            Wall::Tangential if bspline => Some([0, 1].map(|a| if a == axis { 1.0 } else { -1.0 })),
             _ => None,
         };
         let (first, last) = (
@@ -178,6 +179,7 @@ impl Reference {
             match wall {
                 Wall::Fixed if acts => v = [0.0; 2],
                 Wall::Slip if acts => v[axis] = 0.0,
+                Wall::Tangential if acts => v[1 - axis] = 0.0,
                 _ => {}
             }
         }

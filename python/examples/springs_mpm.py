@@ -17,7 +17,7 @@ from tandem_solver import GROUP, MPM, Fault, GroupState, Ledger, Limits, Measure
 from tandem_solver import Readiness, Refusal, check_fields, complete_mpm, serve_mpm  # noqa: E402
 
 # What a lattice of springs has no use for: it has to be as it is by default.
-PLAIN = ("forcing", "grid_contact", "contact_force", "leaving", "plane", "walls")
+PLAIN = ("forcing", "grid_contact", "contact_force", "leaving", "plane", "probes", "walls")
 
 
 def distance(outline, x, y):

@@ -80,7 +80,8 @@ MOTIONS = {
 }
 WALLS = ("", {"left:any": "open", "right:any": "open", "bottom:any": "open", "top:any": "open"})
 FIELDS = ("", {"velocity:any": None, "stress:any": None})
-FORCING = ("", {"body_force:any": None, "tractions:list": [], "stages:list": []})
+FORCING = ("", {"body_force:any": None, "tractions:list": [], "holds:list": [], "stages:list": []})
+HOLD = ("name:text group:any within:list", {"hold_x:flag": False, "hold_y:flag": False})
 STAGE = ("from:number", {"damping:number": 0.0, "pic_fraction:any": None})
 MPM = (
     "domain:list cell:number shape:any transfer:any materials:list groups:list skin:number",
@@ -95,6 +96,7 @@ MPM = (
         "constants:any": {},
         "leaving:text": "stop",
         "grid_contact:any": None,
+        "probes:list": [],
         "threads:count": 1,
     },
 )
@@ -149,7 +151,9 @@ def _group(group):
 
 
 def _forcing(forcing):
-    return _change(_filled(forcing, FORCING), {"stages": lambda v: _filled(v, STAGE)})
+    return _change(
+        _filled(forcing, FORCING), {"holds": lambda v: _filled(v, HOLD), "stages": lambda v: _filled(v, STAGE)}
+    )
 
 
 def complete_dem(config):

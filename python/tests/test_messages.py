@@ -72,7 +72,11 @@ class Configuration(unittest.TestCase):
         self.assertNotIn("angle", self.BALL)
         check_fields("dem", config, DEM)
         check_fields("dem.bodies[0]", first, BODY)
-        config = complete_mpm({"groups": [self.BLOCK], "skin": 1e-3, "forcing": {"stages": [{"from": 1.0}]}})
+        hold = {"name": "left", "group": 0, "within": [[0.0, 0.0], [1.0, 1.0]]}
+        forcing = {"stages": [{"from": 1.0}], "holds": [hold]}
+        config = complete_mpm({"groups": [self.BLOCK], "skin": 1e-3, "forcing": forcing})
+        self.assertEqual(config["forcing"]["holds"], [{**hold, "hold_x": False, "hold_y": False}])
+        self.assertEqual(config["probes"], [])
         self.assertEqual((config["drift"], config["walls"]["top"], config["leaving"]), ("mapped", "open", "stop"))
         self.assertEqual(config["forcing"]["stages"], [{"from": 1.0, "damping": 0.0, "pic_fraction": None}])
         self.assertEqual(config["forcing"]["tractions"], [])

@@ -8,7 +8,12 @@ use crate::words::{number, quantity};
 /// Units of quantities by the last part of their name.
 const UNITS: [(&str, &[&str]); 9] = [
     ("s", &["t", "time"]),
-    ("m", &["x", "y", "xmin", "xmax", "ymin", "ymax", "spread"]),
+    (
+        "m",
+        &[
+            "x", "y", "ux", "uy", "xmin", "xmax", "ymin", "ymax", "spread",
+        ],
+    ),
     ("m/s", &["vx", "vy"]),
     ("rad", &["angle"]),
     ("rad/s", &["spin"]),
@@ -157,6 +162,7 @@ fn when(check: &Table) -> &'static str {
             "max" => "largest value",
             "min" => "smallest value",
             "rise" => "largest rise",
+            "time_of_max" => "time of the largest value",
             "mean" => "mean over time",
             "rms" => "root mean square over time",
             "max_error" => "where the distance is largest",
@@ -169,6 +175,9 @@ fn when(check: &Table) -> &'static str {
 
 /// The unit of a check's value: its own, that of a column that is the same, that of the quantity; else none.
 fn unit(check: &Table, scene: &Table) -> String {
+    if text(check, "when") == "time_of_max" {
+        return "s".to_owned();
+    }
     if let Some(Value::String(unit)) = check.get("unit") {
         return unit.clone();
     }
@@ -181,21 +190,41 @@ fn unit(check: &Table, scene: &Table) -> String {
     if let Some(column) = same {
         return text(column, "unit").to_owned();
     }
+    let unit = unit_of_quantity(value);
+    if scene.contains_key("thickness") {
+        of_slice(unit).to_owned()
+    } else {
+        unit.to_owned()
+    }
+}
+
+/// The unit of what is told of a slice, where that of a metre has this one.
+fn of_slice(unit: &str) -> &str {
+    match unit {
+        "kg m" => "kg m^2",
+        "N" => "N m",
+        "m/s" | "rad/s" => unit,
+        other => other.strip_suffix("/m").unwrap_or(other),
+    }
+}
+
+/// The unit of a quantity per metre of thickness; empty of an expression.
+fn unit_of_quantity(value: &str) -> &'static str {
     let whole = value
         .chars()
         .all(|c| c.is_alphanumeric() || "._".contains(c));
     let last = value.rsplit('.').next().unwrap_or_default();
     if !whole || last.ends_with("_relative") {
-        String::new()
+        ""
     } else if value.starts_with("energy.") || last == "kinetic" {
-        "J/m".to_owned()
+        "J/m"
     } else if value.starts_with("momentum.") {
-        "N s/m".to_owned()
+        "N s/m"
     } else if value.starts_with("contact.force.") {
-        "N/m".to_owned()
+        "N/m"
     } else {
         let found = UNITS.iter().find(|(_, names)| names.contains(&last));
-        found.map_or(String::new(), |(unit, _)| (*unit).to_owned())
+        found.map_or("", |(unit, _)| *unit)
     }
 }
 
@@ -221,6 +250,25 @@ mod tests {
         ] {
             let check = Table::from_iter([("value".to_owned(), Value::from(value))]);
             assert_eq!(unit(&check, &scene), expected, "{value}");
+        }
+        let slice: Table = "thickness = 0.01".parse().unwrap();
+        for (value, expected) in [
+            ("energy.kinetic", "J"),
+            ("momentum.x", "N s"),
+            ("contact.force.y", "N"),
+            ("body.a.mass", "kg"),
+            ("body.a.inertia", "kg m^2"),
+            ("body.a.torque", "N m"),
+            ("body.a.vx", "m/s"),
+            ("probe.middle.uy", "m"),
+            ("body.a.spin", "rad/s"),
+        ] {
+            let check = Table::from_iter([("value".to_owned(), Value::from(value))]);
+            assert_eq!(unit(&check, &slice), expected, "{value}");
+            let check: Table = format!("value = \"{value}\"\nwhen = \"time_of_max\"")
+                .parse()
+                .unwrap();
+            assert_eq!(unit(&check, &slice), "s", "{value}");
         }
     }
 

@@ -52,6 +52,8 @@ pub enum When {
     Min,
     /// The largest rise above the least value before.
     Rise,
+    /// The time of the largest value.
+    TimeOfMax,
     /// The mean over time.
     Mean,
     /// The root of the mean square over time.
@@ -213,6 +215,11 @@ impl Recorder {
         &self.row
     }
 
+    /// The values of the first sample; empty before it.
+    pub fn initial(&self) -> &[f64] {
+        &self.slots[self.slots.len() / 2..]
+    }
+
     /// Whether there was a sample yet.
     pub fn has_begun(&self) -> bool {
         !self.slots.is_empty()
@@ -330,14 +337,14 @@ impl Progress {
     /// Keeps the extreme sample. The first NaN is kept for good: it must fail the check.
     fn choose(&mut self, when: When, point: Point) {
         let measure = |p: &Point| match when {
-            When::Max => p.value,
+            When::Max | When::TimeOfMax => p.value,
             When::Min => -p.value,
             When::MaxError => p.distance(),
             _ => 0.0,
         };
         match when {
             When::End => self.chosen = Some(point),
-            When::Max | When::Min | When::MaxError => {
+            When::Max | When::TimeOfMax | When::Min | When::MaxError => {
                 let held = self.chosen.as_ref().map(measure);
                 let better = held.is_none_or(|held| {
                     !held.is_nan() && (measure(&point) > held || measure(&point).is_nan())
@@ -383,6 +390,10 @@ impl Progress {
             When::End | When::At(_) | When::Max | When::Min | When::Rise | When::MaxError => {
                 self.chosen.map(|p| (p.value, p.reference, p.distance()))
             }
+            When::TimeOfMax => self.chosen.map(|p| {
+                let time = if p.value.is_nan() { f64::NAN } else { p.time };
+                (time, p.reference, (time - p.reference).abs())
+            }),
             When::Mean => last.map(|p| {
                 let value = mean(0, p.value);
                 (value, p.reference, (value - p.reference).abs())

@@ -19,6 +19,18 @@ struct Row<T: ?Sized> {
     value: fn(&T) -> f64,
 }
 
+impl<T: ?Sized> Row<T> {
+    /// Whether it is of a metre of thickness, of which a slice has its share: masses (kg/m), forces (N/m), momenta (N s/m),
+    /// energies (J/m), moments of inertia (kg m) and torques (N).
+    fn is_per_metre(&self) -> bool {
+        match self.unit {
+            "kg/m" | "N/m" | "N s/m" | "J/m" | "kg m" | "N" => true,
+            "1" | "s" | "m" | "m/s" | "rad" | "rad/s" => false,
+            other => unreachable!("say whether {other} is of a metre of thickness"),
+        }
+    }
+}
+
 const fn row<T: ?Sized>(
     name: &'static str,
     unit: &'static str,
@@ -173,6 +185,46 @@ const OF_GROUP: &[Row<GroupState>] = &[
     }),
 ];
 
+/// Points that are followed, with what is told of them now and where they were first.
+struct Followed {
+    now: GroupState,
+    /// Centre of mass in the first sample in m.
+    first: [f64; 2],
+}
+
+/// Quantities of one probe. The place is the first, in x and y.
+const OF_PROBE: &[Row<Followed>] = &[
+    row("x", "m", "centre of mass of its points", |p| {
+        p.now.position[0]
+    }),
+    row("y", "m", "the same in y", |p| p.now.position[1]),
+    row("ux", "m", "displacement since t = 0", |p| {
+        p.now.position[0] - p.first[0]
+    }),
+    row("uy", "m", "the same in y", |p| {
+        p.now.position[1] - p.first[1]
+    }),
+    row("vx", "m/s", "mean velocity by mass", |p| p.now.velocity[0]),
+    row("vy", "m/s", "the same in y", |p| p.now.velocity[1]),
+    row("mass", "kg/m", "mass", |p| p.now.mass),
+    row("fx", "N/m", "force of bodies on its points", |p| {
+        p.now.contact_force[0]
+    }),
+    row("fy", "N/m", "the same in y", |p| p.now.contact_force[1]),
+];
+
+/// Quantities of one hold.
+const OF_HOLD: &[Row<GroupState>] = &[
+    row("x", "m", "centre of mass of the held points", |h| {
+        h.position[0]
+    }),
+    row("y", "m", "the same in y", |h| h.position[1]),
+    row("fx", "N/m", "force of the support on them", |h| {
+        h.contact_force[0]
+    }),
+    row("fy", "N/m", "the same in y", |h| h.contact_force[1]),
+];
+
 /// Quantities of one body.
 const OF_BODY: &[Row<BodyState>] = &[
     row("x", "m", "centre of mass", |b| b.position[0]),
@@ -292,21 +344,29 @@ pub struct Books {
 pub struct Measured<'a> {
     /// Ledgers and balance.
     pub books: Books,
-    /// One record for each point group, in the order of the scene.
+    /// One record for each point group, then for each probe and for each hold, in the order of the scene.
     pub groups: &'a [GroupState],
     /// One record for each body, in the order of the scene.
     pub bodies: &'a [BodyState],
 }
 
 /// The registry: every quantity of a scene and its place in a [`Sample`].
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Quantities {
     names: Vec<String>,
     groups: usize,
+    /// They follow the groups.
+    probes: usize,
+    /// They follow the probes.
+    holds: usize,
     /// Bodies written one by one.
     bodies: usize,
     /// Bodies of each set, which follow them.
     fills: Vec<usize>,
+    /// Where the values are that are of a slice, if it is not 1 m thick.
+    sliced: Vec<usize>,
+    /// Its thickness in m.
+    thickness: f64,
 }
 
 /// The values of all quantities at one time, in the order of their registry.
@@ -316,17 +376,29 @@ pub struct Sample {
 }
 
 impl Quantities {
-    /// The quantities of a scene with these point groups, bodies, and generated sets of so many bodies.
+    /// The quantities of a scene with these point groups, probes and holds, bodies, and generated sets of so many bodies.
     pub fn new<'a>(
         groups: impl IntoIterator<Item = &'a str>,
+        [probes, holds]: [&[&str]; 2],
         bodies: impl IntoIterator<Item = &'a str>,
         fills: impl IntoIterator<Item = (&'a str, u32)>,
     ) -> Self {
-        let mut registry = Self::default();
+        let mut registry = Self {
+            thickness: 1.0,
+            ..Self::default()
+        };
         registry.add("", OF_RUN);
         for group in groups {
             registry.groups += 1;
             registry.add(&format!("points.{group}."), OF_GROUP);
+        }
+        for probe in probes {
+            registry.probes += 1;
+            registry.add(&format!("probe.{probe}."), OF_PROBE);
+        }
+        for hold in holds {
+            registry.holds += 1;
+            registry.add(&format!("hold.{hold}."), OF_HOLD);
         }
         for body in bodies {
             registry.bodies += 1;
@@ -340,8 +412,20 @@ impl Quantities {
     }
 
     fn add<T: ?Sized>(&mut self, prefix: &str, rows: &[Row<T>]) {
+        let first = self.names.len();
+        let sliced = rows
+            .iter()
+            .enumerate()
+            .filter(|(_, row)| row.is_per_metre());
+        self.sliced.extend(sliced.map(|(i, _)| first + i));
         let names = rows.iter().map(|row| format!("{prefix}{}", row.name));
         self.names.extend(names);
+    }
+
+    /// The same of a slice of this thickness (m): masses, forces, momenta and energies are its own and not those of a metre.
+    #[must_use]
+    pub fn of_slice(self, thickness: f64) -> Self {
+        Self { thickness, ..self }
     }
 
     /// Number of values in a [`Sample`].
@@ -373,19 +457,33 @@ impl Quantities {
         }
     }
 
-    /// Fills `sample` from one measurement.
+    /// Fills `sample` from one measurement. `first` has the values of the first sample; it is empty if this is it.
     ///
     /// # Panics
     /// If there are not as many groups or bodies as the scene has: an assertion, they were configured from it.
-    pub fn fill(&self, sample: &mut Sample, measured: &Measured) {
-        assert_eq!(measured.groups.len(), self.groups, "one record a group");
+    pub fn fill(&self, sample: &mut Sample, measured: &Measured, first: &[f64]) {
+        let told = self.groups + self.probes + self.holds;
+        assert_eq!(measured.groups.len(), told, "one record a group");
+        let (groups, sets) = measured.groups.split_at(self.groups);
+        let (probes, holds) = sets.split_at(self.probes);
         let count = self.bodies + self.fills.iter().sum::<usize>();
         assert_eq!(measured.bodies.len(), count, "one record a body");
         let (bodies, mut filled) = measured.bodies.split_at(self.bodies);
         sample.values.clear();
         sample.add(OF_RUN, &measured.books);
-        for group in measured.groups {
+        for group in groups {
             sample.add(OF_GROUP, group);
+        }
+        for &now in probes {
+            let place = sample.values.len();
+            let first = match first.get(place..place + 2) {
+                Some(&[x, y]) => [x, y],
+                _ => now.position,
+            };
+            sample.add(OF_PROBE, &Followed { now, first });
+        }
+        for hold in holds {
+            sample.add(OF_HOLD, hold);
         }
         for body in bodies {
             sample.add(OF_BODY, body);
@@ -395,6 +493,11 @@ impl Quantities {
             sample.add(OF_FILL, fill);
             filled = others;
         }
+        if self.thickness != 1.0 {
+            for &place in &self.sliced {
+                sample.values[place] *= self.thickness;
+            }
+        }
     }
 
     /// The list of all quantities for the reference page, as Markdown.
@@ -403,6 +506,10 @@ impl Quantities {
         list(&mut page, "", OF_RUN);
         page.push_str("| `points.NAME.Q` | | a group of `[[mpm.points]]`, with these for Q: |\n");
         list(&mut page, "… ", OF_GROUP);
+        page.push_str("| `probe.NAME.Q` | | points of `[[mpm.probe]]`, with these for Q: |\n");
+        list(&mut page, "… ", OF_PROBE);
+        page.push_str("| `hold.NAME.Q` | | points of `[[mpm.hold]]`, with these for Q: |\n");
+        list(&mut page, "… ", OF_HOLD);
         page.push_str("| `body.NAME.Q` | | a body of `[[dem.body]]`, with these for Q: |\n");
         list(&mut page, "… ", OF_BODY);
         page.push_str("| `fill.NAME.Q` | | a set of `[[dem.fill]]`, whose bodies have no quantities of their own, with these for Q: |\n");
@@ -451,153 +558,4 @@ impl From<Vec<f64>> for Sample {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Values of some quantities of the measurement below.
-    const EXPECTED: [(&str, f64); 31] = [
-        ("time", 0.25),
-        ("t", 0.25),
-        ("energy.kinetic", 11.0),
-        ("energy.rotation", 20.0),
-        ("energy.total", 72.5),
-        ("energy.residual", 72.5),
-        ("energy.residual_relative", 72.5 / 73.5),
-        ("energy.stress_work", 2.25),
-        ("energy.work_gap", 0.25),
-        ("energy.work_gap_relative", 0.25 / 73.5),
-        ("momentum.y", 4.0),
-        ("momentum_error", 0.5),
-        ("contact.force.x", 3.0),
-        ("points.disc.vx", 7.0),
-        ("points.disc.xmax", 9.0),
-        ("points.disc.ymax", 11.0),
-        ("points.disc.contacts", 12.0),
-        ("body.target.kinetic", 31.0),
-        ("body.target.torque", 13.0),
-        ("body.target.contact_fx", 17.0),
-        ("body.target.contact_fy", 18.0),
-        ("body.target.contact_torque", 19.0),
-        ("body.floor.mass", 0.0),
-        ("fill.grains.x", 2.0),
-        ("fill.grains.y", 4.0),
-        ("fill.grains.vy", 1.0),
-        ("fill.grains.mass", 4.0),
-        ("fill.grains.kinetic", 2.0),
-        ("fill.grains.spread", 1.5),
-        ("fill.grains.xmax", 5.0),
-        ("fill.grains.ymin", 2.0),
-    ];
-
-    #[test]
-    fn every_value_stands_at_the_index_of_its_name() {
-        let quantities = Quantities::new(["disc"], ["floor", "target"], [("grains", 2)]);
-        let mpm = Ledger {
-            kinetic: 1.0,
-            elastic: 2.0,
-            contact_force: [3.0, 4.0],
-            momentum: [3.0, 4.0],
-            driven_work: 0.5,
-            stress_work: 2.25,
-            ..Ledger::default()
-        };
-        let dem = Ledger {
-            kinetic: 10.0,
-            kinetic_rotation: 20.0,
-            friction_work: 40.0,
-            ..Ledger::default()
-        };
-        let group = GroupState {
-            velocity: [7.0, 8.0],
-            upper: [9.0, 11.0],
-            contacts: 12,
-            ..GroupState::default()
-        };
-        let target = BodyState {
-            velocity: [3.0, 4.0],
-            mass: 2.0,
-            spin: 2.0,
-            inertia: 3.0,
-            point_torque: 13.0,
-            body_force: [17.0, 18.0],
-            body_torque: 19.0,
-            ..BodyState::default()
-        };
-        let grain = |x: f64, mass: f64| BodyState {
-            position: [x, 2.0 * x],
-            velocity: [0.0, 1.0],
-            mass,
-            ..BodyState::default()
-        };
-        let mut sample = Sample::default();
-        let mut balance = Balance::default();
-        balance.keeps_stress_work = true;
-        balance.take(&Ledger::default(), &Ledger::default(), 0.0);
-        balance.take(&mpm, &dem, 10.0);
-        let measured = Measured {
-            books: Books {
-                time: 0.25,
-                mpm,
-                dem,
-                balance,
-            },
-            groups: &[group],
-            bodies: &[
-                BodyState::default(),
-                target,
-                grain(1.0, 3.0),
-                grain(5.0, 1.0),
-            ],
-        };
-        quantities.fill(&mut sample, &measured);
-        for (name, expected) in EXPECTED {
-            let index = quantities.index(name).unwrap_or_else(|| panic!("{name}"));
-            assert_eq!(sample.values()[index], expected, "{name}");
-        }
-        assert_eq!(sample.values().len(), quantities.len());
-        assert_eq!(quantities.index("body.targt.vx"), None);
-    }
-
-    /// A check of what the continuum does not say must not pass.
-    #[test]
-    fn a_gap_that_nobody_keeps_is_not_a_number() {
-        let quantities = Quantities::new([], [], []);
-        let silent = Measured {
-            books: Books {
-                time: 0.0,
-                mpm: Ledger::default(),
-                dem: Ledger::default(),
-                balance: Balance::default(),
-            },
-            groups: &[],
-            bodies: &[],
-        };
-        let mut sample = Sample::default();
-        quantities.fill(&mut sample, &silent);
-        for name in ["energy.work_gap", "energy.stress_work"] {
-            let index = quantities.index(name).expect("a quantity");
-            assert!(sample.values()[index].is_nan(), "{name}");
-        }
-    }
-
-    const BEGIN: &str = "<!-- quantities: made of coupler/src/record/quantity.rs; UPDATE_QUANTITIES=1 cargo test --release --workspace --lib quantity -->\n";
-    const END: &str = "<!-- end of quantities -->";
-
-    #[test]
-    fn the_reference_page_lists_the_rows() {
-        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/scene-format.md");
-        let page = std::fs::read_to_string(path).expect("the page");
-        let (before, rest) = page.split_once(BEGIN).expect("the first mark");
-        let (_, after) = rest.split_once(END).expect("the last mark");
-        let list = Quantities::reference();
-        let made = format!("{before}{BEGIN}\n{list}\n{END}{after}");
-        if made != page {
-            if std::env::var_os("UPDATE_QUANTITIES").is_some() {
-                return std::fs::write(path, made).expect("a page that can be written");
-            }
-            panic!(
-                "docs/scene-format.md does not list the quantities: UPDATE_QUANTITIES=1 writes it"
-            );
-        }
-    }
-}
+mod tests;

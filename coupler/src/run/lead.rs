@@ -270,8 +270,10 @@ impl<'a> Run<'a> {
             restore: restored.next().map(|(_, state)| state),
         };
         let mpm = self.scene.mpm.clone().map(|config| {
-            let groups = config.groups.len();
-            part(to_json(&MpmConfig { threads, ..config }), groups)
+            // Probes and holds are told as groups are, after them.
+            let sets = config.probes.len() + config.forcing.holds.len();
+            let told = config.groups.len() + sets;
+            part(to_json(&MpmConfig { threads, ..config }), told)
         });
         let dem = self.scene.dem.clone().map(|config| {
             let bodies = config.bodies.len();
@@ -513,6 +515,7 @@ impl<'a> Run<'a> {
         if self.origin.is_empty() {
             self.origin.clone_from(&round.bodies);
         }
+        let groups = self.scene.mpm.as_ref().map_or(0, |mpm| mpm.groups.len());
         let account = &mut *self.account;
         let ledger = |party| {
             account
@@ -524,7 +527,7 @@ impl<'a> Run<'a> {
         let [mpm, dem] = account.since.count([mpm, dem]);
         account
             .balance
-            .take(&mpm, &dem, moving(&round.groups, &round.bodies));
+            .take(&mpm, &dem, moving(&round.groups[..groups], &round.bodies));
         let measured = Measured {
             books: Books {
                 time,
@@ -535,7 +538,10 @@ impl<'a> Run<'a> {
             groups: &round.groups,
             bodies: &round.bodies,
         };
-        self.scene.quantities.fill(&mut self.sample, &measured);
+        let first = account.recorder.initial();
+        self.scene
+            .quantities
+            .fill(&mut self.sample, &measured, first);
         account.recorder.record(&self.sample);
         self.history.row(account.recorder.row())?;
         self.course.row(time, &account.balance.now)?;

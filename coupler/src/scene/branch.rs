@@ -24,6 +24,7 @@ const MAY_CHANGE: &[&str] = &[
     "mpm.forcing.body_force.**",
     "mpm.forcing.stages.**",
     "mpm.forcing.tractions.*.force.*",
+    "mpm.probes.**",
     "mpm.constants.**",
     "mpm.leaving",
     "mpm.grid_contact.friction",

@@ -76,6 +76,7 @@ pub(super) fn continuum(
         layers: false,
         interface: Interface::Points,
         skin: 0.0,
+        probes: forcing::probes(problems, written),
         threads: 1,
     };
     problems.config_faults(&config.faults());

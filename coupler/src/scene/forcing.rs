@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use interface::config::{Forcing, InitialFields, Traction};
+use interface::config::{Forcing, Hold, InitialFields, Probe, Traction};
 use mechanics::expression::{Expression, Meaning};
 
 use super::output::suggestion_for;
@@ -26,27 +26,71 @@ pub(super) fn forcing(
             &["x", "y", "t"],
         )
     });
-    let tractions = (0..).zip(&written.traction).map(|(i, traction)| {
-        let path = format!("mpm.traction.{i}");
-        let names = written.points.iter().map(|group| group.name.as_str());
-        let group = names.clone().position(|name| name == traction.points);
-        if group.is_none() {
-            let message = format!("no group of points \"{}\"", traction.points);
-            let help = suggestion(&traction.points, "groups of this scene", names);
-            problems.refuse(&format!("{path}.points"), message, help);
-        }
-        Traction {
-            group: group.unwrap_or(0),
-            within: traction.within,
-            force: traction.force,
-        }
+    let tractions = (0..).zip(&written.traction).map(|(i, traction)| Traction {
+        group: group(
+            problems,
+            written,
+            &format!("mpm.traction.{i}"),
+            &traction.points,
+        ),
+        within: traction.within,
+        force: traction.force,
     });
     let tractions = tractions.collect();
+    let holds = written.hold.iter().map(|hold| hold.name.as_str());
+    names(problems, "hold", "holds", holds);
+    let holds = (0..).zip(&written.hold).map(|(i, hold)| Hold {
+        name: hold.name.clone(),
+        group: group(problems, written, &format!("mpm.hold.{i}"), &hold.points),
+        within: hold.within,
+        hold_x: hold.hold_x,
+        hold_y: hold.hold_y,
+    });
+    let holds = holds.collect();
     Forcing {
         body_force,
         tractions,
+        holds,
         stages: written.stage.clone(),
     }
+}
+
+/// The points that are followed.
+pub(super) fn probes(problems: &mut Problems, written: &MpmWritten) -> Vec<Probe> {
+    let probes = written.probe.iter().map(|probe| probe.name.as_str());
+    names(problems, "probe", "probes", probes);
+    let probes = (0..).zip(&written.probe).map(|(i, probe)| Probe {
+        name: probe.name.clone(),
+        group: group(problems, written, &format!("mpm.probe.{i}"), &probe.points),
+        within: probe.within,
+    });
+    probes.collect()
+}
+
+/// Refuses names of `[[mpm.LIST]]` that cannot stand in a quantity, or occur twice.
+fn names<'a>(
+    problems: &mut Problems,
+    list: &str,
+    what: &str,
+    names: impl Iterator<Item = &'a str> + Clone,
+) {
+    let paths = |i: usize| format!("mpm.{list}.{i}.name");
+    for (i, name) in names.clone().enumerate() {
+        problems.name(&paths(i), name);
+    }
+    problems.distinct(what, names.enumerate().map(|(i, name)| (paths(i), name)));
+}
+
+/// Number of the group of points called `name`, which `path.points` asks for.
+fn group(problems: &mut Problems, written: &MpmWritten, path: &str, name: &str) -> usize {
+    let names = written.points.iter().map(|group| group.name.as_str());
+    let found = names.clone().position(|known| known == name);
+    if found.is_none() {
+        let message = format!("no group of points \"{name}\"");
+        let help = suggestion(name, "groups of this scene", names);
+        problems.refuse(&format!("{path}.points"), message, help);
+    }
+    found.unwrap_or(0)
 }
 
 /// The uniform part of a group's velocity, and its fields.

@@ -23,6 +23,7 @@ mod parse;
 pub mod plan;
 mod problems;
 mod schema;
+mod slice;
 mod solvers;
 mod start;
 mod structure;

@@ -97,6 +97,8 @@ pub(super) fn scene_key(key: &str, document: &Document) -> String {
     match (side, first) {
         ("mpm", "materials") => moved("mpm.material"),
         ("mpm", "groups") => moved("mpm.points"),
+        ("mpm", "probes") => moved("mpm.probe"),
+        ("mpm", "forcing") if rest.starts_with("holds.") => rest.replacen("holds", "mpm.hold", 1),
         ("dem", "bodies") => body_key(rest, document),
         ("dem", "point_contact") if document.has("contact") => moved("contact"),
         ("dem", "point_contact" | "body_contact") => moved("body_contact"),

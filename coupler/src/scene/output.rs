@@ -321,6 +321,7 @@ impl Context<'_> {
             WhenWritten::Max => When::Max,
             WhenWritten::Min => When::Min,
             WhenWritten::Rise => When::Rise,
+            WhenWritten::TimeOfMax => When::TimeOfMax,
             WhenWritten::Mean => When::Mean,
             WhenWritten::Rms => When::Rms,
             WhenWritten::MaxError => When::MaxError,
@@ -405,7 +406,7 @@ impl Context<'_> {
         let tolerance = self.tolerance(problems, path, written);
         let reference_path = format!("{path}.reference");
         let scope = match when {
-            When::Rise | When::Mean | When::Rms => Scope::Unchanging,
+            When::Rise | When::TimeOfMax | When::Mean | When::Rms => Scope::Unchanging,
             _ => Scope::All,
         };
         let reference = match reference {
@@ -419,7 +420,7 @@ impl Context<'_> {
                 if scope == Scope::Unchanging {
                     problems.refuse(
                         &reference_path,
-                        "a mean cannot be compared with a table over time",
+                        "a mean, a rise or a time cannot be compared with a table over time",
                         "use `when = \"rms_error\"`, or a number",
                     );
                 }

@@ -18,8 +18,8 @@ use super::written::{
     VERSION,
 };
 use super::{
-    Coupling, Criterion, Output, Scene, TimePlan, bodies, continuum, solvers, start, structure,
-    study,
+    Coupling, Criterion, Output, Scene, TimePlan, bodies, continuum, slice, solvers, start,
+    structure, study,
 };
 use crate::record::check::{Check, Expected, Reference};
 use crate::record::frames::Content;
@@ -42,8 +42,9 @@ pub(super) fn scene(mut document: Document, directory: &Path) -> Result<Scene, S
         faults.sort_by_key(|fault| fault.place.line());
         return Err(SceneErrors(faults));
     }
-    let written = typed(&document)?;
+    let mut written = typed(&document)?;
     let mut problems = Problems::new(&document);
+    slice::per_metre(&mut problems, &mut written);
     let scene = checked(&mut problems, &written, directory);
     let mut warnings = problems.finish()?;
     let mut scene = scene.expect("where nothing was refused everything was made");
@@ -139,11 +140,18 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
     let body_list = bodies_written.map_or(&[][..], |dem| &dem.body);
     let fills = bodies_written.map_or(&[][..], |dem| &dem.fill);
     let groups = written.mpm.as_ref().map_or(&[][..], |mpm| &mpm.points);
+    let mpm_written = written.mpm.as_ref();
+    let probes = mpm_written.map_or(&[][..], |mpm| &mpm.probe);
+    let holds = mpm_written.map_or(&[][..], |mpm| &mpm.hold);
+    let probes: Vec<&str> = probes.iter().map(|probe| probe.name.as_str()).collect();
+    let holds: Vec<&str> = holds.iter().map(|hold| hold.name.as_str()).collect();
     let quantities = Quantities::new(
         groups.iter().map(|group| group.name.as_str()),
+        [&probes, &holds],
         body_list.iter().map(|body| body.name.as_str()),
         fills.iter().map(|fill| (fill.name.as_str(), fill.count)),
-    );
+    )
+    .of_slice(written.thickness.unwrap_or(1.0));
     let mut mpm = written
         .mpm
         .as_ref()

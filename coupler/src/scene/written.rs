@@ -18,7 +18,7 @@ use serde::Deserialize;
 /// Version of the scene format that is understood.
 pub const VERSION: u32 = 1;
 
-/// A scene of Tandem. SI units throughout, per metre of thickness.
+/// A scene of Tandem. SI units throughout, per metre of thickness unless `thickness` says otherwise.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SceneWritten {
@@ -32,6 +32,9 @@ pub(crate) struct SceneWritten {
     /// Acceleration of gravity in m/s^2; none by default.
     #[serde(default)]
     pub gravity: [f64; 2],
+    /// Thickness in m of the slice that masses, forces and stiffnesses are of, and quantities are told for; absent: they are
+    /// per metre.
+    pub thickness: Option<f64>,
     /// Named numbers, or expressions of other constants, for columns, checks and references.
     #[serde(default)]
     pub constants: BTreeMap<String, NumberOrExpression>,
@@ -171,6 +174,12 @@ pub(crate) struct MpmWritten {
     /// Damping and transfer that change with time.
     #[serde(default)]
     pub stage: Vec<Stage>,
+    /// Points that are held where they are at the start.
+    #[serde(default)]
+    pub hold: Vec<HoldWritten>,
+    /// Points that are followed from the start.
+    #[serde(default)]
+    pub probe: Vec<ProbeWritten>,
     /// Materials.
     pub material: Vec<MaterialWritten>,
     /// Groups of material points.
@@ -233,6 +242,36 @@ pub(crate) struct TractionWritten {
     pub within: [[f64; 2]; 2],
     /// Total force in N/m, spread evenly over the points in the region.
     pub force: [f64; 2],
+}
+
+/// Points of a group that are held: those that are in a region at the start. They begin at rest in the directions held.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct HoldWritten {
+    /// Name, by which quantities refer to the support.
+    pub name: String,
+    /// Name of the group of points.
+    pub points: String,
+    /// Lower left and upper right corner of the region in m.
+    pub within: [[f64; 2]; 2],
+    /// Whether they keep their x.
+    #[serde(default)]
+    pub hold_x: bool,
+    /// Whether they keep their y.
+    #[serde(default)]
+    pub hold_y: bool,
+}
+
+/// Points of a group that are followed: those that are in a region at the start.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ProbeWritten {
+    /// Name, by which quantities refer to the points.
+    pub name: String,
+    /// Name of the group of points.
+    pub points: String,
+    /// Lower left and upper right corner of the region in m.
+    pub within: [[f64; 2]; 2],
 }
 
 /// The bodies.
@@ -437,6 +476,8 @@ pub(crate) enum WhenWritten {
     Min,
     /// The largest rise above the least value before it in the window.
     Rise,
+    /// The time in s at which the value is largest in the window.
+    TimeOfMax,
     /// The mean over the window's time.
     Mean,
     /// The root of the mean square over the window's time.

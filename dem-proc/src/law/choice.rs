@@ -6,6 +6,7 @@ use interface::config::{ContactLaw, ratio_of_restitution};
 use super::Law;
 use super::contact::Contact;
 use super::dashpot::{Dashpot, Elastic, Tsuji, Viscous};
+use super::mixed::{AnyLaw, Mixed, OfGrains};
 use super::normal::{Adhesive, Area, Hertz, Linear, Normal};
 use super::rolling::Rolling;
 use super::table::Table;
@@ -68,24 +69,23 @@ pub fn with_law<F: ForLaw>(law: &ContactLaw, build: F) -> F::Output {
     }
 }
 
-/// Builds from a table of laws of one kind, which have been checked: `for_all`, and others for `pairs`.
+/// Builds from a table of laws, which have been checked: `for_all`, and others for `pairs`.
 ///
-/// Every part that a kind of law can have is there, whether a pair uses it or not: its number is zero if not.
+/// Where all are of one kind no loop branches on it. Every part that a kind of law can have is there, whether a pair uses it or not: its number is zero if not.
 pub fn with_table<F: ForLaw>(
     surfaces: &Surfaces,
     for_all: &ContactLaw,
     pairs: &[&ContactPair],
     build: F,
 ) -> F::Output {
+    if pairs.iter().any(|pair| !pair.law.is_like(for_all)) {
+        return build.build(Mixed(Table::new(surfaces, for_all, pairs, of_any_kind)));
+    }
     match for_all {
         ContactLaw::Linear { .. } | ContactLaw::Granular { .. } => {
             let rolls = |law: &ContactLaw| Granular::of(law).rolling > 0.0;
             if rolls(for_all) || pairs.iter().any(|pair| rolls(&pair.law)) {
-                let law = |law: &ContactLaw| Rolling {
-                    law: Granular::of(law).contact(),
-                    friction: Granular::of(law).rolling,
-                };
-                build.build(Table::new(surfaces, for_all, pairs, law))
+                build.build(Table::new(surfaces, for_all, pairs, rolling))
             } else {
                 let law = |law: &ContactLaw| Granular::of(law).contact();
                 build.build(Table::new(surfaces, for_all, pairs, law))
@@ -109,8 +109,23 @@ struct Granular {
     rolling: f64,
 }
 
-/// Of another kind than its table: refused before.
+/// Of another kind than its table: those are mixed.
 const KIND: &str = "a table's laws are of one kind";
+
+fn rolling(law: &ContactLaw) -> OfGrains {
+    Rolling {
+        law: Granular::of(law).contact(),
+        friction: Granular::of(law).rolling,
+    }
+}
+
+fn of_any_kind(law: &ContactLaw) -> AnyLaw {
+    match law {
+        ContactLaw::Linear { .. } | ContactLaw::Granular { .. } => AnyLaw::Grains(rolling(law)),
+        ContactLaw::HertzMindlin { .. } => AnyLaw::Spheres(hertz_mindlin(law)),
+        ContactLaw::Area { .. } => AnyLaw::Areas(area(law)),
+    }
+}
 
 impl Granular {
     fn of(law: &ContactLaw) -> Self {

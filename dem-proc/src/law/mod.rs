@@ -2,8 +2,8 @@
 //! remembers nothing takes no memory (STYLE.md habit 3).
 //!
 //! A law is a normal spring ([`normal`]), a tangential part ([`tangent`]) and a dashpot ([`dashpot`]), put together by
-//! [`contact::Contact`]. [`rolling`] adds a moment to any law. [`table`] holds one law for each pair of surfaces. The
-//! parameters, their checks and their capabilities are rows of [`interface::config::laws`].
+//! [`contact::Contact`]. [`rolling`] adds a moment to any law. [`table`] holds one law for each pair of surfaces, [`mixed`]
+//! laws of different kinds. The parameters, their checks and their capabilities are rows of [`interface::config::laws`].
 //!
 //! Signs: normal quantities are positive along `N` (apart), tangential ones along `T`, `N` turned by +90 degrees;
 //! forces are those on the side that `N` points to (the material point, or the owner of the vertex).
@@ -12,6 +12,7 @@ pub mod choice;
 pub mod contact;
 pub mod dashpot;
 pub mod history;
+pub mod mixed;
 pub mod normal;
 pub mod rolling;
 pub mod table;

@@ -15,7 +15,7 @@ pub struct Table<L> {
     surfaces: usize,
 }
 
-impl<L: Law + Copy> Table<L> {
+impl<L: Copy> Table<L> {
     /// The law `for_all` but for `pairs`; `law` makes it of one as written.
     pub fn new(
         surfaces: &Surfaces,
@@ -33,6 +33,17 @@ impl<L: Law + Copy> Table<L> {
         }
         Self { laws, surfaces: n }
     }
+
+    /// The law of a pair.
+    pub fn law(&self, mates: &Mates) -> L {
+        let [a, b] = mates.surfaces.map(|s| s as usize);
+        self.laws[a * self.surfaces + b]
+    }
+
+    /// Every law, those of most pairs many times.
+    pub fn laws(&self) -> impl Iterator<Item = &L> {
+        self.laws.iter()
+    }
 }
 
 impl<L: Law + Copy> Law for Table<L> {
@@ -41,8 +52,7 @@ impl<L: Law + Copy> Law for Table<L> {
     const MOTION: bool = L::MOTION;
 
     fn pair(&self, mates: &Mates) -> Self::Pair {
-        let [a, b] = mates.surfaces.map(|s| s as usize);
-        let law = self.laws[a * self.surfaces + b];
+        let law = self.law(mates);
         (law, law.pair(mates))
     }
     #[inline]

@@ -4,7 +4,7 @@ use interface::config::capability::{Capabilities, SAVE};
 use interface::config::laws::LAWS;
 
 /// What it does and takes besides contact laws.
-const OTHERS: [&str; 19] = [
+const OTHERS: [&str; 20] = [
     SAVE,
     "shape:disc",
     "shape:segment",
@@ -24,6 +24,7 @@ const OTHERS: [&str; 19] = [
     "feature:body_contact",
     "feature:contact_resolution",
     "feature:contact_pairs",
+    "feature:mixed_kinds",
 ];
 
 /// All of it: every contact law of the table, with the features of its parameters.

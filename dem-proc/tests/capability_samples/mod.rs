@@ -58,6 +58,16 @@ fn law(name: &str) -> ContactLaw {
     }
 }
 
+fn hertz() -> ContactLaw {
+    ContactLaw::HertzMindlin {
+        hertz_constant: 1e6,
+        poisson_ratio: 0.0,
+        friction: 0.0,
+        restitution: 1.0,
+        adhesion: 0.0,
+    }
+}
+
 fn granular(adhesion: f64, rolling_friction: f64) -> ContactLaw {
     ContactLaw::Granular {
         normal_stiffness: 1e4,
@@ -184,14 +194,18 @@ fn feature(name: &str) -> DemConfig {
             contact_resolution: Some(0.5),
             ..met(linear(), linear())
         },
-        "contact_pairs" => {
+        "contact_pairs" | "mixed_kinds" => {
             let mut config = met(linear(), linear());
             for body in &mut config.bodies {
                 body.surface = "steel".into();
             }
             config.contact_pairs = vec![ContactPair {
                 between: ["steel".into(), "steel".into()],
-                law: linear(),
+                law: if name == "mixed_kinds" {
+                    hertz()
+                } else {
+                    linear()
+                },
             }];
             config
         }
@@ -245,6 +259,7 @@ fn samples() -> Vec<(&'static str, String, DemConfig)> {
         "body_contact",
         "contact_resolution",
         "contact_pairs",
+        "mixed_kinds",
     ];
     for name in features {
         samples.push(("feature", name.to_owned(), feature(name)));

@@ -244,6 +244,11 @@ pub fn all() -> Vec<(&'static str, DemConfig)> {
             with_table(linear.clone(), granular(0.0)),
         ),
         ("table of hertz", with_table(hertz.clone(), STICKY_HERTZ)),
+        ("table of kinds", with_table(linear.clone(), STICKY_HERTZ)),
+        (
+            "table of kinds that roll",
+            with_table(scene(HERTZ, Some(rolling), each), AREA),
+        ),
         ("linear", linear),
         ("granular", scene(granular(0.0), Some(rolling), each)),
         ("hertz", hertz),

@@ -64,9 +64,25 @@ pub struct MpmConfig {
     pub interface: Interface,
     /// Verlet skin `V_d` in m: a point within `reach + r_p + V_d` of a body is an IMP.
     pub skin: f64,
+    /// Points that are followed from the start, told after the groups.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub probes: Vec<Probe>,
     /// Threads of the solver.
     #[serde(default = "one_thread", skip_serializing_if = "is_one_thread")]
     pub threads: usize,
+}
+
+/// Points of a group that are followed from the start: those that are then in a region. They are told as a group is, in a
+/// record of their own (capability `feature:probes`).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Probe {
+    /// Name, by which quantities refer to it.
+    pub name: String,
+    /// Index into [`MpmConfig::groups`].
+    pub group: usize,
+    /// Lower left and upper right corner of the region in m.
+    pub within: [[f64; 2]; 2],
 }
 
 /// How a contact force reaches the grid.
@@ -101,6 +117,9 @@ pub struct Forcing {
     /// Loads on surfaces.
     #[serde(default, skip_serializing_if = "is_default")]
     pub tractions: Vec<Traction>,
+    /// Points that are held.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub holds: Vec<Hold>,
     /// Damping and transfer that change with time, in order of their beginning.
     #[serde(default, skip_serializing_if = "is_default")]
     pub stages: Vec<Stage>,
@@ -116,6 +135,25 @@ pub struct Traction {
     pub within: [[f64; 2]; 2],
     /// Total force in N/m, spread evenly over the points in the region.
     pub force: [f64; 2],
+}
+
+/// Points of a group that are held where they are at the start: those that are then in a region (capability
+/// `feature:holds`). They are told as a group is, with the force of the support in place of that of bodies.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Hold {
+    /// Name, by which quantities refer to it.
+    pub name: String,
+    /// Index into [`MpmConfig::groups`].
+    pub group: usize,
+    /// Lower left and upper right corner of the region in m.
+    pub within: [[f64; 2]; 2],
+    /// Whether they keep their x.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub hold_x: bool,
+    /// Whether they keep their y.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub hold_y: bool,
 }
 
 /// A stage of loading, until the next one begins.
@@ -253,6 +291,8 @@ pub enum Wall {
     Fixed,
     /// No velocity through the wall.
     Slip,
+    /// No velocity along the wall; through it, free: a simple support of the face that stands there.
+    Tangential,
     /// No velocity into the wall, Coulomb friction along it.
     Friction {
         /// Coefficient of friction.

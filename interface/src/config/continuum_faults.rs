@@ -29,6 +29,7 @@ impl MpmConfig {
             self.group_faults(&mut found, g, grid_is_sound);
         }
         self.forcing_faults(&mut found);
+        self.probe_faults(&mut found);
         found.0
     }
 
@@ -411,31 +412,55 @@ impl MpmConfig {
     fn forcing_faults(&self, found: &mut Faults) {
         for (i, traction) in self.forcing.tractions.iter().enumerate() {
             let path = format!("mpm.traction.{i}");
-            if traction.group >= self.groups.len() {
-                let expected = format!("one of {} groups, counted from 0", self.groups.len());
-                found.add(
-                    format!("{path}.points"),
-                    traction.group.to_string(),
-                    expected,
-                    "",
-                );
-            }
             if !traction.force.iter().all(|f| f.is_finite()) {
                 let value = format!("{:?} N/m", traction.force);
                 found.add(format!("{path}.force"), value, "finite numbers", "");
             }
-            let [lower, upper] = traction.within;
-            if !(0..2).all(|a| lower[a] <= upper[a]) {
-                let value = format!("{:?} m", traction.within);
-                let help = "write [[x_min, y_min], [x_max, y_max]]";
+            self.set_faults(found, &path, traction.group, traction.within);
+        }
+        self.hold_faults(found);
+        self.stage_faults(found);
+    }
+
+    fn hold_faults(&self, found: &mut Faults) {
+        for (i, hold) in self.forcing.holds.iter().enumerate() {
+            let path = format!("mpm.hold.{i}");
+            self.set_faults(found, &path, hold.group, hold.within);
+            if !hold.hold_x && !hold.hold_y {
+                let help = "write `hold_x = true`, `hold_y = true` or both";
                 found.add(
-                    format!("{path}.within"),
-                    value,
-                    "a second corner above and right of the first",
+                    format!("{path}.hold_x"),
+                    "false, and so is `hold_y`",
+                    "a direction to hold",
                     help,
                 );
             }
+            let help = if self.grid_contact.is_some() {
+                "contact on the grid would move held points: leave one of them out"
+            } else if let Transfer::Xpic { .. } = self.transfer {
+                "xpic filters what the nodes give back: take another transfer"
+            } else {
+                continue;
+            };
+            found.add(path, "held points", "none", help);
         }
+    }
+
+    fn probe_faults(&self, found: &mut Faults) {
+        for (i, probe) in self.probes.iter().enumerate() {
+            self.set_faults(found, &format!("mpm.probe.{i}"), probe.group, probe.within);
+        }
+    }
+
+    fn set_faults(&self, found: &mut Faults, path: &str, group: usize, within: [[f64; 2]; 2]) {
+        if group >= self.groups.len() {
+            let expected = format!("one of {} groups, counted from 0", self.groups.len());
+            found.add(format!("{path}.points"), group.to_string(), expected, "");
+        }
+        region_faults(found, path, within);
+    }
+
+    fn stage_faults(&self, found: &mut Faults) {
         let blends = matches!(self.transfer, Transfer::Flip | Transfer::Blend { .. });
         let mut before = f64::NEG_INFINITY;
         for (i, stage) in self.forcing.stages.iter().enumerate() {
@@ -474,6 +499,21 @@ impl MpmConfig {
                 }
             }
         }
+    }
+}
+
+/// A region `[lower left, upper right]` that is none.
+fn region_faults(found: &mut Faults, path: &str, within: [[f64; 2]; 2]) {
+    let [lower, upper] = within;
+    if !(0..2).all(|a| lower[a] <= upper[a]) {
+        let value = format!("{within:?} m");
+        let help = "write [[x_min, y_min], [x_max, y_max]]";
+        found.add(
+            format!("{path}.within"),
+            value,
+            "a second corner above and right of the first",
+            help,
+        );
     }
 }
 

@@ -46,7 +46,8 @@ impl MpmConfig {
     /// What it asks of the continuum's solver, every capability once.
     ///
     /// Verbs: `layers`, `segments`. Families: `shape`, `transfer`, `stress_update`, `drift`, `plane`, `wall`, `material`,
-    /// `fill`, `lattice` (where it is not the default), `contact_force`; members are the words of the configuration.
+    /// `fill`, `lattice` (where it is not the default), `contact_force`, whose members are the words of the configuration, and
+    /// `feature`: `probes`, `holds`.
     pub fn needs(&self) -> Vec<Need> {
         let mut needs = Vec::new();
         if self.layers {
@@ -93,6 +94,15 @@ impl MpmConfig {
             &self.contact_force,
             "mpm.contact_force",
         ));
+        for (feature, places, key) in [
+            ("probes", self.probes.len(), "mpm.probes[0]"),
+            ("holds", self.forcing.holds.len(), "mpm.forcing.holds[0]"),
+        ] {
+            if places > 0 {
+                let need = Need::once(format!("feature:{feature}"), key);
+                needs.push(Need { places, ..need });
+            }
+        }
         needs
     }
 }
@@ -102,7 +112,7 @@ impl DemConfig {
     ///
     /// Verbs: `segments`, `pairs`. Families: `shape`, `motion`, `overlap` (where it is not the default), `law`, whose
     /// members are the words of the configuration, and `feature`: `friction`, `damping`, `adhesion`, `rolling_friction`
-    /// of any law, `body_contact`, `contact_resolution`, `contact_pairs`.
+    /// of any law, `body_contact`, `contact_resolution`, `contact_pairs`, `mixed_kinds`.
     ///
     /// A law for points that is the default, without any stiffness, asks for nothing.
     pub fn needs(&self) -> Vec<Need> {
@@ -140,6 +150,15 @@ impl DemConfig {
             needs.push(Need {
                 places: self.contact_pairs.len(),
                 ..Need::once("feature:contact_pairs", "dem.contact_pairs[0]")
+            });
+        }
+        if let Some(first) = self.mixed_pairs().min() {
+            needs.push(Need {
+                places: self.mixed_pairs().count(),
+                ..Need::once(
+                    "feature:mixed_kinds",
+                    format!("dem.contact_pairs[{first}].law"),
+                )
             });
         }
         needs

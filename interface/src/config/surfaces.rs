@@ -15,7 +15,7 @@ use crate::config::{ConfigFault, ContactLaw, DemConfig};
 pub struct ContactPair {
     /// The two surfaces, in either order: of bodies, or materials of points. Twice the same: among themselves.
     pub between: [String; 2],
-    /// The law, of the same kind as the one for all.
+    /// The law. One of another kind than that for all asks for the capability `feature:mixed_kinds`.
     pub law: ContactLaw,
 }
 
@@ -69,10 +69,22 @@ impl DemConfig {
             .chain(pairs.filter(|_| self.body_contact.is_some()))
     }
 
-    /// What is wrong with the table: a surface that nothing has, a pair twice, a pair that nothing can meet by, a law
-    /// of another kind than the one for all.
-    ///
-    /// The contact loops are made for one kind of law, whose numbers differ from pair to pair.
+    /// The pairs whose law is of another kind than that for all, by their indices: solvers' contact loops may be made for
+    /// one kind, whose numbers differ from pair to pair.
+    pub fn mixed_pairs(&self) -> impl Iterator<Item = usize> {
+        let of_points = self
+            .point_pairs()
+            .map(|pair| (pair, Some(&self.point_contact)));
+        let of_bodies = self
+            .body_pairs()
+            .map(|pair| (pair, self.body_contact.as_ref()));
+        let other = |((i, pair), law): ((usize, &ContactPair), Option<&ContactLaw>)| {
+            law.is_some_and(|law| !pair.law.is_like(law)).then_some(i)
+        };
+        of_points.chain(of_bodies).filter_map(other)
+    }
+
+    /// What is wrong with the table: a surface that nothing has, a pair twice, a pair that nothing can meet by.
     pub(super) fn table_faults(&self) -> Vec<ConfigFault> {
         let mut known: Vec<&str> = self.body_surfaces().collect();
         known.extend(self.point_surfaces.iter().map(String::as_str));
@@ -119,20 +131,6 @@ impl DemConfig {
             let expected = "a law for all other bodies too";
             return fault("between", between, expected, "write `[body_contact]`");
         }
-        let for_points = of_points.then_some((&self.point_contact, "points and bodies"));
-        let for_bodies = self.body_contact.as_ref().filter(|_| of_bodies);
-        let for_all = [for_points, for_bodies.map(|law| (law, "bodies"))];
-        let mut for_all = for_all.into_iter().flatten();
-        let (law, whom) = for_all.find(|(law, _)| !pair.law.is_like(law))?;
-        let expected = format!("a law like the one for all {whom}, `{}`", law.name());
-        fault(
-            "law",
-            format!("`{}`", pair.law.name()),
-            &expected,
-            SAME_KIND,
-        )
+        None
     }
 }
-
-const SAME_KIND: &str = "the contact loops are made for one kind of law (`linear` and `granular` are one): give every \
-                         pair that kind, with its own numbers";

@@ -53,6 +53,7 @@ pub fn plain_continuum() -> MpmConfig {
         layers: false,
         interface: Interface::Points,
         skin: 0.01,
+        probes: Vec::new(),
         threads: 1,
     }
 }

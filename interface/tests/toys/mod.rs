@@ -282,6 +282,7 @@ pub fn mpm_config() -> MpmConfig {
         layers: false,
         interface: interface::config::Interface::Points,
         skin: 0.02,
+        probes: Vec::new(),
         threads: 1,
     }
 }

@@ -151,8 +151,17 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
         for grain in &self.all {
             let of = grain.continuum.measurement();
             add(ledger, &of.ledger);
-            groups.extend_from_slice(&of.groups);
+            groups.extend_from_slice(&of.groups[..1]);
         }
+        // Probes follow the groups, in the order of the scene.
+        let mut probes: Vec<_> = (self.all.iter())
+            .flat_map(|grain| {
+                let told = &grain.continuum.measurement().groups[1..];
+                grain.continuum.probes.iter().zip(told)
+            })
+            .collect();
+        probes.sort_by_key(|(probe, _)| probe.number);
+        groups.extend(probes.into_iter().map(|(_, state)| *state));
         ledger.friction_work += self.friction_work + slid;
     }
 }

@@ -71,6 +71,12 @@ pub fn move_loaded_points<const W: usize, S: Shape<W>, T: Transfer>(
                 more[a] += touch.gather * (mapped[a] - kicked[a]);
             }
         }
+        // What the nodes will have knows nothing of supports.
+        for (a, held) in continuum.holds.along(point.member).into_iter().enumerate() {
+            if held {
+                (velocity[a], more[a]) = (0.0, 0.0);
+            }
+        }
         let cloud = &mut clouds[point.member.cloud as usize];
         cloud.shift(point.member.local, more.map(|v| v * dt), velocity);
     }

@@ -53,18 +53,4 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         self.removed += 1;
         local
     }
-
-    /// Kinetic energy of a lane's point in J/m, with that of its affine part.
-    fn kinetic_of(&self, lane: usize) -> f64 {
-        let square = |v: [f64; 2]| v[0] * v[0] + v[1] * v[1];
-        let mut twice = square(self.velocity(lane));
-        if A::PRESENT {
-            let slopes = self.motion[lane / LANES].affine.slopes();
-            let of_lane =
-                |s: [crate::kernel::lanes::Lanes; 2]| s.map(|s| s.as_array()[lane % LANES]);
-            let affine: f64 = slopes.iter().map(|s| square(of_lane(*s))).sum();
-            twice += affine / S::INVERSE_INERTIA.unwrap_or(1.0);
-        }
-        0.5 * self.mass * twice
-    }
 }

@@ -11,6 +11,7 @@ use crate::kernel::transfer::{AffineState, Transfer};
 use crate::state::books::KickWork;
 use crate::state::constitutive::StressReport;
 use crate::state::continuum::Continuum;
+use crate::state::point_set::PointSet;
 use crate::state::points::Cloud;
 
 /// Sums over the points of a cloud.
@@ -36,6 +37,7 @@ pub fn keep_books<const W: usize, S: Shape<W>, T: Transfer>(
             continuum.books.kick.friction += tile.friction_work;
             continuum.books.kick.damping += tile.damping_work;
         }
+        continuum.books.applied_impulse += continuum.holds.impulse;
     }
     let ahead = core::mem::take(&mut continuum.books.ahead);
     for [plastic, viscous, work] in
@@ -54,6 +56,7 @@ pub fn keep_books<const W: usize, S: Shape<W>, T: Transfer>(
     continuum.books.contact_impulse += contact_force.map(|f| kick * f);
     if step.measure {
         measure(continuum, contact_force, 1.0 - step.centring());
+        measure_sets(continuum, kick, 1.0 - step.centring());
     }
 }
 
@@ -98,6 +101,15 @@ fn close_measurement<const W: usize, S: Shape<W>, T: Transfer>(
     after: f64,
 ) {
     let MpmMeasurement { ledger, groups } = &mut continuum.books.measurement;
+    let (groups, sets) = groups.split_at_mut(continuum.clouds.len());
+    let holds = continuum.holds.all.iter().map(|hold| &hold.points);
+    for (set, state) in continuum.probes.iter().chain(holds).zip(sets) {
+        let (velocity, kinetic) = set.motion(&continuum.clouds[set.cloud as usize]);
+        state.kinetic += after * kinetic;
+        for a in 0..2 {
+            state.velocity[a] += after * velocity[a];
+        }
+    }
     ledger.momentum = [0.0; 2];
     for (cloud, group) in continuum.clouds.iter().zip(groups) {
         let motions = cloud.motions();
@@ -162,6 +174,48 @@ fn measure<const W: usize, S: Shape<W>, T: Transfer>(
                 cloud.position(cloud.lane_of[m.local as usize] as usize),
             );
         }
+    }
+}
+
+/// Adds a record for each probe and each hold to those of the groups; `kick` is the length of the kick in s.
+fn measure_sets<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    kick: f64,
+    before: f64,
+) {
+    let Continuum {
+        clouds,
+        imps,
+        probes,
+        holds,
+        books,
+        ..
+    } = continuum;
+    let groups = &mut books.measurement.groups;
+    let mut tell = |set: &PointSet, support: Option<[f64; 2]>| {
+        let cloud = &clouds[set.cloud as usize];
+        let mut state = set.extent(cloud);
+        let (velocity, kinetic) = set.motion(cloud);
+        (state.velocity, state.kinetic) = (velocity.map(|v| before * v), before * kinetic);
+        for (m, f) in imps.members.iter().zip(&imps.forces) {
+            if f.force != [0.0; 2] && set.has(m.cloud, m.local) {
+                state.contacts += 1;
+                for a in 0..2 {
+                    state.contact_force[a] += f.force[a];
+                }
+                let x = cloud.position(cloud.lane_of[m.local as usize] as usize);
+                widen_loaded(&mut state, x);
+            }
+        }
+        state.contact_force = support.unwrap_or(state.contact_force);
+        groups.push(state);
+    };
+    for probe in probes.iter() {
+        tell(probe, None);
+    }
+    let per_kick = if kick > 0.0 { 1.0 / kick } else { 0.0 };
+    for hold in &holds.all {
+        tell(&hold.points, Some(hold.impulse.map(|p| p * per_kick)));
     }
 }
 

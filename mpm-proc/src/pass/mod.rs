@@ -5,6 +5,7 @@ pub mod contact;
 pub mod damping;
 pub mod drift;
 pub mod grid_to_points;
+pub mod holds;
 pub mod images;
 pub mod leaving;
 pub mod limits;

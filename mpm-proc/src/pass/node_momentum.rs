@@ -1,7 +1,7 @@
 //! Mass, momentum and velocity of the nodes (Jiang 2020 eqs. 18 to 20): the windows of the clouds are summed, the momentum
 //! is divided by the mass, and the walls are obeyed.
 
-use super::images::{gather_momentum, gather_vectors, spread_before, spread_vectors};
+use super::images::{gather_momentum, gather_vectors, spread_vectors};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::over_items;
 use crate::kernel::tiles::{NODES, first_node, node};
@@ -16,7 +16,8 @@ use crate::state::walls::WallNodes;
 /// quotients keep their digits.
 const EMPTY: f64 = 1e-250;
 
-/// Sums mass and momentum over the clouds' windows, in their order, and obeys the walls (eqs. 18 to 20).
+/// Sums mass and momentum over the clouds' windows, in their order, and obeys the walls (eqs. 18 to 20). Images follow when
+/// all is held that acts on their originals ([`super::images::spread_before`]).
 ///
 /// `pic_fraction` is the share of the momentum taken away here that the points will feel.
 pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
@@ -50,7 +51,6 @@ pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
                 tile.divide_momentum(walls, pic_fraction);
             }
         });
-        spread_before(&grid.images, &mut grid.tiles, pic_fraction);
     }
 }
 

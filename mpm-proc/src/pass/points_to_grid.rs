@@ -1,5 +1,7 @@
 //! Points to grid: mass and momentum (Jiang 2020 eqs. 18, 19, 30).
 
+use super::holds::hold_before;
+use super::images::spread_before;
 use super::node_momentum::{divide_mapped, sum_momentum};
 use super::spin::spin;
 use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
@@ -25,6 +27,9 @@ pub fn points_to_grid<const W: usize, S: Shape<W>, T: Transfer>(
         }
         sum_momentum(grid, grain, clouds, pic_fraction);
     });
+    hold_before(continuum, pic_fraction);
+    let grid = &mut continuum.grid;
+    spread_before(&grid.images, &mut grid.tiles, pic_fraction);
 }
 
 /// Maps the velocities of the points in `which` tiles to [`crate::state::grid::Grid::mapped`]; those that the nodes move

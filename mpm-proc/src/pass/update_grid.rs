@@ -1,6 +1,7 @@
 //! The grid's update: the kick of the nodes with damping and walls (Jiang 2020 eqs. 17 and 48).
 
 use super::damping::Damping;
+use super::holds::hold_after;
 use super::images::{gather_force, spread_after};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::over_items;
@@ -24,6 +25,9 @@ pub fn update_grid<const W: usize, S: Shape<W>, T: Transfer>(
     continuum
         .threads
         .run(|| kick_nodes(grid, grain, clouds, kick, damping));
+    hold_after(continuum);
+    let grid = &mut continuum.grid;
+    spread_after(&grid.images, &mut grid.tiles, kick);
 }
 
 fn kick_nodes<const W: usize, S: Shape<W>, A: AffineState>(
@@ -66,7 +70,6 @@ fn kick_nodes<const W: usize, S: Shape<W>, A: AffineState>(
                 tile.kick(&force, &act);
             }
         });
-        spread_after(&grid.images, &mut grid.tiles, kick);
     }
 }
 

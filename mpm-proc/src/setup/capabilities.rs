@@ -4,7 +4,7 @@ use interface::config::capability::{Capabilities, SAVE, STRESS_WORK};
 
 /// Families of a configuration with the members that the solver takes, by their names there. Which of them go together is
 /// for [`crate::setup::configure`] to say.
-const TAKES: [(&str, &[&str]); 10] = [
+const TAKES: [(&str, &[&str]); 11] = [
     (
         "shape",
         &["linear", "ugimp", "quadratic_bspline", "cubic_bspline"],
@@ -15,7 +15,15 @@ const TAKES: [(&str, &[&str]); 10] = [
     ("plane", &["strain", "stress"]),
     (
         "wall",
-        &["open", "fixed", "slip", "friction", "periodic", "driven"],
+        &[
+            "open",
+            "fixed",
+            "slip",
+            "tangential",
+            "friction",
+            "periodic",
+            "driven",
+        ],
     ),
     (
         "material",
@@ -32,6 +40,7 @@ const TAKES: [(&str, &[&str]); 10] = [
     ("contact_force", &["point", "nearest_nodes", "traction"]),
     ("fill", &["disc", "rectangle", "polygon", "points"]),
     ("lattice", &["grid", "outline"]),
+    ("feature", &["fields", "probes", "holds"]),
 ];
 
 /// The capabilities of the solver.
@@ -97,6 +106,10 @@ mod tests {
             ("contact_force", variants::<ContactForceScheme>()),
             ("fill", variants::<Fill>()),
             ("lattice", variants::<Lattice>()),
+            (
+                "feature",
+                ["fields", "probes", "holds"].map(ToOwned::to_owned).into(),
+            ),
         ];
         assert_eq!(known.len(), TAKES.len());
         let capabilities = capabilities();

@@ -26,12 +26,15 @@ use crate::pass::sort::sort;
 use crate::scheme::Scheme;
 use crate::setup::fields::Fields;
 use crate::setup::fill::{FilledRegion, fill, refuse_overlap};
+use crate::setup::region::points_within;
 use crate::state::books::Books;
 use crate::state::constitutive::{Constitutive, MaterialPoints};
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
+use crate::state::holds::{Hold, Holds};
 use crate::state::imps::Imps;
 use crate::state::outside::Outside;
+use crate::state::point_set::PointSet;
 use crate::state::points::{Cloud, Kind};
 use crate::state::stages::Stages;
 use crate::state::walls::WallNodes;
@@ -179,11 +182,15 @@ impl<'a> Parts<'a> {
         transfer: T,
     ) -> Result<Continuum<W, S, T>, Refusal> {
         let mut clouds = Vec::new();
+        let (mut probes, mut holds) = (Vec::new(), Vec::new());
         let before = &self.points[..groups.start];
         let mut first_id = before.iter().map(|p| p.positions.len() as u64).sum();
         for g in groups {
             let (group, points) = (&self.config.groups[g], &self.points[g]);
             let fields = Fields::new(self.config, g)?;
+            let number = clouds.len() as u32;
+            probes.extend(self.probes(g, number)?);
+            holds.extend(self.holds(g, number)?);
             let material = &self.config.materials[group.material];
             let blocks = points.positions.len().div_ceil(LANES);
             let mut state = if group.rigid {
@@ -203,13 +210,15 @@ impl<'a> Parts<'a> {
                 },
                 first_id,
                 &points.positions,
-                &fields.velocities(&points.positions)?,
+                &at_rest(fields.velocities(&points.positions)?, number, &holds),
                 fields.loads(&points.positions)?,
             );
             fields.set_slopes(&mut cloud, &points.positions);
             clouds.push(cloud);
             first_id += points.positions.len() as u64;
         }
+        probes.sort_by_key(|probe: &PointSet| probe.number);
+        holds.sort_by_key(|hold: &Hold| hold.points.number);
         // Grains touch at nodes that move by themselves, so no image may follow another node.
         let mirrors = S::MIRRORED && self.config.grid_contact.is_none();
         let walls = WallNodes::new(&self.config.walls, self.geometry.cells, mirrors);
@@ -230,12 +239,55 @@ impl<'a> Parts<'a> {
             loads_of_nodes: Vec::new(),
             stages: self.stages.clone(),
             damping: 0.0,
+            probes,
+            holds: Holds::new(holds),
             threads: Threads::default(),
             moved: 0.0,
             clouds,
         };
         sort(&mut continuum);
         Ok(continuum)
+    }
+
+    /// The probes of a group, which is cloud number `cloud` of its continuum.
+    fn probes(&self, group: usize, cloud: u32) -> Result<Vec<PointSet>, Refusal> {
+        let probes = self.config.probes.iter().enumerate();
+        let of_group = probes.filter(|(_, probe)| probe.group == group);
+        of_group
+            .map(|(i, probe)| self.set(i, group, cloud, probe.within, &format!("mpm.probe.{i}")))
+            .collect()
+    }
+
+    /// The holds of a group, likewise.
+    fn holds(&self, group: usize, cloud: u32) -> Result<Vec<Hold>, Refusal> {
+        let holds = self.config.forcing.holds.iter().enumerate();
+        let of_group = holds.filter(|(_, hold)| hold.group == group);
+        of_group
+            .map(|(i, hold)| {
+                let key = format!("mpm.hold.{i}");
+                Ok(Hold {
+                    points: self.set(i, group, cloud, hold.within, &key)?,
+                    along: [hold.hold_x, hold.hold_y],
+                    impulse: [0.0; 2],
+                })
+            })
+            .collect()
+    }
+
+    fn set(
+        &self,
+        number: usize,
+        group: usize,
+        cloud: u32,
+        within: [[f64; 2]; 2],
+        key: &str,
+    ) -> Result<PointSet, Refusal> {
+        let positions = &self.points[group].positions;
+        Ok(PointSet {
+            number,
+            cloud,
+            locals: points_within(self.config, group, positions, within, key)?,
+        })
     }
 
     fn readiness<const W: usize, S: Shape<W>, T: Transfer>(
@@ -343,6 +395,18 @@ fn points<const W: usize, S: Shape<W>, M: Material>(
     blocks: usize,
 ) -> Box<dyn Constitutive<W, S>> {
     Box::new(MaterialPoints::new(model, blocks))
+}
+
+/// `velocities` (m/s) of a cloud's points, of which those that are held are at rest.
+fn at_rest(mut velocities: Vec<[f64; 2]>, cloud: u32, holds: &[Hold]) -> Vec<[f64; 2]> {
+    for hold in holds.iter().filter(|hold| hold.points.cloud == cloud) {
+        for &local in &hold.points.locals {
+            for a in (0..2).filter(|&a| hold.along[a]) {
+                velocities[local as usize][a] = 0.0;
+            }
+        }
+    }
+    velocities
 }
 
 fn half_spacing(points: &FilledRegion) -> f64 {

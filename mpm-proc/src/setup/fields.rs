@@ -4,6 +4,7 @@ use interface::config::MpmConfig;
 use interface::solver::Refusal;
 use mechanics::expression::{Expression, Meaning};
 
+use super::region::points_within;
 use crate::kernel::lanes::{LANES, ZERO};
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
@@ -149,24 +150,12 @@ impl<'a> Fields<'a> {
             if traction.group != self.group {
                 continue;
             }
-            let [low, high] = traction.within;
-            let inside = |x: &[f64; 2]| (0..2).all(|a| low[a] <= x[a] && x[a] <= high[a]);
-            let count = positions.iter().filter(|x| inside(x)).count();
-            if count == 0 {
-                return Err(Refusal::new(
-                    format!("mpm.traction.{i}.within"),
-                    format!(
-                        "the region {low:?} to {high:?} m holds no points of group '{}'; make it larger or move it",
-                        self.config.groups[self.group].name
-                    ),
-                ));
-            }
+            let (key, within) = (format!("mpm.traction.{i}"), traction.within);
+            let loaded = points_within(self.config, self.group, positions, within, &key)?;
             dead.resize(positions.len(), [0.0; 2]);
-            for (load, x) in dead.iter_mut().zip(positions) {
-                if inside(x) {
-                    for a in 0..2 {
-                        load[a] += traction.force[a] / count as f64;
-                    }
+            for &local in &loaded {
+                for a in 0..2 {
+                    dead[local as usize][a] += traction.force[a] / loaded.len() as f64;
                 }
             }
         }

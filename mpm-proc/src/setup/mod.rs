@@ -5,3 +5,4 @@ pub mod configure;
 pub mod fields;
 pub mod fill;
 pub mod grid;
+pub mod region;

@@ -8,8 +8,10 @@ use serde::{Deserialize, Serialize};
 use super::books::Books;
 use super::contact::{Loaded, Touch};
 use super::grid::Grid;
+use super::holds::Holds;
 use super::imps::{Imps, SavedImps};
 use super::outside::Outside;
+use super::point_set::PointSet;
 use super::points::{Cloud, SavedCloud};
 use super::saved::refusal;
 use super::stages::Stages;
@@ -49,6 +51,10 @@ pub struct Continuum<const W: usize, S: Shape<W>, T: Transfer> {
     pub stages: Stages,
     /// Mass-proportional damping of the present step in 1/s.
     pub damping: f64,
+    /// Points that are followed.
+    pub probes: Vec<PointSet>,
+    /// Points that are held.
+    pub holds: Holds,
     /// Threads.
     pub threads: Threads,
     /// Upper bound of the displacement of any point since points were last sorted, in m.
@@ -94,6 +100,8 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T> {
             loads_of_nodes: _, // of one step
             stages: _,         // of the configuration
             damping: _,        // of one step
+            probes: _,         // of the configuration
+            holds: _,          // likewise, and what is of one step
             threads: _,        // of the configuration
             moved,
         } = self;

@@ -197,6 +197,19 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             .map(|v| v.as_array()[lane % LANES])
     }
 
+    /// Kinetic energy of a lane's point in J/m, with that of its affine part.
+    pub fn kinetic_of(&self, lane: usize) -> f64 {
+        let square = |v: [f64; 2]| v[0] * v[0] + v[1] * v[1];
+        let mut twice = square(self.velocity(lane));
+        if A::PRESENT {
+            let slopes = self.motion[lane / LANES].affine.slopes();
+            let of_lane = |s: [Lanes; 2]| s.map(|s| s.as_array()[lane % LANES]);
+            let affine: f64 = slopes.iter().map(|s| square(of_lane(*s))).sum();
+            twice += affine / S::INVERSE_INERTIA.unwrap_or(1.0);
+        }
+        0.5 * self.mass * twice
+    }
+
     /// The tile that holds a lane.
     pub fn tile_of_lane(&self, lane: usize) -> &Tile {
         let block = lane / LANES;

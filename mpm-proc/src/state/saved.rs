@@ -56,6 +56,7 @@ impl Form {
             layers,
             interface,
             skin,
+            probes: _,  // they tell of points and keep nothing
             threads: _, // the bits are the same for any number of them
         } = config;
         let mut text = String::new();

@@ -1,8 +1,10 @@
 //! Conditions on the walls of the domain. They act on the nodes at a wall and on those beyond it, which shape functions
 //! wider than a hat also reach.
 //!
-//! A fixed or slip wall that B-splines reach over is a mirror: the velocity through the wall is odd about it, that along a
-//! fixed wall too, that along a slip wall even. Nodes beyond the wall are then images of those within ([`crate::state::images`]),
+//! A wall that holds and that B-splines reach over is a mirror: the velocity that it holds is odd about it, the other even.
+//! So both are odd at a fixed wall, that through a slip wall is odd and that along it even, and at a wall that holds the
+//! tangential component it is the other way round: even through the wall, as befits the face that is free of normal stress
+//! there (held along itself it has no strain along itself, so no strain through the wall either). Nodes beyond the wall are then images of those within ([`crate::state::images`]),
 //! and a field that is linear up to the wall stays so. Holding them instead, as for the other shape functions, which
 //! hardly reach them, would hold a part of the first cell and shorten the body by it. A wall with friction lets go, so it
 //! is no mirror; its nodes beyond are held as those on it.
@@ -17,6 +19,7 @@ use interface::config::{Wall, Walls};
 enum Hold {
     Nothing,
     Normal,
+    Tangential,
     Everything,
     /// Everything but the velocity of the wall, in m/s.
     Driven([f64; 2]),
@@ -54,6 +57,7 @@ impl WallNodes {
             }
             Wall::Fixed => Hold::Everything,
             Wall::Slip => Hold::Normal,
+            Wall::Tangential => Hold::Tangential,
             Wall::Friction { coefficient } => Hold::Into(coefficient),
             Wall::Open | Wall::Periodic => Hold::Nothing,
         };
@@ -62,6 +66,9 @@ impl WallNodes {
             Wall::Fixed | Wall::Driven { .. } if mirrors => Beyond::Mirror([-1.0; 2]),
             Wall::Slip if mirrors => {
                 Beyond::Mirror([0, 1].map(|a| if a == axis { -1.0 } else { 1.0 }))
+            }
+            Wall::Tangential if mirrors => {
+                Beyond::Mirror([0, 1].map(|a| if a == axis { 1.0 } else { -1.0 }))
             }
             _ => Beyond::Nodes,
         };
@@ -80,6 +87,7 @@ impl WallNodes {
             match self.at(node, a).0 {
                 Hold::Nothing | Hold::Into(_) => {}
                 Hold::Normal => free[a] = 0.0,
+                Hold::Tangential => free[1 - a] = 0.0,
                 Hold::Everything | Hold::Driven(_) => return [0.0; 2],
             }
         }
@@ -182,6 +190,7 @@ impl WallNodes {
             match self.at(node, a) {
                 (Hold::Nothing, _) => {}
                 (Hold::Normal, _) => v[a] = 0.0,
+                (Hold::Tangential, _) => v[1 - a] = 0.0,
                 (Hold::Everything, _) => v = [0.0; 2],
                 (Hold::Driven(velocity), _) => v = velocity,
                 (Hold::Into(coefficient), out) => {
@@ -281,6 +290,30 @@ mod tests {
         assert_eq!(walls.hold([5, 0], v), [0.0, 0.0]);
         assert_eq!(walls.hold([10, 20], v), v);
         assert!(walls.touch([0, 8]) && walls.touch([-8, 8]) && !walls.touch([8, 16]));
+    }
+
+    #[test]
+    fn a_tangential_wall_holds_what_a_slip_wall_leaves_free() {
+        let walls = |mirrors| {
+            let walls = Walls {
+                left: Wall::Tangential,
+                top: Wall::Tangential,
+                ..Walls::default()
+            };
+            WallNodes::new(&walls, [10, 20], mirrors)
+        };
+        let held = walls(true);
+        assert_eq!(held.hold([0, 5], [3.0, -2.0]), [3.0, 0.0]);
+        assert_eq!(held.hold_after_kick([4, 20], [3.0, -2.0]), [0.0, -2.0]);
+        assert_eq!(held.hold([0, 20], [3.0, -2.0]), [0.0; 2]);
+        assert_eq!(
+            [held.free([0, 5]), held.free([4, 20])],
+            [[1.0, 0.0], [0.0, 1.0]]
+        );
+        assert_eq!(held.slid([0, 5], [3.0, -2.0], [3.0, -2.0], [3.0, 0.0]), 0.0);
+        assert_eq!(held.original([-1, 3]), Some(([1, 3], [1.0, -1.0], false)));
+        assert_eq!(held.original([4, 22]), Some(([4, 18], [-1.0, 1.0], false)));
+        assert_eq!(walls(false).original([-1, 3]), None);
     }
 
     #[test]

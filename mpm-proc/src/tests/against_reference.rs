@@ -243,7 +243,12 @@ fn periodic_walls_agree_with_the_oracle() {
 #[test]
 fn mirrors_at_the_high_ends_agree_with_the_oracle() {
     use ShapeFunction::{CubicBspline, QuadraticBspline};
-    for (right, top) in [(Wall::Fixed, Wall::Slip), (Wall::Slip, Wall::Fixed)] {
+    for (right, top) in [
+        (Wall::Fixed, Wall::Slip),
+        (Wall::Slip, Wall::Fixed),
+        (Wall::Tangential, Wall::Slip),
+        (Wall::Fixed, Wall::Tangential),
+    ] {
         let walls = Walls {
             right,
             top,

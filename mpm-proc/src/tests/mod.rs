@@ -9,6 +9,7 @@ mod drift;
 mod driven_walls;
 mod forcing;
 mod grid_contact;
+mod holds;
 mod leaving;
 mod limits;
 mod periodic;
@@ -95,6 +96,7 @@ pub fn block() -> MpmConfig {
         layers: false,
         interface: interface::config::Interface::Points,
         skin: 0.01,
+        probes: Vec::new(),
         threads: 1,
     }
 }

@@ -172,6 +172,16 @@ fn a_field_that_is_linear_up_to_a_wall_stays_so() {
             Wall::Fixed,
             ["x+0.2", "2*(x+0.2)"],
         ),
+        (
+            ShapeFunction::QuadraticBspline,
+            Wall::Tangential,
+            ["0.3", "x+0.2"],
+        ),
+        (
+            ShapeFunction::CubicBspline,
+            Wall::Tangential,
+            ["0.3", "x+0.2"],
+        ),
     ] {
         let mut config = block();
         config.shape = shape;

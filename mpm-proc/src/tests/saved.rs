@@ -10,8 +10,9 @@ use std::hash::Hasher;
 
 use interface::config::material::Frictional;
 use interface::config::{
-    ContactForceScheme, Drift, Fill, Forcing, GridContact, GroupConfig, Leaving, MaterialModel,
-    MpmConfig, Plane, ShapeFunction, Spacing, Stage, StressUpdate, Traction, Transfer, Wall, Walls,
+    ContactForceScheme, Drift, Fill, Forcing, GridContact, GroupConfig, Hold, Leaving,
+    MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, Stage, StressUpdate, Traction,
+    Transfer, Wall, Walls,
 };
 use interface::message::wire::{EnvelopeVertex, ImpForce};
 use interface::saved::{pack, unpack};
@@ -295,7 +296,20 @@ pub(super) fn force(config: &mut MpmConfig) {
         damping,
         pic_fraction: if blends { fraction } else { None },
     };
+    let xpic = matches!(config.transfer, Transfer::Xpic { .. });
+    let holds = if xpic || config.grid_contact.is_some() {
+        Vec::new()
+    } else {
+        vec![Hold {
+            name: "support".into(),
+            group: 0,
+            within: [[0.2, 0.45], [0.25, 0.5]],
+            hold_x: true,
+            hold_y: false,
+        }]
+    };
     config.forcing = Forcing {
+        holds,
         body_force: Some(["30*sin(9*y+50*t)".into(), "20*x".into()]),
         tractions: vec![Traction {
             group: 0,

@@ -68,6 +68,8 @@ fn a_history_becomes_one_number() {
     assert_eq!(number(When::Min, [0.0, 2.0]), 1.0);
     assert_eq!(number(When::Rise, ALL), 2.0);
     assert_eq!(number(When::Rise, [1.5, 4.0]), 0.0);
+    assert_eq!(number(When::TimeOfMax, ALL), 1.0);
+    assert_eq!(number(When::TimeOfMax, [1.5, 4.0]), 2.0);
     assert_eq!(number(When::Mean, ALL), (2.0 + 2.5 + 2.0) / 4.0);
     assert_eq!(number(When::Mean, [2.0, 2.0]), 2.0);
     assert_eq!(number(When::Rms, [2.0, 4.0]), 2f64.sqrt());
@@ -155,6 +157,7 @@ fn a_nan_anywhere_in_the_window_fails() {
         When::Max,
         When::Min,
         When::Rise,
+        When::TimeOfMax,
         When::Mean,
         When::Rms,
         When::MaxError,

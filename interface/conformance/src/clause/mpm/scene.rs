@@ -58,6 +58,7 @@ pub fn scene(groups: Vec<GroupConfig>) -> MpmConfig {
         layers: false,
         interface: interface::config::Interface::Points,
         skin: SKIN,
+        probes: Vec::new(),
         threads: 1,
     }
 }

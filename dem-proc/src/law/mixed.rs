@@ -1,0 +1,205 @@
+//! Laws by pairs of surfaces, of different kinds: Hertz for a ball, a linear spring for its supports.
+//!
+//! A contact keeps which kind its pair has, and the loops branch on it, which a table of one kind ([`super::table`]) does not:
+//! only scenes that mix kinds pay for it.
+
+use super::contact::{Contact, Memory};
+use super::dashpot::{Elastic, Tsuji, Viscous};
+use super::history::{DASHPOT, Numbers, Part, ROLLING, TANGENT};
+use super::normal::{Adhesive, Area, Hertz, Linear};
+use super::rolling::{Rolled, Rolling};
+use super::table::Table;
+use super::tangent::{Coulomb, Elongation, Mindlin, Sheared};
+use super::{Law, Loss, Mates, Press, Stiffness, Touch};
+
+/// `linear` and `granular`, with all that they can have.
+pub type OfGrains = Rolling<Contact<Adhesive<Linear>, Coulomb, Viscous>>;
+/// `hertz_mindlin`, likewise.
+pub type OfSpheres = Contact<Adhesive<Hertz>, Mindlin, Tsuji>;
+/// `area`.
+pub type OfAreas = Contact<Area, Coulomb, Elastic>;
+
+/// A law of any kind.
+#[derive(Debug, Clone, Copy)]
+pub enum AnyLaw {
+    /// `linear` or `granular`.
+    Grains(OfGrains),
+    /// `hertz_mindlin`.
+    Spheres(OfSpheres),
+    /// `area`.
+    Areas(OfAreas),
+}
+
+/// A law and its constants for a pair.
+#[derive(Debug, Clone, Copy)]
+pub enum AnyPair {
+    /// `linear` or `granular`.
+    Grains(OfGrains, <OfGrains as Law>::Pair),
+    /// `hertz_mindlin`.
+    Spheres(OfSpheres, <OfSpheres as Law>::Pair),
+    /// `area`.
+    Areas(OfAreas, <OfAreas as Law>::Pair),
+}
+
+/// What a contact of any kind remembers; what its kind does not use is zero.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct AnyMemory {
+    /// Of a spring of constant stiffness.
+    elongation: Elongation,
+    /// Of a spring that stiffens.
+    sheared: Sheared,
+    /// Of dashpots.
+    dashpot: [f64; 2],
+    /// Moment in N and stiffness in N of rolling.
+    rolled: [f64; 2],
+}
+
+impl Numbers for AnyMemory {
+    const COUNT: usize = Elongation::COUNT + Sheared::COUNT + 4;
+    fn parts(_: u32) -> Vec<Part> {
+        [
+            Elongation::parts(TANGENT),
+            Sheared::parts(TANGENT),
+            <[f64; 2]>::parts(DASHPOT),
+            <[f64; 2]>::parts(ROLLING),
+        ]
+        .concat()
+    }
+    fn put(&self, numbers: &mut Vec<f64>) {
+        let Self {
+            elongation,
+            sheared,
+            dashpot,
+            rolled,
+        } = self;
+        elongation.put(numbers);
+        sheared.put(numbers);
+        dashpot.put(numbers);
+        rolled.put(numbers);
+    }
+    fn take(numbers: &mut impl Iterator<Item = f64>) -> Self {
+        Self {
+            elongation: Elongation::take(numbers),
+            sheared: Sheared::take(numbers),
+            dashpot: Numbers::take(numbers),
+            rolled: Numbers::take(numbers),
+        }
+    }
+}
+
+impl AnyMemory {
+    fn of_grains(&self) -> <OfGrains as Law>::History {
+        let [moment, stiffness] = self.rolled;
+        Rolled {
+            law: Memory {
+                tangent: self.elongation,
+                dashpot: self.dashpot,
+            },
+            moment,
+            stiffness,
+        }
+    }
+
+    fn of_spheres(&self) -> <OfSpheres as Law>::History {
+        Memory {
+            tangent: self.sheared,
+            dashpot: self.dashpot,
+        }
+    }
+
+    fn of_areas(&self) -> <OfAreas as Law>::History {
+        Memory {
+            tangent: self.elongation,
+            dashpot: (),
+        }
+    }
+}
+
+/// `press` of a law that remembers `H`, with what any law remembers.
+fn remembering<H>(press: Press<H>, memory: impl FnOnce(H) -> AnyMemory) -> Press<AnyMemory> {
+    Press {
+        normal: press.normal,
+        tangential: press.tangential,
+        moment: press.moment,
+        history: memory(press.history),
+        loss: press.loss,
+    }
+}
+
+/// A law of its own kind for every pair of surfaces.
+#[derive(Debug, Clone)]
+pub struct Mixed(pub Table<AnyLaw>);
+
+impl Law for Mixed {
+    type History = AnyMemory;
+    type Pair = AnyPair;
+    const MOTION: bool = true;
+
+    fn pair(&self, mates: &Mates) -> AnyPair {
+        match self.0.law(mates) {
+            AnyLaw::Grains(law) => AnyPair::Grains(law, law.pair(mates)),
+            AnyLaw::Spheres(law) => AnyPair::Spheres(law, law.pair(mates)),
+            AnyLaw::Areas(law) => AnyPair::Areas(law, law.pair(mates)),
+        }
+    }
+    #[inline]
+    fn stiffness(&self, pair: &AnyPair, overlap: f64) -> Stiffness {
+        match pair {
+            AnyPair::Grains(law, pair) => law.stiffness(pair, overlap),
+            AnyPair::Spheres(law, pair) => law.stiffness(pair, overlap),
+            AnyPair::Areas(law, pair) => law.stiffness(pair, overlap),
+        }
+    }
+    /// The largest of the table: the step limit takes one for all contacts.
+    fn damping_ratio(&self, mass: f64) -> f64 {
+        let ratio = |law: &AnyLaw| match law {
+            AnyLaw::Grains(law) => law.damping_ratio(mass),
+            AnyLaw::Spheres(law) => law.damping_ratio(mass),
+            AnyLaw::Areas(law) => law.damping_ratio(mass),
+        };
+        self.0.laws().map(ratio).fold(0.0, f64::max)
+    }
+    #[inline]
+    fn press(&self, pair: &AnyPair, touch: &Touch, before: &AnyMemory) -> Press<AnyMemory> {
+        match pair {
+            AnyPair::Grains(law, pair) => {
+                remembering(law.press(pair, touch, &before.of_grains()), |h| AnyMemory {
+                    elongation: h.law.tangent,
+                    dashpot: h.law.dashpot,
+                    rolled: [h.moment, h.stiffness],
+                    ..AnyMemory::default()
+                })
+            }
+            AnyPair::Spheres(law, pair) => {
+                remembering(law.press(pair, touch, &before.of_spheres()), |h| {
+                    AnyMemory {
+                        sheared: h.tangent,
+                        dashpot: h.dashpot,
+                        ..AnyMemory::default()
+                    }
+                })
+            }
+            AnyPair::Areas(law, pair) => {
+                remembering(law.press(pair, touch, &before.of_areas()), |h| AnyMemory {
+                    elongation: h.tangent,
+                    ..AnyMemory::default()
+                })
+            }
+        }
+    }
+    #[inline]
+    fn separate(&self, pair: &AnyPair, touch: &Touch, before: &AnyMemory) -> Loss {
+        match pair {
+            AnyPair::Grains(law, pair) => law.separate(pair, touch, &before.of_grains()),
+            AnyPair::Spheres(law, pair) => law.separate(pair, touch, &before.of_spheres()),
+            AnyPair::Areas(law, pair) => law.separate(pair, touch, &before.of_areas()),
+        }
+    }
+    fn energy(&self, pair: &AnyPair, overlap: f64, history: &AnyMemory) -> f64 {
+        match pair {
+            AnyPair::Grains(law, pair) => law.energy(pair, overlap, &history.of_grains()),
+            AnyPair::Spheres(law, pair) => law.energy(pair, overlap, &history.of_spheres()),
+            AnyPair::Areas(law, pair) => law.energy(pair, overlap, &history.of_areas()),
+        }
+    }
+}

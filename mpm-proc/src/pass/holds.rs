@@ -1,0 +1,121 @@
+//! Held points: their nodes get the impulses that keep them in place ([`crate::state::holds`]).
+
+use crate::kernel::lanes::LANES;
+use crate::kernel::point_tile::owner;
+use crate::kernel::shape::Shape;
+use crate::kernel::tiles::{first_node, node, pitch};
+use crate::kernel::transfer::Transfer;
+use crate::state::continuum::Continuum;
+use crate::state::holds::{Row, Weight};
+use crate::state::nodes::{NodeAt, NodeTile};
+
+/// Finds the nodes of the held points, and holds the velocities before the kick. `pic_fraction` of what that takes is felt by
+/// the points.
+pub fn hold_before<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    pic_fraction: f64,
+) {
+    if continuum.holds.is_empty() {
+        return;
+    }
+    find_rows(continuum);
+    continuum.holds.impulse = [0.0; 2];
+    for hold in &mut continuum.holds.all {
+        hold.impulse = [0.0; 2];
+    }
+    hold_nodes(continuum, pic_fraction, |tile| &mut tile.before);
+}
+
+/// Holds the velocities after the kick, before images follow.
+pub fn hold_after<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
+    if !continuum.holds.is_empty() {
+        hold_nodes(continuum, 1.0, |tile| &mut tile.after);
+    }
+}
+
+/// The weights of the held points at their present places.
+fn find_rows<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
+    let Continuum {
+        clouds,
+        grid,
+        holds,
+        ..
+    } = continuum;
+    holds.rows.clear();
+    holds.weights.clear();
+    for number in 0..holds.all.len() {
+        let (earlier, hold) = holds.all.split_at(number);
+        let hold = &hold[0];
+        let cloud = &clouds[hold.points.cloud as usize];
+        for lane in hold.points.lanes(cloud) {
+            let local = cloud.ids[lane / LANES][lane % LANES];
+            let held = |a: usize| {
+                let again = |h: &crate::state::holds::Hold| {
+                    h.along[a] && h.points.has(hold.points.cloud, local)
+                };
+                hold.along[a] && !earlier.iter().any(again)
+            };
+            let along = [0, 1].map(|a| f64::from(u8::from(held(a))));
+            let tile = cloud.tile_of_lane(lane);
+            let place = tile.frame.locate(&cloud.x[lane / LANES], pitch(W));
+            let k = lane % LANES;
+            let s = [0, 1].map(|a| cloud.shape.weights(a, place.d[a]).map(|w| w.as_array()[k]));
+            let first = holds.weights.len() as u32;
+            for j in 0..W {
+                for i in 0..W {
+                    let (tile, node) = owner::<W>(tile, place.base[k] + j * pitch(W) + i);
+                    let at = NodeAt {
+                        tile: tile as u32,
+                        node: node as u32,
+                    };
+                    let image = grid.images.at(at);
+                    let sign = image.map_or([1.0; 2], |image| image.sign);
+                    holds.weights.push(Weight {
+                        node: 0,
+                        at: image.map_or(at, |image| image.of),
+                        along: sign.map(|sign| sign * s[0][i] * s[1][j]),
+                    });
+                }
+            }
+            holds.rows.push(Row {
+                hold: number as u32,
+                along,
+                first,
+                count: (W * W) as u32,
+            });
+        }
+    }
+    let (tiles, walls) = (&grid.tiles, &grid.walls);
+    holds.number_nodes(|at| {
+        let (tile, n) = at.split();
+        let tile = &tiles[tile];
+        let free = walls.free(node(first_node(tile.at), n));
+        free.map(|free| free * tile.per_mass[n])
+    });
+    holds.orthogonalise();
+}
+
+/// Brings the velocities of the held points to zero by the smallest change of those of the nodes, of which points feel
+/// `share`.
+fn hold_nodes<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    share: f64,
+    velocities: impl Fn(&mut NodeTile) -> &mut [[f64; 2]; crate::kernel::tiles::NODES],
+) {
+    let (holds, tiles) = (&mut continuum.holds, &mut continuum.grid.tiles);
+    for a in 0..2 {
+        holds.axes[a].velocity.clear();
+        for held in &holds.nodes {
+            let (tile, n) = held.at.split();
+            let v = velocities(&mut tiles[tile])[n][a];
+            holds.axes[a].velocity.push(v);
+        }
+        holds.project(a, share);
+        for (held, gain) in holds.nodes.iter().zip(&holds.axes[a].velocity) {
+            let (tile, n) = held.at.split();
+            let tile = &mut tiles[tile];
+            velocities(tile)[n][a] += gain;
+            holds.impulse[a] += share * tile.mass[n] * gain;
+        }
+    }
+}
