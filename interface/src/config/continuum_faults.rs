@@ -201,8 +201,8 @@ impl MpmConfig {
             };
             let key = format!("mpm.walls.{name}.driven.speed");
             found.number(key, speed, true, "a velocity along the wall");
-            // Its later rounds filter what is left of velocities, which walls would have to hold at rest.
-            if matches!(self.transfer, Transfer::Xpic { order } if order > 1) {
+            // Later rounds of the filter see what is left of velocities, which walls would have to hold at rest.
+            if matches!(self.transfer, Transfer::Xpic { .. }) {
                 let help = format!("the wall {name} moves, which xpic does not filter: take flip");
                 found.add("mpm.transfer", "xpic", "another transfer", help);
             }

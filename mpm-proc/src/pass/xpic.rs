@@ -44,7 +44,6 @@ pub fn filter_velocities<const W: usize, S: Shape<W>, T: Transfer>(
     });
     for tile in &continuum.grid.mapped {
         continuum.books.applied_impulse += tile.wall.impulse;
-        continuum.books.driven_work += tile.wall.work;
     }
 }
 

@@ -52,7 +52,7 @@ const KINDS: [(ShapeFunction, Transfer); 5] = [
     (ShapeFunction::Ugimp, Transfer::Flip),
     (ShapeFunction::QuadraticBspline, Transfer::Apic),
     (ShapeFunction::QuadraticBspline, Transfer::Flip),
-    (ShapeFunction::CubicBspline, Transfer::Xpic { order: 1 }),
+    (ShapeFunction::CubicBspline, Transfer::Apic),
 ];
 
 /// Couette's shear: the velocity stays linear, the stress is `G gamma` in a Neo-Hookean solid at any shear, and the wall's
