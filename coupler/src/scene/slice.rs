@@ -14,7 +14,7 @@ pub(super) fn per_metre(problems: &mut Problems, written: &mut SceneWritten) {
     };
     problems.above_zero("thickness", thickness, "a length");
     // A refused thickness would only make more faults of good numbers.
-    if !(thickness > 0.0) {
+    if thickness <= 0.0 {
         return;
     }
     let laws = [&mut written.contact, &mut written.body_contact];

@@ -45,8 +45,8 @@ const EXPECTED: [(&str, f64); 39] = [
     ("fill.grains.ymin", 2.0),
 ];
 
-#[test]
-fn every_value_stands_at_the_index_of_its_name() {
+/// Calls `act` with the quantities of a scene, a measurement of it, and the values of a first sample.
+fn with_measured(act: impl FnOnce(&Quantities, &Measured, &[f64])) {
     let quantities = Quantities::new(
         ["disc"],
         [&["edge", "middle"], &["left"]],
@@ -105,7 +105,6 @@ fn every_value_stands_at_the_index_of_its_name() {
         mass,
         ..BodyState::default()
     };
-    let mut sample = Sample::default();
     let mut balance = Balance::default();
     balance.keeps_stress_work = true;
     balance.take(&Ledger::default(), &Ledger::default(), 0.0);
@@ -134,42 +133,58 @@ fn every_value_stands_at_the_index_of_its_name() {
     ] {
         first[quantities.index(name).expect("a quantity")] = value;
     }
-    quantities.fill(&mut sample, &measured, &first);
-    for (name, expected) in EXPECTED {
-        let index = quantities.index(name).unwrap_or_else(|| panic!("{name}"));
-        assert_eq!(sample.values()[index], expected, "{name}");
-    }
-    assert_eq!(sample.values().len(), quantities.len());
-    // A slice of half a metre has half of all that is counted, and the same places, speeds and ratios.
-    let half = quantities.clone().of_slice(0.5);
-    let whole = sample.values().to_vec();
-    half.fill(&mut sample, &measured, &first);
-    for name in ["energy.total", "momentum.y", "contact.force.x"]
-        .into_iter()
-        .chain([
-            "probe.middle.fx",
-            "body.target.inertia",
-            "body.target.torque",
-            "fill.grains.mass",
-        ])
-    {
-        let index = quantities.index(name).expect("a quantity");
-        assert_eq!(sample.values()[index], 0.5 * whole[index], "{name}");
-    }
-    for name in [
-        "time",
-        "energy.residual_relative",
-        "probe.middle.uy",
-        "body.target.spin",
-    ] {
-        let index = quantities.index(name).expect("a quantity");
-        assert_eq!(sample.values()[index], whole[index], "{name}");
-    }
-    // In the first sample nothing has moved.
-    quantities.fill(&mut sample, &measured, &[]);
-    let moved = quantities.index("probe.middle.uy").expect("a quantity");
-    assert_eq!(sample.values()[moved], 0.0);
-    assert_eq!(quantities.index("body.targt.vx"), None);
+    act(&quantities, &measured, &first);
+}
+
+#[test]
+fn every_value_stands_at_the_index_of_its_name() {
+    with_measured(|quantities, measured, first| {
+        let mut sample = Sample::default();
+        quantities.fill(&mut sample, measured, first);
+        for (name, expected) in EXPECTED {
+            let index = quantities.index(name).unwrap_or_else(|| panic!("{name}"));
+            assert_eq!(sample.values()[index], expected, "{name}");
+        }
+        assert_eq!(sample.values().len(), quantities.len());
+        // In the first sample nothing has moved.
+        quantities.fill(&mut sample, measured, &[]);
+        let moved = quantities.index("probe.middle.uy").expect("a quantity");
+        assert_eq!(sample.values()[moved], 0.0);
+        assert_eq!(quantities.index("body.targt.vx"), None);
+    });
+}
+
+#[test]
+fn a_slice_has_its_share_of_what_is_counted() {
+    with_measured(|quantities, measured, first| {
+        let mut sample = Sample::default();
+        quantities.fill(&mut sample, measured, first);
+        // A slice of half a metre has half of all that is counted, and the same places, speeds and ratios.
+        let half = quantities.clone().of_slice(0.5);
+        let whole = sample.values().to_vec();
+        half.fill(&mut sample, measured, first);
+        for name in ["energy.total", "momentum.y", "contact.force.x"]
+            .into_iter()
+            .chain([
+                "probe.middle.fx",
+                "body.target.inertia",
+                "body.target.torque",
+                "fill.grains.mass",
+            ])
+        {
+            let index = quantities.index(name).expect("a quantity");
+            assert_eq!(sample.values()[index], 0.5 * whole[index], "{name}");
+        }
+        for name in [
+            "time",
+            "energy.residual_relative",
+            "probe.middle.uy",
+            "body.target.spin",
+        ] {
+            let index = quantities.index(name).expect("a quantity");
+            assert_eq!(sample.values()[index], whole[index], "{name}");
+        }
+    });
 }
 
 /// A check of what the continuum does not say must not pass.
