@@ -50,6 +50,10 @@ pub const PROFILES: &[Profile] = &[
     ),
     of_bodies("full+save", &[SAVE]),
     of_bodies("full+save+polls", &[POLLS]),
+    of_bodies(
+        "full+save+polls+laws",
+        &["law:area", "law:granular", "feature:adhesion"],
+    ),
     of_continua("elastic", &["material:linear_elastic"]),
     of_continua(
         "full",

@@ -166,12 +166,15 @@ mod tests {
         }
     }
 
+    /// So little that stresses are small beside G: what the spin of a shear turns the stress by goes with their ratio.
+    const PRESSED: [f64; 2] = [-1e-4, -1e-4];
+
     #[test]
     fn flow_in_plane_strain_has_the_angle_measured_there() {
         for psi in [0.0, 10.0] {
             let mut path = Path::new(measured(FrictionTest::PlaneStrain, psi));
-            path.stretch([-0.01, -0.01], 100);
-            path.shear(0.3, 30_000);
+            path.stretch(PRESSED, 100);
+            path.shear(3e-3, 3000);
             let [xx, yy, _, xy] = stress(&path.point);
             let (middle, radius) = (0.5 * (xx + yy), (0.5 * (xx - yy)).hypot(xy));
             let sine = radius / -middle;
@@ -184,12 +187,12 @@ mod tests {
     fn a_layer_under_load_flows_at_the_angle_of_repose() {
         for psi in [0.0, 10.0] {
             let mut path = Path::new(measured(FrictionTest::Repose, psi));
-            path.stretch([-0.01, -0.01], 100);
+            path.stretch(PRESSED, 100);
             let load = stress(&path.point)[1];
             let modulus = MODULI.bulk + 4.0 / 3.0 * MODULI.shear;
-            for _ in 0..30_000 {
+            for _ in 0..3000 {
                 let rise = (load - stress(&path.point)[1]) / modulus;
-                path.apply([[0.0, 1e-5], [0.0, rise]], 1);
+                path.apply([[0.0, 1e-6], [0.0, rise]], 1);
             }
             let [_, yy, _, xy] = stress(&path.point);
             let slope = xy / -yy;
