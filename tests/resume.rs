@@ -282,7 +282,7 @@ fn a_run_of_a_solver_that_cannot_save_goes_on_by_its_recording() {
     running.end();
     let dir = place.path("killed");
     let was = fs::metadata(dir.join("recording.tandem")).unwrap().len();
-    let ended = resume(&place, "killed", &["--window", "3"]).expect(0);
+    let ended = resume(&place, "killed", &["--trust", "--window", "3"]).expect(0);
     ended.says(&["no checkpoint: the run begins again"]);
     assert!(fs::metadata(dir.join("recording.tandem")).unwrap().len() >= was);
     assert_same(&dir, &place.path("whole"));
@@ -295,12 +295,12 @@ fn a_run_of_a_solver_that_cannot_save_goes_on_by_its_recording() {
         text.replace("about = \"", "about = \"Another. "),
     )
     .unwrap();
-    resume(&place, "killed", &[])
+    resume(&place, "killed", &["--trust"])
         .expect(3)
         .says(&["another run"]);
     // Without a recording there is nothing to go on by.
     place.run("plain", &scene, &run).expect(0);
-    resume(&place, "plain", &[])
+    resume(&place, "plain", &["--trust"])
         .expect(2)
         .says(&["cannot save its state", "no recording"]);
 }

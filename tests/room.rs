@@ -123,7 +123,7 @@ fn a_plan_says_how_long_a_run_takes() {
     // Hours of simulated time in microseconds of steps: hours at least, on any machine.
     assert!(of_some.contains(" h "), "{of_some}");
     assert_eq!(time_of_plan(&place, &[&hard, "--measure", "0"]), "");
-    let program = ["--set", "solvers.dem=true"];
+    let program = ["--set", "solvers.dem=true --slow"];
     let other = time_of_plan(&place, &[&[hard.as_str()][..], &program].concat());
     assert!(
         other.contains("not measured: its first steps end with: the dem solver"),

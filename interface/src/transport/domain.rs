@@ -437,7 +437,7 @@ mod tests {
             Path::new(SHARED_MEMORY).join(format!("{}x", shared_memory_prefix(joined.id())));
         fs::write(&segment, b"x").unwrap();
         let there = joined.segments();
-        assert_eq!(there, [segment.clone()]);
+        assert_eq!(there, std::slice::from_ref(&segment));
         assert!(joined.is_intact(&there));
         fs::remove_file(&segment).unwrap();
         assert!(!joined.is_intact(&there), "a segment is missing");
