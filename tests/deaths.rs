@@ -6,7 +6,9 @@ use std::collections::BTreeSet;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use harness::{Ended, Place, RunFiles, Running, dice, lives, scene, segments, signal, until};
+use harness::{
+    Ended, Place, RunFiles, Running, dice, lives, run_of, scene, segments, signal, until,
+};
 
 /// From a death to the end of the run. It takes some ms; the limit is for a machine that is busy with other things.
 const SOON: Duration = Duration::from_secs(5);
@@ -95,6 +97,14 @@ fn a_solver_is_killed(party: &str) {
         "killed at step {step} after {steps} steps"
     );
     ended.says(&[&begin]);
+}
+
+/// Seen while it was being made, the directory of a run counted as another run.
+#[test]
+fn a_directory_that_is_being_made_is_the_same_run() {
+    for name in ["tandem-1f", "tandem-1f.4711"] {
+        assert_eq!(run_of(name).as_deref(), Some("1f"));
+    }
 }
 
 #[test]

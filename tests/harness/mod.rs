@@ -301,9 +301,9 @@ impl Running<'_> {
 
     /// Notes the ids of runs under way.
     fn watch(&mut self) {
-        let names = self.place.temporary().into_iter();
+        let names = self.place.temporary();
         self.runs
-            .extend(names.filter_map(|name| name.strip_prefix("tandem-").map(String::from)));
+            .extend(names.iter().filter_map(|name| run_of(name)));
     }
 
     /// Ids of the runs that were seen so far.
@@ -335,6 +335,12 @@ impl Running<'_> {
             runs: std::mem::take(&mut self.runs),
         }
     }
+}
+
+/// The id of the run whose directory has this name, `tandem-ID`, or whose directory it is about to be, `tandem-ID.PID`.
+pub fn run_of(name: &str) -> Option<String> {
+    let id = name.strip_prefix("tandem-")?.split('.').next()?;
+    Some(id.to_string())
 }
 
 impl Drop for Running<'_> {

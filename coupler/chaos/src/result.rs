@@ -20,8 +20,6 @@ pub struct RunResult {
     pub state_hash: Option<String>,
     /// How many steps it took.
     pub steps: Option<u64>,
-    /// Why it did not reach its end.
-    pub reason: Option<String>,
     /// Tables and frames.
     files: BTreeMap<String, Vec<u8>>,
 }
@@ -47,7 +45,6 @@ impl RunResult {
             code: None,
             state_hash: text("state_hash"),
             steps: summary["steps"].as_u64(),
-            reason: text("reason"),
             files,
         })
     }
@@ -99,7 +96,6 @@ mod tests {
             code: Some(0),
             state_hash: Some(hash.into()),
             steps: Some(7),
-            reason: None,
             files: BTreeMap::from([(name.to_owned(), bytes.to_vec())]),
         }
     }

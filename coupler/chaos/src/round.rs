@@ -28,7 +28,7 @@ const WAYS: [&[&str]; 5] = [
     &["--window", "7"],
     &["--in-process"],
 ];
-/// One of these is in the reason of a run that had no room.
+/// One of these is in what a run that had no room says.
 const NO_ROOM: [&str; 5] = [
     "File too large",
     "No space left",
@@ -269,8 +269,9 @@ impl Round {
             .into_iter()
             .filter(|&solver| !sent(solver, &[Signal::KILL]).is_empty())
             .collect();
-        let reason = RunResult::read(&self.dir).and_then(|result| result.reason);
-        let reason = reason.unwrap_or_else(|| ended.said());
+        // What it said itself: the summary can be that of the part before, where this one failed to start.
+        let said = ended.said();
+        let reason = ended.last_words();
         match (ended.code, ended.signal) {
             (_, Some(signal)) if fatal.contains(&signal) => {}
             (Some(130), _) if !asked.is_empty() => {
@@ -281,7 +282,7 @@ impl Round {
             }
             (Some(3), _) if !killed.is_empty() => {
                 let named = |solver: &Victim| {
-                    reason.contains(&format!(
+                    said.contains(&format!(
                         "the {} solver was killed by signal 9",
                         solver.name()
                     ))
@@ -291,7 +292,7 @@ impl Round {
                 }
             }
             (Some(2 | 3), _) if plan.room != Room::Enough || plan.unlink.is_some() => {
-                if !NO_ROOM.iter().any(|words| reason.contains(words)) {
+                if !NO_ROOM.iter().any(|words| said.contains(words)) {
                     verdict.fail(Wrong::Culprit, format!("{reason} [{}]", plan.words()));
                 }
             }
