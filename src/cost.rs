@@ -67,16 +67,18 @@ pub fn measure(scene: &Scene, options: RunOptions, stepping: Duration) -> Result
 
 impl Display for Cost {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let wall = duration(self.wall).replace('\u{a0}', " ");
-        if self.whole {
-            return write!(f, "{wall} on this machine, for all {} steps", self.tried);
-        }
-        write!(
-            f,
-            "about {wall} on this machine: {} steps took {} each, and there will be about {:.1e}",
-            self.tried,
-            moment(self.step).replace('\u{a0}', " "),
-            self.steps
-        )
+        let wall = duration(self.wall);
+        let words = if self.whole {
+            format!("{wall} on this machine, for all {} steps", self.tried)
+        } else {
+            format!(
+                "about {wall} on this machine: {} steps took {} each, and there will be about {:.1e}",
+                self.tried,
+                moment(self.step),
+                self.steps
+            )
+        };
+        // Numbers and units are kept together on a page; here lines do not break.
+        f.write_str(&words.replace('\u{a0}', " "))
     }
 }

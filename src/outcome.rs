@@ -1,25 +1,18 @@
 //! What a run has shown, said on the terminal.
 
-use std::path::Path;
-
 use console::{Term, style, truncate_str};
 use coupler::record::summary::Summary;
-use report::record::Record;
-use report::verdict::{Row, rows};
+use coupler::scene::Scene;
+use report::verdict::{Row, rows_of};
 
-use crate::terminal::{complain, say};
+use crate::terminal::say;
 
 /// Widest column of names.
 const NAMES: usize = 44;
 
 /// Says how every check has come out, and what the run was.
-pub fn show(summary: &Summary, place: &Path) {
-    if !summary.checks.is_empty() {
-        match Record::read(place) {
-            Ok(record) => show_checks(&rows(&record, "")),
-            Err(error) => complain(format_args!("warning: no checks are told: {error}")),
-        }
-    }
+pub fn show(summary: &Summary, scene: &Scene) {
+    show_checks(&rows_of(scene, &summary.checks));
     let bound: Vec<String> = summary
         .dt_bound_by
         .iter()

@@ -201,7 +201,7 @@ fn finish(
         give_reason(log, reason);
     }
     if log == LogFormat::Text {
-        outcome::show(summary, place);
+        outcome::show(summary, scene);
     }
     if let Some(error) = unwritten {
         give_reason(log, &with_advice(error));

@@ -5,6 +5,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
+use coupler::record::check::CheckResult;
 use coupler::record::course::COURSE;
 use coupler::scene::Scene;
 use serde::Deserialize;
@@ -128,6 +129,23 @@ pub struct Verdict {
     pub source: String,
     /// Unit of the value, of builds that say it.
     pub unit: Option<String>,
+}
+
+impl From<&CheckResult> for Verdict {
+    /// As the summary has it.
+    fn from(check: &CheckResult) -> Self {
+        let number = |number: f64| Some(number).filter(|number| number.is_finite());
+        Self {
+            name: check.name.clone(),
+            value: number(check.value),
+            reference: number(check.reference),
+            error: number(check.error),
+            tolerance: number(check.tolerance),
+            pass: check.pass,
+            source: check.source.clone(),
+            unit: None,
+        }
+    }
 }
 
 impl Record {

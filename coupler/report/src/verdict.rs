@@ -1,27 +1,12 @@
 //! The checks of a run in words: what was expected is said as the scene says it.
 
+use coupler::record::check::CheckResult;
+use coupler::record::quantity::{slice_unit, unit_of};
+use coupler::scene::Scene;
 use toml::{Table, Value};
 
 use crate::record::{Record, Verdict};
 use crate::words::{number, quantity};
-
-/// Units of quantities by the last part of their name.
-const UNITS: [(&str, &[&str]); 9] = [
-    ("s", &["t", "time"]),
-    (
-        "m",
-        &[
-            "x", "y", "ux", "uy", "xmin", "xmax", "ymin", "ymax", "spread",
-        ],
-    ),
-    ("m/s", &["vx", "vy"]),
-    ("rad", &["angle"]),
-    ("rad/s", &["spin"]),
-    ("kg/m", &["mass"]),
-    ("kg m", &["inertia"]),
-    ("N/m", &["fx", "fy", "contact_fx", "contact_fy"]),
-    ("N", &["torque", "contact_torque"]),
-];
 
 /// A check as a row of the page.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -46,36 +31,47 @@ pub struct Row {
     pub source: String,
 }
 
-/// The checks of a run, those that fail first.
+/// The checks of a run that has left a record, those that fail first.
 pub fn rows(record: &Record, run: &str) -> Vec<Row> {
-    let checks = record.written.get("check").and_then(Value::as_array);
-    let written: Vec<&Table> = checks
-        .into_iter()
-        .flatten()
-        .filter_map(Value::as_table)
-        .collect();
     let verdicts = record.summary.iter().flat_map(|summary| &summary.checks);
-    let mut rows: Vec<Row> = verdicts
-        .map(|verdict| {
-            let own = |check: &&&Table| text(check, "name") == verdict.name;
-            let check = written.iter().find(own).copied();
-            row(verdict, check, record, run)
-        })
-        .collect();
+    let mut rows = judged(&record.written, verdicts, run);
     if rows.is_empty() {
-        rows.extend(written.iter().map(|check| open(check, run)));
+        rows.extend(checks_of(&record.written).map(|check| open(check, run)));
     }
+    rows
+}
+
+/// The checks of a run of `scene` that has just ended, those that fail first: nothing is read.
+pub fn rows_of(scene: &Scene, checks: &[CheckResult]) -> Vec<Row> {
+    let written = scene.resolved_toml.parse().unwrap_or_default();
+    let verdicts: Vec<Verdict> = checks.iter().map(Verdict::from).collect();
+    judged(&written, &verdicts, "")
+}
+
+/// The checks that a scene asks for.
+fn checks_of(scene: &Table) -> impl Iterator<Item = &Table> {
+    let checks = scene.get("check").and_then(Value::as_array);
+    checks.into_iter().flatten().filter_map(Value::as_table)
+}
+
+fn judged<'a>(
+    scene: &Table,
+    verdicts: impl IntoIterator<Item = &'a Verdict>,
+    run: &str,
+) -> Vec<Row> {
+    let verdicts = verdicts.into_iter().map(|verdict| {
+        let check = checks_of(scene).find(|check| text(check, "name") == verdict.name);
+        row(verdict, check, scene, run)
+    });
+    let mut rows: Vec<Row> = verdicts.collect();
     rows.sort_by_key(|row| row.result != "fail");
     rows
 }
 
-fn row(verdict: &Verdict, check: Option<&Table>, record: &Record, run: &str) -> Row {
+fn row(verdict: &Verdict, check: Option<&Table>, scene: &Table, run: &str) -> Row {
     let none = Table::new();
     let check = check.unwrap_or(&none);
-    let unit = verdict
-        .unit
-        .clone()
-        .unwrap_or_else(|| unit(check, &record.written));
+    let unit = verdict.unit.clone().unwrap_or_else(|| unit(check, scene));
     let value =
         |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |v| quantity(v, &unit));
     let relative = check.contains_key("relative_tolerance");
@@ -190,42 +186,11 @@ fn unit(check: &Table, scene: &Table) -> String {
     if let Some(column) = same {
         return text(column, "unit").to_owned();
     }
-    let unit = unit_of_quantity(value);
-    if scene.contains_key("thickness") {
-        of_slice(unit).to_owned()
-    } else {
-        unit.to_owned()
-    }
-}
-
-/// The unit of what is told of a slice, where that of a metre has this one.
-fn of_slice(unit: &str) -> &str {
-    match unit {
-        "kg m" => "kg m^2",
-        "N" => "N m",
-        "m/s" | "rad/s" => unit,
-        other => other.strip_suffix("/m").unwrap_or(other),
-    }
-}
-
-/// The unit of a quantity per metre of thickness; empty of an expression.
-fn unit_of_quantity(value: &str) -> &'static str {
-    let whole = value
-        .chars()
-        .all(|c| c.is_alphanumeric() || "._".contains(c));
-    let last = value.rsplit('.').next().unwrap_or_default();
-    if !whole || last.ends_with("_relative") {
-        ""
-    } else if value.starts_with("energy.") || last == "kinetic" {
-        "J/m"
-    } else if value.starts_with("momentum.") {
-        "N s/m"
-    } else if value.starts_with("contact.force.") {
-        "N/m"
-    } else {
-        let found = UNITS.iter().find(|(_, names)| names.contains(&last));
-        found.map_or("", |(unit, _)| *unit)
-    }
+    // A pure number is told without one.
+    let unit = unit_of(value).filter(|unit| *unit != "1");
+    let of_slice = scene.contains_key("thickness");
+    let unit = unit.map(|unit| slice_unit(unit).filter(|_| of_slice).unwrap_or(unit));
+    unit.unwrap_or_default().to_owned()
 }
 
 #[cfg(test)]
@@ -275,18 +240,7 @@ mod tests {
     #[expect(clippy::needless_pass_by_value, reason = "a row of a table of cases")]
     fn judged(check: &str, verdict: Verdict) -> Row {
         let check: Table = check.parse().unwrap();
-        let record = Record {
-            path: "x".into(),
-            summary: None,
-            scene_text: None,
-            written: Table::new(),
-            scene: None,
-            history: None,
-            course: None,
-            log: Vec::new(),
-            faults: Vec::new(),
-        };
-        row(&verdict, Some(&check), &record, "x")
+        row(&verdict, Some(&check), &Table::new(), "x")
     }
 
     #[test]

@@ -46,7 +46,10 @@ impl Progress {
         let screen = screen.filter(|_| wanted && stderr().is_terminal());
         let now = Instant::now();
         Self {
-            bar: bar(screen.is_some()),
+            bar: bar(match screen {
+                Some(_) => ProgressDrawTarget::stderr_with_hz(8),
+                None => ProgressDrawTarget::hidden(),
+            }),
             screen,
             begun: None,
             end,
@@ -63,12 +66,15 @@ impl Progress {
         };
         let now = Instant::now();
         let position = (PARTS * state.time / self.end) as u64;
-        let &mut (begun, first) = self.begun.get_or_insert_with(|| {
+        let (begun, first) = self.begun.unwrap_or_else(|| {
             // A run that goes on has steps behind it that this process has not taken.
-            self.bar.set_position(position);
-            self.bar.reset_eta();
+            self.at_bar(move |bar| {
+                bar.set_position(position);
+                bar.reset_eta();
+            });
             (now, state.step)
         });
+        self.begun = Some((begun, first));
         if now.duration_since(self.shown) < every {
             return;
         }
@@ -81,9 +87,8 @@ impl Progress {
             dt,
             bound,
         } = *state;
-        let bar = self.bar.clone();
-        let Some(screen) = &self.screen else {
-            bar.set_position(position);
+        if self.screen.is_none() {
+            self.bar.set_position(position);
             tracing::info!(
                 step,
                 time,
@@ -91,18 +96,27 @@ impl Progress {
                 bound,
                 end = self.end,
                 steps_per_s = rate.round(),
-                left_s = bar.eta().as_secs(),
+                left_s = self.bar.eta().as_secs(),
                 "progress"
             );
             return;
-        };
+        }
         let message =
             format!("step {step}  t {time:.4e} s  dt {dt:.2e} s ({bound})  {rate:.0} steps/s");
-        // Where there is no room the next one is newer.
-        let _ = screen.draw(Box::new(move || {
+        self.at_bar(move |bar| {
             bar.set_position(position);
             bar.set_message(message);
-        }));
+        });
+    }
+
+    /// Does something to the bar, on the screen's thread where it is drawn, for this one waits for no terminal. Where there
+    /// is no room it is left out: the next state is newer.
+    fn at_bar(&self, act: impl FnOnce(&ProgressBar) + Send + 'static) {
+        let bar = self.bar.clone();
+        match &self.screen {
+            Some(screen) => drop(screen.draw(Box::new(move || act(&bar)))),
+            None => act(&bar),
+        }
     }
 
     /// Takes the bar away.
@@ -123,14 +137,98 @@ impl Drop for Progress {
     }
 }
 
-fn bar(drawn: bool) -> ProgressBar {
-    let target = if drawn {
-        ProgressDrawTarget::stderr_with_hz(8)
-    } else {
-        ProgressDrawTarget::hidden()
-    };
+fn bar(target: ProgressDrawTarget) -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(PARTS as u64), target);
     let style = "{bar:30.cyan/dim} {percent:>3} %  {msg}  left {eta}";
     bar.set_style(ProgressStyle::with_template(style).expect("a valid template"));
     bar
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io;
+    use std::sync::{Arc, Mutex};
+    use std::thread::{self, ThreadId};
+
+    use indicatif::TermLike;
+
+    use super::*;
+
+    /// A terminal that notes which threads write to it.
+    #[derive(Debug, Clone, Default)]
+    struct Noting(Arc<Mutex<Vec<ThreadId>>>);
+
+    impl Noting {
+        fn note(&self) {
+            self.0.lock().unwrap().push(thread::current().id());
+        }
+    }
+
+    impl TermLike for Noting {
+        fn width(&self) -> u16 {
+            80
+        }
+        fn move_cursor_up(&self, _: usize) -> io::Result<()> {
+            self.note();
+            Ok(())
+        }
+        fn move_cursor_down(&self, _: usize) -> io::Result<()> {
+            self.note();
+            Ok(())
+        }
+        fn move_cursor_right(&self, _: usize) -> io::Result<()> {
+            self.note();
+            Ok(())
+        }
+        fn move_cursor_left(&self, _: usize) -> io::Result<()> {
+            self.note();
+            Ok(())
+        }
+        fn write_line(&self, _: &str) -> io::Result<()> {
+            self.note();
+            Ok(())
+        }
+        fn write_str(&self, _: &str) -> io::Result<()> {
+            self.note();
+            Ok(())
+        }
+        fn clear_line(&self) -> io::Result<()> {
+            self.note();
+            Ok(())
+        }
+        fn flush(&self) -> io::Result<()> {
+            self.note();
+            Ok(())
+        }
+    }
+
+    /// A terminal that somebody has stopped must not stop the run: its first state drew the bar in the run's own thread.
+    #[test]
+    fn the_bar_is_never_drawn_by_the_thread_of_the_run() {
+        let terminal = Noting::default();
+        let screen = Screen::begin();
+        let now = Instant::now();
+        let mut progress = Progress {
+            bar: bar(ProgressDrawTarget::term_like(Box::new(terminal.clone()))),
+            screen: Some(screen.clone()),
+            begun: None,
+            end: 1.0,
+            shown: now,
+        };
+        for step in 1..4 {
+            progress.show(&State {
+                step,
+                time: 0.1 * step as f64,
+                dt: 0.1,
+                bound: "elastic",
+            });
+            thread::sleep(DRAW_EVERY);
+        }
+        progress.finish();
+        screen.finish(Duration::from_secs(10));
+        drop(progress);
+        let threads = terminal.0.lock().unwrap();
+        assert!(!threads.is_empty(), "nothing was drawn");
+        assert!(!threads.contains(&thread::current().id()));
+    }
 }

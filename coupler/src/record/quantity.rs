@@ -19,16 +19,48 @@ struct Row<T: ?Sized> {
     value: fn(&T) -> f64,
 }
 
-impl<T: ?Sized> Row<T> {
-    /// Whether it is of a metre of thickness, of which a slice has its share: masses (kg/m), forces (N/m), momenta (N s/m),
-    /// energies (J/m), moments of inertia (kg m) and torques (N).
-    fn is_per_metre(&self) -> bool {
-        match self.unit {
-            "kg/m" | "N/m" | "N s/m" | "J/m" | "kg m" | "N" => true,
-            "1" | "s" | "m" | "m/s" | "rad" | "rad/s" => false,
-            other => unreachable!("say whether {other} is of a metre of thickness"),
-        }
+/// Unit of a slice's share of a quantity that is of a metre of thickness in this `unit`, such as a mass (kg/m), a force (N/m) or
+/// a moment of inertia (kg m); none of those that have nothing to do with the thickness.
+///
+/// # Panics
+/// For a unit that no row has.
+pub fn slice_unit(unit: &str) -> Option<&'static str> {
+    match unit {
+        "kg/m" => Some("kg"),
+        "N/m" => Some("N"),
+        "N s/m" => Some("N s"),
+        "J/m" => Some("J"),
+        "kg m" => Some("kg m^2"),
+        "N" => Some("N m"),
+        "1" | "s" | "m" | "m/s" | "rad" | "rad/s" => None,
+        other => unreachable!("say whether {other} is of a metre of thickness"),
     }
+}
+
+/// Unit of a quantity of any scene, per metre of thickness, by its name; `initial.` may stand before it.
+pub fn unit_of(name: &str) -> Option<&'static str> {
+    fn find<T: ?Sized>(rows: &[Row<T>], name: &str) -> Option<&'static str> {
+        let row = rows.iter().find(|row| row.name == name);
+        row.map(|row| row.unit)
+    }
+    let name = name.strip_prefix("initial.").unwrap_or(name);
+    find(OF_RUN, whole_name(name)).or_else(|| {
+        let (kind, rest) = name.split_once('.')?;
+        let (_, of_it) = rest.rsplit_once('.')?;
+        match kind {
+            "points" => find(OF_GROUP, of_it),
+            "probe" => find(OF_PROBE, of_it),
+            "hold" => find(OF_HOLD, of_it),
+            "body" => find(OF_BODY, of_it),
+            "fill" => find(OF_FILL, of_it),
+            _ => None,
+        }
+    })
+}
+
+/// The name of a quantity of the run for one that may be short.
+fn whole_name(name: &str) -> &str {
+    if name == "t" { "time" } else { name }
 }
 
 const fn row<T: ?Sized>(
@@ -416,7 +448,7 @@ impl Quantities {
         let sliced = rows
             .iter()
             .enumerate()
-            .filter(|(_, row)| row.is_per_metre());
+            .filter(|(_, row)| slice_unit(row.unit).is_some());
         self.sliced.extend(sliced.map(|(i, _)| first + i));
         let names = rows.iter().map(|row| format!("{prefix}{}", row.name));
         self.names.extend(names);
@@ -445,7 +477,7 @@ impl Quantities {
 
     /// Place of a quantity in a [`Sample`].
     pub fn index(&self, name: &str) -> Option<usize> {
-        let name = if name == "t" { "time" } else { name };
+        let name = whole_name(name);
         self.names.iter().position(|known| known == name)
     }
 

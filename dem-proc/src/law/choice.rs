@@ -71,7 +71,8 @@ pub fn with_law<F: ForLaw>(law: &ContactLaw, build: F) -> F::Output {
 
 /// Builds from a table of laws, which have been checked: `for_all`, and others for `pairs`.
 ///
-/// Where all are of one kind no loop branches on it. Every part that a kind of law can have is there, whether a pair uses it or not: its number is zero if not.
+/// Where all are of one kind no loop branches on it. Every part that a kind of law can have is there, whether a pair uses it
+/// or not: its number is zero if not.
 pub fn with_table<F: ForLaw>(
     surfaces: &Surfaces,
     for_all: &ContactLaw,

@@ -223,10 +223,11 @@ impl OwnedDomain {
             let locked = lock_in(&draft).and_then(|lock| fs::rename(&draft, &root).map(|()| lock));
             let lock = match locked {
                 Ok(lock) => lock,
-                // Somebody who cannot see this process has swept it, or a run of this id is there.
+                // Somebody who cannot see this process has swept it.
                 Err(e) if e.kind() == io::ErrorKind::NotFound => continue,
                 Err(e) => {
                     let _ = fs::remove_dir_all(&draft);
+                    // A run of this id is there.
                     if e.kind() == io::ErrorKind::DirectoryNotEmpty {
                         continue;
                     }

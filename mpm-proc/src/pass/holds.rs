@@ -3,10 +3,10 @@
 use crate::kernel::lanes::LANES;
 use crate::kernel::point_tile::owner;
 use crate::kernel::shape::Shape;
-use crate::kernel::tiles::{first_node, node, pitch};
+use crate::kernel::tiles::{NODES, first_node, node, pitch};
 use crate::kernel::transfer::Transfer;
 use crate::state::continuum::Continuum;
-use crate::state::holds::{Row, Weight};
+use crate::state::holds::{Hold, Row, Weight};
 use crate::state::nodes::{NodeAt, NodeTile};
 
 /// Finds the nodes of the held points, and holds the velocities before the kick. `pic_fraction` of what that takes is felt by
@@ -50,9 +50,7 @@ fn find_rows<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum
         for lane in hold.points.lanes(cloud) {
             let local = cloud.ids[lane / LANES][lane % LANES];
             let held = |a: usize| {
-                let again = |h: &crate::state::holds::Hold| {
-                    h.along[a] && h.points.has(hold.points.cloud, local)
-                };
+                let again = |h: &Hold| h.along[a] && h.points.has(hold.points.cloud, local);
                 hold.along[a] && !earlier.iter().any(again)
             };
             let along = [0, 1].map(|a| f64::from(u8::from(held(a))));
@@ -100,7 +98,7 @@ fn find_rows<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum
 fn hold_nodes<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
     share: f64,
-    velocities: impl Fn(&mut NodeTile) -> &mut [[f64; 2]; crate::kernel::tiles::NODES],
+    velocities: impl Fn(&mut NodeTile) -> &mut [[f64; 2]; NODES],
 ) {
     let (holds, tiles) = (&mut continuum.holds, &mut continuum.grid.tiles);
     for a in 0..2 {

@@ -162,17 +162,10 @@ fn measure<const W: usize, S: Shape<W>, T: Transfer>(
     }
     for (m, f) in continuum.imps.members.iter().zip(&continuum.imps.forces) {
         if f.force != [0.0; 2] {
-            let group = &mut groups[m.cloud as usize];
-            group.contacts += 1;
             ledger.contacts += 1;
-            for a in 0..2 {
-                group.contact_force[a] += f.force[a];
-            }
             let cloud = &continuum.clouds[m.cloud as usize];
-            widen_loaded(
-                group,
-                cloud.position(cloud.lane_of[m.local as usize] as usize),
-            );
+            let x = cloud.position(cloud.lane_of[m.local as usize] as usize);
+            count_contact(&mut groups[m.cloud as usize], f.force, x);
         }
     }
 }
@@ -199,12 +192,8 @@ fn measure_sets<const W: usize, S: Shape<W>, T: Transfer>(
         (state.velocity, state.kinetic) = (velocity.map(|v| before * v), before * kinetic);
         for (m, f) in imps.members.iter().zip(&imps.forces) {
             if f.force != [0.0; 2] && set.has(m.cloud, m.local) {
-                state.contacts += 1;
-                for a in 0..2 {
-                    state.contact_force[a] += f.force[a];
-                }
                 let x = cloud.position(cloud.lane_of[m.local as usize] as usize);
-                widen_loaded(&mut state, x);
+                count_contact(&mut state, f.force, x);
             }
         }
         state.contact_force = support.unwrap_or(state.contact_force);
@@ -232,12 +221,14 @@ fn losses_of_tiles<const W: usize, S: Shape<W>, A: AffineState>(
     })
 }
 
-/// Counts the place (m) of the loaded point that the group counted last into the extent of them.
-fn widen_loaded(group: &mut GroupState, x: [f64; 2]) {
+/// Counts a point at `x` (m) on which bodies press with `force` (N/m).
+fn count_contact(group: &mut GroupState, force: [f64; 2], x: [f64; 2]) {
+    group.contacts += 1;
     if group.contacts == 1 {
         (group.loaded_lower, group.loaded_upper) = (x, x);
     }
     for a in 0..2 {
+        group.contact_force[a] += force[a];
         group.loaded_lower[a] = group.loaded_lower[a].min(x[a]);
         group.loaded_upper[a] = group.loaded_upper[a].max(x[a]);
     }

@@ -95,6 +95,18 @@ fn orders(errors: &[f64]) -> Vec<f64> {
     errors.windows(2).map(|w| (w[0] / w[1]).log2()).collect()
 }
 
+/// A scheme, bounds of its orders, and the largest error on the finest grid.
+type Case = (ShapeFunction, Transfer, [f64; 2], f64);
+
+/// [`check`] of each scheme on grids of 16, 32 and 64 cells to a metre.
+fn check_all(what: &str, cases: &[Case], error: impl Fn(ShapeFunction, Transfer, u32) -> f64) {
+    for &(shape, transfer, between, last) in cases {
+        let errors = [16, 32, 64].map(|n| error(shape, transfer, n));
+        let what = format!("{what} {shape:?} {transfer:?}");
+        check(&what, &errors, between, last);
+    }
+}
+
 fn check(what: &str, errors: &[f64], between: [f64; 2], last_at_most: f64) {
     let orders = orders(errors);
     println!("{what}: errors {errors:?}, orders {orders:.2?}");
@@ -117,22 +129,17 @@ fn check(what: &str, errors: &[f64], between: [f64; 2], last_at_most: f64) {
 fn a_standing_wave_between_walls_converges() {
     use ShapeFunction::{CubicBspline, Linear, QuadraticBspline, Ugimp};
     use Transfer::{Apic, Flip};
-    for (shape, transfer, between, last) in [
+    let cases = [
         (Linear, Flip, [1.8, 2.2], 2e-3),
         (Ugimp, Flip, [1.8, 2.2], 1e-3),
         (QuadraticBspline, Flip, [1.8, 2.2], 2e-3),
         (QuadraticBspline, Apic, [1.8, 2.2], 2e-3),
         (CubicBspline, Flip, [1.8, 2.2], 2e-3),
         (CubicBspline, Apic, [1.8, 2.2], 2e-3),
-    ] {
-        let errors = [16, 32, 64].map(|n| wave_error(shape, transfer, n, 5.0));
-        check(
-            &format!("wave_1d {shape:?} {transfer:?}"),
-            &errors,
-            between,
-            last,
-        );
-    }
+    ];
+    check_all("wave_1d", &cases, |shape, transfer, n| {
+        wave_error(shape, transfer, n, 5.0)
+    });
 }
 
 /// Relative rms error of the displacement of a shear wave that stands between walls that hold the tangential component:
@@ -163,18 +170,15 @@ fn held_shear_error(shape: ShapeFunction, transfer: Transfer, cells: u32) -> f64
 fn a_shear_wave_between_tangential_walls_converges() {
     use ShapeFunction::{CubicBspline, Linear, QuadraticBspline, Ugimp};
     use Transfer::{Apic, Flip};
-    for (shape, transfer, between, last) in [
+    let cases = [
         (Linear, Flip, [1.8, 2.2], 2e-3),
         (Ugimp, Flip, [1.8, 2.2], 1e-3),
         (QuadraticBspline, Flip, [1.8, 2.2], 2e-3),
         (QuadraticBspline, Apic, [1.8, 2.2], 2e-3),
         (CubicBspline, Flip, [1.8, 2.2], 2e-3),
         (CubicBspline, Apic, [1.8, 2.2], 2e-3),
-    ] {
-        let errors = [16, 32, 64].map(|n| held_shear_error(shape, transfer, n));
-        let what = format!("held shear {shape:?} {transfer:?}");
-        check(&what, &errors, between, last);
-    }
+    ];
+    check_all("held shear", &cases, held_shear_error);
 }
 
 /// Relative rms error of the displacement of a shear wave that runs round a ring, a third more than once:
@@ -205,22 +209,15 @@ fn ring_error(shape: ShapeFunction, transfer: Transfer, cells: u32) -> f64 {
 fn a_wave_round_a_ring_converges() {
     use ShapeFunction::{CubicBspline, Linear, QuadraticBspline, Ugimp};
     use Transfer::{Apic, Flip};
-    for (shape, transfer, between, last) in [
+    let cases = [
         (Linear, Flip, [1.8, 2.2], 1e-2),
         (Ugimp, Flip, [1.8, 2.2], 1e-2),
         (QuadraticBspline, Flip, [1.8, 2.2], 2e-2),
         (CubicBspline, Flip, [1.8, 2.2], 2e-2),
         (QuadraticBspline, Apic, [1.8, 2.2], 2e-2),
         (CubicBspline, Apic, [1.8, 2.2], 2e-2),
-    ] {
-        let errors = [16, 32, 64].map(|n| ring_error(shape, transfer, n));
-        check(
-            &format!("ring {shape:?} {transfer:?}"),
-            &errors,
-            between,
-            last,
-        );
-    }
+    ];
+    check_all("ring", &cases, ring_error);
 }
 
 /// Relative rms error of the displacement of a pulse far from all walls: `v0 = a exp(-(x/w)^2)` parts into two halves,
@@ -258,22 +255,15 @@ fn pulse_error(shape: ShapeFunction, transfer: Transfer, cells: u32) -> f64 {
 fn a_pulse_converges_by_the_order_of_the_scheme() {
     use ShapeFunction::{CubicBspline, Linear, QuadraticBspline, Ugimp};
     use Transfer::{Apic, Flip};
-    for (shape, transfer, between, last) in [
+    let cases = [
         (Linear, Flip, [1.7, 2.3], 1e-2),
         (Ugimp, Flip, [1.7, 2.3], 1e-2),
         (QuadraticBspline, Flip, [1.7, 2.3], 1e-2),
         (CubicBspline, Flip, [1.7, 2.3], 1e-2),
         (QuadraticBspline, Apic, [1.7, 2.3], 1e-2),
         (CubicBspline, Apic, [1.7, 2.3], 1e-2),
-    ] {
-        let errors = [16, 32, 64].map(|n| pulse_error(shape, transfer, n));
-        check(
-            &format!("pulse {shape:?} {transfer:?}"),
-            &errors,
-            between,
-            last,
-        );
-    }
+    ];
+    check_all("pulse", &cases, pulse_error);
 }
 
 /// Relative rms error of the axis-aligned displacement of Wallstedt and Guilkey 2008 (docs/scenes.md),
