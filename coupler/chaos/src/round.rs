@@ -166,7 +166,7 @@ impl Round {
         }
         couplers.insert(ended.pid);
         verdict.went_through = ended.code == undisturbed.code;
-        self.judge(&ended, &self.plan, undisturbed, verdict);
+        verdict.judge(&ended, &self.plan, undisturbed);
         let mut anew = false;
         for part in 0..PARTS {
             if ended.hung || ended.code == undisturbed.code {
@@ -193,12 +193,7 @@ impl Round {
                 continue;
             }
             let calm = Plan::default();
-            self.judge(
-                &ended,
-                again.as_ref().unwrap_or(&calm),
-                undisturbed,
-                verdict,
-            );
+            verdict.judge(&ended, again.as_ref().unwrap_or(&calm), undisturbed);
             anew = false;
             if !verdict.failures.is_empty() {
                 break;
@@ -229,11 +224,13 @@ impl Round {
             verdict.fail(Wrong::Bits, format!("{what} differs"));
         }
     }
+}
 
+impl Verdict {
     /// Whether a part that this happened to may end so.
-    fn judge(&self, ended: &Ended, plan: &Plan, undisturbed: &RunResult, verdict: &mut Verdict) {
+    fn judge(&mut self, ended: &Ended, plan: &Plan, undisturbed: &RunResult) {
         if ended.hung {
-            verdict.fail(
+            self.fail(
                 Wrong::Hang,
                 format!("{} [{}]", ended.last_words(), plan.words()),
             );
@@ -245,7 +242,7 @@ impl Round {
                 ended.survivors,
                 plan.words()
             );
-            verdict.fail(Wrong::Leftover, words);
+            self.fail(Wrong::Leftover, words);
         }
         if ended.code == undisturbed.code {
             return;
@@ -277,7 +274,7 @@ impl Round {
             (Some(130), _) if !asked.is_empty() => {
                 if ended.since_last_act > PROMPTLY {
                     let words = format!("ends {:.1?} after it was asked to", ended.since_last_act);
-                    verdict.fail(Wrong::Culprit, format!("{words} [{}]", plan.words()));
+                    self.fail(Wrong::Culprit, format!("{words} [{}]", plan.words()));
                 }
             }
             (Some(3), _) if !killed.is_empty() => {
@@ -288,23 +285,21 @@ impl Round {
                     ))
                 };
                 if !killed.iter().any(named) {
-                    verdict.fail(Wrong::Culprit, format!("{reason} [{}]", plan.words()));
+                    self.fail(Wrong::Culprit, format!("{reason} [{}]", plan.words()));
                 }
             }
             (Some(2 | 3), _) if plan.room != Room::Enough || plan.unlink.is_some() => {
                 if !NO_ROOM.iter().any(|words| said.contains(words)) {
-                    verdict.fail(Wrong::Culprit, format!("{reason} [{}]", plan.words()));
+                    self.fail(Wrong::Culprit, format!("{reason} [{}]", plan.words()));
                 }
             }
-            _ => verdict.fail(
+            _ => self.fail(
                 Wrong::End,
                 format!("{}: {reason} [{}]", ended.words(), plan.words()),
             ),
         }
     }
-}
 
-impl Verdict {
     fn fail(&mut self, wrong: Wrong, words: String) {
         self.failures.push(Failure { wrong, words });
     }
