@@ -2,7 +2,7 @@
 
 use interface::config::DemConfig;
 use interface::config::capability::Capabilities;
-use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState};
+use interface::message::wire::{ContactState, EnvelopeVertex, ImpForce, ImpInfo, ImpState};
 use interface::saved::{pack, unpack};
 use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
 use interface::step::Step;
@@ -75,6 +75,10 @@ impl DemSolver for Sdem {
 
     fn measurement(&self) -> &DemMeasurement {
         &self.system.measurement
+    }
+
+    fn contacts(&self, step: &Step, imps: &[ImpState]) -> Vec<ContactState> {
+        self.system.told_contacts(step, imps)
     }
 
     fn save(&self) -> Result<Vec<u8>, Fault> {

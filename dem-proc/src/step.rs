@@ -1,7 +1,7 @@
 //! One coupled step, as Jiang 2020 section 4.2 lists it, in the leapfrog of [`interface::step::Step`].
 
 use interface::Vec2;
-use interface::message::wire::{EnvelopeVertex, ImpForce, ImpState, Limits, Record};
+use interface::message::wire::{ContactState, EnvelopeVertex, ImpForce, ImpState, Limits, Record};
 use interface::solver::{Answer, Fault};
 use interface::step::Step;
 
@@ -39,6 +39,20 @@ impl System {
             self.commit(step); //                         histories, books, v^{n+1/2}
             self.drift(step.dt); //                       eq. 42, x^n -> x^{n+1}
         }
+    }
+
+    /// The contacts that press in the evaluation of this step: those of bodies, then those of points, as in their lists.
+    pub(crate) fn told_contacts(&self, step: &Step, imps: &[ImpState]) -> Vec<ContactState> {
+        let mut found = Vec::new();
+        if let Some(pairs) = &self.pairs {
+            pairs.tell(&self.bodies, &mut found);
+        }
+        // Without points nothing was evaluated, and what was listed may be of earlier ones.
+        if !imps.is_empty() {
+            let past = Past::new(step.dt_before);
+            self.points.tell(&self.bodies, imps, past, &mut found);
+        }
+        found
     }
 
     /// The outlines of all bodies, from which their displacement is measured from now on.

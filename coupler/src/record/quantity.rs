@@ -37,11 +37,16 @@ pub fn slice_unit(unit: &str) -> Option<&'static str> {
     }
 }
 
-/// Unit of a quantity of any scene, per metre of thickness, by its name; `initial.` may stand before it.
+/// Unit of a quantity of any scene, per metre of thickness, by its name; `initial.` may stand before it. `None` of what is
+/// no name of one.
 pub fn unit_of(name: &str) -> Option<&'static str> {
     fn find<T: ?Sized>(rows: &[Row<T>], name: &str) -> Option<&'static str> {
         let row = rows.iter().find(|row| row.name == name);
         row.map(|row| row.unit)
+    }
+    let in_name = |c: char| c.is_alphanumeric() || "._".contains(c);
+    if !name.chars().all(in_name) {
+        return None; // an expression
     }
     let name = name.strip_prefix("initial.").unwrap_or(name);
     find(OF_RUN, whole_name(name)).or_else(|| {

@@ -10,3 +10,4 @@ pub mod pairs;
 pub mod passage;
 pub mod points;
 mod set;
+mod told;

@@ -8,7 +8,7 @@
 use std::fmt::Debug;
 
 use interface::Vec2;
-use interface::message::wire::{ImpForce, ImpInfo, ImpState};
+use interface::message::wire::{ContactState, ImpForce, ImpInfo, ImpState};
 use interface::solver::Refusal;
 use mechanics::outline::{contact_point, see};
 use serde::{Deserialize, Serialize};
@@ -19,6 +19,7 @@ use crate::body::odometer::{Odometer, SavedOdometer};
 use crate::body::shape::edge_count;
 use crate::contact::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
 use crate::contact::set::{restored_set, save_set};
+use crate::contact::told::POINT;
 use crate::law::history::SavedHistories;
 use crate::law::{Law, Loss, Mates, Past, Touch, reduced_on_outline};
 use crate::lists::neighbours::{PointList, PointPair, REACH};
@@ -61,6 +62,8 @@ pub trait PointSide: Debug + Send {
     fn loss(&self) -> Loss;
     /// Energy in the contact springs in J/m.
     fn energy(&self, bodies: &Bodies, states: &[ImpState]) -> f64;
+    /// Adds the pairs of the last evaluation that press, after `past`, to those `found`, in the order of the list.
+    fn tell(&self, bodies: &Bodies, states: &[ImpState], past: Past, found: &mut Vec<ContactState>);
     /// Keeps the list that was evaluated.
     fn keep_list(&mut self);
     /// Accepts what was evaluated as the history of the next step, and keeps the list.
@@ -553,6 +556,34 @@ impl<L: Law> PointSide for PointContacts<L> {
             }
         };
         (0..now.list.pairs.len()).map(energy).sum()
+    }
+
+    fn tell(
+        &self,
+        bodies: &Bodies,
+        states: &[ImpState],
+        past: Past,
+        found: &mut Vec<ContactState>,
+    ) {
+        let view = self.view(bodies, states);
+        for (k, pair) in view.now.list.pairs.iter().enumerate() {
+            let pressing = view
+                .pair(past, 0.0, k)
+                .filter(|(outcome, _)| outcome.presses);
+            let Some((outcome, _)) = pressing else {
+                continue;
+            };
+            let info = &self.set[pair.slot as usize];
+            let x = states[pair.slot as usize].position.into();
+            let (overlap, normal) = view.overlap(x, k);
+            found.push(ContactState {
+                body: pair.body.into(),
+                other: info.id,
+                with: POINT,
+                position: contact_point(x, info.radius, overlap, normal).into(),
+                force: (-outcome.force).into(),
+            });
+        }
     }
 
     fn keep_list(&mut self) {

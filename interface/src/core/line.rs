@@ -7,7 +7,7 @@ use super::check;
 use super::error::{PATIENCE_WITH_WAITERS, SessionError, broken};
 use super::event::{Action, Done, Event, Task, Wait};
 use super::pieces::{Incoming, Mark, Outgoing};
-use crate::config::capability::Capabilities;
+use crate::config::capability::{CONTACTS, Capabilities};
 use crate::message::codec::{decode, encode};
 use crate::message::control::{Configure, Failure, Hello, Notice, Order, PROTOCOL, Party, Ready};
 use crate::message::wire::{Grant, Limits, Report, StepHeader, flags};
@@ -54,6 +54,8 @@ enum State {
     Window,
     /// The measurement is on its way.
     Measuring,
+    /// The contacts of a frame are on their way, after the window.
+    Listing,
     /// The report is on its way.
     Reporting,
     /// All points are on their way, at the end.
@@ -420,6 +422,26 @@ impl Line {
             self.state = State::Measuring;
             return Action::Do(Task::Measure);
         }
+        self.list_contacts()
+    }
+
+    /// Whether the contacts of the grant's first step are to be told.
+    fn tells_contacts(&self) -> bool {
+        let frame = self.grant.flags & flags::FRAME != 0;
+        frame && self.party == Party::Dem && self.capabilities.has(CONTACTS)
+    }
+
+    /// Whether the present step is the one whose contacts are to be told.
+    pub(crate) fn is_first_of_frame(&self) -> bool {
+        self.done == 0 && self.tells_contacts()
+    }
+
+    /// The contacts, if they are asked for, then the report.
+    fn list_contacts(&mut self) -> Action {
+        if self.tells_contacts() {
+            self.state = State::Listing;
+            return Action::Do(Task::ListContacts);
+        }
         self.report_now()
     }
 
@@ -450,7 +472,8 @@ impl Line {
                 self.state = State::Window;
                 return Next::Step;
             }
-            State::Measuring => self.report_now(),
+            State::Measuring => self.list_contacts(),
+            State::Listing => self.report_now(),
             State::Draining => self.say(State::Bye, &Notice::Bye),
             State::Bye => {
                 self.state = State::Close;
@@ -526,6 +549,15 @@ impl Line {
                     ..StepHeader::default()
                 };
                 self.send(records.kind(), header)
+            }
+            (State::Listing, Done::Listed(contacts)) => {
+                check::numbers(self.party, "R-6", self.step, Records::Contacts(contacts))?;
+                let header = StepHeader {
+                    step: self.grant.first,
+                    count: contacts.len() as u64,
+                    ..StepHeader::default()
+                };
+                self.send(Kind::Contacts, header)
             }
             (_, Done::Failed(fault)) => {
                 return Err(SessionError::Fault {
