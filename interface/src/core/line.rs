@@ -1,13 +1,15 @@
 //! A solver's line to the coupler: the part of the session that both sides have in common (PROTOCOL.md sections 2, 5
 //! and 9).
 
+mod report;
+
 use std::time::Duration;
 
 use super::check;
 use super::error::{PATIENCE_WITH_WAITERS, SessionError, broken};
 use super::event::{Action, Done, Event, Task, Wait};
 use super::pieces::{Incoming, Mark, Outgoing};
-use crate::config::capability::{CONTACTS, Capabilities};
+use crate::config::capability::Capabilities;
 use crate::message::codec::{decode, encode};
 use crate::message::control::{Configure, Failure, Hello, Notice, Order, PROTOCOL, Party, Ready};
 use crate::message::wire::{Grant, Limits, Report, StepHeader, flags};
@@ -402,61 +404,6 @@ impl Line {
     /// Whether all steps of the grant are done.
     pub(crate) fn window_done(&self) -> bool {
         self.done == self.grant.steps
-    }
-
-    /// The window is over, or the side has halted: measurement if asked for, then the report.
-    pub(crate) fn finish(&mut self) -> Action {
-        let measured = self.grant.flags & flags::MEASURE != 0;
-        self.report = [Report {
-            epoch: self.grant.epoch,
-            next: self.step,
-            halted: (!self.window_done()).into(),
-            measured: measured.into(),
-            items: self.items,
-            imps: self.imps,
-            rebuilds: self.set,
-            limits: self.limits,
-            ..Report::default()
-        }];
-        if measured {
-            self.state = State::Measuring;
-            return Action::Do(Task::Measure);
-        }
-        self.list_contacts()
-    }
-
-    /// Whether the contacts of the grant's first step are to be told.
-    fn tells_contacts(&self) -> bool {
-        let frame = self.grant.flags & flags::FRAME != 0;
-        frame && self.party == Party::Dem && self.capabilities.has(CONTACTS)
-    }
-
-    /// Whether the present step is the one whose contacts are to be told.
-    pub(crate) fn is_first_of_frame(&self) -> bool {
-        self.done == 0 && self.tells_contacts()
-    }
-
-    /// The contacts, if they are asked for, then the report.
-    fn list_contacts(&mut self) -> Action {
-        if self.tells_contacts() {
-            self.state = State::Listing;
-            return Action::Do(Task::ListContacts);
-        }
-        self.report_now()
-    }
-
-    fn report_now(&mut self) -> Action {
-        self.state = State::Reporting;
-        if let Err(error) = check::number(self.party, "R-2", self.step, &self.report[0]) {
-            return self.fail(error);
-        }
-        let header = StepHeader {
-            epoch: self.grant.epoch,
-            step: self.step,
-            count: 1,
-            ..StepHeader::default()
-        };
-        self.send(Kind::Report, header)
     }
 
     fn sent(&mut self) -> Next {

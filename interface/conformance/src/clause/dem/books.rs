@@ -79,9 +79,6 @@ pub const CLAUSES: &[Clause] = &[
             header.count = contacts.len() as u64;
         })
     })
-    .mutant("says that a point is a body", || {
-        Flaw::contacts(|_, contacts| contacts.iter_mut().for_each(|c| c.with = 0))
-    })
     .mutant("tells the contacts of the next step", || {
         Flaw::contacts(|header, _| header.step += 1)
     }),
