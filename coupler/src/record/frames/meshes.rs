@@ -2,8 +2,8 @@
 
 use interface::message::wire::{BodyState, ContactState, PointState};
 
+use super::instant::{Content, Field, Instant};
 use super::vtu::{Array, Cell, Mesh};
-use super::{Content, Field, Instant};
 
 /// A body where the scene puts it.
 #[derive(Debug, Clone, PartialEq)]
