@@ -57,6 +57,9 @@ impl DemSolver for Sdem {
 
     fn imp_set(&mut self, set: &[ImpInfo]) {
         self.system.points.imp_set(set);
+        if let Some(pairs) = &mut self.system.point_pairs {
+            pairs.imp_set(set);
+        }
     }
 
     fn contact(

@@ -72,6 +72,7 @@ pub fn column(points: usize, threads: usize, model: MaterialModel) -> MpmConfig 
         leaving: interface::config::Leaving::default(),
         grid_contact: None,
         layers: false,
+        group_pairs: Vec::new(),
         interface: interface::config::Interface::Points,
         skin: 0.0,
         probes: Vec::new(),

@@ -74,6 +74,7 @@ pub(super) fn continuum(
         leaving: written.leaving,
         grid_contact: written.grid_contact,
         layers: false,
+        group_pairs: Vec::new(),
         interface: Interface::Points,
         skin: 0.0,
         probes: forcing::probes(problems, written),

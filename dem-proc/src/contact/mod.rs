@@ -8,5 +8,6 @@ pub mod nearest;
 pub mod overlap;
 pub mod pairs;
 pub mod passage;
+pub mod point_pairs;
 pub mod points;
 mod set;

@@ -13,6 +13,7 @@ use crate::contact::convex::{ConvexContacts, Measure};
 use crate::contact::nearest::NearestEdge;
 use crate::contact::overlap::OverlapArea;
 use crate::contact::pairs::{BodyContacts, BodySide};
+use crate::contact::point_pairs::{PairSide, PointPairs, Touching};
 use crate::contact::points::{PointContacts, PointSide};
 use crate::law::Law;
 use crate::law::choice::{ForLaw, normal_stiffness, with_law, with_table};
@@ -53,6 +54,43 @@ impl<M: Measure + 'static> ForLaw for ConvexWith<M> {
     fn build<L: Law>(self, law: L) -> Self::Output {
         Box::new(ConvexContacts::new(law, self.measure, self.skin))
     }
+}
+
+struct PairsWith {
+    touching: Touching,
+    skin: f64,
+}
+
+impl ForLaw for PairsWith {
+    type Output = Box<dyn PairSide>;
+    fn build<L: Law>(self, law: L) -> Self::Output {
+        Box::new(PointPairs::new(law, self.touching, self.skin))
+    }
+}
+
+/// Contact between the points of two groups, where there is any.
+fn pair_side(config: &DemConfig) -> Option<Box<dyn PairSide>> {
+    let pairs = &config.group_pairs;
+    let law = &pairs.first()?.law;
+    // A group is a surface of its own, named after its number.
+    let table: Vec<ContactPair> = (pairs.iter())
+        .map(|pair| ContactPair {
+            between: pair.between.map(|group| group.to_string()),
+            law: pair.law,
+        })
+        .collect();
+    let surfaces = Surfaces::of(&table);
+    let groups = pairs.iter().map(|pair| pair.between);
+    let build = PairsWith {
+        touching: Touching::new(groups, |group| surfaces.number(&group.to_string())),
+        skin: config.skin,
+    };
+    Some(if pairs.iter().all(|pair| pair.law == *law) {
+        with_law(law, build)
+    } else {
+        let table: Vec<&ContactPair> = table.iter().collect();
+        with_table(&surfaces, law, &table, build)
+    })
 }
 
 /// Contact between points and bodies.
@@ -105,6 +143,9 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
     let threads = Threads::new(config.threads)
         .map_err(|e| Refusal::new("dem.threads", format!("{}: {e}", config.threads)))?;
     let [point_stiffness, body_stiffness] = stiffest(config, &bodies);
+    let of_pairs = config.group_pairs.iter();
+    let of_pairs = of_pairs.map(|pair| normal_stiffness(&pair.law, 0.0));
+    let pair_stiffness = of_pairs.fold(0.0, f64::max);
     let yields = |b: &Body| b.yields();
     let law = config.body_contact.as_ref();
     let pairs = law.filter(|_| bodies.properties.iter().any(yields) && bodies.len() > 1);
@@ -121,6 +162,7 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
     let system = System {
         gravity: config.gravity.into(),
         points: point_side(config, &surfaces),
+        point_pairs: pair_side(config),
         pairs: pairs.map(|law| body_side(config, &surfaces, law)),
         threads,
         point_loads: vec![Load::default(); n],
@@ -139,7 +181,7 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         bytes: system.bytes() as u64,
         courant_time: 0.0,
         mass_min: if lightest.is_finite() { lightest } else { 0.0 },
-        stiffness_max: if n > 0 { point_stiffness } else { 0.0 },
+        stiffness_max: if n > 0 { point_stiffness } else { 0.0 }.max(pair_stiffness),
         notes,
     };
     Ok((system, readiness))
@@ -163,10 +205,6 @@ fn stiffest(config: &DemConfig, bodies: &Bodies) -> [f64; 2] {
 
 /// Refuses what this solver does not do.
 fn refuse_unbuilt(config: &DemConfig) -> Result<(), Refusal> {
-    if !config.group_pairs.is_empty() {
-        let text = "contact between groups of points is not built (capability `pairs`)";
-        return Err(Refusal::new("dem.group_pairs", text));
-    }
     if config.interface == Interface::Segments {
         let text = "contact with segments is not built (capability `segments`); use \"points\"";
         return Err(Refusal::new("dem.interface", text));

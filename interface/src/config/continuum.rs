@@ -59,6 +59,10 @@ pub struct MpmConfig {
     /// Whether each group has a grid layer of its own (Chen 2023; capability `layers`).
     #[serde(default, skip_serializing_if = "is_default")]
     pub layers: bool,
+    /// Groups whose points touch by a law of the bodies' side, by their indices: those of its `group_pairs`, since points
+    /// near one another are IMPs (capability `pairs`).
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub group_pairs: Vec<[usize; 2]>,
     /// What the bodies meet of the groups.
     #[serde(default, skip_serializing_if = "is_default")]
     pub interface: Interface,

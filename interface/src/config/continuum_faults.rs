@@ -28,6 +28,7 @@ impl MpmConfig {
         for g in 0..self.groups.len() {
             self.group_faults(&mut found, g, grid_is_sound);
         }
+        self.layer_faults(&mut found);
         self.forcing_faults(&mut found);
         self.probe_faults(&mut found);
         found.0

@@ -20,6 +20,7 @@ mod law;
 pub mod laws;
 pub mod material;
 pub mod needs;
+mod pairs_faults;
 pub mod polygon;
 mod region;
 pub mod surfaces;

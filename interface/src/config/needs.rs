@@ -45,13 +45,19 @@ pub fn missing<'a>(needs: &'a [Need], capabilities: &Capabilities) -> Vec<&'a Ne
 impl MpmConfig {
     /// What it asks of the continuum's solver, every capability once.
     ///
-    /// Verbs: `layers`, `segments`. Families: `shape`, `transfer`, `stress_update`, `drift`, `plane`, `wall`, `material`,
+    /// Verbs: `layers`, `pairs`, `segments`. Families: `shape`, `transfer`, `stress_update`, `drift`, `plane`, `wall`, `material`,
     /// `fill`, `lattice` (where it is not the default), `contact_force`, whose members are the words of the configuration, and
     /// `feature`: `probes`, `holds`.
     pub fn needs(&self) -> Vec<Need> {
         let mut needs = Vec::new();
         if self.layers {
             needs.push(Need::once(LAYERS, "mpm.layers"));
+        }
+        if !self.group_pairs.is_empty() {
+            needs.push(Need {
+                places: self.group_pairs.len(),
+                ..Need::once(PAIRS, "mpm.group_pairs[0]")
+            });
         }
         if self.interface == Interface::Segments {
             needs.push(Need::once(SEGMENTS, "mpm.interface"));

@@ -10,6 +10,8 @@ pub(crate) struct Approach {
     /// Travel of points and surfaces together after which the set is built anew, in m: the skin less half the largest
     /// radius, so that whatever may begin to touch within a step is in the set, and in the step limit, before it does.
     allowed_travel: f64,
+    /// Whether points touch points: then either of two may come nearer, and the fastest counts twice.
+    among_points: bool,
     /// Smallest contact radius of any group in m; 0 where the configuration leaves radii to the solver.
     radius_min: f64,
     /// Speed of the fastest point of all in m/s.
@@ -31,6 +33,7 @@ impl Approach {
         };
         let radius_min = radii().fold(f64::INFINITY, f64::min);
         Self {
+            among_points: !config.group_pairs.is_empty(),
             allowed_travel: config.skin - 0.5 * radii().fold(0.0, f64::max),
             radius_min: if radius_min.is_finite() {
                 radius_min
@@ -43,13 +46,27 @@ impl Approach {
 
     /// I-6: whether the set may lack a point that could touch within the step.
     pub(crate) fn set_is_old(&self) -> bool {
-        self.points + self.bodies > self.allowed_travel
+        let others = if self.among_points {
+            self.bodies.max(self.points)
+        } else {
+            self.bodies
+        };
+        self.points + others > self.allowed_travel
     }
 
     /// The set has been chosen anew.
     pub(crate) fn selected(&mut self) {
         self.points = 0.0;
         self.bodies = 0.0;
+    }
+
+    /// What points of this speed (m/s) and others contribute to the speed at which a contact may close.
+    fn approach_speed(&self, speed: f64) -> f64 {
+        if self.among_points {
+            2.0 * speed
+        } else {
+            speed
+        }
     }
 
     /// The points have gone on: their travel is now `travel` (m). Returns the solver's limits with what the kinematic
@@ -63,7 +80,7 @@ impl Approach {
             self.fastest = travelled / dt;
         }
         Limits {
-            speed: limits.speed.max(self.fastest),
+            speed: self.approach_speed(limits.speed.max(self.fastest)),
             radius_min: self.radius_min,
             ..limits
         }

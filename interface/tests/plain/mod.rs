@@ -51,6 +51,7 @@ pub fn plain_continuum() -> MpmConfig {
         leaving: Leaving::Stop,
         grid_contact: None,
         layers: false,
+        group_pairs: Vec::new(),
         interface: Interface::Points,
         skin: 0.01,
         probes: Vec::new(),

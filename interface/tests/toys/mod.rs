@@ -280,6 +280,7 @@ pub fn mpm_config() -> MpmConfig {
         leaving: interface::config::Leaving::default(),
         grid_contact: None,
         layers: false,
+        group_pairs: Vec::new(),
         interface: interface::config::Interface::Points,
         skin: 0.02,
         probes: Vec::new(),

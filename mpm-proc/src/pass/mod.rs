@@ -14,6 +14,7 @@ pub mod measure;
 pub mod node_momentum;
 pub mod points_to_grid;
 pub mod select_imps;
+pub mod select_pairs;
 pub mod sort;
 pub mod spin;
 pub mod stress;

@@ -16,6 +16,7 @@ use crate::kernel::shape::{CubicBspline, Linear, QuadraticBspline, Shape, Ugimp}
 use crate::kernel::spread::Spread;
 use crate::kernel::threads::Threads;
 use crate::kernel::tiles::Geometry;
+use crate::layers::Layers;
 use crate::kernel::transfer::{Apic, Blend, Flip, Pic, Transfer, Xpic};
 use crate::material::{
     DruckerPrager, Elastic, Fluid, Jaumann, Material, Moduli, MohrCoulomb, NeoHookean, PlaneStrain,
@@ -44,10 +45,6 @@ use crate::state::walls::WallNodes;
 /// # Errors
 /// A [`Refusal`] that names the key.
 pub fn build(config: &MpmConfig) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
-    if config.layers {
-        let text = "grid layers of the groups' own are not built (capability `layers`)";
-        return Err(Refusal::new("mpm.layers", text));
-    }
     if config.interface == Interface::Segments {
         let text =
             "chains of boundary markers are not built (capability `segments`); use \"points\"";
@@ -110,7 +107,12 @@ impl<'a> Parts<'a> {
             note_radius(&mut notes, group, config.cell);
             points.push(filled);
         }
-        refuse_overlap(&config.groups, &points)?;
+        if !config.layers {
+            refuse_overlap(&config.groups, &points, |_, _| true)?;
+        } else if !config.group_pairs.is_empty() {
+            let touch = |a, b| config.group_pairs.iter().any(|p| *p == [a, b] || *p == [b, a]);
+            refuse_overlap(&config.groups, &points, touch)?;
+        }
         let half_width = points
             .iter()
             .map(|p| p.sides.map(|s| 0.5 * s / config.cell));
@@ -152,11 +154,13 @@ impl<'a> Parts<'a> {
         transfer: T,
     ) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
         let groups = 0..self.config.groups.len();
-        let continua: Vec<Continuum<W, S, T>> = match self.config.grid_contact {
-            None => vec![self.continuum(groups, &shape, transfer)?],
-            Some(_) => groups
+        let apart = self.config.layers || self.config.grid_contact.is_some();
+        let mut continua: Vec<Continuum<W, S, T>> = if apart {
+            groups
                 .map(|g| self.continuum(g..g + 1, &shape, transfer))
-                .collect::<Result<_, _>>()?,
+                .collect::<Result<_, _>>()?
+        } else {
+            vec![self.continuum(groups, &shape, transfer)?]
         };
         let readiness = self.readiness(&continua);
         let mut threads = self.threads;
@@ -165,6 +169,11 @@ impl<'a> Parts<'a> {
                 let rigid = self.config.groups.iter().map(|g| g.rigid);
                 let grains = continua.into_iter().zip(rigid);
                 Box::new(Grains::new(grains, friction, threads))
+            } else if self.config.layers {
+                for layer in &mut continua {
+                    layer.threads = threads.clone();
+                }
+                Box::new(Layers::new(continua, self.config.group_pairs.clone()))
             } else {
                 let [mut continuum] = <[_; 1]>::try_from(continua)
                     .unwrap_or_else(|_| unreachable!("all groups are one continuum"));
@@ -185,7 +194,7 @@ impl<'a> Parts<'a> {
         let (mut probes, mut holds) = (Vec::new(), Vec::new());
         let before = &self.points[..groups.start];
         let mut first_id = before.iter().map(|p| p.positions.len() as u64).sum();
-        for g in groups {
+        for g in groups.clone() {
             let (group, points) = (&self.config.groups[g], &self.points[g]);
             let fields = Fields::new(self.config, g)?;
             let number = clouds.len() as u32;
@@ -232,7 +241,7 @@ impl<'a> Parts<'a> {
             touches: Vec::new(),
             loaded: Vec::new(),
             books: Books::default(),
-            spread: self.spread.clone(),
+            spread: self.spread.of(groups.clone()),
             outside: Outside::new(self.config.leaving),
             stress_update: self.config.stress_update,
             drift: self.config.drift,

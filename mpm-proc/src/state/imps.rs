@@ -92,6 +92,23 @@ impl Imps {
         Ok(())
     }
 
+    /// Adds points of the first cloud to a set that [`Self::close`] ends.
+    pub fn add(&mut self, locals: &[u32]) {
+        let member = |&local: &u32| Member { cloud: 0, local };
+        self.members.extend(locals.iter().map(member));
+    }
+
+    /// Ends a set to which points have been added: each once, by id.
+    pub fn close<const W: usize, S: Shape<W>, A: AffineState>(
+        &mut self,
+        clouds: &[Cloud<W, S, A>],
+    ) {
+        // Ids rise with the cloud and within it.
+        self.members.sort_unstable();
+        self.members.dedup();
+        self.write_infos(clouds);
+    }
+
     /// Fills in [`Self::infos`] from the members.
     pub fn write_infos<const W: usize, S: Shape<W>, A: AffineState>(
         &mut self,

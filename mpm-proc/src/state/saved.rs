@@ -54,6 +54,7 @@ impl Form {
             leaving: _,
             grid_contact,
             layers,
+            group_pairs: _, // the bodies' side asks that they be the same
             interface,
             skin,
             probes: _,  // they tell of points and keep nothing

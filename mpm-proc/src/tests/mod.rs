@@ -10,6 +10,7 @@ mod driven_walls;
 mod forcing;
 mod grid_contact;
 mod holds;
+mod layers;
 mod leaving;
 mod limits;
 mod periodic;
@@ -94,6 +95,7 @@ pub fn block() -> MpmConfig {
         leaving: interface::config::Leaving::default(),
         grid_contact: None,
         layers: false,
+        group_pairs: Vec::new(),
         interface: interface::config::Interface::Points,
         skin: 0.01,
         probes: Vec::new(),

@@ -56,6 +56,7 @@ pub fn scene(groups: Vec<GroupConfig>) -> MpmConfig {
         leaving: interface::config::Leaving::default(),
         grid_contact: None,
         layers: false,
+        group_pairs: Vec::new(),
         interface: interface::config::Interface::Points,
         skin: SKIN,
         probes: Vec::new(),
