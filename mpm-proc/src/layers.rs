@@ -8,9 +8,7 @@
 
 use core::ops::Range;
 
-use interface::message::wire::{
-    EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState,
-};
+use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
 use interface::saved::{pack, unpack};
 use interface::solver::{Fault, MpmMeasurement, Refusal};
 use interface::step::Step;

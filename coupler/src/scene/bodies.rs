@@ -1,7 +1,7 @@
 //! The bodies' part of a scene: outlines, masses, motion, contact laws.
 
 use interface::config::{
-    BodyConfig, BodyInertia, BodyShape, DemConfig, Motion, MpmConfig, polygon,
+    BodyConfig, BodyInertia, BodyShape, DemConfig, GroupPair, Motion, MpmConfig, polygon,
 };
 use mechanics::generate::{Arrangement, BodyFill, Grain};
 
@@ -17,6 +17,7 @@ pub(super) fn bodies(
     problems: &mut Problems,
     written: &DemWritten,
     scene: &SceneWritten,
+    group_pairs: &[GroupPair],
 ) -> Option<DemConfig> {
     for (i, body) in written.body.iter().enumerate() {
         self::body(problems, &format!("dem.body.{i}"), body);
@@ -32,7 +33,10 @@ pub(super) fn bodies(
     if !sets_are_sound {
         return None;
     }
-    let config = config(written, scene);
+    let config = DemConfig {
+        group_pairs: group_pairs.to_vec(),
+        ..config(written, scene)
+    };
     for fault in config.faults() {
         let path = scene_key(&fault.key, problems.document);
         let message = format!("`{path}` is {}, expected {}", fault.value, fault.expected);
@@ -95,7 +99,8 @@ fn contact(problems: &mut Problems, written: &DemWritten, scene: &SceneWritten) 
     if written.contact_resolution.is_some() && scene.body_contact.is_none() {
         problems.warn("`dem.contact_resolution` has no effect: there is no `[body_contact]`");
     }
-    if scene.mpm.is_some() && scene.contact.is_none() {
+    let some = !written.body.is_empty() || !written.fill.is_empty();
+    if some && scene.mpm.is_some() && scene.contact.is_none() {
         problems.refuse_key(
             "contact",
             "missing section `[contact]`: the scene has points and bodies",

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use interface::config::{
-    ConfigFault, Drift, GroupConfig, InitialFields, Interface, MaterialConfig, MpmConfig,
+    ConfigFault, Drift, GroupConfig, GroupPair, InitialFields, Interface, MaterialConfig, MpmConfig,
 };
 
 use super::forcing;
@@ -17,6 +17,7 @@ pub(super) fn continuum(
     written: &MpmWritten,
     gravity: [f64; 2],
     constants: &BTreeMap<String, f64>,
+    group_pairs: &[GroupPair],
 ) -> Option<MpmConfig> {
     if written.points.is_empty() || written.material.is_empty() {
         let help =
@@ -73,14 +74,17 @@ pub(super) fn continuum(
         constants: constants.clone(),
         leaving: written.leaving,
         grid_contact: written.grid_contact,
-        layers: false,
-        group_pairs: Vec::new(),
+        layers: written.layers,
+        group_pairs: group_pairs.iter().map(|pair| pair.between).collect(),
         interface: Interface::Points,
         skin: 0.0,
         probes: forcing::probes(problems, written),
         threads: 1,
     };
-    problems.config_faults(&config.faults());
+    // What is wrong with pairs of groups is told with their laws.
+    let mut faults = config.faults();
+    faults.retain(|fault| !fault.key.starts_with("mpm.group_pairs"));
+    problems.config_faults(&faults);
     if problems.any() {
         return None;
     }

@@ -16,6 +16,7 @@ mod continuum;
 pub mod diagnostic;
 mod document;
 mod forcing;
+mod group_pairs;
 mod model;
 mod needs;
 mod output;

@@ -53,6 +53,10 @@ pub(crate) struct SceneWritten {
     /// Laws between surfaces, instead of these two.
     #[serde(default)]
     pub contact_pair: Vec<ContactPair>,
+    /// Laws between the points of two groups, each on a grid layer of its own (Chen 2023); the process of the bodies
+    /// computes them, also where there is no body.
+    #[serde(default)]
+    pub group_pair: Vec<GroupPairWritten>,
     /// Programs in the place of the built-in solvers.
     #[serde(default)]
     pub solvers: SolversWritten,
@@ -83,6 +87,16 @@ pub(crate) enum NumberOrExpression {
     Number(f64),
     /// An expression.
     Expression(String),
+}
+
+/// Contact between the points of two groups, which are circles of their contact radius.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct GroupPairWritten {
+    /// Names of the two groups, in either order.
+    pub between: [String; 2],
+    /// Law between their points.
+    pub law: ContactLaw,
 }
 
 /// Another run whose state the scene begins with.
@@ -162,6 +176,10 @@ pub(crate) struct MpmWritten {
     /// Contact between the groups of points on the grid (Bardenhagen 2000), each group a body with nodes of its own;
     /// without it all groups are one continuum. Does not go with `[dem]`.
     pub grid_contact: Option<GridContact>,
+    /// Whether each group of points has a grid layer of its own, so that groups exchange nothing through the grid; false by
+    /// default. Groups of `[[group_pair]]` need it.
+    #[serde(default)]
+    pub layers: bool,
     /// What happens to a point that leaves the domain; the run stops by default.
     #[serde(default)]
     pub leaving: Leaving,
@@ -275,10 +293,11 @@ pub(crate) struct ProbeWritten {
 }
 
 /// The bodies.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct DemWritten {
-    /// Spheropolygon bodies, one by one; without any and without sets of them it is as good as no `[dem]`.
+    /// Spheropolygon bodies, one by one; without any, without sets of them and without `[[group_pair]]` it is as good as no
+    /// `[dem]`.
     #[serde(default)]
     pub body: Vec<BodyWritten>,
     /// Sets of bodies from a seed.

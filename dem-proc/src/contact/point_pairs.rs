@@ -78,7 +78,10 @@ pub struct Touching {
 
 impl Touching {
     /// The groups of `pairs`; `surface` gives the number of a group's surface in the table of laws.
-    pub fn new(pairs: impl Iterator<Item = [usize; 2]> + Clone, surface: impl Fn(usize) -> u32) -> Self {
+    pub fn new(
+        pairs: impl Iterator<Item = [usize; 2]> + Clone,
+        surface: impl Fn(usize) -> u32,
+    ) -> Self {
         let groups = pairs.clone().flatten().max().map_or(0, |last| last + 1);
         let mut touching = vec![false; groups * groups];
         for [a, b] in pairs {
@@ -165,7 +168,10 @@ impl<L: Law> Kept<L> {
             let pair = [a? as u32, b? as u32];
             old.list.binary_search(&pair).ok().map(|i| old.history[i])
         };
-        let histories = self.list.iter().map(|pair| history(pair).unwrap_or_default());
+        let histories = self
+            .list
+            .iter()
+            .map(|pair| history(pair).unwrap_or_default());
         self.history.clear();
         self.history.extend(histories);
         self.previous.clear();
@@ -174,7 +180,8 @@ impl<L: Law> Kept<L> {
             let was_at = |(info, now): (&ImpInfo, &Vec2)| {
                 slot_of(info.id).map_or(*now, |slot| old.previous[slot])
             };
-            self.previous.extend(set.iter().zip(&self.built_at).map(was_at));
+            self.previous
+                .extend(set.iter().zip(&self.built_at).map(was_at));
         }
     }
 }
@@ -312,7 +319,10 @@ impl<L: Law> View<'_, L> {
         } else {
             Vec2::x()
         };
-        (contact_distance(&self.set[a], &self.set[b]) - distance, normal)
+        (
+            contact_distance(&self.set[a], &self.set[b]) - distance,
+            normal,
+        )
     }
 
     /// One pair: geometry, law. `None` out of reach.

@@ -113,7 +113,9 @@ impl SavedSystem {
             (Some(here), Some(saved)) => here.restore(saved)?,
             (None, None) => {}
             _ => {
-                return Err(refusal("contact between points is in one of state and scene"));
+                return Err(refusal(
+                    "contact between points is in one of state and scene",
+                ));
             }
         }
         system.points.restore(points, &bodies)?;
@@ -178,7 +180,12 @@ impl Marks {
         let keys = [
             mark(&body_contact.is_some()),
             mark(overlap),
-            mark(group_pairs),
+            mark(
+                &group_pairs
+                    .iter()
+                    .map(|pair| pair.between)
+                    .collect::<Vec<_>>(),
+            ),
             mark(interface),
             mark(skin),
         ];

@@ -8,12 +8,14 @@ impl MpmConfig {
     /// Layers, and the groups that are to touch.
     pub(super) fn layer_faults(&self, found: &mut Faults) {
         if self.layers && self.grid_contact.is_some() {
-            let help = "groups on layers of their own do not touch on the grid: leave out one of the two";
+            let help =
+                "groups on layers of their own do not touch on the grid: leave out one of the two";
             let expected = "false with mpm.grid_contact";
             found.add("mpm.layers", "true", expected, help);
         }
         if !self.group_pairs.is_empty() && !self.layers {
-            let help = "groups on one grid stick together where they meet: write `mpm.layers = true`";
+            let help =
+                "groups on one grid stick together where they meet: write `mpm.layers = true`";
             let expected = "true where groups touch by a law";
             found.add("mpm.layers", "false", expected, help);
         }

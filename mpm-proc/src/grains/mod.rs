@@ -11,9 +11,7 @@ mod density;
 mod onto_rigid;
 mod rigid;
 
-use interface::message::wire::{
-    EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState,
-};
+use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
 use interface::saved::{pack, unpack};
 use interface::solver::{Fault, MpmMeasurement, Refusal};
 use interface::step::Step;

@@ -64,7 +64,10 @@ struct Bins {
 
 impl Bins {
     fn new(points: &[Point], distance: f64) -> Self {
-        let mut sorted: Vec<_> = points.iter().map(|(_, x)| (bin(*x, distance), *x)).collect();
+        let mut sorted: Vec<_> = points
+            .iter()
+            .map(|(_, x)| (bin(*x, distance), *x))
+            .collect();
         sorted.sort_unstable_by_key(|(bin, _)| *bin);
         Self { distance, sorted }
     }

@@ -16,8 +16,8 @@ use crate::kernel::shape::{CubicBspline, Linear, QuadraticBspline, Shape, Ugimp}
 use crate::kernel::spread::Spread;
 use crate::kernel::threads::Threads;
 use crate::kernel::tiles::Geometry;
-use crate::layers::Layers;
 use crate::kernel::transfer::{Apic, Blend, Flip, Pic, Transfer, Xpic};
+use crate::layers::Layers;
 use crate::material::{
     DruckerPrager, Elastic, Fluid, Jaumann, Material, Moduli, MohrCoulomb, NeoHookean, PlaneStrain,
     PlaneStress, Rigid, VonMises,
@@ -110,7 +110,12 @@ impl<'a> Parts<'a> {
         if !config.layers {
             refuse_overlap(&config.groups, &points, |_, _| true)?;
         } else if !config.group_pairs.is_empty() {
-            let touch = |a, b| config.group_pairs.iter().any(|p| *p == [a, b] || *p == [b, a]);
+            let touch = |a, b| {
+                config
+                    .group_pairs
+                    .iter()
+                    .any(|p| *p == [a, b] || *p == [b, a])
+            };
             refuse_overlap(&config.groups, &points, touch)?;
         }
         let half_width = points

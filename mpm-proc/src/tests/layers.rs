@@ -78,7 +78,11 @@ fn groups_that_overlap_do_not_feel_one_another() {
     let mut one = configured(&one);
     Stepper::new().run(&mut one, 2e-4, 200);
     let v: f64 = one.points().iter().map(|p| p.velocity[0]).sum();
-    let fastest = one.points().iter().map(|p| p.velocity[0]).fold(0.0, f64::max);
+    let fastest = one
+        .points()
+        .iter()
+        .map(|p| p.velocity[0])
+        .fold(0.0, f64::max);
     assert!(fastest < 2.9, "{v} {fastest}");
 }
 
@@ -197,7 +201,10 @@ fn what_does_not_go_with_layers_is_refused() {
     };
     refused(&|c| c.group_pairs = vec![[0, 2]], "mpm.group_pairs[0]");
     refused(&|c| c.group_pairs = vec![[1, 1]], "mpm.group_pairs[0]");
-    refused(&|c| c.group_pairs = vec![[0, 1], [1, 0]], "mpm.group_pairs[1]");
+    refused(
+        &|c| c.group_pairs = vec![[0, 1], [1, 0]],
+        "mpm.group_pairs[1]",
+    );
     refused(
         &|c| {
             c.group_pairs = vec![[0, 1]];
