@@ -204,7 +204,7 @@ const OF_GROUP: &[Row<GroupState>] = &[
     row("vy", "m/s", "the same in y", |g| g.velocity[1]),
     row("mass", "kg/m", "mass", |g| g.mass),
     row("kinetic", "J/m", "kinetic energy", |g| g.kinetic),
-    row("fx", "N/m", "force of bodies on the group", |g| {
+    row("fx", "N/m", "force of bodies and other groups on it", |g| {
         g.contact_force[0]
     }),
     row("fy", "N/m", "the same in y", |g| g.contact_force[1]),
@@ -212,8 +212,17 @@ const OF_GROUP: &[Row<GroupState>] = &[
     row("xmax", "m", "largest x of its points", |g| g.upper[0]),
     row("ymin", "m", "least y of its points", |g| g.lower[1]),
     row("ymax", "m", "largest y of its points", |g| g.upper[1]),
-    row("contacts", "1", "its points in contact with bodies", |g| {
+    row("contacts", "1", "its points in contact with bodies or other groups", |g| {
         g.contacts as f64
+    }),
+    row(
+        "loaded_width",
+        "m",
+        "extent in x of its points in contact",
+        |g| g.loaded_upper[0] - g.loaded_lower[0],
+    ),
+    row("loaded_height", "m", "the same in y", |g| {
+        g.loaded_upper[1] - g.loaded_lower[1]
     }),
 ];
 

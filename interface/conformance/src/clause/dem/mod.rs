@@ -8,6 +8,7 @@ mod laws;
 mod limits;
 mod motion;
 mod order;
+mod pairs;
 pub(super) mod scene;
 mod time;
 
@@ -23,6 +24,7 @@ pub const CLAUSES: &[&[Clause]] = &[
     force::CLAUSES,
     laws::CLAUSES,
     friction::CLAUSES,
+    pairs::CLAUSES,
     motion::CLAUSES,
     limits::CLAUSES,
     books::CLAUSES,
