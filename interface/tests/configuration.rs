@@ -499,6 +499,7 @@ fn scheme() -> impl Strategy<Value = MpmConfig> {
                     Leaving::Stop
                 },
                 layers,
+                group_pairs: if layers { vec![[0, 1]] } else { Vec::new() },
                 interface,
                 ..plain_continuum()
             }

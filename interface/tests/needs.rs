@@ -44,6 +44,7 @@ fn a_plain_continuum_needs_its_scheme_and_its_walls() {
 fn what_a_continuum_is_asked_for_besides_is_told_by_its_key() {
     let mut config = plain_continuum();
     config.layers = true;
+    config.group_pairs = vec![[0, 1]];
     config.groups[0].lattice = Lattice::Outline;
     config.interface = Interface::Segments;
     config.walls.bottom = Wall::Friction { coefficient: 0.5 };
@@ -68,6 +69,7 @@ fn what_a_continuum_is_asked_for_besides_is_told_by_its_key() {
     let told = said(&needs);
     for need in [
         ("layers", "mpm.layers", 1),
+        ("pairs", "mpm.group_pairs[0]", 1),
         ("lattice:outline", "mpm.groups[0].lattice", 1),
         ("segments", "mpm.interface", 1),
         ("wall:friction", "mpm.walls.bottom", 1),

@@ -92,3 +92,40 @@ pub(crate) fn fastest(points: &[PointState]) -> f64 {
     let speeds = points.iter().map(|p| p.velocity[0].hypot(p.velocity[1]));
     speeds.fold(0.0, f64::max)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn approach(group_pairs: &str) -> Approach {
+        let group = |name: &str| {
+            format!(
+                r#"{{"name": "{name}", "material": 0, "fill": {{"points": {{"positions": []}}}},
+                    "spacing": {{"per_cell": 4}}, "contact_radius": 0.2}}"#
+            )
+        };
+        let text = format!(
+            r#"{{"domain": [[0, 0], [1, 1]], "cell": 0.1, "shape": "linear", "transfer": "flip", "materials": [],
+                "groups": [{}, {}], "layers": true, "group_pairs": {group_pairs}, "skin": 0.5}}"#,
+            group("a"),
+            group("b")
+        );
+        Approach::new(&serde_json::from_str(&text).expect("a configuration"))
+    }
+
+    /// Two points may both come nearer: the set is old at half the travel, and the speed at which contact closes is twice
+    /// that of the fastest.
+    #[test]
+    fn two_points_come_nearer_twice_as_fast_as_one() {
+        for (pairs, factor) in [("[]", 1.0), ("[[0, 1]]", 2.0)] {
+            let mut approach = approach(pairs);
+            let limits = approach.moved(Limits::default(), 0.19, 0.1);
+            assert!((limits.speed - factor * 1.9).abs() < 1e-12);
+            assert!(!approach.set_is_old()); // 0.19 or 0.38 of 0.5 - 0.1
+            approach.moved(Limits::default(), 0.21, 0.1);
+            assert_eq!(approach.set_is_old(), factor > 1.0);
+            approach.bodies = 0.2;
+            assert!(approach.set_is_old());
+        }
+    }
+}
