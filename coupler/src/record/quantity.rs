@@ -212,9 +212,12 @@ const OF_GROUP: &[Row<GroupState>] = &[
     row("xmax", "m", "largest x of its points", |g| g.upper[0]),
     row("ymin", "m", "least y of its points", |g| g.lower[1]),
     row("ymax", "m", "largest y of its points", |g| g.upper[1]),
-    row("contacts", "1", "its points in contact with bodies or other groups", |g| {
-        g.contacts as f64
-    }),
+    row(
+        "contacts",
+        "1",
+        "its points in contact with bodies or other groups",
+        |g| g.contacts as f64,
+    ),
     row(
         "loaded_width",
         "m",

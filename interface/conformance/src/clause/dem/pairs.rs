@@ -96,9 +96,12 @@ fn touching(friction: f64) -> DemConfig {
 
 /// Two points of groups 0 and 1 on a line, the second at this height (m) above the line through the first.
 fn two(height: f64) -> Points {
-    let mut points = Points::new()
-        .with([0.0; 2], [0.0; 2], RADIUS, 0.5)
-        .with([2.0 * RADIUS - OVERLAP, height], [0.0; 2], RADIUS, 0.7);
+    let mut points = Points::new().with([0.0; 2], [0.0; 2], RADIUS, 0.5).with(
+        [2.0 * RADIUS - OVERLAP, height],
+        [0.0; 2],
+        RADIUS,
+        0.7,
+    );
     points.set[1].group = 1;
     points
 }
@@ -110,7 +113,12 @@ fn balance(bench: &Bench) -> Judgement {
     let forces = play.step(0.0, &points.states)?.0.forces;
     let want = K_PAIR * OVERLAP;
     let tolerance = 1e-12 * K_PAIR * RADIUS;
-    near("force on the first along x", forces[0].force[0], -want, tolerance)?;
+    near(
+        "force on the first along x",
+        forces[0].force[0],
+        -want,
+        tolerance,
+    )?;
     let [first, second] = [0, 1].map(|slot| forces[slot].force);
     let opposite = first == second.map(|f| -f);
     require(
@@ -158,7 +166,12 @@ fn remembered(bench: &Bench) -> Judgement {
     for (slot, slot_after) in [(0, 0), (1, 2)] {
         for a in 0..2 {
             let (got, want) = (after[slot_after].force[a], before[slot].force[a]);
-            near("force after the new set", got, want, 1e-12 * K_PAIR * RADIUS)?;
+            near(
+                "force after the new set",
+                got,
+                want,
+                1e-12 * K_PAIR * RADIUS,
+            )?;
         }
     }
     Ok(format!("{:?} N/m", after[0].force))

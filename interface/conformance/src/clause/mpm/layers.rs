@@ -83,7 +83,9 @@ fn near_others(bench: &Bench) -> Judgement {
     let shown = flow.exchange()?;
     let mut found = Vec::new();
     for (info, state) in flow.imps().iter().zip(&shown.states) {
-        let row = rows.iter().position(|y| (y - state.position[1]).abs() < 0.9 * reach);
+        let row = rows
+            .iter()
+            .position(|y| (y - state.position[1]).abs() < 0.9 * reach);
         found.push((info.group, row));
     }
     let want = [(0, Some(1)), (0, Some(2)), (1, Some(1)), (1, Some(2))];
