@@ -29,6 +29,7 @@ impl Spread {
     }
 
     /// The same for some of the groups, in their order.
+    #[must_use]
     pub fn of(&self, groups: core::ops::Range<usize>) -> Self {
         Self::new(self.scheme, self.half_width[groups].to_vec())
     }
