@@ -98,6 +98,20 @@ const TABLE: &[(&str, &str, End)] = &[
             ],
         ),
     ),
+    ("ring", "plain", Holds),
+    (
+        "ring",
+        "soft_contact",
+        Stops(
+            3,
+            &[
+                "the dem stopped at step",
+                "of groups 0 and 1 overlap by",
+                "they would pass through one another",
+                "stiffer contact",
+            ],
+        ),
+    ),
     ("leaving", "plain", LEFT),
     ("leaving", "thrown", LEFT),
     ("leaving", "remove", Holds),

@@ -300,7 +300,7 @@ fn what_is_remembered_follows_the_points_through_new_sets() {
     };
     for i in 0..1500_u64 {
         if i % 7 == 0 {
-            let own = |info: &ImpInfo| info.id % 10 == 0;
+            let own = |info: &ImpInfo| info.id.is_multiple_of(10);
             let of = &chosen.points;
             let mut all: Vec<_> = (of.infos.iter().copied())
                 .zip(of.states.iter().copied())
@@ -316,7 +316,7 @@ fn what_is_remembered_follows_the_points_through_new_sets() {
         let expected = plain.step().unwrap();
         let forces = chosen.step().unwrap();
         let own = forces.iter().zip(&chosen.points.infos);
-        let own = own.filter(|(_, info)| info.id % 10 == 0).map(|(f, _)| *f);
+        let own = own.filter(|(_, info)| info.id.is_multiple_of(10)).map(|(f, _)| *f);
         assert!(own.eq(expected), "step {i}");
     }
     assert!(plain.dem.measurement().ledger.friction_work > 0.0);

@@ -122,7 +122,7 @@ fn points_near_another_group_are_imps() {
                 let body = |e: &EnvelopeVertex| {
                     apart(p.position, e.position) <= e.reach + radius[p.group as usize] + 0.03
                 };
-                points.iter().find(near).is_some() || envelopes.iter().any(body)
+                points.iter().any(|q| near(&q)) || envelopes.iter().any(body)
             })
             .map(|p| (p.id, p.group))
             .collect();
