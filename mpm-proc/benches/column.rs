@@ -73,6 +73,7 @@ pub fn column(points: usize, threads: usize, model: MaterialModel) -> MpmConfig 
         grid_contact: None,
         layers: false,
         interface: interface::config::Interface::Points,
+        chains: Vec::new(),
         skin: 0.0,
         probes: Vec::new(),
         threads,

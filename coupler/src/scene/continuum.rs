@@ -75,6 +75,7 @@ pub(super) fn continuum(
         grid_contact: written.grid_contact,
         layers: false,
         interface: Interface::Points,
+        chains: Vec::new(),
         skin: 0.0,
         probes: forcing::probes(problems, written),
         threads: 1,

@@ -4,7 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Interface, MaterialConfig};
-use crate::config::defaults::{are_zero, is_default, is_one_thread, is_zero, never, one_thread};
+use crate::config::defaults::{
+    are_zero, is_default, is_marker_floor, is_one_thread, is_zero, marker_floor, never, one_thread,
+};
 
 /// The continuum solver's part of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -62,6 +64,9 @@ pub struct MpmConfig {
     /// What the bodies meet of the groups.
     #[serde(default, skip_serializing_if = "is_default")]
     pub interface: Interface,
+    /// The chains of markers that bodies meet where `interface` is `segments`; empty otherwise.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub chains: Vec<Chain>,
     /// Verlet skin `V_d` in m: a point within `reach + r_p + V_d` of a body is an IMP.
     pub skin: f64,
     /// Points that are followed from the start, told after the groups.
@@ -83,6 +88,24 @@ pub struct Probe {
     pub group: usize,
     /// Lower left and upper right corner of the region in m.
     pub within: [[f64; 2]; 2],
+}
+
+/// A chain of markers along the boundary of a group (Singer 2022): places without mass that move with the nodes, and between
+/// which bodies meet segments. A segment goes from each marker to the next, and has the material on its left.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Chain {
+    /// Index into [`MpmConfig::groups`]: the group whose contact radius and density are those of the markers.
+    pub group: usize,
+    /// Where the markers are at the start, in m; two or more, three or more of a closed chain.
+    pub markers: Vec<[f64; 2]>,
+    /// Whether a segment goes from the last marker to the first.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub closed: bool,
+    /// `eta`: a node with less than this share of the mass of a full cell counts less in the weights of a marker, in
+    /// proportion to its mass. Above 0, at most 1.
+    #[serde(default = "marker_floor", skip_serializing_if = "is_marker_floor")]
+    pub floor: f64,
 }
 
 /// How a contact force reaches the grid.

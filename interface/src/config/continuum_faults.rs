@@ -30,6 +30,7 @@ impl MpmConfig {
         }
         self.forcing_faults(&mut found);
         self.probe_faults(&mut found);
+        self.chain_faults(&mut found);
         found.0
     }
 

@@ -10,6 +10,7 @@
 mod bodies;
 mod bodies_faults;
 pub mod capability;
+mod chain_faults;
 mod continuum;
 mod continuum_faults;
 mod defaults;

@@ -52,6 +52,7 @@ pub fn plain_continuum() -> MpmConfig {
         grid_contact: None,
         layers: false,
         interface: Interface::Points,
+        chains: Vec::new(),
         skin: 0.01,
         probes: Vec::new(),
         threads: 1,

@@ -281,6 +281,7 @@ pub fn mpm_config() -> MpmConfig {
         grid_contact: None,
         layers: false,
         interface: interface::config::Interface::Points,
+        chains: Vec::new(),
         skin: 0.02,
         probes: Vec::new(),
         threads: 1,

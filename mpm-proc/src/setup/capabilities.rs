@@ -1,6 +1,6 @@
 //! What the solver says in Hello that it takes.
 
-use interface::config::capability::{Capabilities, SAVE, STRESS_WORK};
+use interface::config::capability::{Capabilities, SAVE, SEGMENTS, STRESS_WORK};
 
 /// Families of a configuration with the members that the solver takes, by their names there. Which of them go together is
 /// for [`crate::setup::configure`] to say.
@@ -51,7 +51,7 @@ pub fn capabilities() -> Capabilities {
             .iter()
             .map(move |member| format!("{family}:{member}"))
     };
-    let verbs = [SAVE, STRESS_WORK].map(ToOwned::to_owned);
+    let verbs = [SAVE, STRESS_WORK, SEGMENTS].map(ToOwned::to_owned);
     Capabilities(
         verbs
             .into_iter()

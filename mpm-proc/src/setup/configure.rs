@@ -4,7 +4,7 @@
 use core::ops::Range;
 
 use interface::config::{
-    GridContact, GroupConfig, Interface, MaterialModel, MpmConfig, Plane, ShapeFunction,
+    GridContact, GroupConfig, MaterialModel, MpmConfig, Plane, ShapeFunction,
     Transfer as TransferConfig,
 };
 use interface::solver::{Readiness, Refusal};
@@ -24,6 +24,7 @@ use crate::material::{
 use crate::pass::limits::stiffest_place;
 use crate::pass::sort::sort;
 use crate::scheme::Scheme;
+use crate::setup::chains::markers;
 use crate::setup::fields::Fields;
 use crate::setup::fill::{FilledRegion, fill, refuse_overlap};
 use crate::setup::region::points_within;
@@ -47,11 +48,6 @@ pub fn build(config: &MpmConfig) -> Result<(Box<dyn Scheme>, Readiness), Refusal
     if config.layers {
         let text = "grid layers of the groups' own are not built (capability `layers`)";
         return Err(Refusal::new("mpm.layers", text));
-    }
-    if config.interface == Interface::Segments {
-        let text =
-            "chains of boundary markers are not built (capability `segments`); use \"points\"";
-        return Err(Refusal::new("mpm.interface", text));
     }
     let parts = Parts::new(config)?;
     match (config.shape, parts.transfer()) {
@@ -227,6 +223,7 @@ impl<'a> Parts<'a> {
             transfer,
             imps: Imps {
                 skin: self.config.skin,
+                markers: markers(self.config, first_id, &clouds),
                 ..Imps::default()
             },
             touches: Vec::new(),

@@ -55,6 +55,7 @@ impl Form {
             grid_contact,
             layers,
             interface,
+            chains,
             skin,
             probes: _,  // they tell of points and keep nothing
             threads: _, // the bits are the same for any number of them
@@ -81,6 +82,11 @@ impl Form {
         line("grid_contact", &grid_contact.is_some());
         line("layers", layers);
         line("interface", interface);
+        // Where markers began does not matter; how many they are, and how they are weighted, does.
+        for (c, chain) in chains.iter().enumerate() {
+            let what = (chain.group, chain.markers.len(), chain.closed, chain.floor);
+            line(&format!("chain.{c}"), &what);
+        }
         line("skin", skin);
         Self(text)
     }

@@ -1,6 +1,7 @@
 //! Tests of the whole solver; those of one file's subject stand in that file.
 
 mod against_reference;
+mod chains;
 mod closed_forms;
 mod conservation;
 mod contact_schemes;
@@ -95,6 +96,7 @@ pub fn block() -> MpmConfig {
         grid_contact: None,
         layers: false,
         interface: interface::config::Interface::Points,
+        chains: Vec::new(),
         skin: 0.01,
         probes: Vec::new(),
         threads: 1,

@@ -142,7 +142,7 @@ struct Moment {
 }
 
 /// Runs `config`, and once more from each of the moments at which it was saved.
-fn goes_on(name: &str, config: &MpmConfig) -> Vec<&'static str> {
+pub(super) fn goes_on(name: &str, config: &MpmConfig) -> Vec<&'static str> {
     let mut mpm = configured(config);
     let mut driver = Driver::new(config, 2e-4);
     let mut said = Vec::new();

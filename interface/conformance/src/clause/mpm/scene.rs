@@ -57,6 +57,7 @@ pub fn scene(groups: Vec<GroupConfig>) -> MpmConfig {
         grid_contact: None,
         layers: false,
         interface: interface::config::Interface::Points,
+        chains: Vec::new(),
         skin: SKIN,
         probes: Vec::new(),
         threads: 1,
