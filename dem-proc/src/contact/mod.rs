@@ -1,6 +1,7 @@
 //! Contact of bodies with one another and with points: where, how deep, and when it has gone too far.
 
 pub mod approach;
+pub mod chain;
 pub mod convex;
 pub mod impact;
 pub mod meeting;
@@ -9,4 +10,5 @@ pub mod overlap;
 pub mod pairs;
 pub mod passage;
 pub mod points;
+pub mod segments;
 mod set;

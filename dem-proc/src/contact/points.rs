@@ -18,7 +18,7 @@ use crate::body::load::Load;
 use crate::body::odometer::{Odometer, SavedOdometer};
 use crate::body::shape::edge_count;
 use crate::contact::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
-use crate::contact::set::{restored_set, save_set};
+use crate::contact::set::{SavedChain, restored_set, save_set};
 use crate::law::history::SavedHistories;
 use crate::law::{Law, Loss, Mates, Past, Touch, reduced_on_outline};
 use crate::lists::neighbours::{PointList, PointPair, REACH};
@@ -84,7 +84,7 @@ pub trait PointSide: Debug + Send {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct SavedPoints {
     /// As records of the wire.
-    set: Vec<u8>,
+    pub(super) set: Vec<u8>,
     replaced: Option<Vec<u8>>,
     /// In m.
     previous: Vec<[f64; 2]>,
@@ -92,6 +92,19 @@ pub struct SavedPoints {
     built_at: Vec<[f64; 2]>,
     odometer: SavedOdometer,
     histories: SavedHistories,
+    /// Of contact with segments, in place of all but the set.
+    pub(super) chain: Option<SavedChain>,
+}
+
+impl SavedPoints {
+    /// Contact with the segments of a chain of these markers.
+    pub fn of_chain(set: Vec<u8>, chain: SavedChain) -> Self {
+        Self {
+            set,
+            chain: Some(chain),
+            ..Self::default()
+        }
+    }
 }
 
 /// One evaluated pair in reach.
@@ -633,6 +646,7 @@ impl<L: Law> PointSide for PointContacts<L> {
             built_at: plain(built_at),
             odometer: odometer.save(),
             histories: SavedHistories::of(history),
+            chain: None,
         }
     }
 
@@ -644,7 +658,11 @@ impl<L: Law> PointSide for PointContacts<L> {
             built_at,
             odometer,
             histories,
+            chain,
         } = saved;
+        if chain.is_some() {
+            return Err(refusal("contact with segments, and not with points"));
+        }
         let set = restored_set(set)?;
         let replaced = replaced.as_deref().map(restored_set).transpose()?;
         let listed = replaced.as_ref().unwrap_or(&set);

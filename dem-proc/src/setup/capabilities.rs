@@ -1,11 +1,12 @@
 //! What the solver says in Hello that it does and takes ([`interface::config::capability`]).
 
-use interface::config::capability::{Capabilities, SAVE};
+use interface::config::capability::{Capabilities, SAVE, SEGMENTS};
 use interface::config::laws::LAWS;
 
 /// What it does and takes besides contact laws.
-const OTHERS: [&str; 20] = [
+const OTHERS: [&str; 21] = [
     SAVE,
+    SEGMENTS,
     "shape:disc",
     "shape:segment",
     "shape:polygon",

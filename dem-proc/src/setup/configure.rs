@@ -2,7 +2,7 @@
 
 use interface::Vec2;
 use interface::config::surfaces::ContactPair;
-use interface::config::{ContactLaw, DemConfig, Interface, OverlapMeasure};
+use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Interface, OverlapMeasure};
 use interface::solver::{Readiness, Refusal};
 
 use crate::body::bodies::{Bodies, Body};
@@ -14,6 +14,7 @@ use crate::contact::nearest::NearestEdge;
 use crate::contact::overlap::OverlapArea;
 use crate::contact::pairs::{BodyContacts, BodySide};
 use crate::contact::points::{PointContacts, PointSide};
+use crate::contact::segments::SegmentContacts;
 use crate::law::Law;
 use crate::law::choice::{ForLaw, normal_stiffness, with_law, with_table};
 use crate::system::System;
@@ -29,6 +30,19 @@ impl ForLaw for PointsWith {
     type Output = Box<dyn PointSide>;
     fn build<L: Law>(self, law: L) -> Self::Output {
         Box::new(PointContacts::new(law, self.surfaces, self.skin))
+    }
+}
+
+struct SegmentsWith {
+    /// Surface of each point group.
+    surfaces: Vec<u32>,
+    skin: f64,
+}
+
+impl ForLaw for SegmentsWith {
+    type Output = Box<dyn PointSide>;
+    fn build<L: Law>(self, law: L) -> Self::Output {
+        Box::new(SegmentContacts::new(law, self.surfaces, self.skin))
     }
 }
 
@@ -56,19 +70,33 @@ impl<M: Measure + 'static> ForLaw for ConvexWith<M> {
 }
 
 /// Contact between points and bodies.
-fn point_side(config: &DemConfig, surfaces: &Surfaces) -> Box<dyn PointSide> {
+fn point_side(config: &DemConfig, surfaces_of: &Surfaces) -> Box<dyn PointSide> {
     let groups = config.point_surfaces.iter();
     let build = PointsWith {
-        surfaces: groups.map(|name| surfaces.number(name)).collect(),
+        surfaces: groups.map(|name| surfaces_of.number(name)).collect(),
         skin: config.skin,
     };
+    if config.interface == Interface::Segments {
+        let PointsWith { surfaces, skin } = build;
+        return segment_side(config, surfaces_of, SegmentsWith { surfaces, skin });
+    }
     let law = &config.point_contact;
     let table: Vec<&ContactPair> = config.point_pairs().map(|(_, pair)| pair).collect();
     if table.is_empty() {
         with_law(law, build)
     } else {
-        with_table(surfaces, law, &table, build)
+        with_table(surfaces_of, law, &table, build)
     }
+}
+
+/// Contact between segments and discs.
+fn segment_side(
+    config: &DemConfig,
+    surfaces: &Surfaces,
+    build: SegmentsWith,
+) -> Box<dyn PointSide> {
+    let table: Vec<&ContactPair> = config.point_pairs().map(|(_, pair)| pair).collect();
+    with_table(surfaces, &config.point_contact, &table, build)
 }
 
 /// Contact between bodies by `law` and the pairs of the table, as the scene measures it.
@@ -167,9 +195,13 @@ fn refuse_unbuilt(config: &DemConfig) -> Result<(), Refusal> {
         let text = "contact between groups of points is not built (capability `pairs`)";
         return Err(Refusal::new("dem.group_pairs", text));
     }
-    if config.interface == Interface::Segments {
-        let text = "contact with segments is not built (capability `segments`); use \"points\"";
-        return Err(Refusal::new("dem.interface", text));
+    let disc = |b: &BodyConfig| matches!(b.shape, BodyShape::Disc | BodyShape::Cluster { .. });
+    if config.interface == Interface::Segments
+        && let Some(b) = config.bodies.iter().position(|body| !disc(body))
+    {
+        let text = "only discs and clusters of discs meet the segments of a boundary; write one of these, or \
+                    mpm.interface = \"points\"";
+        return Err(Refusal::new(format!("dem.bodies[{b}].shape"), text));
     }
     Ok(())
 }

@@ -22,7 +22,7 @@ use serde::de::{Deserializer, Error, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
 
 /// Name of the format; the number rises with every change of what is saved.
-pub const FORMAT: &str = "tandem-mpm 2";
+pub const FORMAT: &str = "tandem-mpm 3";
 
 /// A refusal to restore.
 pub fn refusal(message: impl Into<String>) -> Refusal {
