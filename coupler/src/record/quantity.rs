@@ -32,6 +32,7 @@ pub fn slice_unit(unit: &str) -> Option<&'static str> {
         "J/m" => Some("J"),
         "kg m" => Some("kg m^2"),
         "N" => Some("N m"),
+        "N s" => Some("N m s"),
         "1" | "s" | "m" | "m/s" | "rad" | "rad/s" => None,
         other => unreachable!("say whether {other} is of a metre of thickness"),
     }
@@ -51,6 +52,7 @@ pub fn unit_of(name: &str) -> Option<&'static str> {
             "points" => find(OF_GROUP, of_it),
             "probe" => find(OF_PROBE, of_it),
             "hold" => find(OF_HOLD, of_it),
+            "chain" => find(OF_CHAIN, of_it),
             "body" => find(OF_BODY, of_it),
             "fill" => find(OF_FILL, of_it),
             _ => None,
@@ -257,6 +259,23 @@ const OF_HOLD: &[Row<GroupState>] = &[
     row("fy", "N/m", "the same in y", |h| h.contact_force[1]),
 ];
 
+/// Quantities of one boundary chain.
+const OF_CHAIN: &[Row<GroupState>] = &[
+    row("x", "m", "mean of its markers", |c| c.position[0]),
+    row("y", "m", "the same in y", |c| c.position[1]),
+    row("fx", "N/m", "force of bodies on it", |c| c.contact_force[0]),
+    row("fy", "N/m", "the same in y", |c| c.contact_force[1]),
+    row("contacts", "1", "markers that bear a force", |c| {
+        c.contacts as f64
+    }),
+    row(
+        "angular_shift",
+        "N s",
+        "angular momentum that the shift of its weights has given to the continuum so far",
+        |c| c.kinetic,
+    ),
+];
+
 /// Quantities of one body.
 const OF_BODY: &[Row<BodyState>] = &[
     row("x", "m", "centre of mass", |b| b.position[0]),
@@ -376,7 +395,8 @@ pub struct Books {
 pub struct Measured<'a> {
     /// Ledgers and balance.
     pub books: Books,
-    /// One record for each point group, then for each probe and for each hold, in the order of the scene.
+    /// One record for each point group, then for each probe, for each hold and for each chain, in the order of the
+    /// scene.
     pub groups: &'a [GroupState],
     /// One record for each body, in the order of the scene.
     pub bodies: &'a [BodyState],
@@ -391,6 +411,8 @@ pub struct Quantities {
     probes: usize,
     /// They follow the probes.
     holds: usize,
+    /// They follow the holds.
+    chains: usize,
     /// Bodies written one by one.
     bodies: usize,
     /// Bodies of each set, which follow them.
@@ -408,10 +430,10 @@ pub struct Sample {
 }
 
 impl Quantities {
-    /// The quantities of a scene with these point groups, probes and holds, bodies, and generated sets of so many bodies.
+    /// The quantities of a scene with these point groups, probes, holds and chains, bodies, and generated sets of so many bodies.
     pub fn new<'a>(
         groups: impl IntoIterator<Item = &'a str>,
-        [probes, holds]: [&[&str]; 2],
+        [probes, holds, chains]: [&[&str]; 3],
         bodies: impl IntoIterator<Item = &'a str>,
         fills: impl IntoIterator<Item = (&'a str, u32)>,
     ) -> Self {
@@ -431,6 +453,10 @@ impl Quantities {
         for hold in holds {
             registry.holds += 1;
             registry.add(&format!("hold.{hold}."), OF_HOLD);
+        }
+        for chain in chains {
+            registry.chains += 1;
+            registry.add(&format!("chain.{chain}."), OF_CHAIN);
         }
         for body in bodies {
             registry.bodies += 1;
@@ -494,10 +520,11 @@ impl Quantities {
     /// # Panics
     /// If there are not as many groups or bodies as the scene has: an assertion, they were configured from it.
     pub fn fill(&self, sample: &mut Sample, measured: &Measured, first: &[f64]) {
-        let told = self.groups + self.probes + self.holds;
+        let told = self.groups + self.probes + self.holds + self.chains;
         assert_eq!(measured.groups.len(), told, "one record a group");
         let (groups, sets) = measured.groups.split_at(self.groups);
-        let (probes, holds) = sets.split_at(self.probes);
+        let (probes, sets) = sets.split_at(self.probes);
+        let (holds, chains) = sets.split_at(self.holds);
         let count = self.bodies + self.fills.iter().sum::<usize>();
         assert_eq!(measured.bodies.len(), count, "one record a body");
         let (bodies, mut filled) = measured.bodies.split_at(self.bodies);
@@ -516,6 +543,9 @@ impl Quantities {
         }
         for hold in holds {
             sample.add(OF_HOLD, hold);
+        }
+        for chain in chains {
+            sample.add(OF_CHAIN, chain);
         }
         for body in bodies {
             sample.add(OF_BODY, body);
@@ -542,6 +572,8 @@ impl Quantities {
         list(&mut page, "… ", OF_PROBE);
         page.push_str("| `hold.NAME.Q` | | points of `[[mpm.hold]]`, with these for Q: |\n");
         list(&mut page, "… ", OF_HOLD);
+        page.push_str("| `chain.NAME.Q` | | a chain of `[[mpm.chain]]`, where bodies meet segments, with these for Q: |\n");
+        list(&mut page, "… ", OF_CHAIN);
         page.push_str("| `body.NAME.Q` | | a body of `[[dem.body]]`, with these for Q: |\n");
         list(&mut page, "… ", OF_BODY);
         page.push_str("| `fill.NAME.Q` | | a set of `[[dem.fill]]`, whose bodies have no quantities of their own, with these for Q: |\n");

@@ -270,8 +270,8 @@ impl<'a> Run<'a> {
             restore: restored.next().map(|(_, state)| state),
         };
         let mpm = self.scene.mpm.clone().map(|config| {
-            // Probes and holds are told as groups are, after them.
-            let sets = config.probes.len() + config.forcing.holds.len();
+            // Probes, holds and chains are told as groups are, after them.
+            let sets = config.probes.len() + config.forcing.holds.len() + config.chains.len();
             let told = config.groups.len() + sets;
             part(to_json(&MpmConfig { threads, ..config }), told)
         });

@@ -54,6 +54,11 @@ fn config(written: &DemWritten, scene: &SceneWritten) -> DemConfig {
         contact_resolution: written.contact_resolution,
         contact_pairs: scene.contact_pair.clone(),
         point_surfaces: points.map(|group| group.material.clone()).collect(),
+        interface: scene
+            .mpm
+            .as_ref()
+            .map(|mpm| mpm.interface)
+            .unwrap_or_default(),
         skin: 0.0,
         threads: 1,
         ..DemConfig::default()

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use interface::config::{
-    ConfigFault, Drift, GroupConfig, InitialFields, Interface, MaterialConfig, MpmConfig,
+    ConfigFault, Drift, GroupConfig, InitialFields, MaterialConfig, MpmConfig,
 };
 
+use super::chains::chains;
 use super::forcing;
 use super::problems::Problems;
 use super::written::{MaterialWritten, MpmWritten, PointsWritten};
@@ -54,6 +55,8 @@ pub(super) fn continuum(
         })
         .collect();
     let forcing = forcing::forcing(problems, written, constants);
+    let groups: Vec<GroupConfig> = groups;
+    let chains = chains(problems, written, &groups);
     let mut config = MpmConfig {
         domain: written.domain,
         cell: written.cell,
@@ -74,8 +77,8 @@ pub(super) fn continuum(
         leaving: written.leaving,
         grid_contact: written.grid_contact,
         layers: false,
-        interface: Interface::Points,
-        chains: Vec::new(),
+        interface: written.interface,
+        chains,
         skin: 0.0,
         probes: forcing::probes(problems, written),
         threads: 1,

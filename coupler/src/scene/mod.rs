@@ -12,6 +12,7 @@
 
 mod bodies;
 mod branch;
+mod chains;
 mod continuum;
 pub mod diagnostic;
 mod document;

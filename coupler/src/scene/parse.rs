@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::{Arc, LazyLock};
 use std::time::Duration;
 
+use interface::config::Interface;
 use interface::core::coupler::Limits;
 use serde::Deserialize;
 use toml::Value;
@@ -143,11 +144,14 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
     let mpm_written = written.mpm.as_ref();
     let probes = mpm_written.map_or(&[][..], |mpm| &mpm.probe);
     let holds = mpm_written.map_or(&[][..], |mpm| &mpm.hold);
+    let segments = mpm_written.filter(|mpm| mpm.interface == Interface::Segments);
+    let chains = segments.map_or(&[][..], |mpm| &mpm.chain);
+    let chains: Vec<&str> = chains.iter().map(|chain| chain.name.as_str()).collect();
     let probes: Vec<&str> = probes.iter().map(|probe| probe.name.as_str()).collect();
     let holds: Vec<&str> = holds.iter().map(|hold| hold.name.as_str()).collect();
     let quantities = Quantities::new(
         groups.iter().map(|group| group.name.as_str()),
-        [&probes, &holds],
+        [&probes, &holds, &chains],
         body_list.iter().map(|body| body.name.as_str()),
         fills.iter().map(|fill| (fill.name.as_str(), fill.count)),
     )

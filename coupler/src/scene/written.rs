@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 use interface::config::friction::FrictionTest;
 use interface::config::surfaces::ContactPair;
 use interface::config::{
-    BodyShape, ContactForceScheme, ContactLaw, Drift, Fill, GridContact, Lattice, Leaving,
-    MaterialModel, Motion, OverlapMeasure, Plane, ShapeFunction, Spacing, Stage, StressUpdate,
-    Transfer, Walls,
+    BodyShape, ContactForceScheme, ContactLaw, Drift, Fill, GridContact, Interface, Lattice,
+    Leaving, MaterialModel, Motion, OverlapMeasure, Plane, ShapeFunction, Spacing, Stage,
+    StressUpdate, Transfer, Walls,
 };
 use mechanics::generate::BodyFill;
 use schemars::JsonSchema;
@@ -180,6 +180,13 @@ pub(crate) struct MpmWritten {
     /// Points that are followed from the start.
     #[serde(default)]
     pub probe: Vec<ProbeWritten>,
+    /// What bodies meet: the points, or the segments between the markers of `[[mpm.chain]]`, which only discs and clusters of
+    /// discs do. With points chains are left out.
+    #[serde(default)]
+    pub interface: Interface,
+    /// Chains of markers along the boundaries of groups.
+    #[serde(default)]
+    pub chain: Vec<ChainWritten>,
     /// Materials.
     pub material: Vec<MaterialWritten>,
     /// Groups of material points.
@@ -260,6 +267,36 @@ pub(crate) struct HoldWritten {
     /// Whether they keep their y.
     #[serde(default)]
     pub hold_y: bool,
+}
+
+/// A chain of markers along the boundary of a group (Singer 2022): places without mass that move with the grid, between which
+/// bodies meet segments.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ChainWritten {
+    /// Name, by which quantities refer to the chain.
+    pub name: String,
+    /// Name of the group of points.
+    pub points: String,
+    /// Greatest distance of neighbouring markers in m along the outline of the group's fill, whose edges are cut evenly; this or
+    /// `through`.
+    pub spacing: Option<f64>,
+    /// How far inside of the outline the chain is, in m; the contact radius of the group by default, so that the surface of
+    /// contact is the outline.
+    pub shift: Option<f64>,
+    /// The markers themselves in m, with the material on the left.
+    pub through: Option<Vec<[f64; 2]>>,
+    /// Whether a segment goes from the last marker of `through` to the first; the outline of a fill is closed.
+    #[serde(default)]
+    pub closed: bool,
+    /// eta: a node with less than this share of the mass of a full cell counts less for a marker, in proportion to its mass.
+    #[serde(default = "marker_floor")]
+    pub floor: f64,
+}
+
+/// 0.1, the default of eta.
+fn marker_floor() -> f64 {
+    0.1
 }
 
 /// Points of a group that are followed: those that are in a region at the start.
