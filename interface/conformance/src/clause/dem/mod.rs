@@ -9,6 +9,7 @@ mod limits;
 mod motion;
 mod order;
 pub(super) mod scene;
+mod segments;
 mod time;
 
 use super::row::Clause;
@@ -23,6 +24,7 @@ pub const CLAUSES: &[&[Clause]] = &[
     force::CLAUSES,
     laws::CLAUSES,
     friction::CLAUSES,
+    segments::CLAUSES,
     motion::CLAUSES,
     limits::CLAUSES,
     books::CLAUSES,
