@@ -84,6 +84,25 @@ const TABLE: &[(&str, &str, End)] = &[
     ("rest", "frictionless", LEFT),
     ("spin", "plain", Holds),
     ("bodies_only", "plain", Holds),
+    ("chain", "plain", Holds),
+    ("chain", "coarse", Holds),
+    ("chain", "eta_1", Holds),
+    ("chain", "eta_1e-2", Holds),
+    ("chain", "eta_1e-4", Holds),
+    ("chain", "fine", Holds),
+    (
+        "chain",
+        "lost",
+        Stops(
+            3,
+            &[
+                "marker 1 of chain 0 at (0.1, 0.12) m has lost its material",
+                "no node near it has mass",
+            ],
+        ),
+    ),
+    ("chain", "outside", Holds),
+    ("chain", "stiff", Holds),
     ("thin_floor", "plain", Holds),
     (
         "thin_floor",
@@ -201,6 +220,7 @@ scenes! {
     rest,
     spin,
     bodies_only,
+    chain,
     thin_floor,
     leaving,
     empty,

@@ -243,6 +243,7 @@ scenes! {
     hopper: "verification/hopper",
     couette: "verification/couette",
     periodic_collision: "verification/periodic_collision",
+    chain_roll: "verification/chain_roll",
     roll: "bardenhagen2000/roll",
     shear: "bardenhagen2000/shear",
 }
