@@ -1,20 +1,25 @@
 //! From the chains of a configuration to markers.
 
 use interface::config::{Interface, MpmConfig};
+use interface::solver::Refusal;
 
+use super::fields::Fields;
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
 use crate::state::markers::{Chain, Markers};
 use crate::state::points::Cloud;
 
 /// The markers of the configuration, whose identities begin with `first_id`; none where bodies meet points.
+///
+/// # Errors
+/// A [`Refusal`] of a velocity that is not finite at a marker.
 pub fn markers<const W: usize, S: Shape<W>, A: AffineState>(
     config: &MpmConfig,
     first_id: u64,
     clouds: &[Cloud<W, S, A>],
-) -> Option<Markers> {
+) -> Result<Option<Markers>, Refusal> {
     if config.interface == Interface::Points {
-        return None;
+        return Ok(None);
     }
     let (mut chains, mut x, mut v) = (Vec::new(), Vec::new(), Vec::new());
     let mut sorted: Vec<_> = config.chains.iter().collect();
@@ -32,8 +37,7 @@ pub fn markers<const W: usize, S: Shape<W>, A: AffineState>(
             radius: clouds[chain.group].radius,
         });
         x.extend_from_slice(&chain.markers);
-        // What a field adds to the group's velocity shows with the first step.
-        v.extend(core::iter::repeat_n(group.velocity, chain.markers.len()));
+        v.extend(Fields::new(config, chain.group)?.velocities(&chain.markers)?);
     }
-    Some(Markers::new(chains, first_id, x, v))
+    Ok(Some(Markers::new(chains, first_id, x, v)))
 }

@@ -223,7 +223,7 @@ impl<'a> Parts<'a> {
             transfer,
             imps: Imps {
                 skin: self.config.skin,
-                markers: markers(self.config, first_id, &clouds),
+                markers: markers(self.config, first_id, &clouds)?,
                 ..Imps::default()
             },
             touches: Vec::new(),
