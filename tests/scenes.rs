@@ -235,6 +235,7 @@ scenes! {
     column_collapse: "verification/column_collapse",
     periodic_shear: "verification/periodic_shear",
     infinite_slope: "verification/infinite_slope",
+    transfer_damping: "verification/transfer_damping",
     incline: "verification/incline",
     body_bounce: "verification/body_bounce",
     oblique_impact: "verification/oblique_impact",

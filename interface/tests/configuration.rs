@@ -462,6 +462,9 @@ fn scheme() -> impl Strategy<Value = MpmConfig> {
         Just(Transfer::Apic),
         number().prop_map(|pic_fraction| Transfer::Blend { pic_fraction }),
         (1_u32..9).prop_map(|order| Transfer::Xpic { order }),
+        number().prop_map(|pic_rate| Transfer::FlipPic { pic_rate }),
+        number().prop_map(|pic_rate| Transfer::Aflip { pic_rate }),
+        (1_u32..9, number()).prop_map(|(order, pic_rate)| Transfer::FlipXpic { order, pic_rate }),
     ];
     let updates = [
         StressUpdate::Usf,

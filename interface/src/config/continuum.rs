@@ -217,6 +217,36 @@ pub enum Transfer {
         /// m, at least 1 (which is PIC).
         order: u32,
     },
+    /// FLIP whose velocities are smoothed by PIC at a rate: the share of PIC in a step of length dt is 1 - exp(-rate dt), so that
+    /// the same time smooths the same, whatever the steps.
+    FlipPic {
+        /// The rate in 1/s; 0 is FLIP.
+        pic_rate: f64,
+    },
+    /// FLIP with the affine field of APIC, smoothed by APIC at a rate as by PIC.
+    Aflip {
+        /// The rate in 1/s; 0 smooths nothing.
+        pic_rate: f64,
+    },
+    /// FLIP filtered by XPIC of order m at a rate as by PIC.
+    FlipXpic {
+        /// m, at least 1 (which is PIC).
+        order: u32,
+        /// The rate in 1/s; 0 is FLIP.
+        pic_rate: f64,
+    },
+}
+
+impl Transfer {
+    /// Whether points carry an affine field of velocity, which needs a B-spline.
+    pub fn is_affine(&self) -> bool {
+        matches!(self, Self::Apic | Self::Aflip { .. })
+    }
+
+    /// Whether it filters what the nodes give back, in several rounds.
+    pub fn filters(&self) -> bool {
+        matches!(self, Self::Xpic { .. } | Self::FlipXpic { .. })
+    }
 }
 
 /// When stresses are updated within the step.

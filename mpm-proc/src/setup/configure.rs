@@ -16,7 +16,9 @@ use crate::kernel::shape::{CubicBspline, Linear, QuadraticBspline, Shape, Ugimp}
 use crate::kernel::spread::Spread;
 use crate::kernel::threads::Threads;
 use crate::kernel::tiles::Geometry;
-use crate::kernel::transfer::{Apic, Blend, Flip, Pic, Transfer, Xpic};
+use crate::kernel::transfer::{
+    Aflip, Apic, Blend, Flip, FlipPic, FlipXpic, Pic, Rate, Transfer, Xpic,
+};
 use crate::material::{
     DruckerPrager, Elastic, Fluid, Jaumann, Material, Moduli, MohrCoulomb, NeoHookean, PlaneStrain,
     PlaneStress, Rigid, VonMises,
@@ -57,15 +59,22 @@ pub fn build(config: &MpmConfig) -> Result<(Box<dyn Scheme>, Readiness), Refusal
     match (config.shape, parts.transfer()) {
         (ShapeFunction::QuadraticBspline, t) => match t {
             TransferConfig::Apic => parts.build(|_| QuadraticBspline, Apic),
+            TransferConfig::Aflip { pic_rate } => {
+                parts.build(|_| QuadraticBspline, Aflip(Rate::new(pic_rate)))
+            }
             _ => parts.with_plain_transfer(|_| QuadraticBspline),
         },
         (ShapeFunction::CubicBspline, t) => match t {
             TransferConfig::Apic => parts.build(|_| CubicBspline, Apic),
+            TransferConfig::Aflip { pic_rate } => {
+                parts.build(|_| CubicBspline, Aflip(Rate::new(pic_rate)))
+            }
             _ => parts.with_plain_transfer(|_| CubicBspline),
         },
-        (ShapeFunction::Ugimp | ShapeFunction::Linear, TransferConfig::Apic) => {
-            unreachable!("a fault of the configuration")
-        }
+        (
+            ShapeFunction::Ugimp | ShapeFunction::Linear,
+            TransferConfig::Apic | TransferConfig::Aflip { .. },
+        ) => unreachable!("a fault of the configuration"),
         (ShapeFunction::Ugimp, _) => {
             let cell = config.cell;
             parts.with_plain_transfer(move |p: &FilledRegion| {
@@ -142,7 +151,14 @@ impl<'a> Parts<'a> {
             TransferConfig::Flip => self.build(shape, Flip),
             TransferConfig::Blend { pic_fraction } => self.build(shape, Blend { pic_fraction }),
             TransferConfig::Xpic { order } => self.build(shape, Xpic { order }),
-            TransferConfig::Apic => unreachable!("built for the shapes that it goes with"),
+            TransferConfig::FlipPic { pic_rate } => self.build(shape, FlipPic(Rate::new(pic_rate))),
+            TransferConfig::FlipXpic { order, pic_rate } => {
+                let rate = Rate::new(pic_rate);
+                self.build(shape, FlipXpic { order, rate })
+            }
+            TransferConfig::Apic | TransferConfig::Aflip { .. } => {
+                unreachable!("built for the shapes that it goes with")
+            }
         }
     }
 

@@ -14,6 +14,7 @@ mod leaving;
 mod limits;
 mod periodic;
 mod physics;
+mod rated;
 mod refusals;
 mod saved;
 mod selection;

@@ -296,8 +296,7 @@ pub(super) fn force(config: &mut MpmConfig) {
         damping,
         pic_fraction: if blends { fraction } else { None },
     };
-    let xpic = matches!(config.transfer, Transfer::Xpic { .. });
-    let holds = if xpic || config.grid_contact.is_some() {
+    let holds = if config.transfer.filters() || config.grid_contact.is_some() {
         Vec::new()
     } else {
         vec![Hold {
@@ -331,12 +330,17 @@ const SHAPES: [ShapeFunction; 4] = [
     ShapeFunction::CubicBspline,
 ];
 
-const TRANSFERS: [Transfer; 5] = [
+const TRANSFERS: [Transfer; 7] = [
     Transfer::Pic,
     Transfer::Flip,
     Transfer::Blend { pic_fraction: 0.1 },
     Transfer::Apic,
     Transfer::Xpic { order: 2 },
+    Transfer::Aflip { pic_rate: 50.0 },
+    Transfer::FlipXpic {
+        order: 2,
+        pic_rate: 50.0,
+    },
 ];
 
 const UPDATES: [StressUpdate; 3] = [StressUpdate::Usf, StressUpdate::Usl, StressUpdate::Musl];
@@ -376,9 +380,9 @@ fn covering() -> Vec<(String, MpmConfig)> {
                     let name = format!("{n}: {shape:?} {transfer:?} {update:?} {model:?}");
                     cases.push((name, config));
                 } else {
-                    let apic = transfer == Transfer::Apic;
+                    let affine = transfer.is_affine();
                     let plain = matches!(shape, ShapeFunction::Linear | ShapeFunction::Ugimp);
-                    assert!(apic && plain, "{shape:?} {transfer:?} {update:?}");
+                    assert!(affine && plain, "{shape:?} {transfer:?} {update:?}");
                 }
             }
         }
