@@ -26,6 +26,8 @@ pub const SAND: MaterialModel = MaterialModel::DruckerPrager(Frictional {
     dilation_angle: 0.0,
     cohesion: 0.0,
     tensile_strength: 0.0,
+    critical_state: None,
+    separates: false,
 });
 
 /// A column as wide as high, on a fixed floor against a slip wall, collapsing to the right.

@@ -33,7 +33,9 @@ pub use self::continuum_faults::{CELLS_MAX, POINTS_MAX};
 pub use self::fault::ConfigFault;
 pub use self::lattice::{Following, points_of_ring};
 pub use self::law::{ContactLaw, ratio_of_restitution};
-pub use crate::config::material::{Frictional, MaterialConfig, MaterialModel};
+pub use crate::config::material::{
+    CriticalState, Frictional, Inertial, MaterialConfig, MaterialModel,
+};
 
 /// What the bodies meet of the continuum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]

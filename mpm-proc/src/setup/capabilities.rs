@@ -47,12 +47,16 @@ const TAKES: [(&str, &[&str]); 11] = [
             "neo_hookean",
             "fluid",
             "von_mises",
+            "mu_i",
         ],
     ),
     ("contact_force", &["point", "nearest_nodes", "traction"]),
     ("fill", &["disc", "rectangle", "polygon", "points"]),
     ("lattice", &["grid", "outline"]),
-    ("feature", &["fields", "probes", "holds"]),
+    (
+        "feature",
+        &["fields", "probes", "holds", "critical_state", "separates"],
+    ),
 ];
 
 /// The capabilities of the solver.
@@ -120,7 +124,9 @@ mod tests {
             ("lattice", variants::<Lattice>()),
             (
                 "feature",
-                ["fields", "probes", "holds"].map(ToOwned::to_owned).into(),
+                ["fields", "probes", "holds", "critical_state", "separates"]
+                    .map(ToOwned::to_owned)
+                    .into(),
             ),
         ];
         assert_eq!(known.len(), TAKES.len());

@@ -3,6 +3,7 @@
 
 use core::ops::Range;
 
+use interface::config::material::Frictional;
 use interface::config::{
     GridContact, GroupConfig, Interface, MaterialModel, MpmConfig, Plane, ShapeFunction,
     Transfer as TransferConfig,
@@ -20,8 +21,8 @@ use crate::kernel::transfer::{
     Aflip, Apic, Blend, Flip, FlipPic, FlipXpic, Pic, Rate, Transfer, Xpic,
 };
 use crate::material::{
-    DruckerPrager, Elastic, Fluid, Jaumann, Material, Moduli, MohrCoulomb, NeoHookean, PlaneStrain,
-    PlaneStress, Rigid, VonMises,
+    DruckerPrager, Elastic, Fluid, Granular, Jaumann, Material, Moduli, MohrCoulomb, MuI,
+    NeoHookean, PlaneStrain, PlaneStress, Rigid, VonMises,
 };
 use crate::pass::limits::stiffest_place;
 use crate::pass::sort::sort;
@@ -371,8 +372,30 @@ fn constitutive<const W: usize, S: Shape<W>>(
                 Plane::Stress => points(Elastic(Jaumann(PlaneStress(moduli))), blocks),
             }
         }
-        MaterialModel::DruckerPrager(m) => points(DruckerPrager::new(density, &m), blocks),
-        MaterialModel::MohrCoulomb(m) => points(MohrCoulomb::new(density, &m), blocks),
+        MaterialModel::DruckerPrager(m) => {
+            let grains = DruckerPrager::new(density, &m);
+            if m.is_plain() {
+                points(grains, blocks)
+            } else {
+                points(granular(grains, &m), blocks)
+            }
+        }
+        MaterialModel::MohrCoulomb(m) => {
+            let grains = MohrCoulomb::new(density, &m);
+            if m.is_plain() {
+                points(grains, blocks)
+            } else {
+                points(granular(grains, &m), blocks)
+            }
+        }
+        MaterialModel::MuI(m) => {
+            let model = Granular {
+                grains: MuI::new(density, &m),
+                critical: None,
+                separates: true,
+            };
+            points(model, blocks)
+        }
         MaterialModel::NeoHookean {
             bulk_modulus,
             shear_modulus,
@@ -403,6 +426,14 @@ fn constitutive<const W: usize, S: Shape<W>>(
             },
             blocks,
         ),
+    }
+}
+
+fn granular<G>(grains: G, numbers: &Frictional) -> Granular<G> {
+    Granular {
+        grains,
+        critical: numbers.critical_state,
+        separates: numbers.separates,
     }
 }
 

@@ -8,7 +8,7 @@ use core::fmt::{Debug, Write};
 use std::collections::hash_map::DefaultHasher;
 use std::hash::Hasher;
 
-use interface::config::material::Frictional;
+use interface::config::material::{CriticalState, Frictional, Inertial};
 use interface::config::{
     ContactForceScheme, Drift, Fill, Forcing, GridContact, GroupConfig, Hold, Leaving,
     MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, Stage, StressUpdate, Traction,
@@ -207,11 +207,13 @@ fn frictional(cohesion: f64) -> Frictional {
         dilation_angle: 10.0,
         cohesion,
         tensile_strength: 100.0,
+        critical_state: None,
+        separates: false,
     }
 }
 
 /// Every model, with numbers that let it yield or flow.
-fn models() -> [MaterialModel; 7] {
+fn models() -> [MaterialModel; 9] {
     let (bulk_modulus, shear_modulus) = (BULK, SHEAR);
     [
         MaterialModel::LinearElastic {
@@ -239,6 +241,20 @@ fn models() -> [MaterialModel; 7] {
             bulk_modulus,
             shear_modulus,
         },
+        MaterialModel::DruckerPrager(Frictional {
+            critical_state: Some(CriticalState::Volume(1.01)),
+            separates: true,
+            ..frictional(0.0)
+        }),
+        MaterialModel::MuI(Inertial {
+            bulk_modulus,
+            shear_modulus,
+            static_friction: 0.38,
+            limit_friction: 0.64,
+            inertial_number: 0.3,
+            grain_diameter: 1e-3,
+            grain_density: 2500.0,
+        }),
     ]
 }
 
@@ -360,7 +376,7 @@ fn covering() -> Vec<(String, MpmConfig)> {
                 if update == StressUpdate::Usl {
                     config.drift = Drift::Nodal;
                 }
-                let model = models()[(n + n / 7) % 7];
+                let model = models()[(n + n / 9) % 9];
                 config.materials[0].model = model;
                 if n % 12 == 0 {
                     config.plane = Plane::Stress;
