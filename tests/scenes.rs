@@ -236,6 +236,8 @@ scenes! {
     periodic_shear: "verification/periodic_shear",
     infinite_slope: "verification/infinite_slope",
     transfer_damping: "verification/transfer_damping",
+    bagnold: "verification/bagnold",
+    shear_cell: "verification/shear_cell",
     incline: "verification/incline",
     body_bounce: "verification/body_bounce",
     oblique_impact: "verification/oblique_impact",

@@ -355,6 +355,36 @@ mod tests {
         };
         assert!(fluid(3e4, 1.0, 0.0).impossible().is_empty());
         assert_eq!(fluid(0.0, 0.9, -1e-3).impossible().len(), 3);
+        let keys = |model: MaterialModel| -> Vec<_> {
+            let found = model.impossible();
+            found.into_iter().map(|i| i.key).collect()
+        };
+        let sticky = Frictional {
+            cohesion: 1.0,
+            separates: true,
+            critical_state: Some(CriticalState::Volume(1.0)),
+            ..SAND
+        };
+        let cone = keys(MaterialModel::DruckerPrager(sticky));
+        assert_eq!(cone, ["cohesion", "critical_state.volume"]);
+        let surface = keys(MaterialModel::MohrCoulomb(sticky));
+        assert_eq!(surface, ["cohesion", "critical_state"]);
+        let beads = Inertial {
+            bulk_modulus: 1.0,
+            shear_modulus: 1.0,
+            static_friction: 0.4,
+            limit_friction: 0.4,
+            inertial_number: 0.0,
+            grain_diameter: -1.0,
+            grain_density: f64::NAN,
+        };
+        let expected = [
+            "limit_friction",
+            "inertial_number",
+            "grain_diameter",
+            "grain_density",
+        ];
+        assert_eq!(keys(MaterialModel::MuI(beads)), expected);
         let metal = MaterialModel::VonMises {
             bulk_modulus: 1.0,
             shear_modulus: 1.0,
