@@ -423,6 +423,9 @@ pub struct PlotArgs {
     /// Values of the first and the last colour; those that the points have by default.
     #[arg(long, value_name = "LOW,HIGH", value_parser = numbers::<2>, requires = "frames", allow_hyphen_values = true)]
     pub clim: Option<[f64; 2]>,
+    /// Draw contact forces too, as lines from centre to centre as thick as the force is large.
+    #[arg(long, requires = "frames")]
+    pub forces: bool,
     /// Pictures a second of a film.
     #[arg(long, value_name = "N", default_value_t = 10.0, requires = "frames")]
     pub rate: f64,

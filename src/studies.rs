@@ -114,6 +114,7 @@ pub fn plot(args: &PlotArgs) -> ExitCode {
             at: args.frames.clone(),
             colour: Labelled::parse(&args.colour),
             between: args.clim,
+            forces: args.forces,
             limits: [args.xlim, args.ylim].map(Option::unwrap_or_default),
             columns: args.columns,
             rate: args.rate,

@@ -1,9 +1,10 @@
 //! Frames: they change no bit of a run, they hold what was where, and another program reads them.
 //!
-//! Where `python3` cannot import meshio, what needs it says that it is skipped; `.ci/run` installs it first.
+//! Where `python3` cannot import meshio, h5py or vtk, what needs them says that it is skipped; `.ci/run` installs them first.
 
 mod harness;
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -109,6 +110,20 @@ fn a_frame_holds_what_was_where() {
     };
     assert_eq!(largest(0.0), 0.0);
     assert!(largest(BETWEEN) > 1e3);
+    // And points press the disc that is hit away: a line for each, from its centre to the point.
+    let contacts = |t: f64| Frame::read(&run, t).unwrap().contacts.unwrap();
+    assert_eq!(contacts(0.0).ends.len(), 0);
+    let pressing = contacts(BETWEEN);
+    assert!(pressing.ends.len() > 3);
+    assert!(column(&pressing, "force", 0).sum::<f64>() > 1e3);
+    let frame = Frame::read(&run, BETWEEN).unwrap();
+    let points = frame.points.unwrap();
+    let ids: Vec<f64> = column(&points, "id", 0).collect();
+    for (line, id) in pressing.cells().zip(column(&pressing, "other", 0)) {
+        let point = ids.iter().position(|&known| known == id).unwrap();
+        assert_eq!(line[1], points.points[point]);
+        assert_eq!(line[0], pressing.points[0], "the centre of the one body");
+    }
     let missing = Frame::read(&run, 0.4 * BETWEEN).unwrap_err().to_string();
     assert!(missing.contains("the nearest is at 0 s"), "{missing}");
 }
@@ -132,6 +147,7 @@ fn a_scene_chooses_what_frames_hold() {
         let arrays = mesh.of_points.iter().chain(&mesh.of_cells);
         arrays.map(|array| array.name.clone()).collect()
     };
+    assert!(all.contacts.is_some() && chosen.contacts.is_none());
     let (points, bodies) = (chosen.points.unwrap(), chosen.bodies.unwrap());
     assert_eq!(names(&points), ["id", "group", "velocity"]);
     assert_eq!(names(&bodies), ["body", "velocity", "spin"]);
@@ -150,6 +166,35 @@ fn a_scene_chooses_what_frames_hold() {
     refused.end().expect(2).says(&["temperature", "velocity"]);
 }
 
+/// Runs `python3` with the readers and the packages of this tree; `None` where it cannot import `modules`.
+fn python(modules: &str, arguments: &[&str]) -> Option<Vec<u8>> {
+    let mut path = root().join("target/readers").into_os_string();
+    for more in [
+        Some(root().join("python").into_os_string()),
+        std::env::var_os("PYTHONPATH"),
+    ] {
+        path.push(":");
+        path.push(more.unwrap_or_default());
+    }
+    let python = |arguments: &[&str]| {
+        let mut python = Command::new("python3");
+        python
+            .env("PYTHONPATH", &path)
+            .args(arguments)
+            .output()
+            .unwrap()
+    };
+    let import = python(&["-c", &format!("import {modules}")]);
+    if !import.status.success() {
+        println!("skipped: python3 cannot import {modules} (.ci/run installs them)");
+        return None;
+    }
+    let read = python(arguments);
+    let said = String::from_utf8_lossy(&read.stderr);
+    assert!(read.status.success(), "{said}");
+    Some(read.stdout)
+}
+
 /// What meshio reads, as JSON; `None` where there is no meshio.
 fn by_meshio(file: &Path) -> Option<Value> {
     const READ: &str = "
@@ -162,27 +207,8 @@ of_points = {name: [list(map(float, row.ravel())) for row in rows] for name, row
 kinds = sorted({''.join(c for c in block.type if not c.isdigit()) for block in m.cells})
 print(json.dumps([m.points.tolist(), cells, kinds, of_points, of_cells]))
 ";
-    let mut path = root().join("target/readers").into_os_string();
-    if let Some(more) = std::env::var_os("PYTHONPATH") {
-        path.push(":");
-        path.push(more);
-    }
-    let python = |arguments: &[&str]| {
-        Command::new("python3")
-            .env("PYTHONPATH", &path)
-            .args(arguments)
-            .output()
-    };
-    if !python(&["-c", "import meshio"]).is_ok_and(|o| o.status.success()) {
-        return None;
-    }
-    let read = python(&["-c", READ, file.to_str().unwrap()]).unwrap();
-    assert!(
-        read.status.success(),
-        "{}",
-        String::from_utf8_lossy(&read.stderr)
-    );
-    Some(serde_json::from_slice(&read.stdout).unwrap())
+    let read = python("meshio", &["-c", READ, file.to_str().unwrap()])?;
+    Some(serde_json::from_slice(&read).unwrap())
 }
 
 #[test]
@@ -194,10 +220,10 @@ fn meshio_reads_the_same_numbers() {
     for (name, mesh, kind) in [
         ("points", frame.points.unwrap(), "vertex"),
         ("bodies", frame.bodies.unwrap(), "polygon"),
+        ("contacts", frame.contacts.unwrap(), "line"),
     ] {
         let file = run.join(format!("frames/{name}_0001.vtu"));
         let Some(read) = by_meshio(&file) else {
-            println!("skipped: python3 cannot import meshio (.ci/run installs it)");
             return;
         };
         let rows = |all: &Value| -> Vec<Vec<f64>> { serde_json::from_value(all.clone()).unwrap() };
@@ -219,5 +245,91 @@ fn meshio_reads_the_same_numbers() {
                 assert_eq!(rows(&there[&array.name]), ours, "{}", array.name);
             }
         }
+    }
+}
+
+/// A run as VTKHDF, read back by VTK: the same places, cells and arrays at every time.
+#[test]
+fn vtk_reads_the_converted_frames() {
+    const READ: &str = r#"
+import json, sys
+from vtkmodules.vtkIOHDF import vtkHDFReader
+from vtkmodules.util.numpy_support import vtk_to_numpy
+from vtkmodules.vtkCommonExecutionModel import vtkStreamingDemandDrivenPipeline as pipeline
+reader = vtkHDFReader()
+reader.SetFileName(sys.argv[1])
+reader.UpdateInformation()
+times = reader.GetOutputInformation(0).Get(pipeline.TIME_STEPS())
+told = []
+for time in times:
+    reader.UpdateTimeStep(time)
+    grid = reader.GetOutput()
+    cells = [[grid.GetCell(k).GetPointIds().GetNumberOfIds(), grid.GetCellType(k)] for k in range(grid.GetNumberOfCells())]
+    arrays = {}
+    for data in (grid.GetPointData(), grid.GetCellData()):
+        for k in range(data.GetNumberOfArrays()):
+            array = data.GetArray(k)
+            arrays[array.GetName()] = vtk_to_numpy(array).ravel().astype(float).tolist()
+    points = vtk_to_numpy(grid.GetPoints().GetData()).tolist() if grid.GetNumberOfPoints() else []
+    told.append([time, points, cells, arrays])
+print(json.dumps(told))
+"#;
+    let place = Place::new();
+    framed(&place);
+    let run = place.path("framed");
+    let convert = ["-m", "tandem_frames", run.to_str().unwrap()];
+    let Some(written) = python("h5py, vtkmodules", &convert) else {
+        return;
+    };
+    let written = String::from_utf8(written).unwrap();
+    assert_eq!(written.lines().count(), 3, "{written}");
+    let times = coupler::record::frames::times(&run).unwrap();
+    let frames: Vec<Frame> = times
+        .iter()
+        .map(|&time| Frame::read(&run, time).unwrap())
+        .collect();
+    for (name, cell) in [("points", 1), ("bodies", 7), ("contacts", 3)] {
+        let file = run.join(format!("vtkhdf/{name}.vtkhdf"));
+        let read = python("vtkmodules", &["-c", READ, file.to_str().unwrap()]).unwrap();
+        type Told = (
+            f64,
+            Vec<[f64; 3]>,
+            Vec<(usize, u8)>,
+            BTreeMap<String, Vec<f64>>,
+        );
+        let told: Vec<Told> = serde_json::from_slice(&read).unwrap();
+        assert_eq!(told.len(), frames.len());
+        for (frame, (time, places, cells, arrays)) in frames.iter().zip(told) {
+            let mesh = match name {
+                "points" => &frame.points,
+                "bodies" => &frame.bodies,
+                _ => &frame.contacts,
+            };
+            let mesh = mesh.as_ref().unwrap();
+            assert_eq!(time, frame.time);
+            let expected: Vec<[f64; 3]> = mesh.points.iter().map(|&[x, y]| [x, y, 0.0]).collect();
+            assert_eq!(places, expected, "{name} at {time}");
+            let expected: Vec<(usize, u8)> = mesh.cells().map(|c| (c.len(), cell)).collect();
+            assert_eq!(cells, expected, "{name} at {time}");
+            let expected = mesh.of_points.iter().chain(&mesh.of_cells);
+            let expected: BTreeMap<String, Vec<f64>> = expected
+                .map(|array| (array.name.clone(), array.values.clone()))
+                .collect();
+            assert_eq!(arrays, expected, "{name} at {time}");
+        }
+    }
+}
+
+/// What is no run with frames is refused in a line.
+#[test]
+fn a_folder_without_frames_is_not_converted() {
+    let place = Place::new();
+    let (code, nowhere) = (
+        "import sys, tandem_frames.__main__ as m; sys.argv = sys.argv[1:]; print(m.main())",
+        place.path("nowhere"),
+    );
+    let arguments = ["-c", code, "tandem_frames", nowhere.to_str().unwrap()];
+    if let Some(said) = python("h5py", &arguments) {
+        assert_eq!(String::from_utf8(said).unwrap().trim(), "2");
     }
 }

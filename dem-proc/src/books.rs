@@ -32,8 +32,8 @@ pub struct Kick<'a> {
     pub point_loads: &'a [Load],
     /// Loads by bodies.
     pub body_loads: &'a [PairLoad],
-    /// Dissipated over the step before by either kind of contact.
-    pub losses: [Loss; 2],
+    /// Dissipated over the step before by each kind of contact.
+    pub losses: [Loss; 3],
 }
 
 impl Kick<'_> {
@@ -100,6 +100,7 @@ impl System {
             body_loads: &self.body_loads,
             losses: [
                 self.points.loss(),
+                (self.point_pairs.as_ref()).map_or_else(Default::default, |pairs| pairs.loss()),
                 pairs.map_or_else(Default::default, |pairs| pairs.loss()),
             ],
         }
@@ -110,8 +111,10 @@ impl System {
 pub fn measure(system: &System, step: &Step, imps: &[ImpState]) -> DemMeasurement {
     let bodies = &system.bodies;
     let pairs = system.pairs.as_ref();
-    let contact =
-        system.points.energy(bodies, imps) + pairs.map_or(0.0, |pairs| pairs.energy(bodies));
+    let of_points = system.point_pairs.as_ref();
+    let contact = system.points.energy(bodies, imps)
+        + of_points.map_or(0.0, |pairs| pairs.energy(imps))
+        + pairs.map_or(0.0, |pairs| pairs.energy(bodies));
     let kick = system.kick_of(step);
     let totals = [&system.totals, &kick.after(&system.totals)];
     let entries = (0..bodies.len()).map(|b| kick.entry(b));

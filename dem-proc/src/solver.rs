@@ -2,7 +2,7 @@
 
 use interface::config::DemConfig;
 use interface::config::capability::Capabilities;
-use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState};
+use interface::message::wire::{ContactState, EnvelopeVertex, ImpForce, ImpInfo, ImpState};
 use interface::saved::{pack, unpack};
 use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
 use interface::step::Step;
@@ -57,6 +57,9 @@ impl DemSolver for Sdem {
 
     fn imp_set(&mut self, set: &[ImpInfo]) {
         self.system.points.imp_set(set);
+        if let Some(pairs) = &mut self.system.point_pairs {
+            pairs.imp_set(set);
+        }
     }
 
     fn contact(
@@ -75,6 +78,10 @@ impl DemSolver for Sdem {
 
     fn measurement(&self) -> &DemMeasurement {
         &self.system.measurement
+    }
+
+    fn contacts(&self, step: &Step, imps: &[ImpState]) -> Vec<ContactState> {
+        self.system.told_contacts(step, imps)
     }
 
     fn save(&self) -> Result<Vec<u8>, Fault> {

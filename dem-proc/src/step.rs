@@ -1,14 +1,14 @@
 //! One coupled step, as Jiang 2020 section 4.2 lists it, in the leapfrog of [`interface::step::Step`].
 
 use interface::Vec2;
-use interface::message::wire::{EnvelopeVertex, ImpForce, ImpState, Limits, Record};
+use interface::message::wire::{ContactState, EnvelopeVertex, ImpForce, ImpState, Limits, Record};
 use interface::solver::{Answer, Fault};
 use interface::step::Step;
 
 use crate::body::load::Load;
 use crate::books::measure;
 use crate::contact::impact::Impacts;
-use crate::contact::points::Interval;
+use crate::contact::point_side::Interval;
 use crate::law::Past;
 use crate::lists::watch::Ahead;
 use crate::system::System;
@@ -39,6 +39,20 @@ impl System {
             self.commit(step); //                         histories, books, v^{n+1/2}
             self.drift(step.dt); //                       eq. 42, x^n -> x^{n+1}
         }
+    }
+
+    /// The contacts that press in the evaluation of this step: those of bodies, then those of points, as in their lists.
+    pub(crate) fn told_contacts(&self, step: &Step, imps: &[ImpState]) -> Vec<ContactState> {
+        let mut found = Vec::new();
+        if let Some(pairs) = &self.pairs {
+            pairs.tell(&self.bodies, &mut found);
+        }
+        // Without points nothing was evaluated, and what was listed may be of earlier ones.
+        if !imps.is_empty() {
+            let past = Past::new(step.dt_before);
+            self.points.tell(&self.bodies, imps, past, &mut found);
+        }
+        found
     }
 
     /// The outlines of all bodies, from which their displacement is measured from now on.
@@ -101,6 +115,9 @@ impl System {
             pairs.update_list(&self.bodies, ahead, self.speed);
         }
         self.points.update_list(&self.bodies, imps);
+        if let Some(pairs) = &mut self.point_pairs {
+            pairs.update_list(imps);
+        }
     }
 
     fn body_contact(&mut self, step: &Step, ahead: &Ahead) {
@@ -123,18 +140,23 @@ impl System {
         self.point_loads.fill(Load::default());
         let loads = &mut self.point_loads;
         let fastest = imps.iter().map(|s| Vec2::from(s.velocity).norm_squared());
-        let fastest = self.speed + fastest.fold(0.0, f64::max).sqrt();
+        let fastest = fastest.fold(0.0, f64::max).sqrt();
+        let interval = |approach: f64| Interval {
+            past: Past::new(step.dt_before),
+            closing: 1.5 * approach * step.dt.max(step.dt_before),
+        };
+        let with_bodies = interval(self.speed + fastest);
         self.points.evaluate(
             &self.bodies,
             imps,
-            Interval {
-                past: Past::new(step.dt_before),
-                closing: 1.5 * fastest * step.dt.max(step.dt_before),
-            },
+            with_bodies,
             &self.threads,
             forces,
             loads,
         );
+        if let Some(pairs) = &mut self.point_pairs {
+            pairs.evaluate(imps, interval(2.0 * fastest), &self.threads, forces);
+        }
     }
 
     /// Refuses to go on with a point or a body on the wrong side of a body.
@@ -143,10 +165,11 @@ impl System {
         if let Some(passed) = self.pairs.as_ref().and_then(|pairs| pairs.passed(bodies)) {
             return Err(passed.fault(bodies));
         }
-        match self.points.passed(bodies, imps) {
-            Some(passed) => Err(passed.fault(bodies)),
-            None => Ok(()),
+        if let Some(passed) = self.points.passed(bodies, imps) {
+            return Err(passed.fault(bodies));
         }
+        let of_points = self.point_pairs.as_ref().and_then(|pairs| pairs.passed());
+        of_points.map_or(Ok(()), Err)
     }
 
     /// Newton and Euler for every free body; the others keep their velocity.
@@ -260,6 +283,9 @@ impl System {
                 omega_sq = omega_sq.max(self.first_contact);
             }
         }
+        if let Some(pairs) = &self.point_pairs {
+            damping = f64::max(damping, pairs.damping_ratio());
+        }
         // A quarter of the skin: below it nobody rebuilds anything, so a coarse bound does no harm.
         let gone = self.published.bound(0.25 * self.skin, &self.bodies);
         Answer {
@@ -278,6 +304,9 @@ impl System {
     /// Keeps the lists of the last evaluation, also where nothing moves: the next step would build the same.
     fn keep_lists(&mut self) {
         self.points.keep_list();
+        if let Some(pairs) = &mut self.point_pairs {
+            pairs.keep_list();
+        }
         if let Some(pairs) = &mut self.pairs {
             pairs.keep_list();
         }
@@ -288,6 +317,9 @@ impl System {
         self.totals = self.kick_of(step).after(&self.totals);
         self.speed = self.kicked_speed;
         self.points.commit();
+        if let Some(pairs) = &mut self.point_pairs {
+            pairs.commit();
+        }
         if let Some(pairs) = &mut self.pairs {
             pairs.commit();
         }

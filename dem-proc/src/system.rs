@@ -9,7 +9,9 @@ use crate::body::bodies::{Bodies, Body, Rigid};
 use crate::body::load::{Load, PairLoad};
 use crate::body::odometer::Odometer;
 use crate::contact::pairs::BodySide;
-use crate::contact::points::{PointContacts, PointSide};
+use crate::contact::point_pairs::PairSide;
+use crate::contact::point_side::PointSide;
+use crate::contact::points::PointContacts;
 use crate::law::contact::Contact;
 use crate::law::dashpot::Elastic;
 use crate::law::normal::Linear;
@@ -26,6 +28,8 @@ pub struct System {
     pub(crate) bodies: Bodies,
     /// Contact with points.
     pub(crate) points: Box<dyn PointSide>,
+    /// Contact between the points of two groups, where the scene has a law for it.
+    pub(crate) point_pairs: Option<Box<dyn PairSide>>,
     /// Contact between bodies, where the scene has a law for it and a body that can be moved.
     pub(crate) pairs: Option<Box<dyn BodySide>>,
     /// How loops are run.
@@ -74,6 +78,7 @@ impl Default for System {
             gravity: Vec2::zeros(),
             bodies: Bodies::default(),
             points: Box::new(PointContacts::new(law, Vec::new(), 0.0)),
+            point_pairs: None,
             pairs: None,
             threads: Threads::default(),
             point_loads: Vec::new(),
@@ -108,6 +113,7 @@ impl System {
             + self.bodies.outline.len() * 2 * size_of::<Vec2>()
             + trees.map(BoxTree::bytes).sum::<usize>()
             + self.points.bytes()
+            + self.point_pairs.as_ref().map_or(0, |p| p.bytes())
             + self.pairs.as_ref().map_or(0, |p| p.bytes())
     }
 }

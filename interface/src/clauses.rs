@@ -131,7 +131,7 @@ pub const CLAUSES: &[Clause] = &[
     row("R-3", Must, SOLVERS, "A side measures when it is asked, and only then: a record a group or body, of the measured step", &[Coupler, Kit]),
     row("R-4", Must, SOLVERS, "Both sides report the same next step", &[Coupler]),
     row("R-5", Must, MPM, "With FRAME all points are sent before the report, as they are before the window", &[Coupler, Kit]),
-    row("R-6", Must, DEM, "With FRAME a dem that has `contacts` sends the contacts of its bodies before the report: who, where, force", &[Coupler]),
+    row("R-6", Must, DEM, "With FRAME a dem that has `contacts` sends the contacts of its bodies before the report: who, where, force", &[Coupler, Kit]),
     row("E-1", Must, DEM, "dem answers WANT_ENVELOPES with all outlines at t_n, then waits on", &[Kit]),
     row("E-2", Must, DEM, "Envelopes are of the step that asked, as many as announced", &[Mpm, Kit]),
     row("E-3", Must, DEM, "Their numbers are finite", &[Mpm, Kit]),

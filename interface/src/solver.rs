@@ -7,7 +7,8 @@ use thiserror::Error;
 use crate::config::capability::Capabilities;
 use crate::config::{DemConfig, MpmConfig};
 use crate::message::wire::{
-    BodyState, EnvelopeVertex, GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState,
+    BodyState, ContactState, EnvelopeVertex, GroupState, ImpForce, ImpInfo, ImpState, Ledger,
+    Limits, PointState,
 };
 use crate::step::Step;
 
@@ -465,6 +466,13 @@ pub trait DemSolver {
 
     /// The measurement of the last step that had [`Step::measure`].
     fn measurement(&self) -> &DemMeasurement;
+
+    /// The contacts that press at `t_n`, in an order that is a function of the state, for a frame. Asked after
+    /// [`Self::contact`] of the same step and states and before [`Self::advance`], and only where [`Capabilities`] have
+    /// `contacts`.
+    fn contacts(&self, _step: &Step, _imps: &[ImpState]) -> Vec<ContactState> {
+        Vec::new()
+    }
 
     /// The state before the next step, whole, so that [`Self::restore`] in a fresh solver of the same configuration goes
     /// on to the same bits. Called only where [`Capabilities`] have `save`.

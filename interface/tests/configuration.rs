@@ -5,10 +5,11 @@ mod plain;
 
 use interface::config::surfaces::ContactPair;
 use interface::config::{
-    BodyConfig, BodyInertia, BodyShape, ContactForceScheme, ContactLaw, DemConfig, Drift, Fill,
-    Forcing, Frictional, GridContact, GroupConfig, GroupPair, Hold, InitialFields, Interface,
-    Lattice, Leaving, MaterialConfig, MaterialModel, Motion, MpmConfig, OverlapMeasure, Plane,
-    Probe, ShapeFunction, Spacing, Stage, StressUpdate, Traction, Transfer, Wall, Walls,
+    BodyConfig, BodyInertia, BodyShape, ContactForceScheme, ContactLaw, CriticalState, DemConfig,
+    Drift, Fill, Forcing, Frictional, GridContact, GroupConfig, GroupPair, Hold, Inertial,
+    InitialFields, Interface, Lattice, Leaving, MaterialConfig, MaterialModel, Motion, MpmConfig,
+    OverlapMeasure, Plane, Probe, ShapeFunction, Spacing, Stage, StressUpdate, Traction, Transfer,
+    Wall, Walls,
 };
 use proptest::prelude::*;
 use serde::Serialize;
@@ -398,7 +399,7 @@ fn group() -> impl Strategy<Value = GroupConfig> {
 
 fn model() -> impl Strategy<Value = MaterialModel> {
     (
-        0..7,
+        0..10_usize,
         [number(), number(), number(), number(), number(), number()],
     )
         .prop_map(|(kind, n)| {
@@ -417,6 +418,12 @@ fn model() -> impl Strategy<Value = MaterialModel> {
                 dilation_angle,
                 cohesion,
                 tensile_strength: tension,
+                critical_state: [
+                    None,
+                    Some(CriticalState::ShearStrain(cohesion)),
+                    Some(CriticalState::Volume(tension)),
+                ][kind % 3],
+                separates: kind % 2 == 0,
             };
             match kind {
                 0 => MaterialModel::LinearElastic {
@@ -438,6 +445,16 @@ fn model() -> impl Strategy<Value = MaterialModel> {
                     bulk_modulus,
                     shear_modulus,
                 },
+                6 | 7 => MaterialModel::DruckerPrager(frictional),
+                8 => MaterialModel::MuI(Inertial {
+                    bulk_modulus,
+                    shear_modulus,
+                    static_friction: friction_angle,
+                    limit_friction: dilation_angle,
+                    inertial_number: cohesion,
+                    grain_diameter: tension,
+                    grain_density: tension,
+                }),
                 _ => MaterialModel::VonMises {
                     bulk_modulus,
                     shear_modulus,
@@ -462,6 +479,9 @@ fn scheme() -> impl Strategy<Value = MpmConfig> {
         Just(Transfer::Apic),
         number().prop_map(|pic_fraction| Transfer::Blend { pic_fraction }),
         (1_u32..9).prop_map(|order| Transfer::Xpic { order }),
+        number().prop_map(|pic_rate| Transfer::FlipPic { pic_rate }),
+        number().prop_map(|pic_rate| Transfer::Aflip { pic_rate }),
+        (1_u32..9, number()).prop_map(|(order, pic_rate)| Transfer::FlipXpic { order, pic_rate }),
     ];
     let updates = [
         StressUpdate::Usf,
@@ -499,6 +519,7 @@ fn scheme() -> impl Strategy<Value = MpmConfig> {
                     Leaving::Stop
                 },
                 layers,
+                group_pairs: if layers { vec![[0, 1]] } else { Vec::new() },
                 interface,
                 ..plain_continuum()
             }

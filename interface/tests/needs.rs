@@ -6,8 +6,8 @@ use interface::config::capability::Capabilities;
 use interface::config::needs::{Need, missing};
 use interface::config::surfaces::ContactPair;
 use interface::config::{
-    BodyShape, ContactLaw, GroupPair, Hold, Interface, Lattice, Motion, OverlapMeasure, Probe,
-    Transfer, Wall,
+    BodyShape, ContactLaw, CriticalState, Frictional, GroupPair, Hold, Interface, Lattice,
+    MaterialModel, Motion, OverlapMeasure, Probe, Transfer, Wall,
 };
 
 /// A continuum that leaves out all that may be left out.
@@ -44,6 +44,7 @@ fn a_plain_continuum_needs_its_scheme_and_its_walls() {
 fn what_a_continuum_is_asked_for_besides_is_told_by_its_key() {
     let mut config = plain_continuum();
     config.layers = true;
+    config.group_pairs = vec![[0, 1]];
     config.groups[0].lattice = Lattice::Outline;
     config.interface = Interface::Segments;
     config.walls.bottom = Wall::Friction { coefficient: 0.5 };
@@ -64,10 +65,23 @@ fn what_a_continuum_is_asked_for_besides_is_told_by_its_key() {
         hold_x: true,
         hold_y: false,
     }];
+    config.materials[0].model = MaterialModel::DruckerPrager(Frictional {
+        bulk_modulus: 1.0,
+        shear_modulus: 1.0,
+        friction_angle: 30.0,
+        dilation_angle: 0.0,
+        cohesion: 0.0,
+        tensile_strength: 0.0,
+        critical_state: Some(CriticalState::Volume(1.1)),
+        separates: true,
+    });
     let needs = config.needs();
     let told = said(&needs);
     for need in [
+        ("feature:critical_state", "mpm.materials[0].model", 1),
+        ("feature:separates", "mpm.materials[0].model", 1),
         ("layers", "mpm.layers", 1),
+        ("pairs", "mpm.group_pairs[0]", 1),
         ("lattice:outline", "mpm.groups[0].lattice", 1),
         ("segments", "mpm.interface", 1),
         ("wall:friction", "mpm.walls.bottom", 1),

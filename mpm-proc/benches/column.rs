@@ -26,6 +26,8 @@ pub const SAND: MaterialModel = MaterialModel::DruckerPrager(Frictional {
     dilation_angle: 0.0,
     cohesion: 0.0,
     tensile_strength: 0.0,
+    critical_state: None,
+    separates: false,
 });
 
 /// A column as wide as high, on a fixed floor against a slip wall, collapsing to the right.
@@ -72,7 +74,9 @@ pub fn column(points: usize, threads: usize, model: MaterialModel) -> MpmConfig 
         leaving: interface::config::Leaving::default(),
         grid_contact: None,
         layers: false,
+        group_pairs: Vec::new(),
         interface: interface::config::Interface::Points,
+        chains: Vec::new(),
         skin: 0.0,
         probes: Vec::new(),
         threads,

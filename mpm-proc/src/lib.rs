@@ -52,10 +52,12 @@
 
 mod grains;
 pub mod kernel;
+mod layers;
 pub mod material;
 mod pass;
 mod scheme;
 mod setup;
+mod several;
 mod solver;
 mod state;
 mod step;

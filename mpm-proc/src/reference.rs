@@ -195,8 +195,11 @@ impl Reference {
         let kick = 0.5 * (dt_before + dt);
         let start = self.momentum();
         let alpha = match self.transfer {
-            Transfer::Flip | Transfer::Xpic { .. } => 0.0,
+            Transfer::Flip | Transfer::Xpic { .. } | Transfer::FlipXpic { .. } => 0.0,
             Transfer::Blend { pic_fraction } => pic_fraction,
+            Transfer::FlipPic { pic_rate } | Transfer::Aflip { pic_rate } => {
+                1.0 - (-pic_rate * kick).exp()
+            }
             _ => 1.0,
         };
         let inertia = self.cell.powi(2)
@@ -229,8 +232,12 @@ impl Reference {
                 after[n] = self.hold(node.at, free);
             }
         }
-        if let Transfer::Xpic { order } = self.transfer {
-            self.filter(&nodes, order, inertia);
+        match self.transfer {
+            Transfer::Xpic { order } => self.filter(&nodes, order, 1.0, inertia),
+            Transfer::FlipXpic { order, pic_rate } => {
+                self.filter(&nodes, order, 1.0 - (-pic_rate * kick).exp(), inertia);
+            }
+            _ => {}
         }
         if self.stress_update == StressUpdate::Usl {
             self.strain(&nodes, &after, dt, -0.5);
@@ -256,7 +263,7 @@ impl Reference {
                 for a in 0..2 {
                     p.v[a] = alpha * v[a] + (1.0 - alpha) * (p.v[a] + dv[a]); // (26) ... (28)
                 }
-                if self.transfer == Transfer::Apic {
+                if self.transfer.is_affine() {
                     p.b = b;
                 }
                 v
@@ -302,8 +309,8 @@ impl Reference {
         }
     }
 
-    /// `v_p -= (1 - S S+)^m v_p`.
-    fn filter(&mut self, nodes: &[Node], order: u32, inertia: f64) {
+    /// `v_p -= share (1 - S S+)^m v_p`.
+    fn filter(&mut self, nodes: &[Node], order: u32, share: f64, inertia: f64) {
         let aside: Vec<[f64; 2]> = self.points.iter().map(|p| p.v).collect();
         for _ in 0..order {
             let (_, held) = self.map(nodes, inertia);
@@ -319,7 +326,7 @@ impl Reference {
             }
         }
         for (p, v) in self.points.iter_mut().zip(aside) {
-            p.v = [v[0] - p.v[0], v[1] - p.v[1]];
+            p.v = [0, 1].map(|a| v[a] - share * p.v[a]);
         }
     }
 

@@ -8,6 +8,7 @@ use interface::step::Step;
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::Transfer;
 use crate::pass::select_imps::select_imps;
+use crate::pass::select_markers::select_markers;
 #[cfg(test)]
 use crate::pass::sort::sort;
 use crate::state::continuum::{Continuum, SAVED};
@@ -69,7 +70,12 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Continuum<W, S, T> {
     }
 
     fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo] {
-        select_imps(&mut self.imps, &self.clouds, envelopes);
+        if self.imps.markers.is_some() {
+            select_markers(&mut self.imps, envelopes);
+            self.imps.write_infos(&self.clouds);
+        } else {
+            select_imps(&mut self.imps, &self.clouds, envelopes);
+        }
         if !self.imps.infos.is_empty() && self.grid.contact.is_empty() {
             self.grid.make_room_for_contact();
         }

@@ -12,6 +12,7 @@ use crate::pass::grid_to_points::grid_to_points;
 use crate::pass::leaving::remove_left;
 use crate::pass::limits::limits;
 use crate::pass::loads::apply_loads;
+use crate::pass::markers::place_markers;
 use crate::pass::measure::{close_books, keep_books};
 use crate::pass::points_to_grid::points_to_grid;
 use crate::pass::sort::keep_sorted;
@@ -31,6 +32,7 @@ pub fn predict<const W: usize, S: Shape<W>, T: Transfer>(
     step: &Step,
 ) -> Result<(), Fault> {
     c.damping = begin_stage(&c.stages, &mut c.transfer, step.time);
+    c.transfer = c.transfer.over(step.kick());
     points_to_grid(c); //                       m_I, p_I^{n-1/2}, v_I^{n-1/2}        (18) (19) (20) (30)
     update_stress_first(c, step.dt_before); //  D, W, sigma^n, f_I^int               (21) ... (25), (13)
     apply_loads(c, step)?; //                   f_I^ext                              (14)
@@ -59,6 +61,7 @@ pub fn move_nodes<const W: usize, S: Shape<W>, T: Transfer>(
     step: &Step,
     forces: &[ImpForce],
 ) -> Result<ContactLoad, Fault> {
+    place_markers(c)?; //                       weights of a boundary's markers, where there are any
     let load = apply_contact(c, forces)?; //    f_I^cont                             (47)
     update_grid(c, step.kick()); //             v_I^{n+1/2}                          (17) (48)
     Ok(load)

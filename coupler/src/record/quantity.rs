@@ -32,16 +32,22 @@ pub fn slice_unit(unit: &str) -> Option<&'static str> {
         "J/m" => Some("J"),
         "kg m" => Some("kg m^2"),
         "N" => Some("N m"),
+        "N s" => Some("N m s"),
         "1" | "s" | "m" | "m/s" | "rad" | "rad/s" => None,
         other => unreachable!("say whether {other} is of a metre of thickness"),
     }
 }
 
-/// Unit of a quantity of any scene, per metre of thickness, by its name; `initial.` may stand before it.
+/// Unit of a quantity of any scene, per metre of thickness, by its name; `initial.` may stand before it. `None` of what is
+/// no name of one.
 pub fn unit_of(name: &str) -> Option<&'static str> {
     fn find<T: ?Sized>(rows: &[Row<T>], name: &str) -> Option<&'static str> {
         let row = rows.iter().find(|row| row.name == name);
         row.map(|row| row.unit)
+    }
+    let in_name = |c: char| c.is_alphanumeric() || "._".contains(c);
+    if !name.chars().all(in_name) {
+        return None; // an expression
     }
     let name = name.strip_prefix("initial.").unwrap_or(name);
     find(OF_RUN, whole_name(name)).or_else(|| {
@@ -51,6 +57,7 @@ pub fn unit_of(name: &str) -> Option<&'static str> {
             "points" => find(OF_GROUP, of_it),
             "probe" => find(OF_PROBE, of_it),
             "hold" => find(OF_HOLD, of_it),
+            "chain" => find(OF_CHAIN, of_it),
             "body" => find(OF_BODY, of_it),
             "fill" => find(OF_FILL, of_it),
             _ => None,
@@ -204,7 +211,7 @@ const OF_GROUP: &[Row<GroupState>] = &[
     row("vy", "m/s", "the same in y", |g| g.velocity[1]),
     row("mass", "kg/m", "mass", |g| g.mass),
     row("kinetic", "J/m", "kinetic energy", |g| g.kinetic),
-    row("fx", "N/m", "force of bodies on the group", |g| {
+    row("fx", "N/m", "force of bodies and other groups on it", |g| {
         g.contact_force[0]
     }),
     row("fy", "N/m", "the same in y", |g| g.contact_force[1]),
@@ -212,8 +219,20 @@ const OF_GROUP: &[Row<GroupState>] = &[
     row("xmax", "m", "largest x of its points", |g| g.upper[0]),
     row("ymin", "m", "least y of its points", |g| g.lower[1]),
     row("ymax", "m", "largest y of its points", |g| g.upper[1]),
-    row("contacts", "1", "its points in contact with bodies", |g| {
-        g.contacts as f64
+    row(
+        "contacts",
+        "1",
+        "its points in contact with bodies or other groups",
+        |g| g.contacts as f64,
+    ),
+    row(
+        "loaded_width",
+        "m",
+        "extent in x of its points in contact",
+        |g| g.loaded_upper[0] - g.loaded_lower[0],
+    ),
+    row("loaded_height", "m", "the same in y", |g| {
+        g.loaded_upper[1] - g.loaded_lower[1]
     }),
 ];
 
@@ -255,6 +274,23 @@ const OF_HOLD: &[Row<GroupState>] = &[
         h.contact_force[0]
     }),
     row("fy", "N/m", "the same in y", |h| h.contact_force[1]),
+];
+
+/// Quantities of one boundary chain.
+const OF_CHAIN: &[Row<GroupState>] = &[
+    row("x", "m", "mean of its markers", |c| c.position[0]),
+    row("y", "m", "the same in y", |c| c.position[1]),
+    row("fx", "N/m", "force of bodies on it", |c| c.contact_force[0]),
+    row("fy", "N/m", "the same in y", |c| c.contact_force[1]),
+    row("contacts", "1", "markers that bear a force", |c| {
+        c.contacts as f64
+    }),
+    row(
+        "angular_shift",
+        "N s",
+        "angular momentum that the shift of its weights has given to the continuum so far",
+        |c| c.kinetic,
+    ),
 ];
 
 /// Quantities of one body.
@@ -376,7 +412,8 @@ pub struct Books {
 pub struct Measured<'a> {
     /// Ledgers and balance.
     pub books: Books,
-    /// One record for each point group, then for each probe and for each hold, in the order of the scene.
+    /// One record for each point group, then for each probe, for each hold and for each chain, in the order of the
+    /// scene.
     pub groups: &'a [GroupState],
     /// One record for each body, in the order of the scene.
     pub bodies: &'a [BodyState],
@@ -391,6 +428,8 @@ pub struct Quantities {
     probes: usize,
     /// They follow the probes.
     holds: usize,
+    /// They follow the holds.
+    chains: usize,
     /// Bodies written one by one.
     bodies: usize,
     /// Bodies of each set, which follow them.
@@ -408,10 +447,10 @@ pub struct Sample {
 }
 
 impl Quantities {
-    /// The quantities of a scene with these point groups, probes and holds, bodies, and generated sets of so many bodies.
+    /// The quantities of a scene with these point groups, probes, holds and chains, bodies, and generated sets of so many bodies.
     pub fn new<'a>(
         groups: impl IntoIterator<Item = &'a str>,
-        [probes, holds]: [&[&str]; 2],
+        [probes, holds, chains]: [&[&str]; 3],
         bodies: impl IntoIterator<Item = &'a str>,
         fills: impl IntoIterator<Item = (&'a str, u32)>,
     ) -> Self {
@@ -431,6 +470,10 @@ impl Quantities {
         for hold in holds {
             registry.holds += 1;
             registry.add(&format!("hold.{hold}."), OF_HOLD);
+        }
+        for chain in chains {
+            registry.chains += 1;
+            registry.add(&format!("chain.{chain}."), OF_CHAIN);
         }
         for body in bodies {
             registry.bodies += 1;
@@ -494,10 +537,11 @@ impl Quantities {
     /// # Panics
     /// If there are not as many groups or bodies as the scene has: an assertion, they were configured from it.
     pub fn fill(&self, sample: &mut Sample, measured: &Measured, first: &[f64]) {
-        let told = self.groups + self.probes + self.holds;
+        let told = self.groups + self.probes + self.holds + self.chains;
         assert_eq!(measured.groups.len(), told, "one record a group");
         let (groups, sets) = measured.groups.split_at(self.groups);
-        let (probes, holds) = sets.split_at(self.probes);
+        let (probes, sets) = sets.split_at(self.probes);
+        let (holds, chains) = sets.split_at(self.holds);
         let count = self.bodies + self.fills.iter().sum::<usize>();
         assert_eq!(measured.bodies.len(), count, "one record a body");
         let (bodies, mut filled) = measured.bodies.split_at(self.bodies);
@@ -516,6 +560,9 @@ impl Quantities {
         }
         for hold in holds {
             sample.add(OF_HOLD, hold);
+        }
+        for chain in chains {
+            sample.add(OF_CHAIN, chain);
         }
         for body in bodies {
             sample.add(OF_BODY, body);
@@ -542,6 +589,8 @@ impl Quantities {
         list(&mut page, "… ", OF_PROBE);
         page.push_str("| `hold.NAME.Q` | | points of `[[mpm.hold]]`, with these for Q: |\n");
         list(&mut page, "… ", OF_HOLD);
+        page.push_str("| `chain.NAME.Q` | | a chain of `[[mpm.chain]]`, where bodies meet segments, with these for Q: |\n");
+        list(&mut page, "… ", OF_CHAIN);
         page.push_str("| `body.NAME.Q` | | a body of `[[dem.body]]`, with these for Q: |\n");
         list(&mut page, "… ", OF_BODY);
         page.push_str("| `fill.NAME.Q` | | a set of `[[dem.fill]]`, whose bodies have no quantities of their own, with these for Q: |\n");

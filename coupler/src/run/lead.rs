@@ -6,7 +6,7 @@ mod keep;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use interface::config::capability::STRESS_WORK;
+use interface::config::capability::{CONTACTS, STRESS_WORK};
 use interface::config::{DemConfig, MpmConfig};
 use interface::core::SessionError;
 use interface::core::coupler::{Coupler, Decision, Limits, Part, Question, Round};
@@ -67,6 +67,8 @@ pub(crate) struct Run<'a> {
     history: History,
     course: Course,
     frames: Option<Frames>,
+    /// Whether the bodies' side has contacts for frames.
+    tells_contacts: bool,
     progress: Progress,
     stability: Option<Stability>,
     sides: Sides,
@@ -177,6 +179,7 @@ impl<'a> Run<'a> {
             history,
             course,
             frames,
+            tells_contacts: false,
             progress: Progress::new(scene.time.end, options.progress, options.screen.clone()),
             stability: None,
             sides: Sides::default(),
@@ -270,8 +273,8 @@ impl<'a> Run<'a> {
             restore: restored.next().map(|(_, state)| state),
         };
         let mpm = self.scene.mpm.clone().map(|config| {
-            // Probes and holds are told as groups are, after them.
-            let sets = config.probes.len() + config.forcing.holds.len();
+            // Probes, holds and chains are told as groups are, after them.
+            let sets = config.probes.len() + config.forcing.holds.len() + config.chains.len();
             let told = config.groups.len() + sets;
             part(to_json(&MpmConfig { threads, ..config }), told)
         });
@@ -310,6 +313,9 @@ impl<'a> Run<'a> {
         self.account.balance.keeps_stress_work = coupler
             .hello(Party::Mpm)
             .is_some_and(|hello| hello.capabilities.has(STRESS_WORK));
+        self.tells_contacts = coupler
+            .hello(Party::Dem)
+            .is_some_and(|hello| hello.capabilities.has(CONTACTS));
         let [mpm, dem] = [Party::Mpm, Party::Dem].map(|party| coupler.readiness(party));
         self.stability = Some(Stability::new(&self.scene.time, mpm, dem));
         Ok(())
@@ -550,6 +556,7 @@ impl<'a> Run<'a> {
                 time,
                 points: std::mem::take(&mut round.points),
                 bodies: round.bodies.clone(),
+                contacts: self.tells_contacts.then(|| round.contacts.clone()),
             })?;
         }
         let residual = account.balance.residual_relative();

@@ -1,7 +1,7 @@
 //! The bodies' part of a scene: outlines, masses, motion, contact laws.
 
 use interface::config::{
-    BodyConfig, BodyInertia, BodyShape, DemConfig, Motion, MpmConfig, polygon,
+    BodyConfig, BodyInertia, BodyShape, DemConfig, GroupPair, Motion, MpmConfig, polygon,
 };
 use mechanics::generate::{Arrangement, BodyFill, Grain};
 
@@ -17,6 +17,7 @@ pub(super) fn bodies(
     problems: &mut Problems,
     written: &DemWritten,
     scene: &SceneWritten,
+    group_pairs: &[GroupPair],
 ) -> Option<DemConfig> {
     for (i, body) in written.body.iter().enumerate() {
         self::body(problems, &format!("dem.body.{i}"), body);
@@ -32,7 +33,10 @@ pub(super) fn bodies(
     if !sets_are_sound {
         return None;
     }
-    let config = config(written, scene);
+    let config = DemConfig {
+        group_pairs: group_pairs.to_vec(),
+        ..config(written, scene)
+    };
     for fault in config.faults() {
         let path = scene_key(&fault.key, problems.document);
         let message = format!("`{path}` is {}, expected {}", fault.value, fault.expected);
@@ -54,6 +58,11 @@ fn config(written: &DemWritten, scene: &SceneWritten) -> DemConfig {
         contact_resolution: written.contact_resolution,
         contact_pairs: scene.contact_pair.clone(),
         point_surfaces: points.map(|group| group.material.clone()).collect(),
+        interface: scene
+            .mpm
+            .as_ref()
+            .map(|mpm| mpm.interface)
+            .unwrap_or_default(),
         skin: 0.0,
         threads: 1,
         ..DemConfig::default()
@@ -95,7 +104,8 @@ fn contact(problems: &mut Problems, written: &DemWritten, scene: &SceneWritten) 
     if written.contact_resolution.is_some() && scene.body_contact.is_none() {
         problems.warn("`dem.contact_resolution` has no effect: there is no `[body_contact]`");
     }
-    if scene.mpm.is_some() && scene.contact.is_none() {
+    let some = !written.body.is_empty() || !written.fill.is_empty();
+    if some && scene.mpm.is_some() && scene.contact.is_none() {
         problems.refuse_key(
             "contact",
             "missing section `[contact]`: the scene has points and bodies",

@@ -32,6 +32,7 @@ const MAY_CHANGE: &[&str] = &[
     "dem.point_contact.**",
     "dem.body_contact.*.**",
     "dem.contact_pairs.**",
+    "dem.group_pairs.*.law.**",
     "dem.point_surfaces.**",
     "dem.contact_resolution",
     "dem.bodies.*.motion.**",

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 
 use interface::config::{
-    ConfigFault, Drift, GroupConfig, InitialFields, Interface, MaterialConfig, MpmConfig,
+    ConfigFault, Drift, GroupConfig, GroupPair, InitialFields, MaterialConfig, MpmConfig,
 };
 
+use super::chains::chains;
 use super::forcing;
 use super::problems::Problems;
 use super::written::{MaterialWritten, MpmWritten, PointsWritten};
@@ -17,6 +18,7 @@ pub(super) fn continuum(
     written: &MpmWritten,
     gravity: [f64; 2],
     constants: &BTreeMap<String, f64>,
+    group_pairs: &[GroupPair],
 ) -> Option<MpmConfig> {
     if written.points.is_empty() || written.material.is_empty() {
         let help =
@@ -54,6 +56,8 @@ pub(super) fn continuum(
         })
         .collect();
     let forcing = forcing::forcing(problems, written, constants);
+    let groups: Vec<GroupConfig> = groups;
+    let chains = chains(problems, written, &groups);
     let mut config = MpmConfig {
         domain: written.domain,
         cell: written.cell,
@@ -73,13 +77,18 @@ pub(super) fn continuum(
         constants: constants.clone(),
         leaving: written.leaving,
         grid_contact: written.grid_contact,
-        layers: false,
-        interface: Interface::Points,
+        layers: written.layers,
+        group_pairs: group_pairs.iter().map(|pair| pair.between).collect(),
+        interface: written.interface,
+        chains,
         skin: 0.0,
         probes: forcing::probes(problems, written),
         threads: 1,
     };
-    problems.config_faults(&config.faults());
+    // What is wrong with pairs of groups is told with their laws.
+    let mut faults = config.faults();
+    faults.retain(|fault| !fault.key.starts_with("mpm.group_pairs"));
+    problems.config_faults(&faults);
     if problems.any() {
         return None;
     }

@@ -27,7 +27,7 @@ pub(super) fn forcing(
         )
     });
     let tractions = (0..).zip(&written.traction).map(|(i, traction)| Traction {
-        group: group(
+        group: group_named(
             problems,
             written,
             &format!("mpm.traction.{i}"),
@@ -41,7 +41,7 @@ pub(super) fn forcing(
     names(problems, "hold", "holds", holds);
     let holds = (0..).zip(&written.hold).map(|(i, hold)| Hold {
         name: hold.name.clone(),
-        group: group(problems, written, &format!("mpm.hold.{i}"), &hold.points),
+        group: group_named(problems, written, &format!("mpm.hold.{i}"), &hold.points),
         within: hold.within,
         hold_x: hold.hold_x,
         hold_y: hold.hold_y,
@@ -61,14 +61,14 @@ pub(super) fn probes(problems: &mut Problems, written: &MpmWritten) -> Vec<Probe
     names(problems, "probe", "probes", probes);
     let probes = (0..).zip(&written.probe).map(|(i, probe)| Probe {
         name: probe.name.clone(),
-        group: group(problems, written, &format!("mpm.probe.{i}"), &probe.points),
+        group: group_named(problems, written, &format!("mpm.probe.{i}"), &probe.points),
         within: probe.within,
     });
     probes.collect()
 }
 
 /// Refuses names of `[[mpm.LIST]]` that cannot stand in a quantity, or occur twice.
-fn names<'a>(
+pub(super) fn names<'a>(
     problems: &mut Problems,
     list: &str,
     what: &str,
@@ -82,7 +82,12 @@ fn names<'a>(
 }
 
 /// Number of the group of points called `name`, which `path.points` asks for.
-fn group(problems: &mut Problems, written: &MpmWritten, path: &str, name: &str) -> usize {
+pub(super) fn group_named(
+    problems: &mut Problems,
+    written: &MpmWritten,
+    path: &str,
+    name: &str,
+) -> usize {
     let names = written.points.iter().map(|group| group.name.as_str());
     let found = names.clone().position(|known| known == name);
     if found.is_none() {

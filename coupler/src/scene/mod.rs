@@ -12,10 +12,12 @@
 
 mod bodies;
 mod branch;
+mod chains;
 mod continuum;
 pub mod diagnostic;
 mod document;
 mod forcing;
+mod group_pairs;
 mod model;
 mod needs;
 mod output;

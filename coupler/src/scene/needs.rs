@@ -103,6 +103,9 @@ pub(super) fn scene_key(key: &str, document: &Document) -> String {
         ("dem", "point_contact") if document.has("contact") => moved("contact"),
         ("dem", "point_contact" | "body_contact") => moved("body_contact"),
         ("dem", "contact_pairs") => moved("contact_pair"),
+        ("mpm" | "dem", "group_pairs") => moved("group_pair"),
+        ("mpm", "chains") => moved("mpm.chain"),
+        ("dem", "interface") => "mpm.interface".to_owned(),
         ("dem", "gravity") => "gravity".to_owned(),
         _ => key,
     }

@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::{Arc, LazyLock};
 use std::time::Duration;
 
+use interface::config::Interface;
 use interface::core::coupler::Limits;
 use serde::Deserialize;
 use toml::Value;
@@ -18,8 +19,8 @@ use super::written::{
     VERSION,
 };
 use super::{
-    Coupling, Criterion, Output, Scene, TimePlan, bodies, continuum, slice, solvers, start,
-    structure, study,
+    Coupling, Criterion, Output, Scene, TimePlan, bodies, continuum, group_pairs, slice, solvers,
+    start, structure, study,
 };
 use crate::record::check::{Check, Expected, Reference};
 use crate::record::frames::Content;
@@ -120,6 +121,19 @@ fn not_finite(document: &Document) -> Vec<crate::scene::diagnostic::Diagnostic> 
     found.into_iter().take(FAULTS_LIMIT).map(fault).collect()
 }
 
+/// What the scene says of the side of the bodies, if it has one: where there are bodies, so that a variant can leave them
+/// out, or groups of points that touch.
+fn bodies_written<'a>(
+    written: &'a SceneWritten,
+    no_bodies: &'a DemWritten,
+) -> Option<&'a DemWritten> {
+    if !written.group_pair.is_empty() {
+        return Some(written.dem.as_ref().unwrap_or(no_bodies));
+    }
+    let some = |dem: &&DemWritten| !dem.body.is_empty() || !dem.fill.is_empty();
+    written.dem.as_ref().filter(some)
+}
+
 /// The scene, unless something was refused.
 fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) -> Option<Scene> {
     if written.version != VERSION {
@@ -134,29 +148,32 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
     let start = start::start(problems, written.start.as_ref(), directory);
     let time = time_plan(problems, &written.time);
     let constants = output::constants(problems, &written.constants);
-    // So that a variant can leave the bodies out.
-    let some = |dem: &&DemWritten| !dem.body.is_empty() || !dem.fill.is_empty();
-    let bodies_written = written.dem.as_ref().filter(some);
+    let group_pairs = group_pairs::group_pairs(problems, written);
+    let no_bodies = DemWritten::default();
+    let bodies_written = bodies_written(written, &no_bodies);
     let body_list = bodies_written.map_or(&[][..], |dem| &dem.body);
     let fills = bodies_written.map_or(&[][..], |dem| &dem.fill);
     let groups = written.mpm.as_ref().map_or(&[][..], |mpm| &mpm.points);
     let mpm_written = written.mpm.as_ref();
     let probes = mpm_written.map_or(&[][..], |mpm| &mpm.probe);
     let holds = mpm_written.map_or(&[][..], |mpm| &mpm.hold);
+    let segments = mpm_written.filter(|mpm| mpm.interface == Interface::Segments);
+    let chains = segments.map_or(&[][..], |mpm| &mpm.chain);
+    let chains: Vec<&str> = chains.iter().map(|chain| chain.name.as_str()).collect();
     let probes: Vec<&str> = probes.iter().map(|probe| probe.name.as_str()).collect();
     let holds: Vec<&str> = holds.iter().map(|hold| hold.name.as_str()).collect();
     let quantities = Quantities::new(
         groups.iter().map(|group| group.name.as_str()),
-        [&probes, &holds],
+        [&probes, &holds, &chains],
         body_list.iter().map(|body| body.name.as_str()),
         fills.iter().map(|fill| (fill.name.as_str(), fill.count)),
     )
     .of_slice(written.thickness.unwrap_or(1.0));
-    let mut mpm = written
-        .mpm
-        .as_ref()
-        .and_then(|mpm| continuum::continuum(problems, mpm, written.gravity, &constants));
-    let mut dem = bodies_written.and_then(|dem| bodies::bodies(problems, dem, written));
+    let mut mpm = written.mpm.as_ref().and_then(|mpm| {
+        continuum::continuum(problems, mpm, written.gravity, &constants, &group_pairs)
+    });
+    let mut dem =
+        bodies_written.and_then(|dem| bodies::bodies(problems, dem, written, &group_pairs));
     sides(problems, written, bodies_written.is_some());
     let present = [written.mpm.is_some(), bodies_written.is_some()];
     let solvers = solvers::solvers(problems, &written.solvers, present, directory);

@@ -148,7 +148,7 @@ fn runs(scene: &Scene) -> Vec<String> {
             count(Motion::Driven),
             count(Motion::Fixed)
         ));
-        if scene.mpm.is_some() {
+        if scene.mpm.is_some() && !dem.bodies.is_empty() {
             let law = law_in_words(dem.point_contact);
             runs.push(format!(
                 "contact of points and bodies: {law}; skin {} m",
@@ -157,6 +157,15 @@ fn runs(scene: &Scene) -> Vec<String> {
         }
         if let Some(law) = dem.body_contact {
             runs.push(format!("contact among bodies: {}", law_in_words(law)));
+        }
+        for pair in &dem.group_pairs {
+            let groups = scene.mpm.as_ref().map_or(&[][..], |mpm| &mpm.groups);
+            let [a, b] = pair.between.map(|group| &groups[group].name);
+            let law = law_in_words(pair.law);
+            runs.push(format!(
+                "contact of the points of {a} and {b}: {law}; skin {} m",
+                dem.skin
+            ));
         }
         for pair in &dem.contact_pairs {
             let [a, b] = &pair.between;

@@ -20,7 +20,8 @@ pub(super) fn per_metre(problems: &mut Problems, written: &mut SceneWritten) {
     let laws = [&mut written.contact, &mut written.body_contact];
     let laws = laws.into_iter().flatten();
     let pairs = written.contact_pair.iter_mut().map(|pair| &mut pair.law);
-    for law in laws.chain(pairs) {
+    let of_groups = written.group_pair.iter_mut().map(|pair| &mut pair.law);
+    for law in laws.chain(pairs).chain(of_groups) {
         *law = law_per_metre(*law, thickness);
     }
     if let Some(mpm) = &mut written.mpm {

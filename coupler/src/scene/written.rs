@@ -7,9 +7,9 @@ use std::collections::BTreeMap;
 use interface::config::friction::FrictionTest;
 use interface::config::surfaces::ContactPair;
 use interface::config::{
-    BodyShape, ContactForceScheme, ContactLaw, Drift, Fill, GridContact, Lattice, Leaving,
-    MaterialModel, Motion, OverlapMeasure, Plane, ShapeFunction, Spacing, Stage, StressUpdate,
-    Transfer, Walls,
+    BodyShape, ContactForceScheme, ContactLaw, Drift, Fill, GridContact, Interface, Lattice,
+    Leaving, MaterialModel, Motion, OverlapMeasure, Plane, ShapeFunction, Spacing, Stage,
+    StressUpdate, Transfer, Walls,
 };
 use mechanics::generate::BodyFill;
 use schemars::JsonSchema;
@@ -53,6 +53,10 @@ pub(crate) struct SceneWritten {
     /// Laws between surfaces, instead of these two.
     #[serde(default)]
     pub contact_pair: Vec<ContactPair>,
+    /// Laws between the points of two groups, each on a grid layer of its own (Chen 2023); the process of the bodies
+    /// computes them, also where there is no body.
+    #[serde(default)]
+    pub group_pair: Vec<GroupPairWritten>,
     /// Programs in the place of the built-in solvers.
     #[serde(default)]
     pub solvers: SolversWritten,
@@ -83,6 +87,16 @@ pub(crate) enum NumberOrExpression {
     Number(f64),
     /// An expression.
     Expression(String),
+}
+
+/// Contact between the points of two groups, which are circles of their contact radius.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct GroupPairWritten {
+    /// Names of the two groups, in either order.
+    pub between: [String; 2],
+    /// Law between their points.
+    pub law: ContactLaw,
 }
 
 /// Another run whose state the scene begins with.
@@ -162,6 +176,10 @@ pub(crate) struct MpmWritten {
     /// Contact between the groups of points on the grid (Bardenhagen 2000), each group a body with nodes of its own;
     /// without it all groups are one continuum. Does not go with `[dem]`.
     pub grid_contact: Option<GridContact>,
+    /// Whether each group of points has a grid layer of its own, so that groups exchange nothing through the grid; false by
+    /// default. Groups of `[[group_pair]]` need it.
+    #[serde(default)]
+    pub layers: bool,
     /// What happens to a point that leaves the domain; the run stops by default.
     #[serde(default)]
     pub leaving: Leaving,
@@ -180,6 +198,13 @@ pub(crate) struct MpmWritten {
     /// Points that are followed from the start.
     #[serde(default)]
     pub probe: Vec<ProbeWritten>,
+    /// What bodies meet: the points, or the segments between the markers of `[[mpm.chain]]`, which only discs and clusters of
+    /// discs do. With points chains are left out.
+    #[serde(default)]
+    pub interface: Interface,
+    /// Chains of markers along the boundaries of groups.
+    #[serde(default)]
+    pub chain: Vec<ChainWritten>,
     /// Materials.
     pub material: Vec<MaterialWritten>,
     /// Groups of material points.
@@ -262,6 +287,36 @@ pub(crate) struct HoldWritten {
     pub hold_y: bool,
 }
 
+/// A chain of markers along the boundary of a group (Singer 2022): places without mass that move with the grid, between which
+/// bodies meet segments.
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ChainWritten {
+    /// Name, by which quantities refer to the chain.
+    pub name: String,
+    /// Name of the group of points.
+    pub points: String,
+    /// Greatest distance of neighbouring markers in m along the outline of the group's fill, whose edges are cut evenly; this or
+    /// `through`.
+    pub spacing: Option<f64>,
+    /// How far inside of the outline the chain is, in m; the contact radius of the group by default, so that the surface of
+    /// contact is the outline.
+    pub shift: Option<f64>,
+    /// The markers themselves in m, with the material on the left.
+    pub through: Option<Vec<[f64; 2]>>,
+    /// Whether a segment goes from the last marker of `through` to the first; the outline of a fill is closed.
+    #[serde(default)]
+    pub closed: bool,
+    /// eta: a node with less than this share of the mass of a full cell counts less for a marker, in proportion to its mass.
+    #[serde(default = "marker_floor")]
+    pub floor: f64,
+}
+
+/// 0.1, the default of eta.
+fn marker_floor() -> f64 {
+    0.1
+}
+
 /// Points of a group that are followed: those that are in a region at the start.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -275,10 +330,11 @@ pub(crate) struct ProbeWritten {
 }
 
 /// The bodies.
-#[derive(Debug, Clone, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct DemWritten {
-    /// Spheropolygon bodies, one by one; without any and without sets of them it is as good as no `[dem]`.
+    /// Spheropolygon bodies, one by one; without any, without sets of them and without `[[group_pair]]` it is as good as no
+    /// `[dem]`.
     #[serde(default)]
     pub body: Vec<BodyWritten>,
     /// Sets of bodies from a seed.

@@ -8,7 +8,7 @@ use mechanics::expression::{Expression, Meaning};
 
 use crate::StudyError;
 use crate::figure::file::Kind;
-use crate::figure::panels::{Dot, Layout, Panel, draw, film};
+use crate::figure::panels::{Dot, Force, Layout, Panel, draw, film};
 use crate::plot::Labelled;
 
 /// What can be said of a point, and its unit, in the order of [`numbers`].
@@ -49,6 +49,8 @@ pub struct SnapshotOptions {
     pub colour: Labelled,
     /// Values of the first and the last colour; what the points have, where it is left out.
     pub between: Option<[f64; 2]>,
+    /// Whether contact forces are drawn.
+    pub forces: bool,
     /// First and last x and y in m; as far as anything is, where they are left out.
     pub limits: [[Option<f64>; 2]; 2],
     /// Panels in a row.
@@ -82,7 +84,11 @@ pub fn snapshots(options: &SnapshotOptions, path: &Path) -> Result<(), StudyErro
             let frame = Frame::read(Path::new(&run.what), time).map_err(|e| unread(&e))?;
             let label = run.label.as_ref().map(|label| format!("{label}, "));
             let caption = format!("{}t = {time} s", label.unwrap_or_default());
-            panels.push(panel(caption, &frame, &colour)?);
+            let mut panel = panel(caption, &frame, &colour)?;
+            if options.forces {
+                panel.forces = forces(&frame)?;
+            }
+            panels.push(panel);
         }
     }
     let dots = || panels.iter().flat_map(|panel| &panel.dots);
@@ -118,6 +124,7 @@ pub fn snapshots(options: &SnapshotOptions, path: &Path) -> Result<(), StudyErro
         columns: options.columns,
         window,
         between,
+        largest_force: options.forces.then(|| largest(&panels)),
     };
     if kind.moves() {
         return film(path, &layout, &panels, options.rate);
@@ -187,7 +194,39 @@ fn panel(caption: String, frame: &Frame, colour: &Expression) -> Result<Panel, S
             .as_ref()
             .map_or(Ok(Vec::new()), |points| dots(points, colour))?,
         outlines: bodies.map(<[_]>::to_vec).collect(),
+        forces: Vec::new(),
     })
+}
+
+/// The contact forces of a frame.
+fn forces(frame: &Frame) -> Result<Vec<Force>, StudyError> {
+    let told = frame.contacts.as_ref();
+    let contacts = told.ok_or_else(|| {
+        StudyError::asked(
+            format!("the frame at {} s has no contacts", frame.time),
+            "run again with `contacts` among `output.fields`, or all of them, and a solver that tells contacts",
+        )
+    })?;
+    let force = contacts.array("force");
+    let force = force.ok_or_else(|| StudyError::Figure("contacts without a force".into()))?;
+    let strengths = force.values.chunks(force.components);
+    let strengths = strengths.map(|f| f.iter().map(|f| f * f).sum::<f64>().sqrt());
+    let lines = contacts.cells().zip(strengths);
+    Ok(lines
+        .filter_map(|(line, strength)| match *line {
+            [from, to] => Some(Force {
+                between: [from, to],
+                strength,
+            }),
+            _ => None,
+        })
+        .collect())
+}
+
+/// The largest contact force of all panels in N/m.
+fn largest(panels: &[Panel]) -> f64 {
+    let forces = panels.iter().flat_map(|panel| &panel.forces);
+    forces.map(|force| force.strength).fold(0.0, f64::max)
 }
 
 fn dots(points: &Mesh, colour: &Expression) -> Result<Vec<Dot>, StudyError> {

@@ -1,6 +1,7 @@
 //! The surfaces that a scene's table of laws names, as numbers.
 
 use interface::config::DemConfig;
+use interface::config::surfaces::ContactPair;
 
 /// The names that a scene's table of laws uses, as numbers: 0 is every surface that the table does not name.
 #[derive(Debug, Clone, Default)]
@@ -9,7 +10,12 @@ pub struct Surfaces(Vec<String>);
 impl Surfaces {
     /// The names of a configuration.
     pub fn new(config: &DemConfig) -> Self {
-        let pairs = config.contact_pairs.iter();
+        Self::of(&config.contact_pairs)
+    }
+
+    /// The names of a table.
+    pub fn of(table: &[ContactPair]) -> Self {
+        let pairs = table.iter();
         let mut names: Vec<String> = pairs.flat_map(|pair| pair.between.clone()).collect();
         names.sort_unstable();
         names.dedup();

@@ -11,6 +11,7 @@
 use std::fmt::Debug;
 
 use interface::Vec2;
+use interface::message::wire::ContactState;
 use interface::solver::Refusal;
 
 use crate::body::bodies::Bodies;
@@ -20,6 +21,7 @@ use crate::contact::approach::{Near, crossing_rate};
 use crate::contact::impact::{Impacts, Pressing};
 use crate::contact::pairs::{BodySide, SavedPairs};
 use crate::contact::passage::{Passage, PassedBodies, TURN};
+use crate::contact::told::between_bodies;
 use crate::law::history::SavedHistories;
 use crate::law::{Law, Loss, Mates, Past, Press, Touch, reduced};
 use crate::lists::watch::{Ahead, Watch};
@@ -149,6 +151,8 @@ pub struct ConvexContacts<L: Law, M> {
     in_reach: Vec<Near>,
     /// How each of them presses.
     pressing: Vec<Pressing>,
+    /// Those that press, for frames.
+    told: Vec<ContactState>,
     passed: Option<PassedBodies>,
     presses: usize,
     loss: Loss,
@@ -168,6 +172,7 @@ impl<L: Law, M: Measure> ConvexContacts<L, M> {
             depths: Vec::new(),
             in_reach: Vec::new(),
             pressing: Vec::new(),
+            told: Vec::new(),
             passed: None,
             presses: 0,
             loss: Loss::default(),
@@ -226,6 +231,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         loads.fill(PairLoad::default());
         self.in_reach.clear();
         self.pressing.clear();
+        self.told.clear();
         self.presses = 0;
         self.passed = None;
         self.loss = Loss::default();
@@ -286,7 +292,8 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
             if let Some(pressing) = self.pressing.last_mut() {
                 pressing.force = spot.gain * press.normal;
             }
-            push(loads, pair, arms, &spot, &press);
+            let force = push(loads, pair, arms, &spot, &press);
+            self.told.push(between_bodies(pair, spot.point, force));
             self.loss += press.loss;
             self.presses += 1;
             self.depths[k] = spot.depth;
@@ -345,6 +352,10 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         energy.sum()
     }
 
+    fn tell(&self, _: &Bodies, found: &mut Vec<ContactState>) {
+        found.extend_from_slice(&self.told);
+    }
+
     fn keep_list(&mut self) {
         if self.rebuilt {
             std::mem::swap(&mut self.kept, &mut self.fresh);
@@ -399,6 +410,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
             depths: _,
             in_reach: _,
             pressing: _,
+            told: _,
             passed: _,
             presses: _,
             loss: _,
@@ -442,7 +454,13 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
 }
 
 /// Adds force and moment of a contact that presses to the loads of its two bodies.
-fn push<H>(loads: &mut [PairLoad], pair: [u32; 2], arms: [Vec2; 2], spot: &Spot, press: &Press<H>) {
+fn push<H>(
+    loads: &mut [PairLoad],
+    pair: [u32; 2],
+    arms: [Vec2; 2],
+    spot: &Spot,
+    press: &Press<H>,
+) -> Vec2 {
     let (f_n, f_t) = (spot.gain * press.normal, spot.gain * press.tangential);
     let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
     let force = spot.normal * f_n + tangent * f_t;
@@ -451,6 +469,7 @@ fn push<H>(loads: &mut [PairLoad], pair: [u32; 2], arms: [Vec2; 2], spot: &Spot,
         load.force += force * sign;
         load.torque += sign * (cross(arms[i], force) + press.moment);
     }
+    force
 }
 
 /// `count` times `value`.

@@ -13,6 +13,7 @@
 use std::fmt::Debug;
 
 use interface::Vec2;
+use interface::message::wire::ContactState;
 use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
@@ -23,12 +24,14 @@ use crate::contact::approach::{Near, crossing_rate};
 use crate::contact::impact::{Impacts, Pressing};
 use crate::contact::meeting::{Answers, Apart, LANES, Lanes, first};
 use crate::contact::passage::{Passage, PassedBodies};
+use crate::contact::told::between_bodies;
 use crate::law::history::SavedHistories;
 use crate::law::{Law, Loss, Mates, Past, reduced};
 use crate::lists::neighbours::{BodyList, VertexEdge};
 use crate::lists::watch::{Ahead, SavedWatch, Watch};
 use crate::saved::count;
 use crate::threads::{CHUNK, Threads};
+use mechanics::outline::contact_point;
 
 /// What the step needs from the contact between bodies, whatever the law.
 pub trait BodySide: Debug + Send + Sync {
@@ -61,6 +64,8 @@ pub trait BodySide: Debug + Send + Sync {
     fn loss(&self) -> Loss;
     /// Energy in the contact springs in J/m.
     fn energy(&self, bodies: &Bodies) -> f64;
+    /// Adds the pairs of the last evaluation that press to those `found`, in the order of the list.
+    fn tell(&self, bodies: &Bodies, found: &mut Vec<ContactState>);
     /// Keeps the list that was evaluated.
     fn keep_list(&mut self);
     /// Accepts what was evaluated as the history of the next step, and keeps the list.
@@ -563,6 +568,21 @@ impl<L: Law> BodySide for BodyContacts<L> {
             }
         };
         pairs.map(energy).sum()
+    }
+
+    fn tell(&self, bodies: &Bodies, found: &mut Vec<ContactState>) {
+        let pairs = self.now().list.pairs.chunks(CHUNK);
+        for (outcomes, pairs) in self.outcomes.iter().zip(pairs) {
+            for i in 0..outcomes.presses {
+                let pair = &pairs[outcomes.numbers[i] as usize];
+                let (away, sq) = separation(bodies, pair);
+                let distance = sq.sqrt();
+                let vertex = bodies.outline[pair.vertex as usize];
+                let (overlap, normal) = (pair.reach - distance, away / distance);
+                let at = contact_point(vertex, pair.radius, overlap, normal);
+                found.push(between_bodies(pair.bodies, at, outcomes.loads[0][i].force));
+            }
+        }
     }
 
     fn keep_list(&mut self) {

@@ -8,91 +8,24 @@
 use std::fmt::Debug;
 
 use interface::Vec2;
-use interface::message::wire::{ImpForce, ImpInfo, ImpState};
+use interface::message::wire::{ContactState, ImpForce, ImpInfo, ImpState};
 use interface::solver::Refusal;
 use mechanics::outline::{contact_point, see};
-use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::Bodies;
 use crate::body::load::Load;
-use crate::body::odometer::{Odometer, SavedOdometer};
+use crate::body::odometer::Odometer;
 use crate::body::shape::edge_count;
 use crate::contact::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
+use crate::contact::point_side::{Interval, PointSide, SavedPoints};
 use crate::contact::set::{restored_set, save_set};
+use crate::contact::told::POINT;
 use crate::law::history::SavedHistories;
 use crate::law::{Law, Loss, Mates, Past, Touch, reduced_on_outline};
 use crate::lists::neighbours::{PointList, PointPair, REACH};
 use crate::saved::{count, finite, refusal};
 use crate::threads::Threads;
 use mechanics::mass::cross;
-
-/// The intervals around `t_n`, as contact sees them.
-#[derive(Debug, Clone, Copy)]
-pub struct Interval {
-    /// The one behind.
-    pub past: Past,
-    /// How far a point and a surface can come together in the one ahead, in m: a law whose stiffness grows with the
-    /// overlap declares what it may be by then.
-    pub closing: f64,
-}
-
-/// What the step needs from the contact between points and bodies, whatever the law.
-pub trait PointSide: Debug + Send {
-    /// Slots are now ordered as `set`.
-    fn imp_set(&mut self, set: &[ImpInfo]);
-    /// The present set.
-    fn set(&self) -> &[ImpInfo];
-    /// Points are at `states`: makes a list anew if a pair that is not in the one that is kept could touch.
-    fn update_list(&mut self, bodies: &Bodies, states: &[ImpState]);
-    /// Evaluates every pair of the list (eqs. 44, 43, 41) and sums the forces on the points slot by slot (eq. 46) and
-    /// the same numbers negated on the bodies (eqs. 49, 50).
-    fn evaluate(
-        &mut self,
-        bodies: &Bodies,
-        states: &[ImpState],
-        interval: Interval,
-        threads: &Threads,
-        forces: &mut [ImpForce],
-        loads: &mut [Load],
-    );
-    /// The first point, in the order of the list, that the last evaluation found too far inside a body.
-    fn passed(&self, bodies: &Bodies, states: &[ImpState]) -> Option<Passed>;
-    /// Energy dissipated over the last step.
-    fn loss(&self) -> Loss;
-    /// Energy in the contact springs in J/m.
-    fn energy(&self, bodies: &Bodies, states: &[ImpState]) -> f64;
-    /// Keeps the list that was evaluated.
-    fn keep_list(&mut self);
-    /// Accepts what was evaluated as the history of the next step, and keeps the list.
-    fn commit(&mut self);
-    /// Largest damping ratio of a contact in reach; 0 where there is none.
-    fn damping_ratio(&self) -> f64;
-    /// The bodies move on with surface speeds up to `speed` (m/s) for `dt` (s).
-    fn advance(&mut self, speed: f64, dt: f64);
-    /// Bytes of memory.
-    fn bytes(&self) -> usize;
-    /// For a saved state.
-    fn save(&self) -> SavedPoints;
-    /// Takes over what was saved, with bodies of the same configuration. After a refusal all is as it was.
-    ///
-    /// # Errors
-    /// A refusal if it is not of this configuration.
-    fn restore(&mut self, saved: &SavedPoints, bodies: &Bodies) -> Result<(), Refusal>;
-}
-
-/// Contact with points in a saved state. The list follows from where points and bodies were when it was built.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct SavedPoints {
-    /// As records of the wire.
-    set: Vec<u8>,
-    replaced: Option<Vec<u8>>,
-    /// In m.
-    previous: Vec<[f64; 2]>,
-    /// In m.
-    built_at: Vec<[f64; 2]>,
-    odometer: SavedOdometer,
-    histories: SavedHistories,
-}
 
 /// One evaluated pair in reach.
 #[derive(Debug, Clone, Copy)]
@@ -555,6 +488,34 @@ impl<L: Law> PointSide for PointContacts<L> {
         (0..now.list.pairs.len()).map(energy).sum()
     }
 
+    fn tell(
+        &self,
+        bodies: &Bodies,
+        states: &[ImpState],
+        past: Past,
+        found: &mut Vec<ContactState>,
+    ) {
+        let view = self.view(bodies, states);
+        for (k, pair) in view.now.list.pairs.iter().enumerate() {
+            let pressing = view
+                .pair(past, 0.0, k)
+                .filter(|(outcome, _)| outcome.presses);
+            let Some((outcome, _)) = pressing else {
+                continue;
+            };
+            let info = &self.set[pair.slot as usize];
+            let x = states[pair.slot as usize].position.into();
+            let (overlap, normal) = view.overlap(x, k);
+            found.push(ContactState {
+                body: pair.body.into(),
+                other: info.id,
+                with: POINT,
+                position: contact_point(x, info.radius, overlap, normal).into(),
+                force: (-outcome.force).into(),
+            });
+        }
+    }
+
     fn keep_list(&mut self) {
         if self.rebuilt {
             std::mem::swap(&mut self.kept, &mut self.fresh);
@@ -633,6 +594,7 @@ impl<L: Law> PointSide for PointContacts<L> {
             built_at: plain(built_at),
             odometer: odometer.save(),
             histories: SavedHistories::of(history),
+            chain: None,
         }
     }
 
@@ -644,7 +606,11 @@ impl<L: Law> PointSide for PointContacts<L> {
             built_at,
             odometer,
             histories,
+            chain,
         } = saved;
+        if chain.is_some() {
+            return Err(refusal("contact with segments, and not with points"));
+        }
         let set = restored_set(set)?;
         let replaced = replaced.as_deref().map(restored_set).transpose()?;
         let listed = replaced.as_ref().unwrap_or(&set);

@@ -2,8 +2,20 @@
 
 use interface::message::wire::{ImpInfo, Record};
 use interface::solver::Refusal;
+use serde::{Deserialize, Serialize};
 
+use crate::law::history::SavedHistories;
 use crate::saved::{count, refusal};
+
+/// What is remembered of a chain in a saved state, besides the set.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct SavedChain {
+    /// Positions one step before in m, slot by slot.
+    pub previous: Vec<Option<[f64; 2]>>,
+    /// Body, part, markers, share and kind of the contacts that press.
+    pub held: Vec<(u32, u32, [u64; 2], f64, bool)>,
+    pub histories: SavedHistories,
+}
 
 /// A set of points as bytes.
 pub fn save_set(set: &[ImpInfo]) -> Vec<u8> {

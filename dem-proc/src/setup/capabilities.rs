@@ -1,11 +1,14 @@
 //! What the solver says in Hello that it does and takes ([`interface::config::capability`]).
 
-use interface::config::capability::{Capabilities, SAVE};
+use interface::config::capability::{CONTACTS, Capabilities, PAIRS, SAVE, SEGMENTS};
 use interface::config::laws::LAWS;
 
 /// What it does and takes besides contact laws.
-const OTHERS: [&str; 20] = [
+const OTHERS: [&str; 23] = [
     SAVE,
+    CONTACTS,
+    PAIRS,
+    SEGMENTS,
     "shape:disc",
     "shape:segment",
     "shape:polygon",

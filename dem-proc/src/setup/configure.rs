@@ -2,7 +2,7 @@
 
 use interface::Vec2;
 use interface::config::surfaces::ContactPair;
-use interface::config::{ContactLaw, DemConfig, Interface, OverlapMeasure};
+use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Interface, OverlapMeasure};
 use interface::solver::{Readiness, Refusal};
 
 use crate::body::bodies::{Bodies, Body};
@@ -13,7 +13,10 @@ use crate::contact::convex::{ConvexContacts, Measure};
 use crate::contact::nearest::NearestEdge;
 use crate::contact::overlap::OverlapArea;
 use crate::contact::pairs::{BodyContacts, BodySide};
-use crate::contact::points::{PointContacts, PointSide};
+use crate::contact::point_pairs::{PairSide, PointPairs, Touching};
+use crate::contact::point_side::PointSide;
+use crate::contact::points::PointContacts;
+use crate::contact::segments::SegmentContacts;
 use crate::law::Law;
 use crate::law::choice::{ForLaw, normal_stiffness, with_law, with_table};
 use crate::system::System;
@@ -29,6 +32,19 @@ impl ForLaw for PointsWith {
     type Output = Box<dyn PointSide>;
     fn build<L: Law>(self, law: L) -> Self::Output {
         Box::new(PointContacts::new(law, self.surfaces, self.skin))
+    }
+}
+
+struct SegmentsWith {
+    /// Surface of each point group.
+    surfaces: Vec<u32>,
+    skin: f64,
+}
+
+impl ForLaw for SegmentsWith {
+    type Output = Box<dyn PointSide>;
+    fn build<L: Law>(self, law: L) -> Self::Output {
+        Box::new(SegmentContacts::new(law, self.surfaces, self.skin))
     }
 }
 
@@ -55,20 +71,71 @@ impl<M: Measure + 'static> ForLaw for ConvexWith<M> {
     }
 }
 
-/// Contact between points and bodies.
-fn point_side(config: &DemConfig, surfaces: &Surfaces) -> Box<dyn PointSide> {
-    let groups = config.point_surfaces.iter();
-    let build = PointsWith {
-        surfaces: groups.map(|name| surfaces.number(name)).collect(),
+struct PairsWith {
+    touching: Touching,
+    skin: f64,
+}
+
+impl ForLaw for PairsWith {
+    type Output = Box<dyn PairSide>;
+    fn build<L: Law>(self, law: L) -> Self::Output {
+        Box::new(PointPairs::new(law, self.touching, self.skin))
+    }
+}
+
+/// Contact between the points of two groups, where there is any.
+fn pair_side(config: &DemConfig) -> Option<Box<dyn PairSide>> {
+    let pairs = &config.group_pairs;
+    let law = &pairs.first()?.law;
+    // A group is a surface of its own, named after its number.
+    let table: Vec<ContactPair> = (pairs.iter())
+        .map(|pair| ContactPair {
+            between: pair.between.map(|group| group.to_string()),
+            law: pair.law,
+        })
+        .collect();
+    let surfaces = Surfaces::of(&table);
+    let groups = pairs.iter().map(|pair| pair.between);
+    let build = PairsWith {
+        touching: Touching::new(groups, |group| surfaces.number(&group.to_string())),
         skin: config.skin,
     };
+    Some(if pairs.iter().all(|pair| pair.law == *law) {
+        with_law(law, build)
+    } else {
+        let table: Vec<&ContactPair> = table.iter().collect();
+        with_table(&surfaces, law, &table, build)
+    })
+}
+
+/// Contact between points and bodies.
+fn point_side(config: &DemConfig, surfaces_of: &Surfaces) -> Box<dyn PointSide> {
+    let groups = config.point_surfaces.iter();
+    let build = PointsWith {
+        surfaces: groups.map(|name| surfaces_of.number(name)).collect(),
+        skin: config.skin,
+    };
+    if config.interface == Interface::Segments {
+        let PointsWith { surfaces, skin } = build;
+        return segment_side(config, surfaces_of, SegmentsWith { surfaces, skin });
+    }
     let law = &config.point_contact;
     let table: Vec<&ContactPair> = config.point_pairs().map(|(_, pair)| pair).collect();
     if table.is_empty() {
         with_law(law, build)
     } else {
-        with_table(surfaces, law, &table, build)
+        with_table(surfaces_of, law, &table, build)
     }
+}
+
+/// Contact between segments and discs.
+fn segment_side(
+    config: &DemConfig,
+    surfaces: &Surfaces,
+    build: SegmentsWith,
+) -> Box<dyn PointSide> {
+    let table: Vec<&ContactPair> = config.point_pairs().map(|(_, pair)| pair).collect();
+    with_table(surfaces, &config.point_contact, &table, build)
 }
 
 /// Contact between bodies by `law` and the pairs of the table, as the scene measures it.
@@ -105,6 +172,9 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
     let threads = Threads::new(config.threads)
         .map_err(|e| Refusal::new("dem.threads", format!("{}: {e}", config.threads)))?;
     let [point_stiffness, body_stiffness] = stiffest(config, &bodies);
+    let of_pairs = config.group_pairs.iter();
+    let of_pairs = of_pairs.map(|pair| normal_stiffness(&pair.law, 0.0));
+    let pair_stiffness = of_pairs.fold(0.0, f64::max);
     let yields = |b: &Body| b.yields();
     let law = config.body_contact.as_ref();
     let pairs = law.filter(|_| bodies.properties.iter().any(yields) && bodies.len() > 1);
@@ -121,6 +191,7 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
     let system = System {
         gravity: config.gravity.into(),
         points: point_side(config, &surfaces),
+        point_pairs: pair_side(config),
         pairs: pairs.map(|law| body_side(config, &surfaces, law)),
         threads,
         point_loads: vec![Load::default(); n],
@@ -139,7 +210,7 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         bytes: system.bytes() as u64,
         courant_time: 0.0,
         mass_min: if lightest.is_finite() { lightest } else { 0.0 },
-        stiffness_max: if n > 0 { point_stiffness } else { 0.0 },
+        stiffness_max: if n > 0 { point_stiffness } else { 0.0 }.max(pair_stiffness),
         notes,
     };
     Ok((system, readiness))
@@ -163,13 +234,13 @@ fn stiffest(config: &DemConfig, bodies: &Bodies) -> [f64; 2] {
 
 /// Refuses what this solver does not do.
 fn refuse_unbuilt(config: &DemConfig) -> Result<(), Refusal> {
-    if !config.group_pairs.is_empty() {
-        let text = "contact between groups of points is not built (capability `pairs`)";
-        return Err(Refusal::new("dem.group_pairs", text));
-    }
-    if config.interface == Interface::Segments {
-        let text = "contact with segments is not built (capability `segments`); use \"points\"";
-        return Err(Refusal::new("dem.interface", text));
+    let disc = |b: &BodyConfig| matches!(b.shape, BodyShape::Disc | BodyShape::Cluster { .. });
+    if config.interface == Interface::Segments
+        && let Some(b) = config.bodies.iter().position(|body| !disc(body))
+    {
+        let text = "only discs and clusters of discs meet the segments of a boundary; write one of these, or \
+                    mpm.interface = \"points\"";
+        return Err(Refusal::new(format!("dem.bodies[{b}].shape"), text));
     }
     Ok(())
 }

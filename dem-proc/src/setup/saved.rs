@@ -14,12 +14,13 @@ use crate::body::bodies::SavedBody;
 use crate::body::load::{Load, PairLoad};
 use crate::body::odometer::{Odometer, SavedOdometer};
 use crate::contact::pairs::SavedPairs;
-use crate::contact::points::SavedPoints;
+use crate::contact::point_pairs::SavedPointPairs;
+use crate::contact::point_side::SavedPoints;
 use crate::saved::{count, finite, refusal};
 use crate::system::System;
 
 /// Name of the format of the bytes.
-pub const FORMAT: &str = "tandem-dem 2";
+pub const FORMAT: &str = "tandem-dem 3";
 
 /// The state before a step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -31,6 +32,7 @@ pub struct SavedSystem {
     published: SavedOdometer,
     totals: Totals,
     points: SavedPoints,
+    point_pairs: Option<SavedPointPairs>,
     pairs: Option<SavedPairs>,
 }
 
@@ -40,6 +42,7 @@ impl SavedSystem {
         let System {
             bodies,
             points,
+            point_pairs,
             pairs,
             speed,
             published,
@@ -69,6 +72,7 @@ impl SavedSystem {
             published: published.save(),
             totals: *totals,
             points: points.save(),
+            point_pairs: point_pairs.as_ref().map(|pairs| pairs.save()),
             pairs: pairs.as_ref().map(|pairs| pairs.save()),
         }
     }
@@ -86,6 +90,7 @@ impl SavedSystem {
             published,
             totals,
             points,
+            point_pairs,
             pairs,
         } = self;
         own.check(marks)?;
@@ -101,6 +106,15 @@ impl SavedSystem {
             _ => {
                 return Err(refusal(
                     "contact between bodies is in one of state and scene",
+                ));
+            }
+        }
+        match (&mut system.point_pairs, point_pairs) {
+            (Some(here), Some(saved)) => here.restore(saved)?,
+            (None, None) => {}
+            _ => {
+                return Err(refusal(
+                    "contact between points is in one of state and scene",
                 ));
             }
         }
@@ -166,7 +180,12 @@ impl Marks {
         let keys = [
             mark(&body_contact.is_some()),
             mark(overlap),
-            mark(group_pairs),
+            mark(
+                &group_pairs
+                    .iter()
+                    .map(|pair| pair.between)
+                    .collect::<Vec<_>>(),
+            ),
             mark(interface),
             mark(skin),
         ];

@@ -3,7 +3,7 @@
 //! A clause says what it needs ([`crate::clause::Clause::needs`]), so a profile's core follows from the rows: the
 //! clauses that need nothing beyond it. Within a clause, scenes are made of what the solver takes.
 
-use interface::config::capability::{Capabilities, POLLS, SAVE, STRESS_WORK};
+use interface::config::capability::{CONTACTS, Capabilities, POLLS, SAVE, STRESS_WORK};
 use interface::message::control::Party;
 
 use crate::clause::{Clause, of};
@@ -54,6 +54,7 @@ pub const PROFILES: &[Profile] = &[
         "full+save+polls+laws",
         &["law:area", "law:granular", "feature:adhesion"],
     ),
+    of_bodies("full+save+polls+laws+contacts", &[CONTACTS]),
     of_continua("elastic", &["material:linear_elastic"]),
     of_continua(
         "full",

@@ -6,7 +6,7 @@ use super::laws::{Between, LawFault};
 use super::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, OverlapMeasure};
 
 impl Faults {
-    fn law(&mut self, key: &str, law: &ContactLaw, between: Between) {
+    pub(super) fn law(&mut self, key: &str, law: &ContactLaw, between: Between) {
         for fault in law.faults(between) {
             let LawFault {
                 name,
@@ -37,6 +37,7 @@ impl DemConfig {
         if let Some(law) = &self.body_contact {
             faults.law("dem.body_contact", law, Between::Bodies);
         }
+        self.group_pair_faults(&mut faults);
         self.overlap_faults(&mut faults);
         let table = self.table_faults();
         let sound = table.is_empty();

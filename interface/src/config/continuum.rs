@@ -4,7 +4,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{Interface, MaterialConfig};
-use crate::config::defaults::{are_zero, is_default, is_one_thread, is_zero, never, one_thread};
+use crate::config::defaults::{
+    are_zero, is_default, is_marker_floor, is_one_thread, is_zero, marker_floor, never, one_thread,
+};
 
 /// The continuum solver's part of a scene.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -59,9 +61,16 @@ pub struct MpmConfig {
     /// Whether each group has a grid layer of its own (Chen 2023; capability `layers`).
     #[serde(default, skip_serializing_if = "is_default")]
     pub layers: bool,
+    /// Groups whose points touch by a law of the bodies' side, by their indices: those of its `group_pairs`, since points
+    /// near one another are IMPs (capability `pairs`).
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub group_pairs: Vec<[usize; 2]>,
     /// What the bodies meet of the groups.
     #[serde(default, skip_serializing_if = "is_default")]
     pub interface: Interface,
+    /// The chains of markers that bodies meet where `interface` is `segments`; empty otherwise.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub chains: Vec<Chain>,
     /// Verlet skin `V_d` in m: a point within `reach + r_p + V_d` of a body is an IMP.
     pub skin: f64,
     /// Points that are followed from the start, told after the groups.
@@ -83,6 +92,24 @@ pub struct Probe {
     pub group: usize,
     /// Lower left and upper right corner of the region in m.
     pub within: [[f64; 2]; 2],
+}
+
+/// A chain of markers along the boundary of a group (Singer 2022): places without mass that move with the nodes, and between
+/// which bodies meet segments. A segment goes from each marker to the next, and has the material on its left.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Chain {
+    /// Index into [`MpmConfig::groups`]: the group whose contact radius and density are those of the markers.
+    pub group: usize,
+    /// Where the markers are at the start, in m; two or more, three or more of a closed chain.
+    pub markers: Vec<[f64; 2]>,
+    /// Whether a segment goes from the last marker to the first.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub closed: bool,
+    /// `eta`: a node with less than this share of the mass of a full cell counts less in the weights of a marker, in
+    /// proportion to its mass. Above 0, at most 1.
+    #[serde(default = "marker_floor", skip_serializing_if = "is_marker_floor")]
+    pub floor: f64,
 }
 
 /// How a contact force reaches the grid.
@@ -217,6 +244,36 @@ pub enum Transfer {
         /// m, at least 1 (which is PIC).
         order: u32,
     },
+    /// FLIP whose velocities are smoothed by PIC at a rate: the share of PIC in a step of length dt is 1 - exp(-rate dt), so that
+    /// the same time smooths the same, whatever the steps.
+    FlipPic {
+        /// The rate in 1/s; 0 is FLIP.
+        pic_rate: f64,
+    },
+    /// FLIP with the affine field of APIC, smoothed by APIC at a rate as by PIC.
+    Aflip {
+        /// The rate in 1/s; 0 smooths nothing.
+        pic_rate: f64,
+    },
+    /// FLIP filtered by XPIC of order m at a rate as by PIC.
+    FlipXpic {
+        /// m, at least 1 (which is PIC).
+        order: u32,
+        /// The rate in 1/s; 0 is FLIP.
+        pic_rate: f64,
+    },
+}
+
+impl Transfer {
+    /// Whether points carry an affine field of velocity, which needs a B-spline.
+    pub fn is_affine(&self) -> bool {
+        matches!(self, Self::Apic | Self::Aflip { .. })
+    }
+
+    /// Whether it filters what the nodes give back, in several rounds.
+    pub fn filters(&self) -> bool {
+        matches!(self, Self::Xpic { .. } | Self::FlipXpic { .. })
+    }
 }
 
 /// When stresses are updated within the step.

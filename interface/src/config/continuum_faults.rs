@@ -28,8 +28,10 @@ impl MpmConfig {
         for g in 0..self.groups.len() {
             self.group_faults(&mut found, g, grid_is_sound);
         }
+        self.layer_faults(&mut found);
         self.forcing_faults(&mut found);
         self.probe_faults(&mut found);
+        self.chain_faults(&mut found);
         found.0
     }
 
@@ -100,14 +102,28 @@ impl MpmConfig {
                 let key = "mpm.transfer.xpic.order";
                 found.number(key, f64::from(order), order > 0, "1 (PIC) or more");
             }
-            Transfer::Apic if !splines.contains(&self.shape) => found.add(
-                "mpm.transfer",
-                "\"apic\"",
-                "\"flip\", \"pic\" or blend with this shape function",
-                "apic needs shape = \"quadratic_bspline\" or \"cubic_bspline\": with the others the inertia D_p of eq. 29 \
-                 has no inverse at every position",
-            ),
+            Transfer::FlipPic { pic_rate } => rate_faults(found, "flip_pic", pic_rate),
+            Transfer::Aflip { pic_rate } => rate_faults(found, "aflip", pic_rate),
+            Transfer::FlipXpic { order, pic_rate } => {
+                let key = "mpm.transfer.flip_xpic.order";
+                found.number(key, f64::from(order), order > 0, "1 (PIC) or more");
+                rate_faults(found, "flip_xpic", pic_rate);
+            }
             Transfer::Apic | Transfer::Pic | Transfer::Flip => {}
+        }
+        if self.transfer.is_affine() && !splines.contains(&self.shape) {
+            let (name, others) = match self.transfer {
+                Transfer::Apic => (
+                    "apic",
+                    "\"flip\", \"pic\" or blend with this shape function",
+                ),
+                _ => ("aflip", "\"flip\" or flip_pic with this shape function"),
+            };
+            let help = format!(
+                "{name} needs shape = \"quadratic_bspline\" or \"cubic_bspline\": with the others the inertia D_p of \
+                 eq. 29 has no inverse at every position"
+            );
+            found.add("mpm.transfer", format!("\"{name}\""), others, help);
         }
         if let Some(GridContact { friction }) = self.grid_contact {
             let key = "mpm.grid_contact.friction";
@@ -202,7 +218,7 @@ impl MpmConfig {
             let key = format!("mpm.walls.{name}.driven.speed");
             found.number(key, speed, true, "a velocity along the wall");
             // Later rounds of the filter see what is left of velocities, which walls would have to hold at rest.
-            if matches!(self.transfer, Transfer::Xpic { .. }) {
+            if self.transfer.filters() {
                 let help = format!("the wall {name} moves, which xpic does not filter: take flip");
                 found.add("mpm.transfer", "xpic", "another transfer", help);
             }
@@ -290,8 +306,10 @@ impl MpmConfig {
         let walls = &self.walls;
         let periodic = walls.left == Wall::Periodic || walls.bottom == Wall::Periodic;
         let help = match self.transfer {
-            Transfer::Apic => "apic gives the nodes each point's own spin: leave it out",
-            Transfer::Xpic { .. } => {
+            Transfer::Apic | Transfer::Aflip { .. } => {
+                "apic gives the nodes each point's own spin: leave it out"
+            }
+            Transfer::Xpic { .. } | Transfer::FlipXpic { .. } => {
                 "xpic filters what the nodes give back: take transfer = \"flip\""
             }
             _ if group.rigid => "a rigid group has its spin anyway: leave it out",
@@ -437,7 +455,7 @@ impl MpmConfig {
             }
             let help = if self.grid_contact.is_some() {
                 "contact on the grid would move held points: leave one of them out"
-            } else if let Transfer::Xpic { .. } = self.transfer {
+            } else if self.transfer.filters() {
                 "xpic filters what the nodes give back: take another transfer"
             } else {
                 continue;
@@ -500,6 +518,12 @@ impl MpmConfig {
             }
         }
     }
+}
+
+/// A rate of smoothing that is none.
+fn rate_faults(found: &mut Faults, transfer: &str, rate: f64) {
+    let key = format!("mpm.transfer.{transfer}.pic_rate");
+    found.number(key, rate, rate >= 0.0, "a rate of 0 or more");
 }
 
 /// A region `[lower left, upper right]` that is none.

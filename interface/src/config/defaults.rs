@@ -31,6 +31,16 @@ pub(crate) fn is_one(value: &f64) -> bool {
     *value == one()
 }
 
+/// 0.1, the default of `eta` of a chain.
+pub(crate) fn marker_floor() -> f64 {
+    0.1
+}
+
+/// Whether a number is that default.
+pub(crate) fn is_marker_floor(value: &f64) -> bool {
+    *value == marker_floor()
+}
+
 /// One thread, the default.
 pub(crate) fn one_thread() -> usize {
     1

@@ -192,6 +192,8 @@ mod tests {
             dilation_angle: psi,
             cohesion: 100.0,
             tensile_strength: 0.0,
+            critical_state: None,
+            separates: false,
         }
     }
 

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::defaults::{is_default, never};
+
 /// A material of the continuum.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -55,6 +57,9 @@ pub enum MaterialModel {
         /// mu in Pa s.
         viscosity: f64,
     },
+    /// The mu(I) rheology of dense granular flow (Jop, Forterre and Pouliquen 2006), at constant volume where grains touch and without
+    /// stress where they do not (Dunatunga and Kamrin 2015); elastic as `linear_elastic`.
+    MuI(Inertial),
     /// Von Mises plasticity with linear isotropic hardening (Bardenhagen 2000), in Cauchy stress; elastic as `linear_elastic`.
     VonMises {
         /// K in Pa.
@@ -84,6 +89,50 @@ pub struct Frictional {
     pub cohesion: f64,
     /// sigma_t in Pa.
     pub tensile_strength: f64,
+    /// How dilation ends; none: it goes on for ever at the dilation angle. Drucker-Prager only.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub critical_state: Option<CriticalState>,
+    /// Whether what has been pulled apart has no stress until it has the volume at which its grains parted. Without cohesion only.
+    #[serde(default, skip_serializing_if = "is_default")]
+    #[schemars(skip_serializing_if = "never")]
+    pub separates: bool,
+}
+
+impl Frictional {
+    /// Whether it remembers nothing but stress and volume.
+    pub fn is_plain(&self) -> bool {
+        self.critical_state.is_none() && !self.separates
+    }
+}
+
+/// How the dilation of sand ends as it is sheared on and on: the slope of the plastic potential is multiplied by a share.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case", deny_unknown_fields)]
+pub enum CriticalState {
+    /// exp(-gamma/gamma_c) of the plastic shear strain gamma; the number is gamma_c.
+    ShearStrain(f64),
+    /// (1/J - 1/J_c)/(1 - 1/J_c) of the volume J over the initial one, between 0 and 1; the number is J_c, above 1.
+    Volume(f64),
+}
+
+/// Elasticity of a granular material and its friction, which grows with the rate of shear.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Inertial {
+    /// K in Pa.
+    pub bulk_modulus: f64,
+    /// G in Pa.
+    pub shear_modulus: f64,
+    /// mu_s, the friction at rest.
+    pub static_friction: f64,
+    /// mu_2, the friction that it comes to at high rates.
+    pub limit_friction: f64,
+    /// I_0, the inertial number half of the way between them.
+    pub inertial_number: f64,
+    /// d in m.
+    pub grain_diameter: f64,
+    /// rho_s in kg/m^3, of the grains themselves.
+    pub grain_density: f64,
 }
 
 /// A number of a material that cannot be.
@@ -107,6 +156,7 @@ impl MaterialModel {
             Self::MohrCoulomb(_) => "mohr_coulomb",
             Self::NeoHookean { .. } => "neo_hookean",
             Self::Fluid { .. } => "fluid",
+            Self::MuI(_) => "mu_i",
             Self::VonMises { .. } => "von_mises",
         }
     }
@@ -132,6 +182,7 @@ impl MaterialModel {
                 ..
             } => (bulk_modulus, shear_modulus),
             Self::DruckerPrager(m) | Self::MohrCoulomb(m) => (m.bulk_modulus, m.shear_modulus),
+            Self::MuI(m) => (m.bulk_modulus, m.shear_modulus),
             Self::Fluid { bulk_modulus, .. } => (bulk_modulus, 0.0),
         }
     }
@@ -140,7 +191,7 @@ impl MaterialModel {
     pub fn is_plastic(&self) -> bool {
         matches!(
             self,
-            Self::DruckerPrager(_) | Self::MohrCoulomb(_) | Self::VonMises { .. }
+            Self::DruckerPrager(_) | Self::MohrCoulomb(_) | Self::VonMises { .. } | Self::MuI(_)
         )
     }
 
@@ -174,6 +225,46 @@ impl MaterialModel {
                 check("cohesion", c, c >= 0.0, "a stress of 0 or more");
                 let holds = tension >= 0.0;
                 check("tensile_strength", tension, holds, "a stress of 0 or more");
+                let cone = matches!(self, Self::DruckerPrager(_));
+                let whole = !m.separates || c <= 0.0;
+                check("cohesion", c, whole, "0 where it separates");
+                match m.critical_state {
+                    None => {}
+                    Some(CriticalState::ShearStrain(of) | CriticalState::Volume(of)) if !cone => {
+                        check(
+                            "critical_state",
+                            of,
+                            false,
+                            "none: drucker_prager alone has it",
+                        );
+                    }
+                    Some(CriticalState::ShearStrain(of)) => {
+                        let key = "critical_state.shear_strain";
+                        check(key, of, of > 0.0, "a strain above 0");
+                    }
+                    Some(CriticalState::Volume(of)) => {
+                        let key = "critical_state.volume";
+                        check(key, of, of > 1.0, "a volume above 1, the initial one");
+                    }
+                }
+            }
+            Self::MuI(m) => {
+                let (least, most) = (m.static_friction, m.limit_friction);
+                let holds = least >= 0.0;
+                check(
+                    "static_friction",
+                    least,
+                    holds,
+                    "a coefficient of 0 or more",
+                );
+                let holds = most > least;
+                check("limit_friction", most, holds, "above static_friction");
+                let number = m.inertial_number;
+                check("inertial_number", number, number > 0.0, "a number above 0");
+                let d = m.grain_diameter;
+                check("grain_diameter", d, d > 0.0, "a length above 0");
+                let rho = m.grain_density;
+                check("grain_density", rho, rho > 0.0, "a density above 0");
             }
             Self::Fluid {
                 exponent,
@@ -210,6 +301,8 @@ mod tests {
         dilation_angle: 25.0,
         cohesion: 0.0,
         tensile_strength: 0.0,
+        critical_state: None,
+        separates: false,
     };
 
     /// What the format was before the two models shared their numbers, and what other solvers read.
@@ -236,6 +329,8 @@ mod tests {
             dilation_angle: 91.0,
             cohesion: -1.0,
             tensile_strength: f64::INFINITY,
+            critical_state: None,
+            separates: false,
         };
         let keys: Vec<_> = MaterialModel::DruckerPrager(wrong)
             .impossible()
@@ -260,6 +355,36 @@ mod tests {
         };
         assert!(fluid(3e4, 1.0, 0.0).impossible().is_empty());
         assert_eq!(fluid(0.0, 0.9, -1e-3).impossible().len(), 3);
+        let keys = |model: MaterialModel| -> Vec<_> {
+            let found = model.impossible();
+            found.into_iter().map(|i| i.key).collect()
+        };
+        let sticky = Frictional {
+            cohesion: 1.0,
+            separates: true,
+            critical_state: Some(CriticalState::Volume(1.0)),
+            ..SAND
+        };
+        let cone = keys(MaterialModel::DruckerPrager(sticky));
+        assert_eq!(cone, ["cohesion", "critical_state.volume"]);
+        let surface = keys(MaterialModel::MohrCoulomb(sticky));
+        assert_eq!(surface, ["cohesion", "critical_state"]);
+        let beads = Inertial {
+            bulk_modulus: 1.0,
+            shear_modulus: 1.0,
+            static_friction: 0.4,
+            limit_friction: 0.4,
+            inertial_number: 0.0,
+            grain_diameter: -1.0,
+            grain_density: f64::NAN,
+        };
+        let expected = [
+            "limit_friction",
+            "inertial_number",
+            "grain_diameter",
+            "grain_density",
+        ];
+        assert_eq!(keys(MaterialModel::MuI(beads)), expected);
         let metal = MaterialModel::VonMises {
             bulk_modulus: 1.0,
             shear_modulus: 1.0,

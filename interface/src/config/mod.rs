@@ -10,6 +10,7 @@
 mod bodies;
 mod bodies_faults;
 pub mod capability;
+mod chain_faults;
 mod continuum;
 mod continuum_faults;
 mod defaults;
@@ -20,6 +21,7 @@ mod law;
 pub mod laws;
 pub mod material;
 pub mod needs;
+mod pairs_faults;
 pub mod polygon;
 mod region;
 pub mod surfaces;
@@ -33,7 +35,9 @@ pub use self::continuum_faults::{CELLS_MAX, POINTS_MAX};
 pub use self::fault::ConfigFault;
 pub use self::lattice::{Following, points_of_ring};
 pub use self::law::{ContactLaw, ratio_of_restitution};
-pub use crate::config::material::{Frictional, MaterialConfig, MaterialModel};
+pub use crate::config::material::{
+    CriticalState, Frictional, Inertial, MaterialConfig, MaterialModel,
+};
 
 /// What the bodies meet of the continuum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]

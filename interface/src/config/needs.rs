@@ -8,7 +8,10 @@ use std::mem::{Discriminant, discriminant};
 use serde::Serialize;
 
 use crate::config::capability::{Capabilities, LAYERS, PAIRS, SEGMENTS};
-use crate::config::{ContactLaw, DemConfig, Interface, Lattice, MpmConfig, OverlapMeasure};
+use crate::config::{
+    ContactLaw, DemConfig, Frictional, Interface, Lattice, MaterialConfig, MaterialModel,
+    MpmConfig, OverlapMeasure,
+};
 
 /// Something that a configuration asks of its solver.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -45,13 +48,19 @@ pub fn missing<'a>(needs: &'a [Need], capabilities: &Capabilities) -> Vec<&'a Ne
 impl MpmConfig {
     /// What it asks of the continuum's solver, every capability once.
     ///
-    /// Verbs: `layers`, `segments`. Families: `shape`, `transfer`, `stress_update`, `drift`, `plane`, `wall`, `material`,
+    /// Verbs: `layers`, `pairs`, `segments`. Families: `shape`, `transfer`, `stress_update`, `drift`, `plane`, `wall`, `material`,
     /// `fill`, `lattice` (where it is not the default), `contact_force`, whose members are the words of the configuration, and
     /// `feature`: `probes`, `holds`.
     pub fn needs(&self) -> Vec<Need> {
         let mut needs = Vec::new();
         if self.layers {
             needs.push(Need::once(LAYERS, "mpm.layers"));
+        }
+        if !self.group_pairs.is_empty() {
+            needs.push(Need {
+                places: self.group_pairs.len(),
+                ..Need::once(PAIRS, "mpm.group_pairs[0]")
+            });
         }
         if self.interface == Interface::Segments {
             needs.push(Need::once(SEGMENTS, "mpm.interface"));
@@ -103,7 +112,32 @@ impl MpmConfig {
                 needs.push(Need { places, ..need });
             }
         }
+        needs.extend(self.needs_of_sand());
         needs
+    }
+}
+
+impl MpmConfig {
+    /// What is asked of a frictional material besides its yield surface.
+    fn needs_of_sand(&self) -> impl Iterator<Item = Need> {
+        type Asks = fn(&Frictional) -> bool;
+        let features: [(&str, Asks); 2] = [
+            ("critical_state", |m| m.critical_state.is_some()),
+            ("separates", |m| m.separates),
+        ];
+        let asks = |asks: Asks| {
+            move |material: &MaterialConfig| match &material.model {
+                MaterialModel::DruckerPrager(m) | MaterialModel::MohrCoulomb(m) => asks(m),
+                _ => false,
+            }
+        };
+        features.into_iter().filter_map(move |(feature, of)| {
+            let places = self.materials.iter().filter(|m| asks(of)(m)).count();
+            let first = self.materials.iter().position(asks(of))?;
+            let key = format!("mpm.materials[{first}].model");
+            let need = Need::once(format!("feature:{feature}"), key);
+            Some(Need { places, ..need })
+        })
     }
 }
 

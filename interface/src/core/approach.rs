@@ -10,6 +10,8 @@ pub(crate) struct Approach {
     /// Travel of points and surfaces together after which the set is built anew, in m: the skin less half the largest
     /// radius, so that whatever may begin to touch within a step is in the set, and in the step limit, before it does.
     allowed_travel: f64,
+    /// Whether points touch points: then either of two may come nearer, and the fastest counts twice.
+    among_points: bool,
     /// Smallest contact radius of any group in m; 0 where the configuration leaves radii to the solver.
     radius_min: f64,
     /// Speed of the fastest point of all in m/s.
@@ -31,6 +33,7 @@ impl Approach {
         };
         let radius_min = radii().fold(f64::INFINITY, f64::min);
         Self {
+            among_points: !config.group_pairs.is_empty(),
             allowed_travel: config.skin - 0.5 * radii().fold(0.0, f64::max),
             radius_min: if radius_min.is_finite() {
                 radius_min
@@ -43,13 +46,27 @@ impl Approach {
 
     /// I-6: whether the set may lack a point that could touch within the step.
     pub(crate) fn set_is_old(&self) -> bool {
-        self.points + self.bodies > self.allowed_travel
+        let others = if self.among_points {
+            self.bodies.max(self.points)
+        } else {
+            self.bodies
+        };
+        self.points + others > self.allowed_travel
     }
 
     /// The set has been chosen anew.
     pub(crate) fn selected(&mut self) {
         self.points = 0.0;
         self.bodies = 0.0;
+    }
+
+    /// What points of this speed (m/s) and others contribute to the speed at which a contact may close.
+    fn approach_speed(&self, speed: f64) -> f64 {
+        if self.among_points {
+            2.0 * speed
+        } else {
+            speed
+        }
     }
 
     /// The points have gone on: their travel is now `travel` (m). Returns the solver's limits with what the kinematic
@@ -63,7 +80,7 @@ impl Approach {
             self.fastest = travelled / dt;
         }
         Limits {
-            speed: limits.speed.max(self.fastest),
+            speed: self.approach_speed(limits.speed.max(self.fastest)),
             radius_min: self.radius_min,
             ..limits
         }
@@ -74,4 +91,41 @@ impl Approach {
 pub(crate) fn fastest(points: &[PointState]) -> f64 {
     let speeds = points.iter().map(|p| p.velocity[0].hypot(p.velocity[1]));
     speeds.fold(0.0, f64::max)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn approach(group_pairs: &str) -> Approach {
+        let group = |name: &str| {
+            format!(
+                r#"{{"name": "{name}", "material": 0, "fill": {{"points": {{"positions": []}}}},
+                    "spacing": {{"per_cell": 4}}, "contact_radius": 0.2}}"#
+            )
+        };
+        let text = format!(
+            r#"{{"domain": [[0, 0], [1, 1]], "cell": 0.1, "shape": "linear", "transfer": "flip", "materials": [],
+                "groups": [{}, {}], "layers": true, "group_pairs": {group_pairs}, "skin": 0.5}}"#,
+            group("a"),
+            group("b")
+        );
+        Approach::new(&serde_json::from_str(&text).expect("a configuration"))
+    }
+
+    /// Two points may both come nearer: the set is old at half the travel, and the speed at which contact closes is twice
+    /// that of the fastest.
+    #[test]
+    fn two_points_come_nearer_twice_as_fast_as_one() {
+        for (pairs, factor) in [("[]", 1.0), ("[[0, 1]]", 2.0)] {
+            let mut approach = approach(pairs);
+            let limits = approach.moved(Limits::default(), 0.19, 0.1);
+            assert!((limits.speed - factor * 1.9).abs() < 1e-12);
+            assert!(!approach.set_is_old()); // 0.19 or 0.38 of 0.5 - 0.1
+            approach.moved(Limits::default(), 0.21, 0.1);
+            assert_eq!(approach.set_is_old(), factor > 1.0);
+            approach.bodies = 0.2;
+            assert!(approach.set_is_old());
+        }
+    }
 }

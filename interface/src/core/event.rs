@@ -4,7 +4,8 @@ use std::time::Duration;
 
 use crate::message::control::Party;
 use crate::message::wire::{
-    EnvelopeVertex, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState, StepHeader,
+    ContactState, EnvelopeVertex, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState,
+    StepHeader,
 };
 use crate::message::{Channel, Records};
 use crate::solver::{Answer, Fault, Readiness, Refusal};
@@ -103,6 +104,8 @@ pub enum Task {
     Contact,
     /// Kick and move the bodies (bodies).
     Advance,
+    /// Give the contacts that pressed in the window's first step (bodies).
+    ListContacts,
 }
 
 /// What came of a [`Task`].
@@ -141,6 +144,8 @@ pub enum Done<'a> {
     Contacts(&'a Answer, &'a [ImpForce]),
     /// The bodies have moved.
     Advanced,
+    /// The contacts that pressed.
+    Listed(&'a [ContactState]),
     /// The solver cannot go on.
     Failed(Box<Fault>),
 }

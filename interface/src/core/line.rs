@@ -1,6 +1,8 @@
 //! A solver's line to the coupler: the part of the session that both sides have in common (PROTOCOL.md sections 2, 5
 //! and 9).
 
+mod report;
+
 use std::time::Duration;
 
 use super::check;
@@ -54,6 +56,8 @@ enum State {
     Window,
     /// The measurement is on its way.
     Measuring,
+    /// The contacts of a frame are on their way, after the window.
+    Listing,
     /// The report is on its way.
     Reporting,
     /// All points are on their way, at the end.
@@ -402,41 +406,6 @@ impl Line {
         self.done == self.grant.steps
     }
 
-    /// The window is over, or the side has halted: measurement if asked for, then the report.
-    pub(crate) fn finish(&mut self) -> Action {
-        let measured = self.grant.flags & flags::MEASURE != 0;
-        self.report = [Report {
-            epoch: self.grant.epoch,
-            next: self.step,
-            halted: (!self.window_done()).into(),
-            measured: measured.into(),
-            items: self.items,
-            imps: self.imps,
-            rebuilds: self.set,
-            limits: self.limits,
-            ..Report::default()
-        }];
-        if measured {
-            self.state = State::Measuring;
-            return Action::Do(Task::Measure);
-        }
-        self.report_now()
-    }
-
-    fn report_now(&mut self) -> Action {
-        self.state = State::Reporting;
-        if let Err(error) = check::number(self.party, "R-2", self.step, &self.report[0]) {
-            return self.fail(error);
-        }
-        let header = StepHeader {
-            epoch: self.grant.epoch,
-            step: self.step,
-            count: 1,
-            ..StepHeader::default()
-        };
-        self.send(Kind::Report, header)
-    }
-
     fn sent(&mut self) -> Next {
         let next = match self.state {
             State::Hello => {
@@ -450,7 +419,8 @@ impl Line {
                 self.state = State::Window;
                 return Next::Step;
             }
-            State::Measuring => self.report_now(),
+            State::Measuring => self.list_contacts(),
+            State::Listing => self.report_now(),
             State::Draining => self.say(State::Bye, &Notice::Bye),
             State::Bye => {
                 self.state = State::Close;
@@ -526,6 +496,15 @@ impl Line {
                     ..StepHeader::default()
                 };
                 self.send(records.kind(), header)
+            }
+            (State::Listing, Done::Listed(contacts)) => {
+                check::numbers(self.party, "R-6", self.step, Records::Contacts(contacts))?;
+                let header = StepHeader {
+                    step: self.grant.first,
+                    count: contacts.len() as u64,
+                    ..StepHeader::default()
+                };
+                self.send(Kind::Contacts, header)
             }
             (_, Done::Failed(fault)) => {
                 return Err(SessionError::Fault {

@@ -11,7 +11,7 @@ use crate::core::continuum::Continuum;
 use crate::core::{Action, Done, Event, Machine, Task, broken, fastest};
 use crate::message::codec::encode;
 use crate::message::control::{Hello, Notice, Party};
-use crate::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, StepHeader};
+use crate::message::wire::{ContactState, EnvelopeVertex, ImpForce, ImpInfo, ImpState, StepHeader};
 use crate::message::{Channel, Kind, Payload, Records};
 use crate::session::process::started_as;
 use crate::solver::{DemSolver, MpmSolver};
@@ -439,7 +439,11 @@ impl Perform for MpmPerformer<'_> {
                 }
                 Err(fault) => Done::Failed(fault.into()),
             },
-            Task::Envelopes | Task::TakeSet | Task::Contact | Task::Advance => {
+            Task::Envelopes
+            | Task::TakeSet
+            | Task::Contact
+            | Task::Advance
+            | Task::ListContacts => {
                 unreachable!("{task:?} is for bodies")
             }
         };
@@ -452,6 +456,8 @@ pub struct DemPerformer<'a> {
     machine: Bodies,
     solver: &'a mut dyn DemSolver,
     forces: Vec<ImpForce>,
+    /// Of the first step of the window, where a frame is asked for.
+    contacts: Vec<ContactState>,
 }
 
 impl<'a> DemSide<'a> {
@@ -462,6 +468,7 @@ impl<'a> DemSide<'a> {
             machine,
             solver,
             forces: Vec::new(),
+            contacts: Vec::new(),
         };
         Side::with(performer, clocked)
     }
@@ -502,9 +509,13 @@ impl Perform for DemPerformer<'_> {
                 forces.clear();
                 forces.resize(machine.imps(), ImpForce::default());
                 let states = outbox.states();
+                let states = &states[..forces.len().min(states.len())];
                 let step = machine.line().present();
-                match solver.contact(&step, &states[..forces.len().min(states.len())], forces) {
+                match solver.contact(&step, states, forces) {
                     Ok(answer) => {
+                        if machine.line().is_first_of_frame() {
+                            self.contacts = solver.contacts(&step, states);
+                        }
                         let action = machine.on(Event::Done(Done::Contacts(&answer, forces)));
                         return outbox.send(machine, action, Records::Forces(forces));
                     }
@@ -512,6 +523,10 @@ impl Perform for DemPerformer<'_> {
                 }
             }
             Task::Advance => Done::part(solver.advance(&machine.line().present()), Done::Advanced),
+            Task::ListContacts => {
+                let action = machine.on(Event::Done(Done::Listed(&self.contacts)));
+                return outbox.send(machine, action, Records::Contacts(&self.contacts));
+            }
             Task::Points | Task::Select | Task::States | Task::Predict | Task::Correct => {
                 unreachable!("{task:?} is for the continuum")
             }

@@ -11,9 +11,7 @@ mod density;
 mod onto_rigid;
 mod rigid;
 
-use interface::message::wire::{
-    EnvelopeVertex, ImpForce, ImpInfo, ImpState, Ledger, Limits, PointState,
-};
+use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
 use interface::saved::{pack, unpack};
 use interface::solver::{Fault, MpmMeasurement, Refusal};
 use interface::step::Step;
@@ -26,6 +24,7 @@ use crate::pass::images::follow;
 #[cfg(test)]
 use crate::pass::sort::sort;
 use crate::scheme::Scheme;
+use crate::several;
 use crate::state::contact::ContactLoad;
 use crate::state::continuum::{Continuum, SavedContinuum};
 use crate::state::grid::Grid;
@@ -145,39 +144,8 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
     }
 
     fn measure(&mut self, slid: f64) {
-        let MpmMeasurement { ledger, groups } = &mut self.measurement;
-        *ledger = Ledger::default();
-        groups.clear();
-        for grain in &self.all {
-            let of = grain.continuum.measurement();
-            add(ledger, &of.ledger);
-            groups.extend_from_slice(&of.groups[..1]);
-        }
-        // Probes follow the groups, in the order of the scene.
-        let mut probes: Vec<_> = (self.all.iter())
-            .flat_map(|grain| {
-                let told = &grain.continuum.measurement().groups[1..];
-                grain.continuum.probes.iter().zip(told)
-            })
-            .collect();
-        probes.sort_by_key(|(probe, _)| probe.number);
-        groups.extend(probes.into_iter().map(|(_, state)| *state));
-        ledger.friction_work += self.friction_work + slid;
-    }
-}
-
-fn add(sum: &mut Ledger, of: &Ledger) {
-    sum.kinetic += of.kinetic;
-    sum.elastic += of.elastic;
-    sum.gravity += of.gravity;
-    sum.friction_work += of.friction_work;
-    sum.viscous_work += of.viscous_work;
-    sum.plastic_work += of.plastic_work;
-    sum.stress_work += of.stress_work;
-    sum.driven_work += of.driven_work;
-    for a in 0..2 {
-        sum.momentum[a] += of.momentum[a];
-        sum.applied_impulse[a] += of.applied_impulse[a];
+        several::measure(&mut self.measurement, self.all.iter().map(|g| &g.continuum));
+        self.measurement.ledger.friction_work += self.friction_work + slid;
     }
 }
 
@@ -297,15 +265,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Grains<W, S, T> {
     }
 
     fn points(&self) -> Vec<PointState> {
-        // A grain is a group.
-        let of = |(group, grain): (usize, &Grain<W, S, T>)| {
-            let mut points = grain.continuum.points();
-            for p in &mut points {
-                p.group = group as u32;
-            }
-            points
-        };
-        self.all.iter().enumerate().flat_map(of).collect()
+        several::points(self.all.iter().map(|g| &g.continuum)) // a grain is a group
     }
 
     fn bytes(&self) -> usize {

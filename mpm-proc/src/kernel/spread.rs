@@ -28,6 +28,12 @@ impl Spread {
         Self { scheme, half_width }
     }
 
+    /// The same for some of the groups, in their order.
+    #[must_use]
+    pub fn of(&self, groups: core::ops::Range<usize>) -> Self {
+        Self::new(self.scheme, self.half_width[groups].to_vec())
+    }
+
     /// Whether forces reach the grid through the shape function itself.
     pub fn is_shape(&self) -> bool {
         self.scheme == ContactForceScheme::Point

@@ -1,12 +1,14 @@
 //! Threads: tiles are shared out by halving the list, so that no two threads ever hold the same data, and no sum
 //! depends on which thread comes first.
 
+use std::sync::Arc;
+
 use crate::kernel::point_tile::Tile;
 
 /// The threads of a solver; one thread means plain loops in the caller's own.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Threads {
-    pool: Option<rayon::ThreadPool>,
+    pool: Option<Arc<rayon::ThreadPool>>,
 }
 
 impl Threads {
@@ -22,7 +24,9 @@ impl Threads {
             .num_threads(count)
             .thread_name(|i| format!("mpm-{i}"))
             .build()
-            .map(|pool| Self { pool: Some(pool) })
+            .map(|pool| Self {
+                pool: Some(Arc::new(pool)),
+            })
             .map_err(|e| e.to_string())
     }
 

@@ -1,9 +1,21 @@
-//! Transfers of velocity between points and grid (Jiang 2020 eqs. 26 to 31): PIC, FLIP, their blend, APIC and XPIC.
+//! Transfers of velocity between points and grid (Jiang 2020 eqs. 26 to 31): PIC, FLIP, their blend, APIC and XPIC; and FLIP
+//! with a smoothing that belongs to time, by PIC, APIC or XPIC.
+//!
+//! A smoothing takes the share `alpha` of `R v` from the velocities of the points, where `R` is what it cannot see: `1 - P` of
+//! PIC, `P = S M^-1 S^T M_p`, and `(1 - P)^m` of XPIC(m). With `alpha` of a step fixed, a run of half the step smooths twice as
+//! often. With `alpha = 1 - exp(-r k)` of a kick `k`, what `R` sees whole decays as `exp(-r t)` whatever the steps, and every other
+//! part as `exp(-r R t)` with an error of `r k/2` of the exponent. Nairn has PIC's share in proportion to the step likewise (Nairn
+//! 2015; Hammerquist and Nairn 2017 section 2.4 with XPIC): the first term of this one, which stays below 1 at any step.
+//!
+//! The affine field of APIC does not go with increments by itself: [`Aflip`] keeps it beside FLIP's velocity (Fei, Guo, Wu,
+//! Huang and Gao 2021 give it that name). The affine part is then a function of where the nodes go, with a memory of a few steps,
+//! and smooths nothing: on a wave with the factors `s` of the interpolation, `a` of the affine part to the nodes and `c` back,
+//! nodes have `s/(1 - a c)` of the points' velocity, so that APIC's smoothing is `R = 1 - s^2/(1 - a c)`.
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 use crate::kernel::blocks::LaneCopy;
-use crate::kernel::lanes::Lanes;
+use crate::kernel::lanes::{Lanes, splat};
 
 /// A transfer scheme. Its constants are known when the loops are compiled; what it does not use has no state.
 pub trait Transfer: Copy + Send + Sync + 'static {
@@ -21,11 +33,22 @@ pub trait Transfer: Copy + Send + Sync + 'static {
         0
     }
 
+    /// How much of what its filter finds a transfer of some [`Self::order`] takes from the points' velocities.
+    fn filtered_share(&self) -> f64 {
+        1.0
+    }
+
     /// Sets a block's velocities aside.
     fn set_aside(_v: &[Lanes; 2], _aside: &mut Self::Affine) {}
 
-    /// Replaces a block's velocities by those set aside less themselves.
-    fn take_from_aside(_v: &mut [Lanes; 2], _aside: &Self::Affine) {}
+    /// Replaces a block's velocities by those set aside less their share of themselves.
+    fn take_from_aside(&self, _v: &mut [Lanes; 2], _aside: &Self::Affine) {}
+
+    /// The transfer of a step with a kick of this length (s).
+    #[must_use]
+    fn over(self, _kick: f64) -> Self {
+        self
+    }
 
     /// The same with another share of PIC, where it has one to choose.
     #[must_use]
@@ -187,7 +210,125 @@ impl Transfer for Xpic {
         aside.v = *v;
     }
 
-    fn take_from_aside(v: &mut [Lanes; 2], aside: &Aside) {
+    fn take_from_aside(&self, v: &mut [Lanes; 2], aside: &Aside) {
         *v = [aside.v[0] - v[0], aside.v[1] - v[1]];
+    }
+}
+
+/// A share that grows with the length of the step.
+#[derive(Debug, Clone, Copy)]
+pub struct Rate {
+    /// In 1/s.
+    per_second: f64,
+    /// Of the step that is made.
+    share: f64,
+}
+
+impl Rate {
+    /// `per_second` in 1/s.
+    pub fn new(per_second: f64) -> Self {
+        let share = 0.0;
+        Self { per_second, share }
+    }
+
+    /// For a kick of this length in s.
+    fn over(self, kick: f64) -> Self {
+        Self {
+            share: -(-self.per_second * kick).exp_m1(),
+            ..self
+        }
+    }
+}
+
+/// FLIP whose velocities are smoothed by PIC at a rate.
+#[derive(Debug, Clone, Copy)]
+pub struct FlipPic(pub Rate);
+
+impl Transfer for FlipPic {
+    type Affine = ();
+    const INCREMENT: bool = true;
+
+    #[inline(always)]
+    fn pic_fraction(&self) -> f64 {
+        self.0.share
+    }
+
+    fn over(self, kick: f64) -> Self {
+        Self(self.0.over(kick))
+    }
+}
+
+/// FLIP with the affine field of APIC, whose velocities are smoothed by APIC at a rate.
+#[derive(Debug, Clone, Copy)]
+pub struct Aflip(pub Rate);
+
+impl Transfer for Aflip {
+    type Affine = [[Lanes; 2]; 2];
+    const INCREMENT: bool = true;
+
+    #[inline(always)]
+    fn pic_fraction(&self) -> f64 {
+        self.0.share
+    }
+
+    fn over(self, kick: f64) -> Self {
+        Self(self.0.over(kick))
+    }
+}
+
+/// FLIP whose velocities are filtered by XPIC of order m at a rate.
+#[derive(Debug, Clone, Copy)]
+pub struct FlipXpic {
+    /// m, at least 1 (which is PIC).
+    pub order: u32,
+    /// How fast.
+    pub rate: Rate,
+}
+
+impl Transfer for FlipXpic {
+    type Affine = Aside;
+    const INCREMENT: bool = true;
+
+    #[inline(always)]
+    fn pic_fraction(&self) -> f64 {
+        0.0
+    }
+
+    fn order(&self) -> u32 {
+        self.order
+    }
+
+    fn filtered_share(&self) -> f64 {
+        self.rate.share
+    }
+
+    fn set_aside(v: &[Lanes; 2], aside: &mut Aside) {
+        aside.v = *v;
+    }
+
+    fn take_from_aside(&self, v: &mut [Lanes; 2], aside: &Aside) {
+        let share = splat(self.rate.share);
+        *v = [0, 1].map(|a| v[a].mul_neg_add(share, aside.v[a]));
+    }
+
+    fn over(self, kick: f64) -> Self {
+        let rate = self.rate.over(kick);
+        Self { rate, ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What is left of a mode that is filtered whole does not depend on how the time is cut.
+    #[test]
+    fn shares_of_a_rate_compose() {
+        let rate = Rate::new(40.0);
+        let kept = |kick: f64| 1.0 - rate.over(kick).share;
+        assert!((kept(0.03) - kept(0.01) * kept(0.02)).abs() < 1e-15);
+        assert!((kept(0.03) - (-1.2_f64).exp()).abs() < 1e-15);
+        assert!(rate.over(0.0).share.abs() < f64::MIN_POSITIVE);
+        assert!(rate.over(1e9).share <= 1.0);
     }
 }

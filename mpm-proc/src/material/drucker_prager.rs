@@ -4,6 +4,7 @@ use interface::config::friction::{cone_root, cone_slope};
 use interface::config::material::Frictional;
 
 use super::elastic::Moduli;
+use super::granular::Grains;
 use super::perfect_plasticity::YieldSurface;
 use super::point::Stress;
 use crate::kernel::lanes::{Lanes, ZERO, splat};
@@ -43,16 +44,18 @@ impl DruckerPrager {
     }
 }
 
-impl YieldSurface for DruckerPrager {
-    fn moduli(&self) -> &Moduli {
-        &self.moduli
+impl DruckerPrager {
+    /// `K q_psi/(G + K q_phi q_psi)`: what the mean stress loses for each unit beyond the surface.
+    fn mean_by_flow(&self) -> f64 {
+        let Moduli { bulk, shear, .. } = self.moduli;
+        bulk * self.q_psi / (shear + bulk * self.q_phi * self.q_psi)
     }
 
-    /// Which surface takes the stress back is decided by the line that halves the corner between them. A return that
+    /// Returns a trial stress with this [`Self::mean_by_flow`]. Which surface takes the stress back is decided by the line that halves the corner between them. A return that
     /// would leave beyond the other surface ends on the corner, which for a cohesionless material is the apex; so
     /// `tau` never changes its sign.
     #[inline(always)]
-    fn return_stress(&self, trial: &Stress) -> (Stress, Lanes) {
+    fn return_by(&self, trial: &Stress, flow: Lanes) -> (Stress, Lanes) {
         let Moduli { bulk, shear, .. } = self.moduli;
         let sigma_t = splat(self.sigma_t.min(f64::MAX));
         let mean = (trial.xx + trial.yy + trial.zz) * splat(1.0 / 3.0);
@@ -64,8 +67,7 @@ impl YieldSurface for DruckerPrager {
         let tau_t = splat(self.k_phi) - splat(self.q_phi) * sigma_t;
         let slope = (1.0 + self.q_phi * self.q_phi).sqrt() - self.q_phi;
         let towards_shear = (mean - sigma_t).mul_neg_add(splat(slope), tau - tau_t);
-        let flow = bulk * self.q_psi / (shear + bulk * self.q_phi * self.q_psi);
-        let sheared = mean - splat(flow) * over.fast_max(ZERO);
+        let sheared = mean - flow * over.fast_max(ZERO);
         let by_shear = mean.simd_le(sigma_t) | towards_shear.simd_gt(ZERO);
         let new_mean = by_shear.select(sheared, mean).fast_min(sigma_t);
         let new_tau = tau.fast_min(new_mean.mul_neg_add(splat(self.q_phi), splat(self.k_phi)));
@@ -81,6 +83,31 @@ impl YieldSurface for DruckerPrager {
             xy: trial.xy * ratio,
         };
         (stress, work)
+    }
+}
+
+impl YieldSurface for DruckerPrager {
+    fn moduli(&self) -> &Moduli {
+        &self.moduli
+    }
+
+    #[inline(always)]
+    fn return_stress(&self, trial: &Stress) -> (Stress, Lanes) {
+        self.return_by(trial, splat(self.mean_by_flow()))
+    }
+}
+
+impl Grains for DruckerPrager {
+    fn moduli(&self) -> &Moduli {
+        &self.moduli
+    }
+
+    #[inline(always)]
+    fn flow(&self, trial: &Stress, _volume: Lanes, share: Lanes, _per_dt: f64) -> (Stress, Lanes) {
+        let Moduli { bulk, shear, .. } = self.moduli;
+        let stiffness = splat(bulk * self.q_psi) * share;
+        let flow = stiffness / stiffness.mul_add(splat(self.q_phi), splat(shear));
+        self.return_by(trial, flow)
     }
 }
 
@@ -114,6 +141,8 @@ mod tests {
             dilation_angle: psi,
             cohesion,
             tensile_strength: tension,
+            critical_state: None,
+            separates: false,
         }
     }
 

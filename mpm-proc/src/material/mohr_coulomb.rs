@@ -4,6 +4,7 @@
 use interface::config::material::Frictional;
 
 use super::elastic::Moduli;
+use super::granular::Grains;
 use super::perfect_plasticity::YieldSurface;
 use super::point::Stress;
 use crate::kernel::lanes::{Lanes, ZERO, splat};
@@ -144,6 +145,18 @@ impl YieldSurface for MohrCoulomb {
     }
 }
 
+impl Grains for MohrCoulomb {
+    fn moduli(&self) -> &Moduli {
+        &self.moduli
+    }
+
+    /// Its dilation has no critical state, so the share is one.
+    #[inline(always)]
+    fn flow(&self, trial: &Stress, _volume: Lanes, _share: Lanes, _per_dt: f64) -> (Stress, Lanes) {
+        self.return_stress(trial)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -164,6 +177,8 @@ mod tests {
             dilation_angle: psi,
             cohesion,
             tensile_strength: tension,
+            critical_state: None,
+            separates: false,
         };
         MohrCoulomb::new(MODULI.density, &numbers)
     }

@@ -180,6 +180,8 @@ proptest! {
             dilation_angle: psi,
             cohesion,
             tensile_strength: 0.5 * cohesion,
+            critical_state: None,
+            separates: false,
         };
         balances(HENCKY, &corners)?;
         balances(DruckerPrager::new(1000.0, &numbers), &corners)?;

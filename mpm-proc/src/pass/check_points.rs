@@ -50,7 +50,9 @@ pub fn check_points<const W: usize, S: Shape<W>, T: Transfer>(
     }
     let moved = speed_sq.sqrt() * dt;
     continuum.moved += moved;
-    continuum.imps.travel += moved;
+    if continuum.imps.markers.is_none() {
+        continuum.imps.travel += moved;
+    }
     Ok(())
 }
 

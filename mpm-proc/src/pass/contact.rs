@@ -3,6 +3,7 @@
 use interface::message::wire::ImpForce;
 use interface::solver::Fault;
 
+use super::markers::touch_marker;
 use crate::kernel::lanes::LANES;
 use crate::kernel::point_tile::owner;
 use crate::kernel::shape::Shape;
@@ -96,6 +97,9 @@ fn touch<const W: usize, S: Shape<W>, T: Transfer>(
         return Ok(());
     }
     let member = continuum.imps.members[slot];
+    if continuum.imps.markers.is_some() {
+        return touch_marker(continuum, member, &ImpForce { force, stiffness });
+    }
     let cloud = &continuum.clouds[member.cloud as usize];
     if !(force[0].is_finite() && force[1].is_finite() && stiffness.is_finite()) {
         return Err(Fault::NotFinite {

@@ -8,6 +8,7 @@ use interface::solver::Fault;
 
 use super::check_points::check_points;
 use super::drift::{find_near_loads, move_loaded_points};
+use super::markers::move_markers;
 use super::points_to_grid::map_velocities;
 use crate::kernel::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
 use crate::kernel::shape::Shape;
@@ -48,7 +49,9 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, T: Transfer>(
             transfer_pass::<W, true, true, S, T>(continuum, Which::All, dt);
         }
     }
-    if mapped {
+    if continuum.imps.markers.is_some() {
+        move_markers(continuum, mapped, dt)?;
+    } else if mapped {
         move_loaded_points(continuum, dt);
     }
     check_points(continuum, dt)

@@ -35,8 +35,7 @@ pub fn remove_left<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Con
         continuum.books.stress_work -= elastic;
         let local = cloud.remove(lane);
         let number = number as u32;
-        let is_imp = |m: &crate::state::imps::Member| m.cloud == number && m.local == local;
-        if continuum.imps.members.iter().any(is_imp) {
+        if continuum.imps.has_point(number, local) {
             continuum.imps.travel = f64::INFINITY;
         }
     }

@@ -41,8 +41,7 @@ pub fn limits<const W: usize, S: Shape<W>, T: Transfer>(
         .members
         .iter()
         .map(|m| {
-            let cloud = &continuum.clouds[m.cloud as usize];
-            let [x, y] = cloud.velocity(cloud.lane_of[m.local as usize] as usize);
+            let [x, y] = continuum.imps.velocity(*m, &continuum.clouds);
             x * x + y * y
         })
         .fold(0.0, f64::max);

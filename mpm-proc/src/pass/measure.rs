@@ -5,12 +5,15 @@ use interface::message::wire::GroupState;
 use interface::solver::MpmMeasurement;
 use interface::step::Step;
 
+use super::markers::book_shift;
 use crate::kernel::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::{AffineState, Transfer};
 use crate::state::books::KickWork;
 use crate::state::constitutive::StressReport;
 use crate::state::continuum::Continuum;
+use crate::state::imps::Imps;
+use crate::state::markers::Markers;
 use crate::state::point_set::PointSet;
 use crate::state::points::Cloud;
 
@@ -54,6 +57,7 @@ pub fn keep_books<const W: usize, S: Shape<W>, T: Transfer>(
         }
     }
     continuum.books.contact_impulse += contact_force.map(|f| kick * f);
+    book_shift(continuum, kick);
     if step.measure {
         measure(continuum, contact_force, 1.0 - step.centring());
         measure_sets(continuum, kick, 1.0 - step.centring());
@@ -163,8 +167,7 @@ fn measure<const W: usize, S: Shape<W>, T: Transfer>(
     for (m, f) in continuum.imps.members.iter().zip(&continuum.imps.forces) {
         if f.force != [0.0; 2] {
             ledger.contacts += 1;
-            let cloud = &continuum.clouds[m.cloud as usize];
-            let x = cloud.position(cloud.lane_of[m.local as usize] as usize);
+            let x = continuum.imps.position(*m, &continuum.clouds);
             count_contact(&mut groups[m.cloud as usize], f.force, x);
         }
     }
@@ -191,7 +194,8 @@ fn measure_sets<const W: usize, S: Shape<W>, T: Transfer>(
         let (velocity, kinetic) = set.motion(cloud);
         (state.velocity, state.kinetic) = (velocity.map(|v| before * v), before * kinetic);
         for (m, f) in imps.members.iter().zip(&imps.forces) {
-            if f.force != [0.0; 2] && set.has(m.cloud, m.local) {
+            // Markers are no points of a set.
+            if imps.markers.is_none() && f.force != [0.0; 2] && set.has(m.cloud, m.local) {
                 let x = cloud.position(cloud.lane_of[m.local as usize] as usize);
                 count_contact(&mut state, f.force, x);
             }
@@ -206,6 +210,40 @@ fn measure_sets<const W: usize, S: Shape<W>, T: Transfer>(
     for hold in &holds.all {
         tell(&hold.points, Some(hold.impulse.map(|p| p * per_kick)));
     }
+    if let Some(markers) = &imps.markers {
+        for number in 0..markers.chains.len() {
+            groups.push(chain_state(markers, number, imps));
+        }
+    }
+}
+
+/// What is told of a chain: where it is, what bodies do to it, and as `kinetic` the angular momentum that the shift of its weights
+/// has given so far, in N s.
+fn chain_state(markers: &Markers, number: usize, imps: &Imps) -> GroupState {
+    let chain = &markers.chains[number];
+    let own = chain.first..chain.first + chain.count;
+    let mut state = GroupState {
+        kinetic: markers.spun[number],
+        lower: markers.x[chain.first],
+        upper: markers.x[chain.first],
+        ..GroupState::default()
+    };
+    for marker in own.clone() {
+        for a in 0..2 {
+            let (x, v) = (markers.x[marker][a], markers.v[marker][a]);
+            state.position[a] += x / chain.count as f64;
+            state.velocity[a] += v / chain.count as f64;
+            state.lower[a] = state.lower[a].min(x);
+            state.upper[a] = state.upper[a].max(x);
+        }
+    }
+    for (m, f) in imps.members.iter().zip(&imps.forces) {
+        let marker = m.local as usize;
+        if f.force != [0.0; 2] && own.contains(&marker) {
+            count_contact(&mut state, f.force, markers.x[marker]);
+        }
+    }
+    state
 }
 
 /// For each tile in the last stress pass: what it lost to plastic flow and to viscous stress, and the work of its stress, in J/m.

@@ -40,21 +40,21 @@ pub fn select_imps<const W: usize, S: Shape<W>, A: AffineState>(
 }
 
 /// The envelope of one body.
-struct Outline {
-    vertices: Vec<Vec2>,
-    reach: f64,
-    bounds: Bounds,
+pub(super) struct Outline {
+    pub vertices: Vec<Vec2>,
+    pub reach: f64,
+    pub bounds: Bounds,
 }
 
 impl Outline {
-    fn edges(&self) -> impl Iterator<Item = (Vec2, Vec2)> + '_ {
+    pub fn edges(&self) -> impl Iterator<Item = (Vec2, Vec2)> + '_ {
         let n = self.vertices.len();
         let count = if n == 2 { 1 } else { n };
         (0..count).map(move |i| (self.vertices[i], self.vertices[(i + 1) % n]))
     }
 }
 
-fn outlines(envelopes: &[EnvelopeVertex]) -> Vec<Outline> {
+pub(super) fn outlines(envelopes: &[EnvelopeVertex]) -> Vec<Outline> {
     envelopes
         .chunk_by(|a, b| a.body == b.body)
         .map(|records| {
@@ -70,7 +70,7 @@ fn outlines(envelopes: &[EnvelopeVertex]) -> Vec<Outline> {
 
 /// An axis-aligned box.
 #[derive(Debug, Clone, Copy)]
-struct Bounds {
+pub(super) struct Bounds {
     lower: Vec2,
     upper: Vec2,
 }
@@ -90,7 +90,7 @@ impl FromIterator<Vec2> for Bounds {
 
 impl Bounds {
     /// Whether something in one box can be within `distance` of something in the other.
-    fn near(&self, other: &Self, distance: f64) -> bool {
+    pub fn near(&self, other: &Self, distance: f64) -> bool {
         // A hair more, since the distances are compared after rounding.
         let d = Vec2::repeat(distance * (1.0 + 1e-9));
         let (a, b) = (self.lower - d, self.upper + d);

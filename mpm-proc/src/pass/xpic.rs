@@ -4,7 +4,8 @@
 //! v_p <- v_p - (1 - S S+)^m v_p,    S+ = M^-1 S^T M_p
 //! ```
 //!
-//! then the increment of the grid, as in FLIP. With m = 1 this is PIC; the larger m, the less is filtered out.
+//! then the increment of the grid, as in FLIP. With m = 1 this is PIC; the larger m, the less is filtered out. With a rate only
+//! a share of it is taken away in each step ([`crate::kernel::transfer`]).
 
 use crate::kernel::point_tile::Which;
 use crate::kernel::shape::Shape;
@@ -39,11 +40,13 @@ pub fn filter_velocities<const W: usize, S: Shape<W>, T: Transfer>(
         map_velocities(continuum, Which::All);
         subtract(continuum);
     }
+    let transfer = continuum.transfer;
     over_motion(continuum, |motion| {
-        T::take_from_aside(&mut motion.v, &motion.affine);
+        transfer.take_from_aside(&mut motion.v, &motion.affine);
     });
+    let share = transfer.filtered_share();
     for tile in &continuum.grid.mapped {
-        continuum.books.applied_impulse += tile.wall.impulse;
+        continuum.books.applied_impulse += tile.wall.impulse.map(|p| share * p);
     }
 }
 

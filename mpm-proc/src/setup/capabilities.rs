@@ -1,6 +1,6 @@
 //! What the solver says in Hello that it takes.
 
-use interface::config::capability::{Capabilities, SAVE, STRESS_WORK};
+use interface::config::capability::{Capabilities, LAYERS, PAIRS, SAVE, SEGMENTS, STRESS_WORK};
 
 /// Families of a configuration with the members that the solver takes, by their names there. Which of them go together is
 /// for [`crate::setup::configure`] to say.
@@ -9,7 +9,19 @@ const TAKES: [(&str, &[&str]); 11] = [
         "shape",
         &["linear", "ugimp", "quadratic_bspline", "cubic_bspline"],
     ),
-    ("transfer", &["pic", "flip", "blend", "apic", "xpic"]),
+    (
+        "transfer",
+        &[
+            "pic",
+            "flip",
+            "blend",
+            "apic",
+            "xpic",
+            "flip_pic",
+            "aflip",
+            "flip_xpic",
+        ],
+    ),
     ("stress_update", &["usf", "usl", "musl", "usavg"]),
     ("drift", &["nodal", "mapped"]),
     ("plane", &["strain", "stress"]),
@@ -35,12 +47,16 @@ const TAKES: [(&str, &[&str]); 11] = [
             "neo_hookean",
             "fluid",
             "von_mises",
+            "mu_i",
         ],
     ),
     ("contact_force", &["point", "nearest_nodes", "traction"]),
     ("fill", &["disc", "rectangle", "polygon", "points"]),
     ("lattice", &["grid", "outline"]),
-    ("feature", &["fields", "probes", "holds"]),
+    (
+        "feature",
+        &["fields", "probes", "holds", "critical_state", "separates"],
+    ),
 ];
 
 /// The capabilities of the solver.
@@ -51,7 +67,7 @@ pub fn capabilities() -> Capabilities {
             .iter()
             .map(move |member| format!("{family}:{member}"))
     };
-    let verbs = [SAVE, STRESS_WORK].map(ToOwned::to_owned);
+    let verbs = [SAVE, LAYERS, PAIRS, SEGMENTS, STRESS_WORK].map(ToOwned::to_owned);
     Capabilities(
         verbs
             .into_iter()
@@ -108,7 +124,9 @@ mod tests {
             ("lattice", variants::<Lattice>()),
             (
                 "feature",
-                ["fields", "probes", "holds"].map(ToOwned::to_owned).into(),
+                ["fields", "probes", "holds", "critical_state", "separates"]
+                    .map(ToOwned::to_owned)
+                    .into(),
             ),
         ];
         assert_eq!(known.len(), TAKES.len());

@@ -3,8 +3,9 @@
 
 use core::ops::Range;
 
+use interface::config::material::Frictional;
 use interface::config::{
-    GridContact, GroupConfig, Interface, MaterialModel, MpmConfig, Plane, ShapeFunction,
+    GridContact, GroupConfig, MaterialModel, MpmConfig, Plane, ShapeFunction,
     Transfer as TransferConfig,
 };
 use interface::solver::{Readiness, Refusal};
@@ -16,14 +17,18 @@ use crate::kernel::shape::{CubicBspline, Linear, QuadraticBspline, Shape, Ugimp}
 use crate::kernel::spread::Spread;
 use crate::kernel::threads::Threads;
 use crate::kernel::tiles::Geometry;
-use crate::kernel::transfer::{Apic, Blend, Flip, Pic, Transfer, Xpic};
+use crate::kernel::transfer::{
+    Aflip, Apic, Blend, Flip, FlipPic, FlipXpic, Pic, Rate, Transfer, Xpic,
+};
+use crate::layers::Layers;
 use crate::material::{
-    DruckerPrager, Elastic, Fluid, Jaumann, Material, Moduli, MohrCoulomb, NeoHookean, PlaneStrain,
-    PlaneStress, Rigid, VonMises,
+    DruckerPrager, Elastic, Fluid, Granular, Jaumann, Material, Moduli, MohrCoulomb, MuI,
+    NeoHookean, PlaneStrain, PlaneStress, Rigid, VonMises,
 };
 use crate::pass::limits::stiffest_place;
 use crate::pass::sort::sort;
 use crate::scheme::Scheme;
+use crate::setup::chains::markers;
 use crate::setup::fields::Fields;
 use crate::setup::fill::{FilledRegion, fill, refuse_overlap};
 use crate::setup::region::points_within;
@@ -44,28 +49,26 @@ use crate::state::walls::WallNodes;
 /// # Errors
 /// A [`Refusal`] that names the key.
 pub fn build(config: &MpmConfig) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
-    if config.layers {
-        let text = "grid layers of the groups' own are not built (capability `layers`)";
-        return Err(Refusal::new("mpm.layers", text));
-    }
-    if config.interface == Interface::Segments {
-        let text =
-            "chains of boundary markers are not built (capability `segments`); use \"points\"";
-        return Err(Refusal::new("mpm.interface", text));
-    }
     let parts = Parts::new(config)?;
     match (config.shape, parts.transfer()) {
         (ShapeFunction::QuadraticBspline, t) => match t {
             TransferConfig::Apic => parts.build(|_| QuadraticBspline, Apic),
+            TransferConfig::Aflip { pic_rate } => {
+                parts.build(|_| QuadraticBspline, Aflip(Rate::new(pic_rate)))
+            }
             _ => parts.with_plain_transfer(|_| QuadraticBspline),
         },
         (ShapeFunction::CubicBspline, t) => match t {
             TransferConfig::Apic => parts.build(|_| CubicBspline, Apic),
+            TransferConfig::Aflip { pic_rate } => {
+                parts.build(|_| CubicBspline, Aflip(Rate::new(pic_rate)))
+            }
             _ => parts.with_plain_transfer(|_| CubicBspline),
         },
-        (ShapeFunction::Ugimp | ShapeFunction::Linear, TransferConfig::Apic) => {
-            unreachable!("a fault of the configuration")
-        }
+        (
+            ShapeFunction::Ugimp | ShapeFunction::Linear,
+            TransferConfig::Apic | TransferConfig::Aflip { .. },
+        ) => unreachable!("a fault of the configuration"),
         (ShapeFunction::Ugimp, _) => {
             let cell = config.cell;
             parts.with_plain_transfer(move |p: &FilledRegion| {
@@ -110,7 +113,17 @@ impl<'a> Parts<'a> {
             note_radius(&mut notes, group, config.cell);
             points.push(filled);
         }
-        refuse_overlap(&config.groups, &points)?;
+        if !config.layers {
+            refuse_overlap(&config.groups, &points, |_, _| true)?;
+        } else if !config.group_pairs.is_empty() {
+            let touch = |a, b| {
+                config
+                    .group_pairs
+                    .iter()
+                    .any(|p| *p == [a, b] || *p == [b, a])
+            };
+            refuse_overlap(&config.groups, &points, touch)?;
+        }
         let half_width = points
             .iter()
             .map(|p| p.sides.map(|s| 0.5 * s / config.cell));
@@ -142,7 +155,14 @@ impl<'a> Parts<'a> {
             TransferConfig::Flip => self.build(shape, Flip),
             TransferConfig::Blend { pic_fraction } => self.build(shape, Blend { pic_fraction }),
             TransferConfig::Xpic { order } => self.build(shape, Xpic { order }),
-            TransferConfig::Apic => unreachable!("built for the shapes that it goes with"),
+            TransferConfig::FlipPic { pic_rate } => self.build(shape, FlipPic(Rate::new(pic_rate))),
+            TransferConfig::FlipXpic { order, pic_rate } => {
+                let rate = Rate::new(pic_rate);
+                self.build(shape, FlipXpic { order, rate })
+            }
+            TransferConfig::Apic | TransferConfig::Aflip { .. } => {
+                unreachable!("built for the shapes that it goes with")
+            }
         }
     }
 
@@ -152,11 +172,13 @@ impl<'a> Parts<'a> {
         transfer: T,
     ) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
         let groups = 0..self.config.groups.len();
-        let continua: Vec<Continuum<W, S, T>> = match self.config.grid_contact {
-            None => vec![self.continuum(groups, &shape, transfer)?],
-            Some(_) => groups
+        let apart = self.config.layers || self.config.grid_contact.is_some();
+        let mut continua: Vec<Continuum<W, S, T>> = if apart {
+            groups
                 .map(|g| self.continuum(g..g + 1, &shape, transfer))
-                .collect::<Result<_, _>>()?,
+                .collect::<Result<_, _>>()?
+        } else {
+            vec![self.continuum(groups, &shape, transfer)?]
         };
         let readiness = self.readiness(&continua);
         let mut threads = self.threads;
@@ -165,6 +187,11 @@ impl<'a> Parts<'a> {
                 let rigid = self.config.groups.iter().map(|g| g.rigid);
                 let grains = continua.into_iter().zip(rigid);
                 Box::new(Grains::new(grains, friction, threads))
+            } else if self.config.layers {
+                for layer in &mut continua {
+                    layer.threads = threads.clone();
+                }
+                Box::new(Layers::new(continua, self.config.group_pairs.clone()))
             } else {
                 let [mut continuum] = <[_; 1]>::try_from(continua)
                     .unwrap_or_else(|_| unreachable!("all groups are one continuum"));
@@ -185,7 +212,7 @@ impl<'a> Parts<'a> {
         let (mut probes, mut holds) = (Vec::new(), Vec::new());
         let before = &self.points[..groups.start];
         let mut first_id = before.iter().map(|p| p.positions.len() as u64).sum();
-        for g in groups {
+        for g in groups.clone() {
             let (group, points) = (&self.config.groups[g], &self.points[g]);
             let fields = Fields::new(self.config, g)?;
             let number = clouds.len() as u32;
@@ -227,12 +254,13 @@ impl<'a> Parts<'a> {
             transfer,
             imps: Imps {
                 skin: self.config.skin,
+                markers: markers(self.config, first_id, &clouds)?,
                 ..Imps::default()
             },
             touches: Vec::new(),
             loaded: Vec::new(),
             books: Books::default(),
-            spread: self.spread.clone(),
+            spread: self.spread.of(groups.clone()),
             outside: Outside::new(self.config.leaving),
             stress_update: self.config.stress_update,
             drift: self.config.drift,
@@ -355,8 +383,30 @@ fn constitutive<const W: usize, S: Shape<W>>(
                 Plane::Stress => points(Elastic(Jaumann(PlaneStress(moduli))), blocks),
             }
         }
-        MaterialModel::DruckerPrager(m) => points(DruckerPrager::new(density, &m), blocks),
-        MaterialModel::MohrCoulomb(m) => points(MohrCoulomb::new(density, &m), blocks),
+        MaterialModel::DruckerPrager(m) => {
+            let grains = DruckerPrager::new(density, &m);
+            if m.is_plain() {
+                points(grains, blocks)
+            } else {
+                points(granular(grains, &m), blocks)
+            }
+        }
+        MaterialModel::MohrCoulomb(m) => {
+            let grains = MohrCoulomb::new(density, &m);
+            if m.is_plain() {
+                points(grains, blocks)
+            } else {
+                points(granular(grains, &m), blocks)
+            }
+        }
+        MaterialModel::MuI(m) => {
+            let model = Granular {
+                grains: MuI::new(density, &m),
+                critical: None,
+                separates: true,
+            };
+            points(model, blocks)
+        }
         MaterialModel::NeoHookean {
             bulk_modulus,
             shear_modulus,
@@ -387,6 +437,14 @@ fn constitutive<const W: usize, S: Shape<W>>(
             },
             blocks,
         ),
+    }
+}
+
+fn granular<G>(grains: G, numbers: &Frictional) -> Granular<G> {
+    Granular {
+        grains,
+        critical: numbers.critical_state,
+        separates: numbers.separates,
     }
 }
 

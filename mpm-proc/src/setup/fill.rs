@@ -212,7 +212,11 @@ fn polygon(vertices: &[[f64; 2]], side: f64) -> FilledRegion {
 ///
 /// # Errors
 /// A [`Refusal`] that names both groups.
-pub fn refuse_overlap(groups: &[GroupConfig], points: &[FilledRegion]) -> Result<(), Refusal> {
+pub fn refuse_overlap(
+    groups: &[GroupConfig],
+    points: &[FilledRegion],
+    touch: impl Fn(usize, usize) -> bool,
+) -> Result<(), Refusal> {
     let side = points.iter().flat_map(|p| p.sides).fold(0.0, f64::max);
     let bounds: Vec<[Vec2; 2]> = points.iter().map(bounds).collect();
     let meet =
@@ -238,7 +242,7 @@ pub fn refuse_overlap(groups: &[GroupConfig], points: &[FilledRegion]) -> Result
                     let side = points[*g].sides[a].min(points[*other].sides[a]);
                     (x[a] - y[a]).abs() < 0.5 * side
                 };
-                if other > g && near(0) && near(1) {
+                if other > g && near(0) && near(1) && touch(*g, *other) {
                     return Err(Refusal::new(
                         format!("mpm.points.{other}.fill"),
                         format!(

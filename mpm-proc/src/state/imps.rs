@@ -4,17 +4,18 @@ use interface::message::wire::{ImpForce, ImpInfo, ImpState};
 use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
+use super::markers::{Markers, SavedMarkers};
 use super::points::{Cloud, NO_POINT};
 use super::saved::refusal;
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
 
-/// One IMP: a point of a cloud.
+/// One IMP: a point of a cloud, or a marker.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Member {
     /// Number of the cloud.
     pub cloud: u32,
-    /// Identity less the cloud's first.
+    /// Identity less the cloud's first; of a marker its number.
     pub local: u32,
 }
 
@@ -33,6 +34,8 @@ pub struct Imps {
     pub travel: f64,
     /// Verlet skin `V_d` in m.
     pub skin: f64,
+    /// The markers of the boundary, where bodies meet the segments between them: all members are markers then.
+    pub markers: Option<Markers>,
 }
 
 /// What of the IMPs is saved.
@@ -40,6 +43,7 @@ pub struct Imps {
 pub struct SavedImps {
     members: Vec<Member>,
     travel: f64,
+    markers: Option<SavedMarkers>,
 }
 
 impl Imps {
@@ -52,10 +56,12 @@ impl Imps {
             forces: _, // of one step
             travel,
             skin: _, // of the configuration
+            markers,
         } = self;
         SavedImps {
             members: members.clone(),
             travel: *travel,
+            markers: markers.as_ref().map(Markers::save),
         }
     }
 
@@ -68,12 +74,29 @@ impl Imps {
         saved: SavedImps,
         clouds: &[Cloud<W, S, A>],
     ) -> Result<(), Refusal> {
-        let SavedImps { members, travel } = saved;
+        let SavedImps {
+            members,
+            travel,
+            markers,
+        } = saved;
         // Not a number would never ask for another set.
         if travel.is_nan() || travel < 0.0 {
             return Err(refusal(format!("points have travelled by {travel} m")));
         }
+        match (&mut self.markers, markers) {
+            (Some(own), Some(saved)) => own.restore(saved)?,
+            (None, None) => {}
+            _ => return Err(refusal("markers are in one of state and configuration")),
+        }
         for m in &members {
+            if let Some(markers) = &self.markers {
+                let known = (m.local as usize) < markers.x.len();
+                if !known || markers.chain(m.local as usize).cloud != m.cloud {
+                    let text = format!("the set has marker {}", m.local);
+                    return Err(refusal(format!("{text}, which there is not")));
+                }
+                continue;
+            }
             let cloud = clouds.get(m.cloud as usize);
             let lane = cloud.and_then(|c| c.lane_of.get(m.local as usize));
             // A point that has been removed is in the set until it is chosen anew, which an infinite travel asks for.
@@ -92,12 +115,34 @@ impl Imps {
         Ok(())
     }
 
+    /// Adds points of the first cloud to a set that [`Self::close`] ends.
+    pub fn add(&mut self, locals: &[u32]) {
+        let member = |&local: &u32| Member { cloud: 0, local };
+        self.members.extend(locals.iter().map(member));
+    }
+
+    /// Ends a set to which points have been added: each once, by id.
+    pub fn close<const W: usize, S: Shape<W>, A: AffineState>(
+        &mut self,
+        clouds: &[Cloud<W, S, A>],
+    ) {
+        // Ids rise with the cloud and within it.
+        self.members.sort_unstable();
+        self.members.dedup();
+        self.write_infos(clouds);
+    }
+
     /// Fills in [`Self::infos`] from the members.
     pub fn write_infos<const W: usize, S: Shape<W>, A: AffineState>(
         &mut self,
         clouds: &[Cloud<W, S, A>],
     ) {
         self.infos.clear();
+        if let Some(markers) = &self.markers {
+            let members: Vec<usize> = self.members.iter().map(|m| m.local as usize).collect();
+            self.infos.extend(markers.infos(&members));
+            return;
+        }
         self.infos.extend(self.members.iter().map(|m| {
             let cloud = &clouds[m.cloud as usize];
             ImpInfo {
@@ -116,6 +161,12 @@ impl Imps {
         clouds: &[Cloud<W, S, A>],
     ) {
         self.states.clear();
+        if let Some(markers) = &self.markers {
+            let members = self.members.iter();
+            self.states
+                .extend(members.map(|m| markers.state(m.local as usize)));
+            return;
+        }
         self.states.extend(self.members.iter().map(|m| {
             let cloud = &clouds[m.cloud as usize];
             let lane = cloud.lane_of[m.local as usize] as usize;
@@ -124,5 +175,40 @@ impl Imps {
                 velocity: cloud.velocity(lane),
             }
         }));
+    }
+
+    /// Position in m of a member that is there.
+    pub fn position<const W: usize, S: Shape<W>, A: AffineState>(
+        &self,
+        member: Member,
+        clouds: &[Cloud<W, S, A>],
+    ) -> [f64; 2] {
+        match &self.markers {
+            Some(markers) => markers.x[member.local as usize],
+            None => {
+                let cloud = &clouds[member.cloud as usize];
+                cloud.position(cloud.lane_of[member.local as usize] as usize)
+            }
+        }
+    }
+
+    /// Velocity in m/s of a member that is there.
+    pub fn velocity<const W: usize, S: Shape<W>, A: AffineState>(
+        &self,
+        member: Member,
+        clouds: &[Cloud<W, S, A>],
+    ) -> [f64; 2] {
+        match &self.markers {
+            Some(markers) => markers.v[member.local as usize],
+            None => {
+                let cloud = &clouds[member.cloud as usize];
+                cloud.velocity(cloud.lane_of[member.local as usize] as usize)
+            }
+        }
+    }
+
+    /// Whether a point of a cloud is a member.
+    pub fn has_point(&self, cloud: u32, local: u32) -> bool {
+        self.markers.is_none() && self.members.contains(&Member { cloud, local })
     }
 }

@@ -9,6 +9,7 @@ pub mod holds;
 pub mod images;
 pub mod imps;
 pub mod loads;
+pub mod markers;
 pub mod nodes;
 pub mod outside;
 pub mod point_set;

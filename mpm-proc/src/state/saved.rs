@@ -22,7 +22,7 @@ use serde::de::{Deserializer, Error, Visitor};
 use serde::{Deserialize, Serialize, Serializer};
 
 /// Name of the format; the number rises with every change of what is saved.
-pub const FORMAT: &str = "tandem-mpm 2";
+pub const FORMAT: &str = "tandem-mpm 3";
 
 /// A refusal to restore.
 pub fn refusal(message: impl Into<String>) -> Refusal {
@@ -54,7 +54,9 @@ impl Form {
             leaving: _,
             grid_contact,
             layers,
+            group_pairs: _, // the bodies' side asks that they be the same
             interface,
+            chains,
             skin,
             probes: _,  // they tell of points and keep nothing
             threads: _, // the bits are the same for any number of them
@@ -81,6 +83,11 @@ impl Form {
         line("grid_contact", &grid_contact.is_some());
         line("layers", layers);
         line("interface", interface);
+        // Where markers began does not matter; how many they are, and how they are weighted, does.
+        for (c, chain) in chains.iter().enumerate() {
+            let what = (chain.group, chain.markers.len(), chain.closed, chain.floor);
+            line(&format!("chain.{c}"), &what);
+        }
         line("skin", skin);
         Self(text)
     }

@@ -177,6 +177,12 @@ fn every_shape_and_transfer_agrees_with_the_oracle() {
         Transfer::Apic,
         Transfer::Xpic { order: 1 },
         Transfer::Xpic { order: 3 },
+        Transfer::FlipPic { pic_rate: 100.0 },
+        Transfer::Aflip { pic_rate: 100.0 },
+        Transfer::FlipXpic {
+            order: 2,
+            pic_rate: 100.0,
+        },
     ];
     for (i, shape) in shapes.into_iter().enumerate() {
         for (j, transfer) in transfers.into_iter().enumerate() {
@@ -184,7 +190,7 @@ fn every_shape_and_transfer_agrees_with_the_oracle() {
                 shape,
                 ShapeFunction::QuadraticBspline | ShapeFunction::CubicBspline
             );
-            if affine || transfer != Transfer::Apic {
+            if affine || !transfer.is_affine() {
                 compare(shape, transfer, StressUpdate::Usf, 10 * i as u64 + j as u64);
             }
         }
@@ -227,6 +233,7 @@ fn periodic_walls_agree_with_the_oracle() {
         (QuadraticBspline, Transfer::Apic, update),
         (QuadraticBspline, Transfer::Apic, StressUpdate::Musl),
         (QuadraticBspline, Transfer::Xpic { order: 2 }, update),
+        (QuadraticBspline, Transfer::Aflip { pic_rate: 50.0 }, update),
         (CubicBspline, Transfer::Apic, update),
         (CubicBspline, Transfer::Flip, StressUpdate::Usl),
     ]

@@ -1,6 +1,7 @@
 //! Tests of the whole solver; those of one file's subject stand in that file.
 
 mod against_reference;
+mod chains;
 mod closed_forms;
 mod conservation;
 mod contact_schemes;
@@ -10,10 +11,12 @@ mod driven_walls;
 mod forcing;
 mod grid_contact;
 mod holds;
+mod layers;
 mod leaving;
 mod limits;
 mod periodic;
 mod physics;
+mod rated;
 mod refusals;
 mod saved;
 mod selection;
@@ -94,7 +97,9 @@ pub fn block() -> MpmConfig {
         leaving: interface::config::Leaving::default(),
         grid_contact: None,
         layers: false,
+        group_pairs: Vec::new(),
         interface: interface::config::Interface::Points,
+        chains: Vec::new(),
         skin: 0.01,
         probes: Vec::new(),
         threads: 1,

@@ -258,6 +258,29 @@ fn bad_configurations_are_refused_with_key_and_reason() {
         "mpm.transfer",
         "quadratic_bspline",
     );
+    refused(
+        |c| c.transfer = Transfer::FlipPic { pic_rate: -1.0 },
+        "mpm.transfer.flip_pic.pic_rate",
+        "a rate of 0 or more",
+    );
+    refused(
+        |c| {
+            c.shape = ShapeFunction::Linear;
+            c.transfer = Transfer::Aflip { pic_rate: 1.0 };
+        },
+        "mpm.transfer",
+        "aflip needs",
+    );
+    refused(
+        |c| {
+            c.transfer = Transfer::FlipXpic {
+                order: 0,
+                pic_rate: 1.0,
+            };
+        },
+        "mpm.transfer.flip_xpic.order",
+        "1 (PIC) or more",
+    );
 }
 
 /// Checks that the solver had and the scene reader did not, or the other way round, or with other limits.

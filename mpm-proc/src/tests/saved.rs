@@ -8,7 +8,7 @@ use core::fmt::{Debug, Write};
 use std::collections::hash_map::DefaultHasher;
 use std::hash::Hasher;
 
-use interface::config::material::Frictional;
+use interface::config::material::{CriticalState, Frictional, Inertial};
 use interface::config::{
     ContactForceScheme, Drift, Fill, Forcing, GridContact, GroupConfig, Hold, Leaving,
     MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, Stage, StressUpdate, Traction,
@@ -142,7 +142,7 @@ struct Moment {
 }
 
 /// Runs `config`, and once more from each of the moments at which it was saved.
-fn goes_on(name: &str, config: &MpmConfig) -> Vec<&'static str> {
+pub(super) fn goes_on(name: &str, config: &MpmConfig) -> Vec<&'static str> {
     let mut mpm = configured(config);
     let mut driver = Driver::new(config, 2e-4);
     let mut said = Vec::new();
@@ -207,11 +207,13 @@ fn frictional(cohesion: f64) -> Frictional {
         dilation_angle: 10.0,
         cohesion,
         tensile_strength: 100.0,
+        critical_state: None,
+        separates: false,
     }
 }
 
 /// Every model, with numbers that let it yield or flow.
-fn models() -> [MaterialModel; 7] {
+fn models() -> [MaterialModel; 9] {
     let (bulk_modulus, shear_modulus) = (BULK, SHEAR);
     [
         MaterialModel::LinearElastic {
@@ -239,6 +241,20 @@ fn models() -> [MaterialModel; 7] {
             bulk_modulus,
             shear_modulus,
         },
+        MaterialModel::DruckerPrager(Frictional {
+            critical_state: Some(CriticalState::Volume(1.01)),
+            separates: true,
+            ..frictional(0.0)
+        }),
+        MaterialModel::MuI(Inertial {
+            bulk_modulus,
+            shear_modulus,
+            static_friction: 0.38,
+            limit_friction: 0.64,
+            inertial_number: 0.3,
+            grain_diameter: 1e-3,
+            grain_density: 2500.0,
+        }),
     ]
 }
 
@@ -296,8 +312,7 @@ pub(super) fn force(config: &mut MpmConfig) {
         damping,
         pic_fraction: if blends { fraction } else { None },
     };
-    let xpic = matches!(config.transfer, Transfer::Xpic { .. });
-    let holds = if xpic || config.grid_contact.is_some() {
+    let holds = if config.transfer.filters() || config.grid_contact.is_some() {
         Vec::new()
     } else {
         vec![Hold {
@@ -331,12 +346,17 @@ const SHAPES: [ShapeFunction; 4] = [
     ShapeFunction::CubicBspline,
 ];
 
-const TRANSFERS: [Transfer; 5] = [
+const TRANSFERS: [Transfer; 7] = [
     Transfer::Pic,
     Transfer::Flip,
     Transfer::Blend { pic_fraction: 0.1 },
     Transfer::Apic,
     Transfer::Xpic { order: 2 },
+    Transfer::Aflip { pic_rate: 50.0 },
+    Transfer::FlipXpic {
+        order: 2,
+        pic_rate: 50.0,
+    },
 ];
 
 const UPDATES: [StressUpdate; 3] = [StressUpdate::Usf, StressUpdate::Usl, StressUpdate::Musl];
@@ -356,7 +376,7 @@ fn covering() -> Vec<(String, MpmConfig)> {
                 if update == StressUpdate::Usl {
                     config.drift = Drift::Nodal;
                 }
-                let model = models()[(n + n / 7) % 7];
+                let model = models()[(n + n / 9) % 9];
                 config.materials[0].model = model;
                 if n % 12 == 0 {
                     config.plane = Plane::Stress;
@@ -376,9 +396,9 @@ fn covering() -> Vec<(String, MpmConfig)> {
                     let name = format!("{n}: {shape:?} {transfer:?} {update:?} {model:?}");
                     cases.push((name, config));
                 } else {
-                    let apic = transfer == Transfer::Apic;
+                    let affine = transfer.is_affine();
                     let plain = matches!(shape, ShapeFunction::Linear | ShapeFunction::Ugimp);
-                    assert!(apic && plain, "{shape:?} {transfer:?} {update:?}");
+                    assert!(affine && plain, "{shape:?} {transfer:?} {update:?}");
                 }
             }
         }

@@ -1,9 +1,11 @@
 //! Frames: all points and all bodies at an instant, as VTK files in the run directory (DESIGN.md section 6).
 //!
 //! `frames/points_0003.vtu` has a vertex for each material point, `frames/bodies_0003.vtu` a polygon for each body (one a disc
-//! for a cluster), `frames/frames.pvd` their times. A thread of its own writes them; when [`WAITING`] frames wait for a slow
-//! disk, the run does.
+//! for a cluster), `frames/contacts_0003.vtu` a line for each contact, `frames/frames.pvd` their times. A thread of its own
+//! writes them; when [`WAITING`] frames wait for a slow disk, the run does.
 
+mod instant;
+mod meshes;
 mod outline;
 pub mod vtu;
 
@@ -15,74 +17,23 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::JoinHandle;
 use std::{fs, thread};
 
-use interface::config::DemConfig;
-use interface::message::wire::{BodyState, PointState};
+use interface::config::{DemConfig, Motion};
+use interface::message::wire::BodyState;
 use quick_xml::Writer;
 use quick_xml::events::Event;
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
 use crate::record::aside::{Mark, Written};
 use crate::record::rundir::{FRAME_LIST, FRAMES, RunDir, RunDirError, fail};
-use vtu::{Array, Cell, Mesh, Precision, attribute};
+pub use instant::{Content, Field, Instant};
+use meshes::{Outlined, bodies, contacts, points};
+use vtu::{Mesh, attribute};
 
+/// What a frame has, each a file.
+const PARTS: [&str; 3] = ["points", "bodies", "contacts"];
 /// Frames in memory that have not been written.
 const WAITING: u64 = 4;
-
-/// What is where at an instant.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Instant {
-    /// t_n in s.
-    pub time: f64,
-    /// Positions at t_n, velocities at t_{n-1/2}.
-    pub points: Vec<PointState>,
-    /// Of the measurement at t_n.
-    pub bodies: Vec<BodyState>,
-}
-
-/// What frames tell of points and bodies besides where they are.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Field {
-    /// Velocity in m/s, of points and bodies.
-    Velocity,
-    /// Stress of points in Pa.
-    Stress,
-    /// Volume of points in m^3/m.
-    Volume,
-    /// Mass of points in kg/m.
-    Mass,
-    /// Angle of bodies in rad.
-    Angle,
-    /// Angular velocity of bodies in rad/s.
-    Spin,
-}
-
-/// What frames hold.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Content {
-    /// The fields; all of them by default.
-    pub fields: Option<Vec<Field>>,
-    /// Their digits.
-    pub precision: Precision,
-}
-
-impl Content {
-    fn has(&self, field: Field) -> bool {
-        self.fields
-            .as_ref()
-            .is_none_or(|fields| fields.contains(&field))
-    }
-
-    /// Of these arrays, those that are asked for.
-    fn keep<const N: usize>(&self, arrays: [(Option<Field>, Array); N]) -> Vec<Array> {
-        let asked = arrays
-            .into_iter()
-            .filter(|(field, _)| field.is_none_or(|field| self.has(field)));
-        asked.map(|(_, array)| array).collect()
-    }
-}
 
 /// The frames of a run so far.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -91,11 +42,15 @@ pub struct Listed {
     pub times: Vec<f64>,
     /// The bodies where the scene puts them, as they are at the first one of a run that begins with its scene.
     pub start: Vec<BodyState>,
+    /// Whether there are contacts in them.
+    #[serde(default)]
+    pub contacts: bool,
 }
 
 /// Takes the frames of a run.
 #[derive(Debug)]
 pub struct Frames {
+    content: Content,
     listed: Listed,
     written: Arc<Written>,
     queue: Option<Sender<Instant>>,
@@ -115,13 +70,17 @@ impl Frames {
         listed: Listed,
     ) -> Result<Self, RunDirError> {
         let bodies = dem.iter().flat_map(|dem| &dem.bodies);
-        let outlines = bodies.map(outline::outlines).collect();
+        let outlines = bodies.map(|body| Outlined {
+            outlines: outline::outlines(body),
+            is_free: body.motion == Motion::Free,
+        });
+        let outlines = outlines.collect();
         let (queue, taken) = channel();
         let written = Written::from(listed.times.len() as u64);
         let series = Series {
             dir: dir.clone(),
             content: content.clone(),
-            has: [has_points, dem.is_some()],
+            has: [has_points, dem.is_some(), listed.contacts],
             outlines,
             start: listed.start.clone(),
             times: listed.times.clone(),
@@ -129,6 +88,7 @@ impl Frames {
         };
         series.keep_listed()?;
         Ok(Self {
+            content: content.clone(),
             listed,
             written,
             queue: Some(queue),
@@ -140,7 +100,11 @@ impl Frames {
     ///
     /// # Errors
     /// [`RunDirError`] when an earlier one could not be written.
-    pub fn take(&mut self, instant: Instant) -> Result<(), RunDirError> {
+    pub fn take(&mut self, mut instant: Instant) -> Result<(), RunDirError> {
+        if !self.content.has(Field::Contacts) {
+            instant.contacts = None;
+        }
+        self.listed.contacts |= instant.contacts.is_some();
         if self.listed.start.is_empty() {
             self.listed.start.clone_from(&instant.bodies);
         }
@@ -193,10 +157,10 @@ impl Drop for Frames {
 struct Series {
     dir: RunDir,
     content: Content,
-    /// Points, bodies.
-    has: [bool; 2],
-    /// Of each body, where the scene puts it.
-    outlines: Vec<Vec<Vec<[f64; 2]>>>,
+    /// [`PARTS`].
+    has: [bool; 3],
+    /// Each body where the scene puts it.
+    outlines: Vec<Outlined>,
     /// The bodies where the scene puts them.
     start: Vec<BodyState>,
     times: Vec<f64>,
@@ -210,7 +174,7 @@ impl Series {
             return Ok(());
         }
         let kept: BTreeSet<String> = (0..self.times.len())
-            .flat_map(|number| ["points", "bodies"].map(|name| file(name, number)))
+            .flat_map(|number| PARTS.map(|name| file(name, number)))
             .collect();
         let folder = self.dir.path().join(FRAMES);
         let keep = || {
@@ -245,6 +209,11 @@ impl Series {
                 let bodies = bodies(&self.outlines, &self.start, &instant.bodies, &self.content);
                 self.write(&file("bodies", number), &bodies)?;
             }
+            if let Some(told) = &instant.contacts {
+                self.has[2] = true;
+                let contacts = contacts(told, &instant, &self.outlines);
+                self.write(&file("contacts", number), &contacts)?;
+            }
             self.times.push(instant.time);
             self.dir.write_whole(FRAME_LIST, &self.list())?;
             self.written.reach(self.times.len() as u64);
@@ -273,7 +242,7 @@ impl Series {
                 let collection = xml.create_element("Collection");
                 collection.write_inner_content(|xml| {
                     for (number, time) in self.times.iter().enumerate() {
-                        let parts = ["points", "bodies"].into_iter().zip(self.has);
+                        let parts = PARTS.into_iter().zip(self.has);
                         for (part, (name, _)) in parts.filter(|(_, has)| *has).enumerate() {
                             let (time, part) = (time.to_string(), part.to_string());
                             let file = file(name, number);
@@ -295,96 +264,12 @@ impl Series {
 
 /// Files of these frames in a run directory.
 pub(crate) fn paths(dir: &Path, frames: std::ops::Range<usize>) -> Vec<PathBuf> {
-    let files = frames.flat_map(|number| ["points", "bodies"].map(|name| file(name, number)));
+    let files = frames.flat_map(|number| PARTS.map(|name| file(name, number)));
     files.map(|name| dir.join(FRAMES).join(name)).collect()
 }
 
 fn file(name: &str, number: usize) -> String {
     format!("{name}_{number:04}.vtu")
-}
-
-/// An array of what `numbers` gives of each item.
-fn array<T, const N: usize>(name: &str, of: &[T], numbers: impl Fn(&T) -> [f64; N]) -> Array {
-    Array::real(name, N, of.iter().flat_map(numbers).collect())
-}
-
-/// A vertex for each point. Stress in VTK's order of a symmetric tensor: xx, yy, zz, xy, yz, xz.
-fn points(points: &[PointState], content: &Content) -> Mesh {
-    Mesh {
-        cell: Cell::Vertex,
-        points: points.iter().map(|p| p.position).collect(),
-        ends: (1..=points.len()).collect(),
-        of_points: content.keep([
-            (
-                None,
-                Array::whole("id", points.iter().map(|p| p.id as f64).collect()),
-            ),
-            (
-                None,
-                Array::whole("group", points.iter().map(|p| p.group.into()).collect()),
-            ),
-            (
-                Some(Field::Velocity),
-                array("velocity", points, |p| [p.velocity[0], p.velocity[1], 0.0]),
-            ),
-            (
-                Some(Field::Stress),
-                array("stress", points, |p| {
-                    let [xx, yy, zz, xy] = p.stress;
-                    [xx, yy, zz, xy, 0.0, 0.0]
-                }),
-            ),
-            (Some(Field::Volume), array("volume", points, |p| [p.volume])),
-            (Some(Field::Mass), array("mass", points, |p| [p.mass])),
-        ]),
-        of_cells: Vec::new(),
-    }
-}
-
-/// A polygon for each outline, moved as its body has since the start.
-fn bodies(
-    outlines: &[Vec<Vec<[f64; 2]>>],
-    start: &[BodyState],
-    now: &[BodyState],
-    content: &Content,
-) -> Mesh {
-    let mut mesh = Mesh {
-        cell: Cell::Polygon,
-        points: Vec::new(),
-        ends: Vec::new(),
-        of_points: Vec::new(),
-        of_cells: Vec::new(),
-    };
-    let mut owners: Vec<(usize, &BodyState)> = Vec::new();
-    let moved = outlines.iter().zip(start.iter().zip(now)).enumerate();
-    for (body, (outlines, (start, now))) in moved {
-        let (sin, cos) = (now.angle - start.angle).sin_cos();
-        let ([sx, sy], [nx, ny]) = (start.position, now.position);
-        for outline in outlines {
-            mesh.points.extend(outline.iter().map(|[x, y]| {
-                let (x, y) = (x - sx, y - sy);
-                [nx + cos * x - sin * y, ny + sin * x + cos * y]
-            }));
-            mesh.ends.push(mesh.points.len());
-            owners.push((body, now));
-        }
-    }
-    let numbers = owners.iter().map(|(body, _)| *body as f64);
-    mesh.of_cells = content.keep([
-        (None, Array::whole("body", numbers.collect())),
-        (
-            Some(Field::Velocity),
-            array("velocity", &owners, |(_, b)| {
-                [b.velocity[0], b.velocity[1], 0.0]
-            }),
-        ),
-        (
-            Some(Field::Angle),
-            array("angle", &owners, |(_, b)| [b.angle]),
-        ),
-        (Some(Field::Spin), array("spin", &owners, |(_, b)| [b.spin])),
-    ]);
-    mesh
 }
 
 /// A frame as it was written.
@@ -396,6 +281,8 @@ pub struct Frame {
     pub points: Option<Mesh>,
     /// The bodies, likewise.
     pub bodies: Option<Mesh>,
+    /// The contacts, if the bodies' side told them.
+    pub contacts: Option<Mesh>,
 }
 
 /// Why a frame cannot be read.
@@ -473,6 +360,7 @@ impl Frame {
             time: nearest,
             points: part("points")?,
             bodies: part("bodies")?,
+            contacts: part("contacts")?,
         })
     }
 }

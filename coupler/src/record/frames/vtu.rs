@@ -34,6 +34,8 @@ pub enum Precision {
 pub enum Cell {
     /// Points.
     Vertex,
+    /// Lines between two points.
+    Line,
     /// Polygons.
     Polygon,
 }
@@ -43,6 +45,7 @@ impl Cell {
     const fn number(self) -> u8 {
         match self {
             Self::Vertex => 1,
+            Self::Line => 3,
             Self::Polygon => 7,
         }
     }
@@ -235,8 +238,10 @@ impl Mesh {
                 let words = bytes.as_chunks::<8>().0.iter();
                 self.ends = words.map(|w| u64::from_le_bytes(*w) as usize).collect();
             }
-            ("Cells", "types") if bytes.first() == Some(&Cell::Polygon.number()) => {
-                self.cell = Cell::Polygon;
+            ("Cells", "types") => {
+                let of_kind = |cell: &Cell| bytes.first() == Some(&cell.number());
+                let kinds = [Cell::Line, Cell::Polygon];
+                self.cell = kinds.into_iter().find(of_kind).unwrap_or(Cell::Vertex);
             }
             ("PointData" | "CellData", _) => {
                 let array = Array {

@@ -49,7 +49,7 @@ const EXPECTED: [(&str, f64); 39] = [
 fn with_measured(act: impl FnOnce(&Quantities, &Measured, &[f64])) {
     let quantities = Quantities::new(
         ["disc"],
-        [&["edge", "middle"], &["left"]],
+        [&["edge", "middle"], &["left"], &[]],
         ["floor", "target"],
         [("grains", 2)],
     );
@@ -190,7 +190,7 @@ fn a_slice_has_its_share_of_what_is_counted() {
 /// A check of what the continuum does not say must not pass.
 #[test]
 fn a_gap_that_nobody_keeps_is_not_a_number() {
-    let quantities = Quantities::new([], [&[], &[]], [], []);
+    let quantities = Quantities::new([], [&[], &[], &[]], [], []);
     let silent = Measured {
         books: Books {
             time: 0.0,

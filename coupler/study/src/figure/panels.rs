@@ -11,7 +11,7 @@ use super::area::{Area, NUMBER_GAP, Plan, fitting};
 use super::axis::{Axis, Scale, label};
 use super::canvas::{Anchor, BLACK, Canvas, Colour, Stroke};
 use super::file;
-use super::style::{LINE, MARGIN, NUMBERS, WORDS, heading, heading_height, write_heading};
+use super::style::{LINE, MARGIN, NUMBERS, WORDS, colour, heading, heading_height, write_heading};
 use super::text::{width, wrapped};
 use crate::StudyError;
 
@@ -23,6 +23,11 @@ const FINE: f64 = 2.0;
 const COLOURS: (f64, f64) = (320.0, 14.0);
 /// Side of the smallest square of a point, in pixels of the picture.
 const LEAST: usize = 3;
+/// Width in pixels of the line of the largest contact force, and of the smallest that is drawn.
+const THICKEST: f64 = 6.0;
+const FAINTEST: f64 = 0.1;
+/// Which colour lines of forces have: none of points, and not the grey of bodies.
+const FORCES: usize = 1;
 /// Colours that are told apart.
 const STEPS: u8 = 128;
 /// Viridis (van der Walt and Smith 2015), which grows evenly lighter, at eighths.
@@ -49,6 +54,15 @@ pub struct Dot {
     pub value: f64,
 }
 
+/// A contact force.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Force {
+    /// The centres of the two that touch, in m.
+    pub between: [[f64; 2]; 2],
+    /// In N/m.
+    pub strength: f64,
+}
+
 /// An instant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Panel {
@@ -58,6 +72,8 @@ pub struct Panel {
     pub dots: Vec<Dot>,
     /// Outlines of the bodies in m, each of which closes by itself.
     pub outlines: Vec<Vec<[f64; 2]>>,
+    /// Contact forces, where they are drawn.
+    pub forces: Vec<Force>,
 }
 
 /// How panels are shown.
@@ -73,6 +89,31 @@ pub struct Layout {
     pub window: [[f64; 2]; 2],
     /// Values of the first and the last colour.
     pub between: [f64; 2],
+    /// The force in N/m whose line is the thickest, where forces are drawn.
+    pub largest_force: Option<f64>,
+}
+
+impl Layout {
+    /// What colours and lines say.
+    fn words(&self) -> String {
+        match self.largest_force {
+            Some(force) if force > 0.0 => {
+                let force = label(round(force));
+                format!(
+                    "{}; lines: contact forces, the thickest {force} N/m",
+                    self.legend
+                )
+            }
+            Some(_) => format!("{}; no contact presses", self.legend),
+            None => self.legend.clone(),
+        }
+    }
+}
+
+/// To three digits.
+fn round(number: f64) -> f64 {
+    let unit = 10_f64.powf(number.log10().floor() - 2.0);
+    (number / unit).round() * unit
 }
 
 /// Draws the panels to `path`.
@@ -153,7 +194,7 @@ fn sheet(layout: &Layout, panels: &[Panel]) -> Result<Canvas, StudyError> {
         .sum::<f64>()
         .max(COLOURS.0 + 4.0 * MARGIN);
     let title = heading(&layout.title, width);
-    let legend = wrapped(&layout.legend, WORDS, width - 4.0 * MARGIN);
+    let legend = wrapped(&layout.words(), WORDS, width - 4.0 * MARGIN);
     let start = heading_height(&title);
     let below = start + (0..rows).map(high).sum::<f64>();
     let height = below + COLOURS.1 + NUMBER_GAP + LINE * (1 + legend.len()) as f64 + 2.0 * MARGIN;
@@ -199,6 +240,16 @@ fn fill(
             canvas.polygon(&places, Colour(225, 225, 225), Some(Stroke::of(BLACK, 1.0)));
         }
     }
+    area.within(canvas, |canvas| {
+        for force in &panel.forces {
+            let share = force.strength / layout.largest_force.unwrap_or(force.strength);
+            // Thinner lines than this are not seen.
+            if share * THICKEST >= FAINTEST {
+                let ends = force.between.map(|[x, y]| area.place((x, y)));
+                canvas.line(&ends, Stroke::of(colour(FORCES), share * THICKEST));
+            }
+        }
+    });
     Ok(())
 }
 
@@ -324,6 +375,10 @@ mod tests {
                 value: 1.0,
             }],
             outlines: vec![vec![[0.1, 0.1], [0.3, 0.1], [0.2, 0.3]]],
+            forces: vec![Force {
+                between: [[0.2, 0.2], [0.5, 0.5]],
+                strength: 3.0,
+            }],
         };
         for columns in [1, 2, 3, 5] {
             for between in [[0.0, 1.0], [1.234_567e-7, 1.234_569e-7], [-3e9, 2e12]] {
@@ -333,6 +388,7 @@ mod tests {
                     columns,
                     window: WINDOW,
                     between,
+                    largest_force: Some(3.0),
                 };
                 let panels: Vec<Panel> = ["short", long, "c", "d", long].map(panel).to_vec();
                 let canvas = sheet(&layout, &panels).unwrap();
@@ -373,6 +429,7 @@ mod tests {
                 dot([3.0, 0.5], 1.0),
             ],
             outlines: Vec::new(),
+            forces: Vec::new(),
         };
         let layout = Layout {
             title: String::new(),
@@ -380,6 +437,7 @@ mod tests {
             columns: 1,
             window: WINDOW,
             between: [0.0, 1.0],
+            largest_force: None,
         };
         let pixels = raster(&panel, &layout, [200, 100]);
         let colour = |x: usize, y: usize| -> [u8; 3] {

@@ -3,7 +3,7 @@
 
 use interface::message::control::{Configure, Order, Ready};
 use interface::message::wire::{
-    BodyState, Grant, GroupState, ImpInfo, PointState, Report, StepHeader, flags,
+    BodyState, ContactState, Grant, GroupState, ImpInfo, PointState, Report, StepHeader, flags,
 };
 use interface::step::{Clock, Step};
 use interface::transport::raw::{Kind, Message, Payload};
@@ -59,6 +59,8 @@ pub struct WindowReport {
     pub groups: Sent<GroupState>,
     /// The same of all points.
     pub points: Sent<PointState>,
+    /// The same of the contacts of a frame.
+    pub contacts: Sent<ContactState>,
 }
 
 impl WindowReport {
@@ -328,10 +330,13 @@ impl<'b> KitRun<'b> {
             bodies: None,
             groups: None,
             points: None,
+            contacts: None,
         };
         if self.session.is_of_bodies() {
             let bodies = self.session.take(Kind::Bodies)?;
             told.bodies = bodies.map(|message| records!(message, Bodies));
+            let contacts = self.session.take(Kind::Contacts)?;
+            told.contacts = contacts.map(|message| records!(message, Contacts));
         } else {
             let groups = self.session.take(Kind::Groups)?;
             told.groups = groups.map(|message| records!(message, Groups));

@@ -7,8 +7,8 @@ use std::time::Duration;
 use interface::config::DemConfig;
 use interface::message::control::{Configure, Notice, Order};
 use interface::message::wire::{
-    BodyState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, PointState, Report,
-    StepHeader,
+    BodyState, ContactState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState,
+    PointState, Report, StepHeader,
 };
 use interface::transport::raw::{Message, Payload};
 use serde::Serialize;
@@ -214,6 +214,8 @@ spoil! {
     reports: Report of Report;
     /// Spoils the states of bodies.
     bodies: Bodies of BodyState;
+    /// Spoils the contacts of a frame.
+    contacts: Contacts of ContactState;
     /// Spoils those of groups.
     groups: Groups of GroupState;
     /// Spoils those of all points.

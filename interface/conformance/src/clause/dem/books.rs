@@ -1,7 +1,8 @@
 //! Sections 5 and 9: reports, measurements, and books that balance.
 
+use interface::config::capability::CONTACTS;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion};
-use interface::message::wire::{Ledger, Record};
+use interface::message::wire::{Ledger, Record, flags};
 
 use super::order::pressed;
 use super::scene::{
@@ -11,7 +12,7 @@ use super::scene::{
 use crate::bench::{Answer, Bench, Points, WindowReport};
 use crate::clause::Clause;
 use crate::mutant::{Flaw, spoil};
-use crate::verdict::{Judgement, Largest, Unmet, near, require};
+use crate::verdict::{Judgement, Largest, Unmet, broken, near, require};
 
 const ROOTS: &[&str] = &["F-7a", "F-7d", "T-1a", "T-1b", "F-7i"];
 
@@ -55,6 +56,32 @@ pub const CLAUSES: &[Clause] = &[
         .mutant("turns torques round", || {
             Flaw::bodies(|_, bodies| bodies.iter_mut().for_each(|body| body.point_torque *= -1.0))
         }),
+    Clause::must(
+        "R-6a",
+        "the contacts of a frame are those of the measured step, and add up to the body's force and torque",
+        contacts,
+    )
+    .needs(&[CONTACTS, "motion:free"])
+    .after(&["F-7a", "R-3a", "R-3c", "R-3d"])
+    .mutant("tells the forces on the points", || {
+        Flaw::contacts(|_, contacts| {
+            for contact in contacts {
+                contact.force = contact.force.map(|f| -f);
+            }
+        })
+    })
+    .mutant("tells where the other surface is", || {
+        Flaw::contacts(|_, contacts| contacts.iter_mut().for_each(|c| c.position[0] += 0.01))
+    })
+    .mutant("forgets a contact", || {
+        Flaw::contacts(|header, contacts| {
+            contacts.pop();
+            header.count = contacts.len() as u64;
+        })
+    })
+    .mutant("tells the contacts of the next step", || {
+        Flaw::contacts(|header, _| header.step += 1)
+    }),
     Clause::must("N-1a", "momentum less applied impulse is kept", momentum)
         .needs(&["motion:free"])
         .after(ROOTS)
@@ -213,6 +240,66 @@ fn body_forces(bench: &Bench) -> Judgement {
     )?;
     require(body.contacts == 1, "1 contact", body.contacts)?;
     Ok(format!("{:.3} N/m of 1 point", body.point_force[1]))
+}
+
+/// A free body that three points press is told with a frame of the first of two steps.
+fn contacts(bench: &Bench) -> Judgement {
+    let (target, corner) = target(bench);
+    let center = target.position;
+    let spots = [[0.8, 0.9], [0.1, 0.7], [-0.6, 0.8]];
+    let points = spots.iter().fold(Points::new(), |points, &[x, deep]| {
+        let at = [x * corner[0], corner[1] + SPHERO + deep * RADIUS];
+        points.with(at, [0.0; 2], RADIUS, 0.5)
+    });
+    let mut play = bench.run_bodies(&scene(vec![target], elastic(STIFFNESS)))?;
+    play.set(&points.set);
+    play.step(0.0, &points.states)?;
+    let mut grant = play.next_grant(1e-5, 2, true);
+    grant.flags |= flags::FRAME;
+    play.send_grants(&[grant])?;
+    play.exchange(&points.states)?;
+    play.exchange(&points.states)?;
+    let told = play.report()?;
+    let Some((header, contacts)) = &told.contacts else {
+        return Err(broken("the contacts before the report", "none"));
+    };
+    let body = told.bodies(1)?[0];
+    let said = (header.step, header.count);
+    require(
+        said == (grant.first, body.contacts),
+        format_args!("{} contacts of step {}", body.contacts, grant.first),
+        format_args!("{} of step {}", said.1, said.0),
+    )?;
+    let (mut force, mut torque) = ([0.0; 2], 0.0);
+    for contact in contacts {
+        let known = points.set.iter().any(|info| info.id == contact.other);
+        let said = (contact.body, contact.with, known);
+        require(
+            said == (0, 1, true),
+            "a point of the set on body 0",
+            format_args!("{contact:?}"),
+        )?;
+        let [x, y] = [0, 1].map(|i| contact.position[i] - center[i]);
+        let [fx, fy] = contact.force;
+        force = [force[0] + fx, force[1] + fy];
+        torque += x * fy - y * fx;
+    }
+    let scale = force[1].abs();
+    for i in 0..2 {
+        near(
+            "sum of their forces in N/m",
+            force[i],
+            body.point_force[i],
+            1e-12 * scale,
+        )?;
+    }
+    near(
+        "sum of their torques in N",
+        torque,
+        body.point_torque,
+        1e-12 * scale,
+    )?;
+    Ok(format!("{} contacts, {:.3} N/m", contacts.len(), force[1]))
 }
 
 fn torque(bench: &Bench) -> Judgement {

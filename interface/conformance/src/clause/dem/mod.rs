@@ -8,7 +8,9 @@ mod laws;
 mod limits;
 mod motion;
 mod order;
+mod pairs;
 pub(super) mod scene;
+mod segments;
 mod time;
 
 use super::row::Clause;
@@ -23,6 +25,8 @@ pub const CLAUSES: &[&[Clause]] = &[
     force::CLAUSES,
     laws::CLAUSES,
     friction::CLAUSES,
+    pairs::CLAUSES,
+    segments::CLAUSES,
     motion::CLAUSES,
     limits::CLAUSES,
     books::CLAUSES,

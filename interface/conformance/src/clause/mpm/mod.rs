@@ -6,6 +6,7 @@ mod force;
 mod halt;
 mod handshake;
 mod imps;
+mod layers;
 mod ledger;
 mod limits;
 pub(super) mod scene;
@@ -20,6 +21,7 @@ pub const CLAUSES: &[&[Clause]] = &[
     exchange::CLAUSES,
     &[naps(&["S-7a", "G-10a", "E-2b"])],
     imps::CLAUSES,
+    layers::CLAUSES,
     time::CLAUSES,
     force::CLAUSES,
     limits::CLAUSES,

@@ -1,0 +1,584 @@
+//! Contact between the material points of two groups (Chen 2023 section 3.3): each point carries a circle for contact, and
+//! two circles that overlap press on one another, by the same laws as a point and a body.
+//!
+//! ```text
+//! N = (x_a - x_b) / |x_a - x_b|,   xi = r_a + r_b - |x_a - x_b|,   f_a = F_n N + F_t T,   f_b = -f_a
+//! ```
+//!
+//! The surfaces move as the points do; points have no rotation, so what the continuum turns by within a step counts as
+//! motion along the contact, as in the paper.
+//!
+//! An evaluation commits nothing, as in [`crate::contact::points`].
+
+use std::fmt::Debug;
+
+use interface::Vec2;
+use interface::message::wire::{ImpForce, ImpInfo, ImpState};
+use interface::solver::{Fault, Refusal};
+use serde::{Deserialize, Serialize};
+
+use crate::contact::passage::DEEP;
+use crate::contact::point_side::Interval;
+use crate::contact::set::{restored_set, save_set};
+use crate::law::history::SavedHistories;
+use crate::law::{Law, Loss, Mates, Touch, reduced};
+use crate::lists::cells::Cells;
+use crate::lists::neighbours::REACH;
+use crate::saved::{count, finite, refusal};
+use crate::seam::Bounds;
+use crate::threads::Threads;
+
+/// What the step needs from the contact between points, whatever the law.
+pub trait PairSide: Debug + Send {
+    /// Slots are now ordered as `set`.
+    fn imp_set(&mut self, set: &[ImpInfo]);
+    /// Points are at `states`: makes a list anew if a pair that is not in the one that is kept could touch.
+    fn update_list(&mut self, states: &[ImpState]);
+    /// Evaluates every pair of the list and adds the forces, and twice the stiffness at both ends (F-6), slot by slot.
+    fn evaluate(
+        &mut self,
+        states: &[ImpState],
+        interval: Interval,
+        threads: &Threads,
+        forces: &mut [ImpForce],
+    );
+    /// The first pair, in the order of the list, of which the last evaluation found that it is too deep.
+    fn passed(&self) -> Option<Fault>;
+    /// Energy dissipated over the last step.
+    fn loss(&self) -> Loss;
+    /// Energy in the contact springs in J/m.
+    fn energy(&self, states: &[ImpState]) -> f64;
+    /// Keeps the list that was evaluated.
+    fn keep_list(&mut self);
+    /// Accepts what was evaluated as the history of the next step, and keeps the list.
+    fn commit(&mut self);
+    /// Largest damping ratio of a contact in reach; 0 where there is none.
+    fn damping_ratio(&self) -> f64;
+    /// Bytes of memory.
+    fn bytes(&self) -> usize;
+    /// For a saved state.
+    fn save(&self) -> SavedPointPairs;
+    /// Takes over what was saved. After a refusal all is as it was.
+    ///
+    /// # Errors
+    /// A refusal if it is not of this configuration.
+    fn restore(&mut self, saved: &SavedPointPairs) -> Result<(), Refusal>;
+}
+
+/// Which groups touch one another.
+#[derive(Debug, Clone, Default)]
+pub struct Touching {
+    /// One more than the last group that does.
+    groups: usize,
+    /// For each two groups.
+    pairs: Vec<bool>,
+    /// Surface of each group, where there is a table of laws; else empty.
+    surfaces: Vec<u32>,
+}
+
+impl Touching {
+    /// The groups of `pairs`; `surface` gives the number of a group's surface in the table of laws.
+    pub fn new(
+        pairs: impl Iterator<Item = [usize; 2]> + Clone,
+        surface: impl Fn(usize) -> u32,
+    ) -> Self {
+        let groups = pairs.clone().flatten().max().map_or(0, |last| last + 1);
+        let mut touching = vec![false; groups * groups];
+        for [a, b] in pairs {
+            (touching[a * groups + b], touching[b * groups + a]) = (true, true);
+        }
+        Self {
+            groups,
+            pairs: touching,
+            surfaces: (0..groups).map(surface).collect(),
+        }
+    }
+
+    fn touch(&self, a: u32, b: u32) -> bool {
+        let [a, b] = [a as usize, b as usize];
+        a.max(b) < self.groups && self.pairs[a * self.groups + b]
+    }
+}
+
+/// Contact between points in a saved state. The list follows from where the points were when it was built.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+pub struct SavedPointPairs {
+    /// As records of the wire.
+    set: Vec<u8>,
+    replaced: Option<Vec<u8>>,
+    /// In m.
+    previous: Vec<[f64; 2]>,
+    /// In m.
+    built_at: Vec<[f64; 2]>,
+    histories: SavedHistories,
+}
+
+/// Two slots whose points may touch, in ascending order.
+type Pair = [u32; 2];
+
+/// One evaluated pair in reach.
+#[derive(Debug, Clone, Copy)]
+struct Outcome {
+    pair: Pair,
+    /// On the first, in N/m; the second has its negative.
+    force: Vec2,
+    /// In N/m, of the normal or the tangential spring, whichever is stiffer.
+    stiffness: f64,
+    /// Dissipated over the last step.
+    loss: Loss,
+    /// In m.
+    overlap: f64,
+}
+
+/// What is kept from one step to the next.
+#[derive(Debug)]
+struct Kept<L: Law> {
+    /// In ascending order.
+    list: Vec<Pair>,
+    constants: Vec<L::Pair>,
+    history: Vec<L::History>,
+    /// Smallest reduced mass of a pair in kg/m; infinite where there is none.
+    lightest: f64,
+    /// Positions of the points one step before in m; empty if there was no step.
+    previous: Vec<Vec2>,
+    /// Positions of the points when the list was built in m.
+    built_at: Vec<Vec2>,
+}
+
+impl<L: Law> Default for Kept<L> {
+    fn default() -> Self {
+        Self {
+            list: Vec::new(),
+            constants: Vec::new(),
+            history: Vec::new(),
+            lightest: f64::INFINITY,
+            previous: Vec::new(),
+            built_at: Vec::new(),
+        }
+    }
+}
+
+impl<L: Law> Kept<L> {
+    /// History and previous positions from an `old` list of the set `was`: they follow the ids to `set`.
+    fn carry(&mut self, old: &Self, was: &[ImpInfo], set: &[ImpInfo]) {
+        // Slots are ordered by id, in this set and in that one.
+        let slot_of = |id: u64| was.binary_search_by_key(&id, |info| info.id).ok();
+        let history = |&[a, b]: &Pair| {
+            let [a, b] = [a, b].map(|slot| slot_of(set[slot as usize].id));
+            let pair = [a? as u32, b? as u32];
+            old.list.binary_search(&pair).ok().map(|i| old.history[i])
+        };
+        let histories = self
+            .list
+            .iter()
+            .map(|pair| history(pair).unwrap_or_default());
+        self.history.clear();
+        self.history.extend(histories);
+        self.previous.clear();
+        if !old.previous.is_empty() {
+            // A point that is new to the set touched nothing one step ago; where it was does not matter.
+            let was_at = |(info, now): (&ImpInfo, &Vec2)| {
+                slot_of(info.id).map_or(*now, |slot| old.previous[slot])
+            };
+            self.previous
+                .extend(set.iter().zip(&self.built_at).map(was_at));
+        }
+    }
+}
+
+/// Contact between points by the law `L`.
+#[derive(Debug)]
+pub struct PointPairs<L: Law> {
+    law: L,
+    touching: Touching,
+    skin: f64,
+    set: Vec<ImpInfo>,
+    /// The set that what is kept is still ordered by, where it was replaced since.
+    replaced: Option<Vec<ImpInfo>>,
+    kept: Kept<L>,
+    /// What is to be kept instead, where the last evaluation was of a list that it built.
+    fresh: Kept<L>,
+    rebuilt: bool,
+    next: Vec<L::History>,
+    /// Of the points in the last evaluation in m.
+    positions: Vec<Vec2>,
+    buffers: Vec<Vec<Outcome>>,
+    any_in_reach: bool,
+    /// The first pair that is too deep, with its overlap in m.
+    deep: Option<(Pair, f64)>,
+    loss: Loss,
+}
+
+impl<L: Law> PointPairs<L> {
+    /// No points yet.
+    pub fn new(law: L, touching: Touching, skin: f64) -> Self {
+        Self {
+            law,
+            touching,
+            skin,
+            set: Vec::new(),
+            replaced: None,
+            kept: Kept::default(),
+            fresh: Kept::default(),
+            rebuilt: false,
+            next: Vec::new(),
+            positions: Vec::new(),
+            buffers: Vec::new(),
+            any_in_reach: false,
+            deep: None,
+            loss: Loss::default(),
+        }
+    }
+
+    /// What an evaluation goes by.
+    fn now(&self) -> &Kept<L> {
+        if self.rebuilt {
+            &self.fresh
+        } else {
+            &self.kept
+        }
+    }
+
+    /// Builds a list for points of a set at these positions (m), with the constants of its pairs.
+    fn listed(&self, fresh: &mut Kept<L>, set: &[ImpInfo], positions: &[Vec2]) {
+        let mutual = |a: usize, b: usize| self.touching.touch(set[a].group, set[b].group);
+        // The box of a point has half of what two may be apart, with either's own share of it.
+        let boxes: Vec<Bounds> = (set.iter().zip(positions))
+            .map(|(info, &x)| {
+                let half = (1.0 + 0.5 * REACH) * info.radius + 0.5 * self.skin;
+                Bounds::around([x]).grown(half)
+            })
+            .collect();
+        let cells = Cells::new(&boxes);
+        fresh.list.clear();
+        let mut found = Vec::new();
+        for a in 0..set.len() {
+            found.clear();
+            cells.above(a as u32, &boxes, &mut found);
+            let near = found.iter().filter(|&&b| {
+                let b = b as usize;
+                mutual(a, b)
+                    && (positions[a] - positions[b]).norm()
+                        <= contact_distance(&set[a], &set[b])
+                            + REACH * set[a].radius.min(set[b].radius)
+                            + self.skin
+            });
+            fresh.list.extend(near.map(|&b| [a as u32, b]));
+        }
+        fresh.constants.clear();
+        fresh.constants.extend(fresh.list.iter().map(|&[a, b]| {
+            let (a, b) = (&set[a as usize], &set[b as usize]);
+            let surface = |info: &ImpInfo| self.touching.surfaces[info.group as usize];
+            self.law.pair(&Mates {
+                mass: reduced(a.mass, b.mass),
+                radius: reduced(a.radius, b.radius),
+                surfaces: [surface(a), surface(b)],
+            })
+        }));
+        let masses = fresh.list.iter().map(|pair| {
+            let [a, b] = pair.map(|slot| set[slot as usize].mass);
+            reduced(a, b)
+        });
+        fresh.lightest = masses.fold(f64::INFINITY, f64::min);
+        fresh.built_at.clear();
+        fresh.built_at.extend_from_slice(positions);
+    }
+
+    /// What an evaluation looks at.
+    fn view<'a>(&'a self, states: &'a [ImpState]) -> View<'a, L> {
+        View {
+            law: &self.law,
+            set: &self.set,
+            now: self.now(),
+            states,
+        }
+    }
+}
+
+fn contact_distance(a: &ImpInfo, b: &ImpInfo) -> f64 {
+    a.radius + b.radius
+}
+
+/// Points and their pairs as an evaluation sees them.
+struct View<'a, L: Law> {
+    law: &'a L,
+    set: &'a [ImpInfo],
+    now: &'a Kept<L>,
+    states: &'a [ImpState],
+}
+
+impl<L: Law> View<'_, L> {
+    /// Overlap and unit normal from the second point of a pair to the first; along x where they are in one place.
+    #[inline]
+    fn overlap(&self, [a, b]: Pair) -> (f64, Vec2) {
+        let [a, b] = [a as usize, b as usize];
+        let [p, q] = [a, b].map(|slot| Vec2::from(self.states[slot].position));
+        let distance = (p - q).norm();
+        let normal = if distance > 0.0 {
+            (p - q) / distance
+        } else {
+            Vec2::x()
+        };
+        (
+            contact_distance(&self.set[a], &self.set[b]) - distance,
+            normal,
+        )
+    }
+
+    /// One pair: geometry, law. `None` out of reach.
+    #[inline]
+    fn pair(&self, interval: Interval, k: usize) -> Option<(Outcome, L::History)> {
+        let Interval { past, closing } = interval;
+        let pair = self.now.list[k];
+        let [a, b] = pair.map(|slot| slot as usize);
+        let (overlap, normal) = self.overlap(pair);
+        if overlap <= -REACH * self.set[a].radius.min(self.set[b].radius) {
+            return None;
+        }
+        let tangent = Vec2::new(-normal.y, normal.x);
+        let mut touch = Touch {
+            overlap,
+            ..Touch::default()
+        };
+        if L::MOTION {
+            // As between a point and a body: from positions, where there was a step.
+            let previous = &self.now.previous;
+            if past.dt > 0.0 && !previous.is_empty() {
+                let [now_a, now_b] = [a, b].map(|slot| Vec2::from(self.states[slot].position));
+                let moved = (now_a - previous[a]) - (now_b - previous[b]);
+                touch.moved = [moved.dot(&normal), moved.dot(&tangent)];
+                touch.velocity = touch.moved.map(|u| u * past.per_dt);
+            } else {
+                let [v_a, v_b] = [a, b].map(|slot| Vec2::from(self.states[slot].velocity));
+                touch.velocity = [(v_a - v_b).dot(&normal), (v_a - v_b).dot(&tangent)];
+            }
+        }
+        let (constants, before) = (&self.now.constants[k], &self.now.history[k]);
+        let k = self.law.stiffness(constants, overlap + closing);
+        let mut outcome = Outcome {
+            pair,
+            force: Vec2::zeros(),
+            stiffness: k.normal.max(k.tangential),
+            loss: Loss::default(),
+            overlap,
+        };
+        if overlap <= 0.0 {
+            outcome.loss = self.law.separate(constants, &touch, before);
+            return Some((outcome, L::History::default()));
+        }
+        let press = self.law.press(constants, &touch, before);
+        outcome.force = normal * press.normal + tangent * press.tangential;
+        outcome.loss = press.loss;
+        Some((outcome, press.history))
+    }
+}
+
+impl<L: Law> PairSide for PointPairs<L> {
+    fn imp_set(&mut self, set: &[ImpInfo]) {
+        let old = std::mem::replace(&mut self.set, set.to_vec());
+        self.replaced.get_or_insert(old); // history still has the order of the first of several replacements
+    }
+
+    fn update_list(&mut self, states: &[ImpState]) {
+        self.positions.clear();
+        let positions = states.iter().map(|s| Vec2::from(s.position));
+        self.positions.extend(positions);
+        self.rebuilt = false;
+        if self.replaced.is_none() {
+            let points = self.positions.iter().zip(&self.kept.built_at);
+            let points = points.map(|(now, at)| (now - at).norm_squared());
+            // Either point of a pair may have come by as much.
+            if 2.0 * points.fold(0.0, f64::max).sqrt() <= self.skin {
+                return;
+            }
+        }
+        let mut fresh = std::mem::take(&mut self.fresh);
+        self.listed(&mut fresh, &self.set, &self.positions);
+        let was = self.replaced.as_deref().unwrap_or(&self.set);
+        fresh.carry(&self.kept, was, &self.set);
+        self.fresh = fresh;
+        self.rebuilt = true;
+    }
+
+    fn evaluate(
+        &mut self,
+        states: &[ImpState],
+        interval: Interval,
+        threads: &Threads,
+        forces: &mut [ImpForce],
+    ) {
+        let (mut loss, mut any_in_reach, mut deep) = (Loss::default(), false, None);
+        let mut next = std::mem::take(&mut self.next);
+        let mut buffers = std::mem::take(&mut self.buffers);
+        let view = self.view(states);
+        next.resize(view.now.list.len(), L::History::default());
+        let chunk = |from: usize, next: &mut [L::History], outcomes: &mut Vec<Outcome>| {
+            outcomes.clear();
+            for (k, next) in next.iter_mut().enumerate() {
+                *next = L::History::default();
+                if let Some((outcome, history)) = view.pair(interval, from + k) {
+                    outcomes.push(outcome);
+                    *next = history;
+                }
+            }
+        };
+        threads.chunks(&mut next, &mut buffers, chunk, |outcomes: &Vec<Outcome>| {
+            for outcome in outcomes {
+                let [a, b] = outcome.pair.map(|slot| slot as usize);
+                for (slot, force) in [(a, outcome.force), (b, -outcome.force)] {
+                    forces[slot].force[0] += force.x;
+                    forces[slot].force[1] += force.y;
+                    forces[slot].stiffness += 2.0 * outcome.stiffness;
+                }
+                loss += outcome.loss;
+                any_in_reach = true;
+                let most = DEEP * contact_distance(&view.set[a], &view.set[b]);
+                if outcome.overlap > most && deep.is_none() {
+                    deep = Some((outcome.pair, outcome.overlap));
+                }
+            }
+        });
+        self.next = next;
+        self.buffers = buffers;
+        self.loss = loss;
+        self.any_in_reach = any_in_reach;
+        self.deep = deep;
+    }
+
+    fn passed(&self) -> Option<Fault> {
+        let (pair, overlap) = self.deep?;
+        let [a, b] = pair.map(|slot| &self.set[slot as usize]);
+        Some(Fault::Other(format!(
+            "points {} and {} of groups {} and {} overlap by {overlap:.3e} m, which is more than three quarters of \
+             their contact distance of {:.3e} m: they would pass through one another; write a stiffer contact or \
+             larger contact radii",
+            a.id,
+            b.id,
+            a.group,
+            b.group,
+            contact_distance(a, b)
+        )))
+    }
+
+    fn loss(&self) -> Loss {
+        self.loss
+    }
+
+    fn energy(&self, states: &[ImpState]) -> f64 {
+        let view = self.view(states);
+        let energy = |k: usize| {
+            let (overlap, _) = view.overlap(view.now.list[k]);
+            if overlap > 0.0 {
+                let constants = &view.now.constants[k];
+                self.law.energy(constants, overlap, &self.next[k])
+            } else {
+                0.0
+            }
+        };
+        (0..view.now.list.len()).map(energy).sum()
+    }
+
+    fn keep_list(&mut self) {
+        if self.rebuilt {
+            std::mem::swap(&mut self.kept, &mut self.fresh);
+            self.replaced = None;
+            self.rebuilt = false;
+        }
+    }
+
+    fn commit(&mut self) {
+        self.keep_list();
+        std::mem::swap(&mut self.kept.history, &mut self.next);
+        std::mem::swap(&mut self.kept.previous, &mut self.positions);
+    }
+
+    fn damping_ratio(&self) -> f64 {
+        if self.any_in_reach {
+            self.law.damping_ratio(self.now().lightest)
+        } else {
+            0.0
+        }
+    }
+
+    fn bytes(&self) -> usize {
+        let kept = |kept: &Kept<L>| {
+            kept.list.capacity() * size_of::<Pair>()
+                + kept.constants.capacity() * size_of::<L::Pair>()
+                + kept.history.capacity() * size_of::<L::History>()
+                + (kept.previous.capacity() + kept.built_at.capacity()) * size_of::<Vec2>()
+        };
+        kept(&self.kept)
+            + kept(&self.fresh)
+            + self.buffers.iter().map(Vec::capacity).sum::<usize>() * size_of::<Outcome>()
+            + self.next.capacity() * size_of::<L::History>()
+            + self.positions.capacity() * size_of::<Vec2>()
+            + self.set.capacity() * size_of::<ImpInfo>()
+    }
+
+    fn save(&self) -> SavedPointPairs {
+        let Self {
+            set,
+            replaced,
+            kept,
+            // Of the configuration.
+            law: _,
+            touching: _,
+            skin: _,
+            // Of an evaluation, which begins each of them anew.
+            fresh: _,
+            rebuilt: _,
+            next: _,
+            positions: _,
+            buffers: _,
+            any_in_reach: _,
+            deep: _,
+            loss: _,
+        } = self;
+        let Kept {
+            list: _,      // follows from `built_at` and the set of that time
+            constants: _, // follow from the list
+            lightest: _,  // likewise
+            history,
+            previous,
+            built_at,
+        } = kept;
+        let plain = |v: &Vec<Vec2>| v.iter().map(|&v| v.into()).collect();
+        SavedPointPairs {
+            set: save_set(set),
+            replaced: replaced.as_deref().map(save_set),
+            previous: plain(previous),
+            built_at: plain(built_at),
+            histories: SavedHistories::of(history),
+        }
+    }
+
+    fn restore(&mut self, saved: &SavedPointPairs) -> Result<(), Refusal> {
+        let SavedPointPairs {
+            set,
+            replaced,
+            previous,
+            built_at,
+            histories,
+        } = saved;
+        let set = restored_set(set)?;
+        let replaced = replaced.as_deref().map(restored_set).transpose()?;
+        let listed = replaced.as_ref().unwrap_or(&set);
+        if !listed.is_sorted_by(|a, b| a.id < b.id) {
+            return Err(refusal("the points of pairs are not ordered by id"));
+        }
+        finite(|| "a point of a pair".into(), previous.as_flattened())?;
+        finite(|| "a point of a pair".into(), built_at.as_flattened())?;
+        count("points in a list of pairs", built_at.len(), listed.len())?;
+        if !previous.is_empty() {
+            count("points of the step before", previous.len(), listed.len())?;
+        }
+        let vectors = |v: &[[f64; 2]]| -> Vec<Vec2> { v.iter().map(|&v| v.into()).collect() };
+        let mut kept = Kept::default();
+        self.listed(&mut kept, listed, &vectors(built_at));
+        kept.history = histories.restored(kept.list.len())?;
+        kept.previous = vectors(previous);
+        self.kept = kept;
+        (self.set, self.replaced, self.rebuilt) = (set, replaced, false);
+        Ok(())
+    }
+}

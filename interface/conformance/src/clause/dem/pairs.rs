@@ -1,0 +1,178 @@
+//! Sections 6 and 7: contact between the points of two groups (`group_pairs`), by closed forms.
+
+use interface::config::{ContactLaw, DemConfig, GroupPair};
+use interface::message::wire::ImpForce;
+
+use super::scene::{RADIUS, scene};
+use crate::bench::{Bench, Points};
+use crate::clause::Clause;
+use crate::mutant::Flaw;
+use crate::verdict::{Judgement, near, require};
+
+/// Normal stiffness in N/m: of no other scene of the kit, so that mutants know a pair by it.
+const K_PAIR: f64 = 3.3e4;
+/// Overlap of a pair in m.
+const OVERLAP: f64 = 0.2 * RADIUS;
+
+pub const CLAUSES: &[Clause] = &[
+    Clause::must(
+        "F-7v",
+        "two points of a pair press on one another, equally and oppositely",
+        balance,
+    )
+    .needs(&["pairs"])
+    .after(&["T-1a"])
+    .mutant("forgets the second point of a pair", || {
+        of_pairs(|forces| forces[1].force = [0.0; 2])
+    }),
+    Clause::must(
+        "F-6b",
+        "a pair of points counts twice its stiffness at both ends",
+        stiffness,
+    )
+    .needs(&["pairs"])
+    .after(&["F-7v"])
+    .mutant("counts the stiffness of a pair once", || {
+        of_pairs(|forces| {
+            for force in forces {
+                force.stiffness *= 0.5;
+            }
+        })
+    })
+    .mutant("counts it at one end only", || {
+        of_pairs(|forces| {
+            forces[0].stiffness *= 2.0;
+            forces[1].stiffness = f64::MIN_POSITIVE;
+        })
+    }),
+    Clause::must(
+        "I-10b",
+        "what a pair of points remembers survives a new set",
+        remembered,
+    )
+    .needs(&["pairs", "feature:friction"])
+    .after(&["F-7v"])
+    .mutant("forgets the spring of a pair with a new set", || {
+        Flaw::forces(|header, forces| {
+            if header.set > 1 && forces.iter().any(is_of_a_pair) {
+                for force in forces {
+                    force.force[1] = 0.0;
+                }
+            }
+        })
+    }),
+];
+
+fn is_of_a_pair(force: &ImpForce) -> bool {
+    force.stiffness == 2.0 * K_PAIR
+}
+
+/// Spoils the forces of the two points of a pair.
+fn of_pairs(spoil: fn(&mut [ImpForce])) -> Flaw {
+    Flaw::forces(move |_, forces| {
+        if forces.len() >= 2 && forces.iter().all(is_of_a_pair) {
+            spoil(forces);
+        }
+    })
+}
+
+/// Groups 0 and 1 touch; there are no bodies.
+fn touching(friction: f64) -> DemConfig {
+    let law = ContactLaw::Linear {
+        normal_stiffness: K_PAIR,
+        tangential_stiffness: 0.5 * K_PAIR,
+        friction,
+        damping_ratio: 0.0,
+        damped_mass: 0.0,
+    };
+    DemConfig {
+        group_pairs: vec![GroupPair {
+            between: [0, 1],
+            law,
+        }],
+        ..scene(Vec::new(), ContactLaw::default())
+    }
+}
+
+/// Two points of groups 0 and 1 on a line, the second at this height (m) above the line through the first.
+fn two(height: f64) -> Points {
+    let mut points = Points::new().with([0.0; 2], [0.0; 2], RADIUS, 0.5).with(
+        [2.0 * RADIUS - OVERLAP, height],
+        [0.0; 2],
+        RADIUS,
+        0.7,
+    );
+    points.set[1].group = 1;
+    points
+}
+
+fn balance(bench: &Bench) -> Judgement {
+    let mut play = bench.run_bodies(&touching(0.0))?;
+    let points = two(0.0);
+    play.set(&points.set);
+    let forces = play.step(0.0, &points.states)?.0.forces;
+    let want = K_PAIR * OVERLAP;
+    let tolerance = 1e-12 * K_PAIR * RADIUS;
+    near(
+        "force on the first along x",
+        forces[0].force[0],
+        -want,
+        tolerance,
+    )?;
+    let [first, second] = [0, 1].map(|slot| forces[slot].force);
+    let opposite = first == second.map(|f| -f);
+    require(
+        opposite,
+        format_args!("{:?}", first.map(|f| -f)),
+        format_args!("{second:?}"),
+    )?;
+    Ok(format!("{second:?} N/m"))
+}
+
+fn stiffness(bench: &Bench) -> Judgement {
+    let mut play = bench.run_bodies(&touching(0.0))?;
+    let points = two(0.0);
+    play.set(&points.set);
+    let forces = play.step(0.0, &points.states)?.0.forces;
+    for (force, end) in forces.iter().zip(["first", "second"]) {
+        let what = format!("stiffness at the {end}");
+        near(&what, force.stiffness, 2.0 * K_PAIR, 1e-12 * K_PAIR)?;
+    }
+    Ok(format!("2 x {K_PAIR} N/m at both ends"))
+}
+
+/// A point is moved along another one, and a third one, far away, comes into the set with an id between theirs.
+fn remembered(bench: &Bench) -> Judgement {
+    let moved = 1e-2 * OVERLAP;
+    let mut play = bench.run_bodies(&touching(10.0))?;
+    let mut points = two(0.0);
+    points.set[1].id = 2;
+    play.set(&points.set);
+    play.step(1e-4, &points.states)?;
+    points.states[1].position[1] = moved;
+    let before = play.step(1e-4, &points.states)?.0.forces;
+    let mut more = two(moved).with([40.0 * RADIUS, 0.0], [0.0; 2], RADIUS, 0.5);
+    more.set[2].group = 1;
+    more.set.swap(1, 2);
+    more.states.swap(1, 2);
+    for (id, info) in (0..).zip(&mut more.set) {
+        info.id = id;
+    }
+    play.set(&more.set);
+    let after = play.step(1e-4, &more.states)?.0.forces;
+    let want = 0.5 * K_PAIR * moved;
+    // The line of centres turns by `moved / 2 RADIUS`.
+    near("tangential force", before[0].force[1], want, 0.2 * want)?;
+    for (slot, slot_after) in [(0, 0), (1, 2)] {
+        for a in 0..2 {
+            let (got, want) = (after[slot_after].force[a], before[slot].force[a]);
+            near(
+                "force after the new set",
+                got,
+                want,
+                1e-12 * K_PAIR * RADIUS,
+            )?;
+        }
+    }
+    Ok(format!("{:?} N/m", after[0].force))
+}

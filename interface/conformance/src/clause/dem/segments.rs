@@ -1,0 +1,163 @@
+//! Sections 6 and 7 with `interface` = `segments`: discs on a boundary chain.
+
+use interface::config::{BodyShape, ContactLaw, DemConfig, Interface, Motion};
+use interface::message::wire::ImpState;
+
+use super::scene::{OVERLAP, RADIUS, SPHERO, STIFFNESS, body, elastic, frictional, scene};
+use crate::bench::{Bench, Points};
+use crate::clause::Clause;
+use crate::mutant::Flaw;
+use crate::verdict::{Judgement, Largest};
+
+const NEEDS: &[&str] = &["segments", "shape:disc"];
+
+pub const CLAUSES: &[Clause] = &[
+    Clause::must("F-7v", "a force on a segment is shared by its foot", split)
+        .needs(NEEDS)
+        .after(&["F-7a"])
+        .mutant("shares a force on a segment evenly", || {
+            on_segments(|forces| {
+                let mean = [0, 1].map(|i| 0.5 * (forces[0][i] + forces[1][i]));
+                if forces[2] == [0.0; 2] {
+                    (forces[0], forces[1]) = (mean, mean);
+                }
+            })
+        })
+        .mutant("gives all of it to the nearer marker", || {
+            on_segments(|forces| {
+                if forces[2] == [0.0; 2] {
+                    let sum = [0, 1].map(|i| forces[0][i] + forces[1][i]);
+                    let first = forces[0][1].abs() >= forces[1][1].abs();
+                    (forces[0], forces[1]) = if first {
+                        (sum, [0.0; 2])
+                    } else {
+                        ([0.0; 2], sum)
+                    };
+                }
+            })
+        }),
+    Clause::must("F-7w", "a vertex of a chain counts once", vertex)
+        .needs(NEEDS)
+        .after(&["F-7a", "F-7v"])
+        .mutant("counts a vertex for both of its segments", || {
+            on_segments(|forces| {
+                let all: f64 = forces.iter().map(|f| f[1]).sum();
+                if forces[1][1] > 0.99 * all {
+                    forces[1] = forces[1].map(|f| 2.0 * f);
+                }
+            })
+        }),
+    Clause::must(
+        "F-7x",
+        "the tangential spring is handed from segment to segment",
+        handed,
+    )
+    .needs(&["segments", "shape:disc", "feature:friction"])
+    .after(&["F-7a", "F-7d", "J-1b", "F-7k", "F-7l", "F-7v", "F-7w"])
+    .mutant("forgets the spring at a vertex", || {
+        on_segments(|forces| {
+            if forces[0][1] > 0.0 && forces[2][1] == 0.0 {
+                forces.iter_mut().for_each(|force| force[0] = 0.0);
+            }
+        })
+    }),
+];
+
+/// Spoils the forces on three markers.
+fn on_segments(mut spoil: impl FnMut(&mut [[f64; 2]; 3]) + 'static) -> Flaw {
+    Flaw::forces(move |_, forces| {
+        if let [a, b, c] = &mut forces[..] {
+            let mut three = [a.force, b.force, c.force];
+            spoil(&mut three);
+            [a.force, b.force, c.force] = three;
+        }
+    })
+}
+
+/// A fixed disc at the origin that meets segments by `law`.
+fn held(law: ContactLaw) -> DemConfig {
+    DemConfig {
+        interface: Interface::Segments,
+        ..scene(vec![body(BodyShape::Disc, [0.0; 2], Motion::Fixed)], law)
+    }
+}
+
+/// Height in m of a flat chain over the disc.
+const HEIGHT: f64 = SPHERO + RADIUS - OVERLAP;
+
+/// A chain over the disc, from left to right, the material above.
+fn chain(places: &[[f64; 2]]) -> Points {
+    let mut points = Points::new();
+    for &place in places {
+        points = points.with(place, [0.0; 2], RADIUS, 0.5);
+    }
+    let count = places.len() as u32;
+    for (slot, info) in (1..).zip(&mut points.set) {
+        info.next = if slot < count { slot + 1 } else { 0 };
+    }
+    points
+}
+
+fn split(bench: &Bench) -> Judgement {
+    let mut largest = Largest::default();
+    for share in [0.25, 0.5, 0.9, 0.01] {
+        let length = 0.12;
+        let left = -share * length;
+        let points = chain(&[[left, HEIGHT], [left + length, HEIGHT], [0.3, HEIGHT]]);
+        let mut play = bench.run_bodies(&held(elastic(STIFFNESS)))?;
+        play.set(&points.set);
+        let (answer, _) = play.step(0.0, &points.states)?;
+        let whole = STIFFNESS * OVERLAP;
+        for (slot, own) in [1.0 - share, share, 0.0].into_iter().enumerate() {
+            let [x, y] = answer.forces[slot].force;
+            let what = format!("force along y on marker {slot}");
+            largest.near(&what, y, own * whole, 1e-9 * whole, whole)?;
+            largest.near("force along x", x, 0.0, 1e-9 * whole, whole)?;
+        }
+    }
+    Ok(format!("4 feet, within {largest} of the force"))
+}
+
+fn vertex(bench: &Bench) -> Judgement {
+    let mut largest = Largest::default();
+    // Flat, bent towards the disc and away from it by up to a hundredth of a degree.
+    for lift in [0.0, 1e-12, -1e-12, 1e-8, -1e-8, 1e-6, -1e-6] {
+        for off in [0.0, 1e-15, -1e-15, 1e-9, -1e-9, 1e-6, -1e-6] {
+            let points = chain(&[[-0.05, HEIGHT], [off, HEIGHT + lift], [0.06, HEIGHT]]);
+            let mut play = bench.run_bodies(&held(elastic(STIFFNESS)))?;
+            play.set(&points.set);
+            let (answer, _) = play.step(0.0, &points.states)?;
+            let got: f64 = answer.forces.iter().map(|f| f.force[1]).sum();
+            let want = STIFFNESS * (OVERLAP - lift);
+            largest.near("force on all", got, want, 1e-4 * want, want)?;
+        }
+    }
+    Ok(format!("49 vertices, within {largest} of the force"))
+}
+
+fn handed(bench: &Bench) -> Judgement {
+    /// k_t in N/m, and what the chain moves in a step in m.
+    const TANGENTIAL: f64 = 3e4;
+    const WAY: f64 = 1e-4;
+    let points = chain(&[[-0.05, HEIGHT], [-4.5 * WAY, HEIGHT], [0.05, HEIGHT]]);
+    let mut play = bench.run_bodies(&held(frictional(TANGENTIAL, 0.9)))?;
+    play.set(&points.set);
+    play.step(0.0, &points.states)?;
+    let (dt, mut largest) = (1e-3, Largest::default());
+    for n in 0..12 {
+        let way = WAY * f64::from(n);
+        let moved = |s: &ImpState| ImpState {
+            position: [s.position[0] + way, s.position[1]],
+            velocity: [WAY / dt, 0.0],
+        };
+        let states: Vec<ImpState> = points.states.iter().map(moved).collect();
+        let (answer, _) = play.step(dt, &states)?;
+        let got: f64 = answer.forces.iter().map(|f| f.force[0]).sum();
+        let what = format!("force along the chain after {way:.1e} m");
+        let whole = 12.0 * TANGENTIAL * WAY;
+        largest.near(&what, got, -TANGENTIAL * way, 1e-6 * whole, whole)?;
+    }
+    Ok(format!(
+        "12 steps over a vertex, within {largest} of the last force"
+    ))
+}

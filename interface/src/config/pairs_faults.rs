@@ -1,0 +1,67 @@
+//! What makes grid layers and contact between groups of points impossible (Chen 2023).
+
+use super::fault::Faults;
+use super::laws::Between;
+use super::{DemConfig, Interface, MpmConfig};
+
+impl MpmConfig {
+    /// Layers, and the groups that are to touch.
+    pub(super) fn layer_faults(&self, found: &mut Faults) {
+        if self.layers && self.grid_contact.is_some() {
+            let help =
+                "groups on layers of their own do not touch on the grid: leave out one of the two";
+            let expected = "false with mpm.grid_contact";
+            found.add("mpm.layers", "true", expected, help);
+        }
+        if !self.group_pairs.is_empty() && !self.layers {
+            let help =
+                "groups on one grid stick together where they meet: write `mpm.layers = true`";
+            let expected = "true where groups touch by a law";
+            found.add("mpm.layers", "false", expected, help);
+        }
+        let pairs = self.group_pairs.iter();
+        let number = self.groups.len();
+        between_faults(found, "mpm", pairs, Some(number));
+    }
+}
+
+impl DemConfig {
+    /// Laws between groups of points.
+    pub(super) fn group_pair_faults(&self, found: &mut Faults) {
+        let pairs = self.group_pairs.iter().map(|pair| &pair.between);
+        between_faults(found, "dem", pairs, None);
+        for (i, pair) in self.group_pairs.iter().enumerate() {
+            let key = format!("dem.group_pairs[{i}].law");
+            found.law(&key, &pair.law, Between::PointsAndBodies);
+        }
+        if !self.group_pairs.is_empty() && self.interface == Interface::Segments {
+            let help = "markers of a boundary have no mass of their own: take `points`";
+            found.add("dem.interface", "\"segments\"", "\"points\"", help);
+        }
+    }
+}
+
+/// Pairs of a group with itself, of groups that there are not (of `groups`, where that is known), and pairs twice.
+fn between_faults<'a>(
+    found: &mut Faults,
+    side: &str,
+    pairs: impl Iterator<Item = &'a [usize; 2]>,
+    groups: Option<usize>,
+) {
+    let mut before: Vec<[usize; 2]> = Vec::new();
+    for (i, &[a, b]) in pairs.enumerate() {
+        let mut add = |expected: &str, help: &str| {
+            let key = format!("{side}.group_pairs[{i}].between");
+            found.add(key, format!("[{a}, {b}]"), expected, help);
+        };
+        if groups.is_some_and(|count| a.max(b) >= count) {
+            add("two groups that there are, counted from 0", "");
+        } else if a == b {
+            let help = "a group does not touch itself: its points are one continuum";
+            add("two groups", help);
+        } else if before.contains(&[a, b]) || before.contains(&[b, a]) {
+            add("each pair once", "it stands there already, in either order");
+        }
+        before.push([a, b]);
+    }
+}

@@ -1,0 +1,208 @@
+//! A grid layer for each group (Chen 2023 section 3.3): every group of points is a continuum with nodes of its own, so
+//! that groups exchange nothing through the grid. What they exchange are the forces of the bodies' side, which bodies and
+//! points of other groups exert on their points.
+//!
+//! The layers are stepped one after another. Each has walls, loads and step limits of its own; forces of contact act on
+//! the masses of one layer each, so what contact adds to a frequency is that of the worst layer, where the stiffness of a
+//! pair counts twice at either end: `k (e_p - e_q)(e_p - e_q)^T <= 2 k (e_p e_p^T + e_q e_q^T)`.
+
+use core::ops::Range;
+
+use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, PointState};
+use interface::saved::{pack, unpack};
+use interface::solver::{Fault, MpmMeasurement, Refusal};
+use interface::step::Step;
+use serde::{Deserialize, Serialize};
+
+use crate::kernel::shape::Shape;
+use crate::kernel::transfer::Transfer;
+use crate::pass::select_imps::select_imps;
+use crate::pass::select_pairs::near_one_another;
+#[cfg(test)]
+use crate::pass::sort::sort;
+use crate::scheme::Scheme;
+use crate::several;
+use crate::state::continuum::{Continuum, SavedContinuum};
+use crate::state::saved::refusal;
+use crate::step;
+
+/// The layers of a scene.
+pub struct Layers<const W: usize, S: Shape<W>, T: Transfer> {
+    /// One continuum of one cloud for each group.
+    all: Vec<Continuum<W, S, T>>,
+    /// Groups whose points touch.
+    pairs: Vec<[usize; 2]>,
+    /// The IMPs of all layers, by id; those of a layer stand together.
+    infos: Vec<ImpInfo>,
+    states: Vec<ImpState>,
+    measurement: MpmMeasurement,
+}
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Layers<W, S, T> {
+    /// Layers of one cloud each, of which `pairs` touch.
+    pub fn new(all: Vec<Continuum<W, S, T>>, pairs: Vec<[usize; 2]>) -> Self {
+        Self {
+            all,
+            pairs,
+            infos: Vec::new(),
+            states: Vec::new(),
+            measurement: MpmMeasurement::default(),
+        }
+    }
+
+    /// Makes one list of the IMPs of all layers.
+    fn write_infos(&mut self) {
+        self.infos.clear();
+        for (group, layer) in (0..).zip(&self.all) {
+            let infos = layer.imps.infos.iter();
+            self.infos
+                .extend(infos.map(|info| ImpInfo { group, ..*info }));
+        }
+    }
+
+    /// The slots of the layers.
+    fn slots(&self) -> Vec<Range<usize>> {
+        let mut end = 0;
+        let of = |layer: &Continuum<W, S, T>| {
+            let start = end;
+            end += layer.imps.members.len();
+            start..end
+        };
+        self.all.iter().map(of).collect()
+    }
+}
+
+/// Those of all layers: the narrowest.
+fn narrowest(a: Limits, b: &Limits) -> Limits {
+    Limits {
+        omega_sq: a.omega_sq.max(b.omega_sq),
+        contact_omega_sq: a.contact_omega_sq.max(b.contact_omega_sq),
+        damping: a.damping.max(b.damping),
+        speed: a.speed.max(b.speed),
+        radius_min: 0.0, // the session's to add
+        mobility: a.mobility.max(b.mobility),
+    }
+}
+
+impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Layers<W, S, T> {
+    fn predict(&mut self, step: &Step) -> Result<(), Fault> {
+        (self.all.iter_mut()).try_for_each(|layer| step::predict(layer, step))
+    }
+
+    fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault> {
+        let slots = self.slots();
+        let count = slots.last().map_or(0, |last| last.end);
+        if !forces.is_empty() && forces.len() != count {
+            return Err(Fault::Other(format!(
+                "{} contact forces came for {count} identified material points",
+                forces.len(),
+            )));
+        }
+        let mut limits = Limits::default();
+        for (layer, slots) in self.all.iter_mut().zip(slots) {
+            let forces = forces.get(slots).unwrap_or_default();
+            limits = narrowest(limits, &step::correct(layer, step, forces)?);
+        }
+        if step.measure {
+            several::measure(&mut self.measurement, self.all.iter());
+        }
+        Ok(limits)
+    }
+
+    fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo] {
+        for layer in &mut self.all {
+            select_imps(&mut layer.imps, &layer.clouds, envelopes);
+        }
+        for &[a, b] in &self.pairs {
+            let skin = self.all[a].imps.skin;
+            let clouds = [a, b].map(|group| &self.all[group].clouds[0]);
+            for (group, locals) in [a, b].into_iter().zip(near_one_another(clouds, skin)) {
+                self.all[group].imps.add(&locals);
+            }
+        }
+        for layer in &mut self.all {
+            let Continuum {
+                imps, clouds, grid, ..
+            } = layer;
+            imps.close(clouds);
+            if !imps.infos.is_empty() && grid.contact.is_empty() {
+                grid.make_room_for_contact();
+            }
+        }
+        self.write_infos();
+        &self.infos
+    }
+
+    fn travel(&self) -> f64 {
+        let travels = self.all.iter().map(|layer| layer.imps.travel);
+        travels.fold(0.0, f64::max)
+    }
+
+    fn imp_states(&mut self) -> &[ImpState] {
+        self.states.clear();
+        for layer in &mut self.all {
+            self.states.extend_from_slice(layer.imp_states());
+        }
+        &self.states
+    }
+
+    fn measurement(&self) -> &MpmMeasurement {
+        &self.measurement
+    }
+
+    fn points(&self) -> Vec<PointState> {
+        several::points(self.all.iter())
+    }
+
+    fn bytes(&self) -> usize {
+        self.all.iter().map(Scheme::bytes).sum()
+    }
+
+    fn save(&self) -> Vec<u8> {
+        let Self {
+            all,
+            pairs: _,       // of the configuration
+            infos: _,       // of the layers' members
+            states: _,      // read from the points whenever they are asked for
+            measurement: _, // the coupler has it by then
+        } = self;
+        let all = all.iter().map(Continuum::saved).collect();
+        pack(SAVED, &SavedLayers { all })
+    }
+
+    fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
+        let SavedLayers { all } = unpack::<SavedLayers<T::Affine>>(SAVED, saved)?;
+        let (found, expected) = (all.len(), self.all.len());
+        if found != expected {
+            let text = format!("{found} layers, the configuration has {expected}");
+            return Err(refusal(text));
+        }
+        for (number, (layer, saved)) in self.all.iter_mut().zip(all).enumerate() {
+            layer.take_over(saved).map_err(|r| {
+                let message = format!("layer {number}: {}", r.message);
+                Refusal { message, ..r }
+            })?;
+        }
+        self.write_infos();
+        Ok(())
+    }
+
+    #[cfg(test)]
+    fn sort_now(&mut self) {
+        self.all.iter_mut().for_each(sort);
+    }
+
+    #[cfg(test)]
+    fn just_sorted(&self) -> bool {
+        self.all.iter().any(Continuum::just_sorted)
+    }
+}
+
+/// What of layers is saved.
+#[derive(Serialize, Deserialize)]
+struct SavedLayers<A> {
+    all: Vec<SavedContinuum<A>>,
+}
+
+/// The mark of their bytes.
+const SAVED: &str = "layers";

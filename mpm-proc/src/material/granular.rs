@@ -1,0 +1,272 @@
+//! Grains that part and meet again, and dilation that ends: what sand does besides its yield surface.
+//!
+//! **Separation.** Sand without cohesion that is pulled apart has no stress, and has none until its grains touch again, which is at the
+//! volume at which they parted (Dunatunga and Kamrin 2015: no stress below the density of contact; Tampubolon and others 2017: the
+//! volume gained is kept and taken back first). What is kept is the `gap`, the logarithm of the volume over that of contact. A trial
+//! with the gap added to its strain tells: where it is in tension the point is open, has no stress, and the strain beyond contact is
+//! the new gap; otherwise grains touch, and only what is beyond contact compresses them. So stress begins at zero, and opening and
+//! closing do no work. Volume that shear has dilated is no gap: its grains touch.
+//!
+//! An open point asks for the stiffness of unstressed material and no more, however far it is open. It asks for that since it may
+//! close in the next step, whose length is chosen before.
+//!
+//! **Critical state.** Sand that is sheared on and on does not dilate for ever. The slope `q_psi` of the potential is multiplied by a
+//! share that dies with the plastic shear strain, `exp(-gamma/gamma_c)` (softening of this form: Yerro, Alonso and Pinyol 2016), or
+//! with the volume, `(1/J - 1/J_c)/(1 - 1/J_c)`: dilatancy in proportion to the solid fraction above the critical one (Roux and Radjai
+//! 1998; Pailha and Pouliquen 2009), here not below zero. It is that of the start of the interval.
+
+use interface::config::CriticalState;
+
+use super::elastic::Moduli;
+use super::model::Material;
+use super::point::{Deformation, Dissipated, Point, Stress};
+use crate::kernel::lanes::{Lanes, ZERO, splat};
+
+/// How grains that touch flow.
+pub trait Grains: Copy + Send + Sync + 'static {
+    /// The elastic part.
+    fn moduli(&self) -> &Moduli;
+
+    /// Returns a trial stress in an interval of `1/per_dt` s, at this volume over the initial one, with this share of the dilation;
+    /// and tells the work per volume in Pa that flow has taken, by the moduli of small strains.
+    fn flow(&self, trial: &Stress, volume: Lanes, share: Lanes, per_dt: f64) -> (Stress, Lanes);
+}
+
+/// A granular material with the gap between its grains, a critical state, or both.
+#[derive(Debug, Clone, Copy)]
+pub struct Granular<G> {
+    /// How it flows.
+    pub grains: G,
+    /// How its dilation ends.
+    pub critical: Option<CriticalState>,
+    /// Whether it opens.
+    pub separates: bool,
+}
+
+impl<G: Grains> Granular<G> {
+    /// Share of the dilation that is left.
+    #[inline(always)]
+    fn share(&self, volume: Lanes, sheared: Lanes) -> Lanes {
+        match self.critical {
+            None => splat(1.0),
+            Some(CriticalState::ShearStrain(of)) => (sheared * splat(-1.0 / of)).exp(),
+            Some(CriticalState::Volume(critical)) => {
+                let least = 1.0 / critical;
+                let above = (splat(1.0) / volume - splat(least)) * splat(1.0 / (1.0 - least));
+                above.fast_max(ZERO).fast_min(splat(1.0))
+            }
+        }
+    }
+}
+
+impl<G: Grains> Material for Granular<G> {
+    /// Gap, and plastic shear strain.
+    type State = [Lanes; 2];
+    const DISSIPATES: bool = true;
+
+    fn initial(&self) -> Point<[Lanes; 2]> {
+        Point::unstressed([ZERO; 2])
+    }
+
+    #[inline(always)]
+    fn update(&self, point: &mut Point<[Lanes; 2]>, by: &Deformation, per_dt: f64) -> Dissipated {
+        let moduli = self.grains.moduli();
+        let [gap, sheared] = point.state;
+        let share = self.share(point.volume, sheared);
+        let (mut trial, volume) = moduli.trial(&point.stress, point.volume, by);
+        let mut open = ZERO; // no lane
+        let mut new_gap = gap;
+        if self.separates {
+            let before = mean(&trial);
+            let mean = splat(moduli.bulk) * gap / volume + before;
+            open = mean.simd_gt(ZERO);
+            // Of an interval in which grains meet only what comes after shears them.
+            let meets = gap.simd_gt(ZERO) & !open;
+            let after = meets.select(mean / before, splat(1.0));
+            trial = Stress {
+                xx: (trial.xx - before).mul_add(after, mean),
+                yy: (trial.yy - before).mul_add(after, mean),
+                zz: (trial.zz - before).mul_add(after, mean),
+                xy: trial.xy * after,
+            };
+            new_gap = open.select(mean * volume * splat(1.0 / moduli.bulk), ZERO);
+        }
+        let (flowed, work) = self.grains.flow(&trial, volume, share, per_dt);
+        let closed = |s: Lanes| open.select(ZERO, s);
+        point.stress = Stress {
+            xx: closed(flowed.xx),
+            yy: closed(flowed.yy),
+            zz: closed(flowed.zz),
+            xy: closed(flowed.xy),
+        };
+        point.volume = volume;
+        let strain = shear_between(&trial, &flowed) * volume * splat(1.0 / moduli.shear);
+        point.state = [new_gap, sheared + closed(strain)];
+        Dissipated {
+            // Once for the volume, once for the moduli, which are smaller by it.
+            plastic: closed(work) * volume * volume,
+            viscous: ZERO,
+        }
+    }
+
+    #[inline(always)]
+    fn stiffness_over_density(&self, point: &Point<[Lanes; 2]>) -> Lanes {
+        let moduli = self.grains.moduli();
+        moduli.stiffness(&point.stress, point.volume) * splat(1.0 / moduli.density)
+    }
+
+    fn elastic_energy(&self, point: &Point<[Lanes; 2]>) -> Lanes {
+        self.grains.moduli().stored(&point.stress, point.volume)
+    }
+
+    fn sound_speed(&self) -> f64 {
+        self.grains.moduli().sound_speed()
+    }
+}
+
+/// The mean stress in Pa.
+#[inline(always)]
+fn mean(s: &Stress) -> Lanes {
+    (s.xx + s.yy + s.zz) * splat(1.0 / 3.0)
+}
+
+/// `sqrt(s:s/2)` of the difference of the deviators of two stresses in Pa.
+#[inline(always)]
+fn shear_between(a: &Stress, b: &Stress) -> Lanes {
+    let [x, y, z] = [a.xx - b.xx, a.yy - b.yy, a.zz - b.zz];
+    let middle = (x + y + z) * splat(1.0 / 3.0);
+    let [x, y, z, xy] = [x - middle, y - middle, z - middle, a.xy - b.xy];
+    let half = splat(0.5) * z.mul_add(z, y.mul_add(y, x * x));
+    xy.mul_add(xy, half).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use interface::config::material::Frictional;
+
+    use super::*;
+    use crate::material::single_point::{Path, stress};
+    use crate::material::{DruckerPrager, MohrCoulomb, MuI};
+
+    const NUMBERS: Frictional = Frictional {
+        bulk_modulus: 5.0e5,
+        shear_modulus: 3.2e5,
+        friction_angle: 35.0,
+        dilation_angle: 25.0,
+        cohesion: 0.0,
+        tensile_strength: 0.0,
+        critical_state: None,
+        separates: true,
+    };
+
+    fn sand(critical: Option<CriticalState>) -> Granular<DruckerPrager> {
+        Granular {
+            grains: DruckerPrager::new(1500.0, &NUMBERS),
+            critical,
+            separates: true,
+        }
+    }
+
+    /// Compressed, pulled apart, sheared while it is open, and closed: the same stress, and no energy from anywhere. Without
+    /// separation the second compression begins where the first has ended to pull.
+    fn opens_and_closes<G: Grains>(grains: G) {
+        let model = Granular {
+            grains,
+            critical: None,
+            separates: true,
+        };
+        let mut path = Path::new(model);
+        path.stretch([-1e-3, -1e-3], 10);
+        let (first, energy) = (stress(&path.point), path.energy());
+        let volume = path.point.volume.to_array()[0];
+        for _ in 0..20 {
+            path.stretch([0.3, 0.3], 50);
+            assert!(stress(&path.point).iter().all(|s| *s == 0.0), "open");
+            assert!(path.point.state[0].to_array()[0] > 0.5);
+            path.shear(0.2, 20);
+            path.shear(-0.2, 20);
+            assert!(stress(&path.point).iter().all(|s| *s == 0.0), "open");
+            path.stretch([-0.3, -0.3], 50);
+        }
+        let last = stress(&path.point);
+        for (a, b) in first.iter().zip(&last) {
+            assert!((a - b).abs() < 1e-6 * first[0].abs(), "{first:?} {last:?}");
+        }
+        assert!((path.point.volume.to_array()[0] / volume - 1.0).abs() < 1e-12);
+        assert!((path.energy() / energy - 1.0).abs() < 1e-6);
+        assert!(path.plastic.abs() < 1e-9 * energy, "{}", path.plastic);
+        // The interval in which grains part takes what that in which they meet gives.
+        let gained = path.energy() + path.plastic - path.work;
+        assert!(gained.abs() < 0.1 * energy, "{gained:e} {energy:e}");
+    }
+
+    #[test]
+    fn opening_and_closing_leaves_no_trace() {
+        opens_and_closes(DruckerPrager::new(1500.0, &NUMBERS));
+        opens_and_closes(MohrCoulomb::new(1500.0, &NUMBERS));
+        opens_and_closes(MuI::SAMPLE);
+    }
+
+    /// The work of a cycle goes to zero with the step: it is the quadrature of the one step in which grains part or meet.
+    #[test]
+    fn opening_and_closing_makes_no_energy() {
+        let gained = |steps| {
+            let mut path = Path::new(sand(None));
+            path.stretch([-1e-3, -1e-3], 10);
+            let start = path.energy() + path.plastic - path.work;
+            path.stretch([0.01, 0.01], steps);
+            path.stretch([-0.01, -0.01], steps);
+            (path.energy() + path.plastic - path.work - start) / path.energy()
+        };
+        let [coarse, fine] = [200, 2000].map(gained);
+        println!("{coarse:e} {fine:e}");
+        assert!(
+            fine.abs() < 0.2 * coarse.abs().max(1e-3),
+            "{coarse:e} {fine:e}"
+        );
+        assert!(fine.abs() < 0.01, "{fine:e}");
+    }
+
+    /// However far it opens, and however fast its neighbours pull it.
+    #[test]
+    fn an_open_point_asks_no_more_of_the_step_than_one_at_rest() {
+        let model = sand(None);
+        let at_rest = model.stiffness_over_density(&model.initial()).to_array()[0];
+        let mut path = Path::new(model);
+        for _ in 0..8 {
+            path.stretch([0.4, 0.3], 10);
+            let asks = model.stiffness_over_density(&path.point).to_array()[0];
+            assert!((asks / at_rest - 1.0).abs() < 1e-12, "{asks}");
+        }
+        assert!(path.point.volume.to_array()[0] > 100.0);
+    }
+
+    /// In shear at constant pressure: at most the volume of the critical state, and all of its way with the strain.
+    #[test]
+    fn dilation_ends() {
+        let dilates = |critical| {
+            let mut path = Path::new(sand(critical));
+            path.stretch([-2e-3, -2e-3], 10);
+            let pressure = -stress(&path.point)[1];
+            for _ in 0..20_000 {
+                path.shear(1e-4, 1);
+                // Lets go as much as it has become tighter.
+                let over = -stress(&path.point)[1] - pressure;
+                path.stretch([0.0, over / (3.0 * NUMBERS.bulk_modulus)], 1);
+            }
+            path.point.volume.to_array()[0].ln()
+        };
+        let for_ever = dilates(None);
+        assert!(for_ever > 0.5, "{for_ever}");
+        let by_volume = dilates(Some(CriticalState::Volume(1.05)));
+        assert!((by_volume - 1.05_f64.ln()).abs() < 4e-3, "{by_volume}");
+        // Of the potential tau + q_psi sigma_m: q_psi of volume for each unit of shear, so q_psi gamma_c in all.
+        let by_strain = dilates(Some(CriticalState::ShearStrain(0.1)));
+        let q_psi = interface::config::friction::cone_slope(25.0_f64.to_radians());
+        let elastic = -4e-3;
+        assert!(
+            (by_strain - (0.1 * q_psi + elastic)).abs() < 2e-3,
+            "{by_strain}"
+        );
+    }
+}

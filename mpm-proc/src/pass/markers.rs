@@ -1,0 +1,216 @@
+//! Markers of a boundary in a step: their weights, the forces that they give to the nodes, and their way (Singer 2022 eqs. 14
+//! and 24, with one weight for both; [`crate::state::markers`]).
+
+use interface::config::StressUpdate;
+use interface::message::wire::ImpForce;
+use interface::solver::Fault;
+
+use crate::kernel::lanes::splat;
+use crate::kernel::shape::Shape;
+use crate::kernel::transfer::Transfer;
+use crate::state::contact::{Loaded, Touch};
+use crate::state::continuum::Continuum;
+use crate::state::grid::Grid;
+use crate::state::imps::Member;
+use crate::state::markers::{Markers, Weight};
+use crate::state::nodes::NodeAt;
+
+/// Finds the weights of all markers from the masses of the nodes.
+///
+/// # Errors
+/// [`Fault::Other`] that names a marker near which no node has mass.
+pub fn place_markers<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+) -> Result<(), Fault> {
+    let Some(markers) = &mut continuum.imps.markers else {
+        return Ok(());
+    };
+    markers.weights.clear();
+    markers.torque.fill(0.0);
+    for marker in 0..markers.x.len() {
+        let shape = continuum.clouds[markers.chain(marker).cloud as usize].shape;
+        weigh::<W, S>(markers, marker, shape, &continuum.grid)?;
+    }
+    Ok(())
+}
+
+/// Appends the `W^2` weights of one marker; a node that is not laid out, or has no mass, has none.
+fn weigh<const W: usize, S: Shape<W>>(
+    markers: &mut Markers,
+    marker: usize,
+    shape: S,
+    grid: &Grid,
+) -> Result<(), Fault> {
+    let (x, full) = (markers.x[marker], markers.chain(marker).full);
+    let (cell, lower, offset) = (grid.geometry.cell, grid.geometry.lower, shape.offset());
+    let xi = [0, 1].map(|a| (x[a] - lower[a]) / cell);
+    let base = [0, 1].map(|a| (xi[a] - offset[a]).floor());
+    let s = [0, 1].map(|a| {
+        let weights = shape.weights(a, splat(xi[a] - base[a]));
+        weights.map(|w| w.as_array()[0])
+    });
+    let first = markers.weights.len();
+    let nowhere = NodeAt { tile: 0, node: 0 };
+    let (mut sum, mut mean) = (0.0, [0.0; 2]);
+    for j in 0..W {
+        for i in 0..W {
+            let node = [base[0] as i64 + i as i64, base[1] as i64 + j as i64];
+            let at = grid.holder(node).map(|(tile, node)| NodeAt {
+                tile,
+                node: node as u32,
+            });
+            let image = at.and_then(|at| grid.images.at(at));
+            let of = image.map(|image| image.of).or(at);
+            let per_mass = of.map_or(0.0, |of| {
+                let (tile, node) = of.split();
+                grid.tiles[tile].per_mass[node]
+            });
+            // At an empty node 1 / 0 would count as full.
+            let share = if per_mass > 0.0 {
+                s[0][i] * s[1][j] * (1.0 / (per_mass * full)).min(1.0)
+            } else {
+                0.0
+            };
+            sum += share;
+            for a in 0..2 {
+                mean[a] += share * (node[a] as f64 - xi[a]);
+            }
+            markers.weights.push(Weight {
+                at: at.unwrap_or(nowhere),
+                of: of.unwrap_or(nowhere),
+                share,
+            });
+        }
+    }
+    if !(sum > 0.0 && sum.is_finite()) {
+        return Err(lost(markers, marker));
+    }
+    for weight in &mut markers.weights[first..] {
+        weight.share /= sum;
+    }
+    markers.shift[marker] = mean.map(|m| m / sum * cell);
+    Ok(())
+}
+
+fn lost(markers: &Markers, marker: usize) -> Fault {
+    let (chain, [x, y]) = (markers.chain_of[marker], markers.x[marker]);
+    let number = marker - markers.chain(marker).first;
+    if !(x.is_finite() && y.is_finite()) {
+        return Fault::NotFinite {
+            what: "position".into(),
+            item: format!("marker {number} of chain {chain}"),
+        };
+    }
+    Fault::Other(format!(
+        "marker {number} of chain {chain} at ({x}, {y}) m has lost its material: no node near it has mass, so it can \
+         neither move nor bear a force; let bodies meet points (mpm.interface = \"points\") where a boundary tears"
+    ))
+}
+
+/// Spreads the force on the marker of one slot by its weights, if there is any force, or a body near enough to press.
+///
+/// # Errors
+/// [`Fault::NotFinite`].
+pub fn touch_marker<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    member: Member,
+    imp: &ImpForce,
+) -> Result<(), Fault> {
+    let ImpForce { force, stiffness } = *imp;
+    let Some(markers) = &mut continuum.imps.markers else {
+        return Ok(());
+    };
+    let marker = member.local as usize;
+    if !(force[0].is_finite() && force[1].is_finite() && stiffness.is_finite()) {
+        return Err(Fault::NotFinite {
+            what: "contact force".into(),
+            item: format!("marker {marker}"),
+        });
+    }
+    let shift = markers.shift[marker];
+    markers.torque[markers.chain_of[marker] as usize] += shift[0] * force[1] - shift[1] * force[0];
+    for &Weight { at, of, share } in &markers.weights[marker * W * W..][..W * W] {
+        let (tile, node) = at.split();
+        for a in 0..2 {
+            continuum.grid.contact[tile].force[node][a] += share * force[a];
+        }
+        let (tile, node) = of.split();
+        let nodes = &mut continuum.grid.contact[tile];
+        nodes.stiffness[node] += stiffness * share;
+        nodes.scattered[node] += stiffness * share;
+        continuum.touches.push(Touch {
+            at,
+            of,
+            gather: share,
+            scatter: share,
+        });
+    }
+    continuum.loaded.push(Loaded { member, stiffness });
+    Ok(())
+}
+
+/// Moves all markers over `dt` (s): those that bodies press on with what the nodes will have of the points' velocities if
+/// `mapped` ([`super::drift`]), the others with the nodes.
+///
+/// # Errors
+/// [`Fault::NotFinite`] of a marker.
+pub fn move_markers<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    mapped: bool,
+    dt: f64,
+) -> Result<(), Fault> {
+    let Some(markers) = &mut continuum.imps.markers else {
+        return Ok(());
+    };
+    let grid = &continuum.grid;
+    let mut pressed = vec![false; markers.x.len()];
+    if mapped {
+        for point in &continuum.loaded {
+            pressed[point.member.local as usize] = true;
+        }
+    }
+    let velocity = |pressed: bool, tile: usize, node: usize| match continuum.stress_update {
+        _ if !pressed => grid.tiles[tile].after[node],
+        StressUpdate::Usf => grid.mapped[tile].velocity[node],
+        StressUpdate::Usl | StressUpdate::Musl | StressUpdate::Usavg => {
+            grid.tiles[tile].before[node]
+        }
+    };
+    let mut fastest: f64 = 0.0;
+    for (marker, weights) in markers.weights.chunks_exact(W * W).enumerate() {
+        let mut v = [0.0; 2];
+        for weight in weights.iter().filter(|weight| weight.share > 0.0) {
+            let (tile, node) = weight.at.split();
+            let of_node = velocity(pressed[marker], tile, node);
+            for a in 0..2 {
+                v[a] += weight.share * of_node[a];
+            }
+        }
+        for a in 0..2 {
+            markers.x[marker][a] += v[a] * dt;
+        }
+        markers.v[marker] = v;
+        let speed_sq = v[0] * v[0] + v[1] * v[1];
+        if !speed_sq.is_finite() {
+            return Err(Fault::NotFinite {
+                what: "velocity".into(),
+                item: format!("marker {marker}"),
+            });
+        }
+        fastest = fastest.max(speed_sq);
+    }
+    continuum.imps.travel += fastest.sqrt() * dt;
+    Ok(())
+}
+
+/// Books the angular momentum that the shift of the weights gives over a kick (s).
+pub fn book_shift<const W: usize, S: Shape<W>, T: Transfer>(
+    continuum: &mut Continuum<W, S, T>,
+    kick: f64,
+) {
+    if let Some(markers) = &mut continuum.imps.markers {
+        for (spun, torque) in markers.spun.iter_mut().zip(&markers.torque) {
+            *spun += kick * torque;
+        }
+    }
+}

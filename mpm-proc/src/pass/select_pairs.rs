@@ -1,0 +1,94 @@
+//! Which points of two groups may touch one another: those within `r_a + r_b + V_d` of a point of the other group
+//! (PROTOCOL.md I-7).
+
+use crate::kernel::lanes::LANES;
+use crate::kernel::shape::Shape;
+use crate::kernel::transfer::AffineState;
+use crate::state::points::{Cloud, NO_POINT};
+
+/// A point: its identity less the cloud's first, and where it is in m.
+type Point = (u32, [f64; 2]);
+
+/// The points of either cloud that are within contact distance and `skin` (m) of one of the other, by identity less the
+/// cloud's first, in no order.
+pub fn near_one_another<const W: usize, S: Shape<W>, A: AffineState>(
+    clouds: [&Cloud<W, S, A>; 2],
+    skin: f64,
+) -> [Vec<u32>; 2] {
+    let distance = clouds[0].radius + clouds[1].radius + skin;
+    let extents = clouds.map(extent);
+    let [a, b] = [0, 1].map(|i| within(clouds[i], &extents[1 - i], distance));
+    let bins = [Bins::new(&a, distance), Bins::new(&b, distance)];
+    [bins[1].near(&a), bins[0].near(&b)]
+}
+
+fn points<const W: usize, S: Shape<W>, A: AffineState>(
+    cloud: &Cloud<W, S, A>,
+) -> impl Iterator<Item = Point> {
+    let blocks = cloud.tiles.iter().flat_map(|t| t.first..t.first + t.blocks);
+    let lanes = blocks.flat_map(|block| (0..LANES).map(move |k| (block, k)));
+    lanes.filter_map(|(block, k)| {
+        let local = cloud.ids[block][k];
+        (local != NO_POINT).then(|| (local, cloud.position(block * LANES + k)))
+    })
+}
+
+/// Smallest and largest coordinates of a cloud's points in m.
+fn extent<const W: usize, S: Shape<W>, A: AffineState>(cloud: &Cloud<W, S, A>) -> [[f64; 2]; 2] {
+    let empty = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+    points(cloud).fold(empty, |[lower, upper], (_, x)| {
+        [
+            [lower[0].min(x[0]), lower[1].min(x[1])],
+            [upper[0].max(x[0]), upper[1].max(x[1])],
+        ]
+    })
+}
+
+/// The points of a cloud that `distance` (m) around a box has room for.
+fn within<const W: usize, S: Shape<W>, A: AffineState>(
+    cloud: &Cloud<W, S, A>,
+    [lower, upper]: &[[f64; 2]; 2],
+    distance: f64,
+) -> Vec<Point> {
+    let d = distance * (1.0 + 1e-9); // a hair more, since coordinates are rounded
+    let inside = |x: &[f64; 2]| (0..2).all(|a| lower[a] - d <= x[a] && x[a] <= upper[a] + d);
+    points(cloud).filter(|(_, x)| inside(x)).collect()
+}
+
+/// Points in square bins as wide as the distance that is asked for.
+struct Bins {
+    distance: f64,
+    /// Row, column and position, in order of the first two.
+    sorted: Vec<([i64; 2], [f64; 2])>,
+}
+
+impl Bins {
+    fn new(points: &[Point], distance: f64) -> Self {
+        let mut sorted: Vec<_> = points
+            .iter()
+            .map(|(_, x)| (bin(*x, distance), *x))
+            .collect();
+        sorted.sort_unstable_by_key(|(bin, _)| *bin);
+        Self { distance, sorted }
+    }
+
+    /// Those of `points` that have one of these within the distance.
+    fn near(&self, points: &[Point]) -> Vec<u32> {
+        let near = |x: [f64; 2]| {
+            let [row, column] = bin(x, self.distance);
+            (row - 1..=row + 1).any(|row| {
+                let from = self.sorted.partition_point(|(b, _)| *b < [row, column - 1]);
+                let here = self.sorted[from..].iter();
+                let mut here = here.take_while(|(b, _)| *b <= [row, column + 1]);
+                here.any(|(_, y)| (x[0] - y[0]).hypot(x[1] - y[1]) <= self.distance)
+            })
+        };
+        let chosen = points.iter().filter(|(_, x)| near(*x));
+        chosen.map(|(local, _)| *local).collect()
+    }
+}
+
+/// Row and column of the bin of a position.
+fn bin(x: [f64; 2], side: f64) -> [i64; 2] {
+    [x[1], x[0]].map(|x| (x / side).floor() as i64)
+}

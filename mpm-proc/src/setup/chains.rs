@@ -1,0 +1,43 @@
+//! From the chains of a configuration to markers.
+
+use interface::config::{Interface, MpmConfig};
+use interface::solver::Refusal;
+
+use super::fields::Fields;
+use crate::kernel::shape::Shape;
+use crate::kernel::transfer::AffineState;
+use crate::state::markers::{Chain, Markers};
+use crate::state::points::Cloud;
+
+/// The markers of the configuration, whose identities begin with `first_id`; none where bodies meet points.
+///
+/// # Errors
+/// A [`Refusal`] of a velocity that is not finite at a marker.
+pub fn markers<const W: usize, S: Shape<W>, A: AffineState>(
+    config: &MpmConfig,
+    first_id: u64,
+    clouds: &[Cloud<W, S, A>],
+) -> Result<Option<Markers>, Refusal> {
+    if config.interface == Interface::Points {
+        return Ok(None);
+    }
+    let (mut chains, mut x, mut v) = (Vec::new(), Vec::new(), Vec::new());
+    let mut sorted: Vec<_> = config.chains.iter().collect();
+    sorted.sort_by_key(|chain| chain.group); // ids rise with the group
+    for chain in sorted {
+        let group = &config.groups[chain.group];
+        let mass = config.materials[group.material].density * config.cell * config.cell;
+        chains.push(Chain {
+            cloud: chain.group as u32,
+            first: x.len(),
+            count: chain.markers.len(),
+            closed: chain.closed,
+            full: chain.floor * mass,
+            mass,
+            radius: clouds[chain.group].radius,
+        });
+        x.extend_from_slice(&chain.markers);
+        v.extend(Fields::new(config, chain.group)?.velocities(&chain.markers)?);
+    }
+    Ok(Some(Markers::new(chains, first_id, x, v)))
+}

@@ -1,0 +1,65 @@
+//! What continua of one scene say together, where each of its groups is a continuum of its own ([`crate::grains`],
+//! [`crate::layers`]).
+
+use interface::message::wire::{GroupState, Ledger, PointState};
+use interface::solver::MpmMeasurement;
+
+use crate::kernel::shape::Shape;
+use crate::kernel::transfer::Transfer;
+use crate::scheme::Scheme;
+use crate::state::continuum::Continuum;
+
+/// The measurement of all: sums, and the records of groups, of probes and of holds, each in the order of the scene.
+pub fn measure<'a, const W: usize, S: Shape<W>, T: Transfer>(
+    into: &mut MpmMeasurement,
+    continua: impl Iterator<Item = &'a Continuum<W, S, T>>,
+) {
+    let MpmMeasurement { ledger, groups } = into;
+    *ledger = Ledger::default();
+    groups.clear();
+    // Whether they are of probes or of holds, and their number there.
+    let mut sets: Vec<((bool, usize), GroupState)> = Vec::new();
+    for continuum in continua {
+        let of = continuum.measurement();
+        add(ledger, &of.ledger);
+        groups.extend_from_slice(&of.groups[..1]);
+        let probes = continuum.probes.iter().map(|probe| (false, probe.number));
+        let holds = continuum.holds.all.iter();
+        let numbers = probes.chain(holds.map(|hold| (true, hold.points.number)));
+        sets.extend(numbers.zip(of.groups[1..].iter().copied()));
+    }
+    sets.sort_by_key(|(number, _)| *number);
+    groups.extend(sets.into_iter().map(|(_, state)| state));
+}
+
+fn add(sum: &mut Ledger, of: &Ledger) {
+    sum.kinetic += of.kinetic;
+    sum.elastic += of.elastic;
+    sum.gravity += of.gravity;
+    sum.friction_work += of.friction_work;
+    sum.viscous_work += of.viscous_work;
+    sum.plastic_work += of.plastic_work;
+    sum.stress_work += of.stress_work;
+    sum.driven_work += of.driven_work;
+    sum.contacts += of.contacts;
+    for a in 0..2 {
+        sum.momentum[a] += of.momentum[a];
+        sum.applied_impulse[a] += of.applied_impulse[a];
+        sum.contact_impulse[a] += of.contact_impulse[a];
+        sum.contact_force[a] += of.contact_force[a];
+    }
+}
+
+/// All points; each continuum is the group of its place.
+pub fn points<'a, const W: usize, S: Shape<W>, T: Transfer>(
+    continua: impl Iterator<Item = &'a Continuum<W, S, T>>,
+) -> Vec<PointState> {
+    let of = |(group, continuum): (usize, &Continuum<W, S, T>)| {
+        let mut points = continuum.points();
+        for p in &mut points {
+            p.group = group as u32;
+        }
+        points
+    };
+    continua.enumerate().flat_map(of).collect()
+}

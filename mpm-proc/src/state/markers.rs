@@ -1,0 +1,186 @@
+//! Markers: places without mass on the boundary of a group, which move with the nodes (Singer 2022). Bodies meet the segments
+//! between them instead of points.
+//!
+//! A marker takes velocities from the nodes and gives forces to them by the same weights,
+//!
+//! ```text
+//! N_I = N*_I / sum N*,   N*_I = S_I min(1, m_I / (eta rho L^2))
+//! ```
+//!
+//! An identified point has `S_Ip / m_I <= 1 / m_p` at every node. A marker without the floor `eta` would have no such bound:
+//! its share of a nearly empty node would give the contact any frequency. The weights sum to one, so momentum is exact. They
+//! shift the point of action from `x_b` to `sum N_I x_I`, and with it the angular momentum, which is booked and told.
+
+use interface::message::wire::{ImpInfo, ImpState};
+use interface::solver::Refusal;
+use serde::{Deserialize, Serialize};
+
+use super::nodes::NodeAt;
+use super::saved::refusal;
+
+/// A chain of markers along the boundary of a group.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Chain {
+    /// Number of the cloud.
+    pub cloud: u32,
+    /// First of its markers.
+    pub first: usize,
+    /// How many they are.
+    pub count: usize,
+    /// Whether a segment goes from the last to the first.
+    pub closed: bool,
+    /// `eta rho L^2` in kg/m: a node with at least this mass has its whole weight.
+    pub full: f64,
+    /// `rho L^2` in kg/m, as the bodies' side is told: the mass of a full cell, since a marker has none.
+    pub mass: f64,
+    /// Contact radius `r_b` in m.
+    pub radius: f64,
+}
+
+/// A node that a marker reaches.
+#[derive(Debug, Clone, Copy)]
+pub struct Weight {
+    /// Where it is.
+    pub at: NodeAt,
+    /// The node that moves by it: the same, or what it is an image of.
+    pub of: NodeAt,
+    /// `N_I`.
+    pub share: f64,
+}
+
+/// All markers.
+#[derive(Debug, Clone, Default)]
+pub struct Markers {
+    /// The chains, ordered by cloud.
+    pub chains: Vec<Chain>,
+    /// Identity of the first marker.
+    pub first_id: u64,
+    /// Number of the chain of each marker.
+    pub chain_of: Vec<u32>,
+    /// Positions in m.
+    pub x: Vec<[f64; 2]>,
+    /// Velocities in m/s by which they have moved in the last step.
+    pub v: Vec<[f64; 2]>,
+    /// Nodes of each marker at the present positions, `W^2` each.
+    pub weights: Vec<Weight>,
+    /// `sum N_I x_I - x_b` of each marker in m.
+    pub shift: Vec<[f64; 2]>,
+    /// Torque in N that the shift of the weights adds in the present step, for each chain.
+    pub torque: Vec<f64>,
+    /// Angular momentum in N s that it has added so far, for each chain.
+    pub spun: Vec<f64>,
+}
+
+/// Markers in a saved state.
+#[derive(Debug, Clone, Default, Serialize, Deserialize)]
+pub struct SavedMarkers {
+    x: Vec<[f64; 2]>,
+    v: Vec<[f64; 2]>,
+    spun: Vec<f64>,
+}
+
+impl Markers {
+    /// The markers of `chains`, which are ordered by cloud, at `x` (m) with velocities `v` (m/s).
+    pub fn new(chains: Vec<Chain>, first_id: u64, x: Vec<[f64; 2]>, v: Vec<[f64; 2]>) -> Self {
+        let numbered = (0..).zip(&chains);
+        let chain_of = numbered.flat_map(|(c, chain)| core::iter::repeat_n(c, chain.count));
+        Self {
+            chain_of: chain_of.collect(),
+            shift: vec![[0.0; 2]; x.len()],
+            torque: vec![0.0; chains.len()],
+            spun: vec![0.0; chains.len()],
+            weights: Vec::new(),
+            chains,
+            first_id,
+            x,
+            v,
+        }
+    }
+
+    /// The chain of a marker.
+    pub fn chain(&self, marker: usize) -> &Chain {
+        &self.chains[self.chain_of[marker] as usize]
+    }
+
+    /// The marker to which a segment goes from this one.
+    pub fn next(&self, marker: usize) -> Option<usize> {
+        let Chain {
+            first,
+            count,
+            closed,
+            ..
+        } = *self.chain(marker);
+        if marker + 1 < first + count {
+            Some(marker + 1)
+        } else {
+            closed.then_some(first)
+        }
+    }
+
+    /// What the bodies' side is told of the markers `members`, ascending: with a segment wherever both its ends are there.
+    pub fn infos(&self, members: &[usize]) -> impl Iterator<Item = ImpInfo> {
+        members.iter().map(|&marker| {
+            let chain = self.chain(marker);
+            let next = self
+                .next(marker)
+                .and_then(|n| members.binary_search(&n).ok());
+            ImpInfo {
+                id: self.first_id + marker as u64,
+                radius: chain.radius,
+                mass: chain.mass,
+                group: chain.cloud,
+                next: next.map_or(0, |slot| slot as u32 + 1),
+            }
+        })
+    }
+
+    /// The state of a marker.
+    pub fn state(&self, marker: usize) -> ImpState {
+        ImpState {
+            position: self.x[marker],
+            velocity: self.v[marker],
+        }
+    }
+
+    /// For a saved state.
+    pub fn save(&self) -> SavedMarkers {
+        let Self {
+            chains: _,   // of the configuration
+            first_id: _, // likewise
+            chain_of: _, // likewise
+            x,
+            v,
+            weights: _, // of one step
+            shift: _,   // likewise
+            torque: _,  // likewise
+            spun,
+        } = self;
+        SavedMarkers {
+            x: x.clone(),
+            v: v.clone(),
+            spun: spun.clone(),
+        }
+    }
+
+    /// Takes over what [`Self::save`] gave.
+    ///
+    /// # Errors
+    /// A [`Refusal`] of others than the configuration has, or of numbers that are not finite.
+    pub fn restore(&mut self, saved: SavedMarkers) -> Result<(), Refusal> {
+        let SavedMarkers { x, v, spun } = saved;
+        let counts = [x.len(), v.len(), spun.len()];
+        let expected = [self.x.len(), self.v.len(), self.spun.len()];
+        if counts != expected {
+            let text = format!("markers, velocities and chains: {counts:?}");
+            return Err(refusal(format!(
+                "{text}, the configuration has {expected:?}"
+            )));
+        }
+        let numbers = x.as_flattened().iter().chain(v.as_flattened()).chain(&spun);
+        if !numbers.copied().all(f64::is_finite) {
+            return Err(refusal("a marker is not finite"));
+        }
+        (self.x, self.v, self.spun) = (x, v, spun);
+        Ok(())
+    }
+}

@@ -1,0 +1,107 @@
+"""The frames of a run directory as numpy arrays.
+
+Tandem writes VTK's XML files of unstructured grids with arrays appended as they are in memory, in blocks that zlib has
+packed (https://docs.vtk.org/en/latest/design_documents/VTKFileFormats.html). This reads what Tandem writes, not all that
+VTK allows.
+"""
+
+import xml.etree.ElementTree as xml
+import zlib
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+_APPENDED = b'<AppendedData encoding="raw">'
+_TYPES = {"Float64": "<f8", "Float32": "<f4", "Int64": "<i8", "UInt8": "<u1"}
+
+
+class FrameError(Exception):
+    """A run directory has no frames, or one of them cannot be read."""
+
+
+@dataclass
+class Mesh:
+    """Cells of one kind, each of points of its own.
+
+    `points` has shape (points, 3), m. The points of cell k are those from `offsets[k]` up to `offsets[k + 1]`. `types` are VTK's
+    numbers of the cells: 1 a vertex, 3 a line, 7 a polygon. Arrays of points and cells have a row for each.
+    """
+
+    points: np.ndarray
+    offsets: np.ndarray
+    types: np.ndarray
+    of_points: dict = field(default_factory=dict)
+    of_cells: dict = field(default_factory=dict)
+
+
+@dataclass
+class Frame:
+    """What is where at `time` (s): a mesh for each of `"points"`, `"bodies"`, `"contacts"` that the run has."""
+
+    time: float
+    meshes: dict
+
+
+def frames(run):
+    """The frames of a run directory, one after the other; nothing is in memory but the present one."""
+    folder = Path(run) / "frames"
+    try:
+        root = xml.parse(folder / "frames.pvd").getroot()
+    except FileNotFoundError:
+        raise FrameError(f"{folder} has no frames.pvd: frames are kept of a run with `output.frames`") from None
+    except xml.ParseError as error:
+        raise FrameError(f"{folder / 'frames.pvd'}: {error}") from None
+    files = {}
+    for entry in root.iter("DataSet"):
+        time, name, file = float(entry.get("timestep")), entry.get("name"), entry.get("file")
+        if Path(file).name != file:
+            raise FrameError(f"{folder / 'frames.pvd'} names {file!r}, which is no file beside it")
+        files.setdefault(time, {})[name] = folder / file
+    for time, parts in files.items():
+        yield Frame(time, {name: read(file) for name, file in parts.items()})
+
+
+def read(file):
+    """The mesh of one file."""
+    try:
+        return _mesh(Path(file).read_bytes())
+    except (OSError, KeyError, TypeError, ValueError, zlib.error, xml.ParseError) as error:
+        raise FrameError(f"{file}: {error}") from error
+
+
+def _mesh(data):
+    begin = data.find(_APPENDED)
+    if begin < 0:
+        raise ValueError("no packed arrays in it")
+    end = data.rindex(b"</AppendedData>")
+    root = xml.fromstring(data[:begin] + b"</VTKFile>")
+    packed = memoryview(data)[begin + len(_APPENDED) + 1 : end]
+
+    def arrays(section):
+        elements = root.find(f"UnstructuredGrid/Piece/{section}")
+        return {element.get("Name"): _array(element, packed) for element in elements}
+
+    cells = arrays("Cells")
+    return Mesh(
+        points=arrays("Points")["Points"],
+        offsets=np.concatenate(([0], cells["offsets"])),
+        types=cells["types"],
+        of_points=arrays("PointData"),
+        of_cells=arrays("CellData"),
+    )
+
+
+def _array(element, packed):
+    """An array: how many blocks, bytes of a block, bytes of a shorter last one, packed bytes of each; then the blocks."""
+    at = int(element.get("offset"))
+    blocks = int(np.frombuffer(packed, "<u8", 1, at)[0])
+    sizes = np.frombuffer(packed, "<u8", blocks, at + 24)
+    at += 24 + 8 * blocks
+    whole = bytearray()
+    for size in map(int, sizes):
+        whole += zlib.decompress(packed[at : at + size])
+        at += size
+    array = np.frombuffer(bytes(whole), _TYPES[element.get("type")])
+    components = int(element.get("NumberOfComponents"))
+    return array.reshape(-1, components) if components > 1 else array
