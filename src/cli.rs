@@ -390,6 +390,10 @@ pub struct StabilityArgs {
 }
 
 /// Arguments of `plot`.
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is an option of its own"
+)]
 #[derive(Debug, Args)]
 pub struct PlotArgs {
     /// Run directories, of which history.csv or frames are read, and CSV files, each with its name in the legend if need be.

@@ -257,7 +257,7 @@ impl Walk<'_> {
             stretch: self.stretch,
         });
         // Beyond a place that is not reached another stretch begins.
-        if !least && !(outside && distance < self.contact) {
+        if !(least || outside && distance < self.contact) {
             self.stretch += 1;
         }
     }

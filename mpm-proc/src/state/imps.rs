@@ -183,13 +183,11 @@ impl Imps {
         member: Member,
         clouds: &[Cloud<W, S, A>],
     ) -> [f64; 2] {
-        match &self.markers {
-            Some(markers) => markers.x[member.local as usize],
-            None => {
-                let cloud = &clouds[member.cloud as usize];
-                cloud.position(cloud.lane_of[member.local as usize] as usize)
-            }
+        if let Some(markers) = &self.markers {
+            return markers.x[member.local as usize];
         }
+        let cloud = &clouds[member.cloud as usize];
+        cloud.position(cloud.lane_of[member.local as usize] as usize)
     }
 
     /// Velocity in m/s of a member that is there.
@@ -198,13 +196,11 @@ impl Imps {
         member: Member,
         clouds: &[Cloud<W, S, A>],
     ) -> [f64; 2] {
-        match &self.markers {
-            Some(markers) => markers.v[member.local as usize],
-            None => {
-                let cloud = &clouds[member.cloud as usize];
-                cloud.velocity(cloud.lane_of[member.local as usize] as usize)
-            }
+        if let Some(markers) = &self.markers {
+            return markers.v[member.local as usize];
         }
+        let cloud = &clouds[member.cloud as usize];
+        cloud.velocity(cloud.lane_of[member.local as usize] as usize)
     }
 
     /// Whether a point of a cloud is a member.
