@@ -430,7 +430,7 @@ fn model() -> impl Strategy<Value = MaterialModel> {
                     bulk_modulus,
                     shear_modulus,
                 },
-                1 => MaterialModel::DruckerPrager(frictional),
+                1 | 6 | 7 => MaterialModel::DruckerPrager(frictional),
                 2 => MaterialModel::MohrCoulomb(frictional),
                 3 => MaterialModel::NeoHookean {
                     bulk_modulus,
@@ -445,7 +445,6 @@ fn model() -> impl Strategy<Value = MaterialModel> {
                     bulk_modulus,
                     shear_modulus,
                 },
-                6 | 7 => MaterialModel::DruckerPrager(frictional),
                 8 => MaterialModel::MuI(Inertial {
                     bulk_modulus,
                     shear_modulus,

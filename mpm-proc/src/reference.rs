@@ -194,14 +194,7 @@ impl Reference {
     pub fn step(&mut self, dt_before: f64, dt: f64, forces: &[[f64; 2]]) {
         let kick = 0.5 * (dt_before + dt);
         let start = self.momentum();
-        let alpha = match self.transfer {
-            Transfer::Flip | Transfer::Xpic { .. } | Transfer::FlipXpic { .. } => 0.0,
-            Transfer::Blend { pic_fraction } => pic_fraction,
-            Transfer::FlipPic { pic_rate } | Transfer::Aflip { pic_rate } => {
-                1.0 - (-pic_rate * kick).exp()
-            }
-            _ => 1.0,
-        };
+        let alpha = self.pic_fraction(kick);
         let inertia = self.cell.powi(2)
             * match self.kernels[0] {
                 Kernel::Cubic => 1.0 / 3.0,
@@ -232,13 +225,7 @@ impl Reference {
                 after[n] = self.hold(node.at, free);
             }
         }
-        match self.transfer {
-            Transfer::Xpic { order } => self.filter(&nodes, order, 1.0, inertia),
-            Transfer::FlipXpic { order, pic_rate } => {
-                self.filter(&nodes, order, 1.0 - (-pic_rate * kick).exp(), inertia);
-            }
-            _ => {}
-        }
+        self.filter_by_order(&nodes, kick, inertia);
         if self.stress_update == StressUpdate::Usl {
             self.strain(&nodes, &after, dt, -0.5);
         }
@@ -296,6 +283,29 @@ impl Reference {
             for a in 0..2 {
                 p.x[a] += dt * v[a];
             }
+        }
+    }
+
+    /// alpha of eq. 28 over a kick.
+    fn pic_fraction(&self, kick: f64) -> f64 {
+        match self.transfer {
+            Transfer::Flip | Transfer::Xpic { .. } | Transfer::FlipXpic { .. } => 0.0,
+            Transfer::Blend { pic_fraction } => pic_fraction,
+            Transfer::FlipPic { pic_rate } | Transfer::Aflip { pic_rate } => {
+                1.0 - (-pic_rate * kick).exp()
+            }
+            _ => 1.0,
+        }
+    }
+
+    /// The filter of XPIC, where the transfer has one.
+    fn filter_by_order(&mut self, nodes: &[Node], kick: f64, inertia: f64) {
+        match self.transfer {
+            Transfer::Xpic { order } => self.filter(nodes, order, 1.0, inertia),
+            Transfer::FlipXpic { order, pic_rate } => {
+                self.filter(nodes, order, 1.0 - (-pic_rate * kick).exp(), inertia);
+            }
+            _ => {}
         }
     }
 

@@ -195,6 +195,63 @@ impl MaterialModel {
         )
     }
 
+    /// Numbers of grains: key, value, whether it may be, and what may. None of other models.
+    fn of_grains(&self) -> Vec<(&'static str, f64, bool, &'static str)> {
+        const ANGLE: &str = "0 to below 90 degrees";
+        const STRESS: &str = "a stress of 0 or more";
+        match *self {
+            Self::DruckerPrager(m) | Self::MohrCoulomb(m) => {
+                let (phi, psi) = (m.friction_angle, m.dilation_angle);
+                let (c, tension) = (m.cohesion, m.tensile_strength);
+                // More dilation than friction would create energy.
+                let less = (0.0..=phi.max(0.0)).contains(&psi);
+                let mut numbers = vec![
+                    ("friction_angle", phi, (0.0..90.0).contains(&phi), ANGLE),
+                    ("dilation_angle", psi, less, "0 to the friction angle"),
+                    ("cohesion", c, c >= 0.0, STRESS),
+                    ("tensile_strength", tension, tension >= 0.0, STRESS),
+                ];
+                if m.separates {
+                    numbers.push(("cohesion", c, c <= 0.0, "0 where it separates"));
+                }
+                let cone = matches!(self, Self::DruckerPrager(_));
+                numbers.extend(m.critical_state.map(|state| match state {
+                    CriticalState::ShearStrain(of) | CriticalState::Volume(of) if !cone => {
+                        let expected = "none: drucker_prager alone has it";
+                        ("critical_state", of, false, expected)
+                    }
+                    CriticalState::ShearStrain(of) => {
+                        let key = "critical_state.shear_strain";
+                        (key, of, of > 0.0, "a strain above 0")
+                    }
+                    CriticalState::Volume(of) => {
+                        let key = "critical_state.volume";
+                        (key, of, of > 1.0, "a volume above 1, the initial one")
+                    }
+                }));
+                numbers
+            }
+            Self::MuI(m) => {
+                let (least, most) = (m.static_friction, m.limit_friction);
+                let (number, d, rho) = (m.inertial_number, m.grain_diameter, m.grain_density);
+                let coefficient = "a coefficient of 0 or more";
+                vec![
+                    ("static_friction", least, least >= 0.0, coefficient),
+                    (
+                        "limit_friction",
+                        most,
+                        most > least,
+                        "above static_friction",
+                    ),
+                    ("inertial_number", number, number > 0.0, "a number above 0"),
+                    ("grain_diameter", d, d > 0.0, "a length above 0"),
+                    ("grain_density", rho, rho > 0.0, "a density above 0"),
+                ]
+            }
+            _ => Vec::new(),
+        }
+    }
+
     /// The numbers that cannot be, in the order of the configuration.
     pub fn impossible(&self) -> Vec<Impossible> {
         let (bulk, shear) = self.moduli();
@@ -214,57 +271,10 @@ impl MaterialModel {
         }
         match *self {
             Self::LinearElastic { .. } | Self::Hypoelastic { .. } | Self::NeoHookean { .. } => {}
-            Self::DruckerPrager(m) | Self::MohrCoulomb(m) => {
-                let (phi, psi) = (m.friction_angle, m.dilation_angle);
-                let below = (0.0..90.0).contains(&phi);
-                check("friction_angle", phi, below, "0 to below 90 degrees");
-                // More dilation than friction would create energy.
-                let below = (0.0..=phi.max(0.0)).contains(&psi);
-                check("dilation_angle", psi, below, "0 to the friction angle");
-                let (c, tension) = (m.cohesion, m.tensile_strength);
-                check("cohesion", c, c >= 0.0, "a stress of 0 or more");
-                let holds = tension >= 0.0;
-                check("tensile_strength", tension, holds, "a stress of 0 or more");
-                let cone = matches!(self, Self::DruckerPrager(_));
-                let whole = !m.separates || c <= 0.0;
-                check("cohesion", c, whole, "0 where it separates");
-                match m.critical_state {
-                    None => {}
-                    Some(CriticalState::ShearStrain(of) | CriticalState::Volume(of)) if !cone => {
-                        check(
-                            "critical_state",
-                            of,
-                            false,
-                            "none: drucker_prager alone has it",
-                        );
-                    }
-                    Some(CriticalState::ShearStrain(of)) => {
-                        let key = "critical_state.shear_strain";
-                        check(key, of, of > 0.0, "a strain above 0");
-                    }
-                    Some(CriticalState::Volume(of)) => {
-                        let key = "critical_state.volume";
-                        check(key, of, of > 1.0, "a volume above 1, the initial one");
-                    }
+            Self::DruckerPrager(_) | Self::MohrCoulomb(_) | Self::MuI(_) => {
+                for (key, value, holds, expected) in self.of_grains() {
+                    check(key, value, holds, expected);
                 }
-            }
-            Self::MuI(m) => {
-                let (least, most) = (m.static_friction, m.limit_friction);
-                let holds = least >= 0.0;
-                check(
-                    "static_friction",
-                    least,
-                    holds,
-                    "a coefficient of 0 or more",
-                );
-                let holds = most > least;
-                check("limit_friction", most, holds, "above static_friction");
-                let number = m.inertial_number;
-                check("inertial_number", number, number > 0.0, "a number above 0");
-                let d = m.grain_diameter;
-                check("grain_diameter", d, d > 0.0, "a length above 0");
-                let rho = m.grain_density;
-                check("grain_density", rho, rho > 0.0, "a density above 0");
             }
             Self::Fluid {
                 exponent,

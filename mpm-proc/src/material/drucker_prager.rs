@@ -4,7 +4,7 @@ use interface::config::friction::{cone_root, cone_slope};
 use interface::config::material::Frictional;
 
 use super::elastic::Moduli;
-use super::granular::Grains;
+use super::granular::GrainLaw;
 use super::perfect_plasticity::YieldSurface;
 use super::point::Stress;
 use crate::kernel::lanes::{Lanes, ZERO, splat};
@@ -97,7 +97,7 @@ impl YieldSurface for DruckerPrager {
     }
 }
 
-impl Grains for DruckerPrager {
+impl GrainLaw for DruckerPrager {
     fn moduli(&self) -> &Moduli {
         &self.moduli
     }

@@ -23,7 +23,7 @@ use super::point::{Deformation, Dissipated, Point, Stress};
 use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// How grains that touch flow.
-pub trait Grains: Copy + Send + Sync + 'static {
+pub trait GrainLaw: Copy + Send + Sync + 'static {
     /// The elastic part.
     fn moduli(&self) -> &Moduli;
 
@@ -43,7 +43,7 @@ pub struct Granular<G> {
     pub separates: bool,
 }
 
-impl<G: Grains> Granular<G> {
+impl<G: GrainLaw> Granular<G> {
     /// Share of the dilation that is left.
     #[inline(always)]
     fn share(&self, volume: Lanes, sheared: Lanes) -> Lanes {
@@ -59,7 +59,7 @@ impl<G: Grains> Granular<G> {
     }
 }
 
-impl<G: Grains> Material for Granular<G> {
+impl<G: GrainLaw> Material for Granular<G> {
     /// Gap, and plastic shear strain.
     type State = [Lanes; 2];
     const DISSIPATES: bool = true;
@@ -169,7 +169,7 @@ mod tests {
 
     /// Compressed, pulled apart, sheared while it is open, and closed: the same stress, and no energy from anywhere. Without
     /// separation the second compression begins where the first has ended to pull.
-    fn opens_and_closes<G: Grains>(grains: G) {
+    fn opens_and_closes<G: GrainLaw>(grains: G) {
         let model = Granular {
             grains,
             critical: None,

@@ -25,7 +25,7 @@ mod von_mises;
 pub use drucker_prager::DruckerPrager;
 pub use elastic::{Elastic, Moduli, PlaneStrain, PlaneStress, power};
 pub use fluid::Fluid;
-pub use granular::Granular;
+pub use granular::{GrainLaw, Granular};
 pub use hypoelastic::Jaumann;
 pub use model::Material;
 pub use mohr_coulomb::MohrCoulomb;

@@ -4,7 +4,7 @@
 use interface::config::material::Frictional;
 
 use super::elastic::Moduli;
-use super::granular::Grains;
+use super::granular::GrainLaw;
 use super::perfect_plasticity::YieldSurface;
 use super::point::Stress;
 use crate::kernel::lanes::{Lanes, ZERO, splat};
@@ -145,7 +145,7 @@ impl YieldSurface for MohrCoulomb {
     }
 }
 
-impl Grains for MohrCoulomb {
+impl GrainLaw for MohrCoulomb {
     fn moduli(&self) -> &Moduli {
         &self.moduli
     }

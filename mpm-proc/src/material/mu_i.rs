@@ -17,7 +17,7 @@
 use interface::config::material::Inertial;
 
 use super::elastic::Moduli;
-use super::granular::Grains;
+use super::granular::GrainLaw;
 use super::point::Stress;
 use crate::kernel::lanes::{Lanes, ZERO, splat};
 
@@ -60,7 +60,7 @@ impl MuI {
     };
 }
 
-impl Grains for MuI {
+impl GrainLaw for MuI {
     fn moduli(&self) -> &Moduli {
         &self.moduli
     }

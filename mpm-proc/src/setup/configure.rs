@@ -22,7 +22,7 @@ use crate::kernel::transfer::{
 };
 use crate::layers::Layers;
 use crate::material::{
-    DruckerPrager, Elastic, Fluid, Granular, Jaumann, Material, Moduli, MohrCoulomb, MuI,
+    DruckerPrager, Elastic, Fluid, GrainLaw, Granular, Jaumann, Material, Moduli, MohrCoulomb, MuI,
     NeoHookean, PlaneStrain, PlaneStress, Rigid, VonMises,
 };
 use crate::pass::limits::stiffest_place;
@@ -383,22 +383,8 @@ fn constitutive<const W: usize, S: Shape<W>>(
                 Plane::Stress => points(Elastic(Jaumann(PlaneStress(moduli))), blocks),
             }
         }
-        MaterialModel::DruckerPrager(m) => {
-            let grains = DruckerPrager::new(density, &m);
-            if m.is_plain() {
-                points(grains, blocks)
-            } else {
-                points(granular(grains, &m), blocks)
-            }
-        }
-        MaterialModel::MohrCoulomb(m) => {
-            let grains = MohrCoulomb::new(density, &m);
-            if m.is_plain() {
-                points(grains, blocks)
-            } else {
-                points(granular(grains, &m), blocks)
-            }
-        }
+        MaterialModel::DruckerPrager(m) => sand(DruckerPrager::new(density, &m), &m, blocks),
+        MaterialModel::MohrCoulomb(m) => sand(MohrCoulomb::new(density, &m), &m, blocks),
         MaterialModel::MuI(m) => {
             let model = Granular {
                 grains: MuI::new(density, &m),
@@ -440,12 +426,21 @@ fn constitutive<const W: usize, S: Shape<W>>(
     }
 }
 
-fn granular<G>(grains: G, numbers: &Frictional) -> Granular<G> {
-    Granular {
+/// A frictional material, with what it remembers where it does.
+fn sand<const W: usize, S: Shape<W>, G: GrainLaw + Material>(
+    grains: G,
+    numbers: &Frictional,
+    blocks: usize,
+) -> Box<dyn Constitutive<W, S>> {
+    if numbers.is_plain() {
+        return points(grains, blocks);
+    }
+    let model = Granular {
         grains,
         critical: numbers.critical_state,
         separates: numbers.separates,
-    }
+    };
+    points(model, blocks)
 }
 
 fn points<const W: usize, S: Shape<W>, M: Material>(

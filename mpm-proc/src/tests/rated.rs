@@ -20,7 +20,7 @@ const CELL: f64 = 0.05;
 fn velocity(point: usize) -> f64 {
     let x = (point as f64 + 0.5) / (CELLS * PER_CELL) as f64;
     let wave = (2.0 * core::f64::consts::TAU * x).sin();
-    1e-9 * (wave + if point % 2 == 0 { 0.5 } else { -0.5 })
+    1e-9 * (wave + if point.is_multiple_of(2) { 0.5 } else { -0.5 })
 }
 
 /// Dust without forces in a periodic box.
@@ -57,7 +57,7 @@ fn left_after(transfer: Transfer, end: f64, steps: usize) -> Vec<f64> {
     let mut mpm = configured(&dust(transfer));
     let start = mpm.points();
     Stepper::new().run(&mut mpm, end / steps as f64, steps);
-    let mut sum = vec![0.0; CELLS * PER_CELL];
+    let mut sum = [0.0; CELLS * PER_CELL];
     for (at, now) in start.iter().zip(mpm.points()) {
         let i = (at.position[0] / CELL * PER_CELL as f64) as usize;
         sum[i] += now.velocity[0];
