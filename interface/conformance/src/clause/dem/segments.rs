@@ -6,7 +6,7 @@ use interface::message::wire::ImpState;
 use super::scene::{OVERLAP, RADIUS, SPHERO, STIFFNESS, body, elastic, frictional, scene};
 use crate::bench::{Bench, Points};
 use crate::clause::Clause;
-use crate::mutant::Flaw;
+use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, Largest};
 
 const NEEDS: &[&str] = &["segments", "shape:disc"];
@@ -63,15 +63,19 @@ pub const CLAUSES: &[Clause] = &[
     }),
 ];
 
-/// Spoils the forces on three markers.
-fn on_segments(mut spoil: impl FnMut(&mut [[f64; 2]; 3]) + 'static) -> Flaw {
-    Flaw::forces(move |_, forces| {
-        if let [a, b, c] = &mut forces[..] {
+/// Spoils the forces on three markers of a chain.
+fn on_segments(mut change: impl FnMut(&mut [[f64; 2]; 3]) + 'static) -> Flaw {
+    let (links, linked) = spoil::shared(false);
+    let flaw = Flaw::set(move |_, set| links.set(set.iter().any(|info| info.next > 0)));
+    flaw.with(Flaw::forces(move |_, forces| {
+        if let [a, b, c] = &mut forces[..]
+            && linked.get()
+        {
             let mut three = [a.force, b.force, c.force];
-            spoil(&mut three);
+            change(&mut three);
             [a.force, b.force, c.force] = three;
         }
-    })
+    }))
 }
 
 /// A fixed disc at the origin that meets segments by `law`.
