@@ -316,7 +316,9 @@ fn what_is_remembered_follows_the_points_through_new_sets() {
         let expected = plain.step().unwrap();
         let forces = chosen.step().unwrap();
         let own = forces.iter().zip(&chosen.points.infos);
-        let own = own.filter(|(_, info)| info.id.is_multiple_of(10)).map(|(f, _)| *f);
+        let own = own
+            .filter(|(_, info)| info.id.is_multiple_of(10))
+            .map(|(f, _)| *f);
         assert!(own.eq(expected), "step {i}");
     }
     assert!(plain.dem.measurement().ledger.friction_work > 0.0);
