@@ -85,10 +85,7 @@ pub(super) fn continuum(
         probes: forcing::probes(problems, written),
         threads: 1,
     };
-    // What is wrong with pairs of groups is told with their laws.
-    let mut faults = config.faults();
-    faults.retain(|fault| !fault.key.starts_with("mpm.group_pairs"));
-    problems.config_faults(&faults);
+    problems.config_faults(&faults(&config));
     if problems.any() {
         return None;
     }
@@ -96,6 +93,13 @@ pub(super) fn continuum(
         radius(problems, &format!("mpm.points.{i}"), group, written.cell);
     }
     Some(config)
+}
+
+/// What is wrong with it, but for pairs of groups, of which it is told with their laws.
+fn faults(config: &MpmConfig) -> Vec<ConfigFault> {
+    let mut faults = config.faults();
+    faults.retain(|fault| !fault.key.starts_with("mpm.group_pairs"));
+    faults
 }
 
 fn material(problems: &mut Problems, path: &str, written: &MaterialWritten) -> MaterialConfig {
