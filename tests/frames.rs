@@ -248,10 +248,18 @@ fn meshio_reads_the_same_numbers() {
     }
 }
 
+/// What VTK reads at a time: the time, places, cells with the numbers of their points and kinds, arrays.
+type Told = (
+    f64,
+    Vec<[f64; 3]>,
+    Vec<(usize, u8)>,
+    BTreeMap<String, Vec<f64>>,
+);
+
 /// A run as VTKHDF, read back by VTK: the same places, cells and arrays at every time.
 #[test]
 fn vtk_reads_the_converted_frames() {
-    const READ: &str = r#"
+    const READ: &str = r"
 import json, sys
 from vtkmodules.vtkIOHDF import vtkHDFReader
 from vtkmodules.util.numpy_support import vtk_to_numpy
@@ -273,7 +281,7 @@ for time in times:
     points = vtk_to_numpy(grid.GetPoints().GetData()).tolist() if grid.GetNumberOfPoints() else []
     told.append([time, points, cells, arrays])
 print(json.dumps(told))
-"#;
+";
     let place = Place::new();
     framed(&place);
     let run = place.path("framed");
@@ -291,12 +299,6 @@ print(json.dumps(told))
     for (name, cell) in [("points", 1), ("bodies", 7), ("contacts", 3)] {
         let file = run.join(format!("vtkhdf/{name}.vtkhdf"));
         let read = python("vtkmodules", &["-c", READ, file.to_str().unwrap()]).unwrap();
-        type Told = (
-            f64,
-            Vec<[f64; 3]>,
-            Vec<(usize, u8)>,
-            BTreeMap<String, Vec<f64>>,
-        );
         let told: Vec<Told> = serde_json::from_slice(&read).unwrap();
         assert_eq!(told.len(), frames.len());
         for (frame, (time, places, cells, arrays)) in frames.iter().zip(told) {

@@ -16,7 +16,7 @@ const OVERLAP: f64 = 0.2 * RADIUS;
 
 pub const CLAUSES: &[Clause] = &[
     Clause::must(
-        "F-7v",
+        "F-7y",
         "two points of a pair press on one another, equally and oppositely",
         balance,
     )
@@ -31,7 +31,7 @@ pub const CLAUSES: &[Clause] = &[
         stiffness,
     )
     .needs(&["pairs"])
-    .after(&["F-7v"])
+    .after(&["F-7y"])
     .mutant("counts the stiffness of a pair once", || {
         of_pairs(|forces| {
             for force in forces {
@@ -51,7 +51,7 @@ pub const CLAUSES: &[Clause] = &[
         remembered,
     )
     .needs(&["pairs", "feature:friction"])
-    .after(&["F-7v"])
+    .after(&["F-7y"])
     .mutant("forgets the spring of a pair with a new set", || {
         Flaw::forces(|header, forces| {
             if header.set > 1 && forces.iter().any(is_of_a_pair) {
