@@ -41,10 +41,8 @@ pub(super) fn continuum(
         "groups of points",
         groups.map(|(i, g)| (name_of("points", i), g.name.as_str())),
     );
-    let groups = written
-        .points
-        .iter()
-        .enumerate()
+    let groups = written.points.iter().enumerate();
+    let groups: Vec<GroupConfig> = groups
         .map(|(i, points)| {
             let path = format!("mpm.points.{i}");
             let (velocity, fields) = forcing::initial(problems, &path, points, constants);
@@ -56,7 +54,6 @@ pub(super) fn continuum(
         })
         .collect();
     let forcing = forcing::forcing(problems, written, constants);
-    let groups: Vec<GroupConfig> = groups;
     let chains = chains(problems, written, &groups);
     let mut config = MpmConfig {
         domain: written.domain,

@@ -283,22 +283,9 @@ impl<L: Law> SegmentContacts<L> {
         }
         let press = self.law.press(&constants, &touch, &history);
         let force = (normal * press.normal + tangent * press.tangential) * sign;
-        for (slot, share) in e.foot.slots.into_iter().zip(e.foot.shares()) {
-            let part = force * share;
-            let own = &mut to.forces[slot as usize].force;
-            (own[0], own[1]) = (own[0] + part.x, own[1] + part.y);
-            load.force -= part;
-        }
         load.torque -= sign * (r_n * press.normal + r_t * press.tangential);
         load.contacts += u32::from(e.least);
-        let nearer = e.foot.slots[usize::from(e.foot.s > 0.5)];
-        to.sums.told.push(ContactState {
-            body: near.body.into(),
-            other: self.set[nearer as usize].id,
-            with: POINT,
-            position: (r + rigid.center).into(),
-            force: (-force).into(),
-        });
+        self.share(near, e, force, r + rigid.center, to);
         to.sums.add_loss(sign, press.loss);
         to.sums.energy += sign * self.law.energy(&constants, overlap, &press.history);
         let id = |slot: u32| self.set[slot as usize].id;
@@ -310,6 +297,25 @@ impl<L: Law> SegmentContacts<L> {
             least: e.least,
             history: press.history,
         })
+    }
+
+    /// Shares a force (N/m) at `at` (m) by the foot, and takes it from the body.
+    fn share(&self, near: &Near, e: &Extremum, force: Vec2, at: Vec2, to: &mut Targets) {
+        let load = &mut to.loads[near.body as usize];
+        for (slot, share) in e.foot.slots.into_iter().zip(e.foot.shares()) {
+            let part = force * share;
+            let own = &mut to.forces[slot as usize].force;
+            (own[0], own[1]) = (own[0] + part.x, own[1] + part.y);
+            load.force -= part;
+        }
+        let nearer = e.foot.slots[usize::from(e.foot.s > 0.5)];
+        to.sums.told.push(ContactState {
+            body: near.body.into(),
+            other: self.set[nearer as usize].id,
+            with: POINT,
+            position: at.into(),
+            force: (-force).into(),
+        });
     }
 
     /// One disc.

@@ -3,7 +3,9 @@
 //! A clause says what it needs ([`crate::clause::Clause::needs`]), so a profile's core follows from the rows: the
 //! clauses that need nothing beyond it. Within a clause, scenes are made of what the solver takes.
 
-use interface::config::capability::{CONTACTS, Capabilities, POLLS, SAVE, STRESS_WORK};
+use interface::config::capability::{
+    CONTACTS, Capabilities, LAYERS, PAIRS, POLLS, SAVE, SEGMENTS, STRESS_WORK,
+};
 use interface::message::control::Party;
 
 use crate::clause::{Clause, of};
@@ -55,6 +57,7 @@ pub const PROFILES: &[Profile] = &[
         &["law:area", "law:granular", "feature:adhesion"],
     ),
     of_bodies("full+save+polls+laws+contacts", &[CONTACTS]),
+    of_bodies("all", &[PAIRS, SEGMENTS]),
     of_continua("elastic", &["material:linear_elastic"]),
     of_continua(
         "full",
@@ -68,6 +71,7 @@ pub const PROFILES: &[Profile] = &[
     ),
     of_continua("full+save", &[SAVE]),
     of_continua("full+save+polls", &[POLLS]),
+    of_continua("all", &[LAYERS, PAIRS]),
 ];
 
 /// The profiles of a side, from the least to the most.

@@ -91,7 +91,7 @@ impl MpmConfig {
     }
 
     /// Choices of the scheme, and which of them go together.
-    fn scheme_faults(&self, found: &mut Faults) {
+    fn transfer_faults(&self, found: &mut Faults) {
         let splines = [ShapeFunction::QuadraticBspline, ShapeFunction::CubicBspline];
         match self.transfer {
             Transfer::Blend { pic_fraction: a } => {
@@ -125,6 +125,10 @@ impl MpmConfig {
             );
             found.add("mpm.transfer", format!("\"{name}\""), others, help);
         }
+    }
+
+    fn scheme_faults(&self, found: &mut Faults) {
+        self.transfer_faults(found);
         if let Some(GridContact { friction }) = self.grid_contact {
             let key = "mpm.grid_contact.friction";
             found.number(key, friction, friction >= 0.0, "a coefficient of 0 or more");

@@ -409,7 +409,7 @@ fn covering() -> Vec<(String, MpmConfig)> {
 #[test]
 fn a_restored_solver_goes_on_to_the_same_bits() {
     let cases = covering();
-    assert_eq!(cases.len(), 54);
+    assert_eq!(cases.len(), 72);
     let mut moments = Vec::new();
     for (name, config) in &cases {
         moments.extend(goes_on(name, config));
@@ -613,7 +613,7 @@ fn a_state_of_another_configuration_is_refused_with_what_differs() {
     other.groups.push(other.groups[0].clone());
     other.groups[1].fill = rectangle([0.1, 0.6]);
     not_taken(&other, &bytes, &["mpm.points.1.name"]);
-    not_taken(&flying(), b"", &["tandem-mpm 2"]);
+    not_taken(&flying(), b"", &["tandem-mpm 3"]);
     not_taken(&flying(), &bytes[..bytes.len() - 1], &["damaged"]);
     let refusal = Mpm::new().restore(&bytes).unwrap_err();
     assert!(refusal.message.contains("configured"), "{refusal}");

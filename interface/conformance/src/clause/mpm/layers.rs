@@ -30,7 +30,7 @@ pub const CLAUSES: &[Clause] = &[
         near_others,
     )
     .needs(&["layers", "pairs"])
-    .after(&["I-9b"])
+    .after(&["I-6a", "I-9b"])
     .mutant("looks for points near bodies only", || {
         Flaw::config(|config: &mut MpmConfig| config.group_pairs.clear())
     }),
