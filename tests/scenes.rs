@@ -155,9 +155,14 @@ fn runs_and_reads_back(path: &Path) {
     let checks = files.summary["checks"].as_array().unwrap();
     // A body that only swings or spins has no momentum, of which an error could be a share, and the books of its energy swing by
     // what its own checks say.
-    let free = |check: &Value| check["name"] == "momentum stays none";
-    if !checks.iter().any(free) {
+    let has = |name: &str| checks.iter().any(|check| check["name"] == name);
+    let free = has("momentum stays none");
+    // Where a load grows from nothing, the first rows divide what a step is off by an energy that is hardly there.
+    let from_nothing = has("energy is conserved, from a quarter of the ramp on");
+    if !free {
         assert!(files.number("momentum_error") <= 1e-12);
+    }
+    if !(free || from_nothing) {
         assert!(files.summary["energy"]["residual_max"].as_f64().unwrap() <= 1e-3);
     }
     assert!(!checks.is_empty(), "a scene checks something");
