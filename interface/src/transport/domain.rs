@@ -220,6 +220,8 @@ impl OwnedDomain {
                 .mode(0o700)
                 .create(&draft)
                 .map_err(fail(&draft))?;
+            // Whatever the umask, which iceoryx2 changes for a moment when it binds a socket in another thread.
+            fs::set_permissions(&draft, fs::Permissions::from_mode(0o700)).map_err(fail(&draft))?;
             let locked = lock_in(&draft).and_then(|lock| fs::rename(&draft, &root).map(|()| lock));
             let lock = match locked {
                 Ok(lock) => lock,
