@@ -21,7 +21,7 @@ pub const CLAUSES: &[Clause] = &[
         balance,
     )
     .needs(&["pairs"])
-    .after(&["F-7a", "T-1a"])
+    .after(&["F-7a", "T-1a", "T-6a"])
     .mutant("forgets the second point of a pair", || {
         of_pairs(|forces| forces[1].force = [0.0; 2])
     }),
@@ -31,7 +31,7 @@ pub const CLAUSES: &[Clause] = &[
         stiffness,
     )
     .needs(&["pairs"])
-    .after(&["F-5a", "F-7a", "F-7y"])
+    .after(&["F-5a", "F-7a", "T-6a", "F-7y"])
     .mutant("counts the stiffness of a pair once", || {
         of_pairs(|forces| {
             for force in forces {
@@ -51,7 +51,7 @@ pub const CLAUSES: &[Clause] = &[
         remembered,
     )
     .needs(&["pairs", "feature:friction"])
-    .after(&["F-7a", "F-7d", "F-7y", "I-9a", "I-10a"])
+    .after(&["F-7a", "F-7d", "T-6a", "F-7y", "I-9a", "I-10a"])
     .mutant("forgets the spring of a pair with a new set", || {
         Flaw::forces(|header, forces| {
             if header.set > 1 && forces.iter().any(is_of_a_pair) {
