@@ -72,18 +72,6 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Layers<W, S, T> {
     }
 }
 
-/// Those of all layers: the narrowest.
-fn narrowest(a: Limits, b: &Limits) -> Limits {
-    Limits {
-        omega_sq: a.omega_sq.max(b.omega_sq),
-        contact_omega_sq: a.contact_omega_sq.max(b.contact_omega_sq),
-        damping: a.damping.max(b.damping),
-        speed: a.speed.max(b.speed),
-        radius_min: 0.0, // the session's to add
-        mobility: a.mobility.max(b.mobility),
-    }
-}
-
 impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Layers<W, S, T> {
     fn predict(&mut self, step: &Step) -> Result<(), Fault> {
         (self.all.iter_mut()).try_for_each(|layer| step::predict(layer, step))
@@ -101,7 +89,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Layers<W, S, T> {
         let mut limits = Limits::default();
         for (layer, slots) in self.all.iter_mut().zip(slots) {
             let forces = forces.get(slots).unwrap_or_default();
-            limits = narrowest(limits, &step::correct(layer, step, forces)?);
+            limits = several::narrowest(&limits, &step::correct(layer, step, forces)?);
         }
         if step.measure {
             several::measure(&mut self.measurement, self.all.iter());

@@ -1,13 +1,25 @@
 //! What continua of one scene say together, where each of its groups is a continuum of its own ([`crate::grains`],
 //! [`crate::layers`]).
 
-use interface::message::wire::{GroupState, Ledger, PointState};
+use interface::message::wire::{GroupState, Ledger, Limits, PointState};
 use interface::solver::MpmMeasurement;
 
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::Transfer;
 use crate::scheme::Scheme;
 use crate::state::continuum::Continuum;
+
+/// Limits of both: the narrowest.
+pub fn narrowest(a: &Limits, b: &Limits) -> Limits {
+    Limits {
+        omega_sq: a.omega_sq.max(b.omega_sq),
+        contact_omega_sq: a.contact_omega_sq.max(b.contact_omega_sq),
+        damping: a.damping.max(b.damping),
+        speed: a.speed.max(b.speed),
+        radius_min: 0.0, // the session's to add
+        mobility: a.mobility.max(b.mobility),
+    }
+}
 
 /// The measurement of all: sums, and the records of groups, of probes and of holds, each in the order of the scene.
 pub fn measure<'a, const W: usize, S: Shape<W>, T: Transfer>(

@@ -31,8 +31,7 @@ pub fn predict<const W: usize, S: Shape<W>, T: Transfer>(
     c: &mut Continuum<W, S, T>,
     step: &Step,
 ) -> Result<(), Fault> {
-    c.damping = begin_stage(&c.stages, &mut c.transfer, step.time);
-    c.transfer = c.transfer.over(step.kick());
+    c.damping = begin_stage(&c.stages, &mut c.transfer, step);
     points_to_grid(c); //                       m_I, p_I^{n-1/2}, v_I^{n-1/2}        (18) (19) (20) (30)
     update_stress_first(c, step.dt_before); //  D, W, sigma^n, f_I^int               (21) ... (25), (13)
     apply_loads(c, step)?; //                   f_I^ext                              (14)

@@ -53,6 +53,7 @@ use crate::run::disk::Disk;
 use crate::run::failure::RunError;
 use crate::run::lead::Run;
 pub use crate::run::options::{RunOptions, Solvers};
+use crate::run::room::Segments;
 use crate::scene::Scene;
 
 /// What a run has come to.
@@ -202,14 +203,15 @@ fn processes(
     let domain = OwnedDomain::create().map_err(|e| SessionError::Channel(e.into()))?;
     let names = domain.domain();
     run.disk = Disk::of(names.clone(), run.start_limits());
-    let told = |error: SessionError, made: &[PathBuf]| match room::cause(&error, names, made) {
+    let told = |error: SessionError, segments: &Segments| match room::cause(&error, names, segments)
+    {
         Some(cause) => RunError::SharedMemory { error, cause },
         None => RunError::from(error),
     };
-    let _created = iceoryx::create(Medium::Processes, names, &parties, tape.is_some())
-        .map_err(|error| told(error.into(), &[]))?;
-    let made = names.segments();
-    let caused = |error| told(error, &made);
+    let channels = iceoryx::create(Medium::Processes, names, &parties, tape.is_some())
+        .map_err(|error| told(error.into(), &Segments::none()))?;
+    let segments = Segments::of(names, &channels);
+    let caused = |error| told(error, &segments);
     let coupler = iceoryx::join(Medium::Processes, names, Party::Coupler, &parties, ROOM)
         .map_err(|error| caused(error.into()))?;
     let mut tap = match &tape {

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use interface::core::SessionError;
 use interface::message::wire::PointState;
 use interface::transport::domain::Domain;
+use interface::transport::iceoryx::Created;
 use rustix::fs::statvfs;
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use thiserror::Error;
@@ -134,13 +135,43 @@ pub fn look(scene: &Scene) -> Result<(), RoomError> {
     }
 }
 
-/// What has become of shared memory, if that may be why a session has failed so. `made` are the segments that the run's
-/// channels had when they had been created.
-pub fn cause(error: &SessionError, domain: &Domain, made: &[PathBuf]) -> Option<String> {
+/// The segments of a run in shared memory.
+pub struct Segments {
+    /// Those that were there once its channels had been created.
+    found: Vec<PathBuf>,
+    /// Whether that was one for each channel.
+    complete: bool,
+}
+
+impl Segments {
+    /// None yet.
+    pub fn none() -> Self {
+        Self {
+            found: Vec::new(),
+            complete: true,
+        }
+    }
+
+    /// Those of a run whose channels have just been created.
+    pub fn of(domain: &Domain, channels: &Created) -> Self {
+        Self {
+            found: domain.segments(),
+            complete: channels.are_there(domain),
+        }
+    }
+
+    /// Whether nobody has removed one.
+    fn are_there(&self, domain: &Domain) -> bool {
+        self.complete && domain.is_intact(&self.found)
+    }
+}
+
+/// What has become of shared memory, if that may be why a session has failed so.
+pub fn cause(error: &SessionError, domain: &Domain, segments: &Segments) -> Option<String> {
     if !may_be_of_memory(error) {
         return None;
     }
-    if !domain.is_intact(made) {
+    if !segments.are_there(domain) {
         return Some(
             "somebody has removed the run's files from shared memory (systemd does so when a user logs out: `RemoveIPC=no` in logind.conf, or `loginctl enable-linger`)".to_owned(),
         );
@@ -180,7 +211,9 @@ mod tests {
 
     use interface::message::control::{Failure, Party};
     use interface::solver::Refusal;
+    use interface::transport::TransportError;
     use interface::transport::domain::OwnedDomain;
+    use interface::transport::iceoryx::{self, Medium};
 
     use super::*;
 
@@ -216,16 +249,36 @@ mod tests {
             refusal: Refusal::new("dem.bodies", "overlap"),
         };
         let others = [vanished("was killed by signal 9"), refused];
+        let none = Segments::none();
         for error in &of_memory {
-            assert_eq!(cause(error, owned.domain(), &[]), None, "{error}");
+            assert_eq!(cause(error, owned.domain(), &none), None, "{error}");
         }
         fs::remove_dir_all(owned.domain().directory()).unwrap();
         for error in &of_memory {
-            let told = cause(error, owned.domain(), &[]);
+            let told = cause(error, owned.domain(), &none);
             assert!(told.is_some_and(|told| told.contains("removed")), "{error}");
         }
         for error in &others {
-            assert_eq!(cause(error, owned.domain(), &[]), None, "{error}");
+            assert_eq!(cause(error, owned.domain(), &none), None, "{error}");
         }
+    }
+
+    /// Channels exist as long as they are held, so a segment that is not found was removed: also before all were looked for,
+    /// where the coupler said "cannot open it: DoesNotExist" only (`tandem chaos --seed 22 --first 582 --only unlink`).
+    #[test]
+    fn a_segment_that_is_removed_at_once_is_the_cause_too() {
+        let owned = OwnedDomain::create().unwrap();
+        let names = owned.domain();
+        let created =
+            iceoryx::create(Medium::Processes, names, &[Party::Mpm, Party::Dem], false).unwrap();
+        let error = SessionError::from(TransportError::NotHere("mpm/orders"));
+        assert_eq!(cause(&error, names, &Segments::of(names, &created)), None);
+        let segments = names.segments();
+        let of_a_channel = segments
+            .iter()
+            .find(|path| path.extension() == Some("dynamic".as_ref()));
+        fs::remove_file(of_a_channel.expect("one for each channel")).unwrap();
+        let told = cause(&error, names, &Segments::of(names, &created));
+        assert!(told.is_some_and(|told| told.contains("removed")));
     }
 }

@@ -35,16 +35,12 @@ impl ForLaw for PointsWith {
     }
 }
 
-struct SegmentsWith {
-    /// Surface of each point group.
-    surfaces: Vec<u32>,
-    skin: f64,
-}
+struct SegmentsWith(PointsWith);
 
 impl ForLaw for SegmentsWith {
     type Output = Box<dyn PointSide>;
     fn build<L: Law>(self, law: L) -> Self::Output {
-        Box::new(SegmentContacts::new(law, self.surfaces, self.skin))
+        Box::new(SegmentContacts::new(law, self.0.surfaces, self.0.skin))
     }
 }
 
@@ -115,27 +111,16 @@ fn point_side(config: &DemConfig, surfaces_of: &Surfaces) -> Box<dyn PointSide> 
         surfaces: groups.map(|name| surfaces_of.number(name)).collect(),
         skin: config.skin,
     };
-    if config.interface == Interface::Segments {
-        let PointsWith { surfaces, skin } = build;
-        return segment_side(config, surfaces_of, SegmentsWith { surfaces, skin });
-    }
     let law = &config.point_contact;
     let table: Vec<&ContactPair> = config.point_pairs().map(|(_, pair)| pair).collect();
+    if config.interface == Interface::Segments {
+        return with_table(surfaces_of, law, &table, SegmentsWith(build));
+    }
     if table.is_empty() {
         with_law(law, build)
     } else {
         with_table(surfaces_of, law, &table, build)
     }
-}
-
-/// Contact between segments and discs.
-fn segment_side(
-    config: &DemConfig,
-    surfaces: &Surfaces,
-    build: SegmentsWith,
-) -> Box<dyn PointSide> {
-    let table: Vec<&ContactPair> = config.point_pairs().map(|(_, pair)| pair).collect();
-    with_table(surfaces, &config.point_contact, &table, build)
 }
 
 /// Contact between bodies by `law` and the pairs of the table, as the scene measures it.

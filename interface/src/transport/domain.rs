@@ -82,6 +82,14 @@ impl Domain {
         segments_of(&self.id).collect()
     }
 
+    /// How many channels and bells have a segment there: iceoryx2 makes one for each that ends in this.
+    pub(crate) fn services(&self) -> usize {
+        let segments = segments_of(&self.id);
+        segments
+            .filter(|path| path.extension().is_some_and(|end| end == "dynamic"))
+            .count()
+    }
+
     /// Whether the run's directory and these of its segments are still there. Those that there are once its channels have
     /// been created stay until its end, unless somebody else removes them.
     pub fn is_intact(&self, segments: &[PathBuf]) -> bool {

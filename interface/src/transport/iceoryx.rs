@@ -140,6 +140,11 @@ struct Made {
 }
 
 impl Created {
+    /// Whether all of them have their segment in the shared memory of `domain`: nobody has removed one while others were made.
+    pub fn are_there(&self, domain: &Domain) -> bool {
+        domain.services() >= self.0.len()
+    }
+
     /// Channels and bells that `party` has not opened at its end.
     pub fn unopened(&self, party: Party) -> Vec<&str> {
         let not_open = |made: &&Made| {

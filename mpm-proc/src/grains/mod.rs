@@ -106,13 +106,12 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
         let (grains, chunk) = (&mut self.all, self.threads.grain(1));
         self.threads
             .run(|| over_items(chunk, grains, &|g| g.outcome = work(g)));
-        let mut narrowest = Limits::default();
+        let mut limits = Limits::default();
         for grain in &mut self.all {
-            let limits = core::mem::replace(&mut grain.outcome, Ok(Limits::default()))?;
-            narrowest.omega_sq = narrowest.omega_sq.max(limits.omega_sq);
-            narrowest.damping = narrowest.damping.max(limits.damping);
+            let of = core::mem::replace(&mut grain.outcome, Ok(Limits::default()))?;
+            limits = several::narrowest(&limits, &of);
         }
-        Ok(narrowest)
+        Ok(limits)
     }
 
     /// Contact on shared nodes; returns what friction takes, in J/m.

@@ -35,7 +35,7 @@ pub trait Transfer: Copy + Send + Sync + 'static {
 
     /// How much of what its filter finds a transfer of some [`Self::order`] takes from the points' velocities.
     fn filtered_share(&self) -> f64 {
-        1.0
+        0.0
     }
 
     /// Sets a block's velocities aside.
@@ -50,7 +50,7 @@ pub trait Transfer: Copy + Send + Sync + 'static {
         self
     }
 
-    /// The same with another share of PIC, where it has one to choose.
+    /// The same with another share of PIC, where it has a fixed one.
     #[must_use]
     fn with_pic_fraction(self, _fraction: f64) -> Self {
         self
@@ -123,12 +123,50 @@ impl Transfer for Flip {
     }
 }
 
-/// A blend of the two (eq. 28).
+/// A share of what a smoothing finds: the same in every step, or one that grows with the length of the step.
 #[derive(Debug, Clone, Copy)]
-pub struct Blend {
-    /// alpha of eq. 28, from 0 (FLIP) to 1 (PIC).
-    pub pic_fraction: f64,
+pub struct Share {
+    /// In 1/s, if it grows.
+    per_second: Option<f64>,
+    /// Of the step that is made.
+    share: f64,
 }
+
+impl Share {
+    /// The same in every step, from 0 to 1.
+    pub fn fixed(share: f64) -> Self {
+        Self {
+            per_second: None,
+            share,
+        }
+    }
+
+    /// `1 - exp(-r k)` of a kick of `k` s, with `r` in 1/s.
+    pub fn at_rate(per_second: f64) -> Self {
+        Self {
+            per_second: Some(per_second),
+            share: 0.0,
+        }
+    }
+
+    /// For a kick of this length in s.
+    fn over(self, kick: f64) -> Self {
+        let Some(rate) = self.per_second else {
+            return self;
+        };
+        Self {
+            share: -(-rate * kick).exp_m1(),
+            ..self
+        }
+    }
+}
+
+/// A blend of the two (eq. 28): FLIP whose velocities are smoothed by PIC.
+#[derive(Debug, Clone, Copy)]
+pub struct Blend(
+    /// alpha of eq. 28, from 0 (FLIP) to 1 (PIC).
+    pub Share,
+);
 
 impl Transfer for Blend {
     type Affine = ();
@@ -136,11 +174,18 @@ impl Transfer for Blend {
 
     #[inline(always)]
     fn pic_fraction(&self) -> f64 {
-        self.pic_fraction
+        self.0.share
+    }
+
+    fn over(self, kick: f64) -> Self {
+        Self(self.0.over(kick))
     }
 
     fn with_pic_fraction(self, pic_fraction: f64) -> Self {
-        Self { pic_fraction }
+        match self.0.per_second {
+            None => Self(Share::fixed(pic_fraction)),
+            Some(_) => self,
+        }
     }
 }
 
@@ -158,11 +203,34 @@ impl Transfer for Apic {
     }
 }
 
-/// Extended particle in cell of order m (Hammerquist and Nairn 2017).
+/// FLIP with the affine field of APIC, whose velocities are smoothed by APIC.
+#[derive(Debug, Clone, Copy)]
+pub struct Aflip(
+    /// From 0 to 1 (APIC).
+    pub Share,
+);
+
+impl Transfer for Aflip {
+    type Affine = [[Lanes; 2]; 2];
+    const INCREMENT: bool = true;
+
+    #[inline(always)]
+    fn pic_fraction(&self) -> f64 {
+        self.0.share
+    }
+
+    fn over(self, kick: f64) -> Self {
+        Self(self.0.over(kick))
+    }
+}
+
+/// FLIP whose velocities are smoothed by extended particle in cell of order m, XPIC(m) (Hammerquist and Nairn 2017).
 #[derive(Debug, Clone, Copy)]
 pub struct Xpic {
     /// m, at least 1 (which is PIC).
     pub order: u32,
+    /// From 0 (FLIP) to 1 (XPIC).
+    pub share: Share,
 }
 
 /// Velocities set aside while the filter works on what is left of them.
@@ -206,100 +274,8 @@ impl Transfer for Xpic {
         self.order
     }
 
-    fn set_aside(v: &[Lanes; 2], aside: &mut Aside) {
-        aside.v = *v;
-    }
-
-    fn take_from_aside(&self, v: &mut [Lanes; 2], aside: &Aside) {
-        *v = [aside.v[0] - v[0], aside.v[1] - v[1]];
-    }
-}
-
-/// A share that grows with the length of the step.
-#[derive(Debug, Clone, Copy)]
-pub struct Rate {
-    /// In 1/s.
-    per_second: f64,
-    /// Of the step that is made.
-    share: f64,
-}
-
-impl Rate {
-    /// `per_second` in 1/s.
-    pub fn new(per_second: f64) -> Self {
-        let share = 0.0;
-        Self { per_second, share }
-    }
-
-    /// For a kick of this length in s.
-    fn over(self, kick: f64) -> Self {
-        Self {
-            share: -(-self.per_second * kick).exp_m1(),
-            ..self
-        }
-    }
-}
-
-/// FLIP whose velocities are smoothed by PIC at a rate.
-#[derive(Debug, Clone, Copy)]
-pub struct FlipPic(pub Rate);
-
-impl Transfer for FlipPic {
-    type Affine = ();
-    const INCREMENT: bool = true;
-
-    #[inline(always)]
-    fn pic_fraction(&self) -> f64 {
-        self.0.share
-    }
-
-    fn over(self, kick: f64) -> Self {
-        Self(self.0.over(kick))
-    }
-}
-
-/// FLIP with the affine field of APIC, whose velocities are smoothed by APIC at a rate.
-#[derive(Debug, Clone, Copy)]
-pub struct Aflip(pub Rate);
-
-impl Transfer for Aflip {
-    type Affine = [[Lanes; 2]; 2];
-    const INCREMENT: bool = true;
-
-    #[inline(always)]
-    fn pic_fraction(&self) -> f64 {
-        self.0.share
-    }
-
-    fn over(self, kick: f64) -> Self {
-        Self(self.0.over(kick))
-    }
-}
-
-/// FLIP whose velocities are filtered by XPIC of order m at a rate.
-#[derive(Debug, Clone, Copy)]
-pub struct FlipXpic {
-    /// m, at least 1 (which is PIC).
-    pub order: u32,
-    /// How fast.
-    pub rate: Rate,
-}
-
-impl Transfer for FlipXpic {
-    type Affine = Aside;
-    const INCREMENT: bool = true;
-
-    #[inline(always)]
-    fn pic_fraction(&self) -> f64 {
-        0.0
-    }
-
-    fn order(&self) -> u32 {
-        self.order
-    }
-
     fn filtered_share(&self) -> f64 {
-        self.rate.share
+        self.share.share
     }
 
     fn set_aside(v: &[Lanes; 2], aside: &mut Aside) {
@@ -307,13 +283,13 @@ impl Transfer for FlipXpic {
     }
 
     fn take_from_aside(&self, v: &mut [Lanes; 2], aside: &Aside) {
-        let share = splat(self.rate.share);
+        let share = splat(self.share.share);
         *v = [0, 1].map(|a| v[a].mul_neg_add(share, aside.v[a]));
     }
 
     fn over(self, kick: f64) -> Self {
-        let rate = self.rate.over(kick);
-        Self { rate, ..self }
+        let share = self.share.over(kick);
+        Self { share, ..self }
     }
 }
 
@@ -324,11 +300,13 @@ mod tests {
     /// What is left of a mode that is filtered whole does not depend on how the time is cut.
     #[test]
     fn shares_of_a_rate_compose() {
-        let rate = Rate::new(40.0);
+        let rate = Share::at_rate(40.0);
         let kept = |kick: f64| 1.0 - rate.over(kick).share;
         assert!((kept(0.03) - kept(0.01) * kept(0.02)).abs() < 1e-15);
         assert!((kept(0.03) - (-1.2_f64).exp()).abs() < 1e-15);
         assert!(rate.over(0.0).share.abs() < f64::MIN_POSITIVE);
         assert!(rate.over(1e9).share <= 1.0);
+        let fixed = Share::fixed(0.25);
+        assert_eq!(fixed.over(0.1).share.to_bits(), fixed.share.to_bits());
     }
 }

@@ -51,17 +51,15 @@ impl DruckerPrager {
         bulk * self.q_psi / (shear + bulk * self.q_phi * self.q_psi)
     }
 
-    /// Returns a trial stress with this [`Self::mean_by_flow`]. Which surface takes the stress back is decided by the line that halves the corner between them. A return that
-    /// would leave beyond the other surface ends on the corner, which for a cohesionless material is the apex; so
-    /// `tau` never changes its sign.
+    /// Returns a trial stress with this [`Self::mean_by_flow`]. Which surface takes the stress back is decided by the line
+    /// that halves the corner between them. A return that would leave beyond the other surface ends on the corner, which
+    /// for a cohesionless material is the apex; so `tau` never changes its sign.
     #[inline(always)]
     fn return_by(&self, trial: &Stress, flow: Lanes) -> (Stress, Lanes) {
         let Moduli { bulk, shear, .. } = self.moduli;
         let sigma_t = splat(self.sigma_t.min(f64::MAX));
-        let mean = (trial.xx + trial.yy + trial.zz) * splat(1.0 / 3.0);
-        let [x, y, z] = [trial.xx, trial.yy, trial.zz].map(|s| s - mean);
-        let half = splat(0.5) * z.mul_add(z, y.mul_add(y, x * x));
-        let tau = trial.xy.mul_add(trial.xy, half).sqrt();
+        let (mean, deviator) = trial.split();
+        let tau = deviator.shear();
 
         let over = splat(self.q_phi).mul_add(mean, tau - splat(self.k_phi));
         let tau_t = splat(self.k_phi) - splat(self.q_phi) * sigma_t;
@@ -76,13 +74,7 @@ impl DruckerPrager {
 
         let work = new_tau * (tau - new_tau) * splat(1.0 / shear)
             + new_mean * (mean - new_mean) * splat(1.0 / bulk);
-        let stress = Stress {
-            xx: x.mul_add(ratio, new_mean),
-            yy: y.mul_add(ratio, new_mean),
-            zz: z.mul_add(ratio, new_mean),
-            xy: trial.xy * ratio,
-        };
-        (stress, work)
+        (deviator.scaled_about(new_mean, ratio), work)
     }
 }
 

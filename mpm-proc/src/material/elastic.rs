@@ -49,10 +49,8 @@ impl Moduli {
     /// Energy per volume in Pa: `p^2 / 2K + s:s / 4G`. Of Kirchhoff stress it is Hencky's, per initial volume.
     #[inline(always)]
     pub fn energy(&self, stress: &Stress) -> Lanes {
-        let mean = (stress.xx + stress.yy + stress.zz) * splat(1.0 / 3.0);
-        let [x, y, z] = [stress.xx, stress.yy, stress.zz].map(|s| s - mean);
-        let deviator = x * x + y * y + z * z + splat(2.0) * stress.xy * stress.xy;
-        mean * mean * splat(0.5 / self.bulk) + deviator * splat(0.25 / self.shear)
+        let (mean, deviator) = stress.split();
+        mean * mean * splat(0.5 / self.bulk) + deviator.squared() * splat(0.25 / self.shear)
     }
 
     /// Energy stored per initial volume in Pa, of Cauchy stress and volume over the initial one.

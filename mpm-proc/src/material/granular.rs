@@ -77,18 +77,13 @@ impl<G: GrainLaw> Material for Granular<G> {
         let mut open = ZERO; // no lane
         let mut new_gap = gap;
         if self.separates {
-            let before = mean(&trial);
+            let (before, deviator) = trial.split();
             let mean = splat(moduli.bulk) * gap / volume + before;
             open = mean.simd_gt(ZERO);
             // Of an interval in which grains meet only what comes after shears them.
             let meets = gap.simd_gt(ZERO) & !open;
             let after = meets.select(mean / before, splat(1.0));
-            trial = Stress {
-                xx: (trial.xx - before).mul_add(after, mean),
-                yy: (trial.yy - before).mul_add(after, mean),
-                zz: (trial.zz - before).mul_add(after, mean),
-                xy: trial.xy * after,
-            };
+            trial = deviator.scaled_about(mean, after);
             new_gap = open.select(mean * volume * splat(1.0 / moduli.bulk), ZERO);
         }
         let (flowed, work) = self.grains.flow(&trial, volume, share, per_dt);
@@ -124,20 +119,16 @@ impl<G: GrainLaw> Material for Granular<G> {
     }
 }
 
-/// The mean stress in Pa.
-#[inline(always)]
-fn mean(s: &Stress) -> Lanes {
-    (s.xx + s.yy + s.zz) * splat(1.0 / 3.0)
-}
-
 /// `sqrt(s:s/2)` of the difference of the deviators of two stresses in Pa.
 #[inline(always)]
 fn shear_between(a: &Stress, b: &Stress) -> Lanes {
-    let [x, y, z] = [a.xx - b.xx, a.yy - b.yy, a.zz - b.zz];
-    let middle = (x + y + z) * splat(1.0 / 3.0);
-    let [x, y, z, xy] = [x - middle, y - middle, z - middle, a.xy - b.xy];
-    let half = splat(0.5) * z.mul_add(z, y.mul_add(y, x * x));
-    xy.mul_add(xy, half).sqrt()
+    let difference = Stress {
+        xx: a.xx - b.xx,
+        yy: a.yy - b.yy,
+        zz: a.zz - b.zz,
+        xy: a.xy - b.xy,
+    };
+    difference.split().1.shear()
 }
 
 #[cfg(test)]

@@ -67,10 +67,8 @@ impl GrainLaw for MuI {
 
     #[inline(always)]
     fn flow(&self, trial: &Stress, volume: Lanes, _share: Lanes, per_dt: f64) -> (Stress, Lanes) {
-        let mean = (trial.xx + trial.yy + trial.zz) * splat(1.0 / 3.0);
-        let [x, y, z] = [trial.xx, trial.yy, trial.zz].map(|s| s - mean);
-        let half = splat(0.5) * z.mul_add(z, y.mul_add(y, x * x));
-        let tau = trial.xy.mul_add(trial.xy, half).sqrt();
+        let (mean, deviator) = trial.split();
+        let tau = deviator.shear();
         let pressure = (-mean).fast_max(ZERO);
         let [least, most] = self.friction.map(|mu| splat(mu) * pressure);
         let dt = if per_dt > 0.0 { 1.0 / per_dt } else { 0.0 };
@@ -83,13 +81,7 @@ impl GrainLaw for MuI {
         // A deviator of zero stays zero whatever the ratio.
         let ratio = new_tau / tau.fast_max(splat(f64::MIN_POSITIVE));
         let work = new_tau * (tau - new_tau) * splat(1.0 / self.moduli.shear);
-        let stress = Stress {
-            xx: x.mul_add(ratio, mean),
-            yy: y.mul_add(ratio, mean),
-            zz: z.mul_add(ratio, mean),
-            xy: trial.xy * ratio,
-        };
-        (stress, work)
+        (deviator.scaled_about(mean, ratio), work)
     }
 }
 

@@ -18,6 +18,68 @@ pub struct Stress {
     pub xy: Lanes,
 }
 
+impl Stress {
+    /// `sigma_m`, the mean of the normal stresses in Pa.
+    #[inline(always)]
+    pub fn mean(&self) -> Lanes {
+        (self.xx + self.yy + self.zz) * splat(1.0 / 3.0)
+    }
+
+    /// Mean stress and deviator.
+    #[inline(always)]
+    pub fn split(&self) -> (Lanes, Deviator) {
+        let mean = self.mean();
+        let deviator = Deviator {
+            xx: self.xx - mean,
+            yy: self.yy - mean,
+            zz: self.zz - mean,
+            xy: self.xy,
+        };
+        (mean, deviator)
+    }
+}
+
+/// `s = sigma - sigma_m 1` of four points in Pa.
+#[derive(Debug, Clone, Copy)]
+pub struct Deviator {
+    /// `s_xx`.
+    pub xx: Lanes,
+    /// `s_yy`.
+    pub yy: Lanes,
+    /// `s_zz`, out of plane.
+    pub zz: Lanes,
+    /// `s_xy`.
+    pub xy: Lanes,
+}
+
+impl Deviator {
+    /// `tau = sqrt(s:s/2)` in Pa.
+    #[inline(always)]
+    pub fn shear(&self) -> Lanes {
+        let Self { xx, yy, zz, xy } = *self;
+        let half = splat(0.5) * zz.mul_add(zz, yy.mul_add(yy, xx * xx));
+        xy.mul_add(xy, half).sqrt()
+    }
+
+    /// `s:s` in Pa^2.
+    #[inline(always)]
+    pub fn squared(&self) -> Lanes {
+        let Self { xx, yy, zz, xy } = *self;
+        xx * xx + yy * yy + zz * zz + splat(2.0) * xy * xy
+    }
+
+    /// The stress with this mean and `ratio` times this deviator.
+    #[inline(always)]
+    pub fn scaled_about(&self, mean: Lanes, ratio: Lanes) -> Stress {
+        Stress {
+            xx: self.xx.mul_add(ratio, mean),
+            yy: self.yy.mul_add(ratio, mean),
+            zz: self.zz.mul_add(ratio, mean),
+            xy: self.xy * ratio,
+        }
+    }
+}
+
 /// What every material point has.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Point<P> {

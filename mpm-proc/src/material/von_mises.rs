@@ -3,7 +3,7 @@
 
 use super::elastic::Moduli;
 use super::model::Material;
-use super::point::{Deformation, Dissipated, Point, Stress};
+use super::point::{Deformation, Dissipated, Point};
 use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// Von Mises material: `sqrt(3 J_2) = sigma_0 + H alpha` with the equivalent plastic strain `alpha`.
@@ -29,21 +29,15 @@ impl Material for VonMises {
     #[inline(always)]
     fn update(&self, point: &mut Point<Lanes>, by: &Deformation, _per_dt: f64) -> Dissipated {
         let (trial, volume) = self.moduli.trial(&point.stress, point.volume, by);
-        let mean = (trial.xx + trial.yy + trial.zz) * splat(1.0 / 3.0);
-        let [x, y, z] = [trial.xx - mean, trial.yy - mean, trial.zz - mean];
-        let twice_j2 = x * x + y * y + z * z + splat(2.0) * trial.xy * trial.xy;
+        let (mean, deviator) = trial.split();
+        let twice_j2 = deviator.squared();
         let q = (splat(1.5) * twice_j2).sqrt();
         let three_g = splat(3.0 * self.moduli.shear) / volume;
         let strength = splat(self.hardening).mul_add(point.state, splat(self.yield_stress));
         let flow = (q - strength).fast_max(ZERO) / (three_g + splat(self.hardening));
         let new_q = q - three_g * flow;
         let ratio = new_q / q.fast_max(splat(f64::MIN_POSITIVE));
-        point.stress = Stress {
-            xx: x.mul_add(ratio, mean),
-            yy: y.mul_add(ratio, mean),
-            zz: z.mul_add(ratio, mean),
-            xy: trial.xy * ratio,
-        };
+        point.stress = deviator.scaled_about(mean, ratio);
         point.state += flow;
         point.volume = volume;
         Dissipated {

@@ -97,16 +97,23 @@ fn touch<const W: usize, S: Shape<W>, T: Transfer>(
         return Ok(());
     }
     let member = continuum.imps.members[slot];
-    if continuum.imps.markers.is_some() {
-        return touch_marker(continuum, member, &ImpForce { force, stiffness });
-    }
-    let cloud = &continuum.clouds[member.cloud as usize];
+    let of_markers = continuum.imps.markers.is_some();
     if !(force[0].is_finite() && force[1].is_finite() && stiffness.is_finite()) {
+        let first_id = |cloud: u32| continuum.clouds[cloud as usize].first_id;
         return Err(Fault::NotFinite {
             what: "contact force".into(),
-            item: format!("point {}", cloud.first_id + u64::from(member.local)),
+            item: if of_markers {
+                format!("marker {}", member.local)
+            } else {
+                format!("point {}", first_id(member.cloud) + u64::from(member.local))
+            },
         });
     }
+    if of_markers {
+        touch_marker(continuum, member, &ImpForce { force, stiffness });
+        return Ok(());
+    }
+    let cloud = &continuum.clouds[member.cloud as usize];
     let lane = cloud.lane_of[member.local as usize] as usize;
     let tile = cloud.tile_of_lane(lane);
     let place = tile.frame.locate(&cloud.x[lane / LANES], pitch(W));

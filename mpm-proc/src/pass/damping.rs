@@ -14,17 +14,21 @@
 //! Only what the grid sees is damped: a FLIP point keeps the part of its own velocity that its nodes average away. The
 //! momentum taken out counts as applied impulse, the energy as viscous work.
 
+use interface::step::Step;
+
 use crate::kernel::tiles::NODES;
 use crate::kernel::transfer::Transfer;
 use crate::state::nodes::NodeTile;
 use crate::state::stages::Stages;
 
-/// Gives the transfer the share of PIC of the stage at `time` (s), and returns the damping of that stage in 1/s.
-pub fn begin_stage<T: Transfer>(stages: &Stages, transfer: &mut T, time: f64) -> f64 {
+/// Makes the transfer that of a step: with the share of its kick, and of the stage that the step is in. Returns the damping
+/// of that stage in 1/s.
+pub fn begin_stage<T: Transfer>(stages: &Stages, transfer: &mut T, step: &Step) -> f64 {
+    *transfer = transfer.over(step.kick());
     if stages.is_empty() {
         return 0.0;
     }
-    let (damping, pic_fraction) = stages.at(time);
+    let (damping, pic_fraction) = stages.at(step.time);
     *transfer = transfer.with_pic_fraction(pic_fraction);
     damping
 }

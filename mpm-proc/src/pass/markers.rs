@@ -108,25 +108,16 @@ fn lost(markers: &Markers, marker: usize) -> Fault {
 }
 
 /// Spreads the force on the marker of one slot by its weights, if there is any force, or a body near enough to press.
-///
-/// # Errors
-/// [`Fault::NotFinite`].
 pub fn touch_marker<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
     member: Member,
     imp: &ImpForce,
-) -> Result<(), Fault> {
+) {
     let ImpForce { force, stiffness } = *imp;
     let Some(markers) = &mut continuum.imps.markers else {
-        return Ok(());
+        return;
     };
     let marker = member.local as usize;
-    if !(force[0].is_finite() && force[1].is_finite() && stiffness.is_finite()) {
-        return Err(Fault::NotFinite {
-            what: "contact force".into(),
-            item: format!("marker {marker}"),
-        });
-    }
     let shift = markers.shift[marker];
     markers.torque[markers.chain_of[marker] as usize] += shift[0] * force[1] - shift[1] * force[0];
     for &Weight { at, of, share } in &markers.weights[marker * W * W..][..W * W] {
@@ -146,7 +137,6 @@ pub fn touch_marker<const W: usize, S: Shape<W>, T: Transfer>(
         });
     }
     continuum.loaded.push(Loaded { member, stiffness });
-    Ok(())
 }
 
 /// Moves all markers over `dt` (s): those that bodies press on with what the nodes will have of the points' velocities if

@@ -17,9 +17,7 @@ use crate::kernel::shape::{CubicBspline, Linear, QuadraticBspline, Shape, Ugimp}
 use crate::kernel::spread::Spread;
 use crate::kernel::threads::Threads;
 use crate::kernel::tiles::Geometry;
-use crate::kernel::transfer::{
-    Aflip, Apic, Blend, Flip, FlipPic, FlipXpic, Pic, Rate, Transfer, Xpic,
-};
+use crate::kernel::transfer::{Aflip, Apic, Blend, Flip, Pic, Share, Transfer, Xpic};
 use crate::layers::Layers;
 use crate::material::{
     DruckerPrager, Elastic, Fluid, GrainLaw, Granular, Jaumann, Material, Moduli, MohrCoulomb, MuI,
@@ -54,14 +52,14 @@ pub fn build(config: &MpmConfig) -> Result<(Box<dyn Scheme>, Readiness), Refusal
         (ShapeFunction::QuadraticBspline, t) => match t {
             TransferConfig::Apic => parts.build(|_| QuadraticBspline, Apic),
             TransferConfig::Aflip { pic_rate } => {
-                parts.build(|_| QuadraticBspline, Aflip(Rate::new(pic_rate)))
+                parts.build(|_| QuadraticBspline, Aflip(Share::at_rate(pic_rate)))
             }
             _ => parts.with_plain_transfer(|_| QuadraticBspline),
         },
         (ShapeFunction::CubicBspline, t) => match t {
             TransferConfig::Apic => parts.build(|_| CubicBspline, Apic),
             TransferConfig::Aflip { pic_rate } => {
-                parts.build(|_| CubicBspline, Aflip(Rate::new(pic_rate)))
+                parts.build(|_| CubicBspline, Aflip(Share::at_rate(pic_rate)))
             }
             _ => parts.with_plain_transfer(|_| CubicBspline),
         },
@@ -113,17 +111,16 @@ impl<'a> Parts<'a> {
             note_radius(&mut notes, group, config.cell);
             points.push(filled);
         }
-        if !config.layers {
-            refuse_overlap(&config.groups, &points, |_, _| true)?;
-        } else if !config.group_pairs.is_empty() {
-            let touch = |a, b| {
-                config
-                    .group_pairs
-                    .iter()
-                    .any(|p| *p == [a, b] || *p == [b, a])
-            };
-            refuse_overlap(&config.groups, &points, touch)?;
-        }
+        // Layers exchange nothing but by their pairs, so groups without one may overlap.
+        let is_pair = |a, b| {
+            config
+                .group_pairs
+                .iter()
+                .any(|p| [[a, b], [b, a]].contains(p))
+        };
+        refuse_overlap(&config.groups, &points, |a, b| {
+            !config.layers || is_pair(a, b)
+        })?;
         let half_width = points
             .iter()
             .map(|p| p.sides.map(|s| 0.5 * s / config.cell));
@@ -153,12 +150,19 @@ impl<'a> Parts<'a> {
         match self.transfer() {
             TransferConfig::Pic => self.build(shape, Pic),
             TransferConfig::Flip => self.build(shape, Flip),
-            TransferConfig::Blend { pic_fraction } => self.build(shape, Blend { pic_fraction }),
-            TransferConfig::Xpic { order } => self.build(shape, Xpic { order }),
-            TransferConfig::FlipPic { pic_rate } => self.build(shape, FlipPic(Rate::new(pic_rate))),
+            TransferConfig::Blend { pic_fraction } => {
+                self.build(shape, Blend(Share::fixed(pic_fraction)))
+            }
+            TransferConfig::FlipPic { pic_rate } => {
+                self.build(shape, Blend(Share::at_rate(pic_rate)))
+            }
+            TransferConfig::Xpic { order } => {
+                let share = Share::fixed(1.0);
+                self.build(shape, Xpic { order, share })
+            }
             TransferConfig::FlipXpic { order, pic_rate } => {
-                let rate = Rate::new(pic_rate);
-                self.build(shape, FlipXpic { order, rate })
+                let share = Share::at_rate(pic_rate);
+                self.build(shape, Xpic { order, share })
             }
             TransferConfig::Apic | TransferConfig::Aflip { .. } => {
                 unreachable!("built for the shapes that it goes with")
