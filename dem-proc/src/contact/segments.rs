@@ -9,6 +9,8 @@
 //! An evaluation commits nothing: `next` and `positions` are taken over by [`PointSide::commit`]. The list of segments near each
 //! disc does not change what comes out, so it is made where it is needed, and is not saved.
 
+use core::ops::Range;
+
 use interface::Vec2;
 use interface::message::wire::{ContactState, ImpForce, ImpInfo, ImpState};
 use interface::solver::Refusal;
@@ -154,37 +156,48 @@ impl<L: Law> SegmentContacts<L> {
         Some(Foot { slots, s: held.s }.of(&self.positions))
     }
 
+    /// Contacts of the last step of a disc, in [`Self::held`].
+    fn held_by(&self, near: &Near) -> Range<usize> {
+        let of = |h: &Held<L::History>| (h.body, h.part);
+        let disc = (near.body, near.part);
+        let first = self.held.partition_point(|h| of(h) < disc);
+        first..first + self.held[first..].partition_point(|h| of(h) == disc)
+    }
+
     /// For each extremum of a disc the contact of the last step that it goes on from, if any: that of the same kind nearest to
-    /// it, within the way that a foot goes in a step; else what its stretch of the chain goes on from.
-    fn predecessors(&self, near: &Near, found: &[Extremum]) -> Vec<Option<usize>> {
-        let of_disc = |h: &&Held<L::History>| (h.body, h.part) == (near.body, near.part);
-        let first = self
-            .held
-            .partition_point(|h| (h.body, h.part) < (near.body, near.part));
-        let olds: Vec<(usize, Vec2)> = (first..)
-            .zip(self.held[first..].iter().take_while(of_disc))
-            .filter_map(|(k, held)| Some((k, self.place(held)?)))
+    /// it, within the way that a foot goes in a step; else what its stretch of the chain goes on from. One that does not press
+    /// only ends what nobody else goes on from.
+    fn predecessors(&self, bodies: &Bodies, near: &Near, found: &[Extremum]) -> Vec<Option<usize>> {
+        let olds: Vec<(usize, Vec2)> = self
+            .held_by(near)
+            .filter_map(|k| Some((k, self.place(&self.held[k])?)))
             .collect();
-        let nearest = |e: &Extremum, same_kind: bool, within: f64| {
-            let group = |slot: u32| self.set[slot as usize].group;
-            let own = group(e.foot.slots[0]);
+        let nearest = |e: &Extremum, taken: &[Option<usize>]| {
+            let info = self.set[e.foot.slots[0] as usize];
             let fits = |k: usize| {
                 let held = &self.held[k];
                 let slot = self.set.binary_search_by_key(&held.ids[0], |info| info.id);
-                let same = slot.is_ok_and(|slot| self.set[slot].group == own);
-                same && (!same_kind || held.least == e.least)
+                let same = slot.is_ok_and(|slot| self.set[slot].group == info.group);
+                same && held.least == e.least && !taken.contains(&Some(k))
             };
             let far = |at: &Vec2| (at - e.point).norm();
-            let olds = olds.iter().filter(|(k, at)| fits(*k) && far(at) <= within);
+            let olds = olds.iter();
+            let olds = olds.filter(|(k, at)| fits(*k) && far(at) <= info.radius);
             olds.min_by(|a, b| far(&a.1).total_cmp(&far(&b.1)))
                 .map(|(k, _)| *k)
         };
-        let mut before: Vec<Option<usize>> = found
+        let presses: Vec<bool> = found
             .iter()
-            .map(|e| nearest(e, true, self.set[e.foot.slots[0] as usize].radius))
+            .map(|e| self.overlap(bodies, near, e) > 0.0)
+            .collect();
+        let pressing = found.iter().zip(&presses);
+        let mut before: Vec<Option<usize>> = pressing
+            .map(|(e, presses)| presses.then(|| nearest(e, &[])).flatten())
             .collect();
         for (i, e) in found.iter().enumerate() {
-            if before[i].is_none() {
+            if !presses[i] {
+                before[i] = nearest(e, &before);
+            } else if before[i].is_none() {
                 // What has just come apart of another contact of its stretch.
                 let mut others = found.iter().zip(&before);
                 let of_stretch = others.find_map(|(o, k)| k.filter(|_| o.stretch == e.stretch));
@@ -192,6 +205,52 @@ impl<L: Law> SegmentContacts<L> {
             }
         }
         before
+    }
+
+    /// Overlap of a disc with the chain at an extremum in m.
+    fn overlap(&self, bodies: &Bodies, near: &Near, e: &Extremum) -> f64 {
+        let own = self.set[e.foot.slots[0] as usize].radius;
+        bodies.radius_at(near.body as usize, near.part) + own - e.distance
+    }
+
+    /// Adds what becomes of the energy of springs across where contacts of a disc end, and where several go on from one: friction
+    /// takes what nobody goes on from, and gives what is counted twice. A maximum counts less than nothing, so a minimum and a
+    /// maximum that come together take nothing of one, but for what they have slipped apart.
+    fn add_ended(
+        &self,
+        bodies: &Bodies,
+        near: &Near,
+        found: &[Extremum],
+        before: &[Option<usize>],
+        sums: &mut Sums,
+    ) {
+        let counts = |least: bool| if least { 1 } else { -1 };
+        for k in self.held_by(near) {
+            let held = &self.held[k];
+            let heirs = found.iter().zip(before).filter(|(_, b)| **b == Some(k));
+            let go_on: i32 = heirs.map(|(e, _)| counts(e.least)).sum();
+            let ended = counts(held.least) - go_on;
+            // Markers leave the set where no disc is near, so those of a contact that pressed are there.
+            let slot = self.set.binary_search_by_key(&held.ids[0], |info| info.id);
+            if let (1.. | ..=-1, Ok(slot)) = (ended, slot) {
+                let constants = self.law.pair(&self.mates(bodies, near, slot));
+                let loss = self
+                    .law
+                    .separate(&constants, &Touch::default(), &held.history);
+                sums.add_loss(f64::from(ended), loss);
+            }
+        }
+    }
+
+    /// A disc and the marker of a slot.
+    fn mates(&self, bodies: &Bodies, near: &Near, slot: usize) -> Mates {
+        let (info, body) = (&self.set[slot], near.body as usize);
+        let of_group = self.surfaces.get(info.group as usize).copied().unwrap_or(0);
+        Mates {
+            mass: 1.0 / (1.0 / info.mass + bodies.state[body].inverse_mass),
+            radius: bodies.radius_at(body, near.part), // on a flat
+            surfaces: [of_group, bodies.properties[body].surface],
+        }
     }
 
     /// What two surfaces have moved relative to one another at a foot, along the normal and across.
@@ -238,8 +297,7 @@ impl<L: Law> SegmentContacts<L> {
         } = *on;
         let body = near.body as usize;
         let info = &self.set[e.foot.slots[0] as usize];
-        let of_disc = bodies.radius_at(body, near.part);
-        let overlap = of_disc + info.radius - e.distance;
+        let overlap = self.overlap(bodies, near, e);
         let rigid = &bodies.frames[body];
         let normal = (e.point - bodies.outline_of(body)[near.part as usize]) / e.distance;
         let tangent = Vec2::new(-normal.y, normal.x);
@@ -252,14 +310,9 @@ impl<L: Law> SegmentContacts<L> {
         if L::MOTION {
             self.motion(bodies, states, (body, past), (e, normal, r), &mut touch);
         }
-        let mass = 1.0 / (1.0 / info.mass + bodies.state[body].inverse_mass);
-        let of_group = self.surfaces.get(info.group as usize).copied().unwrap_or(0);
-        let constants = self.law.pair(&Mates {
-            mass,
-            radius: of_disc, // on a flat
-            surfaces: [of_group, bodies.properties[body].surface],
-        });
-        to.sums.lightest = to.sums.lightest.min(mass);
+        let mates = self.mates(bodies, near, e.foot.slots[0] as usize);
+        let constants = self.law.pair(&mates);
+        to.sums.lightest = to.sums.lightest.min(mates.mass);
         let k = self.law.stiffness(&constants, overlap + closing);
         if e.least || e.alone {
             let way = 0.5 * info.radius;
@@ -357,7 +410,8 @@ impl<L: Law> SegmentContacts<L> {
             }
         }
         found.retain(|e| e.outside && e.distance > 0.0);
-        let before = self.predecessors(near, found);
+        let before = self.predecessors(on.bodies, near, found);
+        self.add_ended(on.bodies, near, found, &before, &mut to.sums);
         for (e, before) in found.iter().zip(before) {
             next.extend(self.press(on, near, e, before, to));
         }
