@@ -229,6 +229,7 @@ scenes! {
     wave_1d: "chen2023/wave_1d",
     rings: "chen2023/rings",
     hertz_discs: "chen2023/hertz_discs",
+    dam_break: "chen2023/dam_break",
     topple: "chen2023/topple",
     slide_slope: "chen2023/slide_slope",
     pile: "chen2023/pile",
