@@ -244,6 +244,7 @@ scenes! {
     column_collapse: "verification/column_collapse",
     periodic_shear: "verification/periodic_shear",
     infinite_slope: "verification/infinite_slope",
+    silo_flat: "verification/silo_flat",
     transfer_damping: "verification/transfer_damping",
     bagnold: "verification/bagnold",
     shear_cell: "verification/shear_cell",

@@ -453,6 +453,7 @@ fn model() -> impl Strategy<Value = MaterialModel> {
                     inertial_number: cohesion,
                     grain_diameter: tension,
                     grain_density: tension,
+                    volume_rate: cohesion,
                 }),
                 _ => MaterialModel::VonMises {
                     bulk_modulus,

@@ -75,9 +75,24 @@ fn what_a_continuum_is_asked_for_besides_is_told_by_its_key() {
         critical_state: Some(CriticalState::Volume(1.1)),
         separates: true,
     });
+    config.materials.push(interface::config::MaterialConfig {
+        name: "beads".into(),
+        density: 1.0,
+        model: MaterialModel::MuI(interface::config::material::Inertial {
+            bulk_modulus: 1.0,
+            shear_modulus: 1.0,
+            static_friction: 0.4,
+            limit_friction: 0.6,
+            inertial_number: 0.3,
+            grain_diameter: 1.0,
+            grain_density: 1.0,
+            volume_rate: 1.0,
+        }),
+    });
     let needs = config.needs();
     let told = said(&needs);
     for need in [
+        ("feature:volume_rate", "mpm.materials[1].model", 1),
         ("feature:critical_state", "mpm.materials[0].model", 1),
         ("feature:separates", "mpm.materials[0].model", 1),
         ("layers", "mpm.layers", 1),

@@ -6,8 +6,8 @@
 
 use super::fault::{ConfigFault, Faults};
 use super::{
-    ContactForceScheme, Drift, Fill, GridContact, GroupConfig, Lattice, MaterialModel, MpmConfig,
-    Plane, ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
+    ContactForceScheme, Drift, Fill, GridContact, GroupConfig, Lattice, MaterialConfig,
+    MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing, StressUpdate, Transfer, Wall,
 };
 
 /// Most cells along an axis of the domain: tiles of eight cells are numbered with 29 bits. Cells without points take no
@@ -141,6 +141,14 @@ impl MpmConfig {
         {
             let help = "usl is unstable with grid_contact and shape = \"ugimp\"; another way out is a B-spline";
             found.add("mpm.stress_update", "\"usl\"", "\"usf\"", help);
+        }
+        let shares =
+            |m: &MaterialConfig| matches!(&m.model, MaterialModel::MuI(m) if m.volume_rate > 0.0);
+        if self.stress_update != StressUpdate::Usf && self.materials.iter().any(shares) {
+            let help =
+                "volume_rate mixes volumes into the strain where the stress is updated first";
+            let wrong = format!("{:?}", self.stress_update).to_lowercase();
+            found.add("mpm.stress_update", format!("\"{wrong}\""), "\"usf\"", help);
         }
         if self.drift == Drift::Mapped && Drift::of_scheme(self) == Drift::Nodal {
             let help = if self.stress_update == StressUpdate::Usl {

@@ -133,6 +133,11 @@ pub struct Inertial {
     pub grain_diameter: f64,
     /// rho_s in kg/m^3, of the grains themselves.
     pub grain_density: f64,
+    /// Rate in 1/s at which points take the mean volume of those around them, and at a hundredth of it that which there is room
+    /// for. Flows that shear on and on need it; 0: not at all.
+    #[serde(default, skip_serializing_if = "is_default")]
+    #[schemars(skip_serializing_if = "never")]
+    pub volume_rate: f64,
 }
 
 /// A number of a material that cannot be.
@@ -246,6 +251,12 @@ impl MaterialModel {
                     ("inertial_number", number, number > 0.0, "a number above 0"),
                     ("grain_diameter", d, d > 0.0, "a length above 0"),
                     ("grain_density", rho, rho > 0.0, "a density above 0"),
+                    (
+                        "volume_rate",
+                        m.volume_rate,
+                        m.volume_rate >= 0.0,
+                        "a rate of 0 or more",
+                    ),
                 ]
             }
             _ => Vec::new(),
@@ -387,12 +398,14 @@ mod tests {
             inertial_number: 0.0,
             grain_diameter: -1.0,
             grain_density: f64::NAN,
+            volume_rate: -1.0,
         };
         let expected = [
             "limit_friction",
             "inertial_number",
             "grain_diameter",
             "grain_density",
+            "volume_rate",
         ];
         assert_eq!(keys(MaterialModel::MuI(beads)), expected);
         let metal = MaterialModel::VonMises {

@@ -120,17 +120,24 @@ impl MpmConfig {
 impl MpmConfig {
     /// What is asked of a frictional material besides its yield surface.
     fn needs_of_sand(&self) -> impl Iterator<Item = Need> {
-        type Asks = fn(&Frictional) -> bool;
-        let features: [(&str, Asks); 2] = [
-            ("critical_state", |m| m.critical_state.is_some()),
-            ("separates", |m| m.separates),
-        ];
-        let asks = |asks: Asks| {
-            move |material: &MaterialConfig| match &material.model {
+        type Asks = fn(&MaterialModel) -> bool;
+        fn of_strength(model: &MaterialModel, asks: fn(&Frictional) -> bool) -> bool {
+            match model {
                 MaterialModel::DruckerPrager(m) | MaterialModel::MohrCoulomb(m) => asks(m),
                 _ => false,
             }
-        };
+        }
+        let features: [(&str, Asks); 3] = [
+            ("critical_state", |m| {
+                of_strength(m, |m| m.critical_state.is_some())
+            }),
+            ("separates", |m| of_strength(m, |m| m.separates)),
+            (
+                "volume_rate",
+                |m| matches!(m, MaterialModel::MuI(m) if m.volume_rate > 0.0),
+            ),
+        ];
+        let asks = |asks: Asks| move |material: &MaterialConfig| asks(&material.model);
         features.into_iter().filter_map(move |(feature, of)| {
             let places = self.materials.iter().filter(|m| asks(of)(m)).count();
             let first = self.materials.iter().position(asks(of))?;

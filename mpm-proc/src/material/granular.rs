@@ -41,6 +41,8 @@ pub struct Granular<G> {
     pub critical: Option<CriticalState>,
     /// Whether it opens.
     pub separates: bool,
+    /// Rate in 1/s at which points share their volumes; 0: each has its own.
+    pub volume_rate: f64,
 }
 
 impl<G: GrainLaw> Granular<G> {
@@ -110,6 +112,10 @@ impl<G: GrainLaw> Material for Granular<G> {
         moduli.stiffness(&point.stress, point.volume) * splat(1.0 / moduli.density)
     }
 
+    fn volume_rate(&self) -> f64 {
+        self.volume_rate
+    }
+
     fn elastic_energy(&self, point: &Point<[Lanes; 2]>) -> Lanes {
         self.grains.moduli().stored(&point.stress, point.volume)
     }
@@ -155,6 +161,7 @@ mod tests {
             grains: DruckerPrager::new(1500.0, &NUMBERS),
             critical,
             separates: true,
+            volume_rate: 0.0,
         }
     }
 
@@ -165,6 +172,7 @@ mod tests {
             grains,
             critical: None,
             separates: true,
+            volume_rate: 0.0,
         };
         let mut path = Path::new(model);
         path.stretch([-1e-3, -1e-3], 10);

@@ -108,6 +108,11 @@ pub trait Material: Copy + Send + Sync + 'static {
         0.0
     }
 
+    /// Rate in 1/s at which points share their volumes ([`crate::pass::volumes`]); 0: each has its own.
+    fn volume_rate(&self) -> f64 {
+        0.0
+    }
+
     /// Elastic energy per initial volume in Pa.
     fn elastic_energy(&self, point: &Point<Self::State>) -> Lanes;
 

@@ -99,6 +99,7 @@ mod tests {
                 grains: MuI::SAMPLE,
                 critical: None,
                 separates: true,
+                volume_rate: 0.0,
             };
             let mut path = Path::new(model);
             path.stretch([-2e-3, -2e-3], 10);

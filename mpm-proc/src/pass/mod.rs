@@ -22,4 +22,5 @@ pub mod spin;
 pub mod stress;
 pub mod stress_schemes;
 pub mod update_grid;
+pub mod volumes;
 pub mod xpic;

@@ -1,9 +1,11 @@
 //! Strain and spin rate, stress, and internal force (Jiang 2020 eqs. 13 and 21 to 25): one pass over the points.
 
+use super::volumes::{shares, swelling};
 use crate::kernel::lanes::{Lanes, ZERO, largest, splat, sum};
+use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerBlock, PerTile, over_tiles};
-use crate::kernel::tiles::{Place, pitch};
+use crate::kernel::tiles::{Frame, Place, pitch};
 use crate::kernel::transfer::Transfer;
 use crate::kernel::window::{NO_VECTORS, VectorWindow, fill_window, gather_row, scatter_row};
 use crate::material::{Deformation, Dissipated, Material, Point, power};
@@ -11,6 +13,7 @@ use crate::state::constitutive::{
     MaterialPoints, PositionsAt, StressPass, StressReport, UpdateStress, Velocity,
 };
 use crate::state::continuum::Continuum;
+use crate::state::volumes::VolumeNodes;
 
 /// Updates the stress of all points over `dt` (s) if `strain`, and sums their internal forces if `load`.
 pub fn stress_pass<const W: usize, S: Shape<W>, T: Transfer>(
@@ -24,6 +27,8 @@ pub fn stress_pass<const W: usize, S: Shape<W>, T: Transfer>(
     let (clouds, grid) = (&mut continuum.clouds, &continuum.grid);
     continuum.threads.run(|| {
         for cloud in clouds {
+            let rate = cloud.material.volume_rate();
+            let volumes = strain && rate > 0.0;
             cloud.material.update(StressPass {
                 grain,
                 shape: cloud.shape,
@@ -33,6 +38,7 @@ pub fn stress_pass<const W: usize, S: Shape<W>, T: Transfer>(
                 tiles: &cloud.tiles,
                 x: &cloud.x,
                 nodes: &grid.tiles,
+                volumes: volumes.then(|| (&grid.volumes[..], shares(rate, dt))),
                 velocity,
                 positions_at,
                 strain,
@@ -66,6 +72,7 @@ fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
         tiles,
         x,
         nodes,
+        volumes,
         velocity,
         positions_at,
         strain,
@@ -91,6 +98,7 @@ fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
                 Velocity::Before => &t.before,
                 Velocity::After => &t.after,
             });
+            memory.take_ratios::<W>(volumes.map(|(nodes, _)| nodes), tile);
             let force = &mut force.items[0];
             if loads {
                 force.0.fill(0.0);
@@ -103,13 +111,14 @@ fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
             for (batch, (points, x)) in batches.enumerate() {
                 let live = |b: usize| tile.live(batch * BATCH + b);
                 if strain {
-                    for (x, by) in x.iter().zip(&mut memory.by).take(points.len()) {
-                        let place = tile.frame.locate(x, pitch);
-                        let gradient = deformation(&memory.velocity, &place, &shape, scale);
-                        *by = gradient.in_the_middle(half);
-                    }
+                    memory.strains(&tile.frame, &shape, &x[..points.len()], (scale, half));
+                    let swell = volumes.map(|(_, shares)| {
+                        memory.swellings(&tile.frame, &shape, (points, x), shares);
+                        memory.swell
+                    });
                     for (b, (point, by)) in points.iter_mut().zip(&memory.by).enumerate() {
-                        lost.strain(model, point, by, per_dt, live(b));
+                        let more = swell.map(|swell| swell[b]);
+                        lost.strain(model, point, (by, more), per_dt, live(b));
                     }
                 }
                 for point in points.iter() {
@@ -137,13 +146,55 @@ const BATCH: usize = 8;
 struct Memory {
     velocity: VectorWindow,
     by: [Deformation; BATCH],
+    ratio: VectorWindow,
+    swell: [Lanes; BATCH],
 }
 
 impl Memory {
+    /// The volumes at the nodes around a tile, where there are any.
+    fn take_ratios<const W: usize>(&mut self, nodes: Option<&[VolumeNodes]>, tile: &Tile) {
+        if let Some(nodes) = nodes {
+            fill_window::<W, _>(&mut self.ratio, nodes, tile, |t| &t.ratio);
+        }
+    }
+
+    /// The deformations of the points of a batch, at their positions.
+    #[inline(always)]
+    fn strains<const W: usize, S: Shape<W>>(
+        &mut self,
+        frame: &Frame,
+        shape: &S,
+        x: &[[Lanes; 2]],
+        (scale, half): (Lanes, Lanes),
+    ) {
+        for (x, by) in x.iter().zip(&mut self.by) {
+            let place = frame.locate(x, pitch(W));
+            let gradient = deformation(&self.velocity, &place, shape, scale);
+            *by = gradient.in_the_middle(half);
+        }
+    }
+
+    /// What is to be added to `ln J` of the points of a batch, at their positions.
+    #[inline(always)]
+    fn swellings<const W: usize, S: Shape<W>, P>(
+        &mut self,
+        frame: &Frame,
+        shape: &S,
+        (points, x): (&[Point<P>], &[[Lanes; 2]]),
+        shares: [f64; 2],
+    ) {
+        for (swell, (point, x)) in self.swell.iter_mut().zip(points.iter().zip(x)) {
+            let place = frame.locate(x, pitch(W));
+            *swell = swelling(&self.ratio, &place, shape, point.volume, shares);
+        }
+    }
+
     fn new() -> Self {
         Self {
             velocity: NO_VECTORS,
             by: [Deformation::NOTHING; BATCH],
+            ratio: NO_VECTORS,
+            swell: [ZERO; BATCH],
         }
     }
 }
@@ -158,18 +209,37 @@ struct Losses {
 }
 
 impl Losses {
-    /// Updates four points and counts what that takes.
+    /// Updates four points and counts what that takes, and what a swelling of `ln J` besides gives as viscous work: it may be
+    /// less than nothing.
     #[inline(always)]
     fn strain<M: Material>(
         &mut self,
         model: &M,
         point: &mut Point<M::State>,
-        by: &Deformation,
+        (by, swell): (&Deformation, Option<Lanes>),
         per_dt: f64,
         live: Lanes,
     ) {
         let before = point.volume * power(&point.stress, by);
-        let dissipated = model.update(point, by, per_dt);
+        let dissipated = match swell {
+            None => model.update(point, by, per_dt),
+            Some(swell) => {
+                let half = splat(0.5) * swell;
+                let swollen = Deformation {
+                    xx: by.xx + half,
+                    yy: by.yy + half,
+                    ..*by
+                };
+                let pressed = |point: &Point<M::State>| {
+                    point.volume * (point.stress.xx + point.stress.yy) * half
+                };
+                let before = pressed(point);
+                let dissipated = model.update(point, &swollen, per_dt);
+                let given = splat(0.5) * (before + pressed(point));
+                self.viscous = live.mul_neg_add(given, self.viscous);
+                dissipated
+            }
+        };
         let after = point.volume * power(&point.stress, by);
         self.count::<M>(&dissipated, before + after, live);
     }

@@ -6,6 +6,7 @@ use super::grid_to_points::transfer_pass;
 use super::measure::book_stress_ahead;
 use super::points_to_grid::points_to_grid;
 use super::stress::stress_pass;
+use super::volumes::map_volumes;
 use crate::kernel::point_tile::Which;
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::Transfer;
@@ -27,6 +28,7 @@ pub fn update_stress_first<const W: usize, S: Shape<W>, T: Transfer>(
         Some(_) => PositionsAt::End,
         None => PositionsAt::Start, // as when it was strained
     };
+    map_volumes(continuum);
     let by = (Velocity::Before, positions_at);
     stress_pass(
         continuum,

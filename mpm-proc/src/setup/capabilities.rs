@@ -55,7 +55,14 @@ const TAKES: [(&str, &[&str]); 11] = [
     ("lattice", &["grid", "outline"]),
     (
         "feature",
-        &["fields", "probes", "holds", "critical_state", "separates"],
+        &[
+            "fields",
+            "probes",
+            "holds",
+            "critical_state",
+            "separates",
+            "volume_rate",
+        ],
     ),
 ];
 
@@ -124,9 +131,16 @@ mod tests {
             ("lattice", variants::<Lattice>()),
             (
                 "feature",
-                ["fields", "probes", "holds", "critical_state", "separates"]
-                    .map(ToOwned::to_owned)
-                    .into(),
+                [
+                    "fields",
+                    "probes",
+                    "holds",
+                    "critical_state",
+                    "separates",
+                    "volume_rate",
+                ]
+                .map(ToOwned::to_owned)
+                .into(),
             ),
         ];
         assert_eq!(known.len(), TAKES.len());

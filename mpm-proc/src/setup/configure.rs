@@ -394,6 +394,7 @@ fn constitutive<const W: usize, S: Shape<W>>(
                 grains: MuI::new(density, &m),
                 critical: None,
                 separates: true,
+                volume_rate: m.volume_rate,
             };
             points(model, blocks)
         }
@@ -443,6 +444,7 @@ fn sand<const W: usize, S: Shape<W>, G: GrainLaw + Material>(
         grains,
         critical: numbers.critical_state,
         separates: numbers.separates,
+        volume_rate: 0.0,
     };
     points(model, blocks)
 }

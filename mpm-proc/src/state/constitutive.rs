@@ -6,6 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use super::nodes::NodeTile;
 use super::saved::{Bytes, refusal};
+use super::volumes::VolumeNodes;
 use crate::kernel::blocks::{LaneCopy, Sources, reorder};
 use crate::kernel::lanes::{LANES, Lanes, largest, splat, sum};
 use crate::kernel::point_tile::Tile;
@@ -60,6 +61,8 @@ pub struct StressPass<'a, const W: usize, S: Shape<W>> {
     pub x: &'a [[Lanes; 2]],
     /// Node tiles.
     pub nodes: &'a [NodeTile],
+    /// Volumes at the nodes, where the material asks for them, and the shares of them ([`crate::pass::volumes`]).
+    pub volumes: Option<(&'a [VolumeNodes], [f64; 2])>,
     /// Which velocities of the nodes strain the points.
     pub velocity: Velocity,
     /// To which end of the interval `x_p` belongs.
@@ -111,6 +114,12 @@ pub trait Constitutive<const W: usize, S: Shape<W>>: UpdateStress<W, S> + Send +
 
     /// `stiffness_over_density` of the undeformed material in m^2/s^2.
     fn initial_stiffness(&self) -> f64;
+
+    /// `volume_rate` of the model in 1/s.
+    fn volume_rate(&self) -> f64;
+
+    /// Volumes over the initial ones of the points of a block.
+    fn volumes(&self, block: usize) -> Lanes;
 
     /// Bytes of memory in use.
     fn bytes(&self) -> usize;
@@ -197,6 +206,14 @@ impl<const W: usize, S: Shape<W>, M: Material> Constitutive<W, S> for MaterialPo
 
     fn initial_stiffness(&self) -> f64 {
         largest(self.model.stiffness_over_density(&self.model.initial()))
+    }
+
+    fn volume_rate(&self) -> f64 {
+        self.model.volume_rate()
+    }
+
+    fn volumes(&self, block: usize) -> Lanes {
+        self.points[block].volume
     }
 
     fn bytes(&self) -> usize {

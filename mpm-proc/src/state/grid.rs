@@ -3,6 +3,7 @@
 use super::images::Images;
 use super::nodes::{ALL_NODES, ContactNodes, MappedTile, NodeTile, Overlap, WallBooks};
 use super::points::Cloud;
+use super::volumes::VolumeNodes;
 use super::walls::WallNodes;
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::{Geometry, NODES, TILE, first_node, runs};
@@ -23,6 +24,8 @@ pub struct Grid {
     pub contact: Vec<ContactNodes>,
     /// Velocities of the points mapped between two steps, for each node tile; empty where no pass needs them.
     pub mapped: Vec<MappedTile>,
+    /// Volumes of points at the nodes of each tile; empty where no material asks for them.
+    pub volumes: Vec<VolumeNodes>,
     /// Nodes that are images of others.
     pub images: Images,
     /// Windows of the clouds' tiles over the node tiles, node tile by node tile.
@@ -39,6 +42,7 @@ impl Grid {
             tiles: Vec::new(),
             contact: Vec::new(),
             mapped: Vec::new(),
+            volumes: Vec::new(),
             images: Images::default(),
             overlaps: Vec::new(),
         }
@@ -130,6 +134,7 @@ impl Grid {
             tiles: _,    // laid out under the points' tiles; what they hold is of one step
             contact,     // zero again before it is used
             mapped: _,   // made by the pass that needs them
+            volumes: _,  // of one step
             images: _,   // found among the tiles; what they hold is of one step
             overlaps: _, // laid out with the tiles
         } = self;

@@ -16,4 +16,5 @@ pub mod point_set;
 pub mod points;
 pub mod saved;
 pub mod stages;
+pub mod volumes;
 pub mod walls;

@@ -22,6 +22,7 @@ mod saved;
 mod selection;
 mod spin;
 mod torn;
+mod volumes;
 
 use interface::config::{
     Fill, GroupConfig, MaterialConfig, MaterialModel, MpmConfig, Plane, ShapeFunction, Spacing,

@@ -254,6 +254,7 @@ fn models() -> [MaterialModel; 9] {
             inertial_number: 0.3,
             grain_diameter: 1e-3,
             grain_density: 2500.0,
+            volume_rate: 500.0,
         }),
     ]
 }

@@ -1,0 +1,153 @@
+//! Volumes of points that agree with one another and with the room there is, for materials that ask for it.
+//!
+//! A point's volume follows the divergence of the nodes' velocity at the point alone. Points have more volumes than nodes have
+//! velocities, so most of a noise in them makes no force, and nothing takes it back; and under long shear the sum of the volumes
+//! parts from the room that the points take, since each is strained where it is and not over its box (Brackbill 1988 has the
+//! first, Steffen, Kirby and Berzins 2008 the second as an error of quadrature). Grains that bear no tension make it worse: a
+//! point with too much volume is open and bears nothing, so that others bear all.
+//!
+//! Two things are therefore mixed into the strain of every step, as the averaged dilation of F-bar methods is (for material points:
+//! Mast, Mackenzie-Helnwein, Arduino, Miller and Shin 2012): at the rate `r` of the material the difference of `ln J` to its mean
+//! over the nodes,
+//!
+//! ```text
+//! J_I = sum_p V_p S_Ip / sum_p V_p0 S_Ip,   J_p -> sum_I S_Ip J_I,
+//! ```
+//!
+//! which keeps the sum of the volumes, and at a hundredth of it the difference to what there is room for, `J_I A_I / sum_p V_p S_Ip`
+//! of the room `A_I` of the node, where points fill more than four fifths of it. Below that there is a surface, whose place no node
+//! knows. That the density should be that of the grid is Baumgarten and Kamrin's (2023), who move points for it. Rates, as in
+//! [`crate::kernel::transfer`], so that steps of any length do the same in a second.
+
+use crate::kernel::lanes::{Lanes, ZERO, splat};
+use crate::kernel::shape::Shape;
+use crate::kernel::threads::{PerTile, over_items, over_tiles};
+use crate::kernel::tiles::{NODES, Place, first_node, node, pitch};
+use crate::kernel::transfer::Transfer;
+use crate::kernel::window::{VectorWindow, add_window, gather_row, scatter_row};
+use crate::state::continuum::Continuum;
+use crate::state::volumes::{VolumeNodes, room};
+
+/// Rate of the second mixture over that of the first.
+const ROOM: f64 = 0.01;
+/// Share of a node's room above which points fill it.
+const FILLED: f64 = 0.8;
+
+/// The shares of an interval of `dt` (s) at this rate (1/s): of the mean volume, and of the room.
+pub fn shares(rate: f64, dt: f64) -> [f64; 2] {
+    [rate, ROOM * rate].map(|rate| -(-rate * dt).exp_m1())
+}
+
+/// Fills [`crate::state::grid::Grid::volumes`] where a material asks for it, else does nothing. It uses the windows of the
+/// internal forces, which are summed afterwards.
+pub fn map_volumes<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
+    if continuum
+        .clouds
+        .iter()
+        .all(|c| c.material.volume_rate() <= 0.0)
+    {
+        return;
+    }
+    let grain = continuum.grain();
+    let (clouds, grid) = (&mut continuum.clouds, &mut continuum.grid);
+    grid.volumes = (0..grid.tiles.len()).map(VolumeNodes::of).collect();
+    continuum.threads.run(|| {
+        for cloud in clouds.iter_mut().filter(|c| c.material.volume_rate() > 0.0) {
+            let (shape, x, material, volume) =
+                (cloud.shape, &cloud.x, &*cloud.material, cloud.volume);
+            let share = PerTile::one(&mut cloud.force[..]);
+            over_tiles(grain, &cloud.tiles, share, || (), &|tile, window, ()| {
+                let window = &mut window.items[0];
+                window.0.fill(0.0);
+                for b in 0..tile.blocks {
+                    let block = tile.first + b;
+                    let place = tile.frame.locate(&x[block], pitch(W));
+                    let initial = splat(volume) * tile.live(b);
+                    add_volumes(
+                        window,
+                        &place,
+                        &shape,
+                        [initial, initial * material.volumes(block)],
+                    );
+                }
+            });
+        }
+        let (clouds, tiles, overlaps) = (&*clouds, &grid.tiles, &grid.overlaps);
+        over_items(grain, &mut grid.volumes, &|nodes: &mut VolumeNodes| {
+            nodes.sum = [[0.0; 2]; NODES];
+            for o in tiles[nodes.tile].overlapping(overlaps) {
+                let cloud = &clouds[o.cloud as usize];
+                if cloud.material.volume_rate() > 0.0 {
+                    add_window::<W, 2>(&mut nodes.sum, &cloud.force[o.tile as usize].0, o.run);
+                }
+            }
+        });
+    });
+    for image in &grid.images.0 {
+        let ([from, n], [to, m]) = (
+            [image.at.tile, image.at.node],
+            [image.of.tile, image.of.node],
+        );
+        let own = grid.volumes[from as usize].sum[n as usize];
+        let sum = &mut grid.volumes[to as usize].sum[m as usize];
+        *sum = [sum[0] + own[0], sum[1] + own[1]];
+    }
+    for nodes in &mut grid.volumes {
+        let origin = first_node(grid.tiles[nodes.tile].at);
+        for n in 0..NODES {
+            let [initial, now] = nodes.sum[n];
+            let room = room(&grid.walls, node(origin, n)) * grid.geometry.cell.powi(2);
+            let mean = if initial > 0.0 { now / initial } else { 1.0 };
+            let fits = if now > FILLED * room {
+                room / initial
+            } else {
+                mean
+            };
+            nodes.ratio[n] = [mean, fits];
+        }
+    }
+    for image in &grid.images.0 {
+        let of = grid.volumes[image.of.tile as usize].ratio[image.of.node as usize];
+        grid.volumes[image.at.tile as usize].ratio[image.at.node as usize] = of;
+    }
+}
+
+/// Adds two numbers of each of four points to the nodes, by their weights.
+#[inline(always)]
+fn add_volumes<const W: usize, S: Shape<W>>(
+    window: &mut VectorWindow,
+    place: &Place,
+    shape: &S,
+    numbers: [Lanes; 2],
+) {
+    let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
+    for j in 0..W {
+        let across = numbers.map(|n| s[1][j] * n);
+        let mut row = [[ZERO; 2]; W];
+        for i in 0..W {
+            row[i] = across.map(|n| s[0][i] * n);
+        }
+        scatter_row(window, place, j, &row);
+    }
+}
+
+/// What is to be added to `ln J` of four points of this volume over the initial one, by the nodes' `ratio`.
+#[inline(always)]
+pub fn swelling<const W: usize, S: Shape<W>>(
+    ratio: &VectorWindow,
+    place: &Place,
+    shape: &S,
+    volume: Lanes,
+    [of_mean, of_room]: [f64; 2],
+) -> Lanes {
+    let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
+    let (mut mean, mut fits) = (ZERO, ZERO);
+    for j in 0..W {
+        for (i, node) in gather_row::<W>(ratio, place, j).iter().enumerate() {
+            let weight = s[0][i] * s[1][j];
+            mean = weight.mul_add(node[0], mean);
+            fits = weight.mul_add(node[1], fits);
+        }
+    }
+    splat(of_room).mul_add((fits / mean).ln(), splat(of_mean) * (mean / volume).ln())
+}
