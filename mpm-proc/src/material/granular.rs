@@ -24,6 +24,9 @@ use crate::kernel::lanes::{Lanes, ZERO, splat};
 
 /// How grains that touch flow.
 pub trait GrainLaw: Copy + Send + Sync + 'static {
+    /// Whether points may share their volumes ([`Granular::volume_rate`]).
+    const SHARES_VOLUMES: bool = false;
+
     /// The elastic part.
     fn moduli(&self) -> &Moduli;
 
@@ -65,6 +68,7 @@ impl<G: GrainLaw> Material for Granular<G> {
     /// Gap, and plastic shear strain.
     type State = [Lanes; 2];
     const DISSIPATES: bool = true;
+    const SHARES_VOLUMES: bool = G::SHARES_VOLUMES;
 
     fn initial(&self) -> Point<[Lanes; 2]> {
         Point::unstressed([ZERO; 2])

@@ -76,6 +76,9 @@ pub trait Material: Copy + Send + Sync + 'static {
     /// Whether [`Self::update`] can dissipate anything.
     const DISSIPATES: bool;
 
+    /// Whether [`Self::volume_rate`] can be other than 0: what the loops of all others leave out.
+    const SHARES_VOLUMES: bool = false;
+
     /// The state of unstressed points.
     fn initial(&self) -> Point<Self::State>;
 

@@ -61,6 +61,8 @@ impl MuI {
 }
 
 impl GrainLaw for MuI {
+    const SHARES_VOLUMES: bool = true;
+
     fn moduli(&self) -> &Moduli {
         &self.moduli
     }

@@ -80,6 +80,7 @@ fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
         force,
         reports,
     } = pass;
+    let volumes = volumes.filter(|_| M::SHARES_VOLUMES);
     let scale = splat(dt * per_cell);
     let per_dt = if dt > 0.0 { 1.0 / dt } else { 0.0 };
     let half = splat(match positions_at {

@@ -50,7 +50,9 @@ pub fn map_volumes<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Con
     }
     let grain = continuum.grain();
     let (clouds, grid) = (&mut continuum.clouds, &mut continuum.grid);
-    grid.volumes = (0..grid.tiles.len()).map(VolumeNodes::of).collect();
+    grid.volumes.clear();
+    let tiles = 0..grid.tiles.len();
+    grid.volumes.extend(tiles.map(VolumeNodes::of));
     continuum.threads.run(|| {
         for cloud in clouds.iter_mut().filter(|c| c.material.volume_rate() > 0.0) {
             let (shape, x, material, volume) =

@@ -13,7 +13,7 @@ use crate::state::walls::WallNodes;
 
 const CELL: f64 = 2e-3;
 const HEIGHT: f64 = 8.0 * CELL;
-const GRAVITY: [f64; 2] = [4.2452276, -8.8442241];
+const GRAVITY: [f64; 2] = [4.245_227_6, -8.844_224_1];
 
 /// Speed of the surface of Bagnold's flow of the layer in m/s (scenes/verification/bagnold.toml).
 fn surface_speed() -> f64 {
@@ -69,7 +69,6 @@ fn layer(volume_rate: f64) -> MpmConfig {
             pressed,
             format!("{x}*max({HEIGHT} - y, 0)"),
         ]),
-        ..InitialFields::default()
     };
     config
 }
