@@ -32,6 +32,7 @@ use crate::run::launch::Processes;
 use crate::run::options::{RunOptions, Solvers};
 use crate::run::pace::{Collapsed, Epoch};
 use crate::run::pause::Pauses;
+use crate::run::room::{REMOVED, Reach};
 use crate::run::stability::{Bound, Budgets, Sides, Stability};
 use crate::scene::{Scene, unmet};
 
@@ -61,6 +62,8 @@ pub(crate) struct Run<'a> {
     pauses: Pauses,
     /// What the run may have to wait for.
     pub(crate) disk: Disk,
+    /// Through which solvers that are processes arrive.
+    pub(crate) reach: Option<Reach>,
     /// Where everything that crosses is noted.
     pub(crate) tape: Option<Tape>,
     parties: Vec<Party>,
@@ -174,6 +177,7 @@ impl<'a> Run<'a> {
             processes: Processes::new(dir.clone(), options.screen.clone()),
             pauses: Pauses::new(options.patience),
             disk: Disk::default(),
+            reach: None,
             tape: None,
             parties,
             history,
@@ -643,6 +647,13 @@ impl Supervisor for Run<'_> {
     /// Before the first step there is nothing to drain yet, so an interrupt ends the session. Later it ends in order, but
     /// not with a solver that something has stopped (D16).
     fn interrupted(&mut self, arriving: bool) -> Option<Stop> {
+        if arriving && self.reach.as_mut().is_some_and(Reach::is_lost) {
+            self.failure = Some(RunError::SharedMemory {
+                error: SessionError::Aborted("the solvers cannot be reached".into()),
+                cause: REMOVED.into(),
+            });
+            return Some(Stop(REMOVED.into()));
+        }
         if !self.options.interrupt.load(Ordering::Relaxed) {
             return None;
         }

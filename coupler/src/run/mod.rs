@@ -53,7 +53,7 @@ use crate::run::disk::Disk;
 use crate::run::failure::RunError;
 use crate::run::lead::Run;
 pub use crate::run::options::{RunOptions, Solvers};
-use crate::run::room::Segments;
+use crate::run::room::{Reach, Segments};
 use crate::scene::Scene;
 
 /// What a run has come to.
@@ -211,6 +211,7 @@ fn processes(
     let channels = iceoryx::create(Medium::Processes, names, &parties, tape.is_some())
         .map_err(|error| told(error.into(), &Segments::none()))?;
     let segments = Segments::of(names, &channels);
+    run.reach = Some(Reach::new(names.clone(), segments.clone()));
     let caused = |error| told(error, &segments);
     let coupler = iceoryx::join(Medium::Processes, names, Party::Coupler, &parties, ROOM)
         .map_err(|error| caused(error.into()))?;

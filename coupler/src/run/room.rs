@@ -3,6 +3,8 @@
 
 use std::fmt::{self, Display};
 use std::path::PathBuf;
+use std::thread;
+use std::time::{Duration, Instant};
 
 use interface::core::SessionError;
 use interface::message::wire::PointState;
@@ -135,7 +137,18 @@ pub fn look(scene: &Scene) -> Result<(), RoomError> {
     }
 }
 
+/// Time between two looks at shared memory while solvers arrive.
+const LOOK: Duration = Duration::from_millis(250);
+
+/// In which all files of a run are removed, once somebody has begun.
+const MOMENT: Duration = Duration::from_millis(100);
+
+/// What the user is told of files that are gone.
+pub const REMOVED: &str = "somebody has removed the run's files from shared memory (systemd does so when a user logs out: \
+                           `RemoveIPC=no` in logind.conf, or `loginctl enable-linger`)";
+
 /// The segments of a run in shared memory.
+#[derive(Clone)]
 pub struct Segments {
     /// Those that were there once its channels had been created.
     found: Vec<PathBuf>,
@@ -166,15 +179,47 @@ impl Segments {
     }
 }
 
+/// The shared memory of a run whose solvers are still to be reached through it.
+pub struct Reach {
+    domain: Domain,
+    segments: Segments,
+    looked: Option<Instant>,
+}
+
+impl Reach {
+    /// Of a run with these segments.
+    pub fn new(domain: Domain, segments: Segments) -> Self {
+        Self {
+            domain,
+            segments,
+            looked: None,
+        }
+    }
+
+    /// Looks now and then; whether somebody has removed what a solver may still have to open. Nobody would hear of it: what is
+    /// sent is there, and the solver waits for it.
+    pub fn is_lost(&mut self) -> bool {
+        if self.looked.is_some_and(|at| at.elapsed() < LOOK) {
+            return false;
+        }
+        self.looked = Some(Instant::now());
+        !self.segments.are_there(&self.domain)
+    }
+}
+
 /// What has become of shared memory, if that may be why a session has failed so.
 pub fn cause(error: &SessionError, domain: &Domain, segments: &Segments) -> Option<String> {
     if !may_be_of_memory(error) {
         return None;
     }
-    if !segments.are_there(domain) {
-        return Some(
-            "somebody has removed the run's files from shared memory (systemd does so when a user logs out: `RemoveIPC=no` in logind.conf, or `loginctl enable-linger`)".to_owned(),
-        );
+    // Who removes them may be about it: the first that is missed can be the end of a run.
+    let are_gone = || !segments.are_there(domain);
+    let are_going = || {
+        thread::sleep(MOMENT);
+        are_gone()
+    };
+    if are_gone() || are_going() {
+        return Some(REMOVED.to_owned());
     }
     let free = there()?;
     let full = free < FULL || is_bus_error(error);
@@ -277,7 +322,12 @@ mod tests {
         let of_a_channel = segments
             .iter()
             .find(|path| path.extension() == Some("dynamic".as_ref()));
+        let mut reach = Reach::new(names.clone(), Segments::of(names, &created));
+        assert!(!reach.is_lost());
         fs::remove_file(of_a_channel.expect("one for each channel")).unwrap();
+        assert!(!reach.is_lost(), "not yet looked again");
+        reach.looked = None;
+        assert!(reach.is_lost());
         let told = cause(&error, names, &Segments::of(names, &created));
         assert!(told.is_some_and(|told| told.contains("removed")));
     }

@@ -114,8 +114,7 @@ fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
                 if strain {
                     memory.strains(&tile.frame, &shape, &x[..points.len()], (scale, half));
                     let swell = volumes.map(|(_, shares)| {
-                        memory.swellings(&tile.frame, &shape, (points, x), shares);
-                        memory.swell
+                        memory.swellings(&tile.frame, &shape, (points, x), shares)
                     });
                     for (b, (point, by)) in points.iter_mut().zip(&memory.by).enumerate() {
                         let more = swell.map(|swell| swell[b]);
@@ -148,7 +147,6 @@ struct Memory {
     velocity: VectorWindow,
     by: [Deformation; BATCH],
     ratio: VectorWindow,
-    swell: [Lanes; BATCH],
 }
 
 impl Memory {
@@ -178,16 +176,18 @@ impl Memory {
     /// What is to be added to `ln J` of the points of a batch, at their positions.
     #[inline(always)]
     fn swellings<const W: usize, S: Shape<W>, P>(
-        &mut self,
+        &self,
         frame: &Frame,
         shape: &S,
         (points, x): (&[Point<P>], &[[Lanes; 2]]),
         shares: [f64; 2],
-    ) {
-        for (swell, (point, x)) in self.swell.iter_mut().zip(points.iter().zip(x)) {
+    ) -> [Lanes; BATCH] {
+        let mut swell = [ZERO; BATCH];
+        for (swell, (point, x)) in swell.iter_mut().zip(points.iter().zip(x)) {
             let place = frame.locate(x, pitch(W));
             *swell = swelling(&self.ratio, &place, shape, point.volume, shares);
         }
+        swell
     }
 
     fn new() -> Self {
@@ -195,7 +195,6 @@ impl Memory {
             velocity: NO_VECTORS,
             by: [Deformation::NOTHING; BATCH],
             ratio: NO_VECTORS,
-            swell: [ZERO; BATCH],
         }
     }
 }

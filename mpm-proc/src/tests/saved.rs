@@ -392,6 +392,7 @@ fn covering() -> Vec<(String, MpmConfig)> {
                     config.contact_force = ContactForceScheme::Point;
                 }
                 surround(&mut config, n / 2);
+                share_volumes_with_usf_only(&mut config);
                 config.threads = 1 + n % 2;
                 if Mpm::new().configure(&config).is_ok() {
                     let name = format!("{n}: {shape:?} {transfer:?} {update:?} {model:?}");
@@ -405,6 +406,15 @@ fn covering() -> Vec<(String, MpmConfig)> {
         }
     }
     cases
+}
+
+/// The other updates of the stress refuse a `volume_rate`.
+fn share_volumes_with_usf_only(config: &mut MpmConfig) {
+    if let MaterialModel::MuI(grains) = &mut config.materials[0].model
+        && config.stress_update != StressUpdate::Usf
+    {
+        grains.volume_rate = 0.0;
+    }
 }
 
 #[test]
@@ -444,6 +454,7 @@ fn every_model_goes_on_in_every_surrounding() {
                 ContactForceScheme::NearestNodes,
             ][(m + 2 * around) % 3];
             surround(&mut config, around);
+            share_volumes_with_usf_only(&mut config);
             config.threads = 1 + n % 2;
             goes_on(&format!("{model:?}, surrounding {around}"), &config);
         }
