@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 """`jiang2020/granular_matrix` at the paper's cell, all three contents of fines: force on the bar, and what the walls have seen.
 
-    docs/results/granular_matrix.py target/release/tandem [--contents fines_low,fines_middle,fines_high] [--as-it-stands] [--runs DIR]
+    docs/results/granular_matrix.py target/release/tandem [--contents fines_low,fines_middle,fines_high] [--as-it-stands]
+        [--container-stiffness 6e7] [--runs DIR]
 
 Fines separate and their dilation ends at 1.05 of their volume (docs/results/sand.md), or, with --as-it-stands, dilate for ever as the
 paper has it. Prints the rows of the table of docs/results/jiang2020.md. A run took 134 to 447 s of CPU time on 22 November 2026; one
@@ -22,10 +23,11 @@ LAW = "mpm.material.0.model.drucker_prager"
 ENDS = [1, 2, 4, 6, 7, 8, 9, 10, 11]  # of the centimetres of the table
 
 
-def scene(folder):
+def scene(folder, container):
     file = folder / "full.toml"
     if not file.exists():
-        text = subprocess.run([sys.executable, SCENE, "--cell", "0.0035", "--spacing", "0.002"], capture_output=True, text=True, check=True).stdout
+        words = ["--cell", "0.0035", "--spacing", "0.002", *(["--container-stiffness", container] if container else [])]
+        text = subprocess.run([sys.executable, SCENE, *words], capture_output=True, text=True, check=True).stdout
         # The settlement's clearance of the walls, row by row.
         column = ('[[output.column]]\nname = "clearance"\nunit = "m"\nvalue = "min(points.fines.ymin, min(points.fines.xmin, '
                   '0.61 - points.fines.xmax))"\n\n')
@@ -64,12 +66,14 @@ def main():
     parser.add_argument("tandem", type=pathlib.Path)
     parser.add_argument("--contents", default="fines_low,fines_middle,fines_high")
     parser.add_argument("--as-it-stands", action="store_true")
+    parser.add_argument("--container-stiffness", help="N/m, between fines and container; 6e6 as of all contacts by default")
     parser.add_argument("--runs", type=pathlib.Path, default=ROOT / "target/results/runs/granular_matrix")
     arguments = parser.parse_args()
-    folder = arguments.runs / ("as_it_stands" if arguments.as_it_stands else "critical")
+    stiff = f"_{arguments.container_stiffness}" if arguments.container_stiffness else ""
+    folder = arguments.runs / (("as_it_stands" if arguments.as_it_stands else "critical") + stiff)
     folder.mkdir(parents=True, exist_ok=True)
     keys = [] if arguments.as_it_stands else [f"{LAW}.separates=true", f"{LAW}.critical_state={{ volume = 1.05 }}"]
-    file = scene(folder)
+    file = scene(folder, arguments.container_stiffness)
     print(f"| content | {' | '.join(f'{end} cm' for end in ENDS)} | ends at | least clearance of walls | least step |")
     print("| --- |" + " --- |" * (len(ENDS) + 3))
     for content in arguments.contents.split(","):

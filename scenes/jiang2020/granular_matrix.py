@@ -79,6 +79,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--cell", type=float, default=0.01, help="m")
     parser.add_argument("--spacing", type=float, default=0.005, help="of the fines' points, m")
+    parser.add_argument("--container-stiffness", type=float, help="normal stiffness between fines and container, N/m; that of all contacts by default")
     args = parser.parse_args()
     bodies = list(pentagons())
     contents = fines(bodies, args.spacing)
@@ -86,7 +87,10 @@ def main():
     low = 0.5 * (SIDE - cells * args.cell)
     high = low + cells * args.cell
     radius = 0.5 * args.spacing
-    print(HEAD.format(cell=args.cell, low=low, high=high, spacing=args.spacing, radius=radius,
+    head = HEAD
+    if args.container_stiffness:
+        head = head.replace('motion = "fixed"', 'motion = "fixed"\nsurface = "container"')
+    print(head.format(cell=args.cell, low=low, high=high, spacing=args.spacing, radius=radius,
                       positions=listed(contents["fines_middle"]), counts=", ".join(
                           f"{name} {len(c)}, {100 * 1500 * len(c) * args.spacing ** 2 / solid(bodies):.1f} %"
                           for name, c in contents.items())), end="")
@@ -94,6 +98,10 @@ def main():
         print(f'\n[[dem.body]]\nname = "grain{k}"\nshape.polygon = {{ vertices = {listed(pentagon)} }}\n'
               f"sphero_radius = {SPHERO}\ndensity = 2200.0\nposition = [{x}, {y}]")
     print(TAIL, end="")
+    if args.container_stiffness:
+        k = args.container_stiffness
+        print(f'\n[[contact_pair]]\nbetween = ["fines", "container"]\n'
+              f"law.linear = {{ normal_stiffness = {k:g}, tangential_stiffness = {k / 20:g}, friction = 0.2 }}")
     for name, positions in contents.items():
         if name == "fines_middle":
             continue
