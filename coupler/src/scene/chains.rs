@@ -39,6 +39,10 @@ pub(super) fn chains(
     }
 }
 
+/// Most markers of a chain: a hundred times what runs in an hour.
+const MARKERS_LIMIT: usize = 1_000_000;
+const COARSER: &str = "a chain as fine as the cells shows what the grid can";
+
 /// Where the markers are, in m, and whether the last is followed by the first.
 fn markers(
     problems: &mut Problems,
@@ -68,16 +72,17 @@ fn markers(
     let radius = group.contact_radius;
     let shift = chain.shift.or(radius);
     let shift = shift.unwrap_or_else(|| group.default_contact_radius(cell));
-    let outline = match &group.fill {
+    let polygon = match &group.fill {
         Fill::Disc { center, radius } => {
-            return match radius - shift {
-                r if r > 0.0 && shift.is_finite() => (circle(*center, r, spacing), true),
-                r => refuse(
-                    "shift",
-                    format!("the circle shrinks to a radius of {r} m"),
-                    "",
-                ),
-            };
+            let r = radius - shift;
+            if !(r > 0.0 && shift.is_finite()) {
+                let what = format!("the circle shrinks to a radius of {r} m");
+                return refuse("shift", what, "");
+            }
+            if parts(TAU * r, spacing) > MARKERS_LIMIT {
+                return refuse("spacing", too_many(spacing), COARSER);
+            }
+            return (circle(*center, r, spacing), true);
         }
         Fill::Rectangle { lower, upper } => {
             vec![*lower, [upper[0], lower[1]], *upper, [lower[0], upper[1]]]
@@ -88,7 +93,10 @@ fn markers(
             return refuse("points", what, "write the markers as `through`");
         }
     };
-    match shrunk(&outline, shift) {
+    match shrunk(&polygon, shift) {
+        Some(outline) if parts(perimeter(&outline), spacing) > MARKERS_LIMIT => {
+            refuse("spacing", too_many(spacing), COARSER)
+        }
         Some(outline) => (cut(&outline, spacing), true),
         None => refuse(
             "shift",
@@ -96,6 +104,10 @@ fn markers(
             "",
         ),
     }
+}
+
+fn too_many(spacing: f64) -> String {
+    format!("markers {spacing} m apart are more than {MARKERS_LIMIT}")
 }
 
 fn circle(center: [f64; 2], radius: f64, spacing: f64) -> Vec<[f64; 2]> {
@@ -147,6 +159,12 @@ fn shrunk(outline: &[[f64; 2]], shift: f64) -> Option<Vec<[f64; 2]>> {
         was[0] * is[0] + was[1] * is[1] > 0.0
     };
     (0..n).all(keeps).then_some(moved)
+}
+
+fn perimeter(outline: &[[f64; 2]]) -> f64 {
+    let next = outline.iter().cycle().skip(1);
+    let edges = outline.iter().zip(next);
+    edges.map(|(a, b)| (b[0] - a[0]).hypot(b[1] - a[1])).sum()
 }
 
 /// The outline with its edges cut into parts of at most `spacing`, each edge into equal ones.
