@@ -4,9 +4,11 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Duration;
 
+use coupler::run::checkpoint::branch::Branch;
 use coupler::run::room;
 use coupler::scene::{Scene, SceneFile, refused};
 use interface::config::{DemConfig, MpmConfig};
+use interface::message::control::Party;
 use interface::message::wire::ImpForce;
 use interface::solver::{DemSolver, Fault, MpmSolver};
 use interface::step::Step;
@@ -41,7 +43,7 @@ pub fn check(args: &CheckArgs) -> ExitCode {
             let which = variant.map_or(String::new(), |name| format!(", variant {name}"));
             if let Err(reason) = loaded
                 .map_err(|errors| errors.to_string())
-                .and_then(|scene| valid(&scene, path, &which))
+                .and_then(|scene| valid(scene, path, &which))
             {
                 complain(reason);
                 code = ExitCode::from(BAD_INPUT);
@@ -52,8 +54,15 @@ pub fn check(args: &CheckArgs) -> ExitCode {
 }
 
 /// Says that a scene is valid, if it is.
-fn valid(scene: &Scene, path: &Path, which: &str) -> Result<(), String> {
-    start(scene)?;
+fn valid(mut scene: Scene, path: &Path, which: &str) -> Result<(), String> {
+    match begins_with(&mut scene)? {
+        Beginning::Scene => start(&scene)?,
+        Beginning::Run(branch) => go_on(&scene, &branch)?,
+        Beginning::Missing(run) => say(format_args!(
+            "warning: {}: `start.from` is not looked at: there is no {run} yet",
+            path.display()
+        )),
+    }
     for warning in &scene.warnings {
         say(format_args!("warning: {}: {warning}", path.display()));
     }
@@ -71,10 +80,15 @@ pub fn plan(args: &PlanArgs) -> ExitCode {
         .scene
         .load()
         .map_err(|errors| errors.to_string())
-        .and_then(|scene| {
+        .and_then(|mut scene| {
             say(scene.plan());
             say(format_args!("  shared   {}", room::in_words(&scene)));
-            start(&scene)?;
+            match begins_with(&mut scene)? {
+                Beginning::Scene => start(&scene)?,
+                Beginning::Run(branch) => go_on(&scene, &branch)?,
+                // The cost says that there is none.
+                Beginning::Missing(_) => {}
+            }
             say_cost(&scene, args);
             Ok(())
         });
@@ -103,12 +117,62 @@ fn say_cost(scene: &Scene, args: &PlanArgs) {
     }
 }
 
+/// What a run of a scene begins with.
+enum Beginning {
+    /// With what the scene describes.
+    Scene,
+    /// With the state of another run.
+    Run(Box<Branch>),
+    /// With that of a run which is not there yet.
+    Missing(String),
+}
+
+/// What a run of `scene` would begin with, which is noted in the scene.
+///
+/// # Errors
+/// Why it cannot begin with the run that it names.
+fn begins_with(scene: &mut Scene) -> Result<Beginning, String> {
+    if let Some(start) = scene.start.as_ref().filter(|start| !start.run.exists()) {
+        return Ok(Beginning::Missing(start.run.display().to_string()));
+    }
+    let branch = Branch::find(scene).map_err(|errors| errors.to_string())?;
+    Ok(branch.map_or(Beginning::Scene, |branch| Beginning::Run(branch.into())))
+}
+
+/// Lets the built-in solvers take the scene and the state that it begins with.
+///
+/// # Errors
+/// Why no run would come to its first step.
+fn go_on(scene: &Scene, branch: &Branch) -> Result<(), String> {
+    let refused = |refusal| refused(scene, &refusal).to_string();
+    let (mpm, dem) = configured(scene)?;
+    if let (Some(mut mpm), Some(saved)) = (mpm, branch.saved(Party::Mpm)) {
+        mpm.restore(saved).map_err(refused)?;
+    }
+    if let (Some(mut dem), Some(saved)) = (dem, branch.saved(Party::Dem)) {
+        dem.restore(saved).map_err(refused)?;
+    }
+    Ok(())
+}
+
 /// Lets the built-in solvers take the scene and do the opening step of a run, in which nothing moves: so a check refuses
 /// what a run would, from the same code. A solver of another program is not asked.
 ///
 /// # Errors
 /// Why no run would come to its first step.
 fn start(scene: &Scene) -> Result<(), String> {
+    opening_step(configured(scene)?)
+        .map_err(|fault| format!("error: at the start of a run {fault}"))
+}
+
+/// The solvers of a scene; `None` for a side that it lacks or that another program computes.
+type Solvers = (Option<Box<dyn MpmSolver>>, Option<Box<dyn DemSolver>>);
+
+/// The built-in solvers that `scene` uses, which have taken it.
+///
+/// # Errors
+/// Why they do not take it.
+fn configured(scene: &Scene) -> Result<Solvers, String> {
     let refused = |refusal| refused(scene, &refusal).to_string();
     let ours = |config: &MpmConfig| {
         let mut mpm = solvers::mpm();
@@ -121,15 +185,11 @@ fn start(scene: &Scene) -> Result<(), String> {
         dem.configure(config).map(|_| dem).map_err(refused)
     };
     let dem = scene.dem.as_ref().filter(|_| scene.solvers.dem.is_none());
-    let dem = dem.map(ours).transpose()?;
-    opening_step(mpm, dem).map_err(|fault| format!("error: at the start of a run {fault}"))
+    Ok((mpm, dem.map(ours).transpose()?))
 }
 
 /// The order of PROTOCOL.md for one step of length zero.
-fn opening_step(
-    mpm: Option<Box<dyn MpmSolver>>,
-    dem: Option<Box<dyn DemSolver>>,
-) -> Result<(), Fault> {
+fn opening_step((mpm, dem): Solvers) -> Result<(), Fault> {
     let step = Step {
         index: 0,
         time: 0.0,

@@ -308,6 +308,27 @@ fn what_may_not_change_is_refused_by_its_key_with_both_values() {
 }
 
 #[test]
+fn a_check_looks_at_the_run_that_a_scene_begins_with() {
+    let place = Place::new();
+    let scene = filled(&place);
+    let check = |command: &str, from: &str, set: &str| {
+        let from = format!("start.from={}", place.path(from).display());
+        let end = "time.end=0.3";
+        let arguments = [command, &scene, "--set", &from, "--set", end, "--set", set];
+        place.start(&arguments).end()
+    };
+    // The disc has sunk onto the sand: what the scene describes is not what is begun with.
+    check("check", "fill", "time.max_step=1e-4").expect(0);
+    for command in ["check", "plan"] {
+        check(command, "fill", "mpm.cell=0.01")
+            .expect(2)
+            .says(&["`mpm.cell` is 0.01", "it is 0.02"]);
+    }
+    let said = check("check", "nowhere", "time.max_step=1e-4").expect(0);
+    assert!(said.stdout.contains("`start.from` is not looked at"));
+}
+
+#[test]
 fn what_cannot_be_begun_with_is_refused_with_the_reason() {
     let place = Place::new();
     let scene = filled(&place);

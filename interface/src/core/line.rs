@@ -8,7 +8,7 @@ use std::time::Duration;
 use super::check;
 use super::error::{PATIENCE_WITH_WAITERS, SessionError, broken};
 use super::event::{Action, Done, Event, Task, Wait};
-use super::pieces::{Incoming, Mark, Outgoing};
+use super::pieces::{Incoming, Mark, Outgoing, solver_part};
 use crate::config::capability::Capabilities;
 use crate::message::codec::{decode, encode};
 use crate::message::control::{Configure, Failure, Hello, Notice, Order, PROTOCOL, Party, Ready};
@@ -207,8 +207,7 @@ impl Line {
 
     /// The solver's part of the state to restore.
     pub(crate) fn restored(&self) -> &[u8] {
-        let whole = self.restored.as_deref().unwrap_or_default();
-        whole.get(Mark::BYTES..).unwrap_or_default()
+        solver_part(self.restored.as_deref().unwrap_or_default())
     }
 
     /// The present step.

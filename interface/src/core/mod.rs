@@ -24,3 +24,4 @@ pub use error::SessionError;
 pub(crate) use error::broken;
 pub use event::{Action, Done, Event, Task, Wait};
 pub use machine::Machine;
+pub use pieces::solver_part;

@@ -126,6 +126,11 @@ impl Mark {
     }
 }
 
+/// The solver's own part of a saved state, which follows the machine's.
+pub fn solver_part(saved: &[u8]) -> &[u8] {
+    saved.get(Mark::BYTES..).unwrap_or_default()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,5 +1,8 @@
 //! A scene that begins with the state of another run.
 
+use interface::core::solver_part;
+use interface::message::control::Party;
+
 use super::file::{self, About, Checkpoint, CheckpointError};
 use crate::record::rundir::SCENE;
 use crate::run::pace::Pace;
@@ -70,6 +73,13 @@ impl Branch {
             begin,
             checkpoint,
         }))
+    }
+
+    /// What the solver of `party` has saved there.
+    pub fn saved(&self, party: Party) -> Option<&[u8]> {
+        let mut solvers = self.checkpoint.solvers.iter();
+        let (_, saved) = solvers.find(|(of, _)| *of == party)?;
+        Some(solver_part(saved))
     }
 
     /// Of what it is.
