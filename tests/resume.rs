@@ -4,7 +4,8 @@
 //!
 //!     TANDEM_TABLE=docs/results/resume.md cargo test --release --workspace --test resume -- --ignored --nocapture
 //!
-//! `TANDEM_SCENES=silo` leaves out scenes without `silo` in their name, `TANDEM_LONGEST=20` those that take more than 20 s.
+//! `TANDEM_SCENES=silo` leaves out scenes without `silo` in their name, `TANDEM_LONGEST=20` those that take more than 20 s,
+//! `TANDEM_SHORTEST=3` those that take less than 3 s.
 
 mod harness;
 
@@ -421,8 +422,9 @@ fn kill_three_times(name: &str, variant: &str) -> String {
 #[ignore = "an hour"]
 fn every_scene_that_is_killed_three_times_goes_on_to_the_same_bits() {
     let variable = |name: &str| std::env::var(name).unwrap_or_default();
-    let (wanted, longest) = (variable("TANDEM_SCENES"), variable("TANDEM_LONGEST"));
-    let longest: f64 = longest.parse().unwrap_or(120.0);
+    let wanted = variable("TANDEM_SCENES");
+    let seconds = |name: &str, otherwise: f64| variable(name).parse().unwrap_or(otherwise);
+    let lengths = seconds("TANDEM_SHORTEST", 0.0)..=seconds("TANDEM_LONGEST", 120.0);
     let baseline = fs::read_to_string(root().join("tests/hashes/baseline.csv")).unwrap();
     let rows = baseline
         .lines()
@@ -434,7 +436,7 @@ fn every_scene_that_is_killed_three_times_goes_on_to_the_same_bits() {
         let (name, variant, exit) = (fields[0], fields[1], fields[2]);
         let wall: f64 = fields[7].parse().unwrap();
         // What is reported of the last steps of a run that a solver stops depends on the window.
-        if name.contains(&wanted) && wall <= longest && exit != "3" {
+        if name.contains(&wanted) && lengths.contains(&wall) && exit != "3" {
             let line = kill_three_times(name, variant);
             println!("{line}");
             table.push(line);
