@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 """Flow out of the silo with a flat bottom (scenes/verification/silo_flat.toml): coefficient, lost cells and exponent.
 
-    docs/results/silo_flat.py target/release/tandem [--runs DIR] [--transfers] [-- MORE OPTIONS OF tandem run]
+    docs/results/silo_flat.py target/release/tandem [--runs DIR] [--transfers [--fine]] [-- MORE OPTIONS OF tandem run]
 
 Runs the four openings, fits Q = C rho sqrt(g) (D - n cells)^1.5 and Q ~ D^m to them by least squares, and writes
-docs/results/studies/silo_flat.csv. With --transfers the opening of 5 cm at twice the cell, with other steps and transfers. A run at
-full size takes 50 s of CPU time; one that is there already is not made again.
+docs/results/studies/silo_flat.csv. With --transfers the opening of 5 cm at twice the cell (--fine: at its own) with other steps and
+transfers. A run at full size takes 50 s of CPU time; one that is there already is not made again.
 """
 
 import argparse
@@ -24,6 +24,8 @@ OTHERS = {
     "aflip, 20/s, a half": ["time.max_step=2.75e-5"],
     "aflip, 20/s, a twentieth": ["time.max_step=5.5e-6"],
     "flip": ['mpm.transfer="flip"'],
+    "flip_pic, 2/s": ["mpm.transfer={ flip_pic = { pic_rate = 2.0 } }"],
+    "flip_pic, 5/s": ["mpm.transfer={ flip_pic = { pic_rate = 5.0 } }"],
     "flip_pic, 20/s": ["mpm.transfer={ flip_pic = { pic_rate = 20.0 } }"],
     "flip_xpic, 2, 100/s": ["mpm.transfer={ flip_xpic = { order = 2, pic_rate = 100.0 } }"],
     "apic": ['mpm.transfer="apic"'],
@@ -56,15 +58,19 @@ def main():
     parser.add_argument("tandem", type=pathlib.Path)
     parser.add_argument("--runs", type=pathlib.Path, default=ROOT / "target/results/runs/silo_flat")
     parser.add_argument("--transfers", action="store_true")
+    parser.add_argument("--fine", action="store_true")
     parser.add_argument("more", nargs="*")
     arguments = parser.parse_args()
     program, scale = arguments.tandem.resolve(), RHO * math.sqrt(G)
     arguments.runs.mkdir(parents=True, exist_ok=True)
     if arguments.transfers:
         base = None
-        for number, (name, keys) in enumerate(OTHERS.items()):
-            words = ["--variant", "coarse", *[word for key in keys for word in ("--set", key)], *arguments.more]
-            found = flow(program, arguments.runs / f"coarse{number}", words, 0.6)
+        others = {name: keys for name, keys in OTHERS.items() if not (arguments.fine and "max_step" in "".join(keys))}
+        cell, variant = ("fine", []) if arguments.fine else ("coarse", ["--variant", "coarse"])
+        for name, keys in others.items():
+            words = [*variant, *[word for key in keys for word in ("--set", key)], *arguments.more]
+            run = arguments.runs / f"{cell} {name}".translate(str.maketrans(" ,/", "___"))
+            found = flow(program, run, words, 0.6)
             base = base or found
             print(f"| {name} | {found:.2f} | {found / base:.3f} |", flush=True)
         return
