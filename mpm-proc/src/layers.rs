@@ -82,7 +82,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Layers<W, S, T> {
         let count = slots.last().map_or(0, |last| last.end);
         if !forces.is_empty() && forces.len() != count {
             return Err(Fault::Other(format!(
-                "{} contact forces came for {count} identified material points",
+                "{} contact forces arrived for {count} identified material points",
                 forces.len(),
             )));
         }

@@ -500,7 +500,7 @@ fn judge(check: &Check, progress: &Progress, slots: &[f64]) -> CheckResult {
     if !value.is_finite() {
         result.reason = Some("the value is not a finite number".to_owned());
     } else if !finite {
-        result.reason = Some("what it is compared with is not a finite number".to_owned());
+        result.reason = Some("the expected value is not a finite number".to_owned());
     }
     result
 }

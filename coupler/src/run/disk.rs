@@ -48,12 +48,12 @@ impl Disk {
             while is_behind() {
                 if began.elapsed() >= NOTICE && !named {
                     named = true;
-                    tracing::warn!("the disk does not take what is written: the run waits for it");
+                    tracing::warn!("the disk does not accept data: the run waits for it");
                 }
                 thread::sleep(LOOK);
             }
             if named {
-                tracing::info!("the disk takes what is written again");
+                tracing::info!("the disk accepts data again");
             }
         });
     }

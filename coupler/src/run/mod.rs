@@ -176,7 +176,7 @@ fn recorder(
         }
         let recorder = Recorder::resume(&dir.recording()?, &about, checkpoint.moment());
         if let Err(error) = &recorder {
-            tracing::warn!("the run goes on without its recording: {error}");
+            tracing::warn!("the run continues without its recording: {error}");
         }
         return Ok(recorder.ok());
     }

@@ -87,7 +87,7 @@ impl Pauses {
         if held.lasted >= NOTICE && !held.named {
             held.named = true;
             tracing::warn!(
-                "the {party} solver is {hold}: the run waits until it goes on, for {:.0?} at most (--patience)",
+                "the {party} solver is {hold}: the run waits for it, for at most {:.0?} (--patience)",
                 self.patience
             );
         }

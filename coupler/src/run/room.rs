@@ -39,7 +39,7 @@ pub enum RoomError {
         there: u64,
     },
     /// Files may not be as long as those of shared memory.
-    #[error("the system allows files of {free} at most, and shared memory takes files of {about}", free = Bytes(*.allowed), about = Bytes(*.needed))]
+    #[error("the system allows files of {free} at most, and shared memory needs files of {about}", free = Bytes(*.allowed), about = Bytes(*.needed))]
     FileSize {
         /// In bytes.
         needed: u64,

@@ -134,12 +134,13 @@ impl Scene {
                 value.map_or("not there".to_owned(), |v| shorten(&v.to_string()))
             };
             let (here, there) = (value(here), value(there));
-            let message =
-                format!("`{path}` is {here}; in {run}, which the scene begins with, it is {there}");
+            let message = format!(
+                "`{path}` is {here}; in {run}, whose state the scene begins with, it is {there}"
+            );
             let why = if among(&key, OF_THE_START) {
-                "leave it as it is there: a branch begins where and as fast as that run was"
+                "leave it unchanged: a branch begins with the positions and velocities of that run"
             } else {
-                "leave it as it is there: the numbers of the saved state depend on it"
+                "leave it unchanged: the saved state depends on it"
             };
             problems.refuse(&path, message, why);
         }

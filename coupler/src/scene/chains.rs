@@ -84,7 +84,7 @@ fn markers(
         }
         Fill::Polygon { vertices } => counter_clockwise(vertices),
         Fill::Points { .. } => {
-            let what = "points that are given one by one have no outline".to_owned();
+            let what = "points that are given by their positions have no outline".to_owned();
             return refuse("points", what, "write the markers as `through`");
         }
     };
@@ -92,7 +92,7 @@ fn markers(
         Some(outline) => (cut(&outline, spacing), true),
         None => refuse(
             "shift",
-            format!("an edge is gone when all are moved in by {shift} m"),
+            format!("an edge vanishes when all edges are moved inward by {shift} m"),
             "",
         ),
     }

@@ -378,7 +378,7 @@ fn place(
     let (mass, inertia) = shape.moments.mass(body.inertia);
     if !(inertia.is_finite() && inertia > 0.0) {
         let text =
-            format!("the moment of inertia comes out as {inertia} kg m; check sizes and density");
+            format!("the computed moment of inertia is {inertia} kg m; check sizes and density");
         return Err(("inertia", text));
     }
     let (sin, cos) = body.angle.sin_cos();

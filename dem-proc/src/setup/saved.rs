@@ -105,7 +105,7 @@ impl SavedSystem {
             (None, None) => {}
             _ => {
                 return Err(refusal(
-                    "contact between bodies is in one of state and scene",
+                    "contact between bodies is in only one of state and scene",
                 ));
             }
         }
@@ -114,7 +114,7 @@ impl SavedSystem {
             (None, None) => {}
             _ => {
                 return Err(refusal(
-                    "contact between points is in one of state and scene",
+                    "contact between points is in only one of state and scene",
                 ));
             }
         }

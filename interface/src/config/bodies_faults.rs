@@ -166,7 +166,7 @@ impl BodyConfig {
         if self.motion == Motion::Fixed && moves {
             let value = format!("\"fixed\" (body \"{}\")", self.name);
             let expected = "a motion, since the body has a velocity or a spin";
-            let help = "`motion = \"driven\"` moves it with them, whatever acts on it";
+            let help = "`motion = \"driven\"` moves it with them, under any load";
             faults.add(key("motion"), value, expected, help);
         }
         if let Motion::Pushed {

@@ -134,7 +134,7 @@ impl MaterialModel {
         };
         let own = own.ok_or_else(|| {
             let help = if cone {
-                "no cone of eq. 35 is so steep; in plane strain it would hardly fail at all: take `mohr_coulomb`"
+                "the cone of eq. 35 cannot be that steep, and in plane strain it would hardly fail: use `mohr_coulomb`"
             } else {
                 "no material stands so steep"
             };

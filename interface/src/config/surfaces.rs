@@ -124,7 +124,8 @@ impl DemConfig {
         let of_points = self.point_pairs().any(|(k, _)| k == i);
         let of_bodies = self.body_pairs().any(|(k, _)| k == i);
         if !of_points && !of_bodies {
-            let expected = "the surface of a body: points do not meet by a contact law";
+            let expected =
+                "the surface of a body: a contact law cannot be between two materials of points";
             return fault("between", between, expected, "name the surface of a body");
         }
         if of_bodies && !of_points && self.body_contact.is_none() {

@@ -52,7 +52,7 @@ pub fn join_as(id: &str, ends_on_interrupt: bool, serve: impl FnOnce(&Domain) ->
         leave_interrupts_to_the_coupler()
     };
     if let Err(error) = answer {
-        tracing::warn!("what Ctrl-C does to this solver is left as it was: {error}");
+        tracing::warn!("the handling of Ctrl-C could not be changed: {error}");
     }
     match Domain::join(id) {
         Ok(domain) => ExitCode::from(serve(&domain)),

@@ -42,7 +42,7 @@ pub enum TransportError {
     #[error("channel {0}: its end is not open here")]
     NotHere(&'static str),
     /// The receiver has not taken what was sent before.
-    #[error("channel {channel}: full; the receiver takes nothing")]
+    #[error("channel {channel}: full; the receiver has stopped taking messages")]
     Full {
         /// Name of the channel.
         channel: String,

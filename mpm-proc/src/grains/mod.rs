@@ -219,7 +219,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
                 (Some(motion), Some(saved)) => motion.restore(&saved),
                 (None, None) => {}
                 _ => {
-                    let text = "is rigid in one of state and configuration only";
+                    let text = "is rigid in only one of state and configuration";
                     return Err(refusal(format!("grain {number} {text}")));
                 }
             }
@@ -239,7 +239,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Grains<W, S, T> {
     fn correct(&mut self, step: &Step, _: &[ImpForce]) -> Result<Limits, Fault> {
         if self.bodies_near {
             return Err(Fault::Other(
-                "contact on the grid (mpm.grid_contact) does not go with bodies of another solver; leave one of them out"
+                "contact on the grid (mpm.grid_contact) cannot be combined with bodies of another solver; leave out one of them"
                     .into(),
             ));
         }
