@@ -1,5 +1,5 @@
-//! What makes a configuration of the bodies impossible. The coupler's reader of scenes and the solver both ask, so that
-//! `tandem check` refuses what `tandem run` would.
+//! The faults of a configuration of the bodies. The coupler's scene reader and the solver both call this, so that
+//! `tandem check` refuses what `tandem run` would refuse.
 
 use super::fault::{ConfigFault, Faults};
 use super::laws::{Between, LawFault};

@@ -1,4 +1,4 @@
-//! What is wrong with the chains of a configuration whose bodies meet segments.
+//! The faults of the chains of a configuration with segments.
 
 use super::fault::Faults;
 use super::{ContactForceScheme, Interface, MpmConfig, Wall};

@@ -1,8 +1,8 @@
-//! What is wrong with a continuum's configuration. The scene reader and the solver both ask here, so that a scene which
+//! The faults of a continuum's configuration. The scene reader and the solver both call this, so that a scene which
 //! passes `tandem check` is not refused for its numbers when it runs.
 //!
-//! What needs the points themselves (groups on top of one another, a traction on no point) or a formula's values stays with the
-//! solver.
+//! The solver itself checks what needs the points (groups on top of one another, a traction on no point) or the values
+//! of a formula.
 
 use super::fault::{ConfigFault, Faults};
 use super::{
@@ -555,8 +555,8 @@ fn region_faults(found: &mut Faults, path: &str, within: [[f64; 2]; 2]) {
 }
 
 impl Drift {
-    /// What goes with the rest of the scheme: strains by the nodes' velocities after the kick want points to move with the same,
-    /// and contact on the grid does nothing to single points.
+    /// What goes with the rest of the scheme: strains by the nodes' velocities after the kick want points to move with
+    /// the same, and contact on the grid does nothing to single points.
     pub fn of(stress_update: StressUpdate, grid_contact: Option<GridContact>) -> Self {
         if stress_update == StressUpdate::Usl || grid_contact.is_some() {
             Self::Nodal

@@ -1,4 +1,4 @@
-//! What makes grid layers and contact between groups of points impossible (Chen 2023).
+//! The faults of grid layers and of contact between groups of points (Chen 2023).
 
 use super::fault::Faults;
 use super::laws::Between;

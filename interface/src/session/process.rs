@@ -1,5 +1,5 @@
-//! A solver as a program: what the thin binaries of the solver crates and the subcommands of `tandem` share, and how
-//! those who lead a run start such a program and end it.
+//! A solver as a program: the common code of the solver crates' binaries and the subcommands of `tandem`, and functions
+//! to start such a program and to end it.
 
 use std::io;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
