@@ -1,4 +1,4 @@
-//! Columns of the history and the scene's own checks: recorded sample by sample, judged at the end.
+//! Columns of the history and the scene's checks: recorded sample by sample, evaluated at the end.
 //!
 //! ```text
 //! let mut recorder = Recorder::new(columns, checks, end);      // header() for history.csv

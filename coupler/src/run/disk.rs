@@ -1,5 +1,5 @@
-//! Waiting for a disk. Files are written beside the run; where one is too far behind the run waits, and the solvers know that
-//! it does: their patience does not end meanwhile.
+//! Waiting for a disk. Files are written in the background; if a writer is too far behind, the run waits. The solvers
+//! are told, so that the time does not count towards their deadlines.
 
 use std::thread;
 use std::time::{Duration, Instant};

@@ -1,4 +1,4 @@
-//! Why a run did not reach its end, how it counts, and what the user can do about it.
+//! The reasons why a run did not reach its end, their exit statuses, and advice for the user.
 
 use interface::core::SessionError;
 use interface::message::control::Party;

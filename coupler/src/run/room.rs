@@ -1,5 +1,5 @@
-//! What a run needs of the machine besides memory: room in shared memory, and open files. Told before it begins, and named
-//! when it turns out to be the cause of something else.
+//! The resources that a run needs besides memory: space in shared memory, and open files. They are checked before the
+//! run begins, and named if a lack of them causes another error.
 
 use std::fmt::{self, Display};
 use std::path::PathBuf;
@@ -196,8 +196,8 @@ impl Reach {
         }
     }
 
-    /// Looks now and then; whether somebody has removed what a solver may still have to open. Nobody would hear of it: what is
-    /// sent is there, and the solver waits for it.
+    /// Looks now and then; whether somebody has removed what a solver may still have to open. Nobody would hear of it:
+    /// what is sent is there, and the solver waits for it.
     pub fn is_lost(&mut self) -> bool {
         if self.looked.is_some_and(|at| at.elapsed() < LOOK) {
             return false;
@@ -308,8 +308,9 @@ mod tests {
         }
     }
 
-    /// Channels exist as long as they are held, so a segment that is not found was removed: also before all were looked for,
-    /// where the coupler said "cannot open it: DoesNotExist" only (`tandem chaos --seed 22 --first 582 --only unlink`).
+    /// Channels exist as long as they are held, so a segment that is not found was removed: also before all were looked
+    /// for, where the coupler said "cannot open it: DoesNotExist" only (`tandem chaos --seed 22 --first 582 --only
+    /// unlink`).
     #[test]
     fn a_segment_that_is_removed_at_once_is_the_cause_too() {
         let owned = OwnedDomain::create().unwrap();

@@ -1,7 +1,7 @@
-//! What a scene that begins with the state of another run may have otherwise than that run, and what not.
+//! The allowed differences between a scene and the run whose state it begins with.
 //!
-//! A saved state is positions, velocities, stresses and what contacts remember. What these numbers mean is not in it: the
-//! scene has to be the same there. What acts on them from now on may be another.
+//! A saved state consists of positions, velocities, stresses and histories of contacts. The meaning of these numbers is
+//! not part of it, so there the scene must be the same. Loads and laws may differ.
 
 use serde::Serialize;
 use serde_json::Value;

@@ -1,4 +1,4 @@
-//! Boundary chains: from a group's outline, or a list of places, to the markers of the configuration.
+//! Boundary chains: makes the markers of the configuration from a group's outline or a list of positions.
 
 use std::f64::consts::TAU;
 

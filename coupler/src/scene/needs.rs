@@ -1,5 +1,5 @@
-//! What a scene needs of a solver that has said in Hello what it has, and what a solver refuses: told by the scene's own lines
-//! and keys.
+//! Errors for a solver that lacks a capability which the scene needs, or that refuses its configuration, with the lines
+//! and keys of the scene.
 
 use interface::config::capability::Capabilities;
 use interface::config::needs::{Need, missing};

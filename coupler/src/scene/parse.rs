@@ -1,4 +1,4 @@
-//! From the scene as written to the scene as checked.
+//! Turns the scene as written into checked values.
 
 use std::collections::BTreeMap;
 use std::path::Path;

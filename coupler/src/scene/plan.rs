@@ -1,4 +1,4 @@
-//! What a scene will run, what it leaves out and why, and what it will cost: said before anything is started.
+//! The plan of a scene, before anything is started: what will run, what is left out and why, and the cost.
 //!
 //! The numbers are estimates from the scene alone: areas instead of placed points, bounds instead of the limits that
 //! the solvers report at every step.

@@ -1,4 +1,4 @@
-//! `[start]` and `output.checkpoint`: which state a scene begins with, and which states its run keeps for others.
+//! `[start]` and `output.checkpoint`: the initial state of a scene, and the states that its run saves for others.
 
 use std::collections::BTreeSet;
 use std::path::{Path, absolute};

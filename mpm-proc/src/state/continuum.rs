@@ -1,5 +1,5 @@
-//! The continuum: clouds of points over one grid, for one shape function and one transfer. Data alone: what is done with
-//! them in a step are the passes.
+//! The continuum: clouds of points over one grid, for one shape function and one transfer. It is only data; the passes
+//! work on it.
 
 use interface::config::{Drift, StressUpdate};
 use interface::solver::Refusal;

@@ -8,7 +8,8 @@
 //! BLAKE3 of all bytes before (32 bytes)
 //! ```
 //!
-//! All numbers are little-endian. The hash is looked at first, so nothing else of a torn file is believed.
+//! All numbers are little-endian. The hash is checked first, so an incomplete file is detected before anything in it is
+//! used.
 
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
