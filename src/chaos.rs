@@ -67,7 +67,9 @@ fn kinds(only: &[Kind]) -> Vec<Kind> {
     }
     let mounts = can_mount();
     if !mounts {
-        complain("no small disks and memories: this machine does not let its user mount them");
+        complain(
+            "without `disk` and `memory`: this machine does not let the user mount file systems",
+        );
     }
     let all = Kind::ALL.into_iter();
     all.filter(|kind| mounts || !kind.needs_mounts()).collect()
@@ -97,12 +99,12 @@ fn tell(args: &ChaosArgs, table: &Table) -> ExitCode {
     say(table);
     if table.skipped() > 0 {
         complain(format_args!(
-            "{} rounds could not be played: no small disk or memory on this machine",
+            "{} rounds were left out: no small disk or memory on this machine",
             table.skipped()
         ));
     }
     for left in &table.left {
-        say(format_args!("left after the last sweep: {left}"));
+        say(format_args!("left after the last clean-up: {left}"));
     }
     for failed in &table.failed {
         say(format_args!(
@@ -120,7 +122,7 @@ fn tell(args: &ChaosArgs, table: &Table) -> ExitCode {
     }
     if table.has_failed() {
         say(format_args!(
-            "what is left of these rounds is in {}",
+            "the files of these rounds are in {}",
             args.out.display()
         ));
         return ExitCode::from(Status::CheckFailed.exit_code());

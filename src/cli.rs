@@ -21,35 +21,35 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 #[expect(clippy::large_enum_variant, reason = "there is one of them")]
 pub enum Command {
-    /// Run a scene and check what it must show.
+    /// Run a scene and evaluate its checks.
     Run(RunArgs),
-    /// Go on with a run from its newest checkpoint.
+    /// Continue a run from its newest checkpoint.
     Resume(ResumeArgs),
-    /// Play a recorded run to one solver alone and compare its answers.
+    /// Repeat a recorded run with one solver and compare its answers.
     Replay(ReplayArgs),
     /// Validate scene files without running them.
     Check(CheckArgs),
     /// Show what a run will do and what it leaves out.
     Plan(PlanArgs),
-    /// Write a scene to begin with.
+    /// Write a scene to start from.
     New(NewArgs),
     /// Print the JSON Schema of scene files.
     Schema,
-    /// Run a scene over resolutions and methods: error against run time, as study.csv and study.svg.
+    /// Run a scene for several resolutions and methods: error against run time, as study.csv and study.svg.
     Study(StudyArgs),
-    /// Find where steps become unstable, beside what criteria say: stability.csv and stability.svg.
+    /// Find the steps at which scenes become unstable, and compare them with criteria: stability.csv and stability.svg.
     Stability(StabilityArgs),
-    /// Run a scene again and again, disturb each run, resume it, and compare it with an undisturbed one.
+    /// Run a scene many times, disturb each run, resume it, and compare it with an undisturbed one.
     Chaos(ChaosArgs),
-    /// Judge a solver by every clause of the protocol that can be seen from outside.
+    /// Test a solver against every clause of the protocol that can be observed from outside.
     Conformance(ConformanceArgs),
-    /// Write a run, or several beside one another, as one page for a browser.
+    /// Write one run, or several side by side, as one page for a browser.
     Report(ReportArgs),
-    /// Show a run that goes on in a browser of this machine.
+    /// Show a run in progress in a browser on this machine.
     Watch(WatchArgs),
-    /// Draw columns of runs and tables as SVG.
+    /// Draw curves from runs and tables, and pictures of points and bodies.
     Plot(PlotArgs),
-    /// Remove what dead runs have left behind.
+    /// Remove the files that dead runs have left in shared memory.
     Clean,
     /// The continuum solver's process; started by `run`.
     Mpm(JoinArgs),
@@ -91,7 +91,7 @@ pub struct PlanArgs {
     /// The scene.
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Wall time for which the scene is run, to say how long all of it takes on this machine; 0 leaves that out.
+    /// Wall time for which the scene is run to estimate the run time on this machine; 0 skips this.
     #[arg(long, value_name = "SECONDS", default_value_t = 1.0, value_parser = seconds)]
     pub measure: f64,
     /// How it would be run.
@@ -110,7 +110,7 @@ pub struct NewArgs {
 /// What `new` writes.
 #[derive(Debug, Subcommand)]
 pub enum NewCommand {
-    /// A scene that runs, with a comment at every key: NAME.toml, and the schema by which editors check it.
+    /// A scene that runs, with a comment at every key: NAME.toml, and the schema with which editors check it.
     Scene {
         /// Name of the scene.
         name: String,
@@ -143,17 +143,17 @@ pub struct RunArgs {
     /// How it is run.
     #[command(flatten)]
     pub how: HowArgs,
-    /// Another rigid-body solver: a command that joins the run when called with `--join RUN`, or `built-in`; wins over
+    /// Another rigid-body solver: a command that joins the run when called with `--join RUN`, or `built-in`; overrides
     /// the scene's `solvers.dem`.
     #[arg(long, value_name = "COMMAND", conflicts_with = "in_process")]
     pub dem: Option<String>,
-    /// Another continuum solver, likewise.
+    /// Another continuum solver, in the same way.
     #[arg(long, value_name = "COMMAND", conflicts_with = "in_process")]
     pub mpm: Option<String>,
-    /// End with report.html, a page of what the run has shown; the same as `--set output.report=true`.
+    /// Write report.html at the end, a page with the results of the run; the same as `--set output.report=true`.
     #[arg(long)]
     pub report: bool,
-    /// Show the run in a browser of this machine while it goes on; `tandem watch DIR` is the same from elsewhere.
+    /// Show the run in a browser on this machine while it runs; `tandem watch DIR` does the same from another terminal.
     #[arg(long)]
     pub watch: bool,
     /// Record every message between the processes in the run directory, for `tandem replay`.
@@ -161,7 +161,7 @@ pub struct RunArgs {
     pub record: bool,
 }
 
-/// How a scene is run: nothing of it changes a bit of the result.
+/// How a scene is run: none of these options changes a bit of the result.
 #[derive(Debug, Args)]
 pub struct HowArgs {
     /// Threads of each solver.
@@ -170,10 +170,10 @@ pub struct HowArgs {
     /// Run both solvers in this thread, by direct calls in turns with the coupler.
     #[arg(long)]
     pub in_process: bool,
-    /// Most steps granted at once; 1 is the strict mode.
+    /// Largest number of steps granted at once; 1 is the strict mode.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub window: Option<u32>,
-    /// How long to wait for a solver that something has stopped, such as SIGSTOP or a paused container.
+    /// How long to wait for a solver that is stopped, such as by SIGSTOP or in a paused container.
     #[arg(long, value_name = "SECONDS", default_value_t = 600.0, value_parser = seconds)]
     pub patience: f64,
     /// Start the programs that the scene names as solvers; without it a scene that names any is refused.
@@ -199,7 +199,7 @@ fn seconds(text: &str) -> Result<f64, String> {
 pub struct ResumeArgs {
     /// Run directory of a run whose scene has `output.checkpoint`.
     pub dir: PathBuf,
-    /// How it is run from here on.
+    /// How the rest is run.
     #[command(flatten)]
     pub how: HowArgs,
 }
@@ -218,12 +218,12 @@ pub struct ReportArgs {
 /// Arguments of `watch`.
 #[derive(Debug, Args)]
 pub struct WatchArgs {
-    /// Run directory of a run that goes on.
+    /// Run directory of a run in progress.
     pub dir: PathBuf,
     /// Port of the loopback interface; a free one by default.
     #[arg(long, value_name = "PORT", default_value_t = 0)]
     pub port: u16,
-    /// Started by the run itself: ends with it and not before.
+    /// Started by the run itself; ends with the run and not before.
     #[arg(long, hide = true)]
     pub of_run: bool,
 }
@@ -237,16 +237,17 @@ pub struct WatchArgs {
 pub struct ReplayArgs {
     /// The recording: `recording.tandem` of a run with `--record`.
     pub recording: PathBuf,
-    /// Play it to a rigid-body solver: the built-in one, or this command.
+    /// Repeat it with a rigid-body solver: the built-in one, or this command.
     #[arg(long, value_name = "COMMAND", num_args = 0..=1, required_unless_present = "mpm", conflicts_with = "mpm")]
     pub dem: Option<Option<String>>,
-    /// Play it to a continuum solver, likewise.
+    /// Repeat it with a continuum solver, in the same way.
     #[arg(long, value_name = "COMMAND", num_args = 0..=1)]
     pub mpm: Option<Option<String>>,
-    /// Play it to the built-in solver as a thread of this process.
+    /// Repeat it with the built-in solver as a thread of this process.
     #[arg(long)]
     pub in_process: bool,
-    /// Largest difference of a number, relative to the largest of its field so far; the same bits by default.
+    /// Largest allowed difference of a number, relative to the largest value of its field so far; by default the bits
+    /// must be the same.
     #[arg(long, value_name = "X", default_value_t = 0.0)]
     pub tolerance: f64,
     /// Change the recorded configuration, such as `threads=2`; may be repeated.
@@ -266,10 +267,10 @@ pub enum LogFormat {
 /// How the runs of a study are started.
 #[derive(Debug, Args)]
 pub struct RunsArgs {
-    /// Directory of the results; runs that it has already are not run again.
+    /// Directory of the results; runs that it already contains are not repeated.
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Runs at once; with more than one their times are those of runs that share the machine.
+    /// Number of runs at the same time; with more than one their times are those of runs that share the machine.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
     pub jobs: u16,
     /// Threads of each solver.
@@ -289,28 +290,28 @@ pub struct RunsArgs {
 /// Arguments of `chaos`.
 #[derive(Debug, Args)]
 pub struct ChaosArgs {
-    /// The scene; a small one, since it is run some thousand times.
+    /// The scene; take a small one, because it is run thousands of times.
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// How often something happens to it.
+    /// Number of rounds; each disturbs one run.
     #[arg(long, value_name = "N", default_value_t = 100)]
     pub rounds: u64,
-    /// What everything is chosen from.
+    /// Seed from which all faults are chosen.
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub seed: u64,
     /// Number of the first round.
     #[arg(long, value_name = "N", default_value_t = 0)]
     pub first: u64,
-    /// Rounds at once.
+    /// Number of rounds at the same time.
     #[arg(long, value_name = "N", default_value_t = 2, value_parser = clap::value_parser!(u16).range(1..))]
     pub jobs: u16,
-    /// What happens, such as `kill-solver`; may be repeated. Everything by default.
+    /// Kind of fault, such as `kill-solver`; may be repeated. All kinds by default.
     #[arg(long, value_name = "KIND", value_parser = Kind::parse)]
     pub only: Vec<Kind>,
     /// Program that is disturbed; this one by default.
     #[arg(long, value_name = "FILE")]
     pub program: Option<PathBuf>,
-    /// Directory of the runs; those of rounds that fail stay.
+    /// Directory of the runs; those of rounds that fail are kept.
     #[arg(long, value_name = "DIR", default_value = "runs/chaos")]
     pub out: PathBuf,
 }
@@ -324,30 +325,30 @@ pub struct StudyArgs {
     /// The runs.
     #[command(flatten)]
     pub runs: RunsArgs,
-    /// Values of a scene key, or of `variant`, in every combination with others; may be repeated. The scene's own
-    /// `[study]` by default.
+    /// Values of a scene key, or of `variant`; every combination with the values of other keys is run. May be repeated.
+    /// By default those of the scene's `[study]`.
     #[arg(long, value_name = "KEY=V1,V2,...")]
     pub vary: Vec<String>,
-    /// Check whose error is taken.
+    /// Check whose error is used.
     #[arg(long, value_name = "CHECK", conflicts_with = "finer")]
     pub error: Option<String>,
-    /// Column or check that is compared with the finest run instead; may be repeated.
+    /// Column or check that is compared with the finest run, in place of a check's error; may be repeated.
     #[arg(long, value_name = "NAME")]
     pub finer: Vec<String>,
-    /// Scene key whose number tells how fine a run is.
+    /// Scene key whose number is the resolution of a run.
     #[arg(long, value_name = "KEY")]
     pub resolution: Option<String>,
-    /// Varied key that leads along a curve instead of telling curves apart; may be repeated.
+    /// Varied key that changes along a curve instead of distinguishing curves; may be repeated.
     #[arg(long, value_name = "KEY")]
     pub along: Vec<String>,
-    /// Check or column whose value is shown over what is varied, in place of an error; may be repeated. All checks, without
-    /// checks all columns, where none has a reference.
+    /// Check or column whose value is shown for each combination, in place of an error; may be repeated. If no check
+    /// has a reference, the default is all checks, or all columns of a scene without checks.
     #[arg(long, value_name = "NAME", conflicts_with_all = ["error", "finer"])]
     pub value: Vec<String>,
-    /// Most times that each run is timed, 7 by default; the least CPU time of stepping counts.
+    /// Largest number of times that each run is timed, 7 by default; the smallest CPU time of stepping counts.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub repeat: Option<u16>,
-    /// A run is timed again until its two least times are this near, as a share of the least.
+    /// A run is timed again until its two smallest times differ by at most this share of the smallest.
     #[arg(long, value_name = "SHARE", default_value_t = 0.05)]
     pub scatter: f64,
 }
@@ -355,33 +356,33 @@ pub struct StudyArgs {
 /// Arguments of `stability`.
 #[derive(Debug, Args)]
 pub struct StabilityArgs {
-    /// Scene files; a set of the catalogue below `scenes/` by default.
+    /// Scene files; by default a selection of those in `scenes/`.
     pub scenes: Vec<PathBuf>,
     /// The runs.
     #[command(flatten)]
     pub runs: RunsArgs,
-    /// Named variant of the scenes; `quick` by default where they have it.
+    /// Named variant of the scenes; `quick` by default if they have it.
     #[arg(long, value_name = "NAME")]
     pub variant: Option<String>,
     /// Override a scene key; may be repeated.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
-    /// Columns of the map: a scene key and its numbers. Decades of `contact.linear.normal_stiffness` by default.
+    /// Columns of the map: a scene key and its numbers. By default decades of `contact.linear.normal_stiffness`.
     #[arg(long, value_name = "KEY=N1,N2,...")]
     pub vary: Option<String>,
-    /// Key along a column, in which the edge is looked for.
+    /// Key that varies along a column; its limit of stability is searched for.
     #[arg(long, value_name = "KEY", default_value = study::stability::STEP_FACTOR)]
     pub edge: String,
-    /// Where the edge is looked for: stable at the first, unstable at the second.
+    /// Range of the search: stable at the first value, unstable at the second.
     #[arg(long, value_name = "LOW,HIGH", default_value = "0.5,8")]
     pub between: String,
     /// Values of the grid along a column, before bisection.
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(2..))]
     pub grid: u16,
-    /// Largest ratio between the values on either side of the edge.
+    /// Largest ratio between an unstable value and the stable one below it, at which the search ends.
     #[arg(long, value_name = "RATIO", default_value_t = 1.1)]
     pub ratio: f64,
-    /// Largest share of energy from nowhere of a stable run.
+    /// Largest share of the energy in play that a stable run may create numerically.
     #[arg(long, value_name = "SHARE", default_value_t = 0.05)]
     pub residual: f64,
     /// Compare the steps of criteria over all scenes instead of making maps.
@@ -396,10 +397,10 @@ pub struct StabilityArgs {
 )]
 #[derive(Debug, Args)]
 pub struct PlotArgs {
-    /// Run directories, of which history.csv or frames are read, and CSV files, each with its name in the legend if need be.
+    /// Run directories, whose history.csv or frames are read, and CSV files; each may have a label for the legend.
     #[arg(required = true, value_name = "[LABEL=]DATA")]
     pub data: Vec<String>,
-    /// Figure to write; frames also as a film (.gif, .apng).
+    /// Figure to write; with frames also a film (.gif, .apng).
     #[arg(long, value_name = "FILE.svg|.png")]
     pub out: PathBuf,
     /// Expression of columns; may be repeated.
@@ -410,10 +411,10 @@ pub struct PlotArgs {
         allow_hyphen_values = true
     )]
     pub y: Vec<String>,
-    /// Pictures of the runs' frames of these times in s, or of all, instead.
+    /// Draw pictures of the frames at these times in s, or of all frames.
     #[arg(long, value_name = "TIME,...|all", value_delimiter = ',', value_parser = which, conflicts_with = "y")]
     pub frames: Vec<Which>,
-    /// What colours of points say in them: an expression of `x y vx vy speed stress_xx stress_yy stress_zz stress_xy
+    /// Quantity that colours the points: an expression of `x y vx vy speed stress_xx stress_yy stress_zz stress_xy
     /// pressure volume mass group id`.
     #[arg(
         long,
@@ -424,19 +425,19 @@ pub struct PlotArgs {
         allow_hyphen_values = true
     )]
     pub colour: String,
-    /// Values of the first and the last colour; those that the points have by default.
+    /// Values of the first and the last colour; by default the smallest and the largest value of the points.
     #[arg(long, value_name = "LOW,HIGH", value_parser = numbers::<2>, requires = "frames", allow_hyphen_values = true)]
     pub clim: Option<[f64; 2]>,
-    /// Draw contact forces too, as lines from centre to centre as thick as the force is large.
+    /// Also draw contact forces, as lines from centre to centre whose width is proportional to the force.
     #[arg(long, requires = "frames")]
     pub forces: bool,
-    /// Pictures a second of a film.
+    /// Pictures per second of a film.
     #[arg(long, value_name = "N", default_value_t = 10.0, requires = "frames")]
     pub rate: f64,
     /// Pictures in a row.
     #[arg(long, value_name = "N", default_value_t = 2, requires = "frames")]
     pub columns: usize,
-    /// Expression of columns.
+    /// Expression of columns for the horizontal axis.
     #[arg(
         long,
         value_name = "EXPRESSION",
@@ -444,19 +445,19 @@ pub struct PlotArgs {
         allow_hyphen_values = true
     )]
     pub x: String,
-    /// What is expected, as an expression of `x`; drawn dashed; may be repeated.
+    /// Expected curve, as an expression of `x`; drawn dashed; may be repeated.
     #[arg(long, value_name = "[LABEL=]EXPRESSION", allow_hyphen_values = true)]
     pub expected: Vec<String>,
-    /// Column whose different texts make different curves.
+    /// Column whose values distinguish curves: one curve for each value.
     #[arg(long, value_name = "COLUMN")]
     pub by: Option<String>,
-    /// Draw the slope of y instead: its change over this width along x.
+    /// Draw the slope of y over x instead, as a difference quotient over this width.
     #[arg(long, value_name = "WIDTH")]
     pub slope: Option<f64>,
-    /// First and last x that is shown, in m with frames; either may be left out: `,0.5`.
+    /// First and last x of the axis, in m with frames; either may be left out: `,0.5`.
     #[arg(long, value_name = "LEFT,RIGHT", value_parser = ends, allow_hyphen_values = true)]
     pub xlim: Option<Ends>,
-    /// First and last y that is shown, likewise.
+    /// First and last y of the axis, in the same way.
     #[arg(long, value_name = "BOTTOM,TOP", value_parser = ends, allow_hyphen_values = true)]
     pub ylim: Option<Ends>,
     /// A logarithmic x axis.
@@ -468,21 +469,21 @@ pub struct PlotArgs {
     /// Dots instead of lines.
     #[arg(long)]
     pub dots: bool,
-    /// What stands above; the name of the file by default.
+    /// Title; the name of the file by default.
     #[arg(long)]
     pub title: Option<String>,
-    /// What stands below; the expression and its unit by default.
+    /// Label of the x axis; the expression and its unit by default.
     #[arg(long, value_name = "TEXT", conflicts_with = "frames")]
     pub xlabel: Option<String>,
-    /// What stands beside; the expression and its unit by default.
+    /// Label of the y axis; the expression and its unit by default.
     #[arg(long, value_name = "TEXT", conflicts_with = "frames")]
     pub ylabel: Option<String>,
-    /// Names that options had.
+    /// Former names of options.
     #[command(flatten)]
     pub former: Former,
 }
 
-/// Names that options of `plot` had; each is refused with the present one.
+/// Former names of options of `plot`; each is refused with the present name.
 #[derive(Debug, Args)]
 pub struct Former {
     #[arg(long, hide = true, value_parser = now("--xlabel"), allow_hyphen_values = true)]
@@ -499,12 +500,12 @@ pub struct Former {
     window: Option<String>,
 }
 
-/// Refuses any value of an option that has another name now.
+/// Refuses any value of an option that was renamed.
 fn now(name: &'static str) -> impl Fn(&str) -> Result<String, String> + Clone {
     move |_| Err(format!("this option is now {name}"))
 }
 
-/// The first and the last number of an axis, where they are given.
+/// The first and the last number of an axis, if they are given.
 pub type Ends = [Option<f64>; 2];
 
 fn ends(text: &str) -> Result<Ends, String> {
@@ -554,39 +555,39 @@ pub struct JoinArgs {
 /// Arguments of `conformance`.
 #[derive(Debug, Args)]
 pub struct ConformanceArgs {
-    /// The rigid-body solver to judge: a command that joins a run when called with `--join RUN`.
+    /// The rigid-body solver to test: a command that joins a run when called with `--join RUN`.
     #[arg(long, value_name = "COMMAND", conflicts_with = "mpm")]
     pub dem: Option<String>,
-    /// The continuum solver to judge, likewise.
+    /// The continuum solver to test, in the same way.
     #[arg(long, value_name = "COMMAND")]
     pub mpm: Option<String>,
-    /// Judge the built-in solver of that side as a thread of this process instead of starting the command.
+    /// Test the built-in solver of that side as a thread of this process instead of starting the command.
     #[arg(long)]
     pub in_process: bool,
-    /// Print all clauses, and what is not checked, without judging.
+    /// Print all clauses, and those that are not tested, without testing.
     #[arg(long)]
     pub list: bool,
-    /// Judge these clauses only.
+    /// Test only these clauses.
     #[arg(long, value_name = "ID", value_delimiter = ',')]
     pub only: Vec<String>,
-    /// Fail where a SHOULD is broken too.
+    /// Fail if a SHOULD is broken, too.
     #[arg(long)]
     pub strict: bool,
-    /// Fail where the solver is less than this profile: held, discs, discs+friction, polygons, full; of a continuum elastic,
-    /// full.
+    /// Fail if the solver does not reach this profile: held, discs, discs+friction, polygons, full; for a continuum
+    /// elastic, full.
     #[arg(long, value_name = "PROFILE")]
     pub require: Option<String>,
-    /// Clauses that may be broken for a while: a TOML file of clause, reason and day of expiry.
+    /// Clauses that may be broken until a date: a TOML file of clause, reason and day of expiry.
     #[arg(long, value_name = "FILE")]
     pub waivers: Option<PathBuf>,
-    /// Most steps granted at once.
+    /// Largest number of steps granted at once.
     #[arg(long, value_name = "N", default_value_t = 64, value_parser = clap::value_parser!(u32).range(1..))]
     pub window: u32,
-    /// Clauses judged at the same time; by default two for each core, eight at most. Those that measure time are judged
-    /// alone.
+    /// Number of clauses tested at the same time; by default two for each core, at most eight. Clauses that measure
+    /// time are tested alone.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pub jobs: Option<u16>,
-    /// Longest wait for Hello and for Ready in seconds; how long a solver takes to start is not judged.
+    /// Longest wait for Hello and for Ready in seconds; the start-up time of a solver is not tested.
     #[arg(long, value_name = "SECONDS", default_value_t = 20, value_parser = clap::value_parser!(u16).range(1..))]
     pub startup: u16,
     /// Write the verdicts as JSON.
@@ -595,7 +596,7 @@ pub struct ConformanceArgs {
     /// Write the verdicts as JUnit XML.
     #[arg(long, value_name = "FILE")]
     pub junit: Option<PathBuf>,
-    /// Write the messages of every broken clause, one file each.
+    /// Write the messages of every broken clause, one file for each.
     #[arg(long, value_name = "DIR")]
     pub trace: Option<PathBuf>,
 }
@@ -603,9 +604,9 @@ pub struct ConformanceArgs {
 /// Arguments of a mutant.
 #[derive(Debug, Args)]
 pub struct MutantArgs {
-    /// The mutant: the id of the clause to break, for its second mutant with `/2` behind it.
+    /// The mutant: the id of the clause to break, followed by `/2` for its second mutant.
     pub clause: Option<String>,
-    /// Break a clause of a continuum solver instead of one of a rigid-body solver.
+    /// Break a clause of a continuum solver instead of a rigid-body solver.
     #[arg(long)]
     pub mpm: bool,
     /// Id of the run to join.

@@ -61,7 +61,7 @@ fn obey(command: Command) -> ExitCode {
         Command::Clean => {
             let swept = interface::transport::domain::sweep();
             say(format_args!(
-                "removed what {} dead run(s) had left",
+                "removed the files of {} dead run(s)",
                 swept.len()
             ));
             ExitCode::SUCCESS

@@ -23,7 +23,7 @@ pub fn new(args: &NewArgs) -> ExitCode {
     let plain = |c: char| c.is_ascii_alphanumeric() || "_-".contains(c);
     if name.is_empty() || !name.chars().all(plain) {
         complain(format_args!(
-            "error: a scene cannot be called `{name}`: letters, digits, `_` and `-` make a name"
+            "error: a scene cannot be called `{name}`: a name has letters, digits, `_` and `-`"
         ));
         return ExitCode::from(BAD_INPUT);
     }
@@ -39,9 +39,7 @@ pub fn new(args: &NewArgs) -> ExitCode {
         }
         _ => {}
     }
-    say(format_args!(
-        "{file} is a scene to change; `tandem run {file}` runs it"
-    ));
+    say(format_args!("wrote {file}; `tandem run {file}` runs it"));
     ExitCode::SUCCESS
 }
 

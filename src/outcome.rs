@@ -21,7 +21,7 @@ pub fn show(summary: &Summary, scene: &Scene) {
     let gap = summary.energy.work_gap;
     let gap = gap.map(|gap| format!(", work not stored {gap:.1e}"));
     say(format_args!(
-        "{}: {} steps to t = {:.6} s in {:.2} s; dt bound by: {}; momentum error {:.1e}, energy residual {:.1e}{}",
+        "{}: {} steps to t = {:.6} s in {:.2} s; step limited by: {}; momentum error {:.1e}, energy residual {:.1e}{}",
         summary.scene,
         summary.steps,
         summary.time,

@@ -28,7 +28,7 @@ pub fn play(args: &ReplayArgs) -> ExitCode {
     let interrupted = interface::transport::domain::sweep();
     if !interrupted.is_empty() {
         terminal::complain(format_args!(
-            "removed what {} dead run(s) had left",
+            "removed the files of {} dead run(s)",
             interrupted.len()
         ));
     }

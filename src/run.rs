@@ -61,7 +61,7 @@ pub fn run(args: &RunArgs) -> ExitCode {
         && same_directory(&start.run, &out)
     {
         return refuse(
-            "the run would take the place of the one that it begins with; give another `--out`",
+            "the run would replace the one whose state it begins with; give another `--out`",
         );
     }
     let killed = Killed::find(&out);
@@ -127,7 +127,7 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
         go_on(resumed, &scene, &options, &dir)
     } else {
         tracing::warn!(
-            "no checkpoint: the run begins again, and is compared with its recording as far as that reaches"
+            "no checkpoint: the run starts again, and is compared with its recording as far as that reaches"
         );
         rerun(&scene, &options, &dir)
     };
@@ -172,7 +172,7 @@ fn with_advice(error: &RunDirError) -> String {
 /// What is said and done before any run.
 fn begin(scene: &Scene, out: &Path) {
     for id in interface::transport::domain::sweep() {
-        tracing::info!("removed what the dead run {id} had left");
+        tracing::info!("removed the files of the dead run {id}");
     }
     for warning in &scene.warnings {
         tracing::warn!("{warning}");
@@ -208,7 +208,7 @@ fn finish(
     }
     if place != out {
         say(format_args!(
-            "the earlier result in {} is as it was",
+            "the earlier result in {} is unchanged",
             out.display()
         ));
     }
@@ -229,7 +229,7 @@ fn finish(
             ""
         };
         say(format_args!(
-            "`tandem resume {}{trust}` goes on from its last checkpoint",
+            "`tandem resume {}{trust}` continues from its last checkpoint",
             out.display()
         ));
     }
@@ -306,7 +306,7 @@ pub fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions
         let others = [("mpm", &scene.solvers.mpm), ("dem", &scene.solvers.dem)];
         if let Some((side, _)) = others.iter().find(|(_, command)| command.is_some()) {
             return Err(format!(
-                "--in-process: the scene has a solver that is a process; `--set solvers.{side}=built-in` leaves it out"
+                "--in-process: the scene names a solver that is a separate process; `--set solvers.{side}=built-in` selects the built-in one"
             ));
         }
         Solvers::Here {

@@ -248,10 +248,7 @@ fn search(args: &StabilityArgs) -> Result<Search, StudyError> {
     };
     if !(*low > 0.0 && high > low && high.is_finite()) {
         return wrong(
-            &format!(
-                "--between {}: the edge is looked for in the logarithm",
-                args.between
-            ),
+            &format!("--between {}: the search is logarithmic", args.between),
             "give two numbers above 0, the smaller first",
         );
     }

@@ -185,7 +185,7 @@ fn a_silo_is_filled_once_and_opened_in_several_ways() {
     for (out, more) in ways {
         branch(&place, out, &scene, "fill", more).expect(0);
         let rows = history(&place.path(out));
-        assert_eq!(rows[0][0], 0.2, "the clock goes on");
+        assert_eq!(rows[0][0], 0.2, "the clock continues");
         assert_eq!(
             rows[0][1].to_bits(),
             rest[1].to_bits(),
@@ -266,7 +266,10 @@ fn what_may_not_change_is_refused_by_its_key_with_both_values() {
         ),
         (
             "mpm.points.0.velocity=[1.0, 0.0]",
-            &["`mpm.points.0.velocity`", "begins where and as fast"],
+            &[
+                "`mpm.points.0.velocity`",
+                "begins with the positions and velocities",
+            ],
         ),
         (
             "mpm.material.0.density=1000.0",
@@ -350,7 +353,7 @@ fn what_cannot_be_begun_with_is_refused_with_the_reason() {
     // Not over its own parent.
     branch(&place, "fill", &scene, "fill", &end)
         .expect(2)
-        .says(&["take the place"]);
+        .says(&["replace the one"]);
     // Another state than the one that was begun with.
     let state = ["time.end=0.3", "start.state=0123"];
     branch(&place, "no", &scene, "fill", &state)
@@ -370,7 +373,7 @@ fn what_cannot_be_begun_with_is_refused_with_the_reason() {
     fs::write(&scene_file, text.replace("cell = 0.02", "cell = 0.01")).unwrap();
     refuse("fill@0.1", &["is not of this run", "scene hash"]);
     for (at, says) in [
-        ("[0.105]", "no row of the history"),
+        ("[0.105]", "not the time of a row of the history"),
         ("[0.0]", "a time above 0"),
         ("[0.7]", "up to the end of the run"),
     ] {

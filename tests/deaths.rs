@@ -170,7 +170,7 @@ fn a_killed_coupler_leaves_a_history_of_whole_rows_and_the_next_run_removes_the_
             &["--variant", "quick"],
         )
         .expect(0);
-    next.says(&["removed what the dead run"]);
+    next.says(&["removed the files of the dead run"]);
     place.assert_clean(&runs);
 }
 

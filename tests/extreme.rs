@@ -148,7 +148,10 @@ const TABLE: &[(&str, &str, End)] = &[
     (
         "forced",
         "step_4",
-        Stops(4, &["at t = ", "from nowhere", "unstable with dt = "]),
+        Stops(
+            4,
+            &["at t = ", "created numerically", "unstable with dt = "],
+        ),
     ),
 ];
 

@@ -265,7 +265,7 @@ fn what_the_python_solver_cannot_do_it_refuses_by_its_key() {
     let damped = ["--set", "contact.linear.damping_ratio=0.1"];
     run_quick(&place, "out", Some(&disc_dem()), &damped)
         .expect(3)
-        .says(&["contact.linear.damping_ratio", "asks for damping"]);
+        .says(&["contact.linear.damping_ratio", "needs damping"]);
 }
 
 #[test]
@@ -550,11 +550,11 @@ fn what_yade_cannot_do_is_refused_by_its_key() {
     };
     refused(
         "contact.linear.damping_ratio=0.1",
-        &["contact.linear.damping_ratio", "asks for damping"],
+        &["contact.linear.damping_ratio", "needs damping"],
     );
     refused(
         "body_contact={linear={normal_stiffness=6e4}}",
-        &["body_contact", "asks for body_contact"],
+        &["body_contact", "needs body_contact"],
     );
     refused(
         "dem.body.0.sphero_radius=0",
@@ -562,6 +562,6 @@ fn what_yade_cannot_do_is_refused_by_its_key() {
     );
     refused(
         "dem.body.0.motion=driven",
-        &["dem.body.0.motion", "asks for driven"],
+        &["dem.body.0.motion", "needs driven"],
     );
 }

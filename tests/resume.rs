@@ -258,7 +258,7 @@ fn a_run_goes_on_without_a_recording_that_does_not_reach_so_far() {
     let bytes = fs::read(&file).unwrap();
     fs::write(&file, &bytes[..bytes.len() / 3]).unwrap();
     let ended = resume(&place, "torn", &[]).expect(0);
-    ended.says(&["goes on without its recording", "ends before step"]);
+    ended.says(&["continues without its recording", "ends before step"]);
 }
 
 /// The discs in Python have no checkpoints: a recorded run of theirs begins again, and its recording says whether it is the
@@ -284,7 +284,7 @@ fn a_run_of_a_solver_that_cannot_save_goes_on_by_its_recording() {
     let dir = place.path("killed");
     let was = fs::metadata(dir.join("recording.tandem")).unwrap().len();
     let ended = resume(&place, "killed", &["--trust", "--window", "3"]).expect(0);
-    ended.says(&["no checkpoint: the run begins again"]);
+    ended.says(&["no checkpoint: the run starts again"]);
     assert!(fs::metadata(dir.join("recording.tandem")).unwrap().len() >= was);
     assert_same(&dir, &place.path("whole"));
     assert_eq!(recorded(&dir), recorded(&place.path("whole")));

@@ -1,4 +1,4 @@
-//! A solver that says in Hello what it takes is refused by the line and the key of the scene that asks for more.
+//! A solver that says in Hello what it takes is refused by the line and the key of the scene that needs more.
 
 use std::path::{Path, PathBuf};
 
@@ -108,7 +108,7 @@ fn a_shape_is_refused_where_it_stands_and_told_what_is_taken() {
     let said = bodies(&["shape:disc", "shape:polygon"]).unwrap();
     assert_eq!(
         said,
-        "error: `dem.body.1.shape` asks for rectangle, and the solver of the bodies, `toy 1`, takes disc, polygon only
+        "error: `dem.body.1.shape` needs rectangle, and the solver of the bodies, `toy 1`, takes only disc, polygon
   --> needs.toml:33:1  (dem.body.1.shape)
    33 | shape.rectangle = { width = 0.2, height = 0.2 }
       | ^^^^^
@@ -120,19 +120,17 @@ fn a_shape_is_refused_where_it_stands_and_told_what_is_taken() {
 #[test]
 fn a_body_of_a_set_is_told_by_the_set() {
     let said = bodies(&["shape:disc", "shape:rectangle", "motion:fixed"]).unwrap();
-    assert!(
-        said.contains("`dem.fill.0.grain` asks for polygon"),
-        "{said}"
-    );
+    assert!(said.contains("`dem.fill.0.grain` needs polygon"), "{said}");
     assert!(
         said.contains("needs.toml:41:1  (dem.fill.0.grain)"),
         "{said}"
     );
-    assert!(said.contains("2 more places ask for the same"), "{said}");
+    assert!(said.contains("2 more keys need the same"), "{said}");
     // The ball, whose motion is not written, and the three of the set.
-    let motion = "`dem.body.0.motion`, which is not written and has it by default, asks for free";
+    let motion =
+        "`dem.body.0.motion`, which is not in the scene and has this value by default, needs free";
     assert!(said.contains(motion), "{said}");
-    assert!(said.contains("3 more places ask for the same"), "{said}");
+    assert!(said.contains("3 more keys need the same"), "{said}");
     let before = said.find("dem.body.0.motion").unwrap() < said.find("dem.fill.0").unwrap();
     assert!(before, "in the order of the file: {said}");
 }
@@ -141,10 +139,10 @@ fn a_body_of_a_set_is_told_by_the_set() {
 fn laws_and_their_numbers_are_told_by_the_scenes_own_sections() {
     let said = bodies(&["law:linear", "feature:damping", "feature:body_contact"]).unwrap();
     for phrase in [
-        "`body_contact` asks for granular",
-        "`contact.linear.friction` asks for friction",
+        "`body_contact` needs granular",
+        "`contact.linear.friction` needs friction",
         "needs.toml:49:12  (contact.linear.friction)",
-        "`body_contact.granular.rolling_friction` asks for rolling_friction",
+        "`body_contact.granular.rolling_friction` needs rolling_friction",
         "takes damping, body_contact only",
     ] {
         assert!(said.contains(phrase), "{phrase}: {said}");
@@ -163,12 +161,12 @@ fn the_continuum_is_told_by_its_own_keys() {
     ])
     .unwrap();
     for phrase in [
-        "`mpm.transfer` asks for blend, and the solver of the continuum, `toy 1`, takes flip only",
-        "`mpm.walls.bottom` asks for slip",
+        "`mpm.transfer` needs blend, and the solver of the continuum, `toy 1`, takes only flip",
+        "`mpm.walls.bottom` needs slip",
         "needs.toml:11:20  (mpm.walls.bottom)",
-        "`mpm.material.0.model` asks for linear_elastic",
-        "`mpm.points.0.fill` asks for rectangle",
-        "`mpm.drift`, which is not written and has it by default, asks for mapped",
+        "`mpm.material.0.model` needs linear_elastic",
+        "`mpm.points.0.fill` needs rectangle",
+        "`mpm.drift`, which is not in the scene and has this value by default, needs mapped",
     ] {
         assert!(said.contains(phrase), "{phrase}: {said}");
     }
@@ -192,7 +190,7 @@ fn an_override_is_told_where_it_was_made() {
     assert!(said.contains(place), "{said}");
 }
 
-/// Without points there is no `[contact]`: what asks for the law is `[body_contact]`.
+/// Without points there is no `[contact]`: what needs the law is `[body_contact]`.
 #[test]
 fn bodies_alone_are_told_by_their_own_law() {
     let scenes =
@@ -203,6 +201,6 @@ fn bodies_alone_are_told_by_their_own_law() {
     let said = unmet(&scene, Party::Dem, "toy 1", &area)
         .unwrap()
         .to_string();
-    assert!(said.contains("`body_contact` asks for linear"), "{said}");
+    assert!(said.contains("`body_contact` needs linear"), "{said}");
     assert!(said.contains("body_bounce.toml:"), "{said}");
 }

@@ -124,7 +124,7 @@ fn bounds_that_are_not_finite_are_refused() {
 #[test]
 fn checkpoints_need_an_interval_above_zero() {
     let refuses = |set: &str| Files::new().refusal(None, &[set]);
-    assert!(refuses("output.checkpoint={}").contains("it says of no moment"));
+    assert!(refuses("output.checkpoint={}").contains("it does not say when"));
     assert!(refuses("output.checkpoint={time=0}").contains("output.checkpoint.time"));
     assert!(refuses("output.checkpoint={wall=-1}").contains("output.checkpoint.wall"));
     let plan = Files::new().load(None, &["output.checkpoint={time=0.5, wall=60}"]);

@@ -13,7 +13,7 @@ use crate::body::load::{Load, PairLoad};
 use crate::law::Loss;
 use crate::system::System;
 
-/// What a kick adds.
+/// The contribution of one kick.
 #[derive(Debug, Clone, Copy)]
 pub struct Kick<'a> {
     /// Length of the kick in s.
@@ -37,8 +37,8 @@ pub struct Kick<'a> {
 }
 
 impl Kick<'_> {
-    /// The totals at the end of the kick, from those at its beginning. Bodies that nothing but contact and gravity
-    /// moves are added all at once.
+    /// The totals at the end of the kick, from those at its beginning. Free bodies, which only contact and gravity
+    /// move, are summed together.
     #[must_use]
     pub fn after(&self, totals: &Totals) -> Totals {
         let mut after = *totals;
@@ -59,7 +59,7 @@ impl Kick<'_> {
         after
     }
 
-    /// What the books need to know of body `b`.
+    /// The data of body `b` for the ledger.
     fn entry(&self, b: usize) -> Entry {
         let (body, state) = (&self.bodies.properties[b], &self.bodies.state[b]);
         let (points, others) = (&self.point_loads[b], &self.body_loads[b]);
@@ -86,7 +86,7 @@ impl Kick<'_> {
 }
 
 impl System {
-    /// This step's kick, for the books.
+    /// The kick of this step, for the ledger.
     pub(crate) fn kick_of(&self, step: &Step) -> Kick<'_> {
         let pairs = self.pairs.as_ref();
         Kick {

@@ -1,9 +1,9 @@
 //! The spheropolygon rigid-body solver of Tandem.
 //!
 //! Bodies are spheropolygons: polygons (or a point, or a segment) swept by a disc (Jiang, Chen, Zhang, Ji, Liu 2020,
-//! "MPM-SDEM", section 3). They touch one another, and the identified material points (IMPs) that the continuum
-//! sends. [`Sdem`] implements [`interface::solver::DemSolver`]; `step` reads as the paper's section 4.2, `contact`
-//! is the geometry, `law` the forces.
+//! "MPM-SDEM", section 3). They are in contact with one another and with the identified material points (IMPs) that the
+//! continuum sends. [`Sdem`] implements [`interface::solver::DemSolver`]; `step` reads as the paper's section 4.2,
+//! `contact` has the geometry, `law` the forces.
 //!
 //! # Notation
 //!
@@ -26,16 +26,16 @@
 //!
 //! # Choices that the paper leaves open
 //!
-//! - A disc has no edges: two discs touch once, a disc touches each edge of a polygon that is near. The literal sum
-//!   of eq. 39 over degenerate edges would count a pair of discs twice.
-//! - A dashpot never pulls. Coulomb's cap is `mu` times the whole normal force, dashpot included, and bounds the sum
+//! - A disc has no edges: two discs have one contact, and a disc has one with each near edge of a polygon. The literal
+//!   sum of eq. 39 over degenerate edges would count a pair of discs twice.
+//! - A dashpot never pulls. Coulomb's limit is `mu` times the whole normal force, dashpot included, and limits the sum
 //!   of tangential spring and dashpot.
-//! - Sliding is the relative displacement of the two surfaces at the contact point, a material point being a disc
-//!   that does not spin. So the friction force, the torque that it exerts (eq. 50) and the energy that it dissipates
-//!   belong together, and a wheel rolls on its own radius.
-//! - Mass properties of a free body are exact or the body is refused (a sphero-radius too large for a notch).
-//! - The distance of a vertex from an edge has no sign, as in the paper; a point inside an outline is pushed back out. A
-//!   point or a body that has gone through a body, or as good as, ends the run ([`contact::passage`]).
+//! - Sliding is the relative displacement of the two surfaces at the contact point; a material point is a disc without
+//!   spin. So the friction force, its torque (eq. 50) and the energy that it dissipates are consistent, and a wheel
+//!   rolls on its own radius.
+//! - The mass properties of a free body are exact, or the body is refused (a sphero-radius too large for a notch).
+//! - The distance of a vertex from an edge has no sign, as in the paper; a point inside an outline is pushed back out.
+//!   If a point or a body has passed through a body, or nearly so, the run ends ([`contact::passage`]).
 #![forbid(unsafe_code)]
 
 pub mod body;

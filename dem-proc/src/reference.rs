@@ -1,5 +1,5 @@
 //! The slow, obvious version: no lists, no trees, every point against every edge of every body, every vertex against
-//! every edge. The oracle of the fast path on random moving scenes.
+//! every edge. It is the oracle for the fast path on random moving scenes.
 
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};

@@ -1,4 +1,4 @@
-//! What every part of a saved state checks: how many, and finite.
+//! Checks for every part of a saved state: counts, and finite numbers.
 
 use interface::solver::Refusal;
 
@@ -7,7 +7,7 @@ pub fn refusal(text: impl Into<String>) -> Refusal {
     Refusal::new("restore", text)
 }
 
-/// Refuses another number of things than there are here.
+/// Refuses a wrong count.
 ///
 /// # Errors
 /// Both numbers.

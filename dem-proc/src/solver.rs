@@ -1,4 +1,4 @@
-//! The solver as a session drives it: [`DemSolver`] for the built-in bodies.
+//! Implements [`DemSolver`] for the built-in bodies.
 
 use interface::config::DemConfig;
 use interface::config::capability::Capabilities;
@@ -17,7 +17,7 @@ use crate::system::System;
 #[derive(Debug, Default)]
 pub struct Sdem {
     pub(crate) system: System,
-    /// What a saved state is recognised by as one of this configuration.
+    /// Marks by which a saved state of this configuration is recognised.
     marks: Marks,
 }
 

@@ -13,7 +13,7 @@ use crate::law::Past;
 use crate::lists::watch::Ahead;
 use crate::system::System;
 
-/// Whether nothing is to move: forces, limits and a measurement are wanted, and no trace may stay.
+/// Whether this is an opening step: it computes forces, limits and a measurement, and leaves the state unchanged.
 fn opening(step: &Step) -> bool {
     step.dt_before == 0.0 && step.dt == 0.0
 }
@@ -32,7 +32,7 @@ impl System {
         self.respond(step, imps)
     }
 
-    /// Steps 2 and 3 of section 4.2: takes over what [`Self::contact`] found, and moves the bodies.
+    /// Steps 2 and 3 of section 4.2: commits the result of [`Self::contact`], and moves the bodies.
     pub(crate) fn advance(&mut self, step: &Step) {
         self.keep_lists();
         if !opening(step) {
@@ -47,7 +47,7 @@ impl System {
         if let Some(pairs) = &self.pairs {
             pairs.tell(&self.bodies, &mut found);
         }
-        // Without points nothing was evaluated, and what was listed may be of earlier ones.
+        // Without points nothing was evaluated, and the list may belong to earlier points.
         if !imps.is_empty() {
             let past = Past::new(step.dt_before);
             self.points.tell(&self.bodies, imps, past, &mut found);
@@ -79,8 +79,8 @@ impl System {
         self.point_contact(step, imps, forces); //        eqs. 44, 46, 49, 50
     }
 
-    /// What the bodies will do under these forces. Nothing is taken over: until [`Self::commit`] all of it may be
-    /// evaluated again, with other points.
+    /// The response of the bodies to these forces. It changes no state: until [`Self::commit`] it may be evaluated
+    /// again, with other points.
     pub(crate) fn respond(&mut self, step: &Step, imps: &[ImpState]) -> Result<Answer, Fault> {
         self.kick(step)?; //                              eq. 42, v^{n-1/2} -> v^{n+1/2}
         if step.measure {
@@ -159,7 +159,7 @@ impl System {
         }
     }
 
-    /// Refuses to go on with a point or a body on the wrong side of a body.
+    /// A fault if a point or a body is on the wrong side of a body.
     fn none_passed(&self, imps: &[ImpState]) -> Result<(), Fault> {
         let bodies = &self.bodies;
         if let Some(passed) = self.pairs.as_ref().and_then(|pairs| pairs.passed(bodies)) {
@@ -202,8 +202,8 @@ impl System {
         Ok(())
     }
 
-    /// Sums what contact does to each body, part by part, and finds velocities and spins after a kick (s) by it and by
-    /// gravity. Returns the largest surface speed in m/s, NaN if one is not finite.
+    /// Sums the contact loads of each body, part by part, and computes velocities and spins after a kick (s) by them
+    /// and by gravity. Returns the largest surface speed in m/s, NaN if one is not finite.
     fn kick_all(&mut self, kick: f64) -> f64 {
         let part = self.threads.part(self.bodies.len());
         self.fastest.clear();
@@ -252,7 +252,7 @@ impl System {
         }
     }
 
-    /// The limits for the next step, and how far the surfaces will have gone.
+    /// The limits for the next step, and the displacement of the surfaces at its end.
     fn answer(&mut self, step: &Step) -> Answer {
         let (mut rate, mut mobility): (f64, f64) = (0.0, 0.0);
         if !self.points.set().is_empty() {
@@ -286,7 +286,7 @@ impl System {
         if let Some(pairs) = &self.point_pairs {
             damping = f64::max(damping, pairs.damping_ratio());
         }
-        // A quarter of the skin: below it nobody rebuilds anything, so a coarse bound does no harm.
+        // A quarter of the skin: below it nothing is rebuilt, so a coarse bound is enough.
         let gone = self.published.bound(0.25 * self.skin, &self.bodies);
         Answer {
             limits: Limits {
@@ -301,7 +301,7 @@ impl System {
         }
     }
 
-    /// Keeps the lists of the last evaluation, also where nothing moves: the next step would build the same.
+    /// Keeps the lists of the last evaluation, even if nothing moves: the next step would build the same lists.
     fn keep_lists(&mut self) {
         self.points.keep_list();
         if let Some(pairs) = &mut self.point_pairs {
@@ -312,7 +312,7 @@ impl System {
         }
     }
 
-    /// Takes over what the last evaluation found, but for the velocities, which the drift takes over.
+    /// Commits the result of the last evaluation, except the velocities, which the drift commits.
     fn commit(&mut self, step: &Step) {
         self.totals = self.kick_of(step).after(&self.totals);
         self.speed = self.kicked_speed;

@@ -1,4 +1,4 @@
-//! A configured solver: its bodies, their contacts, and what one evaluation of a step leaves for the next.
+//! A configured solver: its bodies, their contacts, and the results that one step leaves for the next.
 
 use interface::Vec2;
 use interface::message::wire::EnvelopeVertex;
@@ -28,9 +28,9 @@ pub struct System {
     pub(crate) bodies: Bodies,
     /// Contact with points.
     pub(crate) points: Box<dyn PointSide>,
-    /// Contact between the points of two groups, where the scene has a law for it.
+    /// Contact between the points of two groups, if the scene has a law for it.
     pub(crate) point_pairs: Option<Box<dyn PairSide>>,
-    /// Contact between bodies, where the scene has a law for it and a body that can be moved.
+    /// Contact between bodies, if the scene has a law for it and a body that forces can move.
     pub(crate) pairs: Option<Box<dyn BodySide>>,
     /// How loops are run.
     pub(crate) threads: Threads,
@@ -40,21 +40,21 @@ pub struct System {
     pub(crate) body_loads: Vec<PairLoad>,
     /// Whether any of `point_loads` may be other than zero.
     pub(crate) pushed_by_points: bool,
-    /// Velocities and spins at `t_{n+1/2}`, taken over by the drift.
+    /// Velocities and spins at `t_{n+1/2}`, committed by the drift.
     pub(crate) kicked: Vec<(Vec2, f64)>,
     /// Largest surface speed after the kick in each part of the bodies, in m/s.
     pub(crate) fastest: Vec<f64>,
-    /// Most that gravity and forces from outside accelerate any surface, in m/s^2.
+    /// Largest acceleration of any surface by gravity and external forces, in m/s^2.
     pub(crate) outer_acceleration: f64,
-    /// Bound of the squared frequency of two bodies that touch, wherever they do, in 1/s^2.
+    /// Bound of the squared frequency of two bodies in contact, at any contact point, in 1/s^2.
     pub(crate) first_contact: f64,
     /// `(2 / r)^2` with the resolution `r` of impacts.
     pub(crate) per_resolution_sq: f64,
     /// Upper bound of the speed of any surface over the last step, in m/s.
     pub(crate) speed: f64,
-    /// The same after the kick, not yet taken over.
+    /// The same after the kick, not yet committed.
     pub(crate) kicked_speed: f64,
-    /// How far surfaces have gone since the last call of `envelopes`.
+    /// Displacement of surfaces since the last call of `envelopes`.
     pub(crate) published: Odometer,
     /// `V_d` in m.
     pub(crate) skin: f64,

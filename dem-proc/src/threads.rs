@@ -1,6 +1,6 @@
-//! Threads inside the solver. An array is cut into parts, each of which is done by one thread into a place of its own;
-//! what is summed over parts is summed in their order, over parts that depend on nothing but lengths. So any number of
-//! threads gives the same bits.
+//! Threads inside the solver. An array is divided into parts; one thread processes each part and writes to its own
+//! place. Sums over parts are taken in the order of the parts, which depend only on lengths. So any number of threads
+//! gives the same bits.
 
 use std::hint::spin_loop;
 use std::sync::Mutex;
@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// Elements of a chunk: what is found in one stays in the first-level cache.
+/// Elements of a chunk: its results stay in the first-level cache.
 pub const CHUNK: usize = 256;
 
 /// Below this many chunks a loop is done before other threads have woken up (a wake-up takes 5 to 20 us, a chunk
@@ -18,7 +18,7 @@ const WORTH_SHARING: usize = 8;
 /// Turns of waiting (some 50 us) for other threads to end before the operating system is asked to wait.
 const PATIENCE: usize = 2000;
 
-/// How loops are run: plainly, or together with a pool of this solver's own.
+/// How loops are run: by the calling thread alone, or together with a thread pool of this solver.
 #[derive(Debug, Default)]
 pub struct Threads(Option<ThreadPool>);
 
@@ -44,8 +44,8 @@ impl Threads {
         self.0.is_some() && len.div_ceil(CHUNK) >= WORTH_SHARING
     }
 
-    /// Length of the parts in which to share a loop over `len` elements that takes no sum: a few for each thread, so
-    /// that one that comes late does less.
+    /// Length of the parts of a shared loop over `len` elements without a sum: a few parts for each thread, so that a
+    /// thread that starts late does less.
     pub fn part(&self, len: usize) -> usize {
         match &self.0 {
             Some(pool) if self.shares(len) => len.div_ceil(4 * (pool.current_num_threads() + 1)),
@@ -93,7 +93,7 @@ impl Threads {
     }
 }
 
-/// The caller works too: it would only sleep, and to wake it costs as much as a small loop.
+/// The calling thread works too: otherwise it would sleep, and waking it costs as much as a small loop.
 fn share<T>(pool: &ThreadPool, tasks: impl Iterator<Item = T> + Send, f: &(impl Fn(T) + Sync)) {
     let tasks = Mutex::new(tasks);
     let work = || {

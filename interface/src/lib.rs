@@ -1,7 +1,7 @@
 //! The contract between Tandem's processes.
 //!
-//! The only crate that names iceoryx2 and bincode. It knows neither solver nor coupler. `PROTOCOL.md` beside this crate is the
-//! normative text; its clause numbers stand in the code where they are kept.
+//! The only crate that names iceoryx2 and bincode. It knows neither solver nor coupler. `PROTOCOL.md` in this crate is
+//! the normative text; the code names its clauses where it implements them.
 //!
 //! | folder or file | what is in it |
 //! | --- | --- |

@@ -1,4 +1,4 @@
-//! A saved state as bytes: what a solver gives for [`save`](crate::solver::MpmSolver::save) and takes back.
+//! A saved state as bytes: the result of [`save`](crate::solver::MpmSolver::save), which `restore` takes back.
 //!
 //! The bytes begin with the name of their format, so that the state of another solver, or of another version of the same
 //! one, is refused by name.

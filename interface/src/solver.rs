@@ -1,5 +1,5 @@
-//! What a solver is: two traits, one for each side. The session ([`crate::session`]) calls them in
-//! the only order there is, so an implementation cannot answer twice, skip a step or speak out of turn.
+//! The traits that a solver implements, one for each side. The session ([`crate::session`]) calls them in the order of
+//! the protocol, so an implementation cannot answer twice, skip a step or send a message out of order.
 
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
@@ -12,7 +12,7 @@ use crate::message::wire::{
 };
 use crate::step::Step;
 
-/// Why a solver does not take its configuration. Nothing has been started when it is said.
+/// The reason why a solver does not take its configuration.
 #[derive(Debug, Clone, PartialEq, Eq, Error, Serialize, Deserialize)]
 #[error("{key}: {message}")]
 pub struct Refusal {
@@ -40,7 +40,7 @@ pub enum Fault {
     NotFinite {
         /// The quantity, such as "velocity".
         what: String,
-        /// What has it, such as "point 17" or "body 2 (target)".
+        /// The point or body, such as "point 17" or "body 2 (target)".
         item: String,
     },
     /// A point left the grid's domain.
@@ -53,7 +53,7 @@ pub enum Fault {
         /// Position in m.
         y: f64,
     },
-    /// The constitutive model cannot take the deformation.
+    /// The constitutive model cannot handle the deformation.
     #[error("point {id}: {message}")]
     Material {
         /// Identity of the point.
@@ -69,7 +69,7 @@ pub enum Fault {
     Other(String),
 }
 
-/// What a solver says of itself once it is configured.
+/// The properties that a configured solver reports.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Readiness {
     /// Points or bodies.
@@ -82,15 +82,15 @@ pub struct Readiness {
     pub mass_min: f64,
     /// Bodies: largest normal stiffness of a contact with points in N/m. Continuum: 0.
     pub stiffness_max: f64,
-    /// Things worth telling the user: a check that warns, what is left out.
+    /// Messages for the user: warnings, and what is left out.
     pub notes: Vec<String>,
 }
 
 impl Readiness {
-    /// Most items, and bytes: as many as a double counts one by one.
+    /// Largest number of items, and of bytes: the largest count that a double represents exactly.
     const MOST: u64 = 1 << 53;
 
-    /// What cannot be true of it (clause S-6): a number that is not finite or negative, a count beyond all memory.
+    /// The first impossible value (clause S-6): a number that is negative or not finite, or a count beyond all memory.
     pub fn nonsense(&self) -> Option<String> {
         let reals = [
             ("courant_time", self.courant_time),
@@ -126,7 +126,7 @@ pub struct DemMeasurement {
 
 /// A continuum solver. A step is one call of [`Self::predict`] and then one of [`Self::correct`].
 ///
-/// An example: a single point of 1 kg/m that nothing holds and every body can see.
+/// An example: a single free point of 1 kg/m, which is an IMP whenever there is a body.
 ///
 /// ```
 /// use interface::config::MpmConfig;
@@ -222,7 +222,7 @@ pub trait MpmSolver {
     /// A [`Refusal`] that names the key.
     fn configure(&mut self, config: &MpmConfig) -> Result<Readiness, Refusal>;
 
-    /// Chooses the IMPs anew: the points within `reach + r_p + V_d` of an envelope or inside one, ordered by id.
+    /// Chooses a new set of IMPs: the points within `reach + r_p + V_d` of an envelope or inside one, ordered by id.
     /// Resets [`Self::travel`].
     fn select_imps(&mut self, envelopes: &[EnvelopeVertex]) -> &[ImpInfo];
 
@@ -240,14 +240,13 @@ pub trait MpmSolver {
     fn predict(&mut self, step: &Step) -> Result<(), Fault>;
 
     /// The rest of the step, with the contact forces at `t_n` on the IMPs, slot by slot (none in an uncoupled run).
-    /// Returns the limits for the next step. `radius_min`, and the speed of points that are no IMPs, are the session's
-    /// to add.
+    /// Returns the limits for the next step. The session adds `radius_min` and the speed of points that are not IMPs.
     ///
     /// # Errors
     /// A [`Fault`], after which the run ends.
     fn correct(&mut self, step: &Step, forces: &[ImpForce]) -> Result<Limits, Fault>;
 
-    /// A whole step with forces that are known beforehand.
+    /// A whole step with given forces.
     ///
     /// # Errors
     /// A [`Fault`], after which the run ends.
@@ -298,7 +297,7 @@ pub struct Answer {
 ///
 /// # Examples
 ///
-/// One free disc that points push by a linear spring. A real solver refuses what it does not take, and fills in the
+/// One free disc that points push with a linear spring. A real solver refuses what it does not take, and fills in the
 /// ledger of a measured step.
 ///
 /// ```
@@ -438,15 +437,15 @@ pub trait DemSolver {
     /// A [`Refusal`] that names the key.
     fn configure(&mut self, config: &DemConfig) -> Result<Readiness, Refusal>;
 
-    /// The outlines of all bodies at `t_n`, from now on the origin of [`Answer::travel`].
+    /// The outlines of all bodies at `t_n`; [`Answer::travel`] counts from these positions.
     fn envelopes(&mut self) -> &[EnvelopeVertex];
 
-    /// The IMP set was rebuilt: slots are now ordered as `set`. Contact history follows the ids.
+    /// The IMP set was rebuilt: slots now have the order of `set`. Contact history is assigned by id.
     fn imp_set(&mut self, set: &[ImpInfo]);
 
     /// The forces at `t_n` on the IMPs, written to `forces` slot by slot, and the limits that hold once the bodies have
-    /// been kicked by the very same numbers, negated. Evaluates only: the state of bodies, contacts and books stays what
-    /// it was until [`Self::advance`], so it may be called again with other states.
+    /// been kicked by exactly the same numbers, negated. It only evaluates: the state of bodies, contacts and ledger
+    /// does not change before [`Self::advance`], so it may be called again with other states.
     ///
     /// # Errors
     /// A [`Fault`], after which the run ends.
@@ -457,7 +456,7 @@ pub trait DemSolver {
         forces: &mut [ImpForce],
     ) -> Result<Answer, Fault>;
 
-    /// Kicks the bodies by the forces of the last [`Self::contact`], takes over the history of contacts and the books,
+    /// Kicks the bodies by the forces of the last [`Self::contact`], commits the history of contacts and the ledger,
     /// and moves the bodies to `t_{n+1}`. Called after the forces have been sent, while the continuum uses them.
     ///
     /// # Errors

@@ -1,10 +1,10 @@
-//! A grid layer for each group (Chen 2023 section 3.3): every group of points is a continuum with nodes of its own, so
-//! that groups exchange nothing through the grid. What they exchange are the forces of the bodies' side, which bodies and
-//! points of other groups exert on their points.
+//! A grid layer for each group (Chen 2023 section 3.3): every group of points is a continuum with its own nodes, so
+//! that groups never exchange momentum through the grid. They interact only through the forces of the bodies' side,
+//! which bodies and points of other groups exert on their points.
 //!
-//! The layers are stepped one after another. Each has walls, loads and step limits of its own; forces of contact act on
-//! the masses of one layer each, so what contact adds to a frequency is that of the worst layer, where the stiffness of a
-//! pair counts twice at either end: `k (e_p - e_q)(e_p - e_q)^T <= 2 k (e_p e_p^T + e_q e_q^T)`.
+//! The layers are stepped one after another. Each has its own walls, loads and step limits. A contact force acts on the
+//! masses of one layer, so the contribution of contact to the frequency is the largest of all layers, where the
+//! stiffness of a pair counts twice at both ends: `k (e_p - e_q)(e_p - e_q)^T <= 2 k (e_p e_p^T + e_q e_q^T)`.
 
 use core::ops::Range;
 
@@ -82,7 +82,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Layers<W, S, T> {
         let count = slots.last().map_or(0, |last| last.end);
         if !forces.is_empty() && forces.len() != count {
             return Err(Fault::Other(format!(
-                "{} contact forces came for {count} identified material points",
+                "{} contact forces arrived for {count} identified material points",
                 forces.len(),
             )));
         }

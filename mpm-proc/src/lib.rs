@@ -1,12 +1,12 @@
 //! The continuum solver: an explicit material point method in the plane.
 //!
 //! [`Mpm`] implements [`interface::solver::MpmSolver`]. `step.rs` is the algorithm of Jiang 2020 section 2.2, one call
-//! a line. The calls are in `pass/`; what they read and change is in `state/`; `kernel/` has what the loops are made of, and
-//! `setup/` leads from a configuration to a solver that is ready. Files name others of the same room or of one further
-//! down, never in a circle: `setup`, `grains`, `step.rs`, `pass`, `state`, [`material`], [`kernel`].
+//! a line. The passes that it calls are in `pass/`, their data in `state/`, the parts of the loops in `kernel/`, and
+//! `setup/` builds a solver from a configuration. Files depend on others of the same folder or of a later one in this
+//! list, without cycles: `setup`, `grains`, `step.rs`, `pass`, `state`, [`material`], [`kernel`].
 //!
-//! [`kernel`] and [`material`] are public so that the examples of [`material::Material`] and [`kernel::shape::Shape`] run as
-//! tests; other crates have no use for them.
+//! [`kernel`] and [`material`] are public so that the examples of [`material::Material`] and [`kernel::shape::Shape`]
+//! run as tests; other crates have no use for them.
 //!
 //! # Notation
 //!

@@ -1,5 +1,5 @@
-//! The oracle: the paper transcribed plainly. Every point looks at every node of a small dense grid; nothing is shared
-//! with the fast path but the configuration. Slow on purpose.
+//! The oracle: a plain transcription of the paper. Every point loops over every node of a small dense grid; only the
+//! configuration is shared with the fast path. It is slow on purpose.
 
 use interface::config::{Drift, StressUpdate, Transfer, Wall, Walls};
 

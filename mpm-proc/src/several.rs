@@ -1,4 +1,4 @@
-//! What continua of one scene say together, where each of its groups is a continuum of its own ([`crate::grains`],
+//! Combines the answers of several continua, if each group of a scene is a separate continuum ([`crate::grains`],
 //! [`crate::layers`]).
 
 use interface::message::wire::{GroupState, Ledger, Limits, PointState};

@@ -1,4 +1,4 @@
-//! The solver as the session sees it.
+//! Implements the solver's trait for the session.
 
 use interface::config::MpmConfig;
 use interface::config::capability::Capabilities;

@@ -49,7 +49,7 @@ def frames(run):
     try:
         root = xml.parse(folder / "frames.pvd").getroot()
     except FileNotFoundError:
-        raise FrameError(f"{folder} has no frames.pvd: frames are kept of a run with `output.frames`") from None
+        raise FrameError(f"{folder} has no frames.pvd: only a run with `output.frames` has frames") from None
     except xml.ParseError as error:
         raise FrameError(f"{folder / 'frames.pvd'}: {error}") from None
     files = {}
@@ -73,7 +73,7 @@ def read(file):
 def _mesh(data):
     begin = data.find(_APPENDED)
     if begin < 0:
-        raise ValueError("no packed arrays in it")
+        raise ValueError("no compressed arrays in it")
     end = data.rindex(b"</AppendedData>")
     root = xml.fromstring(data[:begin] + b"</VTKFile>")
     packed = memoryview(data)[begin + len(_APPENDED) + 1 : end]

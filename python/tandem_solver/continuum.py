@@ -162,7 +162,7 @@ class _Mpm(Seat):
             raise self.broken("dem", "F-4", "a force is not finite")
         for slot, (fx, fy, stiffness) in enumerate(forces):
             if stiffness < 0.0 or (stiffness == 0.0 and (fx, fy) != (0.0, 0.0)):
-                raise self.broken("dem", "F-5", f"slot {slot}: a force without the stiffness behind it")
+                raise self.broken("dem", "F-5", f"slot {slot}: a force without a stiffness")
         self.bodies_travel, self.halt_after = header.travel, header.flags & wire.HALT_AFTER != 0
         self.watch.lap("exchange")
         return forces

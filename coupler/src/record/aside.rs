@@ -1,4 +1,4 @@
-//! Writing beside the run: a thread of its own adds to a file, so that no step waits for a disk.
+//! Background writing: a separate thread appends to a file, so that no step waits for a disk.
 
 use std::fs::File;
 use std::io::{self, Seek, SeekFrom, Write};

@@ -1,4 +1,4 @@
-//! Columns of the history and the scene's own checks: recorded sample by sample, judged at the end.
+//! Columns of the history and the scene's checks: recorded sample by sample, evaluated at the end.
 //!
 //! ```text
 //! let mut recorder = Recorder::new(columns, checks, end);      // header() for history.csv
@@ -500,7 +500,7 @@ fn judge(check: &Check, progress: &Progress, slots: &[f64]) -> CheckResult {
     if !value.is_finite() {
         result.reason = Some("the value is not a finite number".to_owned());
     } else if !finite {
-        result.reason = Some("what it is compared with is not a finite number".to_owned());
+        result.reason = Some("the expected value is not a finite number".to_owned());
     }
     result
 }

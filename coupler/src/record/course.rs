@@ -1,5 +1,6 @@
-//! `course.csv`: the course of a run. The energies of the ledger, and how many steps what has bound, a row at each output of
-//! the history. `history.csv` has what the scene asks for; this has what every run can say of itself.
+//! `course.csv`: the course of a run. One row at each output of the history, with the energies of the ledger and the
+//! number of steps that each limit has determined. `history.csv` has the columns of the scene; this file has the same
+//! columns for every run.
 
 use std::fs;
 

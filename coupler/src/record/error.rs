@@ -1,4 +1,4 @@
-//! Why a run directory cannot be used, and what helps.
+//! Reasons why a run directory cannot be used, with advice.
 
 use std::io::{self, ErrorKind};
 use std::path::{Path, PathBuf};

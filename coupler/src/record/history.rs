@@ -1,4 +1,4 @@
-//! `history.csv`: one row for each output, in whole rows whatever ends this process.
+//! `history.csv`: one row for each output; rows are complete even if this process is killed.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Seek, SeekFrom, Write};

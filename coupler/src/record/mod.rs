@@ -1,13 +1,13 @@
-//! What is recorded of a run: numbers while it goes on, files in its directory.
+//! The records of a run: numbers during the run, and files in its directory.
 //!
 //! | file | what is in it |
 //! | --- | --- |
 //! | [`quantity`] | the quantities that columns and checks may name |
 //! | [`ledger`] | energies and momenta of both sides together |
-//! | [`check`] | columns of the history, and what the run must show |
+//! | [`check`] | columns of the history, and the checks of the scene |
 //! | [`rundir`], [`history`], [`frames`], [`summary`] | the run directory and its files |
 //! | [`aside`], [`screen`] | threads that write to files and to standard error, so that no step waits for them |
-//! | [`progress`] | what a user sees meanwhile |
+//! | [`progress`] | the progress bar |
 
 pub mod aside;
 pub mod check;

@@ -1,4 +1,4 @@
-//! What a user sees of a run while it goes on: a bar on a terminal, lines of log elsewhere.
+//! Shows the progress of a run: a bar on a terminal, lines of log elsewhere.
 
 use std::io::{IsTerminal, stderr};
 use std::time::{Duration, Instant};

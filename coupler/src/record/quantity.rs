@@ -1,7 +1,7 @@
 //! The quantities that columns, checks and references may name, and one sample of all of them.
 //!
-//! A quantity is one row of a table: name, unit, meaning, value. What an expression may name, what a sample is filled
-//! with and the list in `docs/scene-format.md` are made of the rows.
+//! A quantity is one row of a table: name, unit, meaning, value. The names in expressions, the values of a sample and
+//! the list in `docs/scene-format.md` are made from the rows.
 
 use std::fmt::Write as _;
 
@@ -19,8 +19,8 @@ struct Row<T: ?Sized> {
     value: fn(&T) -> f64,
 }
 
-/// Unit of a slice's share of a quantity that is of a metre of thickness in this `unit`, such as a mass (kg/m), a force (N/m) or
-/// a moment of inertia (kg m); none of those that have nothing to do with the thickness.
+/// Unit of a slice's share of a quantity that is of a metre of thickness in this `unit`, such as a mass (kg/m), a force
+/// (N/m) or a moment of inertia (kg m); none of those that have nothing to do with the thickness.
 ///
 /// # Panics
 /// For a unit that no row has.
@@ -447,7 +447,8 @@ pub struct Sample {
 }
 
 impl Quantities {
-    /// The quantities of a scene with these point groups, probes, holds and chains, bodies, and generated sets of so many bodies.
+    /// The quantities of a scene with these point groups, probes, holds and chains, bodies, and generated sets of so
+    /// many bodies.
     pub fn new<'a>(
         groups: impl IntoIterator<Item = &'a str>,
         [probes, holds, chains]: [&[&str]; 3],
@@ -497,7 +498,8 @@ impl Quantities {
         self.names.extend(names);
     }
 
-    /// The same of a slice of this thickness (m): masses, forces, momenta and energies are its own and not those of a metre.
+    /// The same of a slice of this thickness (m): masses, forces, momenta and energies are its own and not those of a
+    /// metre.
     #[must_use]
     pub fn of_slice(self, thickness: f64) -> Self {
         Self { thickness, ..self }

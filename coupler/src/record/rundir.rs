@@ -1,8 +1,8 @@
-//! The run directory: what a run leaves behind, and who may write there (docs/run-directory.md).
+//! The run directory: the files of a run, and the lock on them (docs/run-directory.md).
 //!
 //! One run at a time: [`RunDir`] holds a lock on a file in it. A list beside the lock names every file that Tandem has
-//! written there; nothing else is ever removed. Where an earlier run has left files, a new one is built in a folder of the
-//! directory and takes their place once its solvers are ready.
+//! written there; nothing else is ever removed. If there are files of an earlier run, a new run is built in a folder of
+//! the directory and replaces them when its solvers are ready.
 
 mod list;
 
@@ -67,8 +67,8 @@ struct Inner {
 }
 
 impl RunDir {
-    /// The directory of a new run, with its scene, before anything is started. Where an earlier run has left files they stay
-    /// until [`Self::take_place`].
+    /// The directory of a new run, with its scene, before anything is started. Where an earlier run has left files they
+    /// stay until [`Self::take_place`].
     ///
     /// # Errors
     /// [`RunDirError`]: another run uses the directory, it cannot be written, or something in it is in the way. Then all

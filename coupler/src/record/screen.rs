@@ -1,5 +1,5 @@
-//! Standard error while a run goes on, written by a thread of its own: a terminal that somebody has stopped (Ctrl-S), or a
-//! pipe that nobody reads, holds up no step. What there is no room for is left out, and then how much; the log has it.
+//! Standard error during a run, written by a separate thread: a stopped terminal (Ctrl-S), or a pipe that nobody reads,
+//! does not delay a step. Messages for which the queue has no room are left out and counted; the log has all of them.
 
 use std::io::{self, Write, stderr};
 use std::sync::Arc;

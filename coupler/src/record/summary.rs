@@ -1,4 +1,4 @@
-//! `summary.json`: what a run has shown. Its keys are fixed (DESIGN.md section 6).
+//! `summary.json`: the results of a run. Its keys are fixed (DESIGN.md section 6).
 
 use std::collections::BTreeMap;
 
@@ -134,8 +134,8 @@ pub struct Summary {
     pub wall_by_part: BTreeMap<&'static str, WallParts>,
     /// CPU time by process in s. In one process: of each party's thread, without those of its pool.
     pub cpu_s: BTreeMap<&'static str, f64>,
-    /// Wall time of stepping in s: from the reports on the first grant, the opening step in which nothing moves, to those on
-    /// the last. Start-up is what comes before.
+    /// Wall time of stepping in s: from the reports on the first grant, the opening step in which nothing moves, to
+    /// those on the last. Start-up is what comes before.
     pub stepping_wall_s: f64,
     /// CPU time of stepping by process in s, as `cpu_s` counts it.
     pub stepping_cpu_s: BTreeMap<&'static str, f64>,

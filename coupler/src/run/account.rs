@@ -1,4 +1,4 @@
-//! What a run adds up to, kept so that however it ends there is a summary.
+//! The accumulated results of a run, from which a summary can be written whenever the run ends.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;

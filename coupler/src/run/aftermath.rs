@@ -1,4 +1,4 @@
-//! What is known of a run whose coupler was killed: it left a scene, a log and a history, and perhaps a checkpoint, but no
+//! Describes a run whose coupler was killed: it left a scene, a log and a history, and perhaps a checkpoint, but no
 //! summary.
 
 use std::fs;

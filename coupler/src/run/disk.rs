@@ -1,5 +1,5 @@
-//! Waiting for a disk. Files are written beside the run; where one is too far behind the run waits, and the solvers know that
-//! it does: their patience does not end meanwhile.
+//! Waiting for a disk. Files are written in the background; if a writer is too far behind, the run waits. The solvers
+//! are told, so that the time does not count towards their deadlines.
 
 use std::thread;
 use std::time::{Duration, Instant};
@@ -48,12 +48,12 @@ impl Disk {
             while is_behind() {
                 if began.elapsed() >= NOTICE && !named {
                     named = true;
-                    tracing::warn!("the disk does not take what is written: the run waits for it");
+                    tracing::warn!("the disk does not accept data: the run waits for it");
                 }
                 thread::sleep(LOOK);
             }
             if named {
-                tracing::info!("the disk takes what is written again");
+                tracing::info!("the disk accepts data again");
             }
         });
     }

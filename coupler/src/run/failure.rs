@@ -1,4 +1,4 @@
-//! Why a run did not reach its end, how it counts, and what the user can do about it.
+//! The reasons why a run did not reach its end, their exit statuses, and advice for the user.
 
 use interface::core::SessionError;
 use interface::message::control::Party;
@@ -22,7 +22,7 @@ pub enum RunError {
     Session(#[from] SessionError),
     /// The limits ask for a step below the scene's shortest.
     #[error(
-        "at t = {time:.6e} s (step {step}) the {bound} limit asks for a step of {dt:.3e} s, below time.min_step = {min_step:.3e} s",
+        "at t = {time:.6e} s (step {step}) the {bound} limit requires a step of {dt:.3e} s, below time.min_step = {min_step:.3e} s",
         bound = bound.name()
     )]
     Collapsed {
@@ -39,7 +39,7 @@ pub enum RunError {
     },
     /// Energy has appeared from nowhere.
     #[error(
-        "at t = {time:.6e} s (step {step}) {percent:.0} % of the energy in play has appeared from nowhere: the computation is {} with dt = {dt:.3e} s ({bound})",
+        "at t = {time:.6e} s (step {step}) {percent:.0} % of the energy in play was created numerically: the computation is {} with dt = {dt:.3e} s ({bound})",
         if *.stable { "stable, but not resolved," } else { "unstable" }
     )]
     BlowUp {
@@ -91,57 +91,57 @@ impl RunError {
         match self {
             Self::Start(_) => "check the command: --mpm or --dem, or `[solvers]` of the scene",
             Self::Collapsed { .. } => {
-                "look for what makes the limit so small: a tiny mass or cell, a very stiff contact, a state that diverges"
+                "find the cause of the small limit: a tiny mass or cell, a very stiff contact, a state that diverges"
             }
             Self::BlowUp { stable: true, .. } => {
-                "resolve it: lower dem.contact_resolution where bodies meet, time.safety where points do, or take finer cells"
+                "resolve it: lower dem.contact_resolution (contact between bodies) or time.safety (contact with points), or use finer cells"
             }
             Self::BlowUp { stable: false, .. } => {
                 "lower time.safety or time.max_step, and prefer criterion = \"composed\""
             }
             Self::SharedMemory { .. } => {
-                "what was computed is in the run directory, and `tandem resume` goes on from its last checkpoint if it has one"
+                "the results so far are in the run directory, and `tandem resume` continues from its last checkpoint if it has one"
             }
-            Self::Unmet(_) => "change these keys of the scene, or take another solver",
+            Self::Unmet(_) => "change these keys of the scene, or use another solver",
             Self::Panicked(_) => "please report it, with the scene",
             Self::Checkpoint(_) => "run the scene again from its start",
-            Self::Interrupted | Self::InterruptedHeld(..) => "what was recorded until then is kept",
+            Self::Interrupted | Self::InterruptedHeld(..) => "the results until then are kept",
             Self::Output(error) => error.advice(),
             Self::Session(error) => match error {
                 SessionError::Vanished { .. } => {
-                    "what was recorded until then is kept; what the solver said on standard error is in mpm.log or dem.log"
+                    "the results until then are kept; the standard error of the solver is in mpm.log or dem.log"
                 }
                 SessionError::Late {
                     awaited: "its hello",
                     ..
                 } => {
-                    "its command may be wrong, or it hangs as it starts: run it by hand; if it only needs longer, raise coupling.hello_deadline"
+                    "its command may be wrong, or it may hang at its start: run it by hand; if it only needs more time, raise coupling.hello_deadline"
                 }
                 SessionError::Late {
                     awaited: "that it is ready",
                     ..
                 } => {
-                    "if it only needs longer to take the scene, raise coupling.ready_deadline; if it hangs, its process tells where"
+                    "if it only needs more time to take the scene, raise coupling.ready_deadline; if it hangs, attach a debugger to its process"
                 }
                 SessionError::Late {
                     awaited: "its goodbye",
                     ..
-                } => "it hangs after the last step; its process tells where",
+                } => "it hangs after the last step; attach a debugger to its process",
                 SessionError::Late { .. } => {
-                    "if the solver only needs longer, raise coupling.deadline; if it hangs, its process tells where"
+                    "if the solver only needs more time, raise coupling.deadline; if it hangs, attach a debugger to its process"
                 }
                 SessionError::Contract { .. } => {
-                    "interface/PROTOCOL.md has the clause; the solver has to be mended"
+                    "interface/PROTOCOL.md has the clause; the solver must be corrected"
                 }
                 SessionError::Refused { .. } => "change that key of the scene",
                 SessionError::Recording(_) => "make room, or run without --record",
                 SessionError::Failed { failure, .. }
                     if matches!(failure.fault, Some(Fault::LeftDomain { .. })) =>
                 {
-                    "nothing stops what leaves the grid: put a body or a wall (mpm.walls) in its way, enlarge mpm.domain, or write mpm.leaving = \"remove\""
+                    "nothing keeps the material on the grid: add a body or a wall (mpm.walls), enlarge mpm.domain, or write mpm.leaving = \"remove\""
                 }
                 SessionError::Failed { .. } => {
-                    "history.csv shows the way there; a smaller time.max_step may help"
+                    "history.csv shows how the values grew; a smaller time.max_step may help"
                 }
                 _ => "log.jsonl in the run directory has the details",
             },

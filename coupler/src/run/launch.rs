@@ -1,4 +1,4 @@
-//! Starts solvers as processes, watches them, keeps what they say, and sees that they end.
+//! Starts solvers as processes, watches them, keeps their output, and makes sure that they end.
 
 use std::io::{self, Read, Write};
 use std::os::unix::process::ExitStatusExt;

@@ -1,4 +1,4 @@
-//! What a run decides: what each solver is told, which steps come next, and what is kept of their reports.
+//! The decisions of a run: the configuration of each solver, the next steps, and what is recorded of the reports.
 
 mod branch;
 mod keep;

@@ -3,12 +3,12 @@
 //! | file | what is in it |
 //! | --- | --- |
 //! | [`options`] | how a scene is run |
-//! | [`stability`], [`pace`] | the composed step limit, and the layout of steps between outputs |
-//! | [`launch`], `lead`, [`failure`] | solvers as processes, what they are told and when, why a run ended early |
-//! | [`room`] | what a run needs of shared memory and open files |
-//! | `account` | what a run adds up to |
-//! | `disk`, `pause` | waiting for a disk that takes nothing, and for a solver that something has stopped |
-//! | [`checkpoint`], [`aftermath`] | the state of a run on disk, from which it goes on, and what is known of one that was killed |
+//! | [`stability`], [`pace`] | the composed step limit, and the plan of steps between outputs |
+//! | [`launch`], `lead`, [`failure`] | solvers as processes, the decisions of a run, the reasons why a run ended early |
+//! | [`room`] | the shared memory and open files that a run needs |
+//! | `account` | the accumulated results of a run |
+//! | `disk`, `pause` | waiting for a slow disk, and for a solver that is stopped |
+//! | [`checkpoint`], [`aftermath`] | the state of a run on disk, and a run whose coupler was killed |
 
 mod account;
 pub mod aftermath;
@@ -176,7 +176,7 @@ fn recorder(
         }
         let recorder = Recorder::resume(&dir.recording()?, &about, checkpoint.moment());
         if let Err(error) = &recorder {
-            tracing::warn!("the run goes on without its recording: {error}");
+            tracing::warn!("the run continues without its recording: {error}");
         }
         return Ok(recorder.ok());
     }

@@ -1,4 +1,4 @@
-//! How a scene is run: nothing of it changes a bit of the result.
+//! Options of a run; none of them changes a bit of the result.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

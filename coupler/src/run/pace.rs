@@ -1,4 +1,4 @@
-//! Lays out steps: an epoch is an interval of equal steps. A new one begins when a limit changes, at each output, and
+//! Plans steps: an epoch is an interval of equal steps. A new one begins when a limit changes, at each output, and
 //! every 64 steps; never because of how many steps a grant covers, so the window cannot change a bit of the result.
 
 use std::collections::BTreeMap;

@@ -1,5 +1,6 @@
-//! A solver that lives and does not run: a signal has stopped it, its container is paused, a disk does not answer. It goes
-//! on where it was, with the same bits, so the run waits for it; the user is told, and says for how long.
+//! A solver that is alive but does not run: it was stopped by a signal, its container is paused, or a disk does not
+//! answer. It can continue where it was, with the same bits, so the run waits for it. A message tells the user, and an
+//! option says how long to wait.
 
 use std::time::{Duration, Instant};
 
@@ -87,7 +88,7 @@ impl Pauses {
         if held.lasted >= NOTICE && !held.named {
             held.named = true;
             tracing::warn!(
-                "the {party} solver is {hold}: the run waits until it goes on, for {:.0?} at most (--patience)",
+                "the {party} solver is {hold}: the run waits for it, for at most {:.0?} (--patience)",
                 self.patience
             );
         }

@@ -1,5 +1,5 @@
-//! What a run needs of the machine besides memory: room in shared memory, and open files. Told before it begins, and named
-//! when it turns out to be the cause of something else.
+//! The resources that a run needs besides memory: space in shared memory, and open files. They are checked before the
+//! run begins, and named if a lack of them causes another error.
 
 use std::fmt::{self, Display};
 use std::path::PathBuf;
@@ -39,7 +39,7 @@ pub enum RoomError {
         there: u64,
     },
     /// Files may not be as long as those of shared memory.
-    #[error("the system allows files of {free} at most, and shared memory takes files of {about}", free = Bytes(*.allowed), about = Bytes(*.needed))]
+    #[error("the system allows files of {free} at most, and shared memory needs files of {about}", free = Bytes(*.allowed), about = Bytes(*.needed))]
     FileSize {
         /// In bytes.
         needed: u64,
@@ -196,8 +196,8 @@ impl Reach {
         }
     }
 
-    /// Looks now and then; whether somebody has removed what a solver may still have to open. Nobody would hear of it: what is
-    /// sent is there, and the solver waits for it.
+    /// Looks now and then; whether somebody has removed what a solver may still have to open. Nobody would hear of it:
+    /// what is sent is there, and the solver waits for it.
     pub fn is_lost(&mut self) -> bool {
         if self.looked.is_some_and(|at| at.elapsed() < LOOK) {
             return false;
@@ -308,8 +308,9 @@ mod tests {
         }
     }
 
-    /// Channels exist as long as they are held, so a segment that is not found was removed: also before all were looked for,
-    /// where the coupler said "cannot open it: DoesNotExist" only (`tandem chaos --seed 22 --first 582 --only unlink`).
+    /// Channels exist as long as they are held, so a segment that is not found was removed: also before all were looked
+    /// for, where the coupler said "cannot open it: DoesNotExist" only (`tandem chaos --seed 22 --first 582 --only
+    /// unlink`).
     #[test]
     fn a_segment_that_is_removed_at_once_is_the_cause_too() {
         let owned = OwnedDomain::create().unwrap();

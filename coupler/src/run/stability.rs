@@ -1,9 +1,10 @@
-//! The step limit that only the coupler can compose: each side knows its own stiffness and mobility, their sum decides.
+//! The step limit, which only the coupler can compute: each side knows its own stiffness and mobility, and the limit
+//! follows from their sum.
 //!
 //! docs/physics.md section 4: with `K` the stiffnesses of continuum, bodies and the contact between them, and a block
 //! diagonal mass matrix, `lambda_max(M^-1 (K_mpm + K_dem + K_contact))` is at most the sum of the parts, and
-//! `K_contact` splits into what it does to the points and what it does to the bodies. Leapfrog is stable for
-//! `omega dt <= 2`; a dashpot of ratio `zeta` shortens that by `sqrt(1 + zeta^2) - zeta`.
+//! `K_contact` splits into a part for the points and a part for the bodies. Leapfrog is stable for `omega dt <= 2`; a
+//! dashpot of ratio `zeta` shortens that by `sqrt(1 + zeta^2) - zeta`.
 
 use std::f64::consts::TAU;
 

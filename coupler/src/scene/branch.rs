@@ -1,7 +1,7 @@
-//! What a scene that begins with the state of another run may have otherwise than that run, and what not.
+//! The allowed differences between a scene and the run whose state it begins with.
 //!
-//! A saved state is positions, velocities, stresses and what contacts remember. What these numbers mean is not in it: the
-//! scene has to be the same there. What acts on them from now on may be another.
+//! A saved state consists of positions, velocities, stresses and histories of contacts. The meaning of these numbers is
+//! not part of it, so there the scene must be the same. Loads and laws may differ.
 
 use serde::Serialize;
 use serde_json::Value;
@@ -134,12 +134,13 @@ impl Scene {
                 value.map_or("not there".to_owned(), |v| shorten(&v.to_string()))
             };
             let (here, there) = (value(here), value(there));
-            let message =
-                format!("`{path}` is {here}; in {run}, which the scene begins with, it is {there}");
+            let message = format!(
+                "`{path}` is {here}; in {run}, whose state the scene begins with, it is {there}"
+            );
             let why = if among(&key, OF_THE_START) {
-                "leave it as it is there: a branch begins where and as fast as that run was"
+                "leave it unchanged: a branch begins with the positions and velocities of that run"
             } else {
-                "leave it as it is there: the numbers of the saved state depend on it"
+                "leave it unchanged: the saved state depends on it"
             };
             problems.refuse(&path, message, why);
         }

@@ -1,4 +1,4 @@
-//! Boundary chains: from a group's outline, or a list of places, to the markers of the configuration.
+//! Boundary chains: makes the markers of the configuration from a group's outline or a list of positions.
 
 use std::f64::consts::TAU;
 
@@ -89,7 +89,7 @@ fn markers(
         }
         Fill::Polygon { vertices } => counter_clockwise(vertices),
         Fill::Points { .. } => {
-            let what = "points that are given one by one have no outline".to_owned();
+            let what = "points that are given by their positions have no outline".to_owned();
             return refuse("points", what, "write the markers as `through`");
         }
     };
@@ -100,7 +100,7 @@ fn markers(
         Some(outline) => (cut(&outline, spacing), true),
         None => refuse(
             "shift",
-            format!("an edge is gone when all are moved in by {shift} m"),
+            format!("an edge vanishes when all edges are moved inward by {shift} m"),
             "",
         ),
     }

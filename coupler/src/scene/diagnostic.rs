@@ -1,5 +1,5 @@
-//! What is wrong with a scene, said so that the engineer can mend it without opening a manual: where it stands, what
-//! was written, what was expected, and what to write instead.
+//! Messages about the faults of a scene, with which an engineer can correct it without a manual: the position, what was
+//! written, what was expected, and what to write instead.
 
 use std::fmt::{self, Write as _};
 use std::ops::Range;

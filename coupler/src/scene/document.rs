@@ -1,4 +1,4 @@
-//! A TOML document that remembers where every value stands, through variants and `--set`.
+//! A TOML document that stores the position of every value, through variants and `--set`.
 
 use std::collections::BTreeMap;
 use std::ops::Range;

@@ -1,5 +1,5 @@
-//! What acts on the continuum besides gravity, walls and bodies, and how it begins: loads, stages, and fields given by
-//! expressions. The solver compiles the expressions again; here they are proven to compile.
+//! Loads on the continuum other than gravity, walls and bodies, and its initial state: loads, stages, and fields given
+//! by expressions. The solver compiles the expressions again; here it is checked that they compile.
 
 use std::collections::BTreeMap;
 

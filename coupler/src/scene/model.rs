@@ -1,4 +1,4 @@
-//! A scene as it is meant: checked values in SI units.
+//! A scene as checked values in SI units.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
@@ -40,8 +40,8 @@ pub struct Scene {
     pub constants: BTreeMap<String, f64>,
     /// The quantities that columns and checks are made of.
     pub quantities: Quantities,
-    /// The scene after variant and `--set`, with CSV references replaced by their numbers, paths of solvers whole: a scene file
-    /// again, that stands alone.
+    /// The scene after variant and `--set`, with CSV references replaced by their numbers, paths of solvers whole: a
+    /// scene file again, that stands alone.
     pub resolved_toml: String,
     /// BLAKE3 of [`Self::resolved_toml`] in hexadecimal.
     pub hash: String,

@@ -1,5 +1,5 @@
-//! What a scene needs of a solver that has said in Hello what it has, and what a solver refuses: told by the scene's own lines
-//! and keys.
+//! Errors for a solver that lacks a capability which the scene needs, or that refuses its configuration, with the lines
+//! and keys of the scene.
 
 use interface::config::capability::Capabilities;
 use interface::config::needs::{Need, missing};
@@ -61,25 +61,25 @@ fn sentence(
     let unsaid = if document.has(path) {
         ""
     } else {
-        ", which is not written and has it by default,"
+        ", which is not in the scene and has this value by default,"
     };
     if let Some((family, member)) = need.capability.split_once(':') {
         let taken: Vec<&str> = capabilities.members(family).collect();
         let taken = taken.join(", ");
-        format!("`{path}`{unsaid} asks for {member}, and {solver} takes {taken} only")
+        format!("`{path}`{unsaid} needs {member}, and {solver} takes only {taken}")
     } else {
         let verb = &need.capability;
-        format!("`{path}`{unsaid} asks for `{verb}`, and {solver} cannot do it")
+        format!("`{path}`{unsaid} needs `{verb}`, which {solver} lacks")
     }
 }
 
 fn help(need: &Need, party: Party) -> String {
     let more = match need.places - 1 {
         0 => String::new(),
-        1 => "one more place asks for the same; ".to_owned(),
-        n => format!("{n} more places ask for the same; "),
+        1 => "one more key needs the same; ".to_owned(),
+        n => format!("{n} more keys need the same; "),
     };
-    format!("{more}change the scene, or take another solver (`--{party}`, `solvers.{party}`)")
+    format!("{more}change the scene, or use another solver (`--{party}`, `solvers.{party}`)")
 }
 
 /// The key of the scene that a key of the configuration comes from: the lists have other names there, sets of bodies are

@@ -87,7 +87,7 @@ fn constant_name(problems: &mut Problems, path: &str, name: &str) {
         problems.refuse_key(
             path,
             format!("`{name}` already means something in expressions"),
-            format!("take another name; taken are: {}", taken.join(", ")),
+            format!("use another name; these are taken: {}", taken.join(", ")),
         );
     }
 }
@@ -179,7 +179,7 @@ impl Context<'_> {
                 }
             }
             (Scope::Unchanging, Some(name)) if self.quantities.index(name).is_some() => {
-                format!("this may not change within the run: use constants or `initial.{name}`")
+                format!("this must not change within the run: use constants or `initial.{name}`")
             }
             _ => suggestion_for(error, constants),
         }
@@ -199,7 +199,8 @@ impl Context<'_> {
             }
         };
         if let Some(number) = expression.as_number().filter(|number| !number.is_finite()) {
-            let help = "give a finite number: with this one the check would pass or fail whatever the run shows";
+            let help =
+                "give a finite number: with this one the check would pass or fail for any result";
             problems.refuse(path, format!("it is {number}"), help);
             return None;
         }
@@ -376,7 +377,7 @@ impl Context<'_> {
         if along_time {
             problems.refuse(
                 &format!("{path}.when"),
-                "a distance needs something to be distant from",
+                "an error needs a reference to compare with",
                 "give a `reference` and a tolerance, or use `max` or `rms`",
             );
         }

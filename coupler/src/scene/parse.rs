@@ -1,4 +1,4 @@
-//! From the scene as written to the scene as checked.
+//! Turns the scene as written into checked values.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -257,7 +257,7 @@ fn checks(problems: &mut Problems, written: &SceneWritten, context: &Context) ->
         names.map(|(i, c)| (format!("check.{i}.name"), c.name.as_str())),
     );
     if written.check.is_empty() {
-        problems.warn("the scene has no checks: its run cannot fail, whatever it shows");
+        problems.warn("the scene has no checks, so its run cannot fail");
     }
     checks
 }
@@ -272,7 +272,7 @@ fn sides(problems: &mut Problems, written: &SceneWritten, bodies: bool) {
     {
         problems.refuse_key(
             "mpm.grid_contact",
-            "`mpm.grid_contact` does not go with `[dem]`: grains that touch on the grid feel no bodies",
+            "`mpm.grid_contact` cannot be combined with `[dem]`: contact on the grid does not include bodies",
             "leave one of them out, or make the bodies groups of points with `rigid = true`",
         );
     }

@@ -1,4 +1,4 @@
-//! What a scene will run, what it leaves out and why, and what it will cost: said before anything is started.
+//! The plan of a scene, before anything is started: what will run, what is left out and why, and the cost.
 //!
 //! The numbers are estimates from the scene alone: areas instead of placed points, bounds instead of the limits that
 //! the solvers report at every step.
@@ -262,7 +262,7 @@ fn law_in_words(law: ContactLaw) -> String {
     if damping_ratio > 0.0 {
         let _ = write!(words, ", damping ratio {damping_ratio}");
         if damped_mass > 0.0 {
-            let _ = write!(words, " of {damped_mass} kg/m a point");
+            let _ = write!(words, " of {damped_mass} kg/m for each point");
         }
     }
     words
@@ -282,7 +282,7 @@ fn left_out(scene: &Scene) -> Vec<LeftOut> {
     let output = &scene.output;
     list.add(
         output.columns.is_empty(),
-        "columns of the history but the time",
+        "columns of the history except the time",
         "the scene has no `[[output.column]]`",
     );
     list.add(
@@ -451,7 +451,7 @@ fn limits(scene: &Scene) -> Vec<StepLimit> {
         }
     }
     limit(
-        "the scene's own cap (time.max_step)",
+        "the scene's own limit (time.max_step)",
         scene.time.max_step.unwrap_or(f64::INFINITY),
     );
     limit("history interval (output.every)", scene.output.every);
@@ -575,9 +575,9 @@ impl fmt::Display for Plan {
         if let Some(Impacts { step, steps }) = self.impacts {
             writeln!(
                 f,
-                "  impacts  {step:.3e} s  while bodies meet or part: about {steps} steps each (dem.contact_resolution)"
+                "  impacts  {step:.3e} s  while bodies come into contact or separate: about {steps} steps each (dem.contact_resolution)"
             )?;
-            writeln!(f, "  steps    about {}, and those of impacts", self.steps)?;
+            writeln!(f, "  steps    about {}, and more for impacts", self.steps)?;
         } else {
             writeln!(f, "  steps    about {}", self.steps)?;
         }

@@ -1,6 +1,6 @@
-//! A scene of a slice of some thickness, whose masses, forces, stiffnesses and energies are those of the slice: they are
-//! divided by the thickness on the way in, and what is told is multiplied by it on the way out
-//! ([`crate::record::quantity`]). Solvers work per metre and know nothing of it.
+//! A scene with `thickness`: its masses, forces, stiffnesses and energies are those of a slice. They are divided by the
+//! thickness on input, and quantities are multiplied by it on output ([`crate::record::quantity`]). Solvers work per
+//! metre and do not know the thickness.
 
 use interface::config::{ContactLaw, Motion};
 

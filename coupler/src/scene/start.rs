@@ -1,4 +1,4 @@
-//! `[start]` and `output.checkpoint`: which state a scene begins with, and which states its run keeps for others.
+//! `[start]` and `output.checkpoint`: the initial state of a scene, and the states that its run saves for others.
 
 use std::collections::BTreeSet;
 use std::path::{Path, absolute};
@@ -27,7 +27,7 @@ pub(super) fn start(
         );
     }
     if let Some(time) = *time {
-        let expected = "0; without it the clock goes on where that run was";
+        let expected = "0; without it the clock continues from that run";
         problems.number("start.time", time, time == 0.0, expected);
     }
     let path = directory.join(run);
@@ -71,7 +71,7 @@ pub(super) fn checkpoint(
     if wall.is_none() && time.is_none() && at.is_empty() && !at_end {
         problems.refuse(
             "output.checkpoint",
-            "it says of no moment that the state is saved",
+            "it does not say when the state is saved",
             "give `wall` or `time` (intervals in s), `at` (times in s), or `end = true`",
         );
     }
@@ -93,7 +93,9 @@ pub(super) fn checkpoint(
             // Steps end on rows of the history; elsewhere a checkpoint would change them.
             problems.refuse(
                 &path,
-                format!("{at} s is no row of the history, which has one every {every} s"),
+                format!(
+                    "{at} s is not the time of a row of the history, which has one every {every} s"
+                ),
                 format!(
                     "give a whole multiple of `output.every`, such as {}",
                     outputs.max(1.0) * every

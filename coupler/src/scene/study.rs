@@ -39,7 +39,7 @@ pub(super) fn study(
             if !written.finer.is_empty() {
                 problems.refuse_key(
                     "study.finer",
-                    "the error is taken of a check already",
+                    "a check already gives the error",
                     "give one of `error` and `finer`",
                 );
             }
@@ -60,7 +60,7 @@ pub(super) fn study(
         }
         for (key, values) in &written.vary {
             if values.is_empty() {
-                let message = format!("`{key}` is to be varied over no value");
+                let message = format!("`{key}` has no values to vary over");
                 problems.refuse("study.vary", message, "list its values, or leave it out");
             }
         }

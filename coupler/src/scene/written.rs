@@ -32,13 +32,13 @@ pub(crate) struct SceneWritten {
     /// Acceleration of gravity in m/s^2; none by default.
     #[serde(default)]
     pub gravity: [f64; 2],
-    /// Thickness in m of the slice that masses, forces and stiffnesses are of, and quantities are told for; absent: they are
+    /// Thickness of the slice in m: masses, forces, stiffnesses and quantities are those of the slice. Absent: they are
     /// per metre.
     pub thickness: Option<f64>,
     /// Named numbers, or expressions of other constants, for columns, checks and references.
     #[serde(default)]
     pub constants: BTreeMap<String, NumberOrExpression>,
-    /// Another run whose state the scene begins with; by default it begins with what it describes.
+    /// Another run whose state the scene begins with; by default the scene describes its own initial state.
     pub start: Option<StartWritten>,
     /// Duration and step.
     pub time: TimeWritten,
@@ -46,18 +46,18 @@ pub(crate) struct SceneWritten {
     pub mpm: Option<MpmWritten>,
     /// The bodies; absent: no DEM process.
     pub dem: Option<DemWritten>,
-    /// Law between points and bodies; needed where there are both.
+    /// Law between points and bodies; required if there are both.
     pub contact: Option<ContactLaw>,
     /// Law between bodies; absent: bodies do not touch one another.
     pub body_contact: Option<ContactLaw>,
-    /// Laws between surfaces, instead of these two.
+    /// Laws between two surfaces, in place of `contact` and `body_contact`.
     #[serde(default)]
     pub contact_pair: Vec<ContactPair>,
-    /// Laws between the points of two groups, each on a grid layer of its own (Chen 2023); the process of the bodies
-    /// computes them, also where there is no body.
+    /// Laws between the points of two groups, each on its own grid layer (Chen 2023). The process of the bodies
+    /// computes them, even if there is no body.
     #[serde(default)]
     pub group_pair: Vec<GroupPairWritten>,
-    /// Programs in the place of the built-in solvers.
+    /// Programs that replace the built-in solvers.
     #[serde(default)]
     pub solvers: SolversWritten,
     /// The exchange between the processes.
@@ -65,16 +65,16 @@ pub(crate) struct SceneWritten {
     pub coupling: CouplingWritten,
     /// What is recorded.
     pub output: OutputWritten,
-    /// What the run must show.
+    /// Conditions that the run must meet.
     #[serde(default)]
     pub check: Vec<CheckWritten>,
-    /// What `tandem study` does with the scene; no part of its runs.
+    /// Settings of `tandem study`; they do not affect a run.
     pub study: Option<StudyWritten>,
     /// Named sets of overrides: quoted dotted scene keys and their values.
     #[serde(default)]
     #[allow(
         dead_code,
-        reason = "taken out before parsing; stands here for the schema"
+        reason = "removed before parsing; it is here for the schema"
     )]
     pub variant: BTreeMap<String, BTreeMap<String, serde_json::Value>>,
 }
@@ -103,12 +103,12 @@ pub(crate) struct GroupPairWritten {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StartWritten {
-    /// `RUN`, the directory of that run from the scene file's folder: its newest checkpoint; or `RUN@TIME`: its checkpoint of
-    /// this simulated time in s, or the nearest before.
+    /// `RUN`, the directory of that run, relative to the scene file: its newest checkpoint. Or `RUN@TIME`: its last
+    /// checkpoint that is not after this simulated time in s.
     pub from: String,
-    /// What the clock shows at the start: 0, or by default the time of that run.
+    /// Time of the clock at the start: 0, or by default the time of that run.
     pub time: Option<f64>,
-    /// Hash of the state that is there; a run writes it into its own scene.toml.
+    /// Hash of that state; a run writes it into its own scene.toml.
     pub state: Option<String>,
 }
 
@@ -116,17 +116,18 @@ pub(crate) struct StartWritten {
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TimeWritten {
-    /// End of the run in s; it begins at 0, or where `start` says.
+    /// End of the run in s; it begins at 0, or at the time that `start` gives.
     pub end: f64,
-    /// Longest step in s, where the stability limits would allow more.
+    /// Longest step in s, in addition to the stability limits.
     pub max_step: Option<f64>,
     /// A step below this (s) stops the run; 1e-9 of `end` by default.
     pub min_step: Option<f64>,
     /// Safety factor kappa of the composed limit, above 0 and at most 1; 0.8 by default.
     pub safety: Option<f64>,
-    /// Forces the step to this multiple of what the criterion allows, to find where it becomes unstable; 1 by default.
+    /// Forces the step to this multiple of what the criterion allows, to find the limit of stability by experiment; 1
+    /// by default.
     pub step_factor: Option<f64>,
-    /// How the step limit is made.
+    /// How the step limit is computed.
     #[serde(default)]
     pub criterion: CriterionWritten,
     /// kappa_1 of Jiang 2020 eq. 51, for that criterion only; 0.8 by default.
@@ -135,11 +136,11 @@ pub(crate) struct TimeWritten {
     pub kappa_2: Option<f64>,
 }
 
-/// How the step limit is made.
+/// How the step limit is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum CriterionWritten {
-    /// Composed of both sides' stiffness and mobility.
+    /// From the stiffness and mobility of both sides together.
     #[default]
     Composed,
     /// Jiang 2020 eq. 51 as printed, for comparison: not safe in general.
@@ -161,8 +162,7 @@ pub(crate) struct MpmWritten {
     /// When stresses are updated within the step; first by default.
     #[serde(default)]
     pub stress_update: StressUpdate,
-    /// With which velocity points move; by default `"mapped"` where stress is updated first or by `musl` and bodies are
-    /// another solver's, `"nodal"` otherwise.
+    /// Velocity with which points move; by default `"mapped"`, but `"nodal"` with `usl` or `grid_contact`.
     pub drift: Option<Drift>,
     /// Plane strain (default) or plane stress.
     #[serde(default)]
@@ -173,11 +173,11 @@ pub(crate) struct MpmWritten {
     /// How a contact force reaches the grid; through the shape function at the point by default.
     #[serde(default)]
     pub contact_force: ContactForceScheme,
-    /// Contact between the groups of points on the grid (Bardenhagen 2000), each group a body with nodes of its own;
-    /// without it all groups are one continuum. Does not go with `[dem]`.
+    /// Contact between the groups of points on the grid (Bardenhagen 2000): each group is a body with its own nodal
+    /// velocities. Without it all groups are one continuum. It cannot be combined with `[dem]`.
     pub grid_contact: Option<GridContact>,
-    /// Whether each group of points has a grid layer of its own, so that groups exchange nothing through the grid; false by
-    /// default. Groups of `[[group_pair]]` need it.
+    /// Whether each group of points has its own grid layer, so that groups never exchange momentum through the grid;
+    /// false by default. Groups of `[[group_pair]]` need it.
     #[serde(default)]
     pub layers: bool,
     /// What happens to a point that leaves the domain; the run stops by default.
@@ -192,14 +192,14 @@ pub(crate) struct MpmWritten {
     /// Damping and transfer that change with time.
     #[serde(default)]
     pub stage: Vec<Stage>,
-    /// Points that are held where they are at the start.
+    /// Points that keep their initial x, y or both.
     #[serde(default)]
     pub hold: Vec<HoldWritten>,
-    /// Points that are followed from the start.
+    /// Sets of points whose mean motion is recorded.
     #[serde(default)]
     pub probe: Vec<ProbeWritten>,
-    /// What bodies meet: the points, or the segments between the markers of `[[mpm.chain]]`, which only discs and clusters of
-    /// discs do. With points chains are left out.
+    /// What bodies are in contact with: the points, or the segments between the markers of `[[mpm.chain]]`, for discs
+    /// and clusters of discs only. With points, chains are ignored.
     #[serde(default)]
     pub interface: Interface,
     /// Chains of markers along the boundaries of groups.
@@ -221,8 +221,8 @@ pub(crate) struct MaterialWritten {
     pub density: f64,
     /// Constitutive model.
     pub model: MaterialModel,
-    /// The test in which the model's friction angle was measured; by default the angle is the model's own: that of Jiang 2020
-    /// eq. 35, or Mohr-Coulomb's.
+    /// The test in which the friction angle was measured; by default the angle is the parameter of the model: that of
+    /// Jiang 2020 eq. 35, or Mohr-Coulomb's.
     pub friction_test: Option<FrictionTest>,
 }
 
@@ -236,23 +236,23 @@ pub(crate) struct PointsWritten {
     pub material: String,
     /// Region filled with points.
     pub fill: Fill,
-    /// How densely.
+    /// Spacing of the points.
     pub spacing: Spacing,
-    /// Which way the lattice of the points lies; `"outline"` for discs and for polygons at an angle to the grid.
+    /// Orientation of the lattice of points; use `"outline"` for discs and for polygons at an angle to the grid.
     #[serde(default)]
     pub lattice: Lattice,
     /// Initial velocity in m/s, each component a number or an expression in x, y (m) and the constants; at rest by
     /// default.
     pub velocity: Option<[NumberOrExpression; 2]>,
-    /// Initial stress xx, yy, zz, xy in Pa, likewise; none by default.
+    /// Initial stress xx, yy, zz, xy in Pa, each a number or an expression as above; none by default.
     pub stress: Option<[NumberOrExpression; 4]>,
     /// Contact radius r_p in m; half the point spacing by default.
     pub contact_radius: Option<f64>,
-    /// Whether the points move as one rigid body; needs `mpm.grid_contact`. Its material gives the density alone.
+    /// Whether the points move as one rigid body; needs `mpm.grid_contact`. Only the density of its material is used.
     #[serde(default)]
     pub rigid: bool,
-    /// Whether the nodes are given the group's spin, so that rigid rotation strains nothing: for a solid that flies and
-    /// turns with `flip`, `pic` or a blend. Not with periodic walls.
+    /// Whether the nodes get the group's spin as a linear field, so that rigid rotation causes no strain: for a solid
+    /// that flies and rotates, with `flip`, `pic` or a blend. Not with periodic walls.
     #[serde(default)]
     pub keeps_spin: bool,
 }
@@ -269,7 +269,7 @@ pub(crate) struct TractionWritten {
     pub force: [f64; 2],
 }
 
-/// Points of a group that are held: those that are in a region at the start. They begin at rest in the directions held.
+/// Held points of a group: those that are in a region at the start. They start at rest in the held directions.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct HoldWritten {
@@ -279,16 +279,16 @@ pub(crate) struct HoldWritten {
     pub points: String,
     /// Lower left and upper right corner of the region in m.
     pub within: [[f64; 2]; 2],
-    /// Whether they keep their x.
+    /// Whether the points keep their x.
     #[serde(default)]
     pub hold_x: bool,
-    /// Whether they keep their y.
+    /// Whether the points keep their y.
     #[serde(default)]
     pub hold_y: bool,
 }
 
-/// A chain of markers along the boundary of a group (Singer 2022): places without mass that move with the grid, between which
-/// bodies meet segments.
+/// A chain of markers along the boundary of a group (Singer 2022). Markers have no mass and move with the grid; bodies
+/// are in contact with the segments between them.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ChainWritten {
@@ -296,18 +296,19 @@ pub(crate) struct ChainWritten {
     pub name: String,
     /// Name of the group of points.
     pub points: String,
-    /// Greatest distance of neighbouring markers in m along the outline of the group's fill, whose edges are cut evenly; this or
-    /// `through`.
+    /// Greatest distance of neighbouring markers in m along the outline of the group's fill, whose edges are divided
+    /// evenly; this or `through`.
     pub spacing: Option<f64>,
-    /// How far inside of the outline the chain is, in m; the contact radius of the group by default, so that the surface of
-    /// contact is the outline.
+    /// Distance of the chain inside the outline, in m; by default the contact radius of the group, so that the contact
+    /// surface is the outline.
     pub shift: Option<f64>,
     /// The markers themselves in m, with the material on the left.
     pub through: Option<Vec<[f64; 2]>>,
-    /// Whether a segment goes from the last marker of `through` to the first; the outline of a fill is closed.
+    /// Whether a segment goes from the last marker of `through` to the first; the outline of a fill is always closed.
     #[serde(default)]
     pub closed: bool,
-    /// eta: a node with less than this share of the mass of a full cell counts less for a marker, in proportion to its mass.
+    /// eta: a node with less than this share of the mass of a full cell has a smaller weight for markers, in proportion
+    /// to its mass.
     #[serde(default = "marker_floor")]
     pub floor: f64,
 }
@@ -317,7 +318,7 @@ fn marker_floor() -> f64 {
     0.1
 }
 
-/// Points of a group that are followed: those that are in a region at the start.
+/// Points of a group whose mean motion is recorded: those that are in a region at the start.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ProbeWritten {
@@ -333,19 +334,19 @@ pub(crate) struct ProbeWritten {
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct DemWritten {
-    /// Spheropolygon bodies, one by one; without any, without sets of them and without `[[group_pair]]` it is as good as no
-    /// `[dem]`.
+    /// Spheropolygon bodies, one by one. A `[dem]` without bodies, without sets of bodies and without `[[group_pair]]`
+    /// has no effect.
     #[serde(default)]
     pub body: Vec<BodyWritten>,
-    /// Sets of bodies from a seed.
+    /// Sets of bodies that are generated from a seed.
     #[serde(default)]
     pub fill: Vec<BodyFill>,
-    /// What the overlap of two bodies is; each vertex on each edge by default.
+    /// How the overlap of two bodies is measured; each vertex with each edge by default.
     #[serde(default)]
     pub overlap: OverlapMeasure,
-    /// How finely impacts between bodies are resolved: `omega dt` of a contact that opens or closes is at most this times
-    /// `time.safety`, at most 2, which is the limit of stability. By default 0.04, and 0.2 where all contacts between bodies
-    /// are damped.
+    /// How finely impacts between bodies are resolved: `omega dt` of a contact that opens or closes is at most this
+    /// number times `time.safety`. At most 2, the limit of stability. By default 0.04, and 0.2 if all contacts between
+    /// bodies are damped.
     pub contact_resolution: Option<f64>,
 }
 
@@ -357,7 +358,7 @@ pub(crate) struct BodyWritten {
     pub name: String,
     /// The polygon, in the body's own coordinates.
     pub shape: BodyShape,
-    /// Radius of the disc swept along the polygon in m; 0 by default: a bare polygon.
+    /// Radius of the disc swept along the polygon in m; 0 by default: a polygon with sharp corners.
     #[serde(default)]
     pub sphero_radius: f64,
     /// Density in kg/m^3 over the swept area; this or `mass`. A fixed or driven body needs neither.
@@ -384,8 +385,8 @@ pub(crate) struct BodyWritten {
     pub surface: String,
 }
 
-/// Programs in the place of the built-in solvers: command lines, to which `--join RUN` is added. Words that begin with
-/// `./` or `../` are paths from the scene file's folder.
+/// Programs that replace the built-in solvers: command lines, to which `--join RUN` is added. Words that begin with
+/// `./` or `../` are paths relative to the scene file.
 #[derive(Debug, Clone, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SolversWritten {
@@ -403,11 +404,11 @@ pub(crate) struct CouplingWritten {
     pub skin: Option<f64>,
     /// Longest wait for another process in s; 30 by default.
     pub deadline: Option<f64>,
-    /// Longest wait in s for a solver to start and say hello; 30 by default.
+    /// Longest wait in s for a solver to start and send Hello; 30 by default.
     pub hello_deadline: Option<f64>,
     /// Longest wait in s for a solver to take its configuration and be ready; 120 by default.
     pub ready_deadline: Option<f64>,
-    /// Most steps granted at once; 64 by default. 1 is the strict mode, with the same result to the bit.
+    /// Largest number of steps granted at once; 64 by default. 1 is the strict mode, with the same result to the bit.
     pub window: Option<u32>,
 }
 
@@ -420,15 +421,15 @@ pub(crate) struct OutputWritten {
     /// Simulated time between frames in s: all points and bodies, as VTK files. A whole multiple of `every`; no frames by
     /// default.
     pub frames: Option<f64>,
-    /// What frames tell of points and bodies besides where and which they are; all fields by default.
+    /// Fields of points and bodies in frames, besides positions and ids; all fields by default.
     pub fields: Option<Vec<Field>>,
-    /// Digits of the fields in frames; positions always have all of theirs.
+    /// Precision of the fields in frames; positions are always in double precision.
     #[serde(default)]
     pub precision: Precision,
-    /// When the run saves its state, so that `tandem resume` can go on from there; never by default.
+    /// When the run saves its state, so that `tandem resume` can continue from there; never by default.
     pub checkpoint: Option<CheckpointWritten>,
-    /// Whether the run ends with report.html, a page of what it has shown; false by default. A scene without `frames` then
-    /// takes about a hundred.
+    /// Whether the run writes report.html at its end, a page with its results; false by default. A scene without
+    /// `frames` then takes about a hundred.
     #[serde(default)]
     pub report: bool,
     /// Columns of history.csv after the time.
@@ -436,7 +437,7 @@ pub(crate) struct OutputWritten {
     pub column: Vec<ColumnWritten>,
 }
 
-/// When a run saves its state: whenever one of these says so.
+/// When a run saves its state: at the times of all of these keys.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CheckpointWritten {
@@ -447,7 +448,7 @@ pub(crate) struct CheckpointWritten {
     /// Simulated times in s of checkpoints that are kept, for other scenes to start from. Multiples of `output.every`.
     #[serde(default)]
     pub at: Vec<f64>,
-    /// Whether the state at the end is kept, likewise; false by default.
+    /// Whether the state at the end is kept too; false by default.
     #[serde(default)]
     pub end: bool,
 }
@@ -464,7 +465,7 @@ pub(crate) struct ColumnWritten {
     pub value: String,
 }
 
-/// What the run must show.
+/// A condition that the run must meet.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct CheckWritten {
@@ -475,9 +476,9 @@ pub(crate) struct CheckWritten {
     /// How the value's history becomes one number; at the end by default.
     #[serde(default)]
     pub when: WhenWritten,
-    /// Begin of the window in s; 0 by default.
+    /// Start of the time interval in s; 0 by default.
     pub from: Option<NumberOrExpression>,
-    /// End of the window in s; the end of the run by default.
+    /// End of the time interval in s; the end of the run by default.
     pub to: Option<NumberOrExpression>,
     /// The value must not be below this. A check has one of `at_least`, `at_most`, `between`, `reference`.
     pub at_least: Option<NumberOrExpression>,
@@ -497,19 +498,19 @@ pub(crate) struct CheckWritten {
     pub source: String,
 }
 
-/// What `tandem study` does with the scene.
+/// Settings of `tandem study`.
 #[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StudyWritten {
-    /// Name of the check whose error is taken; the first with a `reference` by default. This or `finer`.
+    /// Name of the check whose error is used; the first with a `reference` by default. This or `finer`.
     pub error: Option<String>,
     /// Columns of the history, or checks, that are compared with the finest run of the same curve.
     #[serde(default)]
     pub finer: Vec<String>,
-    /// Scene key whose number tells how fine a run is; `mpm.cell` by default.
+    /// Scene key whose number is the resolution of a run; `mpm.cell` by default.
     pub resolution: Option<String>,
-    /// Varied keys that lead along a curve; each combination of the others is a curve. By default `variant` and the
-    /// resolution.
+    /// Varied keys that change along a curve; each combination of the others is a curve of its own. By default
+    /// `variant` and the resolution.
     pub along: Option<Vec<String>>,
     /// Scene keys, or `variant`, and the values that they take, in every combination.
     #[serde(default)]

@@ -1,4 +1,4 @@
-//! Bodies: what they are (checked configuration) and where they are (state of the leapfrog).
+//! Bodies: their constants (checked configuration) and their state in the leapfrog.
 
 use interface::Vec2;
 use interface::config::{BodyConfig, DemConfig, Motion};
@@ -11,7 +11,7 @@ use crate::body::surfaces::Surfaces;
 use crate::saved::{count, finite};
 use crate::threads::Threads;
 
-/// What of a body never changes.
+/// The constants of a body.
 #[derive(Debug, Clone)]
 pub struct Body {
     /// Name in the scene.
@@ -26,7 +26,7 @@ pub struct Body {
     pub motion: Motion,
     /// 1 along x, along y and for the angle where forces move the body, 0 where they do not.
     pub yielding: [f64; 3],
-    /// Where its vertices begin in [`Bodies::outline`].
+    /// Index of its first vertex in [`Bodies::outline`].
     pub first_vertex: usize,
     /// Number of its surface ([`Surfaces`]).
     pub surface: u32,
@@ -39,7 +39,7 @@ impl Body {
     }
 }
 
-/// State of a body: position at `t_n`, velocity at `t_{n-1/2}`; with the constants that every contact needs beside it.
+/// State of a body: position at `t_n`, velocity at `t_{n-1/2}`; and the constants that every contact needs.
 #[derive(Debug, Clone, Copy)]
 pub struct Rigid {
     /// Centre of mass `c` in m.
@@ -52,7 +52,7 @@ pub struct Rigid {
     pub spin: f64,
     /// `1/m`, 0 for a body that forces do not move.
     pub inverse_mass: f64,
-    /// `1/I`, likewise.
+    /// `1/I`, 0 for a body that forces do not rotate.
     pub inverse_inertia: f64,
     /// Sphero-radius `a` in m; of a cluster, the largest of its discs.
     pub radius: f64,
@@ -147,9 +147,9 @@ impl SavedBody {
 /// All bodies.
 #[derive(Debug, Clone, Default)]
 pub struct Bodies {
-    /// What of them never changes.
+    /// Their constants.
     pub properties: Vec<Body>,
-    /// Where they are.
+    /// Their states.
     pub state: Vec<Rigid>,
     /// The same for the contact loops.
     pub frames: Vec<Frame>,
@@ -161,9 +161,9 @@ pub struct Bodies {
     local: Vec<Vec2>,
     /// Fixed and driven bodies, in ascending order.
     pub held: Vec<u32>,
-    /// Guided and pushed bodies, likewise.
+    /// Guided and pushed bodies, in ascending order.
     pub special: Vec<u32>,
-    /// Mass of all free bodies in kg/m, those in `special` left out.
+    /// Mass of all free bodies in kg/m, except those in `special`.
     pub free_mass: f64,
     /// One over the squared length of the edge that begins at each vertex, in 1/m^2; 0 for a disc.
     pub inverse_length_sq: Vec<f64>,
@@ -294,7 +294,7 @@ impl Bodies {
         });
     }
 
-    /// What of the bodies a step leaves behind.
+    /// The state of the bodies after a step.
     pub fn save(&self) -> Vec<SavedBody> {
         let Self {
             state,
@@ -314,8 +314,8 @@ impl Bodies {
             .collect()
     }
 
-    /// These bodies where and as fast as `saved` has them; in directions in which forces do not move a body it is as fast
-    /// as its configuration says, which may drive it otherwise from here on.
+    /// These bodies with the positions and velocities of `saved`. In directions in which forces do not move a body, its
+    /// velocity is that of the configuration, which may differ from that of the saved run.
     ///
     /// # Errors
     /// A refusal if they are others, or a number is not finite.
@@ -343,7 +343,7 @@ impl Bodies {
         Ok(bodies)
     }
 
-    /// These bodies in other poses: centres in m, angles in rad. Their frames stay behind.
+    /// These bodies in other poses: centres in m, angles in rad. Their frames are not updated.
     #[must_use]
     pub fn placed(&self, poses: impl IntoIterator<Item = (Vec2, f64)>) -> Self {
         let mut placed = self.clone();
@@ -378,7 +378,7 @@ fn place(
     let (mass, inertia) = shape.moments.mass(body.inertia);
     if !(inertia.is_finite() && inertia > 0.0) {
         let text =
-            format!("the moment of inertia comes out as {inertia} kg m; check sizes and density");
+            format!("the computed moment of inertia is {inertia} kg m; check sizes and density");
         return Err(("inertia", text));
     }
     let (sin, cos) = body.angle.sin_cos();

@@ -1,14 +1,13 @@
-//! Geometry of contact between bodies and nothing else (Jiang 2020 section 3.1; docs/physics.md section 5). What a point sees of an
-//! outline is in [`mechanics::outline`].
+//! Geometry of contact between bodies (Jiang 2020 section 3.1; docs/physics.md section 5). The geometry of a point and
+//! an outline is in [`mechanics::outline`].
 
 use interface::Vec2;
 
 use mechanics::mass::outward;
 
 /// Vector from the nearest point of the edge `a b` to a vertex (eq. 38), and its squared length. Unsigned distance.
-///
-/// `inverse_length_sq` is `1/|b - a|^2`, which a rigid body never changes, and 0 for an edge without length, which is
-/// a disc. No branch and no division, so that the loop over a list can be done several pairs at a time.
+/// `inverse_length_sq` is `1/|b - a|^2`, a constant of a rigid body, and 0 for an edge without length, which is a disc.
+/// There is no branch and no division, so that the loop over a list can be vectorised.
 #[expect(
     clippy::inline_always,
     reason = "as in `pairs`, whose first pass is this function"

@@ -1,8 +1,8 @@
-//! What every contact of a body needs in every step.
+//! The data of a body that each of its contacts needs in every step.
 
 use interface::Vec2;
 
-/// What every contact of a body needs in every step: one cache line.
+/// The data of a body that each of its contacts needs in every step: one cache line.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub struct Frame {
@@ -10,13 +10,13 @@ pub struct Frame {
     pub center: Vec2,
     /// Displacement of the centre of mass over the last step in m.
     pub shift: Vec2,
-    /// Sine of the angle turned over the last step.
+    /// Sine of the rotation over the last step.
     pub sin: f64,
     /// One minus its cosine.
     pub versine: f64,
     /// `1/m`, 0 for a body that forces do not move.
     pub inverse_mass: f64,
-    /// `1/I`, likewise.
+    /// `1/I`, 0 for a body that forces do not rotate.
     pub inverse_inertia: f64,
 }
 
@@ -40,7 +40,7 @@ impl Frame {
         ]
     }
 
-    /// Moves on by `shift` (m) and `angle` (rad).
+    /// Moves by `shift` (m) and rotates by `angle` (rad).
     #[inline]
     pub(super) fn advance(&mut self, shift: Vec2, angle: f64) {
         let square = angle * angle;
@@ -69,7 +69,7 @@ impl Frame {
         self.versine = versine;
     }
 
-    /// A vector of the body before its last step as it is turned now.
+    /// A vector fixed to the body, given before the last step, after the rotation of that step.
     #[inline]
     pub fn turned(&self, v: Vec2) -> Vec2 {
         Vec2::new(
@@ -78,8 +78,8 @@ impl Frame {
         )
     }
 
-    /// Displacement in m of the material that is now at `r` from the centre of mass: exact at any angle, so that a
-    /// pair that turns as a whole has no relative displacement.
+    /// Displacement in m of the material that is now at `r` from the centre of mass: exact for any angle, so that a
+    /// pair that rotates as a whole has no relative displacement.
     #[inline]
     pub fn displacement(&self, r: Vec2) -> Vec2 {
         self.shift

@@ -1,4 +1,4 @@
-//! What contact does to one body.
+//! The loads of contact on one body.
 
 use interface::Vec2;
 
@@ -9,8 +9,8 @@ pub struct Load {
     pub force: Vec2,
     /// Torque about the centre of mass in N.
     pub torque: f64,
-    /// Upper bound of the squared frequency that the contacts in reach give the body by itself, in 1/s^2:
-    /// `sum k (1/m + (r x n)^2 / I)` over their normal and tangential springs, the trace of `M^-1 K`.
+    /// Upper bound of the squared frequency of the body on its contacts in reach, with all else fixed, in 1/s^2: `sum k
+    /// (1/m + (r x n)^2 / I)` over their normal and tangential springs, the trace of `M^-1 K`.
     pub rate: f64,
     /// `sum (1/m + (r x n)^2 / I)` over the contacts in reach in 1/kg, at least the `W_dem` of docs/physics.md section 4.
     pub mobility: f64,

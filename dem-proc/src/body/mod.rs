@@ -1,4 +1,4 @@
-//! Bodies: what they are, where they are, what contact does to them.
+//! Bodies: their constants, their state, and the loads of contact on them.
 
 pub mod bodies;
 pub mod edge;

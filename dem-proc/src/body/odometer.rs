@@ -1,4 +1,5 @@
-//! How far surfaces have moved since some moment. This decides when lists are rebuilt and when envelopes are requested.
+//! The displacement of surfaces since a reference time. It decides when lists are rebuilt and when envelopes are
+//! requested.
 
 use interface::Vec2;
 use interface::solver::Refusal;
@@ -7,12 +8,12 @@ use serde::{Deserialize, Serialize};
 use crate::body::bodies::Bodies;
 use crate::saved::{count, finite};
 
-/// Where the bodies were at some moment, to tell how far their surfaces have moved since.
+/// Poses of the bodies at a reference time, to measure the displacement of their surfaces since then.
 #[derive(Debug, Clone, Default)]
 struct Reference(Vec<(Vec2, f64)>);
 
 impl Reference {
-    /// Remembers the present poses.
+    /// Stores the present poses.
     fn set(&mut self, bodies: &Bodies) {
         self.0.clear();
         self.0
@@ -30,20 +31,21 @@ impl Reference {
     }
 }
 
-/// How far surfaces have moved since some moment: a cheap upper bound, and the exact value where the bound is too coarse.
+/// The displacement of surfaces since a reference time: a cheap upper bound, and the exact value if the bound is too
+/// coarse.
 #[derive(Debug, Clone, Default)]
 pub struct Odometer {
     start: Reference,
-    /// Upper bound of the largest displacement since `start` in m: largest speed times step, added up, and replaced by
-    /// the exact figure when that sum is no longer good enough.
+    /// Upper bound of the largest displacement since `start` in m: largest speed times step, summed, and replaced by
+    /// the exact value when that sum is no longer good enough.
     bound: f64,
-    /// What was last answered. It replaces `bound` when the bodies move on and not before, so that a step that is
-    /// evaluated twice is answered twice from the same.
+    /// The last answer. It replaces `bound` only when the bodies move, so that a step that is evaluated twice gets the
+    /// same answer twice.
     found: Option<f64>,
 }
 
 impl Odometer {
-    /// Begins anew here.
+    /// Makes the present poses the reference.
     pub fn reset(&mut self, bodies: &Bodies) {
         self.start.set(bodies);
         (self.bound, self.found) = (0.0, None);
@@ -54,7 +56,7 @@ impl Odometer {
         self.bound = self.found.take().unwrap_or(self.bound) + speed * dt;
     }
 
-    /// Whether no surface has gone as far as `limit` (m).
+    /// Whether the displacement of every surface is below `limit` (m).
     pub fn stays_below(&mut self, limit: f64, bodies: &Bodies) -> bool {
         self.bound(limit, bodies) < limit
     }
@@ -69,7 +71,7 @@ impl Odometer {
         bound
     }
 
-    /// Poses of the bodies where it began; none if it has not.
+    /// Reference poses of the bodies; empty if there is no reference yet.
     pub fn start(&self) -> &[(Vec2, f64)] {
         &self.start.0
     }
@@ -111,7 +113,7 @@ impl Odometer {
 /// An [`Odometer`] in a saved state.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct SavedOdometer {
-    /// Centre (m) and angle (rad) of each body where it began; empty if it has not.
+    /// Reference centre (m) and angle (rad) of each body; empty if there is no reference yet.
     poses: Vec<[f64; 3]>,
     /// In m.
     bound: f64,

@@ -1,4 +1,4 @@
-//! From a shape as written to a checked outline with its mass properties.
+//! Turns a configured shape into a checked outline with its mass properties.
 
 use interface::Vec2;
 use interface::config::BodyShape;
@@ -36,9 +36,8 @@ pub type ShapeError = (&'static str, String);
 
 impl Shape {
     /// Checks the outline of `shape` swept by a disc of radius `a` (m), whose numbers have been checked
-    /// ([`interface::config::DemConfig::faults`]).
-    ///
-    /// `exact` asks that the mass properties are exact, which a sphero-radius too large for a notch prevents.
+    /// ([`interface::config::DemConfig::faults`]). With `exact` the mass properties must be exact, which a
+    /// sphero-radius that is too large for a notch prevents.
     ///
     /// # Errors
     /// The key and what is wrong with it.
@@ -123,9 +122,8 @@ pub fn edge_count(n: usize) -> usize {
     if n == 2 { 1 } else { n }
 }
 
-/// A rigid cluster of discs, of the radii given (m) or all of radius `a` (m). Its mass is spread evenly over what the
-/// discs cover together: where they overlap it counts once, since the cluster stands for a body that it fills (Singer
-/// 2022).
+/// A rigid cluster of discs, of the radii given (m) or all of radius `a` (m). Its mass is spread evenly over the union
+/// of the discs: overlaps count once, because the cluster represents a body that it fills (Singer 2022).
 fn cluster(centers: &[[f64; 2]], radii: &[f64], a: f64) -> Result<Shape, ShapeError> {
     let radii = if radii.is_empty() {
         vec![a; centers.len()]
@@ -175,8 +173,8 @@ fn segments_meet(a: Vec2, b: Vec2, c: Vec2, d: Vec2) -> bool {
     ca * cb <= 0.0 && ac * ad <= 0.0
 }
 
-/// An edge whose offset by `a` comes closer than `a` to another part of the outline, so that the pieces of
-/// [`mechanics::mass`] cover one another and their sum is not the area of the swept shape.
+/// An edge whose offset by `a` comes closer than `a` to another part of the outline. Then the pieces of
+/// [`mechanics::mass`] overlap, and their sum is not the area of the swept shape.
 fn hidden_edge(vertices: &[Vec2], a: f64) -> Option<usize> {
     let n = vertices.len();
     let at = |i: usize| vertices[i % n];

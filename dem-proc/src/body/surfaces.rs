@@ -28,7 +28,7 @@ impl Surfaces {
         found.map_or(0, |i| i as u32 + 1)
     }
 
-    /// How many there are, with that of all other surfaces.
+    /// Their count, including the number for all other surfaces.
     pub fn count(&self) -> usize {
         self.0.len() + 1
     }

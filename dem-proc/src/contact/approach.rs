@@ -1,20 +1,21 @@
-//! How bodies that do not touch yet limit the step.
+//! Step limits by bodies that do not touch yet.
 //!
-//! A penalty contact is nothing until it is touched, so stiffness alone lets bodies that are apart take any step: one may
-//! be deep in another, or beyond it, at the next instant. Three things are needed, and none asks anything of bodies that
-//! are far apart or slow:
+//! A penalty contact has no stiffness before the bodies touch. So stiffness alone would allow any step for separate
+//! bodies, and one could be deep inside another, or beyond it, after one step. Three limits prevent this; none of them
+//! affects bodies that are far apart or slow:
 //!
-//! - *Contacts count before they close.* The limits that follow step `n` are those of step `n + 1`, which ends at
-//!   `t_{n+2}`. A contact found there is kicked by half of that step, so it has to have bound it. So two bodies count as
-//!   in contact if they can meet within two steps, the second a tenth longer (the most that a step may grow by,
-//!   docs/physics.md section 4): [`crate::lists::watch::Ahead`]. The lists reach as far: [`crate::lists::watch::Watch`].
-//! - *No body passes through another in one step.* A pair in reach may come nearer by half the length in which its force has the right
-//!   sign ([`crate::contact::passage`]) in a step: the counterpart of half the radius of a point in docs/physics.md section 4. Only the
-//!   approach counts, so a body may slide along a floor as fast as it likes. The limit is declared as a frequency:
-//!   [`crossing_rate`].
-//! - *Before the first step* its length is not known, and any two bodies may meet within it. So contact counts as if it
-//!   were there, where anything moves at all: [`first_contact`]. It costs the steps in which the first one, stable in
-//!   contact, grows to what it may be.
+//! - *Contacts count before they close.* The limits after step `n` apply to step `n + 1`, which ends at `t_{n+2}`. A
+//!   contact found there is kicked by half of that step, so it must have limited it. So two bodies count as in contact
+//!   if they can meet within two steps, where the second may be a tenth longer (the largest growth of a step,
+//!   docs/physics.md section 4): [`crate::lists::watch::Ahead`]. The lists have the same margin:
+//!   [`crate::lists::watch::Watch`].
+//! - *No body passes through another in one step.* In a step the distance of a pair in reach may decrease by half the
+//!   length in which its force has the right sign ([`crate::contact::passage`]). This corresponds to half the radius of
+//!   a point in docs/physics.md section 4. Only the approach counts, so a body may slide along a floor at any speed.
+//!   The limit is reported as a frequency: [`crossing_rate`].
+//! - *Before the first step* its length is not known, and any two bodies may meet within it. So if anything moves,
+//!   every pair counts as in contact: [`first_contact`]. The cost is the number of steps in which the first step,
+//!   stable in contact, grows to its normal length.
 
 use interface::Vec2;
 use interface::config::Motion;
@@ -33,23 +34,23 @@ pub struct Near {
     pub bodies: [u32; 2],
     /// Unit normal.
     pub normal: Vec2,
-    /// The place on the first body in m: a vertex, or a point of the line of force.
+    /// The contact point on the first body in m: a vertex, or a point of the line of force.
     pub point: Vec2,
-    /// How much nearer the two may come from touch on until the force has the wrong sign, in m.
+    /// Largest overlap at which the force has the right sign, in m.
     pub length: f64,
 }
 
-/// Frequency in 1/s at which a step of `2 / omega` carries the two nearer by half their length, with velocities and spins
-/// `kicked`: `omega = 4 v / l` for an approach at `v`.
+/// Frequency in 1/s for which a step of `2 / omega` reduces the distance of the two by half of `length`, with
+/// velocities and spins `kicked`: `omega = 4 v / l` for an approach at `v`.
 ///
-/// The distance from a convex outline is convex, so in a straight line the pair comes nearer by `v dt` at most; by
-/// rotation a point at `r` leaves its tangent by `(spin dt)^2 r / 2`.
+/// The distance from a convex outline is convex, so in a straight motion the distance decreases by at most `v dt`; by
+/// rotation a point at `r` deviates from its tangent by `(spin dt)^2 r / 2`.
 pub fn crossing_rate(bodies: &Bodies, kicked: &[(Vec2, f64)], near: &Near) -> f64 {
     let [a, b] = near.bodies.map(|b| b as usize);
     let arms = [a, b].map(|b| near.point - bodies.state[b].center);
     let at = |b: usize, r: Vec2| kicked[b].0 + Vec2::new(-r.y, r.x) * kicked[b].1;
     let approach = (at(b, arms[1]) - at(a, arms[0])).dot(&near.normal).max(0.0);
-    // A disc looks the same however it turns.
+    // Rotation does not change a disc.
     let turns = |b: usize, r: Vec2| {
         let round = bodies.outline_of(b).len() == 1;
         if round {
@@ -66,7 +67,7 @@ pub fn crossing_rate(bodies: &Bodies, kicked: &[(Vec2, f64)], near: &Near) -> f6
     2.0 * per_step
 }
 
-/// Largest acceleration in m/s^2 that gravity and forces from outside give any surface.
+/// Largest acceleration of any surface by gravity and external forces in m/s^2.
 pub fn outer_acceleration(bodies: &Bodies, gravity: Vec2) -> f64 {
     let of = |(body, state): (&crate::body::bodies::Body, &crate::body::bodies::Rigid)| {
         let (force, torque) = match body.motion {
@@ -85,7 +86,7 @@ pub fn outer_acceleration(bodies: &Bodies, gravity: Vec2) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Bound of the squared frequency in 1/s^2 of two bodies that touch with a stiffness (N/m) wherever they meet.
+/// Bound of the squared frequency in 1/s^2 of any two bodies in contact with a stiffness (N/m), at any contact point.
 pub fn first_contact(bodies: &Bodies, stiffness: f64) -> f64 {
     let mobility = bodies
         .state

@@ -1,12 +1,13 @@
-//! Contact between convex bodies, measured otherwise than edge by edge: once for each vertex ([`crate::contact::nearest`]) or once
-//! for each pair of bodies ([`crate::contact::overlap`]).
+//! Contact between convex bodies with other measures than edge by edge: one contact for each vertex
+//! ([`crate::contact::nearest`]) or one for each pair of bodies ([`crate::contact::overlap`]).
 //!
-//! A measure gives a depth `xi` of a contact as a function of where the two bodies are, and its gradient: `gain` times
-//! the unit normal `N`, on a line through `point`. The law sees `xi` and its changes, and its force is multiplied by the
-//! gain; so the force is the gradient of the law's energy of `xi`, whatever the measure. The tangential part is treated
-//! alike, which keeps Coulomb's cap: both forces have the same factor.
+//! A measure defines the depth `xi` of a contact as a function of the poses of the two bodies, and its gradient: `gain`
+//! times the unit normal `N`, on a line through `point`. The law gets `xi` and its change, and its force is multiplied
+//! by the gain. So for every measure the force is the gradient of the law's energy. The tangential force has the same
+//! factor, which preserves Coulomb's limit.
 //!
-//! One contact at a time, in one thread: these are for scenes of hundreds of bodies, and for comparison.
+//! Contacts are evaluated one after another in one thread: these measures are for scenes of hundreds of bodies, and for
+//! comparison.
 
 use std::fmt::Debug;
 
@@ -28,27 +29,27 @@ use crate::lists::watch::{Ahead, Watch};
 use crate::saved::{count, finite};
 use mechanics::mass::cross;
 
-/// What may touch: a part of one body, and another body. In the order of the list.
+/// A possible contact: a part of one body, and another body. The order of the fields is that of the list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Candidate {
     /// The body that `N` points to, the other.
     pub bodies: [u32; 2],
-    /// Vertex of the first body in [`Bodies::outline`]; 0 where the body touches as a whole.
+    /// Vertex of the first body in [`Bodies::outline`]; 0 if the whole body is meant.
     pub vertex: u32,
 }
 
-/// Where and how deep two things meet.
+/// Position, depth and direction of a contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Spot {
-    /// Depth `xi` in m, positive in contact; what separates the two, negated, where they do not touch.
+    /// Depth `xi` in m, positive in contact; the negative distance if the two do not touch.
     pub depth: f64,
-    /// Depth gained by a unit of approach along `N`: 1 for a distance.
+    /// Derivative of the depth with respect to the approach along `N`: 1 for a distance.
     pub gain: f64,
     /// Unit normal `N`, in the direction in which the first body is pushed.
     pub normal: Vec2,
     /// A point of the force's line in m.
     pub point: Vec2,
-    /// Half the width of the contact in m: how far off the line the force may be in the next step.
+    /// Half the width of the contact in m: the largest offset of the line of force in the next step.
     pub half_width: f64,
 }
 
@@ -56,14 +57,14 @@ pub struct Spot {
 pub trait Measure: Debug + Send + Sync {
     /// Bound of `(d^2 E / du^2) / (d^2 E / dxi^2)` along `N`, for springs no softer than linear ones.
     const STIFFENS: f64;
-    /// Appends whatever of the two bodies could come within `margin` (m).
+    /// Appends the parts of the two bodies that could come within `margin` (m).
     fn list(&self, bodies: &Bodies, pair: [u32; 2], margin: f64, candidates: &mut Vec<Candidate>);
-    /// How much nearer a candidate may come from touch on until its force has the wrong sign, in m.
+    /// Largest overlap of a candidate at which its force has the right sign, in m.
     fn length(&self, bodies: &Bodies, candidate: Candidate) -> f64;
-    /// How a candidate meets; `None` if it is farther than `closing` (m).
+    /// The contact of a candidate; `None` if its distance is above `closing` (m).
     fn meet(&mut self, bodies: &Bodies, candidate: Candidate, closing: f64) -> Option<Spot>;
-    /// Whether a candidate that presses has gone too far ([`crate::contact::passage`]); `turned`: its normal has, since the step
-    /// before, as the second body sees it.
+    /// Whether a candidate that presses has gone too far ([`crate::contact::passage`]); `turned`: its normal has turned
+    /// since the step before, in the frame of the second body.
     fn passage(
         &self,
         bodies: &Bodies,
@@ -98,7 +99,7 @@ impl<L: Law> Kept<L> {
         }
     }
 
-    /// Builds the list of bodies as `watch` began with them.
+    /// Builds the list for the positions of bodies and the margins of `watch`.
     fn build(&mut self, law: &L, measure: &impl Measure, bodies: &Bodies) {
         let list = &mut self.list;
         list.clear();
@@ -123,7 +124,7 @@ impl<L: Law> Kept<L> {
         }));
     }
 
-    /// Histories and normals from an `old` list.
+    /// Takes histories and normals from an `old` list.
     fn carry(&mut self, old: &Self) {
         let carried = self.list.iter().map(|candidate| {
             let was = old.list.binary_search(candidate);
@@ -134,13 +135,14 @@ impl<L: Law> Kept<L> {
     }
 }
 
-/// Contact between convex bodies by the law `L`, measured by `M`. An evaluation commits nothing, as in [`crate::contact::points`].
+/// Contact between convex bodies by the law `L`, measured by `M`. As in [`crate::contact::points`], an evaluation does
+/// not change the history; `commit` does.
 #[derive(Debug)]
 pub struct ConvexContacts<L: Law, M> {
     law: L,
     measure: M,
     kept: Kept<L>,
-    /// What is to be kept instead, where the last evaluation was of a list that it built.
+    /// Replaces `kept` if the last evaluation built a new list.
     fresh: Kept<L>,
     rebuilt: bool,
     next: Vec<L::History>,
@@ -149,7 +151,7 @@ pub struct ConvexContacts<L: Law, M> {
     depths: Vec<f64>,
     /// The candidates in reach.
     in_reach: Vec<Near>,
-    /// How each of them presses.
+    /// Force and stiffness of each of them.
     pressing: Vec<Pressing>,
     /// Those that press, for frames.
     told: Vec<ContactState>,
@@ -179,7 +181,7 @@ impl<L: Law, M: Measure> ConvexContacts<L, M> {
         }
     }
 
-    /// What an evaluation goes by.
+    /// The list, constants and histories that an evaluation uses.
     fn now(&self) -> &Kept<L> {
         if self.rebuilt {
             &self.fresh
@@ -189,7 +191,7 @@ impl<L: Law, M: Measure> ConvexContacts<L, M> {
     }
 }
 
-/// How the surfaces of a spot have moved, as the law sees it.
+/// The motion of the surfaces at a contact, for the law.
 fn touch(bodies: &Bodies, past: Past, spot: &Spot, pair: [u32; 2], arms: [Vec2; 2]) -> Touch {
     let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
     let along = |u: Vec2| [spot.gain * u.dot(&spot.normal), spot.gain * u.dot(&tangent)];
@@ -301,7 +303,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         }
     }
 
-    /// Done by `evaluate`, whatever the number of threads.
+    /// `evaluate` has done this, for any number of threads.
     fn sum(&self, _: usize, _: &mut [PairLoad]) {}
 
     /// As for pairs of vertices and edges: see [`crate::contact::pairs`].
@@ -339,7 +341,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         self.loss
     }
 
-    /// Of the positions at which the contacts were last evaluated, which are those of the measurement.
+    /// The energy at the positions of the last evaluation, which are those of the measurement.
     fn energy(&self, _: &Bodies) -> f64 {
         let contacts = self
             .depths
@@ -373,7 +375,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         if self.in_reach.is_empty() {
             0.0
         } else {
-            // What damps another mass than the pair's is for points alone.
+            // `damped_mass` is for contacts of points only.
             self.law.damping_ratio(f64::INFINITY)
         }
     }
@@ -402,7 +404,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
             // Of the configuration.
             law: _,
             measure: _,
-            // Of an evaluation, which begins each of them anew.
+            // Results of an evaluation; the next one overwrites them.
             fresh: _,
             rebuilt: _,
             next: _,
@@ -478,7 +480,8 @@ fn refill<T: Clone>(kept: &mut Vec<T>, count: usize, value: T) {
     kept.resize(count, value);
 }
 
-/// Share of a contact in a body's `Load::rate`, the force anywhere on the contact's width and the gain at most 1.
+/// Contribution of a contact to a body's `Load::rate`, for a force anywhere on the contact's width and a gain of at
+/// most 1.
 fn rate(frame: &Frame, arm: Vec2, spot: &Spot, normal: f64, tangential: f64) -> f64 {
     let across = cross(arm, spot.normal).abs() + spot.half_width;
     let along = arm.dot(&spot.normal).abs() + spot.half_width;

@@ -1,21 +1,22 @@
-//! Which contacts open or close. The step has to resolve them.
+//! Finds the contacts that open or close, which the step has to resolve.
 //!
-//! A step that is stable in contact, `omega dt` of 1.55, has two steps of a bounce: whether the first of them falls early or late
-//! in the contact decides on 30 % of the energy, of either sign. So while two bodies come into contact or leave it their
-//! frequency counts `2 / r` times, with the resolution `r` of [`interface::config::DemConfig::contact_resolution`]. A contact
-//! that stays closed is a spring, on which leapfrog keeps an energy whatever the phase: the limit of stability does.
+//! With a step at the limit of stability, `omega dt` of 1.55, a bounce has two steps: whether the first of them falls
+//! early or late in the contact changes the energy by up to 30 %, of either sign. So while two bodies come into contact
+//! or separate, their frequency counts `2 / r` times, with the resolution `r` of
+//! [`interface::config::DemConfig::contact_resolution`]. A contact that stays closed is a spring, for which leapfrog
+//! conserves an energy at any phase: the limit of stability is enough.
 //!
-//! A closed contact swings about the overlap at which its force holds what else accelerates the pair. With the relative velocity
-//! `u` and acceleration `a` along the normal (apart), its own `omega^2 = k w`, mobility `w` and force `F`, that overlap times
-//! `omega^2` is `F w - a`, and the amplitude times `omega^2` is `sqrt(a^2 + omega^2 u^2)`, at any time of the swing. It opens
-//! where the amplitude is larger. Three things are left to stability, since their
-//! energy is nothing or they are rare:
+//! A closed contact oscillates about the overlap at which its force balances the other accelerations of the pair. With
+//! the relative velocity `u` and acceleration `a` along the normal (apart), its own `omega^2 = k w`, mobility `w` and
+//! force `F`, that overlap times `omega^2` is `F w - a`, and the amplitude times `omega^2` is `sqrt(a^2 + omega^2
+//! u^2)`, at any time of the oscillation. The contact opens if the amplitude is larger. In three cases only the limit
+//! of stability applies, because their energy is negligible or they are rare:
 //!
-//! - what begins within the first step of a run, whose length is not known before it; that step is a fraction of what contact
-//!   allows anyway ([`crate::contact::approach::first_contact`]);
-//! - speeds below a thousandth of that of the fastest surface;
-//! - blows that press no deeper than a body's own weight does (or what else pushes it from outside): a pile that has come to
-//!   rest has contacts that hardly carry anything and open and close all the time.
+//! - contacts that begin within the first step of a run, whose length is not known before; that step is a fraction of
+//!   what contact allows anyway ([`crate::contact::approach::first_contact`]);
+//! - speeds below a thousandth of the speed of the fastest surface;
+//! - impacts with an overlap no larger than that from a body's own weight or an external force: a pile at rest has
+//!   contacts that hardly carry load and open and close all the time.
 
 use interface::Vec2;
 
@@ -26,36 +27,36 @@ use crate::lists::watch::Ahead;
 /// Speeds below this share of the fastest surface's speed are ignored: their energy is a millionth.
 const NEGLIGIBLE: f64 = 1e-3;
 
-/// How two bodies that are near press.
+/// Overlap, force and stiffness of two bodies that are near.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Pressing {
-    /// Overlap `xi` in m; negative where they do not touch.
+    /// Overlap `xi` in m; negative if they do not touch.
     pub overlap: f64,
-    /// Normal force in N/m, 0 where they do not touch.
+    /// Normal force in N/m, 0 if they do not touch.
     pub force: f64,
     /// Bound of the stiffness in N/m.
     pub stiffness: f64,
-    /// How far off the point where they are nearest they may touch first, in m: 0 where the point itself is listed.
+    /// Largest distance in m of the first contact point from the nearest point; 0 if the point itself is listed.
     pub width: f64,
 }
 
-/// What is needed to recognise impacts in a step.
+/// The data to recognise impacts in a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Impacts<'a> {
     /// Velocities and spins at `t_{n+1/2}`; those at `t_{n-1/2}` are in [`Bodies::state`].
     pub kicked: &'a [(Vec2, f64)],
     /// Length of the kick in s.
     pub kick: f64,
-    /// How far surfaces may go in the two steps ahead.
+    /// The largest displacement of surfaces in the next two steps.
     pub ahead: Ahead,
     /// Speed of the fastest surface in m/s.
     pub speed: f64,
-    /// Most that gravity and forces from outside accelerate any surface, in m/s^2.
+    /// Largest acceleration of any surface by gravity and external forces, in m/s^2.
     pub outer: f64,
 }
 
 impl Impacts<'_> {
-    /// Whether two bodies that are near open or close their contact.
+    /// Whether the contact of two bodies that are near opens or closes.
     pub fn is_one(&self, bodies: &Bodies, near: &Near, pressing: &Pressing) -> bool {
         let state = near.bodies.map(|b| &bodies.state[b as usize]);
         let kicked = near.bodies.map(|b| self.kicked[b as usize]);

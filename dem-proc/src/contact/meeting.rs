@@ -1,12 +1,12 @@
-//! Which pairs of a list are in reach, and how their surfaces meet: the geometry of [`crate::body::edge`] for four
-//! vertex-edge pairs at a time, one in each lane.
+//! Geometry of vertex-edge pairs: which pairs of a list are in reach, and the normal, overlap and motion of each. The
+//! formulas are those of [`crate::body::edge`], for four pairs at a time, one in each lane.
 //!
-//! A pair is one long chain of dependent operations with two square roots and a division in it; side by side four of
-//! them cost little more than one.
+//! The work for one pair is a long chain of dependent operations with two square roots and a division. Four of them in
+//! parallel cost little more than one.
 
 #![expect(
     clippy::inline_always,
-    reason = "left to itself the compiler calls functions per pair, which costs a quarter of the step"
+    reason = "without it the compiler calls functions for each pair, which costs a quarter of the step"
 )]
 
 use interface::Vec2;
@@ -21,10 +21,10 @@ use crate::law::{Past, Touch};
 use crate::lists::neighbours::VertexEdge;
 use crate::threads::CHUNK;
 
-/// One number of each of four pairs.
+/// One number for each of four pairs.
 pub type Lanes = f64x4;
 
-/// Pairs worked on side by side.
+/// Number of pairs that are computed in parallel.
 pub const LANES: usize = 4;
 
 const _: () = assert!(CHUNK.is_multiple_of(LANES));
@@ -53,7 +53,7 @@ fn sub(a: LaneVec, b: LaneVec) -> LaneVec {
     [a[0] - b[0], a[1] - b[1]]
 }
 
-/// One number of each of four things.
+/// One number from each of four pairs.
 #[inline(always)]
 fn gather(f: impl Fn(usize) -> f64) -> Lanes {
     Lanes::new(core::array::from_fn(f))
@@ -65,7 +65,7 @@ fn gather_vec(f: impl Fn(usize) -> Vec2) -> LaneVec {
     [gather(|l| v[l].x), gather(|l| v[l].y)]
 }
 
-/// The pairs of a chunk: how far apart their surfaces are, and which are in reach.
+/// The distances of the pairs of a chunk, and which of them are in reach.
 #[derive(Debug, Default)]
 pub struct Apart {
     /// Vector from the edge to the vertex of every pair in m.
@@ -73,25 +73,25 @@ pub struct Apart {
     y: Vec<f64>,
     /// Its squared length in m^2.
     distance_sq: Vec<f64>,
-    /// Numbers within the chunk of those that press on one another, ascending.
+    /// Indices, within the chunk, of the pairs that press on one another, ascending.
     pressing: Vec<u32>,
-    /// Likewise of those that do not, but are in reach.
+    /// The same for the pairs that do not press but are in reach.
     close: Vec<u32>,
-    /// How many of either.
+    /// Number of entries in `pressing` and in `close`.
     counts: [usize; 2],
-    /// Whether a pair presses too deep.
+    /// Whether the overlap of a pair is too large.
     any_deep: bool,
 }
 
-/// Square of the share of a contact distance at which a vertex is too near to an edge.
+/// If the squared distance is below this share of the squared contact distance, the vertex is too near to the edge.
 const TOO_NEAR_SQ: f64 = (1.0 - DEEP) * (1.0 - DEEP);
 
 impl Apart {
     /// Bytes on the heap.
     pub const BYTES: usize = CHUNK * (3 * size_of::<f64>() + 2 * size_of::<u32>());
 
-    /// Finds the pairs that press, and those whose surfaces are within `closing` (m) of one another. Without a branch,
-    /// because which pairs of a list touch is not predictable.
+    /// Finds the pairs that press, and those whose surfaces are within `closing` (m) of one another. There is no branch
+    /// for a pair, because a processor cannot predict which pairs touch.
     #[inline(always)]
     pub fn find(&mut self, bodies: &Bodies, pairs: &[VertexEdge], closing: f64) {
         assert!(pairs.len() <= CHUNK);
@@ -151,7 +151,7 @@ impl Apart {
         self.any_deep = deep != 0;
     }
 
-    /// The first pair that presses too deep ([`crate::contact::passage`]), and by how much in m.
+    /// The first pair whose overlap is too large ([`crate::contact::passage`]), and its overlap in m.
     #[inline(always)]
     pub fn deep(&self, pairs: &[VertexEdge]) -> Option<(u32, f64)> {
         if self.any_deep {
@@ -170,7 +170,7 @@ impl Apart {
         deep.map(|k| (k, reach(&k) - sq(&k).sqrt()))
     }
 
-    /// Keeps those in reach that are also within a distance (m) of their own, asked for by their bodies.
+    /// Of the pairs in reach, keeps those whose surfaces are within `closing` (m), which depends on the two bodies.
     #[cold]
     pub fn keep_close(&mut self, pairs: &[VertexEdge], closing: impl Fn([u32; 2]) -> f64) {
         let mut kept = 0;
@@ -185,19 +185,19 @@ impl Apart {
         self.counts[1] = kept;
     }
 
-    /// The numbers of the pairs that press.
+    /// The indices of the pairs that press.
     #[inline(always)]
     pub fn pressing(&self) -> &[u32] {
         &self.pressing[..self.counts[0]]
     }
 
-    /// The numbers of the pairs that are in reach and do not press.
+    /// The indices of the pairs that are in reach and do not press.
     #[inline(always)]
     pub fn close(&self) -> &[u32] {
         &self.close[..self.counts[1]]
     }
 
-    /// How the surfaces of the pairs `k` meet and have moved.
+    /// Normal, overlap and relative motion of the pairs `k`.
     #[inline(always)]
     pub fn meet<const MOTION: bool>(
         &self,
@@ -249,7 +249,7 @@ impl Apart {
             if past.dt > 0.0 {
                 meeting.moved = moved;
                 meeting.velocity = moved.map(|u| u * Lanes::splat(past.per_dt));
-                // The sine is the angle but for a third-order term; exact rotation matters to lengths only.
+                // The sine equals the angle up to a third-order term; only lengths need the exact rotation.
                 meeting.rolled = v.sin - e.sin;
             } else {
                 meeting.velocity = moved;
@@ -259,7 +259,7 @@ impl Apart {
     }
 }
 
-/// The normals again, where a vertex is exactly on its edge.
+/// Replaces the normals of pairs whose vertex is exactly on the edge.
 #[cold]
 fn mend(bodies: &Bodies, pair: [&VertexEdge; LANES], distance: Lanes, normal: LaneVec) -> LaneVec {
     let (distance, [x, y]) = (distance.to_array(), normal.map(Lanes::to_array));
@@ -273,7 +273,7 @@ fn mend(bodies: &Bodies, pair: [&VertexEdge; LANES], distance: Lanes, normal: La
     gather_vec(|l| mended[l])
 }
 
-/// How the surfaces of four pairs meet.
+/// Normal, overlap and relative motion of four pairs.
 #[derive(Debug, Clone, Copy)]
 pub struct Meeting {
     /// Unit normal `N`, from the edge to the vertex.
@@ -282,12 +282,12 @@ pub struct Meeting {
     moved: LaneVec,
     velocity: LaneVec,
     rolled: Lanes,
-    /// Owners of the vertices, of the edges.
+    /// The bodies that own the vertices, and those that own the edges.
     sides: [Side; 2],
 }
 
 impl Meeting {
-    /// What the law sees, pair by pair.
+    /// The arguments of the contact law, for each pair.
     #[inline(always)]
     pub fn touches(&self) -> [Touch; LANES] {
         let overlap = self.overlap.to_array();
@@ -304,8 +304,8 @@ impl Meeting {
         })
     }
 
-    /// What the two bodies of every pair get of the forces along `N` and `T` (N/m) and a moment (N) on the owner of
-    /// the vertex, and their rates.
+    /// The loads on the two bodies of each pair, with their rates. They follow from the forces along `N` and `T` (N/m)
+    /// and the moment (N) on the owner of the vertex.
     #[inline(always)]
     pub fn loads(&self, answers: &Answers) -> [[PairLoad; LANES]; 2] {
         let [f_n, f_t] = answers.force.map(Lanes::new);
@@ -343,7 +343,7 @@ pub struct Answers {
     pub loss: [[f64; LANES]; 2],
 }
 
-/// Where the contacts of four pairs act: by `back` (m) behind the vertices along the normals.
+/// The contact points of four pairs: `back` (m) behind the vertices, along the normals.
 #[derive(Debug, Clone, Copy)]
 struct Arm {
     vertex: LaneVec,
@@ -354,16 +354,15 @@ struct Arm {
 /// One body of each of four pairs.
 #[derive(Debug, Clone, Copy)]
 struct Side {
-    /// Displacement of the centre over the last step; where there was none, its velocity.
+    /// Displacement of the centre over the last step; its velocity if there was no step.
     shift: LaneVec,
-    /// Sine of the angle turned over the last step; where there was none, the spin.
+    /// Sine of the rotation over the last step; the spin if there was no step.
     sin: Lanes,
-    /// One minus its cosine; where there was none, 0.
+    /// One minus the cosine of that rotation; 0 if there was no step.
     versine: Lanes,
     inverse_mass: Lanes,
     inverse_inertia: Lanes,
-    /// Lever arm of the contact along `N` and `T`: `r x N` and `r x T`, from which everything about the body's
-    /// rotation follows.
+    /// Lever arm of the contact along `N` and `T`: `r x N` and `r x T`. All effects of rotation follow from it.
     n: Lanes,
     t: Lanes,
 }
@@ -394,7 +393,8 @@ impl Side {
         }
     }
 
-    /// Displacement of the material at the contact by the last step's rotation, along `N` and `T`: exact at any angle.
+    /// Displacement of the material at the contact by the rotation of the last step, along `N` and `T`; exact for any
+    /// angle.
     #[inline(always)]
     fn turned(&self) -> LaneVec {
         [

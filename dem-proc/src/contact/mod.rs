@@ -1,4 +1,5 @@
-//! Contact of bodies with one another and with points: where, how deep, and when it has gone too far.
+//! Contact of bodies with one another and with points: its geometry, and the test whether a body has passed through
+//! another.
 
 pub mod approach;
 pub mod chain;

@@ -1,8 +1,8 @@
-//! Each vertex of a convex body against the nearest point of another one, once (docs/physics.md section 5, "nearest edge per
-//! vertex").
+//! Each vertex of a convex body against the nearest point of another one, once (docs/physics.md section 5, "nearest
+//! edge per vertex").
 //!
-//! The distance is signed, as for points: a vertex driven past the bare outline is pushed back the way it came. The
-//! history of a contact belongs to the vertex and the other body, so it goes round corners by itself.
+//! The distance is signed, as for points: a vertex that has crossed the outline itself is pushed back to the side from
+//! which it came. The history of a contact belongs to the vertex and the other body, so it is kept around corners.
 
 use mechanics::outline::{contact_point, see};
 
@@ -23,7 +23,7 @@ impl Measure for NearestEdge {
         let edges = |b: u32| bodies.properties[b as usize].shape.has_edges;
         let [i, j] = pair;
         for [v, e] in [[i, j], [j, i]] {
-            // Discs have no edges: two of them touch once, and their centres are the vertices against a polygon.
+            // Discs have no edges: two of them have one contact, and their centres are the vertices against a polygon.
             if !edges(e) && (edges(v) || v > e) {
                 continue;
             }
@@ -77,7 +77,7 @@ impl Measure for NearestEdge {
             let now = bodies.outline[candidate.vertex as usize];
             let [own, other] = [v, e].map(|b| &bodies.frames[b]);
             let moved = own.displacement(now - own.center) - other.displacement(now - other.center);
-            // Bare corners have no contact distance: what they may cut off of a tip is small beside both bodies.
+            // Sharp corners have no contact distance: the tip that they may cut off is small compared with both bodies.
             let thickness = [v, e].map(|b| thickness(bodies.outline_of(b)));
             let thinner = thickness.into_iter().filter(|t| *t > 0.0);
             let tip = TIP * thinner.reduce(f64::min).unwrap_or(0.0);

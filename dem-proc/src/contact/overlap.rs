@@ -1,12 +1,12 @@
 //! The area of the overlap of two convex polygons as the measure of their contact (Chen 2023 section 3.2.2 and eq. 18:
 //! "the penetration can be area in 2D").
 //!
-//! Chen's `f = k A` has no potential where the width of the overlap changes: what a corner costs on the way in is not
-//! what it gives back on the way out. Feng and Owen (2004, "A 2D polygon/polygon contact model: algorithmic aspects",
+//! Chen's `f = k A` has no potential if the width of the overlap changes: the work of a corner on the way in differs
+//! from that on the way out. Feng and Owen (2004, "A 2D polygon/polygon contact model: algorithmic aspects",
 //! Engineering Computations 21, section 3) take any energy of the area instead, whose gradient gives force, direction
-//! and line of action. Here the depth is `xi = A / l`, with a length `l` of the pair that does not change, so a law of a
-//! depth can be used as it is; the force is `k A / l` times the width of the overlap over `l`. For an overlap as wide as
-//! `l` that is Chen's with `k_A = k / l`.
+//! and line of action. Here the depth is `xi = A / l`, with a length `l` of the pair that does not change, so a law of
+//! a depth can be used as it is; the force is `k A / l` times the width of the overlap over `l`. For an overlap as wide
+//! as `l` that is Chen's with `k_A = k / l`.
 
 use interface::Vec2;
 
@@ -17,8 +17,8 @@ use crate::contact::passage::Passage;
 use crate::seam::{Gap, gap};
 use mechanics::mass::cross;
 
-/// Smallest width of an overlap over the root of its area with which it still pushes the right way: half of it is the
-/// root of `tan(alpha / 2)` for a corner of the angle `alpha`.
+/// Smallest ratio of the width of an overlap to the root of its area for which the force has the right direction: half
+/// of it is the root of `tan(alpha / 2)` for a corner of the angle `alpha`.
 const NARROW: f64 = 0.2;
 
 /// A vertex of an overlap, and whether the edge that begins there is of the second outline.
@@ -36,10 +36,10 @@ pub struct OverlapArea {
 pub struct Overlap {
     /// `A` in m^2.
     pub area: f64,
-    /// `-dA/dc` in m: how the area shrinks when the first polygon is moved; as long as the overlap is wide, and in the
-    /// direction in which the first polygon is pushed out.
+    /// `-dA/dc` in m, the decrease of the area when the first polygon is moved. Its length is the width of the overlap,
+    /// and its direction is that in which the first polygon is pushed out.
     pub gradient: Vec2,
-    /// `-dA/dtheta` in m^2 for the first polygon turned about the overlap's centroid.
+    /// `-dA/dtheta` in m^2 for a rotation of the first polygon about the centroid of the overlap.
     pub turning: f64,
     /// Centroid in m.
     pub centroid: Vec2,
@@ -111,7 +111,7 @@ fn measure(corners: &[Corner]) -> Option<Overlap> {
     })
 }
 
-/// The length `l` of a pair in m, no shorter than any overlap is wide: so the gain is at most 1.
+/// The length `l` of a pair in m, at least the width of any overlap, so that the gain is at most 1.
 pub fn pair_length(bodies: &Bodies, pair: [u32; 2]) -> f64 {
     let [a, b] = pair.map(|b| bodies.state[b as usize].extent);
     2.0 * a.min(b)

@@ -1,13 +1,13 @@
 //! Contact between bodies: the literal sum over vertex-edge pairs both ways (Jiang 2020 eqs. 38 to 41, 43).
 //!
-//! Every term is a function `k xi^2 / 2` of one distance, so the sum is conservative; at a corner a pair counts up to
-//! four times, at flush aligned edges eight times, which the step limit sees because it sums the same terms.
+//! Every term is a function `k xi^2 / 2` of one distance, so the sum is conservative. At a corner a pair has up to four
+//! terms, and at aligned edges eight. The step limit sums the same terms, so it takes this into account.
 //!
-//! An evaluation commits nothing, as in [`crate::contact::points`].
+//! As in [`crate::contact::points`], an evaluation does not change the history; `commit` does.
 
 #![expect(
     clippy::inline_always,
-    reason = "left to itself the compiler calls a function per pair, which costs a quarter of the step"
+    reason = "without it the compiler calls a function for each pair, which costs a quarter of the step"
 )]
 
 use std::fmt::Debug;
@@ -33,14 +33,14 @@ use crate::saved::count;
 use crate::threads::{CHUNK, Threads};
 use mechanics::outline::contact_point;
 
-/// What the step needs from the contact between bodies, whatever the law.
+/// What a step needs from the contact between bodies, for any law.
 pub trait BodySide: Debug + Send + Sync {
-    /// Makes a list anew if a pair that is not in the one that is kept could touch within two steps, with surfaces up to
-    /// `speed` (m/s).
+    /// Builds a new list if a pair that is not in the present one could touch within two steps, with surface speeds up
+    /// to `speed` (m/s).
     fn update_list(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64);
-    /// Evaluates every pair of the list. `closing` is how far two surfaces can come together within two steps, in m:
-    /// pairs within it count in the step limit. On one thread it puts the sums of force and torque on each body
-    /// (eqs. 39, 40) into `loads` at once, while they are in the cache.
+    /// Evaluates every pair of the list. `closing` is the distance in m by which two surfaces can approach within two
+    /// steps: pairs within it count in the step limit. On one thread the sums of force and torque on each body (eqs.
+    /// 39, 40) are added to `loads` at once, while the data are in the cache.
     fn evaluate(
         &mut self,
         bodies: &Bodies,
@@ -49,28 +49,28 @@ pub trait BodySide: Debug + Send + Sync {
         threads: &Threads,
         loads: &mut [PairLoad],
     );
-    /// Puts the sums on the bodies from `first` on into `loads`, if that is still to be done.
+    /// Puts the sums for the bodies from `first` on into `loads`, if `evaluate` has not done so.
     fn sum(&self, first: usize, loads: &mut [PairLoad]);
-    /// Bound of the squared frequency, from the summed loads, in 1/s^2.
+    /// Upper bound of the squared frequency, from the summed loads, in 1/s^2.
     fn omega_sq(&self, loads: &[PairLoad]) -> f64;
-    /// The same of the pairs in reach that open or close their contact ([`crate::contact::impact`]); 0 where there is none.
+    /// The same for the pairs in reach whose contact opens or closes ([`crate::contact::impact`]); 0 if there is none.
     fn impact(&self, bodies: &Bodies, loads: &[PairLoad], impacts: &Impacts) -> f64;
-    /// The largest [`crossing_rate`] of a pair in reach in 1/s, or anything not above `known` where none is larger.
-    /// Velocities and spins `kicked`, surfaces up to `speed` (m/s).
+    /// The largest [`crossing_rate`] of a pair in reach in 1/s, or a number not above `known` if none is larger than
+    /// that. `kicked` has the velocities and spins after the kick, and `speed` (m/s) bounds the speed of surfaces.
     fn crossing(&self, bodies: &Bodies, kicked: &[(Vec2, f64)], speed: f64, known: f64) -> f64;
-    /// The first two bodies, in the order of the list, that the last evaluation found too far in one another.
+    /// The first two bodies, in the order of the list, whose overlap in the last evaluation was too large.
     fn passed(&self, bodies: &Bodies) -> Option<PassedBodies>;
     /// Energy dissipated over the last step.
     fn loss(&self) -> Loss;
     /// Energy in the contact springs in J/m.
     fn energy(&self, bodies: &Bodies) -> f64;
-    /// Adds the pairs of the last evaluation that press to those `found`, in the order of the list.
+    /// Appends the pairs of the last evaluation that press to `found`, in the order of the list.
     fn tell(&self, bodies: &Bodies, found: &mut Vec<ContactState>);
     /// Keeps the list that was evaluated.
     fn keep_list(&mut self);
-    /// Accepts what was evaluated as the history of the next step, and keeps the list.
+    /// Makes the result of the evaluation the history of the next step, and keeps the list.
     fn commit(&mut self);
-    /// Largest damping ratio of a contact in reach; 0 where there is none.
+    /// Largest damping ratio of a contact in reach; 0 if there is none.
     fn damping_ratio(&self) -> f64;
     /// Pairs that press at present.
     fn contacts(&self) -> usize;
@@ -80,21 +80,22 @@ pub trait BodySide: Debug + Send + Sync {
     fn bytes(&self) -> usize;
     /// For a saved state.
     fn save(&self) -> SavedPairs;
-    /// Takes over what was saved, with bodies of the same configuration. After a refusal all is as it was.
+    /// Restores a saved state, with bodies of the same configuration. A refusal leaves everything unchanged.
     ///
     /// # Errors
     /// A refusal if it is not of this configuration.
     fn restore(&mut self, saved: &SavedPairs, bodies: &Bodies) -> Result<(), Refusal>;
 }
 
-/// Contact between bodies in a saved state. The list follows from where the bodies were when it was built.
+/// Contact between bodies in a saved state. The list is built again from the positions of the bodies at which it was
+/// first built.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct SavedPairs {
-    /// When the list was built, and how far it reaches.
+    /// The poses at which the list was built, and its margins.
     pub watch: SavedWatch,
-    /// What the pairs remember.
+    /// The histories of the pairs.
     pub histories: SavedHistories,
-    /// Normals of the last step, where the measure of overlap remembers them.
+    /// Normals of the last step, if the measure of overlap uses them.
     pub normals: Vec<[f64; 2]>,
 }
 
@@ -114,16 +115,16 @@ struct Kept<L: Law> {
 pub struct BodyContacts<L: Law> {
     law: L,
     kept: Kept<L>,
-    /// What is to be kept instead, where the last evaluation was of a list that it built.
+    /// Replaces `kept` if the last evaluation built a new list.
     fresh: Kept<L>,
     rebuilt: bool,
     next: Vec<L::History>,
     aparts: Vec<Apart>,
-    /// What was found in each chunk.
+    /// The results of each chunk.
     outcomes: Vec<Outcomes>,
     /// Whether the loads of the bodies have still to be summed from `outcomes`.
     to_be_summed: bool,
-    /// As it was given to the last evaluation.
+    /// The argument of the last evaluation.
     closing: f64,
 }
 
@@ -138,7 +139,7 @@ impl<L: Law> Kept<L> {
         }
     }
 
-    /// Builds the list of bodies as `watch` began with them.
+    /// Builds the list for the positions of bodies and the margins of `watch`.
     fn build(&mut self, law: &L, bodies: &Bodies) {
         self.list.build(bodies, &self.watch);
         let pairs = self.list.pairs.iter();
@@ -147,7 +148,7 @@ impl<L: Law> Kept<L> {
             let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
             let inverse = v.inverse_mass + e.inverse_mass;
             law.pair(&Mates {
-                mass: if inverse > 0.0 { 1.0 / inverse } else { 0.0 }, // bodies that can only turn: no dashpot
+                mass: if inverse > 0.0 { 1.0 / inverse } else { 0.0 }, // bodies that can only rotate: no dashpot
                 radius: reduced(pair.radius, pair.reach - pair.radius),
                 surfaces: pair.bodies.map(|b| bodies.properties[b as usize].surface),
             })
@@ -160,7 +161,7 @@ impl<L: Law> Kept<L> {
         self.spans.extend(self.list.pairs.chunks(CHUNK).map(span));
     }
 
-    /// Histories from an `old` list: both are in the same order, so one walk finds them.
+    /// Takes the histories from an `old` list. Both lists have the same order, so one pass finds them.
     fn carry(&mut self, old: &Self) {
         let pairs = self.list.pairs.iter();
         self.history.clear();
@@ -198,7 +199,7 @@ impl<L: Law> BodyContacts<L> {
         }
     }
 
-    /// What an evaluation goes by.
+    /// The list, constants and histories that an evaluation uses.
     fn now(&self) -> &Kept<L> {
         if self.rebuilt {
             &self.fresh
@@ -222,22 +223,22 @@ struct Outcomes {
     count: usize,
     /// Owner of the vertex, owner of the edge.
     mates: Vec<[u32; 2]>,
-    /// Their numbers within the chunk.
+    /// Their indices within the chunk.
     numbers: Vec<u32>,
-    /// How they press, but for the overlap, which is left to who asks.
+    /// Force and stiffness of each pair. The overlap is filled in by the reader.
     pressing: Vec<Pressing>,
-    /// What they get.
+    /// The loads on both bodies.
     loads: [Vec<PairLoad>; 2],
     /// Dissipated over the last step by friction and by dashpots in J/m, lane by lane.
     loss: [Lanes; 2],
     /// Pairs that press on one another.
     presses: usize,
-    /// The first pair that presses too deep.
+    /// The first pair whose overlap is too large.
     deep: Option<PassedBodies>,
 }
 
 impl Outcomes {
-    /// Forgets all, and makes room for a chunk and a few lanes more.
+    /// Removes all entries, and makes room for a chunk and a few more lanes.
     fn clear(&mut self) {
         self.count = 0;
         self.mates.resize(CHUNK + LANES, [0; 2]);
@@ -249,7 +250,7 @@ impl Outcomes {
         self.loss = [Lanes::ZERO; 2];
     }
 
-    /// What the pairs in reach give to their bodies.
+    /// The pairs in reach, with the loads on their bodies.
     fn each(&self) -> impl Iterator<Item = ([usize; 2], [&PairLoad; 2])> {
         let mates = self.mates[..self.count]
             .iter()
@@ -288,7 +289,7 @@ impl Outcomes {
     }
 }
 
-/// The pairs of a chunk, and what their evaluation needs.
+/// The pairs of a chunk, and the data that their evaluation needs.
 struct Chunk<'a, L: Law> {
     law: &'a L,
     pairs: &'a [VertexEdge],
@@ -325,7 +326,7 @@ impl<L: Law> Chunk<'_, L> {
         }
     }
 
-    /// Law, forces and torques of up to four pairs, which all press or all do not.
+    /// Evaluates law, forces and torques of up to four pairs, of which all press or none does.
     #[inline(always)]
     fn quad<const PRESS: bool>(
         &self,
@@ -335,7 +336,7 @@ impl<L: Law> Chunk<'_, L> {
         outcomes: &mut Outcomes,
     ) {
         let count = quad.len();
-        // Lanes beyond repeat the last pair; what they give is not added up.
+        // Unused lanes repeat the last pair; their results are not summed.
         let k: [usize; LANES] = std::array::from_fn(|l| quad[l.min(count - 1)] as usize);
         let (bodies, past) = (self.bodies, self.past);
         let meeting = if L::MOTION {
@@ -347,7 +348,7 @@ impl<L: Law> Chunk<'_, L> {
         let (constants, before) = (k.map(|k| self.constants[k]), k.map(|k| self.history[k]));
         let mut answers = Answers::default();
         let mut after = before;
-        // Without a branch, so that the compiler can put the four side by side.
+        // There is no branch, so that the compiler can vectorise the four evaluations.
         for l in 0..LANES {
             let (constants, touch) = (&constants[l], &touches[l]);
             let stiffness = self.law.stiffness(constants, touch.overlap + self.closing);
@@ -444,8 +445,8 @@ impl<L: Law> BodySide for BodyContacts<L> {
         self.closing = closing;
     }
 
-    /// The list is in the order of bodies, so most chunks are of no concern to a few bodies; each body's sum has the
-    /// order of the list.
+    /// The list is in the order of bodies, so most chunks have no pair of a given few bodies. The sum of each body is
+    /// in the order of the list.
     fn sum(&self, first: usize, loads: &mut [PairLoad]) {
         if !self.to_be_summed {
             return;
@@ -464,11 +465,11 @@ impl<L: Law> BodySide for BodyContacts<L> {
         }
     }
 
-    /// `max over contacts (Lambda_A + Lambda_B)`, with `Lambda` the trace of each body's own `M^-1 K`.
-    ///
-    /// In contact space the operator is a sum over bodies of positive parts, each supported on that body's contacts
-    /// and of norm at most `Lambda_b`; a vector's quotient is at most `sum_b Lambda_b |x on b's contacts|^2`, hence
-    /// at most the largest `Lambda_A + Lambda_B` of one contact. Exact for two bodies and one contact.
+    /// `max over contacts (Lambda_A + Lambda_B)`, with `Lambda` the trace of each body's own `M^-1 K`. In contact space
+    /// the operator is a sum of positive semidefinite parts, one for each body. The part of body `b` acts on the
+    /// contacts of that body, and its norm is at most `Lambda_b`. So the Rayleigh quotient of a vector `x` is at most
+    /// `sum_b Lambda_b |x on b's contacts|^2 / |x|^2`, and this is at most the largest `Lambda_A + Lambda_B` of one
+    /// contact. The bound is exact for two bodies and one contact.
     fn omega_sq(&self, loads: &[PairLoad]) -> f64 {
         let mut largest = 0.0;
         for found in &self.outcomes {
@@ -492,7 +493,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
                 let pair = &pairs[found.numbers[i] as usize];
                 let (away, sq) = separation(bodies, pair);
                 let distance = sq.sqrt();
-                // A vertex exactly on an edge is too deep: the run ends here.
+                // If a vertex is exactly on an edge, the overlap is too large and the run ends with this step.
                 if distance == 0.0 {
                     continue;
                 }
@@ -516,7 +517,8 @@ impl<L: Law> BodySide for BodyContacts<L> {
 
     fn crossing(&self, bodies: &Bodies, kicked: &[(Vec2, f64)], speed: f64, known: f64) -> f64 {
         let now = self.now();
-        // Twice the speed, and as much again for what rotation bends, which is less while a step is a share of the reach.
+        // Twice the speed, and the same again for the curvature of paths under rotation, which is smaller as long as a
+        // step moves surfaces by less than the contact distance.
         let most = 4.0 * (2.0 * 2.0 * speed) / now.list.smallest_reach;
         if most <= known || self.outcomes.iter().all(|found| found.count == 0) {
             return known;
@@ -601,7 +603,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
         if self.outcomes.iter().all(|found| found.count == 0) {
             0.0
         } else {
-            // What damps another mass than the pair's is for points alone.
+            // `damped_mass` is for contacts of points only.
             self.law.damping_ratio(f64::INFINITY)
         }
     }
@@ -626,7 +628,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
         let Self {
             kept,
             law: _, // of the configuration
-            // Of an evaluation, which begins each of them anew.
+            // Results of an evaluation; the next one overwrites them.
             fresh: _,
             rebuilt: _,
             next: _,

@@ -1,36 +1,41 @@
-//! Whether a point, or another body, has gone through a body.
+//! Tests whether a point, or another body, has passed through a body.
 //!
-//! A penalty force depends on where a point is, not on where it came from. Beyond the middle of a body, which is the skeleton of
-//! a thin one and the medial axis of a polygon, it pushes to the other side: finite, balanced, and wrong. So a point may
-//! not get there. Two signs tell, and neither is seen where contact is resolved:
+//! A penalty force depends on the position of a point, not on its path. Beyond the middle of a body (the skeleton of a
+//! thin one, the medial axis of a polygon) the force pushes to the other side: finite, balanced, and wrong. So a point
+//! must not get there. There are two criteria, and neither is met if contact is resolved:
 //!
 //! - *Through.* From one step to the next the normal turns by more than 100 degrees relative to the body, the path
-//!   between crosses the outline or ends inside it, and the nearest point of the outline has leapt: the way along the
-//!   outline is longer than the contact distance. A point that rolls round a corner or a cap turns by `2 asin(r_p/4 / d)`
-//!   at most, since it moves by half its radius in a step at most (the kinematic limit of docs/physics.md section 4): 29
-//!   degrees at the distance `d = r_p` of light contact. In a narrow notch the nearer wall may change, but the path
-//!   crosses nothing. At the corners of a rectangle the normals inside differ by 90 degrees. And a sharp tip that a soft
-//!   contact lets in as far as its contact distance is cut off, which is no worse than to go round it.
-//! - *Deep.* The middle of a disc is a single point, which nobody hits, and round it the normal turns little by little.
-//!   So the centre of a point may not go deeper than three quarters of the radius of the disc that has the body's
-//!   area. That is never smaller than the largest disc within the body: thin bodies are left to the first sign.
+//!   between the two positions crosses the outline or ends inside it, and the nearest point of the outline has jumped:
+//!   its path along the outline is longer than the contact distance. When a point rolls around a corner or a cap, its
+//!   normal turns by at most `2 asin(r_p/4 / d)`, because it moves by at most half its radius in a step (the kinematic
+//!   limit of docs/physics.md section 4): 29 degrees at the distance `d = r_p` of light contact. In a narrow notch the
+//!   nearer wall may change, but the path crosses nothing. At the corners of a rectangle the normals inside differ by
+//!   90 degrees. If a soft contact lets a point in as far as its contact distance at a sharp tip, the point may cut off
+//!   the tip, which is no worse than a path around it.
+//! - *Deep.* The middle of a disc is a single point, which no path hits exactly, and around it the normal turns
+//!   gradually. So the centre of a point may not be deeper than three quarters of the radius of the disc that has the
+//!   body's area. That radius is never smaller than that of the largest disc within the body, so for thin bodies the
+//!   first criterion decides.
 //!
-//! A single point may slip by both, past the middle of a disc at between a quarter of its radius and all of it. The
-//! points of a continuum are nearer to one another than that, as long as the disc is not smaller than they are.
+//! A single point may escape both criteria if it passes the middle of a disc at a distance between a quarter of its
+//! radius and its radius. The points of a continuum are nearer to one another than that, unless the disc is smaller
+//! than the points.
 //!
-//! Two bodies pass through one another vertex by vertex and edge by edge, since outlines that are apart cannot cross but
-//! where a vertex of one comes onto an edge of the other. What tells depends on how their overlap is measured:
+//! Two bodies pass through one another vertex by vertex and edge by edge: separate outlines can only begin to cross
+//! where a vertex of one comes onto an edge of the other. The criterion depends on the measure of their overlap:
 //!
-//! - *Each edge* ([`crate::contact::pairs`]): the distance of a vertex from an edge has no sign, so the force turns round where it
-//!   is zero. A vertex may use up three quarters of its contact distance, the sum of the sphero-radii. The kinematic
-//!   limit lets it come nearer by half of that in a step, so none gets from one side to the other unseen.
-//! - *Nearest edge* ([`crate::contact::nearest`]): signed, so a vertex is judged as a point is, by both signs. A corner that slides
-//!   off past a sharp tip of the other body comes from one of its sides to the other however lightly it presses; at an
-//!   overlap `xi` it cuts off a piece of the tip of `2 xi / tan(alpha/2)` along the outline, for an angle `alpha`. Where the
-//!   sphero-radii do not allow more, a quarter of the thickness of the thinner body is allowed.
-//! - *Area* ([`crate::contact::overlap`]): the width of the overlap along which it pushes vanishes when a body spans a thin one,
-//!   and points back from then on. So a width below a fifth of the root of the area tells, which is that of a corner of
-//!   1.1 degrees, and a normal that has turned.
+//! - *Each edge* ([`crate::contact::pairs`]): the distance of a vertex from an edge has no sign, so the force reverses
+//!   where it is zero. The overlap of a vertex may be at most three quarters of its contact distance, the sum of the
+//!   sphero-radii. By the kinematic limit the distance decreases by at most half of that in a step, so no vertex gets
+//!   to the other side undetected.
+//! - *Nearest edge* ([`crate::contact::nearest`]): the distance is signed, so both criteria for points apply to a
+//!   vertex. A corner that slides past a sharp tip of the other body changes from one side of the tip to the other even
+//!   at a small overlap; at an overlap `xi` it cuts off a piece of the tip of `2 xi / tan(alpha/2)` along the outline,
+//!   for an angle `alpha`. A quarter of the thickness of the thinner body is allowed, or more if the sphero-radii allow
+//!   more.
+//! - *Area* ([`crate::contact::overlap`]): when an overlap reaches across a thin body, the width of the overlap that
+//!   determines the force becomes zero and then reverses. So the criteria are a width below a fifth of the root of the
+//!   area, which is that of a corner of 1.1 degrees, and a normal that has turned.
 
 use interface::Vec2;
 use interface::solver::Fault;
@@ -43,28 +48,28 @@ use mechanics::mass::cross;
 /// Cosine of the angle by which a normal may turn in one step, relative to the body: of 100 degrees.
 pub const TURN: f64 = -0.173_648_177_666_930_36;
 
-/// How near to the outline, as a share of its radius, a point is in the step in which it comes to the other side: it moves
-/// by half its radius at most, and a little is for rounding.
+/// Largest distance of a point from the outline, as a share of its radius, in the step in which it comes to the other
+/// side: it moves by at most half its radius, and a little is added for rounding.
 pub const CROSSING: f64 = 0.55;
 
-/// Share of the radius of the disc with the body's area that the centre of a point may be deep, and of the contact
-/// distance of a vertex and an edge that they may overlap.
+/// Largest depth of the centre of a point, as a share of the radius of the disc with the body's area; and largest
+/// overlap of a vertex and an edge, as a share of their contact distance.
 pub const DEEP: f64 = 0.75;
 
 /// Length along the outline of a tip that a corner may cut off, as a share of the thickness of the thinner body.
 pub const TIP: f64 = 0.25;
 
-/// How a point or a vertex went too far into a body.
+/// The criterion by which a point or a vertex is too far inside a body.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Passage {
-    /// It has come to the other side.
+    /// It is on the other side.
     Through,
     /// It is near the middle.
     Deep,
 }
 
 impl Passage {
-    /// The words of the error message, before the name of the body.
+    /// The verb of the error message, before the name of the body.
     fn words(self) -> &'static str {
         match self {
             Self::Through => "has passed through",
@@ -77,7 +82,7 @@ impl Passage {
 const ADVICE: &str = "a contact force would push it to the wrong side; write a stiffer contact, a slower drive or a \
                       shorter time.max_step";
 
-/// A point that has gone too far into a body.
+/// A point that is too far inside a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Passed {
     /// Identity of the point.
@@ -103,10 +108,10 @@ impl Passed {
     }
 }
 
-/// Two bodies that have gone too far into one another.
+/// Two bodies whose overlap is too large.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PassedBodies {
-    /// The one whose vertex went too far, and the other.
+    /// The owner of the vertex, and the other body.
     pub bodies: [u32; 2],
     /// How.
     pub passage: Passage,
@@ -136,9 +141,9 @@ pub fn admissible_depth(bodies: &Bodies, body: usize, part: u32) -> f64 {
     DEEP * radius
 }
 
-/// Whether the way from `from` to `to` (m), as seen from the body, crosses its outline or ends inside it, and leads
-/// to where the outline is farther than `reach` (m) along itself. A disc has nothing to cross: the turn of the normal
-/// has told.
+/// Whether the path from `from` to `to` (m), in the frame of the body, crosses its outline or ends inside it, and the
+/// nearest point of the outline moves by more than `reach` (m) along the outline. A disc has no outline to cross: for
+/// it the rotation of the normal decides.
 pub fn goes_through(outline: &[Vec2], from: Vec2, to: Vec2, reach: f64) -> bool {
     let n = outline.len();
     if n == 1 {

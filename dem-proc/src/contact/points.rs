@@ -1,9 +1,9 @@
 //! Contact between material points and bodies: one signed contact per point and body (Jiang 2020 section 4.1 as
 //! docs/physics.md section 5 reads it).
 //!
-//! An evaluation commits nothing. What is kept between steps ([`Kept`]) is one thing, and what an evaluation makes anew
-//! of it another: `next` for the memories, `positions` for where the points are, `fresh` for a list. [`PointSide::commit`]
-//! and [`PointSide::keep_list`] take them over.
+//! An evaluation does not change the state that is kept between steps ([`Kept`]). It writes its results to separate
+//! fields: histories to `next`, positions of the points to `positions`, a new list to `fresh`. [`PointSide::commit`]
+//! and [`PointSide::keep_list`] then make them the kept state.
 
 use std::fmt::Debug;
 
@@ -38,17 +38,17 @@ struct Outcome {
     torque: f64,
     /// `k_n` in N/m.
     stiffness: f64,
-    /// Share in the body's `Load::rate`.
+    /// Its contribution to the body's `Load::rate`.
     rate: f64,
-    /// Share in the body's `Load::mobility`.
+    /// Its contribution to the body's `Load::mobility`.
     mobility: f64,
     /// Dissipated over the last step.
     loss: Loss,
     /// Whether the two press on one another.
     presses: bool,
-    /// Whether the point is so deep that it may be on the wrong side.
+    /// Whether the overlap is so large that the point may be on the wrong side.
     deep: bool,
-    /// Of the list.
+    /// Index in the list.
     pair: u32,
 }
 
@@ -58,7 +58,7 @@ struct Kept<L: Law> {
     list: PointList,
     constants: Vec<L::Pair>,
     history: Vec<L::History>,
-    /// Smallest reduced mass of a pair in kg/m; infinite where there is none.
+    /// Smallest reduced mass of a pair in kg/m; infinite if there is none.
     lightest: f64,
     /// Positions of the points one step before in m; empty if there was no step.
     previous: Vec<Vec2>,
@@ -82,8 +82,8 @@ impl<L: Law> Default for Kept<L> {
 }
 
 impl<L: Law> Kept<L> {
-    /// History and previous positions from an `old` list: they follow the ids from the set `replaced`, if there is one,
-    /// to `set`.
+    /// Takes history and previous positions from an `old` list. If the set was `replaced`, they are assigned by id to
+    /// the points of `set`.
     fn carry(&mut self, old: &Self, replaced: Option<&[ImpInfo]>, set: &[ImpInfo]) {
         let mut by_id: Vec<(u64, u32)> = Vec::new();
         if let Some(old_set) = replaced {
@@ -111,7 +111,7 @@ impl<L: Law> Kept<L> {
         }));
         self.previous.clear();
         if !old.previous.is_empty() {
-            // A point that is new to the set touched nothing one step ago; where it was does not matter.
+            // A point that is new to the set touched nothing one step ago, so its previous position has no effect.
             let at = |(slot, now): (usize, &Vec2)| {
                 old_slot(slot).map_or(*now, |old_slot| old.previous[old_slot as usize])
             };
@@ -129,18 +129,18 @@ pub struct PointContacts<L: Law> {
     surfaces: Vec<u32>,
     skin: f64,
     set: Vec<ImpInfo>,
-    /// The set that what is kept is still ordered by, where it was replaced since.
+    /// The set to which the order of `kept` belongs, if it was replaced since.
     replaced: Option<Vec<ImpInfo>>,
     kept: Kept<L>,
-    /// What is to be kept instead, where the last evaluation was of a list that it built.
+    /// Replaces `kept` if the last evaluation built a new list.
     fresh: Kept<L>,
     rebuilt: bool,
     next: Vec<L::History>,
-    /// Of the points in the last evaluation in m.
+    /// Positions of the points in the last evaluation in m.
     positions: Vec<Vec2>,
     buffers: Vec<Vec<Outcome>>,
     any_in_reach: bool,
-    /// Slot, body and how, of the first point that is too far inside a body.
+    /// Slot, body and kind of passage of the first point that is too far inside a body.
     passed: Option<(u32, u32, Passage)>,
     loss: Loss,
 }
@@ -166,7 +166,7 @@ impl<L: Law> PointContacts<L> {
         }
     }
 
-    /// What an evaluation goes by.
+    /// The list, constants and histories that an evaluation uses.
     fn now(&self) -> &Kept<L> {
         if self.rebuilt {
             &self.fresh
@@ -175,7 +175,7 @@ impl<L: Law> PointContacts<L> {
         }
     }
 
-    /// What an evaluation looks at.
+    /// The data that an evaluation reads.
     fn view<'a>(&'a self, bodies: &'a Bodies, states: &'a [ImpState]) -> View<'a, L> {
         View {
             law: &self.law,
@@ -209,7 +209,7 @@ impl<L: Law> PointContacts<L> {
         fresh.built_at.extend_from_slice(positions);
     }
 
-    /// Builds a list; history and previous positions follow the ids.
+    /// Builds a new list; history and previous positions are assigned by id.
     fn build(&mut self, bodies: &Bodies) {
         let mut fresh = std::mem::take(&mut self.fresh);
         self.listed(&mut fresh, bodies, &self.set, &self.positions);
@@ -257,7 +257,7 @@ impl<L: Law> View<'_, L> {
         (contact_distance - seen.distance, seen.normal)
     }
 
-    /// One pair: geometry, law, contact point. `None` out of reach.
+    /// Evaluates one pair: geometry, law, contact point. `None` if it is out of reach.
     #[inline]
     fn pair(&self, past: Past, closing: f64, k: usize) -> Option<(Outcome, L::History)> {
         let (bodies, now) = (self.bodies, self.now);
@@ -278,8 +278,8 @@ impl<L: Law> View<'_, L> {
             ..Touch::default()
         };
         if L::MOTION {
-            // The velocity over the last step from positions, where there was one: that of the grid at the point,
-            // which is what the surfaces really did (a FLIP point's own velocity is noisier).
+            // If there was a step, the velocity is computed from positions. It is the velocity of the grid at the
+            // point, and that of the surfaces; a FLIP point's own velocity is noisier.
             let was = self
                 .now
                 .previous
@@ -326,8 +326,8 @@ impl<L: Law> View<'_, L> {
         Some((outcome, press.history))
     }
 
-    /// Whether the point of pair `k` is too far inside the body ([`crate::contact::passage`]). Nearly none is so deep that it has to
-    /// be looked at.
+    /// Whether the point of pair `k` is too far inside the body ([`crate::contact::passage`]). It is called only for a
+    /// large overlap, which is rare.
     #[cold]
     fn passage(&self, k: usize) -> Option<Passage> {
         let bodies = self.bodies;
@@ -346,8 +346,8 @@ impl<L: Law> View<'_, L> {
         }
     }
 
-    /// Whether the way of a point over the last step, as the body sees it, leads through its outline to where the normal
-    /// is another.
+    /// Whether the path of a point over the last step, in the frame of the body, passes through the outline to a place
+    /// with another normal.
     fn went_through(&self, x: Vec2, k: usize, normal: Vec2) -> bool {
         let bodies = self.bodies;
         let PointPair {
@@ -374,7 +374,7 @@ impl<L: Law> View<'_, L> {
 impl<L: Law> PointSide for PointContacts<L> {
     fn imp_set(&mut self, set: &[ImpInfo]) {
         let old = std::mem::replace(&mut self.set, set.to_vec());
-        self.replaced.get_or_insert(old); // history still has the order of the first of several replacements
+        self.replaced.get_or_insert(old); // history still has the order of the set before the first of several replacements
     }
 
     fn set(&self) -> &[ImpInfo] {
@@ -567,7 +567,7 @@ impl<L: Law> PointSide for PointContacts<L> {
             law: _,
             surfaces: _,
             skin: _,
-            // Of an evaluation, which begins each of them anew.
+            // Results of an evaluation; the next one overwrites them.
             fresh: _,
             rebuilt: _,
             next: _,
@@ -623,7 +623,7 @@ impl<L: Law> PointSide for PointContacts<L> {
         let vectors = |v: &[[f64; 2]]| -> Vec<Vec2> { v.iter().map(|&v| v.into()).collect() };
         let mut kept = Kept::default();
         if odometer.start().is_empty() && !bodies.is_empty() {
-            // No list has been built: whatever set there is, it is to be listed in the next step.
+            // No list has been built; the next step builds one for the set.
             count("points in no list", built_at.len(), 0)?;
             if !(listed.is_empty() && previous.is_empty()) {
                 return Err(refusal("points without a list"));

@@ -1,4 +1,4 @@
-//! From a law as written to a law as a type: the one `match` that chooses.
+//! Turns a configured law into a type: the one `match` over laws.
 
 use interface::config::surfaces::ContactPair;
 use interface::config::{ContactLaw, ratio_of_restitution};
@@ -13,9 +13,9 @@ use super::table::Table;
 use super::tangent::{Coulomb, Mindlin, Smooth};
 use crate::body::surfaces::Surfaces;
 
-/// What is built from a law, whichever it is.
+/// Something that is built from a law of any type.
 pub trait ForLaw: Sized {
-    /// What comes out.
+    /// The result.
     type Output;
     /// Builds it.
     fn build<L: Law>(self, law: L) -> Self::Output;
@@ -69,10 +69,9 @@ pub fn with_law<F: ForLaw>(law: &ContactLaw, build: F) -> F::Output {
     }
 }
 
-/// Builds from a table of laws, which have been checked: `for_all`, and others for `pairs`.
-///
-/// Where all are of one kind no loop branches on it. Every part that a kind of law can have is there, whether a pair uses it
-/// or not: its number is zero if not.
+/// Builds from a table of laws, which have been checked: `for_all`, and others for `pairs`. If all laws are of one
+/// kind, no loop branches on the kind. Every part that a kind of law can have is present; its number is zero for pairs
+/// that do not use it.
 pub fn with_table<F: ForLaw>(
     surfaces: &Surfaces,
     for_all: &ContactLaw,
@@ -110,7 +109,7 @@ struct Granular {
     rolling: f64,
 }
 
-/// Of another kind than its table: those are mixed.
+/// A law for a table of mixed kinds.
 const KIND: &str = "a table's laws are of one kind";
 
 fn rolling(law: &ContactLaw) -> OfGrains {
@@ -167,7 +166,7 @@ impl Granular {
     }
 }
 
-/// Without friction there is no spring, as where there is no table.
+/// Without friction there is no spring, as without a table.
 fn coulomb(stiffness: f64, friction: f64) -> Coulomb {
     if friction > 0.0 {
         Coulomb::new(stiffness, friction)
@@ -299,7 +298,7 @@ fn with_mindlin<N: Normal, F: ForLaw>(
     }
 }
 
-/// Adds rolling resistance to whatever law is chosen.
+/// Adds rolling resistance to a law of any type.
 struct WithRolling<F> {
     friction: f64,
     build: F,

@@ -1,4 +1,4 @@
-//! A law put together from a normal spring, a tangential part and a dashpot.
+//! A law that combines a normal spring, a tangential part and a dashpot.
 
 use super::dashpot::Dashpot;
 use super::history::{DASHPOT, Numbers, Part, TANGENT};
@@ -33,10 +33,9 @@ impl<S: Numbers, D: Numbers> Numbers for Memory<S, D> {
     }
 }
 
-/// A normal spring `N` with a tangential part `T` and a dashpot `D`.
-///
-/// The dashpot never pulls: where it would make the normal force negative, that force is zero. Coulomb's cap is taken
-/// of the pressing part of the normal force, so adhesion does not make a contact slip.
+/// A normal spring `N` with a tangential part `T` and a dashpot `D`. The dashpot never pulls: if it would make the
+/// normal force negative, that force is zero. Coulomb's limit uses the pressing part of the normal force, so adhesion
+/// does not make a contact slip.
 #[derive(Debug, Clone, Copy)]
 pub struct Contact<N, T, D> {
     /// Normal spring.
@@ -54,7 +53,7 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
 
     fn pair(&self, mates: &Mates) -> Self::Pair {
         let normal = self.normal.pair(mates);
-        // A dashpot that keeps its coefficients belongs to a spring whose stiffness does not depend on the overlap.
+        // A dashpot with constant coefficients needs a spring with constant stiffness.
         let k_n = self.normal.stiffness(&normal, 0.0);
         let dashpot = self
             .dashpot

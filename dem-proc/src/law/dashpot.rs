@@ -4,11 +4,11 @@ use super::history::{Numbers, Plain};
 
 /// Viscous part of a law.
 pub trait Dashpot: Plain {
-    /// Memory: the forces along `N` and `T` at the last step, where there are any.
+    /// History: the forces along `N` and `T` at the last step, if there are any.
     type State: Numbers;
-    /// What of a pair never changes.
+    /// The constants of a pair.
     type Pair: Plain;
-    /// Whether there is any.
+    /// Whether there is a dashpot.
     const ACTIVE: bool;
     /// Fraction of critical damping of a pair of reduced mass `mass` (kg/m), for the step limit.
     fn ratio(&self, mass: f64) -> f64;
@@ -17,8 +17,8 @@ pub trait Dashpot: Plain {
     fn pair(&self, stiffness: [f64; 2], mass: f64) -> Self::Pair;
     /// Force in N/m of a relative velocity in m/s at the present stiffness.
     fn drag(&self, pair: &Self::Pair, stiffness: [f64; 2], velocity: [f64; 2]) -> [f64; 2];
-    /// Dissipated over the last step in J/m, in which the surfaces `moved`, and what to remember of the forces
-    /// `exerted` at its end.
+    /// Energy dissipated over the last step in J/m, in which the surfaces `moved`, and the history for the next step,
+    /// from the forces `exerted` at its end.
     fn remember(exerted: [f64; 2], moved: [f64; 2], before: &Self::State) -> (f64, Self::State);
 }
 
@@ -44,17 +44,17 @@ impl Dashpot for Elastic {
     }
 }
 
-/// Dashpots in both directions, each a fraction of the critical damping `2 sqrt(k m)` of the pair with that
-/// direction's spring, or of another mass.
+/// Dashpots in both directions, each a fraction of the critical damping `2 sqrt(k m)` with the spring of that direction
+/// and the mass of the pair, or another mass.
 ///
-/// A block of mass `M` that stands on `N` points is an oscillator of `M` on `N` springs and dashpots, `zeta = N c / (2 sqrt(N k
-/// M))`: with `c = 2 zeta sqrt(k M/N)`, the mass of which is `M/N`, that is the ratio of the dashpots. With the mass of a point
-/// it is less by the root of the points that stand on one another.
+/// A block of mass `M` on `N` points is an oscillator of `M` on `N` springs and dashpots, `zeta = N c / (2 sqrt(N k
+/// M))`. With `c = 2 zeta sqrt(k M/N)`, which has the mass `M/N`, this is the ratio of the dashpots. With the mass of a
+/// point it is smaller by the root of the number of rows of points.
 #[derive(Debug, Clone, Copy)]
 pub struct Viscous {
     /// `zeta`.
     pub ratio: f64,
-    /// Mass that `ratio` is of, in kg/m; 0: the pair's.
+    /// Mass that `ratio` refers to, in kg/m; 0: that of the pair.
     pub mass: f64,
 }
 
@@ -82,7 +82,8 @@ impl Dashpot for Viscous {
 }
 
 /// Dashpots that follow the stiffness of a Hertz contact, `c = 2 sqrt(5/6) beta sqrt(k m)` with `beta` the ratio of
-/// [`ratio_of_restitution`](interface::config::ratio_of_restitution), so that the restitution does not depend on the speed (Tsuji 1992; Singer 2022).
+/// [`ratio_of_restitution`](interface::config::ratio_of_restitution), so that the restitution does not depend on the
+/// speed (Tsuji 1992; Singer 2022).
 #[derive(Debug, Clone, Copy)]
 pub struct Tsuji {
     /// `beta`.
@@ -115,8 +116,8 @@ impl Dashpot for Tsuji {
     }
 }
 
-/// Trapezoid rule over the step: second order, and by summation by parts the very work that the leapfrog's kicks take
-/// out of the kinetic energy.
+/// Trapezoidal rule over the step: second order, and by summation by parts exactly the work that the leapfrog's kicks
+/// remove from the kinetic energy.
 #[inline]
 fn trapezoid(exerted: [f64; 2], moved: [f64; 2], before: &[f64; 2]) -> (f64, [f64; 2]) {
     let work = (exerted[0] + before[0]) * moved[0] + (exerted[1] + before[1]) * moved[1];

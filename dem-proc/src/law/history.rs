@@ -1,4 +1,4 @@
-//! What contacts remember from one step to the next: numbers, so that a state can be saved whatever the law.
+//! The history of contacts from one step to the next, as numbers, so that the state of any law can be saved.
 
 use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
@@ -9,7 +9,7 @@ use crate::saved::{count, finite, refusal};
 pub trait Plain: Copy + Send + Sync + std::fmt::Debug + 'static {}
 impl<T: Copy + Send + Sync + std::fmt::Debug + 'static> Plain for T {}
 
-/// A part of what a law remembers: which it is, and how many numbers.
+/// A part of the history of a law, with its count of numbers.
 pub type Part = (u32, u32);
 
 /// The tangential part of a law.
@@ -19,17 +19,17 @@ pub const DASHPOT: u32 = 2;
 /// The rolling part.
 pub const ROLLING: u32 = 3;
 
-/// What a law remembers, as numbers: for a saved state.
+/// The history of a law, as numbers: for a saved state.
 pub trait Numbers: Plain + Default {
-    /// How many.
+    /// Their count.
     const COUNT: usize;
-    /// What they are, part by part in their order. `which` is the part of numbers that are no more than that.
+    /// Their parts in order. `which` is the part of plain numbers.
     fn parts(which: u32) -> Vec<Part> {
         vec![(which, Self::COUNT as u32)]
     }
     /// Appends them.
     fn put(&self, numbers: &mut Vec<f64>);
-    /// Takes as many; what is missing is zero.
+    /// Reads the numbers; missing ones are zero.
     fn take(numbers: &mut impl Iterator<Item = f64>) -> Self;
 }
 
@@ -55,16 +55,16 @@ where
     }
 }
 
-/// What the contacts of a list remember. Most pairs of a list do not touch and remember nothing.
+/// The histories of the contacts of a list. Most pairs of a list do not touch and have no history.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct SavedHistories {
     /// Length of the list.
     pairs: u64,
-    /// What the numbers of each pair are.
+    /// The parts to which the numbers of each pair belong.
     parts: Vec<Part>,
-    /// Pairs that remember something, ascending.
+    /// Pairs with a history, ascending.
     at: Vec<u32>,
-    /// What they remember, one after another.
+    /// Their histories, one after another.
     numbers: Vec<f64>,
 }
 
@@ -89,8 +89,8 @@ impl SavedHistories {
         saved
     }
 
-    /// For a list of `pairs` pairs. A law that remembers other parts than the one that was saved takes those that both
-    /// have, and begins the others with nothing.
+    /// For a list of `pairs` pairs. If the law has other parts than the saved one, it takes the parts that both have;
+    /// the others start from zero.
     ///
     /// # Errors
     /// A refusal if they are of another list.
@@ -124,7 +124,7 @@ impl SavedHistories {
     }
 }
 
-/// For each number of `own` parts its place among those of `saved` ones, if it is there.
+/// For each number of the `own` parts its index among the `saved` ones, if it is there.
 fn places(saved: &[Part], own: &[Part]) -> Vec<Option<usize>> {
     let mut places = Vec::new();
     for part in own {

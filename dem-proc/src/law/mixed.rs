@@ -1,7 +1,7 @@
 //! Laws by pairs of surfaces, of different kinds: Hertz for a ball, a linear spring for its supports.
 //!
-//! A contact keeps which kind its pair has, and the loops branch on it, which a table of one kind ([`super::table`]) does not:
-//! only scenes that mix kinds pay for it.
+//! A contact stores the kind of its pair, and the loops branch on it. A table of one kind ([`super::table`]) does not,
+//! so only scenes that mix kinds have this cost.
 
 use super::contact::{Contact, Memory};
 use super::dashpot::{Elastic, Tsuji, Viscous};
@@ -12,9 +12,9 @@ use super::table::Table;
 use super::tangent::{Coulomb, Elongation, Mindlin, Sheared};
 use super::{Law, Loss, Mates, Press, Stiffness, Touch};
 
-/// `linear` and `granular`, with all that they can have.
+/// `linear` and `granular`, with all optional parts.
 pub type OfGrains = Rolling<Contact<Adhesive<Linear>, Coulomb, Viscous>>;
-/// `hertz_mindlin`, likewise.
+/// `hertz_mindlin`, with all optional parts.
 pub type OfSpheres = Contact<Adhesive<Hertz>, Mindlin, Tsuji>;
 /// `area`.
 pub type OfAreas = Contact<Area, Coulomb, Elastic>;
@@ -41,7 +41,7 @@ pub enum AnyPair {
     Areas(OfAreas, <OfAreas as Law>::Pair),
 }
 
-/// What a contact of any kind remembers; what its kind does not use is zero.
+/// The history of a contact of any kind; parts that its kind does not use are zero.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct AnyMemory {
     /// Of a spring of constant stiffness.
@@ -115,7 +115,7 @@ impl AnyMemory {
     }
 }
 
-/// `press` of a law that remembers `H`, with what any law remembers.
+/// `press` of a law with the history `H`, with the history of any law.
 fn remembering<H>(press: Press<H>, memory: impl FnOnce(H) -> AnyMemory) -> Press<AnyMemory> {
     Press {
         normal: press.normal,
@@ -126,7 +126,7 @@ fn remembering<H>(press: Press<H>, memory: impl FnOnce(H) -> AnyMemory) -> Press
     }
 }
 
-/// A law of its own kind for every pair of surfaces.
+/// A law for every pair of surfaces, each of its own kind.
 #[derive(Debug, Clone)]
 pub struct Mixed(pub Table<AnyLaw>);
 
@@ -150,7 +150,7 @@ impl Law for Mixed {
             AnyPair::Areas(law, pair) => law.stiffness(pair, overlap),
         }
     }
-    /// The largest of the table: the step limit takes one for all contacts.
+    /// The largest of the table: the step limit uses one ratio for all contacts.
     fn damping_ratio(&self, mass: f64) -> f64 {
         let ratio = |law: &AnyLaw| match law {
             AnyLaw::Grains(law) => law.damping_ratio(mass),

@@ -1,9 +1,10 @@
-//! Contact laws as types. One `match` at configuration chooses the law ([`choice`]), so no loop branches on it. A law that
-//! remembers nothing takes no memory (STYLE.md habit 3).
+//! Contact laws as types. One `match` at configuration chooses the law ([`choice`]), so no loop branches on it. A law
+//! without history takes no memory (STYLE.md habit 3).
 //!
-//! A law is a normal spring ([`normal`]), a tangential part ([`tangent`]) and a dashpot ([`dashpot`]), put together by
-//! [`contact::Contact`]. [`rolling`] adds a moment to any law. [`table`] holds one law for each pair of surfaces, [`mixed`]
-//! laws of different kinds. The parameters, their checks and their capabilities are rows of [`interface::config::laws`].
+//! A law is a normal spring ([`normal`]), a tangential part ([`tangent`]) and a dashpot ([`dashpot`]), combined by
+//! [`contact::Contact`]. [`rolling`] adds a moment to any law. [`table`] holds one law for each pair of surfaces,
+//! [`mixed`] laws of different kinds. The parameters, their checks and their capabilities are rows of
+//! [`interface::config::laws`].
 //!
 //! Signs: normal quantities are positive along `N` (apart), tangential ones along `T`, `N` turned by +90 degrees;
 //! forces are those on the side that `N` points to (the material point, or the owner of the vertex).
@@ -20,7 +21,7 @@ pub mod tangent;
 
 use history::{Numbers, Plain};
 
-/// The state of one contact, as a law sees it.
+/// The state of one contact: the argument of a law.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Touch {
     /// Overlap `xi` in m; positive in contact.
@@ -50,7 +51,7 @@ impl Past {
     }
 }
 
-/// Two surfaces that may touch: the constants that a law needs of them.
+/// The constants of two surfaces that may touch, for a law.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mates {
     /// Reduced mass `1 / (1/m_1 + 1/m_2)` in kg/m.
@@ -70,8 +71,8 @@ pub fn reduced(a: f64, b: f64) -> f64 {
     }
 }
 
-/// `R*` in m of a point of contact radius `point` on an outline of sphero-radius `outline`, both in m. An outline without
-/// one is bare: flat where a point touches it, so the point's radius alone counts.
+/// `R*` in m of a point of contact radius `point` on an outline of sphero-radius `outline`, both in m. An outline
+/// without sphero-radius is flat at the contact, so only the point's radius counts.
 pub fn reduced_on_outline(point: f64, outline: f64) -> f64 {
     if outline > 0.0 {
         reduced(point, outline)
@@ -89,7 +90,7 @@ pub struct Press<H> {
     pub tangential: f64,
     /// Moment that resists rolling, in N.
     pub moment: f64,
-    /// What to remember until the next step.
+    /// History for the next step.
     pub history: H,
     /// Dissipated over the last step.
     pub loss: Loss,
@@ -187,7 +188,7 @@ impl std::ops::AddAssign for Loss {
 /// assert!((slope / law.stiffness(&(), xi).normal - 1.0).abs() < 1e-6);
 /// ```
 pub trait Law: Clone + Send + Sync + std::fmt::Debug + 'static {
-    /// Memory of one contact; `()` where there is none.
+    /// History of one contact; `()` if there is none.
     type History: Numbers;
     /// Constants of a pair, computed once when the pair enters a list.
     type Pair: Plain;

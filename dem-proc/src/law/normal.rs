@@ -5,7 +5,7 @@ use super::history::Plain;
 
 /// A normal spring.
 pub trait Normal: Plain {
-    /// What of a pair never changes.
+    /// The constants of a pair.
     type Pair: Plain;
     /// The constants of a pair.
     fn pair(&self, mates: &Mates) -> Self::Pair;
@@ -59,7 +59,7 @@ impl Normal for Hertz {
     fn force(&self, (): &(), overlap: f64) -> f64 {
         self.constant * overlap * overlap.sqrt()
     }
-    /// `dF/dxi = 1.5 K sqrt(xi)`: grows with the overlap, so the step limit follows it.
+    /// `dF/dxi = 1.5 K sqrt(xi)`: it grows with the overlap, and so does the step limit's stiffness.
     #[inline]
     fn stiffness(&self, (): &(), overlap: f64) -> f64 {
         1.5 * self.constant * overlap.max(0.0).sqrt()

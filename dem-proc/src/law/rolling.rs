@@ -8,16 +8,16 @@ use super::{Law, Loss, Mates, Press, Stiffness, Touch};
 /// relative rotation, at most `mu_r R* F_n`, with `k_r = 2.25 k_n (mu_r R*)^2` (Iwashita and Oda 1998).
 #[derive(Debug, Clone, Copy)]
 pub struct Rolling<L> {
-    /// The law of the forces.
+    /// The law for the forces.
     pub law: L,
     /// `mu_r`.
     pub friction: f64,
 }
 
-/// Memory of [`Rolling`].
+/// History of [`Rolling`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Rolled<H> {
-    /// Of the forces.
+    /// History of the law for the forces.
     pub law: H,
     /// Moment at the last step in N.
     pub moment: f64,

@@ -1,4 +1,4 @@
-//! Laws by pairs of surfaces: one kind of law, with numbers of its own for every pair.
+//! Laws by pairs of surfaces: one kind of law, with different numbers for each pair.
 
 use interface::config::ContactLaw;
 use interface::config::surfaces::ContactPair;
@@ -6,8 +6,8 @@ use interface::config::surfaces::ContactPair;
 use super::{Law, Loss, Mates, Press, Stiffness, Touch};
 use crate::body::surfaces::Surfaces;
 
-/// A law `L` for every pair of surfaces. Each contact keeps its law with the other constants of its pair, so that the
-/// loops look nothing up.
+/// A law `L` for every pair of surfaces. Each contact stores its law with the other constants of its pair, so that the
+/// loops need no look-up.
 #[derive(Debug, Clone)]
 pub struct Table<L> {
     /// Row by row, one row for each surface.
@@ -16,7 +16,7 @@ pub struct Table<L> {
 }
 
 impl<L: Copy> Table<L> {
-    /// The law `for_all` but for `pairs`; `law` makes it of one as written.
+    /// `pairs` have their own laws, all others `for_all`; `law` builds the type from a configured law.
     pub fn new(
         surfaces: &Surfaces,
         for_all: &ContactLaw,
@@ -40,7 +40,7 @@ impl<L: Copy> Table<L> {
         self.laws[a * self.surfaces + b]
     }
 
-    /// Every law, those of most pairs many times.
+    /// All laws; most appear many times.
     pub fn laws(&self) -> impl Iterator<Item = &L> {
         self.laws.iter()
     }
@@ -59,7 +59,7 @@ impl<L: Law + Copy> Law for Table<L> {
     fn stiffness(&self, (law, pair): &Self::Pair, overlap: f64) -> Stiffness {
         law.stiffness(pair, overlap)
     }
-    /// The largest of the table: the step limit takes one for all contacts.
+    /// The largest of the table: the step limit uses one ratio for all contacts.
     fn damping_ratio(&self, mass: f64) -> f64 {
         let ratios = self.laws.iter().map(|law| law.damping_ratio(mass));
         ratios.fold(0.0, f64::max)

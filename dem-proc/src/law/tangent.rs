@@ -4,9 +4,9 @@ use super::history::{Numbers, Plain};
 
 /// Tangential part of a law.
 pub trait Tangent: Plain {
-    /// Memory.
+    /// History.
     type State: Numbers;
-    /// Whether there is any.
+    /// Whether there is friction.
     const ACTIVE: bool;
     /// `k_t` in N/m of a contact whose normal stiffness is `k_n`.
     fn stiffness(&self, k_n: f64) -> f64;
@@ -26,28 +26,28 @@ pub trait Tangent: Plain {
     fn energy(&self, state: &Self::State) -> f64;
 }
 
-/// The answer of a [`Tangent`].
+/// The result of a [`Tangent`].
 #[derive(Debug, Clone, Copy)]
 pub struct Slide<S> {
     /// Force of the spring in N/m.
     pub spring: f64,
-    /// Force of the dashpot in N/m, as far as friction carries it.
+    /// Force of the dashpot in N/m, within the limit of friction.
     pub dashpot: f64,
-    /// What to remember.
+    /// History for the next step.
     pub state: S,
     /// Dissipated by sliding over the last step in J/m.
     pub loss: f64,
 }
 
-/// `x` cut off at plus and minus `limit`. One instruction each, where `f64::clamp` has a panic and `f64::max` a case
-/// for NaN; numbers that are not finite never come here.
+/// `x` cut off at plus and minus `limit`. One instruction each; `f64::clamp` has a panic and `f64::max` a case for NaN.
+/// The numbers here are always finite.
 #[inline]
 pub(super) fn within(x: f64, limit: f64) -> f64 {
     let x = if x < limit { x } else { limit };
     if x > -limit { x } else { -limit }
 }
 
-/// No friction: no tangential force, no memory.
+/// No friction: no tangential force, no history.
 #[derive(Debug, Clone, Copy)]
 pub struct Smooth;
 
@@ -105,8 +105,8 @@ impl Coulomb {
     }
 }
 
-/// Elongation `xi_t` of the tangential spring along `T` in m. A number and not a vector, so it turns with the contact
-/// frame by itself.
+/// Elongation `xi_t` of the tangential spring along `T` in m. It is a number and not a vector, so it rotates with the
+/// contact frame.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Elongation(pub f64);
 
@@ -129,9 +129,9 @@ impl Tangent for Coulomb {
     fn stiffness(&self, _: f64) -> f64 {
         self.stiffness
     }
-    /// On slip the spring is shortened to what friction carries. The loss is the mean spring force times the slip,
-    /// which closes the energy balance exactly: for `xi -> xi'` under a displacement `u`, the work
-    /// `k (xi + xi') u / 2` less the stored `k (xi'^2 - xi^2) / 2` is `k (xi + xi') (u - (xi' - xi)) / 2`.
+    /// On slip the spring is shortened to the limit of friction. The loss is the mean spring force times the slip,
+    /// which closes the energy balance exactly: for `xi -> xi'` under a displacement `u`, the work `k (xi + xi') u / 2`
+    /// less the stored `k (xi'^2 - xi^2) / 2` is `k (xi + xi') (u - (xi' - xi)) / 2`.
     #[inline]
     fn slide(
         &self,
@@ -181,7 +181,7 @@ impl Mindlin {
     };
 }
 
-/// Memory of [`Mindlin`].
+/// History of [`Mindlin`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Sheared {
     /// Force of the spring in N/m.
@@ -209,8 +209,8 @@ impl Tangent for Mindlin {
     fn stiffness(&self, k_n: f64) -> f64 {
         self.ratio * k_n
     }
-    /// Incremental in force; when the contact unloads, the force shrinks with the stiffness, since otherwise a cycle
-    /// of loading, shearing, unloading and shearing back would create energy (Thornton 2013).
+    /// Incremental in force. When the contact unloads, the force decreases with the stiffness; otherwise a cycle of
+    /// loading, shearing, unloading and shearing back would create energy (Thornton 2013).
     #[inline]
     fn slide(
         &self,

@@ -1,5 +1,5 @@
-//! Broad phase: which boxes meet, from a grid of cells for the many of similar size and a tree for the few that are
-//! much larger. A grid is built and searched in a fifth of the time of a tree, but a wall would fill all of it.
+//! Broad phase: finds overlapping boxes with a grid of cells for the many of similar size and a tree for the few that
+//! are much larger. A grid is built and searched in a fifth of the time of a tree, but a wall would fill all of it.
 
 use crate::seam::{Bounds, BoxTree};
 
@@ -10,14 +10,14 @@ const MUCH_LARGER: f64 = 3.0;
 /// Cells for each box at most, so that a few boxes far apart do not take much memory.
 const CELLS_PER_BOX: f64 = 4.0;
 
-/// Boxes, by where they are.
+/// Boxes, sorted by position.
 #[derive(Debug)]
 pub struct Cells {
     origin: [f64; 2],
     per_side: f64,
     /// Columns and rows.
     size: [usize; 2],
-    /// Where the boxes of each cell begin in `items`, row after row.
+    /// Index in `items` of the first box of each cell, row after row.
     starts: Vec<u32>,
     /// Boxes by cell, ascending within each.
     items: Vec<u32>,
@@ -110,7 +110,7 @@ impl Cells {
     }
 
     /// Appends to `found`, in ascending order, the numbers above `i` of those among `boxes` (the same as were sorted)
-    /// that meet box `i`, so that nothing downstream depends on cells or trees.
+    /// that overlap box `i`, so that the results do not depend on cells or trees.
     pub fn above(&self, i: u32, boxes: &[Bounds], found: &mut Vec<u32>) {
         let from = found.len();
         let own = &boxes[i as usize];

@@ -1,4 +1,4 @@
-//! Verlet lists: which pairs may touch before the list is built again.
+//! Verlet lists: the pairs that may touch before the list is rebuilt.
 
 pub mod cells;
 pub mod neighbours;

@@ -1,9 +1,9 @@
-//! Verlet lists: which pairs can touch before the list is built anew, and the rule for when that is.
+//! Verlet lists: the pairs that can touch before the list is rebuilt, and the rule for rebuilding it.
 //!
-//! A list holds every pair that is closer than its contact distance plus the skin `V_d`. The distance of two things
-//! cannot shrink faster than both move, so while the largest displacement on either side since the build (rotation
-//! and the points' own motion included) does not add up to more than the skin, no unlisted pair can touch. The list of
-//! bodies reaches farther, since it also tells what may touch soon ([`crate::contact::approach`]).
+//! A list holds every pair that is closer than its contact distance plus the skin `V_d`. The distance of a pair
+//! decreases by at most the sum of both displacements. So no unlisted pair can touch until the largest displacements of
+//! both sides since the build, rotation and the points' own motion included, add up to more than the skin. The list of
+//! bodies has a larger margin, because it also contains the pairs that may touch soon ([`crate::contact::approach`]).
 
 use interface::Vec2;
 use interface::message::wire::ImpInfo;
@@ -15,8 +15,9 @@ use crate::lists::cells::Cells;
 use crate::lists::watch::Watch;
 use crate::seam::{Bounds, BoxTree};
 
-/// How far beyond contact a point is "in reach" of a body, as a fraction of its radius. A point moves at most half its
-/// radius relative to a body in a step (the kinematic limit), so whatever touches in the next step is in reach now.
+/// A point is "in reach" of a body up to this distance beyond contact, as a fraction of the point's radius. In a step a
+/// point moves at most half its radius relative to a body (the kinematic limit), so every pair that touches in the next
+/// step is in reach now.
 pub const REACH: f64 = 0.5;
 
 /// A point and a body that may touch.
@@ -28,7 +29,7 @@ pub struct PointPair {
     pub body: u32,
     /// Disc of a cluster; 0 for any other body.
     pub part: u32,
-    /// The edges of the body that may be nearest: where they begin and end in [`PointList::edges`].
+    /// The edges of the body that may be nearest: their range in [`PointList::edges`].
     pub edges: [u32; 2],
 }
 
@@ -44,10 +45,11 @@ pub struct PointList {
 }
 
 impl PointList {
-    /// Finds all pairs of points at `positions` (m) within reach plus `skin` (m), and for each the edges that may become nearest.
+    /// Finds all pairs of points at `positions` (m) within reach plus `skin` (m), and for each pair the edges that may
+    /// become nearest.
     ///
-    /// An edge can become nearest only if it is now at most twice the skin farther than the nearest one: while both
-    /// sides together move by the skin, distances to all edges change by the skin at most.
+    /// An edge can become nearest only if its distance now exceeds that of the nearest edge by at most twice the skin:
+    /// while both sides together move by the skin, the distance to each edge changes by at most the skin.
     pub fn build(&mut self, bodies: &Bodies, set: &[ImpInfo], positions: &[Vec2], skin: f64) {
         self.pairs.clear();
         self.edges.clear();
@@ -75,7 +77,7 @@ impl PointList {
         let shape = &bodies.properties[b].shape;
         let n = outline.len();
         if !shape.has_edges {
-            // Every disc for itself: the sum over discs is smooth where the nearest disc changes.
+            // Each disc is a contact of its own: the sum over discs is smooth where the nearest disc changes.
             for (part, center) in (0..).zip(outline) {
                 if (p - center).norm() <= bodies.radius_at(b, part) + margin {
                     let from = self.edges.len() as u32;
@@ -114,7 +116,7 @@ impl PointList {
                     self.near = near;
                     return;
                 }
-                // Driven deep inside: widen until the nearest edge is found.
+                // The point is deep inside: increase the radius until the nearest edge is found.
                 while smallest > r {
                     r *= 2.0;
                     smallest = search(r, &mut near);
@@ -177,15 +179,15 @@ pub struct VertexEdge {
 }
 
 impl VertexEdge {
-    /// Order of the list: body pair, which of the two has the vertex, vertex, edge. Depends on nothing but the scene.
+    /// Sort key of the list: body pair, which of the two has the vertex, vertex, edge. It depends only on the scene.
     pub fn key(&self) -> (u32, u32, bool, u32, u32) {
         let [v, e] = self.bodies;
         (v.min(e), v.max(e), v > e, self.vertex, self.edge[0])
     }
 }
 
-/// Calls `found` for every two bodies whose boxes come within their margins of one another and of which at least one can
-/// be moved by forces, in ascending order, with the sum of the margins in m.
+/// Calls `found` for every two bodies whose bounding boxes, enlarged by their margins, overlap, if forces can move at
+/// least one of the two. The order is ascending, and the number is the sum of the margins in m.
 pub fn close_pairs(bodies: &Bodies, watch: &Watch, mut found: impl FnMut([u32; 2], f64)) {
     let around = |b: usize| {
         let outline = Bounds::around(bodies.outline_of(b).iter().copied());
@@ -201,7 +203,7 @@ pub fn close_pairs(bodies: &Bodies, watch: &Watch, mut found: impl FnMut([u32; 2
         for &j in &near {
             let [a, b] = [i, j as usize].map(|b| &bodies.state[b]);
             let margin = watch.margin(i) + watch.margin(j as usize);
-            // Boxes that meet at a corner, mostly: the circles around the two bodies do not.
+            // This mostly removes boxes that overlap at a corner, while the bounding circles do not.
             let together = a.extent + b.extent + margin;
             let apart = (a.center - b.center).norm_squared() > together * together;
             if !apart && (free(i) || free(j as usize)) {
@@ -216,20 +218,20 @@ pub fn close_pairs(bodies: &Bodies, watch: &Watch, mut found: impl FnMut([u32; 2
 pub struct BodyList {
     /// Vertex-edge pairs in the order of [`VertexEdge::key`].
     pub pairs: Vec<VertexEdge>,
-    /// The smallest contact distance among them in m; infinite where there are none.
+    /// The smallest contact distance among them in m; infinite if there are none.
     pub smallest_reach: f64,
     near: Vec<u32>,
     vertices: Vec<u32>,
 }
 
 impl BodyList {
-    /// Finds all vertex-edge pairs within contact distance plus margins of bodies of which at least one can be moved by
-    /// forces.
+    /// Finds all vertex-edge pairs within contact distance plus margins, for bodies of which forces can move at least
+    /// one.
     pub fn build(&mut self, bodies: &Bodies, watch: &Watch) {
         self.pairs.clear();
         close_pairs(bodies, watch, |[i, j], margin| {
             self.add_bodies(bodies, [i, j], margin);
-            // Discs have no edges, so two of them touch once, vertex on vertex.
+            // Discs have no edges, so two of them have one contact, vertex on vertex.
             let edges = |b: u32| bodies.properties[b as usize].shape.has_edges;
             if edges(i) || edges(j) {
                 self.add_bodies(bodies, [j, i], margin);

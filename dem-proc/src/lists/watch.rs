@@ -1,4 +1,4 @@
-//! How far bodies may go within two steps, and so when a list of their pairs has to be built anew.
+//! The largest displacement of bodies within two steps, and the rule for rebuilding a list of their pairs.
 
 use interface::solver::Refusal;
 use interface::step::GROWTH;
@@ -8,19 +8,19 @@ use crate::body::bodies::Bodies;
 use crate::body::odometer::{Odometer, SavedOdometer};
 use crate::saved::{count, finite};
 
-/// How far surfaces may go in the next two steps, by their speed.
+/// The largest displacement of surfaces in the next two steps, as a function of their speed.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Ahead {
     /// The two steps together in s.
     time: f64,
-    /// What is gained by falling and by forces from outside in m.
+    /// Additional displacement by gravity and external forces in m.
     gained: f64,
 }
 
 impl Ahead {
-    /// A step of `dt` (s) and the next one, after a kick of `kick` (s), all surfaces accelerated by `acceleration`
-    /// (m/s^2) at most. Contact is not among what accelerates: one that is new has been counted, one that is not has
-    /// been pushing before.
+    /// A step of `dt` (s) and the next one, after a kick of `kick` (s), if all surfaces are accelerated by at most
+    /// `acceleration` (m/s^2). Contact forces are not part of the acceleration: a new contact has been counted, and an
+    /// old one has acted before.
     pub fn new(kick: f64, dt: f64, acceleration: f64) -> Self {
         let next = GROWTH * dt;
         let time = dt + next;
@@ -41,17 +41,17 @@ impl Ahead {
     }
 }
 
-/// When a list of pairs has to be built anew, and how far it reaches.
+/// The rule for rebuilding a list of pairs, and the margins of the list.
 ///
-/// Each body may use up half of the skin, and what it may go ahead is kept free. Where the fastest one goes farther in
-/// two steps than half the skin, the list is built in every step, with a margin of its own for each body: else one that
-/// is fast and far would fill the lists of all others.
+/// Each body may use up half of the skin, less its displacement in the next two steps. If the fastest body moves
+/// farther in two steps than half the skin, the list is built in every step, with a different margin for each body.
+/// Otherwise one fast body far away would fill the lists of all others.
 #[derive(Debug, Clone, Default)]
 pub struct Watch {
     skin: f64,
-    /// How far a surface may have gone, and be about to go, in m.
+    /// Largest allowed sum of a surface's displacement so far and in the next two steps, in m.
     limit: f64,
-    /// Margin of each body in m; empty where they are all `limit`.
+    /// Margin of each body in m; empty if all margins are `limit`.
     margins: Vec<f64>,
     odometer: Odometer,
 }
@@ -71,7 +71,7 @@ impl Watch {
         left > 0.0 && self.odometer.stays_below(left, bodies)
     }
 
-    /// A list is built here.
+    /// Makes the present poses the reference of a new list.
     pub fn begin(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64) {
         let (half, way) = (0.5 * self.skin, ahead.way(speed));
         self.margins.clear();
@@ -88,20 +88,20 @@ impl Watch {
         self.odometer.reset(bodies);
     }
 
-    /// How far a body's list reaches beyond contact in m: a pair is listed within the sum of both.
+    /// Margin of a body beyond contact in m: a pair is listed if its distance is below the sum of both margins.
     #[inline]
     pub fn margin(&self, body: usize) -> f64 {
         self.margins.get(body).copied().unwrap_or(self.limit)
     }
 
-    /// How far apart in m two bodies may be and still meet within two steps, where that is less than for the fastest.
+    /// Largest distance in m at which two bodies can meet within two steps, if each body has its own margin.
     #[inline]
     pub fn closing(&self, [a, b]: [u32; 2]) -> Option<f64> {
         let own = |b: u32| self.margins.get(b as usize);
         Some(own(a)? + own(b)? - self.skin)
     }
 
-    /// Whether [`Self::closing`] says anything.
+    /// Whether [`Self::closing`] returns a distance.
     pub fn is_by_body(&self) -> bool {
         !self.margins.is_empty()
     }
@@ -111,7 +111,7 @@ impl Watch {
         self.odometer.advance(speed, dt);
     }
 
-    /// The bodies as they were where the list was built; `None` if there is no list yet.
+    /// The bodies in the poses at which the list was built; `None` if there is no list yet.
     pub fn bodies_then(&self, bodies: &Bodies) -> Option<Bodies> {
         let poses = self.odometer.start();
         (!poses.is_empty()).then(|| bodies.placed(poses.iter().copied()))

@@ -1,9 +1,9 @@
-//! What the solver says in Hello that it does and takes ([`interface::config::capability`]).
+//! The capabilities that the solver lists in Hello ([`interface::config::capability`]).
 
 use interface::config::capability::{CONTACTS, Capabilities, PAIRS, SAVE, SEGMENTS};
 use interface::config::laws::LAWS;
 
-/// What it does and takes besides contact laws.
+/// The capabilities besides contact laws.
 const OTHERS: [&str; 23] = [
     SAVE,
     CONTACTS,
@@ -30,7 +30,7 @@ const OTHERS: [&str; 23] = [
     "feature:mixed_kinds",
 ];
 
-/// All of it: every contact law of the table, with the features of its parameters.
+/// All capabilities, with every contact law of the table and the features of its parameters.
 pub(crate) fn capabilities() -> Capabilities {
     let mut names = OTHERS.to_vec();
     names.extend(LAWS.iter().map(|law| law.capability));

@@ -1,4 +1,4 @@
-//! From the configuration to a solver: every check, and the one `match` that chooses the contact laws.
+//! Turns the configuration into a solver: all checks, and the choice of contact laws.
 
 use interface::Vec2;
 use interface::config::surfaces::ContactPair;
@@ -128,11 +128,11 @@ fn body_side(config: &DemConfig, surfaces: &Surfaces, law: &ContactLaw) -> Box<d
     let table: Vec<&ContactPair> = config.body_pairs().map(|(_, pair)| pair).collect();
     let skin = config.skin;
     match config.overlap {
-        // Without a pair of its own, contact pays nothing for the table.
+        // If the table has no pair of bodies, contact has no cost from the table.
         OverlapMeasure::EachEdge if table.is_empty() => with_law(law, EdgesWith { skin }),
         OverlapMeasure::EachEdge => with_table(surfaces, law, &table, EdgesWith { skin }),
-        // The other measures take the table's few types of law, whose unused parts are zero, always: a type for every
-        // combination would double what is compiled, for what is not made for speed.
+        // The other measures always use the few types of the table, whose unused parts are zero: a type for every
+        // combination would double the compile time, for code that is not made for speed.
         OverlapMeasure::NearestEdge => {
             let measure = NearestEdge;
             with_table(surfaces, law, &table, ConvexWith { measure, skin })
@@ -212,7 +212,7 @@ fn stiffest(config: &DemConfig, bodies: &Bodies) -> [f64; 2] {
     [
         // Where the stiffness depends on the overlap: at a hundredth of the smallest sphero-radius.
         largest(&mut config.point_laws(), 0.01 * radius),
-        // Nobody knows how deep a first touch will be: not deeper than the smallest sphero-radius.
+        // The overlap of a first contact is not known; it is at most the smallest sphero-radius.
         largest(&mut config.body_laws(), radius),
     ]
 }

@@ -1,4 +1,4 @@
-//! From a configuration or a saved state to a solver.
+//! Builds a solver from a configuration or a saved state.
 
 pub(crate) mod capabilities;
 pub(crate) mod configure;

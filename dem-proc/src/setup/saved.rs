@@ -1,9 +1,9 @@
-//! A saved state: what of the solver is in it, and how it is checked.
+//! The saved state of the solver, and its checks.
 //!
-//! Each struct that has state says next to its definition what of it is saved. It takes itself apart field by field, so
-//! that whoever adds a field has to say there whether it is state, follows from the configuration, or is of one
-//! evaluation only. Lists are not in it: they follow, in their order, from where bodies and points were when they were
-//! built, and that is in it.
+//! Each struct with state defines next to its definition which fields are saved. It destructures itself field by field,
+//! so that for a new field one has to decide whether it is state, follows from the configuration, or belongs to one
+//! evaluation only. Lists are not saved: they are built again, in the same order, from the saved positions of bodies
+//! and points at which they were first built.
 
 use interface::config::{BodyConfig, DemConfig};
 use interface::solver::Refusal;
@@ -53,14 +53,14 @@ impl SavedSystem {
             outer_acceleration: _,
             first_contact: _,
             skin: _,
-            // Of an evaluation, which begins each of them anew.
+            // Results of an evaluation; the next one overwrites them.
             point_loads: _,
             body_loads: _,
             pushed_by_points: _,
             kicked: _,
             fastest: _,
             kicked_speed: _,
-            // Answers that have been given.
+            // Answers that were already given.
             envelopes: _,
             measurement: _,
             per_resolution_sq: _, // of the configuration
@@ -77,8 +77,8 @@ impl SavedSystem {
         }
     }
 
-    /// Puts `system`, of the configuration that `own` is of, into this state. After a refusal no points are expected that were not before, but bodies may have
-    /// other lists.
+    /// Puts `system` into this state; `own` are the marks of its configuration. After a refusal the set of points is
+    /// unchanged, but bodies may have other lists.
     ///
     /// # Errors
     /// A refusal that says what differs.
@@ -95,7 +95,7 @@ impl SavedSystem {
         } = self;
         own.check(marks)?;
         let bodies = system.bodies.restored(bodies)?;
-        // What the configuration drives may be faster than it was.
+        // Driven bodies may have another speed than in the saved run.
         let speed = speed.max(bodies.initial_speed());
         finite(|| "the largest speed".into(), &[speed])?;
         finite(|| "a sum of the books".into(), &numbers(totals))?;
@@ -105,7 +105,7 @@ impl SavedSystem {
             (None, None) => {}
             _ => {
                 return Err(refusal(
-                    "contact between bodies is in one of state and scene",
+                    "contact between bodies is in only one of state and scene",
                 ));
             }
         }
@@ -114,7 +114,7 @@ impl SavedSystem {
             (None, None) => {}
             _ => {
                 return Err(refusal(
-                    "contact between points is in one of state and scene",
+                    "contact between points is in only one of state and scene",
                 ));
             }
         }
@@ -128,7 +128,7 @@ impl SavedSystem {
     }
 }
 
-/// The numbers of the books.
+/// The numbers of the ledger.
 fn numbers(totals: &Totals) -> [f64; 7] {
     let Totals {
         friction_work,
@@ -141,8 +141,8 @@ fn numbers(totals: &Totals) -> [f64; 7] {
     [friction_work, viscous_work, driven_work, ax, ay, cx, cy]
 }
 
-/// What a state depends on of a configuration: a state of another one is refused with the key that differs. Laws, gravity
-/// and motions may be others from here on.
+/// The parts of a configuration that a state depends on. A state of a configuration with other parts is refused with
+/// the key that differs. Laws, gravity and motions may differ.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Marks {
     /// One for each of [`KEYS`]; none without a configuration.
@@ -233,7 +233,7 @@ impl Marks {
     }
 }
 
-/// Fowler, Noll and Vo's hash (FNV-1a) of a value's bytes: it tells mistakes apart, not attacks.
+/// Fowler, Noll and Vo's hash (FNV-1a) of a value's bytes: it detects mistakes, not attacks.
 fn mark<T: Serialize>(value: &T) -> u64 {
     let bytes = interface::saved::pack("", value);
     let add = |hash: u64, byte: &u8| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3);

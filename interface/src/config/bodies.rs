@@ -15,7 +15,7 @@ pub struct DemConfig {
     /// Acceleration of gravity in m/s^2.
     #[serde(default, skip_serializing_if = "are_zero")]
     pub gravity: [f64; 2],
-    /// Bodies; their index is their identity on the wire.
+    /// Bodies; their index identifies them in messages.
     pub bodies: Vec<BodyConfig>,
     /// Law between points and bodies.
     #[serde(default, skip_serializing_if = "is_default")]
@@ -23,10 +23,10 @@ pub struct DemConfig {
     /// Law between bodies; `None`: bodies do not touch one another.
     #[serde(default, skip_serializing_if = "is_default")]
     pub body_contact: Option<ContactLaw>,
-    /// What the overlap of two bodies is.
+    /// How the overlap of two bodies is measured.
     #[serde(default, skip_serializing_if = "is_default")]
     pub overlap: OverlapMeasure,
-    /// Laws between surfaces, instead of these two.
+    /// Laws between two surfaces, in place of `point_contact` and `body_contact`.
     #[serde(default, skip_serializing_if = "is_default")]
     pub contact_pairs: Vec<ContactPair>,
     /// Surface of each point group, in the order of the groups: the name of its material.
@@ -35,12 +35,12 @@ pub struct DemConfig {
     /// Laws between the points of two groups, by their indices (Chen 2023; capability `pairs`).
     #[serde(default, skip_serializing_if = "is_default")]
     pub group_pairs: Vec<GroupPair>,
-    /// How finely impacts between bodies are resolved: `omega dt` of a contact that opens or closes is at most this times
-    /// the coupler's safety factor, above 0 and at most 2, which is the limit of stability. `None`: by the laws
-    /// ([`Self::resolution`]).
+    /// How finely impacts between bodies are resolved: `omega dt` of a contact that opens or closes is at most this
+    /// times the coupler's safety factor, above 0 and at most 2, which is the limit of stability. `None`: chosen by the
+    /// laws ([`Self::resolution`]).
     #[serde(default, skip_serializing_if = "is_default")]
     pub contact_resolution: Option<f64>,
-    /// What the bodies meet of the groups of points.
+    /// What the bodies are in contact with: points or segments.
     #[serde(default, skip_serializing_if = "is_default")]
     pub interface: Interface,
     /// Verlet skin `V_d` in m beyond contact distance.
@@ -50,19 +50,19 @@ pub struct DemConfig {
     pub threads: usize,
 }
 
-/// [`DemConfig::resolution`] where a contact between bodies is elastic: a thousand impacts keep the energy within 1 %.
+/// [`DemConfig::resolution`] if a contact between bodies is elastic: a thousand impacts conserve the energy within 1 %.
 pub const ELASTIC_RESOLUTION: f64 = 0.04;
 
-/// [`DemConfig::resolution`] where all of them are damped: an impact's energy is gone within a few bounces, and the errors
-/// of so few of them stay within 1 %.
+/// [`DemConfig::resolution`] if all contacts are damped: the energy of an impact is dissipated within a few bounces,
+/// and the errors of these few stay within 1 %.
 pub const DAMPED_RESOLUTION: f64 = 0.2;
 
 /// Fraction of critical damping from which a contact counts as damped: it loses 6 % of the energy in an impact.
 const DAMPED: f64 = 0.01;
 
 impl DemConfig {
-    /// How finely impacts between bodies are resolved: as the scene says, else by what their contacts are
-    /// (docs/stability.md).
+    /// How finely impacts between bodies are resolved: the value of the scene, else one that depends on the damping of
+    /// the contacts (docs/stability.md).
     pub fn resolution(&self) -> f64 {
         self.contact_resolution.unwrap_or_else(|| {
             if self.body_laws().all(|law| law.damping_ratio() >= DAMPED) {
@@ -84,16 +84,16 @@ pub struct GroupPair {
     pub law: ContactLaw,
 }
 
-/// What the overlap of two bodies is.
+/// How the overlap of two bodies is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum OverlapMeasure {
-    /// The depth of every vertex on every edge, both ways, summed (Jiang 2020 eq. 39).
+    /// The sum of the depths of every vertex at every edge, both ways (Jiang 2020 eq. 39).
     #[default]
     EachEdge,
-    /// The depth of every vertex on the nearest edge of the other body, both ways; for convex bodies.
+    /// The depth of every vertex at the nearest edge of the other body, both ways; for convex bodies.
     NearestEdge,
-    /// The area that two convex polygons without sphero-radius have in common, over a length (Chen 2023; Feng and Owen
+    /// The common area of two convex polygons without sphero-radius, divided by a length (Chen 2023; Feng and Owen
     /// 2004).
     Area,
 }
@@ -206,14 +206,14 @@ pub enum BodyInertia {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Motion {
-    /// By the forces on it.
+    /// Free: forces move it.
     #[default]
     Free,
-    /// Not at all.
+    /// It does not move.
     Fixed,
-    /// With its initial velocity and spin, whatever acts on it.
+    /// It keeps its initial velocity and spin, under any load.
     Driven,
-    /// By the forces on it, except in the directions that are held.
+    /// Forces move it, except in the held directions.
     Guided {
         /// Held along x.
         #[serde(default, skip_serializing_if = "is_default")]
@@ -223,12 +223,12 @@ pub enum Motion {
         #[serde(default, skip_serializing_if = "is_default")]
         #[schemars(skip_serializing_if = "never")]
         hold_y: bool,
-        /// Held against turning.
+        /// Held against rotation.
         #[serde(default, skip_serializing_if = "is_default")]
         #[schemars(skip_serializing_if = "never")]
         hold_angle: bool,
     },
-    /// By the forces on it and one from outside, which acts at the centre of mass.
+    /// Forces move it, and so does an external force at the centre of mass.
     Pushed {
         /// In N/m.
         force: [f64; 2],
@@ -236,11 +236,11 @@ pub enum Motion {
         #[serde(default, skip_serializing_if = "is_zero")]
         #[schemars(skip_serializing_if = "never")]
         torque: f64,
-        /// Time in s over which it grows evenly from zero to its full size; 0: full from the start.
+        /// Time in s over which the force grows evenly from zero to its full value; 0: full from the start.
         #[serde(default, skip_serializing_if = "is_zero")]
         #[schemars(skip_serializing_if = "never")]
         ramp: f64,
-        /// Time in s after which it is gone; it stays for good where there is none.
+        /// Time in s at which the force ends; `None`: it does not end.
         #[serde(default, skip_serializing_if = "is_default")]
         until: Option<f64>,
     },
@@ -260,7 +260,7 @@ impl Motion {
         }
     }
 
-    /// Force (N/m) and torque (N) from outside at a time (s).
+    /// External force (N/m) and torque (N) at a time (s).
     pub fn push(&self, time: f64) -> (Vec2, f64) {
         match *self {
             Self::Pushed {

@@ -1,5 +1,5 @@
-//! What makes a configuration of the bodies impossible. The coupler's reader of scenes and the solver both ask, so that
-//! `tandem check` refuses what `tandem run` would.
+//! The faults of a configuration of the bodies. The coupler's scene reader and the solver both call this, so that
+//! `tandem check` refuses what `tandem run` would refuse.
 
 use super::fault::{ConfigFault, Faults};
 use super::laws::{Between, LawFault};
@@ -166,7 +166,7 @@ impl BodyConfig {
         if self.motion == Motion::Fixed && moves {
             let value = format!("\"fixed\" (body \"{}\")", self.name);
             let expected = "a motion, since the body has a velocity or a spin";
-            let help = "`motion = \"driven\"` moves it with them, whatever acts on it";
+            let help = "`motion = \"driven\"` moves it with them, under any load";
             faults.add(key("motion"), value, expected, help);
         }
         if let Motion::Pushed {

@@ -1,31 +1,31 @@
-//! What a solver says in Hello that it can do (PROTOCOL.md section 12).
+//! The capabilities that a solver lists in Hello (PROTOCOL.md section 12).
 //!
-//! A capability is a short name. Verbs of the session stand alone: [`SAVE`], [`SEGMENTS`], [`PAIRS`], [`LAYERS`],
-//! [`CONTACTS`], [`POLLS`],
-//! [`STRESS_WORK`]. What a solver takes of a configuration is `family:member`, such as `shape:disc` or `law:linear`. A solver
-//! that names one member of a family takes those that it names and no others; of a family that it does not name, it says
-//! nothing, and refuses in answer to Configure what it does not take.
+//! A capability is a short name. Those for optional parts of the session are single words: [`SAVE`], [`SEGMENTS`],
+//! [`PAIRS`], [`LAYERS`], [`CONTACTS`], [`POLLS`], [`STRESS_WORK`]. Those for what a solver takes of a configuration
+//! have the form `family:member`, such as `shape:disc` or `law:linear`. If a solver names members of a family, it takes
+//! those and no others. About a family that it does not name it makes no statement, and refuses in answer to Configure
+//! what it does not take.
 
 use serde::{Deserialize, Serialize};
 
 /// The solver saves its state and restores it (section 12, K-3).
 pub const SAVE: &str = "save";
-/// Bodies meet the segments between IMPs that follow one another in a chain.
+/// Contact of bodies with the segments between successive IMPs of a chain.
 pub const SEGMENTS: &str = "segments";
-/// Points of paired groups meet one another.
+/// Contact between the points of two groups.
 pub const PAIRS: &str = "pairs";
-/// Each group of points has a grid layer of its own.
+/// Each group of points has its own grid layer.
 pub const LAYERS: &str = "layers";
-/// A frame has the contacts of bodies: who, where, with which force.
+/// Frames contain the contacts of bodies: body, partner, point, force.
 pub const CONTACTS: &str = "contacts";
-/// The ledger's `elastic` is a function of the points' state, and `stress_work` is kept beside it.
+/// The ledger's `elastic` is a function of the points' state, and `stress_work` is reported separately.
 pub const STRESS_WORK: &str = "stress_work";
 
-/// After its last message to the other solver it looks for an answer for [`crate::transport::wait::POLL`] before it sleeps, and
-/// once more after that, so that a bell may be left out (clause B-4).
+/// After its last message to the other solver, the solver looks for an answer for [`crate::transport::wait::POLL`], and
+/// once more after that, before it sleeps. So the other solver may leave out a bell (clause B-4).
 pub const POLLS: &str = "polls";
 
-/// All verbs.
+/// All single words.
 pub const VERBS: [&str; 7] = [SAVE, SEGMENTS, PAIRS, LAYERS, CONTACTS, POLLS, STRESS_WORK];
 /// All families (clause K-1), of either side.
 pub const FAMILIES: [&str; 15] = [
@@ -51,23 +51,23 @@ pub const FAMILIES: [&str; 15] = [
 pub struct Capabilities(pub Vec<String>);
 
 impl Capabilities {
-    /// These.
+    /// The given capabilities.
     pub fn of(names: &[&str]) -> Self {
         Self(names.iter().map(ToString::to_string).collect())
     }
 
-    /// Whether the solver has the verb `name`.
+    /// Whether the solver has the capability `name`, a single word.
     pub fn has(&self, name: &str) -> bool {
         self.0.iter().any(|known| known == name)
     }
 
-    /// Whether the solver takes `member` of `family`: it names it, or says nothing of that family.
+    /// Whether the solver takes `member` of `family`: it names it, or names no member of that family.
     pub fn takes(&self, family: &str, member: &str) -> bool {
         let mut named = self.members(family).peekable();
         named.peek().is_none() || named.any(|known| known == member)
     }
 
-    /// Whether the solver has the verb `name`, or takes it where it is a `family:member`.
+    /// Whether the solver has the capability `name`, a single word or `family:member`.
     pub fn meets(&self, name: &str) -> bool {
         match name.split_once(':') {
             Some((family, member)) => self.takes(family, member),
@@ -75,7 +75,7 @@ impl Capabilities {
         }
     }
 
-    /// What the solver names of `family`.
+    /// The members of `family` that the solver names.
     pub fn members(&self, family: &str) -> impl Iterator<Item = &str> {
         let of = move |name: &'_ String| name.split_once(':').is_some_and(|(f, _)| f == family);
         self.0

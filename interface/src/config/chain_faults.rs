@@ -1,4 +1,4 @@
-//! What is wrong with the chains of a configuration whose bodies meet segments.
+//! The faults of the chains of a configuration with segments.
 
 use super::fault::Faults;
 use super::{ContactForceScheme, Interface, MpmConfig, Wall};
@@ -8,7 +8,7 @@ impl MpmConfig {
     pub(super) fn chain_faults(&self, found: &mut Faults) {
         if self.interface == Interface::Points {
             if !self.chains.is_empty() {
-                let help = "chains are met with `interface = \"segments\"` alone";
+                let help = "chains are used only with `interface = \"segments\"`";
                 found.add("mpm.chain.0", "a chain", "none with \"points\"", help);
             }
             return;
@@ -24,23 +24,23 @@ impl MpmConfig {
         if self.grid_contact.is_some() {
             refuse(
                 "mpm.grid_contact",
-                "segments do not go with contact on the grid",
+                "segments cannot be combined with contact on the grid",
             );
         }
         if self.layers {
             refuse(
                 "mpm.layers",
-                "segments do not go with grid layers of groups",
+                "segments cannot be combined with grid layers of groups",
             );
         }
         let walls = [self.walls.left, self.walls.bottom];
         if walls.contains(&Wall::Periodic) {
-            refuse("mpm.walls", "a chain does not go round a periodic wall");
+            refuse("mpm.walls", "a chain cannot cross a periodic wall");
         }
         if self.contact_force != ContactForceScheme::Point {
             refuse(
                 "mpm.contact_force",
-                "a marker gives forces to the nodes by the weights that it moves by",
+                "a marker distributes forces to the nodes with the weights that move it",
             );
         }
         for (g, group) in self.groups.iter().enumerate() {
@@ -49,7 +49,7 @@ impl MpmConfig {
                     "mpm.chain",
                     format!("no chain of the points \"{}\"", group.name),
                     "one or more of each group",
-                    "bodies would not meet the group: write `[[mpm.chain]]` with `points` and `spacing`",
+                    "bodies would have no contact with the group: write `[[mpm.chain]]` with `points` and `spacing`",
                 );
             }
         }

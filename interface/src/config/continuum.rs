@@ -26,11 +26,11 @@ pub struct MpmConfig {
     /// When stresses are updated within the step.
     #[serde(default, skip_serializing_if = "is_default")]
     pub stress_update: StressUpdate,
-    /// With which velocity points move.
+    /// The velocity with which points move.
     ///
-    /// The default is one constant, that of most schemes, since what a missing field means may not hang on other fields.
-    /// With `usl` or contact on the grid `mapped` is refused: a configuration of these says `nodal`, as the coupler does
-    /// where the scene leaves the choice to it.
+    /// The default is a constant, the value of most schemes, because the meaning of a missing field must not depend on
+    /// other fields. With `usl` or contact on the grid `mapped` is refused. A configuration with these has `nodal`,
+    /// which the coupler writes if the scene does not choose.
     #[serde(default, skip_serializing_if = "is_default")]
     pub drift: Drift,
     /// Plane strain or plane stress.
@@ -46,7 +46,7 @@ pub struct MpmConfig {
     /// How a contact force reaches the grid.
     #[serde(default, skip_serializing_if = "is_default")]
     pub contact_force: ContactForceScheme,
-    /// What acts on the continuum besides gravity, walls and bodies.
+    /// Loads on the continuum other than gravity, walls and bodies.
     #[serde(default, skip_serializing_if = "is_default")]
     pub forcing: Forcing,
     /// Names that expressions may use besides their variables.
@@ -58,22 +58,22 @@ pub struct MpmConfig {
     /// Contact between the groups of points on the grid; without it all groups are one continuum.
     #[serde(default, skip_serializing_if = "is_default")]
     pub grid_contact: Option<GridContact>,
-    /// Whether each group has a grid layer of its own (Chen 2023; capability `layers`).
+    /// Whether each group has its own grid layer (Chen 2023; capability `layers`).
     #[serde(default, skip_serializing_if = "is_default")]
     pub layers: bool,
-    /// Groups whose points touch by a law of the bodies' side, by their indices: those of its `group_pairs`, since points
-    /// near one another are IMPs (capability `pairs`).
+    /// Pairs of groups, by their indices, whose points have a contact law on the bodies' side: those of its
+    /// `group_pairs`. Points of such groups that are near one another are IMPs (capability `pairs`).
     #[serde(default, skip_serializing_if = "is_default")]
     pub group_pairs: Vec<[usize; 2]>,
-    /// What the bodies meet of the groups.
+    /// What the bodies are in contact with: points or segments.
     #[serde(default, skip_serializing_if = "is_default")]
     pub interface: Interface,
-    /// The chains of markers that bodies meet where `interface` is `segments`; empty otherwise.
+    /// The chains of markers, if `interface` is `segments`; empty otherwise.
     #[serde(default, skip_serializing_if = "is_default")]
     pub chains: Vec<Chain>,
     /// Verlet skin `V_d` in m: a point within `reach + r_p + V_d` of a body is an IMP.
     pub skin: f64,
-    /// Points that are followed from the start, told after the groups.
+    /// Sets of points whose mean motion is recorded; measured after the groups.
     #[serde(default, skip_serializing_if = "is_default")]
     pub probes: Vec<Probe>,
     /// Threads of the solver.
@@ -81,8 +81,8 @@ pub struct MpmConfig {
     pub threads: usize,
 }
 
-/// Points of a group that are followed from the start: those that are then in a region. They are told as a group is, in a
-/// record of their own (capability `feature:probes`).
+/// Points of a group whose mean motion is recorded: those that are in a region at the start. They are measured like a
+/// group, with their own record (capability `feature:probes`).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Probe {
@@ -94,19 +94,20 @@ pub struct Probe {
     pub within: [[f64; 2]; 2],
 }
 
-/// A chain of markers along the boundary of a group (Singer 2022): places without mass that move with the nodes, and between
-/// which bodies meet segments. A segment goes from each marker to the next, and has the material on its left.
+/// A chain of markers along the boundary of a group (Singer 2022). Markers have no mass and move with the nodes. Bodies
+/// are in contact with the segments between them: a segment goes from each marker to the next and has the material on
+/// its left.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Chain {
     /// Index into [`MpmConfig::groups`]: the group whose contact radius and density are those of the markers.
     pub group: usize,
-    /// Where the markers are at the start, in m; two or more, three or more of a closed chain.
+    /// Initial positions of the markers in m; at least two, or three for a closed chain.
     pub markers: Vec<[f64; 2]>,
     /// Whether a segment goes from the last marker to the first.
     #[serde(default, skip_serializing_if = "is_default")]
     pub closed: bool,
-    /// `eta`: a node with less than this share of the mass of a full cell counts less in the weights of a marker, in
+    /// `eta`: a node with less than this share of the mass of a full cell has a smaller weight for markers, in
     /// proportion to its mass. Above 0, at most 1.
     #[serde(default = "marker_floor", skip_serializing_if = "is_marker_floor")]
     pub floor: f64,
@@ -126,7 +127,7 @@ pub enum ContactForceScheme {
     Traction,
 }
 
-/// Contact between groups of points on the grid (Bardenhagen 2000): each group is a body with nodes of its own.
+/// Contact between groups of points on the grid (Bardenhagen 2000): each group is a body with its own nodal velocities.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GridContact {
@@ -134,7 +135,8 @@ pub struct GridContact {
     pub friction: f64,
 }
 
-/// What acts on the continuum besides gravity, walls and bodies. Expressions are those of the crate `mechanics`, `expression`.
+/// Loads on the continuum other than gravity, walls and bodies. Expressions are those of the crate `mechanics`,
+/// `expression`.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Forcing {
@@ -147,7 +149,7 @@ pub struct Forcing {
     /// Points that are held.
     #[serde(default, skip_serializing_if = "is_default")]
     pub holds: Vec<Hold>,
-    /// Damping and transfer that change with time, in order of their beginning.
+    /// Stages with their own damping and transfer, in order of their start.
     #[serde(default, skip_serializing_if = "is_default")]
     pub stages: Vec<Stage>,
 }
@@ -164,8 +166,8 @@ pub struct Traction {
     pub force: [f64; 2],
 }
 
-/// Points of a group that are held where they are at the start: those that are then in a region (capability
-/// `feature:holds`). They are told as a group is, with the force of the support in place of that of bodies.
+/// Points of a group that keep their initial x, y or both: those that are in a region at the start (capability
+/// `feature:holds`). They are measured like a group, with the force of the support in place of that of bodies.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Hold {
@@ -175,10 +177,10 @@ pub struct Hold {
     pub group: usize,
     /// Lower left and upper right corner of the region in m.
     pub within: [[f64; 2]; 2],
-    /// Whether they keep their x.
+    /// Whether the points keep their x.
     #[serde(default, skip_serializing_if = "is_default")]
     pub hold_x: bool,
-    /// Whether they keep their y.
+    /// Whether the points keep their y.
     #[serde(default, skip_serializing_if = "is_default")]
     pub hold_y: bool,
 }
@@ -187,7 +189,7 @@ pub struct Hold {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stage {
-    /// When it begins, in s.
+    /// Start of the stage in s.
     pub from: f64,
     /// Mass-proportional damping of the nodal velocities in 1/s.
     #[serde(default, skip_serializing_if = "is_zero")]
@@ -203,10 +205,10 @@ pub struct Stage {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Leaving {
-    /// The run stops with the point's name.
+    /// The run stops and names the point.
     #[default]
     Stop,
-    /// The point is removed and counted; its momentum leaves as an applied impulse, its energy as driven work.
+    /// The point is removed and counted. Its momentum is booked as applied impulse, its energy as driven work.
     Remove,
 }
 
@@ -244,18 +246,18 @@ pub enum Transfer {
         /// m, at least 1 (which is PIC).
         order: u32,
     },
-    /// FLIP whose velocities are smoothed by PIC at a rate: the share of PIC in a step of length dt is 1 - exp(-rate dt), so that
-    /// the same time smooths the same, whatever the steps.
+    /// FLIP whose velocities are smoothed by PIC at a rate: the share of PIC in a step of length dt is 1 - exp(-rate
+    /// dt), so that the smoothing does not depend on the step.
     FlipPic {
         /// The rate in 1/s; 0 is FLIP.
         pic_rate: f64,
     },
-    /// FLIP with the affine field of APIC, smoothed by APIC at a rate as by PIC.
+    /// FLIP with the affine field of APIC, smoothed by APIC at a rate, as `flip_pic` is by PIC.
     Aflip {
         /// The rate in 1/s; 0 smooths nothing.
         pic_rate: f64,
     },
-    /// FLIP filtered by XPIC of order m at a rate as by PIC.
+    /// FLIP filtered by XPIC of order m at a rate, as `flip_pic` is by PIC.
     FlipXpic {
         /// m, at least 1 (which is PIC).
         order: u32,
@@ -270,7 +272,7 @@ impl Transfer {
         matches!(self, Self::Apic | Self::Aflip { .. })
     }
 
-    /// Whether it filters what the nodes give back, in several rounds.
+    /// Whether it filters velocities by several mappings (XPIC).
     pub fn filters(&self) -> bool {
         matches!(self, Self::Xpic { .. } | Self::FlipXpic { .. })
     }
@@ -287,19 +289,20 @@ pub enum StressUpdate {
     Usl,
     /// Modified update stress last: velocities are mapped to the grid once more after the kick.
     Musl,
-    /// Both, each for half of the time (Nairn 2003): the stress of a time is strained before and after it by velocities of the
-    /// same grid, so that what points take in is what nodes give, to second order of the step.
+    /// Both, each for half of the step (Nairn 2003). The strain before and after `t_n` is computed from velocities of
+    /// the same grid, so that the energy of points and nodes balances to second order in the step.
     Usavg,
 }
 
-/// With which velocity points move to their new places.
+/// The velocity with which points move to their new positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Drift {
-    /// With that of the nodes right after the kick, `sum_I S_Ip v_I^{n+1/2}`, as is usual.
+    /// The usual choice: that of the nodes after the kick, `sum_I S_Ip v_I^{n+1/2}`.
     Nodal,
-    /// The same, but points that bodies press on with what the nodes will have of the points' new velocities: contact
-    /// then neither creates nor loses energy in first order of the step (docs/energy.md).
+    /// The same, except for points that bodies press on: these move with the nodal velocities that follow from the
+    /// points' new velocities. Contact then neither creates nor loses energy in first order of the step
+    /// (docs/energy.md).
     #[default]
     Mapped,
 }
@@ -341,23 +344,23 @@ pub struct Walls {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum Wall {
-    /// Nothing is held; a point that comes to the wall leaves the domain, which stops the run.
+    /// No condition; a point that reaches the wall leaves the domain, which stops the run.
     #[default]
     Open,
     /// No velocity.
     Fixed,
     /// No velocity through the wall.
     Slip,
-    /// No velocity along the wall; through it, free: a simple support of the face that stands there.
+    /// No velocity along the wall, free motion through it: a simple support of a face at the wall.
     Tangential,
     /// No velocity into the wall, Coulomb friction along it.
     Friction {
         /// Coefficient of friction.
         coefficient: f64,
     },
-    /// What leaves here enters at the opposite wall, which must be periodic too.
+    /// Material that leaves here enters at the opposite wall, which must be periodic too.
     Periodic,
-    /// No velocity but that of the wall, which moves along itself; its work is booked as driven.
+    /// The velocity of the wall, which moves along itself; its work is booked as driven.
     Driven {
         /// Velocity of the wall in m/s: along +x at the bottom and at the top, along +y at the left and at the right.
         speed: f64,
@@ -374,9 +377,9 @@ pub struct GroupConfig {
     pub material: usize,
     /// Region filled with points.
     pub fill: Fill,
-    /// How densely.
+    /// Spacing of the points.
     pub spacing: Spacing,
-    /// Which way the lattice lies.
+    /// Orientation of the lattice.
     #[serde(default, skip_serializing_if = "is_default")]
     pub lattice: Lattice,
     /// Initial velocity in m/s.
@@ -385,14 +388,14 @@ pub struct GroupConfig {
     /// Initial fields that are not uniform.
     #[serde(default, skip_serializing_if = "is_default")]
     pub fields: InitialFields,
-    /// Contact radius `r_p` in m; half the point spacing where the scene does not say.
+    /// Contact radius `r_p` in m; `None`: half the point spacing.
     #[serde(default, skip_serializing_if = "is_default")]
     pub contact_radius: Option<f64>,
-    /// Whether the points move as one; goes with [`MpmConfig::grid_contact`] alone.
+    /// Whether the points move as one rigid body; only with [`MpmConfig::grid_contact`].
     #[serde(default, skip_serializing_if = "is_default")]
     pub rigid: bool,
-    /// Whether the nodes are given the spin of the group, so that rigid rotation strains nothing; with `pic`, `flip` and
-    /// `blend`, and without periodic walls.
+    /// Whether the nodes get the spin of the group as a linear field, so that rigid rotation causes no strain; with
+    /// `pic`, `flip` and `blend`, and without periodic walls.
     #[serde(default, skip_serializing_if = "is_default")]
     pub keeps_spin: bool,
 }
@@ -451,14 +454,14 @@ pub enum Spacing {
     Counts([u32; 2]),
 }
 
-/// Which way the lattice of a group's points lies.
+/// Orientation of the lattice of a group's points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Lattice {
-    /// Along the axes of the grid, whatever the outline.
+    /// Along the axes of the grid, for any outline.
     #[default]
     Grid,
-    /// Along the outline: rings in a disc, rows along the longest edge of a polygon. The outermost points are then half a
-    /// distance inside of the outline.
+    /// Along the outline: rings in a disc, rows along the longest edge of a polygon. The outermost points are then half
+    /// a distance inside the outline.
     Outline,
 }

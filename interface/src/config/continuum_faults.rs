@@ -1,8 +1,8 @@
-//! What is wrong with a continuum's configuration. The scene reader and the solver both ask here, so that a scene which
+//! The faults of a continuum's configuration. The scene reader and the solver both call this, so that a scene which
 //! passes `tandem check` is not refused for its numbers when it runs.
 //!
-//! What needs the points themselves (groups on top of one another, a traction on no point) or a formula's values stays with the
-//! solver.
+//! The solver itself checks what needs the points (groups on top of one another, a traction on no point) or the values
+//! of a formula.
 
 use super::fault::{ConfigFault, Faults};
 use super::{
@@ -152,9 +152,9 @@ impl MpmConfig {
         }
         if self.drift == Drift::Mapped && Drift::of_scheme(self) == Drift::Nodal {
             let help = if self.stress_update == StressUpdate::Usl {
-                "mapped does not go with usl, which strains by the velocities of the nodes after the kick"
+                "mapped cannot be combined with usl, which computes strains from the nodal velocities after the kick"
             } else {
-                "mapped does not go with grid_contact, which presses on nodes and not on points"
+                "mapped cannot be combined with grid_contact, whose forces act on nodes and not on points"
             };
             found.add("mpm.drift", "\"mapped\"", "\"nodal\"", help);
         }
@@ -178,7 +178,7 @@ impl MpmConfig {
         let plastic = self.materials.iter().find(|m| !elastic(&m.model));
         if let (Plane::Stress, Some(material)) = (self.plane, plastic) {
             let help = format!(
-                "stress goes with linear_elastic and hypoelastic only; \"{}\" needs the stress out of plane",
+                "stress is possible with linear_elastic and hypoelastic only; \"{}\" needs the stress out of plane",
                 material.name
             );
             found.add("mpm.plane", "\"stress\"", "\"strain\"", help);
@@ -211,7 +211,7 @@ impl MpmConfig {
                     names[0], names[1]
                 );
                 let key = format!("mpm.walls.{}", names[other]);
-                found.add(key, "not periodic", "the same as the wall opposite", help);
+                found.add(key, "not periodic", "the same as the opposite wall", help);
             }
         }
     }
@@ -231,24 +231,24 @@ impl MpmConfig {
             found.number(key, speed, true, "a velocity along the wall");
             // Later rounds of the filter see what is left of velocities, which walls would have to hold at rest.
             if self.transfer.filters() {
-                let help = format!("the wall {name} moves, which xpic does not filter: take flip");
+                let help = format!("xpic does not support the moving wall {name}: use flip");
                 found.add("mpm.transfer", "xpic", "another transfer", help);
             }
             for (other, wall) in across {
                 if !matches!(wall, Wall::Periodic | Wall::Open) {
                     let help = format!(
-                        "the wall {name} moves along itself, and would press what it holds into the wall {other}"
+                        "the wall {name} moves along itself and would push material into the wall {other}"
                     );
                     let key = format!("mpm.walls.{other}");
                     let expected = "\"periodic\" or \"open\"";
-                    found.add(key, "a wall that lets nothing through", expected, help);
+                    found.add(key, "a closed wall", expected, help);
                 }
             }
             // A node is then beyond one of the two walls at most.
             let cells = (self.domain[1][axis] - self.domain[0][axis]) / self.cell;
             if cells < 3.5 {
-                let value = format!("{cells:.0} cells from the wall {name} to that opposite");
-                let help = "a wall that moves needs 4 cells between it and the wall opposite";
+                let value = format!("{cells:.0} cells from the wall {name} to the opposite wall");
+                let help = "a moving wall needs 4 cells between it and the opposite wall";
                 found.add("mpm.domain", value, "4 cells or more", help);
             }
         }
@@ -319,14 +319,14 @@ impl MpmConfig {
         let periodic = walls.left == Wall::Periodic || walls.bottom == Wall::Periodic;
         let help = match self.transfer {
             Transfer::Apic | Transfer::Aflip { .. } => {
-                "apic gives the nodes each point's own spin: leave it out"
+                "apic already transfers the spin of each point: leave it out"
             }
             Transfer::Xpic { .. } | Transfer::FlipXpic { .. } => {
-                "xpic filters what the nodes give back: take transfer = \"flip\""
+                "xpic filters velocities: use transfer = \"flip\""
             }
-            _ if group.rigid => "a rigid group has its spin anyway: leave it out",
+            _ if group.rigid => "a rigid group keeps its spin anyway: leave it out",
             _ if periodic => {
-                "what goes around periodic walls has no centre to turn about: leave it out"
+                "a group that crosses periodic walls has no centre of rotation: leave it out"
             }
             _ => return,
         };
@@ -338,7 +338,7 @@ impl MpmConfig {
             return;
         }
         if self.grid_contact.is_none() {
-            let help = "rigid points touch others on the grid alone: add `[mpm.grid_contact]`, or make it a body of `[dem]`";
+            let help = "rigid points have contact only on the grid: add `[mpm.grid_contact]`, or make it a body of `[dem]`";
             found.add(
                 format!("{path}.rigid"),
                 "true",
@@ -347,7 +347,8 @@ impl MpmConfig {
             );
         }
         if self.walls.left == Wall::Periodic || self.walls.bottom == Wall::Periodic {
-            let help = "what goes around periodic walls has no centre to turn about: leave it out";
+            let help =
+                "a group that crosses periodic walls has no centre of rotation: leave it out";
             found.add(format!("{path}.rigid"), "true", "false", help);
         }
         if group.fields.velocity.is_some() {
@@ -395,7 +396,7 @@ impl MpmConfig {
             _ => (upper[0] - lower[0]) / sides[0] * ((upper[1] - lower[1]) / sides[1]),
         };
         if boxes > POINTS_MAX {
-            let value = format!("so close that `{path}.fill` takes about {boxes:.1e} points");
+            let value = format!("so small that `{path}.fill` needs about {boxes:.1e} points");
             let expected = format!("at most {POINTS_MAX:.0e}");
             found.add(
                 format!("{path}.spacing"),
@@ -468,7 +469,7 @@ impl MpmConfig {
             let help = if self.grid_contact.is_some() {
                 "contact on the grid would move held points: leave one of them out"
             } else if self.transfer.filters() {
-                "xpic filters what the nodes give back: take another transfer"
+                "xpic filters velocities: use another transfer"
             } else {
                 continue;
             };
@@ -524,7 +525,7 @@ impl MpmConfig {
                 let key = format!("{path}.pic_fraction");
                 found.number(&*key, a, (0.0..=1.0).contains(&a), "0 (FLIP) to 1 (PIC)");
                 if !blends {
-                    let help = "it has no meaning for this transfer: take transfer = \"flip\" or transfer.blend";
+                    let help = "it has no meaning for this transfer: use transfer = \"flip\" or transfer.blend";
                     found.add(key, a.to_string(), "nothing", help);
                 }
             }
@@ -554,8 +555,8 @@ fn region_faults(found: &mut Faults, path: &str, within: [[f64; 2]; 2]) {
 }
 
 impl Drift {
-    /// What goes with the rest of the scheme: strains by the nodes' velocities after the kick want points to move with the same,
-    /// and contact on the grid does nothing to single points.
+    /// What goes with the rest of the scheme: strains by the nodes' velocities after the kick want points to move with
+    /// the same, and contact on the grid does nothing to single points.
     pub fn of(stress_update: StressUpdate, grid_contact: Option<GridContact>) -> Self {
         if stress_update == StressUpdate::Usl || grid_contact.is_some() {
             Self::Nodal

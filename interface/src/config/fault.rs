@@ -1,5 +1,5 @@
-//! Something in a configuration that cannot be. `MpmConfig::faults` and `DemConfig::faults` list them; the scene reader and the
-//! solvers both ask there, so that `tandem check` refuses what `tandem run` would.
+//! A fault of a configuration. `MpmConfig::faults` and `DemConfig::faults` list them; the scene reader and the solvers
+//! both call these, so that `tandem check` refuses what `tandem run` would refuse.
 
 use std::fmt::{self, Display};
 

@@ -1,14 +1,15 @@
-//! What a friction angle means: the same material fails at another angle in each test.
+//! The meaning of a friction angle: the same material fails at a different angle in each test.
 //!
-//! Mohr-Coulomb fails at its own angle `phi` in plane strain and in triaxial tests. Drucker-Prager's cone `tau + q sigma_m = k`
-//! does not know the intermediate stress, so what it comes to depends on that stress. In plane strain flow fixes it: plastic
-//! strain `lambda (s/(2 tau) + q_psi/3 1)` without a component out of the plane has `s_zz = -2/3 q_psi tau`, which gives
+//! Mohr-Coulomb fails at its parameter `phi` in plane strain and in triaxial tests. Drucker-Prager's cone `tau + q
+//! sigma_m = k` does not use the intermediate stress, so its angle depends on that stress. In plane strain the flow
+//! rule determines it: plastic strain `lambda (s/(2 tau) + q_psi/3 1)` without a component out of the plane has `s_zz =
+//! -2/3 q_psi tau`, which gives
 //!
 //! `sin phi' = q sqrt(1 - q_psi^2/3) / (1 - q q_psi/3)`;
 //!
-//! without dilation `sin phi' = q`. Jiang 2020 eq. 35 takes `q = 3 tan phi / sqrt(9 + 12 tan^2 phi)`, for which `phi' = phi`
-//! where the dilation angle is the friction angle too, and less elsewhere: 28.7 degrees of 30 without dilation. The same
-//! equation makes `q_psi` that of the dilation angle in plane strain.
+//! without dilation `sin phi' = q`. Jiang 2020 eq. 35 takes `q = 3 tan phi / sqrt(9 + 12 tan^2 phi)`, for which `phi' =
+//! phi` where the dilation angle is the friction angle too, and less elsewhere: 28.7 degrees of 30 without dilation.
+//! The same equation makes `q_psi` that of the dilation angle in plane strain.
 //!
 //! An infinite slope shears parallel to itself without a strain along it, which turns the stress to where (Davis 1968)
 //!
@@ -134,7 +135,7 @@ impl MaterialModel {
         };
         let own = own.ok_or_else(|| {
             let help = if cone {
-                "no cone of eq. 35 is so steep; in plane strain it would hardly fail at all: take `mohr_coulomb`"
+                "the cone of eq. 35 cannot be that steep, and in plane strain it would hardly fail: use `mohr_coulomb`"
             } else {
                 "no material stands so steep"
             };
@@ -220,8 +221,8 @@ mod tests {
         }
     }
 
-    /// 30 degrees by eq. 35 without dilation are 28.7 in plane strain and a slope of 25.7; an angle of repose of 30 needs 37.76
-    /// there, or Mohr-Coulomb's 35.26.
+    /// 30 degrees by eq. 35 without dilation are 28.7 in plane strain and a slope of 25.7; an angle of repose of 30
+    /// needs 37.76 there, or Mohr-Coulomb's 35.26.
     #[test]
     fn thirty_degrees_are_not_thirty_degrees() {
         let printed = MaterialModel::DruckerPrager(sand(30.0, 0.0));

@@ -297,11 +297,11 @@ impl ContactLaw {
                 match between {
                     Between::PointsAndBodies => refuse(
                         "0 between points and bodies",
-                        "a material point does not turn: leave it out",
+                        "a material point does not rotate: leave it out",
                     ),
                     Between::Bodies => refuse(
                         "0 between bodies",
-                        "the dashpots of bodies damp the mass of their pair: leave it out",
+                        "between bodies the dashpots damp the mass of the pair: leave it out",
                     ),
                 }
             } else if p.name == TANGENTIAL.name {

@@ -89,23 +89,24 @@ pub struct Frictional {
     pub cohesion: f64,
     /// sigma_t in Pa.
     pub tensile_strength: f64,
-    /// How dilation ends; none: it goes on for ever at the dilation angle. Drucker-Prager only.
+    /// How dilation ends; `None`: it continues without end at the dilation angle. Drucker-Prager only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub critical_state: Option<CriticalState>,
-    /// Whether what has been pulled apart has no stress until it has the volume at which its grains parted. Without cohesion only.
+    /// Whether material that was pulled apart has no stress until it is back at the volume at which its grains
+    /// separated. Only without cohesion.
     #[serde(default, skip_serializing_if = "is_default")]
     #[schemars(skip_serializing_if = "never")]
     pub separates: bool,
 }
 
 impl Frictional {
-    /// Whether it remembers nothing but stress and volume.
+    /// Whether its state is only stress and volume.
     pub fn is_plain(&self) -> bool {
         self.critical_state.is_none() && !self.separates
     }
 }
 
-/// How the dilation of sand ends as it is sheared on and on: the slope of the plastic potential is multiplied by a share.
+/// How the dilation of sand ends in continued shear: the slope of the plastic potential is multiplied by a factor.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case", deny_unknown_fields)]
 pub enum CriticalState {
@@ -125,29 +126,29 @@ pub struct Inertial {
     pub shear_modulus: f64,
     /// mu_s, the friction at rest.
     pub static_friction: f64,
-    /// mu_2, the friction that it comes to at high rates.
+    /// mu_2, the limit of friction at high rates.
     pub limit_friction: f64,
-    /// I_0, the inertial number half of the way between them.
+    /// I_0, the inertial number at which friction is halfway between them.
     pub inertial_number: f64,
     /// d in m.
     pub grain_diameter: f64,
     /// rho_s in kg/m^3, of the grains themselves.
     pub grain_density: f64,
-    /// Rate in 1/s at which points take the mean volume of those around them, and at a hundredth of it that which there is room
-    /// for. Flows that shear on and on need it; 0: not at all.
+    /// Rate in 1/s at which the volume of a point approaches the mean volume of the points around it; at a hundredth of
+    /// this rate it approaches the volume for which there is space. Continued shear flows need it; 0: off.
     #[serde(default, skip_serializing_if = "is_default")]
     #[schemars(skip_serializing_if = "never")]
     pub volume_rate: f64,
 }
 
-/// A number of a material that cannot be.
+/// An impossible number of a material.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Impossible {
     /// Key below the model's own.
     pub key: &'static str,
     /// Its value.
     pub value: f64,
-    /// What it may be, such as "a modulus above 0".
+    /// What is allowed, such as "a modulus above 0".
     pub expected: &'static str,
 }
 
@@ -192,7 +193,7 @@ impl MaterialModel {
         }
     }
 
-    /// Whether strain may stay.
+    /// Whether strain can be permanent.
     pub fn is_plastic(&self) -> bool {
         matches!(
             self,
@@ -200,7 +201,7 @@ impl MaterialModel {
         )
     }
 
-    /// Numbers of grains: key, value, whether it may be, and what may. None of other models.
+    /// Numbers of granular models: key, value, whether it is allowed, and what is. Empty for other models.
     fn of_grains(&self) -> Vec<(&'static str, f64, bool, &'static str)> {
         const ANGLE: &str = "0 to below 90 degrees";
         const STRESS: &str = "a stress of 0 or more";
@@ -263,7 +264,7 @@ impl MaterialModel {
         }
     }
 
-    /// The numbers that cannot be, in the order of the configuration.
+    /// The impossible numbers, in the order of the configuration.
     pub fn impossible(&self) -> Vec<Impossible> {
         let (bulk, shear) = self.moduli();
         let mut found = Vec::new();
@@ -326,7 +327,7 @@ mod tests {
         separates: false,
     };
 
-    /// What the format was before the two models shared their numbers, and what other solvers read.
+    /// The format before the two models shared their numbers, which other solvers read.
     #[test]
     fn a_frictional_model_is_written_flat() {
         let json = serde_json::to_string(&MaterialModel::DruckerPrager(SAND)).unwrap();

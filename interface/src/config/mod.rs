@@ -1,11 +1,10 @@
-//! What the coupler hands each solver in the configure phase: its part of the scene, checked and in SI units.
+//! The configuration that the coupler sends to each solver: its part of the scene, checked and in SI units.
 //!
 //! The leaf types (shapes, transfers, material models, outlines, contact laws) are written in scene files exactly as
-//! they are here, so they carry the schema too. Travels as JSON inside the configure message, so that a solver in any
-//! language can read it.
+//! they are here, so they have the schema too. The configuration is JSON in the message Configure, so that a solver in
+//! any language can read it.
 //!
-//! A field with a natural default is left out of the JSON where it has it, and filled in where it is read (PROTOCOL.md
-//! clause J-2).
+//! A field that has its default value is left out of the JSON, and the reader fills it in (PROTOCOL.md clause J-2).
 
 mod bodies;
 mod bodies_faults;
@@ -39,7 +38,7 @@ pub use crate::config::material::{
     CriticalState, Frictional, Inertial, MaterialConfig, MaterialModel,
 };
 
-/// What the bodies meet of the continuum.
+/// What the bodies are in contact with on the continuum's side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Interface {

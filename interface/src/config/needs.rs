@@ -1,7 +1,8 @@
-//! What a configuration asks of a solver, in the words of [`crate::config::capability`] (PROTOCOL.md section 12).
+//! The capabilities that a configuration needs from a solver, in the terms of [`crate::config::capability`]
+//! (PROTOCOL.md section 12).
 //!
-//! Compared with what a solver says in Hello, so that a scene that needs what it has not is refused before Configure,
-//! with the key that asks for it.
+//! They are compared with the solver's Hello. A scene that needs a capability which the solver lacks is refused before
+//! Configure, with the key that needs it.
 
 use std::mem::{Discriminant, discriminant};
 
@@ -13,14 +14,14 @@ use crate::config::{
     MpmConfig, OverlapMeasure,
 };
 
-/// Something that a configuration asks of its solver.
+/// A capability that a configuration needs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Need {
-    /// A verb such as `segments`, or `family:member` such as `shape:disc`.
+    /// A single word such as `segments`, or `family:member` such as `shape:disc`.
     pub capability: String,
-    /// Dotted key of the configuration that is the first to ask for it, such as `dem.bodies[3].shape`.
+    /// Dotted key of the configuration that is the first to need it, such as `dem.bodies[3].shape`.
     pub key: String,
-    /// How many keys ask for it.
+    /// Number of keys that need it.
     pub places: usize,
 }
 
@@ -33,24 +34,24 @@ impl Need {
         }
     }
 
-    /// Whether a solver with these capabilities has it.
+    /// Whether a solver with these capabilities has this one.
     pub fn is_met(&self, capabilities: &Capabilities) -> bool {
         capabilities.meets(&self.capability)
     }
 }
 
-/// What `needs` ask for and a solver with these capabilities has not.
+/// The `needs` that a solver with these capabilities lacks.
 pub fn missing<'a>(needs: &'a [Need], capabilities: &Capabilities) -> Vec<&'a Need> {
     let unmet = |need: &&Need| !need.is_met(capabilities);
     needs.iter().filter(unmet).collect()
 }
 
 impl MpmConfig {
-    /// What it asks of the continuum's solver, every capability once.
+    /// The capabilities that it needs from the continuum's solver, each once.
     ///
-    /// Verbs: `layers`, `pairs`, `segments`. Families: `shape`, `transfer`, `stress_update`, `drift`, `plane`, `wall`, `material`,
-    /// `fill`, `lattice` (where it is not the default), `contact_force`, whose members are the words of the configuration, and
-    /// `feature`: `probes`, `holds`.
+    /// Single words: `layers`, `pairs`, `segments`. Families: `shape`, `transfer`, `stress_update`, `drift`, `plane`,
+    /// `wall`, `material`, `fill`, `lattice` (where it is not the default), `contact_force`, whose members are the
+    /// words of the configuration, and `feature`: `probes`, `holds`.
     pub fn needs(&self) -> Vec<Need> {
         let mut needs = Vec::new();
         if self.layers {
@@ -118,7 +119,7 @@ impl MpmConfig {
 }
 
 impl MpmConfig {
-    /// What is asked of a frictional material besides its yield surface.
+    /// The capabilities that a frictional material needs besides its yield surface.
     fn needs_of_sand(&self) -> impl Iterator<Item = Need> {
         type Asks = fn(&MaterialModel) -> bool;
         fn of_strength(model: &MaterialModel, asks: fn(&Frictional) -> bool) -> bool {
@@ -149,13 +150,12 @@ impl MpmConfig {
 }
 
 impl DemConfig {
-    /// What it asks of the bodies' solver, every capability once.
+    /// The capabilities that it needs from the bodies' solver, each once.
     ///
-    /// Verbs: `segments`, `pairs`. Families: `shape`, `motion`, `overlap` (where it is not the default), `law`, whose
-    /// members are the words of the configuration, and `feature`: `friction`, `damping`, `adhesion`, `rolling_friction`
-    /// of any law, `body_contact`, `contact_resolution`, `contact_pairs`, `mixed_kinds`.
-    ///
-    /// A law for points that is the default, without any stiffness, asks for nothing.
+    /// Single words: `segments`, `pairs`. Families: `shape`, `motion`, `overlap` (where it is not the default), `law`,
+    /// whose members are the words of the configuration, and `feature`: `friction`, `damping`, `adhesion`,
+    /// `rolling_friction` of any law, `body_contact`, `contact_resolution`, `contact_pairs`, `mixed_kinds`. The default
+    /// law for points, which has no stiffness, needs no capability.
     pub fn needs(&self) -> Vec<Need> {
         let mut needs = Vec::new();
         if self.interface == Interface::Segments {
@@ -225,7 +225,7 @@ impl DemConfig {
     }
 }
 
-/// What the numbers of laws ask for besides a spring.
+/// The capabilities that the numbers of laws need besides a spring.
 fn features_of(laws: &[(String, ContactLaw)]) -> Vec<Need> {
     let mut needs: Vec<Need> = Vec::new();
     for (key, law) in laws {
@@ -241,12 +241,12 @@ fn features_of(laws: &[(String, ContactLaw)]) -> Vec<Need> {
     needs
 }
 
-/// The choice that one key makes.
+/// The member that one key chooses.
 fn one<T: Serialize>(family: &str, choice: &T, key: &str) -> Need {
     Need::once(format!("{family}:{}", word(choice)), key)
 }
 
-/// The different choices that the keys of a list make, in the order of their first keys.
+/// The different members that the keys of a list choose, in the order of their first keys.
 fn each<'a, T: Serialize + 'a>(
     family: &str,
     choices: impl Iterator<Item = &'a T>,
@@ -263,7 +263,7 @@ fn each<'a, T: Serialize + 'a>(
     found.into_iter().map(|(_, need)| need).collect()
 }
 
-/// The word of a choice in the configuration, whatever its values (clause J-1: `"flip"`, `{"blend": {...}}`).
+/// The name of a choice in the configuration, without its values (clause J-1: `"flip"`, `{"blend": {...}}`).
 fn word(choice: &impl Serialize) -> String {
     match serde_json::to_value(choice) {
         Ok(serde_json::Value::String(word)) => word,

@@ -1,4 +1,4 @@
-//! What makes grid layers and contact between groups of points impossible (Chen 2023).
+//! The faults of grid layers and of contact between groups of points (Chen 2023).
 
 use super::fault::Faults;
 use super::laws::Between;
@@ -9,14 +9,13 @@ impl MpmConfig {
     pub(super) fn layer_faults(&self, found: &mut Faults) {
         if self.layers && self.grid_contact.is_some() {
             let help =
-                "groups on layers of their own do not touch on the grid: leave out one of the two";
+                "groups on separate layers have no contact on the grid: leave out one of the two";
             let expected = "false with mpm.grid_contact";
             found.add("mpm.layers", "true", expected, help);
         }
         if !self.group_pairs.is_empty() && !self.layers {
-            let help =
-                "groups on one grid stick together where they meet: write `mpm.layers = true`";
-            let expected = "true where groups touch by a law";
+            let help = "groups on one grid stick together: write `mpm.layers = true`";
+            let expected = "true if groups have a contact law";
             found.add("mpm.layers", "false", expected, help);
         }
         let pairs = self.group_pairs.iter();
@@ -35,7 +34,7 @@ impl DemConfig {
             found.law(&key, &pair.law, Between::PointsAndBodies);
         }
         if !self.group_pairs.is_empty() && self.interface == Interface::Segments {
-            let help = "markers of a boundary have no mass of their own: take `points`";
+            let help = "markers of a boundary have no mass: use `points`";
             found.add("dem.interface", "\"segments\"", "\"points\"", help);
         }
     }
@@ -55,12 +54,12 @@ fn between_faults<'a>(
             found.add(key, format!("[{a}, {b}]"), expected, help);
         };
         if groups.is_some_and(|count| a.max(b) >= count) {
-            add("two groups that there are, counted from 0", "");
+            add("two existing groups, counted from 0", "");
         } else if a == b {
-            let help = "a group does not touch itself: its points are one continuum";
+            let help = "a group has no contact with itself: its points are one continuum";
             add("two groups", help);
         } else if before.contains(&[a, b]) || before.contains(&[b, a]) {
-            add("each pair once", "it stands there already, in either order");
+            add("each pair once", "it is listed already, in either order");
         }
         before.push([a, b]);
     }

@@ -1,4 +1,5 @@
-//! Whether vertices form a simple polygon, and a polygon's measures. Outlines of bodies and regions of points both ask.
+//! Tests whether vertices form a simple polygon, and measures of polygons; for outlines of bodies and regions of
+//! points.
 
 use super::fault::Faults;
 

@@ -1,8 +1,8 @@
-//! The table of contact laws by pairs of surfaces: which law is between what, and what makes a table impossible.
+//! The table of contact laws by pairs of surfaces: the law for each pair, and the faults of a table.
 //!
 //! Bodies have a surface, named in the scene; the surface of points is named after their material. A pair of the table
-//! holds wherever a thing of one surface meets a thing of the other, as a point and a body or as two bodies; everything
-//! else keeps the law for all.
+//! applies to every contact between the two surfaces, of a point and a body or of two bodies; all other contacts have
+//! the general law.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -124,7 +124,8 @@ impl DemConfig {
         let of_points = self.point_pairs().any(|(k, _)| k == i);
         let of_bodies = self.body_pairs().any(|(k, _)| k == i);
         if !of_points && !of_bodies {
-            let expected = "the surface of a body: points do not meet by a contact law";
+            let expected =
+                "the surface of a body: a contact law cannot be between two materials of points";
             return fault("between", between, expected, "name the surface of a body");
         }
         if of_bodies && !of_points && self.body_contact.is_none() {

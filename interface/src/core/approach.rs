@@ -1,5 +1,5 @@
-//! What the continuum's side must know before a point touches: when the IMP set is too old (I-6), and how fast a point
-//! may come that is no IMP yet (L-2).
+//! Rules of the continuum's side for points that do not touch yet: when the IMP set is too old (I-6), and the largest
+//! speed of a point that is not an IMP yet (L-2).
 
 use crate::config::MpmConfig;
 use crate::message::wire::{Limits, PointState};

@@ -69,7 +69,7 @@ pub(crate) fn forces(
         None => Ok(()),
         Some(slot) => {
             let message = format!(
-                "slot {slot}: a force without the stiffness behind it: {:?}",
+                "slot {slot}: a force without a stiffness: {:?}",
                 forces[slot]
             );
             Err(broken(Party::Dem, "F-5", step, message))

@@ -27,7 +27,7 @@ pub enum SessionError {
         /// Step at which it was noticed.
         step: u64,
     },
-    /// A party's process ended without a word.
+    /// A party's process ended without a last notice.
     #[error("the {who} solver {how} at step {step}")]
     Vanished {
         /// Whose process.
@@ -87,8 +87,8 @@ pub enum SessionError {
     },
 }
 
-/// Clause S-11: who waits for a party that itself waits for another is this much more patient with it, so that the one
-/// who waits for the silent party is the first to lose patience and names the right one.
+/// Clause S-11: a party that waits for one which itself waits for another has a deadline that is longer by this. So the
+/// deadline of the party that waits for the silent one is over first, and the right party is named.
 pub(crate) const PATIENCE_WITH_WAITERS: Duration = Duration::from_secs(1);
 
 /// A clause that somebody broke.

@@ -1,4 +1,4 @@
-//! What a machine of a solver's side is told, and what it asks for.
+//! The events and actions of the state machines of a solver's side.
 
 use std::time::Duration;
 
@@ -11,18 +11,18 @@ use crate::message::{Channel, Records};
 use crate::solver::{Answer, Fault, Readiness, Refusal};
 use crate::transport::TransportError;
 
-/// What has happened to a solver's side. What is rare is boxed, so that what happens in every step is small.
+/// An event on a solver's side. Rare events are boxed, so that those of every step are small.
 #[derive(Debug)]
 pub enum Event<'a> {
-    /// A message has come.
+    /// A message has arrived.
     Received(&'a StepHeader, Records<'a>),
-    /// The channels that were to be opened are open.
+    /// The requested channels are open.
     Opened,
-    /// A message that should have been there ([`Action::Take`]) is not.
+    /// A message that should have arrived before ([`Action::Take`]) is missing.
     Absent,
-    /// What was to be sent has been sent.
+    /// The message has been sent.
     Sent,
-    /// The time of a [`Wait`] is over.
+    /// The deadline of a [`Wait`] is over.
     Expired(Duration),
     /// The coupler is gone.
     CouplerGone,
@@ -32,35 +32,35 @@ pub enum Event<'a> {
     Done(Done<'a>),
 }
 
-/// What a party does next; `T` is what its solver, or the run, is asked to do.
+/// The next action of a party; `T` is a task for its solver, or a question to the run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Action<T = Task> {
-    /// Open the channels that S-7 asks for before Ready.
+    /// Open the channels that S-7 requires before Ready.
     Open {
         /// Also those to the other solver.
         coupled: bool,
     },
-    /// Send a message. The machine has its header; its records are what the last task gave, or what the machine itself has
-    /// ready.
+    /// Send a message. The machine has its header; its records are the result of the last task, or those of the machine
+    /// itself.
     Send(Channel),
     /// Wait for a message.
     Wait(Wait),
-    /// Take a message that was sent before the one that has just come.
+    /// Take a message that was sent before the one that has just arrived.
     Take(Channel),
-    /// Something for the solver, or for the run.
+    /// A task for the solver, or a question to the run.
     Do(T),
     /// The session is over; the machine has its verdict.
     End,
 }
 
-/// What is waited for, and how long.
+/// The channels and the deadline of a wait.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Wait {
     /// On these channels.
     pub on: [Option<Channel>; 3],
     /// From whom.
     pub from: Party,
-    /// At most so long (clause S-11).
+    /// Deadline (clause S-11).
     pub at_most: Duration,
 }
 
@@ -75,12 +75,12 @@ impl Wait {
     }
 }
 
-/// Something for a solver to do. The step that it belongs to is `Line::present`.
+/// A task for a solver. Its step is `Line::present`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Task {
     /// Take the configuration that the machine has.
     Configure,
-    /// Take over the saved state that the machine has.
+    /// Restore the saved state that the machine has.
     Restore,
     /// Give the state before the next step.
     Save,
@@ -88,19 +88,19 @@ pub enum Task {
     Points,
     /// Give the measurement of the window's first step.
     Measure,
-    /// Choose the IMPs anew from the envelopes that have come (continuum).
+    /// Choose a new set of IMPs from the envelopes that have arrived (continuum).
     Select,
     /// Give the states of the IMPs (continuum).
     States,
     /// The part of the step that needs no forces (continuum).
     Predict,
-    /// The rest of it, with the forces that have come, or none in an uncoupled run (continuum).
+    /// The rest of the step, with the forces that have arrived, or none in an uncoupled run (continuum).
     Correct,
     /// Give the envelopes of the bodies (bodies).
     Envelopes,
-    /// Take the IMP set that has come (bodies).
+    /// Take the IMP set that has arrived (bodies).
     TakeSet,
-    /// Evaluate contact with the states that have come, or none in an uncoupled run (bodies).
+    /// Evaluate contact with the states that have arrived, or none in an uncoupled run (bodies).
     Contact,
     /// Kick and move the bodies (bodies).
     Advance,
@@ -108,19 +108,19 @@ pub enum Task {
     ListContacts,
 }
 
-/// What came of a [`Task`].
+/// The result of a [`Task`].
 #[derive(Debug)]
 pub enum Done<'a> {
     /// The configuration is taken; `fastest` is the speed of the fastest point in m/s (0 for bodies).
     Configured {
-        /// What the solver says of itself.
+        /// The properties that the solver reports.
         readiness: Box<Readiness>,
         /// Speed of the fastest point in m/s.
         fastest: f64,
     },
     /// The configuration, or the saved state, is not taken.
     Refused(Box<Refusal>),
-    /// The state is taken over; the travel of the points since the last selection is this, in m.
+    /// The state is restored; this is the travel of the points since the last selection, in m.
     Restored(f64),
     /// The state.
     Saved(Vec<u8>),
@@ -132,7 +132,7 @@ pub enum Done<'a> {
     Selected(&'a [ImpInfo]),
     /// Their states.
     States(&'a [ImpState]),
-    /// The internal forces are there.
+    /// The internal forces are computed.
     Predicted,
     /// The step is done; the travel of the points since the last selection is now this, in m.
     Corrected(&'a Limits, f64),
@@ -151,7 +151,7 @@ pub enum Done<'a> {
 }
 
 impl Done<'_> {
-    /// What came of [`Task::Configure`]; `fastest` is asked for if the configuration is taken.
+    /// The result of [`Task::Configure`]; `fastest` is called if the configuration is taken.
     pub(crate) fn configure(
         came: Result<Readiness, Refusal>,
         fastest: impl FnOnce() -> f64,
@@ -165,7 +165,7 @@ impl Done<'_> {
         }
     }
 
-    /// What came of [`Task::Restore`]; `travel` is asked for if the state is taken over.
+    /// The result of [`Task::Restore`]; `travel` is called if the state is restored.
     pub(crate) fn restore(came: Result<(), Refusal>, travel: impl FnOnce() -> f64) -> Self {
         match came {
             Ok(()) => Self::Restored(travel()),
@@ -173,7 +173,7 @@ impl Done<'_> {
         }
     }
 
-    /// What came of [`Task::Save`].
+    /// The result of [`Task::Save`].
     pub(crate) fn save(came: Result<Vec<u8>, Fault>) -> Self {
         match came {
             Ok(state) => Self::Saved(state),
@@ -181,7 +181,7 @@ impl Done<'_> {
         }
     }
 
-    /// What came of a part of the step that gives nothing: `done` unless there is a fault.
+    /// The result of a part of the step without a value: `done` unless there is a fault.
     pub(crate) fn part(came: Result<(), Fault>, done: Self) -> Self {
         match came {
             Ok(()) => done,

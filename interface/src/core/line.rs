@@ -1,5 +1,4 @@
-//! A solver's line to the coupler: the part of the session that both sides have in common (PROTOCOL.md sections 2, 5
-//! and 9).
+//! A solver's connection to the coupler: the common part of both sides' sessions (PROTOCOL.md sections 2, 5 and 9).
 
 mod report;
 
@@ -20,17 +19,17 @@ use crate::step::{Clock, Step};
 /// Longest wait for the coupler while the session is being set up: the other solver may be filling a large scene.
 const SETUP: Duration = Duration::from_mins(2);
 
-/// Longest wait for the coupler's answer to Failed, where the other solver is blamed for silence: without one the coupler
-/// is the silent one.
+/// Longest wait for the coupler's answer to Failed, if it blames the other solver for silence: without an answer the
+/// coupler is the silent party.
 const ANSWER: Duration = Duration::from_millis(500);
 
-/// Last step, and last set, from which a run can go on: numbers that are counted on from it stay numbers.
+/// Largest number of a step, and of a set, in a saved state: numbers that are counted up from it do not overflow.
 const LATEST: u64 = 1 << 62;
 
-/// Where the session is.
+/// State of the session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum State {
-    /// Nothing has been said.
+    /// Nothing has been sent.
     Start,
     /// Hello is being sent.
     Hello,
@@ -40,7 +39,7 @@ enum State {
     Restore,
     /// The solver takes its configuration.
     Configuring,
-    /// The solver takes over a saved state.
+    /// The solver restores a saved state.
     Restoring,
     /// Channels are being opened.
     Opening,
@@ -78,7 +77,7 @@ enum State {
     Ended,
 }
 
-/// What follows an event: something that the line knows, or the side's turn.
+/// What follows an event: an action of the line, or a decision of the side.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Next {
     /// This.

@@ -1,4 +1,4 @@
-//! What the machines of both solvers' sides have in common.
+//! The common trait of the machines of both solvers' sides.
 
 use super::error::SessionError;
 use super::event::{Action, Event};
@@ -6,12 +6,12 @@ use super::line::Line;
 
 /// A solver's side of a session, whichever it is.
 pub trait Machine {
-    /// What to do first.
+    /// The first action.
     fn start(&mut self) -> Action {
         self.line_mut().start()
     }
 
-    /// What to do now that this has happened.
+    /// The next action after an event.
     fn on(&mut self, event: Event<'_>) -> Action {
         match self.react(event) {
             Ok(action) => action,

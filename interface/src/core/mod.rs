@@ -1,12 +1,12 @@
 //! The protocol without I/O: state machines for the three parties of a session.
 //!
-//! A machine is told what has happened ([`Event`]) and says what to do next ([`Action`]). It knows every clause of
-//! PROTOCOL.md, the order of messages and how long to wait for what; it knows nothing of channels, threads, clocks or
-//! files. So the same machines run between processes, in one thread, and in simulation ([`crate::session`] has the ones
-//! who do what they say), and a clause is checked here, once, whatever the transport.
+//! A state machine gets an event ([`Event`]) and returns the next action ([`Action`]). It implements every clause of
+//! PROTOCOL.md, the order of messages and the deadlines; it knows no channels, threads, clocks or files. So the same
+//! machines run between processes, in one thread, and in simulation ([`crate::session`] carries out their actions), and
+//! a clause is checked in one place for every transport.
 //!
-//! [`continuum::Continuum`] and [`bodies::Bodies`] are the two solvers' sides; what both have in common is their
-//! [`line::Line`] to the coupler. [`coupler::Coupler`] leads.
+//! [`continuum::Continuum`] and [`bodies::Bodies`] are the two solvers' sides; their common part is their
+//! [`line::Line`] to the coupler. [`coupler::Coupler`] is the coupler's side.
 
 mod approach;
 pub mod bodies;

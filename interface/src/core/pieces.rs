@@ -1,4 +1,4 @@
-//! A saved state on its way: pieces of bytes, and the hash of all of them at the end (clauses K-3, K-4).
+//! The transfer of a saved state: pieces of bytes, and the hash of all of them at the end (clauses K-3, K-4).
 
 use crate::message::wire::{StepHeader, flags};
 
@@ -52,7 +52,7 @@ impl Outgoing {
     }
 }
 
-/// A state that is coming.
+/// A state that is being received.
 #[derive(Debug, Default)]
 pub(crate) struct Incoming {
     bytes: Vec<u8>,
@@ -92,7 +92,7 @@ impl Incoming {
     }
 }
 
-/// What the machine itself adds to a saved state: where the run goes on.
+/// The machine's own part of a saved state: the position at which the run continues.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Mark {
     pub step: u64,

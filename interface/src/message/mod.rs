@@ -1,4 +1,4 @@
-//! What crosses between the parties: which channels there are, and what a message on one carries.
+//! The messages between the parties: the channels, and the content of a message on each.
 //!
 //! A channel has one sender, one receiver and one type of record. [`Channel`] lists them; every other list of channels
 //! follows from it.

@@ -1,10 +1,10 @@
-//! The records that cross between processes, laid out byte by byte.
+//! The records that processes exchange, with their layout in bytes.
 //!
 //! Every record is `repr(C)`, little-endian on the machines that iceoryx2 runs on, free of padding (reserved bytes are
 //! named), and its size and field offsets are part of [`LAYOUT`], whose hash each channel carries as an attribute:
 //! iceoryx2 itself compares a type's name, size and alignment only, so two swapped fields would pass.
 //!
-//! A record that a peer wrote is checked where it is received with the same [`Record::check`] as where it was sent.
+//! A record from another party is checked on receipt by the same [`Record::check`] as on sending.
 
 use iceoryx2::prelude::ZeroCopySend;
 use serde::{Deserialize, Serialize};
@@ -338,8 +338,9 @@ record! {
         contact_force: [f64; 2] = 120,
         /// IMPs or bodies with a non-zero contact force at `t_n`.
         contacts: u64 = 136,
-        /// Work of the stress on the points so far, less what plastic flow and viscous stress have taken of it, in J/m (points;
-        /// capability [`stress_work`](crate::config::capability::STRESS_WORK)). Where the law has an energy it grows as `elastic` does.
+        /// Work of the stress on the points so far, less what plastic flow and viscous stress have taken of it, in J/m
+        /// (points; capability [`stress_work`](crate::config::capability::STRESS_WORK)). Where the law has an energy it
+        /// grows as `elastic` does.
         stress_work: f64 = 144,
     }
 }

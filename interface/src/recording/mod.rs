@@ -1,8 +1,8 @@
-//! A run at the interface, in a file: every message that crossed, as it crossed.
+//! A recording of a run at the interface: every message, as it was sent, in a file.
 //!
-//! The coupler makes it ([`Recorder`]), whatever the solvers are written in: what it sends and receives it notes itself,
-//! and what passes between the two solvers it hears as a second subscriber (PROTOCOL.md clause C-1). [`Playback`] reads
-//! it back. Within a channel the order is that of sending; between channels it is only nearly so.
+//! The coupler writes it ([`Recorder`]), for solvers in any language. It records its own messages, and reads those
+//! between the two solvers as a second subscriber (PROTOCOL.md clause C-1). [`Playback`] reads the file. Within a
+//! channel the order is that of sending; between channels it is only approximately so.
 //!
 //! Layout, all numbers little-endian:
 //!
@@ -15,12 +15,12 @@
 //! check   = first 8 bytes of the BLAKE3 hash
 //! ```
 //!
-//! A run that goes on from a checkpoint goes on with its recording ([`Recorder::resume`]): what crossed before the
-//! checkpoint stays, what the checkpoint does not know of goes, and what says hello again is not noted twice. So there is
-//! one run in it, whatever the number of its parts.
+//! A run that continues from a checkpoint continues its recording ([`Recorder::resume`]): messages before the
+//! checkpoint are kept, later ones are removed, and Hello and Ready are not recorded twice. So the file contains one
+//! run, for any number of parts.
 //!
 //! `about` is JSON ([`About`]). `channel` counts its `channels`; `header` and `payload` are the bytes of section 4 of
-//! PROTOCOL.md. A file without its end is of a run that was killed: what is there is whole up to the last block.
+//! PROTOCOL.md. A file without its end belongs to a run that was killed; it is complete up to the last block.
 
 mod playback;
 mod recorder;

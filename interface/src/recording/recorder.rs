@@ -1,4 +1,4 @@
-//! Writes a recording, in a thread of its own.
+//! Writes a recording, in a separate thread.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Seek, SeekFrom, Write};

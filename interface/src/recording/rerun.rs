@@ -1,5 +1,5 @@
-//! A run that begins again, because one of its solvers cannot save its state: as far as its recording reaches, what crosses
-//! is compared with it, and beyond it is added.
+//! A run that starts again, because one of its solvers cannot save its state: its messages are compared with its
+//! recording as far as that reaches, and later messages are added to it.
 
 use std::collections::VecDeque;
 use std::path::Path;

@@ -1,4 +1,4 @@
-//! What stays of a recording whose run goes on from a checkpoint.
+//! The part of a recording that is kept when its run continues from a checkpoint.
 
 use std::path::Path;
 

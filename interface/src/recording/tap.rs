@@ -1,4 +1,4 @@
-//! Hears what passes between the two solvers of a recorded run over shared memory.
+//! Reads the messages between the two solvers of a recorded run over shared memory.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

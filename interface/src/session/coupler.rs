@@ -1,4 +1,4 @@
-//! The coupler's side of a session: its machine, the run that decides what it asks, and what has come.
+//! The coupler's side of a session: its state machine, the run that answers its questions, and the messages received.
 
 use std::time::Duration;
 

@@ -1,9 +1,9 @@
 //! A session: open, configure, step, drain, closed; abort from any of them (PROTOCOL.md section 2).
 //!
-//! The machines of [`crate::core`] say what to do next; here it is done. A party takes [turns]: each does one thing that
-//! its machine asks for, or finds that there is nothing to do but wait. [`turns::drive`] lets one party take turns until
-//! its session is over, waiting as a process does; [`together`] lets all three take turns in one thread; a simulation
-//! decides by itself whose turn it is.
+//! The state machines of [`crate::core`] return the next action; this module carries it out. A party takes [turns]: in
+//! each turn it carries out one action of its machine, or finds that it has to wait. [`turns::drive`] gives one party
+//! turns until its session is over, with the waits of a process; [`together`] gives turns to all three parties in one
+//! thread; a simulation decides by itself whose turn it is.
 
 pub mod coupler;
 pub mod process;

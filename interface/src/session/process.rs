@@ -1,5 +1,5 @@
-//! A solver as a program: what the thin binaries of the solver crates and the subcommands of `tandem` share, and how
-//! those who lead a run start such a program and end it.
+//! A solver as a program: the common code of the solver crates' binaries and the subcommands of `tandem`, and functions
+//! to start such a program and to end it.
 
 use std::io;
 use std::os::unix::process::{CommandExt, ExitStatusExt};
@@ -52,7 +52,7 @@ pub fn join_as(id: &str, ends_on_interrupt: bool, serve: impl FnOnce(&Domain) ->
         leave_interrupts_to_the_coupler()
     };
     if let Err(error) = answer {
-        tracing::warn!("what Ctrl-C does to this solver is left as it was: {error}");
+        tracing::warn!("the handling of Ctrl-C could not be changed: {error}");
     }
     match Domain::join(id) {
         Ok(domain) => ExitCode::from(serve(&domain)),

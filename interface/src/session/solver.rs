@@ -1,4 +1,4 @@
-//! A solver's side of a session: its machine, the solver that does what the machine asks for, and what has come.
+//! A solver's side of a session: its state machine, the solver that does its tasks, and the messages received.
 
 use std::time::{Duration, Instant};
 

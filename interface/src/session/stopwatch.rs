@@ -1,4 +1,4 @@
-//! Where a party's time goes: computing, copying to and from the channels, waiting.
+//! Measures a party's time: computing, copying to and from the channels, waiting.
 
 use std::time::Instant;
 

@@ -1,8 +1,8 @@
-//! A run's own corner of the machine: a directory and a name prefix that no other run shares, and their removal.
+//! The domain of a run: a directory and a name prefix that no other run shares, and their removal.
 //!
-//! Two runs, by one user or two, never meet, since iceoryx2 only sees names below its root path and with its prefix.
-//! The coupler holds a file lock in the directory for as long as it lives; whoever can take that lock knows that the
-//! coupler is gone, and the next run (or `tandem clean`) removes what a `kill -9` left behind.
+//! Two runs, of one user or of two, cannot interfere, because iceoryx2 only sees names below its root path and with its
+//! prefix. The coupler holds a file lock in the directory for as long as it lives. A process that can take that lock
+//! knows that the coupler is gone, and the next run (or `tandem clean`) removes the files of a killed one.
 
 use std::fs::{self, DirBuilder, File, OpenOptions, Permissions, TryLockError};
 use std::io;
@@ -320,8 +320,8 @@ fn owner_of(path: &Path) -> Option<u32> {
     found.filter(fs::Metadata::is_dir).map(|m| m.uid())
 }
 
-/// Whether all that is in the directory of the run `id` is what a run puts there: a sweep was killed before its last step, or
-/// a solver that had lost its coupler came to open a channel when the sweep was over.
+/// Whether all that is in the directory of the run `id` is what a run puts there: a sweep was killed before its last
+/// step, or a solver that had lost its coupler came to open a channel when the sweep was over.
 fn is_remains(id: &str, root: &Path) -> bool {
     let prefix = shared_memory_prefix(id);
     let is_ours = |name: &str| {

@@ -1,12 +1,13 @@
-//! Channels and bells over iceoryx2: shared memory between processes, or within one. The only file that names it, but
-//! for [`crate::message::wire`], whose records cross as they are, and [`crate::transport::domain`], which configures it.
+//! Channels and bells over iceoryx2: shared memory between processes, or within one. The only files that name it are
+//! this one, [`crate::message::wire`], whose records are sent as they are, and [`crate::transport::domain`], which
+//! configures it.
 //!
 //! A channel has one sender and one receiver, carries slices of one record type with a [`StepHeader`], never drops and
 //! never overwrites. Lockstep keeps at most a few messages in flight, so a full channel means that the receiver is
 //! gone, and sending then fails after the deadline instead of blocking for ever.
 //!
 //! Each ordered pair of parties has one bell. iceoryx2 0.10 loses wakeups when a listener has two notifiers; with one
-//! it does not, and every wait looks again after a nap anyway.
+//! it does not, and every wait looks again after a short sleep anyway.
 
 use std::time::Duration;
 
@@ -82,7 +83,8 @@ pub fn create(
 }
 
 /// The ends of `party` in a run that has been created. A solver's line to the coupler is open at once, the rest after
-/// [`Transport::open_measurement`]; the coupler's lines to `solvers` are open at once. A send waits for room for `room` at most.
+/// [`Transport::open_measurement`]; the coupler's lines to `solvers` are open at once. A send waits for room for `room`
+/// at most.
 ///
 /// # Errors
 /// [`TransportError`].
@@ -140,7 +142,8 @@ struct Made {
 }
 
 impl Created {
-    /// Whether all of them have their segment in the shared memory of `domain`: nobody has removed one while others were made.
+    /// Whether all of them have their segment in the shared memory of `domain`: nobody has removed one while others
+    /// were made.
     pub fn are_there(&self, domain: &Domain) -> bool {
         domain.services() >= self.0.len()
     }

@@ -1,5 +1,5 @@
-//! Whether a process that lives can also run. One that is stopped or held by the system is silent through no fault of its
-//! own, and its silence does not count (clause S-11).
+//! Tests whether a process that is alive can also run. If it is stopped or blocked by the system, the time does not
+//! count towards a deadline (clause S-11).
 
 use std::fmt::{self, Display};
 use std::fs;

@@ -1,8 +1,8 @@
-//! How messages cross: one object-safe trait, and what carries them.
+//! The transport of messages: one object-safe trait and its implementations.
 //!
-//! [`iceoryx`] is shared memory between processes (the only file that names iceoryx2), [`direct`] a queue between parties
-//! that take turns in one thread, [`recorded`] a transport around another one that notes what passes. Simulated
-//! messages are the crate `simulation`'s.
+//! [`iceoryx`] is shared memory between processes (the only file that names iceoryx2), [`direct`] a queue between
+//! parties that take turns in one thread, [`recorded`] wraps another transport and records its messages. The crate
+//! `simulation` has a simulated transport.
 
 pub mod direct;
 pub mod domain;
@@ -42,7 +42,7 @@ pub enum TransportError {
     #[error("channel {0}: its end is not open here")]
     NotHere(&'static str),
     /// The receiver has not taken what was sent before.
-    #[error("channel {channel}: full; the receiver takes nothing")]
+    #[error("channel {channel}: full; the receiver has stopped taking messages")]
     Full {
         /// Name of the channel.
         channel: String,

@@ -1,8 +1,8 @@
-//! The raw ends of a run, for those who examine a solver.
+//! The raw ends of a run, to test a solver.
 //!
-//! A [`RawRun`] creates every channel of a run for one solver and holds all other ends: the coupler's and the peer's. It
-//! sends and receives [`Message`]s as they are: any header, any records, any bytes, in any order. Nothing is checked
-//! here; that is the point. Solvers and the coupler use [`crate::session`].
+//! A [`RawRun`] creates every channel of a run for one solver and holds all other ends: the coupler's and the peer's.
+//! It sends and receives [`Message`]s as they are: any header, any records, any bytes, in any order. Nothing is checked
+//! here, on purpose. Solvers and the coupler use [`crate::session`].
 
 use std::time::Duration;
 

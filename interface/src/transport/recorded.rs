@@ -1,4 +1,4 @@
-//! A transport around another one that notes what passes.
+//! A transport that wraps another one and records its messages.
 
 use std::time::Duration;
 

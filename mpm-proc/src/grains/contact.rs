@@ -1,13 +1,13 @@
 //! Contact between grains on the nodes that they share (Bardenhagen 2000 eqs. 12 to 23).
 //!
-//! Where grains have mass at the same node, their velocity there is compared with that of all of them together. One that
-//! overtakes it along its own way out is held back to it (eq. 14), and with it goes what friction can hold of the
-//! tangential difference (eq. 23). The paper lets each grain take the direction from its own density alone, "which
-//! results in small errors in momentum conservation". Here a grain's direction is that of the gradient of its own
-//! density less that of the others', so that two grains have the same line; what three or more do not balance is given
-//! back to all in proportion to mass. So momentum is conserved to rounding.
+//! Where grains have mass at the same node, their velocity there is compared with that of all of them together. If a
+//! grain is faster along its outward normal, its normal velocity is set to the common one (eq. 14), and friction
+//! reduces the tangential difference up to its limit (eq. 23). In the paper each grain takes the direction from its own
+//! density alone, "which results in small errors in momentum conservation". Here the direction of a grain is that of
+//! the gradient of its own density less that of the others', so that two grains have the same line. The imbalance of
+//! three or more grains is distributed to all in proportion to mass. So momentum is conserved to rounding.
 //!
-//! A rigid grain does not take part in this, because it cannot give way at one node alone ([`super::onto_rigid`]).
+//! This does not apply to a rigid grain, because it cannot move at one node alone ([`super::onto_rigid`]).
 
 use crate::kernel::tiles::{NODES, first_node, node};
 use crate::state::grid::Grid;

@@ -1,4 +1,4 @@
-//! The gradient of a grain's density at the nodes, which tells the way out of it (Bardenhagen 2000 eq. 24).
+//! The gradient of a grain's density at the nodes, from which its outward normal follows (Bardenhagen 2000 eq. 24).
 //!
 //! The paper maps masses to cell centres by quadratic B-splines `b` and takes the gradient of the bilinear function
 //! through them at the nodes. Both together are one sum over points: along its own axis the difference of the two
@@ -8,10 +8,11 @@
 //! d rho / dx (x_I) = 1/L^3 sum_p m_p (b(xi - 1/2) - b(xi + 1/2)) (b(eta - 1/2) + b(eta + 1/2)) / 2
 //! ```
 //!
-//! with `xi`, `eta` the way from node to point in cells. It reaches two nodes to either side, whatever the shape function.
+//! with `xi`, `eta` the vector from node to point in cells. It reaches two nodes to either side, for every shape
+//! function.
 //!
-//! A node beyond a periodic wall is an image ([`crate::state::images`]): what it would get goes to its original, which is
-//! the node that touches others.
+//! A node beyond a periodic wall is an image ([`crate::state::images`]): its contributions go to its original, which
+//! has the contacts.
 
 use super::contact::{SharedNodes, bits};
 use crate::kernel::lanes::LANES;

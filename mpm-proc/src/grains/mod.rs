@@ -1,10 +1,10 @@
-//! Several bodies of points that touch on the grid (Bardenhagen 2000), among them rigid ones (the MPM-DEM scheme of
+//! Several bodies of points with contact on the grid (Bardenhagen 2000), among them rigid ones (the MPM-DEM scheme of
 //! Jiang 2020 section 5.4, after Liu, Sun and Zhou 2018).
 //!
-//! Each group of points is a grain with nodes of its own, so that grains know nothing of each other until their nodes
-//! have been kicked. Then, where a node of the regular grid has mass of two grains or more, the velocities of those that
-//! approach are corrected: of deformable grains node by node ([`contact`]), of those that meet one whose points move as one
-//! for all nodes together ([`onto_rigid`], [`rigid`]). Two rigid grains do not touch.
+//! Each group of points is a grain with its own nodal velocities, so that grains do not interact until their nodes have
+//! been kicked. Then, if a node of the regular grid has mass of two or more grains, the velocities of those that
+//! approach are corrected: between deformable grains node by node ([`contact`]), against a rigid grain for all nodes
+//! together ([`onto_rigid`], [`rigid`]). Two rigid grains have no contact.
 
 mod contact;
 mod density;
@@ -219,7 +219,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
                 (Some(motion), Some(saved)) => motion.restore(&saved),
                 (None, None) => {}
                 _ => {
-                    let text = "is rigid in one of state and configuration only";
+                    let text = "is rigid in only one of state and configuration";
                     return Err(refusal(format!("grain {number} {text}")));
                 }
             }
@@ -239,7 +239,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Grains<W, S, T> {
     fn correct(&mut self, step: &Step, _: &[ImpForce]) -> Result<Limits, Fault> {
         if self.bodies_near {
             return Err(Fault::Other(
-                "contact on the grid (mpm.grid_contact) does not go with bodies of another solver; leave one of them out"
+                "contact on the grid (mpm.grid_contact) cannot be combined with bodies of another solver; leave out one of them"
                     .into(),
             ));
         }

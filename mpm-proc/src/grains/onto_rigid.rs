@@ -1,21 +1,21 @@
 //! Contact of deformable grains with rigid ones (the MPM-DEM scheme that Jiang 2020 section 5.4 compares with).
 //!
-//! A rigid grain takes up impulses with its whole mass: if each node took its own mass of it for what stands against the
-//! other grain, the node would give way anew in every step, as a dashpot of `m_I / dt` does, and the force of an impact
-//! would come out too small by a share that no refinement removes.
+//! A rigid grain takes up impulses with its whole mass. If each node used only its own part of that mass against the
+//! other grain, the node would yield in every step like a dashpot of `m_I / dt`, and the force of an impact would be
+//! too small by a share that no refinement removes.
 //!
 //! So all nodes where deformable grains press on one rigid grain are solved at once: after contact none of them
-//! approaches it any more. With `u` the three velocities of the rigid grain (at its centre, and of rotation), `U` their
-//! change, `G` its masses, `J_I` the row that gives the velocity of its place at node I along the normal `n`,
+//! approaches it. With `u` the three velocities of the rigid grain (two of its centre, and its rotation), `U` their
+//! change, `G` its masses, `J_I` the row that gives the velocity of its material at node I along the normal `n`,
 //!
 //! ```text
 //! (G + sum_I m_I J_I^T J_I) U = sum_I m_I J_I^T (v_I . n - J_I u),     v_I' . n = J_I (u + U)
 //! ```
 //!
-//! where `I` runs over the nodes of deformable grains that approach. Nodes that the result would pull at are dropped, and
-//! the system is solved again. Friction then takes from each node's velocity along the surface what the normal impulse
-//! allows, but no more than makes all stick together, which is the same system along the surface. Impulses are equal and
-//! opposite, so that momentum and angular momentum are conserved.
+//! where `I` runs over the nodes of deformable grains that approach. Nodes where the result would be tension are
+//! dropped, and the system is solved again. Friction then reduces each node's velocity along the surface up to the
+//! limit of its normal impulse, but not beyond sticking, which is the same system along the surface. Impulses are equal
+//! and opposite, so that momentum and angular momentum are conserved.
 
 use nalgebra::{Matrix3, Vector3};
 

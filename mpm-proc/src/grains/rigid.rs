@@ -1,8 +1,9 @@
-//! Points that move as one: the rigid body of material points of Liu, Sun and Zhou (2018), which Jiang 2020 section 5.4
-//! compares with.
+//! Points that move as one rigid body: the rigid body of material points of Liu, Sun and Zhou (2018), which Jiang 2020
+//! section 5.4 compares with.
 //!
-//! Its nodes have been kicked, held by walls and pushed by other grains; the momentum and angular momentum that they
-//! have gained is the body's. Mass and moment of inertia are those of its points, so that its energy is the sum of theirs.
+//! Its nodes have been kicked, held by walls and pushed by other grains; the body receives the momentum and angular
+//! momentum that they have gained. Mass and moment of inertia are those of its points, so that its energy is the sum of
+//! theirs.
 
 use interface::message::wire::Limits;
 use interface::solver::Fault;

@@ -1,5 +1,5 @@
-//! What the loops are made of: lanes, blocks and tiles of points, windows of nodes, threads, and the shape functions and
-//! transfers that the loops are compiled for.
+//! The parts of the loops: lanes, blocks and tiles of points, windows of nodes, threads, and the shape functions and
+//! transfers that are their type parameters.
 
 pub mod blocks;
 pub mod lanes;

@@ -1,5 +1,5 @@
-//! Threads: tiles are shared out by halving the list, so that no two threads ever hold the same data, and no sum
-//! depends on which thread comes first.
+//! Threads: tiles are distributed by halving the list, so that no two threads ever hold the same data, and no sum
+//! depends on the order of threads.
 
 use std::sync::Arc;
 

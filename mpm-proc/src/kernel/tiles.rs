@@ -1,4 +1,4 @@
-//! Tiles: squares of 8 x 8 nodes into which the grid is cut, so that only its occupied part exists.
+//! Tiles: squares of 8 x 8 nodes into which the grid is divided, so that only its occupied part is allocated.
 //!
 //! A point belongs to the tile of its base node ([`crate::kernel::shape`]). Its tile sees, besides its own 8 x 8 nodes, a
 //! *window* of [`pitch`] x [`pitch`] nodes: one more on the low side and `W` more on the high side. That is where the

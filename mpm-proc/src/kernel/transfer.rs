@@ -1,16 +1,18 @@
-//! Transfers of velocity between points and grid (Jiang 2020 eqs. 26 to 31): PIC, FLIP, their blend, APIC and XPIC; and FLIP
-//! with a smoothing that belongs to time, by PIC, APIC or XPIC.
+//! Transfers of velocity between points and grid (Jiang 2020 eqs. 26 to 31): PIC, FLIP, their blend, APIC and XPIC; and
+//! FLIP with smoothing at a rate per unit of time, by PIC, APIC or XPIC.
 //!
-//! A smoothing takes the share `alpha` of `R v` from the velocities of the points, where `R` is what it cannot see: `1 - P` of
-//! PIC, `P = S M^-1 S^T M_p`, and `(1 - P)^m` of XPIC(m). With `alpha` of a step fixed, a run of half the step smooths twice as
-//! often. With `alpha = 1 - exp(-r k)` of a kick `k`, what `R` sees whole decays as `exp(-r t)` whatever the steps, and every other
-//! part as `exp(-r R t)` with an error of `r k/2` of the exponent. Nairn has PIC's share in proportion to the step likewise (Nairn
-//! 2015; Hammerquist and Nairn 2017 section 2.4 with XPIC): the first term of this one, which stays below 1 at any step.
+//! Smoothing removes the share `alpha` of `R v` from the velocities of the points, where `R` projects on what the
+//! transfer cannot represent: `1 - P` for PIC, `P = S M^-1 S^T M_p`, and `(1 - P)^m` for XPIC(m). With a fixed `alpha`
+//! for each step, a run with half the step smooths twice as often. With `alpha = 1 - exp(-r k)` for a kick `k`, a part
+//! with `R = 1` decays as `exp(-r t)` for any step, and every other part as `exp(-r R t)` with an error of `r k/2` in
+//! the exponent. Nairn also takes PIC's share in proportion to the step (Nairn 2015; Hammerquist and Nairn 2017 section
+//! 2.4 with XPIC): this is the first term of the share here, which stays below 1 at any step.
 //!
-//! The affine field of APIC does not go with increments by itself: [`Aflip`] keeps it beside FLIP's velocity (Fei, Guo, Wu,
-//! Huang and Gao 2021 give it that name). The affine part is then a function of where the nodes go, with a memory of a few steps,
-//! and smooths nothing: on a wave with the factors `s` of the interpolation, `a` of the affine part to the nodes and `c` back,
-//! nodes have `s/(1 - a c)` of the points' velocity, so that APIC's smoothing is `R = 1 - s^2/(1 - a c)`.
+//! The affine field of APIC is not made for increments: [`Aflip`] keeps it in addition to FLIP's velocity (the name is
+//! that of Fei, Guo, Wu, Huang and Gao 2021). The affine part is then a function of the nodal velocities of the last
+//! few steps, and does not smooth: on a wave with the factors `s` of the interpolation, `a` of the affine part to the
+//! nodes and `c` back, nodes have `s/(1 - a c)` of the points' velocity, so that APIC's smoothing is `R = 1 - s^2/(1 -
+//! a c)`.
 
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 

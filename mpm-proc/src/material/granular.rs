@@ -1,19 +1,21 @@
-//! Grains that part and meet again, and dilation that ends: what sand does besides its yield surface.
+//! Separation of grains and the end of dilation: models of sand in addition to its yield surface.
 //!
-//! **Separation.** Sand without cohesion that is pulled apart has no stress, and has none until its grains touch again, which is at the
-//! volume at which they parted (Dunatunga and Kamrin 2015: no stress below the density of contact; Tampubolon and others 2017: the
-//! volume gained is kept and taken back first). What is kept is the `gap`, the logarithm of the volume over that of contact. A trial
-//! with the gap added to its strain tells: where it is in tension the point is open, has no stress, and the strain beyond contact is
-//! the new gap; otherwise grains touch, and only what is beyond contact compresses them. So stress begins at zero, and opening and
-//! closing do no work. Volume that shear has dilated is no gap: its grains touch.
+//! **Separation.** Sand without cohesion that is pulled apart has no stress until its grains touch again, which is at
+//! the volume at which they separated (Dunatunga and Kamrin 2015: no stress below the density of contact; Tampubolon
+//! and others 2017: the volume gained is stored and first reduced to zero). What is kept is the `gap`, the logarithm of
+//! the volume over that of contact. A trial state with the gap added to its strain decides. If it is in tension, the
+//! point is open, has no stress, and the strain beyond contact is the new gap. Otherwise grains touch, and only the
+//! strain beyond contact compresses them. So stress begins at zero, and opening and closing do no work. Volume from
+//! dilation in shear is not a gap: its grains touch.
 //!
-//! An open point asks for the stiffness of unstressed material and no more, however far it is open. It asks for that since it may
-//! close in the next step, whose length is chosen before.
+//! An open point limits the step with the stiffness of unstressed material, for any gap, because it may close in the
+//! next step, whose length is chosen before.
 //!
-//! **Critical state.** Sand that is sheared on and on does not dilate for ever. The slope `q_psi` of the potential is multiplied by a
-//! share that dies with the plastic shear strain, `exp(-gamma/gamma_c)` (softening of this form: Yerro, Alonso and Pinyol 2016), or
-//! with the volume, `(1/J - 1/J_c)/(1 - 1/J_c)`: dilatancy in proportion to the solid fraction above the critical one (Roux and Radjai
-//! 1998; Pailha and Pouliquen 2009), here not below zero. It is that of the start of the interval.
+//! **Critical state.** Sand in continued shear does not dilate without end. The slope `q_psi` of the potential is
+//! multiplied by a factor that falls with the plastic shear strain, `exp(-gamma/gamma_c)` (softening of this form:
+//! Yerro, Alonso and Pinyol 2016), or with the volume, `(1/J - 1/J_c)/(1 - 1/J_c)`: dilatancy in proportion to the
+//! solid fraction above the critical one (Roux and Radjai 1998; Pailha and Pouliquen 2009), here not below zero. It is
+//! that of the start of the interval.
 
 use interface::config::CriticalState;
 
@@ -30,8 +32,8 @@ pub trait GrainLaw: Copy + Send + Sync + 'static {
     /// The elastic part.
     fn moduli(&self) -> &Moduli;
 
-    /// Returns a trial stress in an interval of `1/per_dt` s, at this volume over the initial one, with this share of the dilation;
-    /// and tells the work per volume in Pa that flow has taken, by the moduli of small strains.
+    /// Returns a trial stress in an interval of `1/per_dt` s, at this volume over the initial one, with this share of
+    /// the dilation; and tells the work per volume in Pa that flow has taken, by the moduli of small strains.
     fn flow(&self, trial: &Stress, volume: Lanes, share: Lanes, per_dt: f64) -> (Stress, Lanes);
 }
 
@@ -169,8 +171,8 @@ mod tests {
         }
     }
 
-    /// Compressed, pulled apart, sheared while it is open, and closed: the same stress, and no energy from anywhere. Without
-    /// separation the second compression begins where the first has ended to pull.
+    /// Compressed, pulled apart, sheared while it is open, and closed: the same stress, and no energy from anywhere.
+    /// Without separation the second compression begins where the first has ended to pull.
     fn opens_and_closes<G: GrainLaw>(grains: G) {
         let model = Granular {
             grains,

@@ -26,7 +26,7 @@ impl Material for NeoHookean {
     }
 
     fn prestressed(&self, _stress: Stress) -> Result<Point<Self::State>, String> {
-        Err("neo_hookean takes its stress from its deformation; give it none, or use linear_elastic".into())
+        Err("neo_hookean computes its stress from its deformation; leave out the stress, or use linear_elastic".into())
     }
 
     /// `F <- (1 + du/dx) F`, `sigma = (G (b - 1) + lambda ln J) / J`. Where the determinant is not above zero the

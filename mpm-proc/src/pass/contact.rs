@@ -42,7 +42,7 @@ pub fn apply_contact<const W: usize, S: Shape<W>, T: Transfer>(
     }
     if forces.len() != continuum.imps.members.len() {
         return Err(Fault::Other(format!(
-            "{} contact forces came for {} identified material points",
+            "{} contact forces arrived for {} identified material points",
             forces.len(),
             continuum.imps.members.len()
         )));

@@ -1,23 +1,23 @@
-//! The spin of a group, which its nodes are given as a linear field.
+//! The spin of a group, which its nodes get as a linear field.
 //!
-//! FLIP and PIC map `v_I = sum_p m_p S_Ip v_p / m_I`. Of points that turn with `w` about their centre of mass that is the
-//! velocity of `x~_I = sum_p m_p S_Ip x_p / m_I`, the centre of mass of what the node sees, and not of the node's own place,
-//! wherever the points do not lie evenly around a node: at every boundary. Rigid rotation then strains the boundary, the more
-//! quickly the faster it is and whatever the step, and the kick has the moment `sum_I (x~_I - x_I) x f_I`: spin becomes
-//! vibration (docs/energy.md).
+//! FLIP and PIC map `v_I = sum_p m_p S_Ip v_p / m_I`. For points that rotate with `w` about their centre of mass this
+//! is the velocity at `x~_I = sum_p m_p S_Ip x_p / m_I`, the centre of mass of the points around the node, and not at
+//! the node itself. The two differ where the points do not lie evenly around a node: at every boundary. So rigid
+//! rotation causes strain at the boundary, at a rate proportional to the spin and for any step, and the kick has the
+//! moment `sum_I (x~_I - x_I) x f_I`: spin becomes vibration (docs/energy.md).
 //!
-//! So what is mapped is what is left of the velocities without the spin, and the nodes are given the spin at their own places:
-//! `v_I = sum_p m_p S_Ip (v_p + w x (x_I - x_p)) / m_I`, which has the form of eq. 30. Rigid motion is exact, momentum is kept
-//! to rounding (shape functions give back linear fields), and no vibration is filtered, as it is by affine parts of the points'
-//! own.
+//! So the velocities are mapped without the spin, and the nodes get the spin at their own positions: `v_I = sum_p m_p
+//! S_Ip (v_p + w x (x_I - x_p)) / m_I`, which has the form of eq. 30. Rigid motion is exact, momentum is conserved to
+//! rounding (shape functions reproduce linear fields), and no vibration is filtered, as affine parts of single points
+//! would do.
 
 use crate::kernel::lanes::{ZERO, splat, sum};
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
 use crate::state::points::Cloud;
 
-/// Spin of a cloud in rad/s: angular momentum over moment of inertia about its centre of mass, of points without size; 0 of a
-/// single point.
+/// Spin of a cloud in rad/s: angular momentum over moment of inertia about its centre of mass, of points without size;
+/// 0 of a single point.
 pub fn spin<const W: usize, S: Shape<W>, A: AffineState>(cloud: &Cloud<W, S, A>) -> f64 {
     let blocks = || {
         let tiles = cloud.tiles.iter();

@@ -1,23 +1,25 @@
-//! Volumes of points that agree with one another and with the room there is, for materials that ask for it.
+//! Makes the volumes of points consistent with one another and with the available space, for materials that need it.
 //!
-//! A point's volume follows the divergence of the nodes' velocity at the point alone. Points have more volumes than nodes have
-//! velocities, so most of a noise in them makes no force, and nothing takes it back; and under long shear the sum of the volumes
-//! parts from the room that the points take, since each is strained where it is and not over its box (Brackbill 1988 has the
-//! first, Steffen, Kirby and Berzins 2008 the second as an error of quadrature). Grains that bear no tension make it worse: a
-//! point with too much volume is open and bears nothing, so that others bear all.
+//! The volume of a point follows the divergence of the velocity at that point only. There are more volumes of points
+//! than velocities of nodes, so most of the noise in the volumes causes no force and is never corrected. And in
+//! continued shear the sum of the volumes drifts away from the space that the points occupy, because each is strained
+//! at its position and not over its box (Brackbill 1988 has the first, Steffen, Kirby and Berzins 2008 the second as an
+//! error of quadrature). For grains without tension this is worse: a point with too much volume is open and carries no
+//! stress, so that others carry all.
 //!
-//! Two things are therefore mixed into the strain of every step, as the averaged dilation of F-bar methods is (for material points:
-//! Mast, Mackenzie-Helnwein, Arduino, Miller and Shin 2012): at the rate `r` of the material the difference of `ln J` to its mean
-//! over the nodes,
+//! Therefore two corrections are added to the strain of every step, as the averaged dilation of F-bar methods (for
+//! material points: Mast, Mackenzie-Helnwein, Arduino, Miller and Shin 2012): at the rate `r` of the material the
+//! difference of `ln J` to its mean over the nodes,
 //!
 //! ```text
 //! J_I = sum_p V_p S_Ip / sum_p V_p0 S_Ip,   J_p -> sum_I S_Ip J_I,
 //! ```
 //!
-//! which keeps the sum of the volumes, and at a hundredth of it the difference to what there is room for, `J_I A_I / sum_p V_p S_Ip`
-//! of the room `A_I` of the node, where points fill more than four fifths of it. Below that there is a surface, whose place no node
-//! knows. That the density should be that of the grid is Baumgarten and Kamrin's (2023), who move points for it. Rates, as in
-//! [`crate::kernel::transfer`], so that steps of any length do the same in a second.
+//! which keeps the sum of the volumes, and at a hundredth of it the difference to what there is room for, `J_I A_I /
+//! sum_p V_p S_Ip` of the room `A_I` of the node, where points fill more than four fifths of it. Below that there is a
+//! surface, whose place no node knows. That the density should be that of the grid is Baumgarten and Kamrin's (2023),
+//! who move points for it. Rates, as in [`crate::kernel::transfer`], so that steps of any length do the same in a
+//! second.
 
 use crate::kernel::lanes::{Lanes, ZERO, splat};
 use crate::kernel::shape::Shape;

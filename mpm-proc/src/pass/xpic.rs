@@ -1,11 +1,12 @@
-//! The filter of XPIC(m) (Hammerquist and Nairn 2017): velocities of points less what the grid cannot see of them.
+//! The filter of XPIC(m) (Hammerquist and Nairn 2017): velocities of points less the part that the grid cannot
+//! represent.
 //!
 //! ```text
 //! v_p <- v_p - (1 - S S+)^m v_p,    S+ = M^-1 S^T M_p
 //! ```
 //!
-//! then the increment of the grid, as in FLIP. With m = 1 this is PIC; the larger m, the less is filtered out. With a rate only
-//! a share of it is taken away in each step ([`crate::kernel::transfer`]).
+//! then the increment of the grid, as in FLIP. With m = 1 this is PIC; the larger m, the less is filtered out. With a
+//! rate, only a share of it is removed in each step ([`crate::kernel::transfer`]).
 
 use crate::kernel::point_tile::Which;
 use crate::kernel::shape::Shape;

@@ -1,4 +1,4 @@
-//! What the solver says in Hello that it takes.
+//! The capabilities that the solver lists in Hello.
 
 use interface::config::capability::{Capabilities, LAYERS, PAIRS, SAVE, SEGMENTS, STRESS_WORK};
 

@@ -104,7 +104,8 @@ impl<'a> Parts<'a> {
                 *x = geometry.entered(*x); // what reaches over a periodic wall
             }
             if group.rigid && filled.positions.len() < 2 {
-                let message = "a single point cannot turn: a rigid group needs two points or more";
+                let message =
+                    "a single point cannot rotate: a rigid group needs two points or more";
                 return Err(Refusal::new(format!("{key}.rigid"), message));
             }
             note_area(&mut notes, &group.name, &filled);

@@ -1,4 +1,4 @@
-//! The books: sums of impulses and work that go on through the run, and the last measurement.
+//! The ledger: sums of impulses and work over the run, and the last measurement.
 
 use interface::solver::MpmMeasurement;
 use mechanics::impulse::Impulse;
@@ -19,11 +19,11 @@ pub struct Books {
     pub plastic_work: f64,
     /// Dissipated by viscous stress so far in J/m.
     pub viscous_work: f64,
-    /// Work of the stress so far, less what plastic flow and viscous stress took of it and less the elastic energy of points
-    /// removed, in J/m.
+    /// Work of the stress so far, less what plastic flow and viscous stress took of it and less the elastic energy of
+    /// points removed, in J/m.
     pub stress_work: f64,
-    /// What stress that is updated last has lost to plastic flow and viscous stress and done on the way to the next step, in
-    /// J/m; it counts from there.
+    /// What stress that is updated last has lost to plastic flow and viscous stress and done on the way to the next
+    /// step, in J/m; it counts from there.
     pub ahead: [f64; 3],
     /// Work in the kick of the present step. Not saved: between two steps it is part of the sums.
     #[serde(skip)]

@@ -1,5 +1,5 @@
-//! The continuum: clouds of points over one grid, for one shape function and one transfer. Data alone: what is done with
-//! them in a step are the passes.
+//! The continuum: clouds of points over one grid, for one shape function and one transfer. It is only data; the passes
+//! work on it.
 
 use interface::config::{Drift, StressUpdate};
 use interface::solver::Refusal;
@@ -143,7 +143,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T> {
         self.grid.restore(contact, &mut self.clouds);
         self.imps.restore(imps, &self.clouds)?;
         if !contact && !self.imps.infos.is_empty() {
-            return Err(refusal("IMPs, and no room for contact on the nodes"));
+            return Err(refusal("IMPs without the contact data of the nodes"));
         }
         self.loaded.clear();
         self.touches.clear();

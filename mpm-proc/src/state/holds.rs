@@ -1,22 +1,23 @@
 //! Points that are held: kinematic constraints on the nodes through them.
 //!
-//! A held point p keeps its place if the velocity of the nodes there is zero, `sum_I S_Ip v_I = 0` in the directions held. As a
-//! frictionless support does, the impulses `lambda_p` that see to it reach the nodes through the same weights, so that among
-//! all velocities that keep the points in place the nodes get those next to their own by the kinetic energy:
+//! A held point p keeps its position if the nodal velocity there is zero, `sum_I S_Ip v_I = 0` in the held directions.
+//! As for a frictionless support, the impulses `lambda_p` reach the nodes through the same weights. So of all
+//! velocities that keep the points in place, the nodes get those that are nearest to their own in the norm of kinetic
+//! energy:
 //!
 //! ```text
 //! v_I <- v_I + sum_p S_Ip lambda_p / m_I,      sum_q (sum_I S_Ip S_Iq / m_I) lambda_q = -sum_I S_Ip v_I
 //! ```
 //!
-//! That is done to the velocities before the kick and to those after it. The constraint then holds at both, so that the
-//! supports do no work, whatever their force. Velocities prescribed to the points instead would not do: nodes would go on
-//! under them, strain the points that stand still, and take the momentum of the supports from their neighbours.
+//! This is done to the velocities before the kick and to those after it. The constraint then holds at both times, so
+//! the supports do no work for any force. Prescribing the velocities of the points instead would not work: the nodes
+//! would continue to move, strain the points at rest, and take the momentum of the supports from their neighbours.
 //!
-//! More points than nodes may be held, or points whose weights tell the nodes hardly apart: rows of weights that add nothing
-//! to those before them are left out, and what the nodes get is unique. Weights over the root of the mass are at most
-//! `m_p^-1/2` since `m_I >= m_p S_Ip`, whatever is nearly empty. Nodes beyond mirrors move with their originals, to which
-//! their weights go with their sign; nodes that a wall holds have no mobility. The cost grows with the square of the
-//! nodes that are held: it is made for supports, not for bodies.
+//! There may be more held points than nodes, or points with nearly the same weights: rows of weights that are linear
+//! combinations of earlier ones are left out, and the nodal velocities are unique. Weights over the root of the mass
+//! are at most `m_p^-1/2` since `m_I >= m_p S_Ip`, whatever is nearly empty. Nodes beyond mirrors move with their
+//! originals, to which their weights go with their sign; nodes that a wall holds have no mobility. The cost grows with
+//! the square of the nodes that are held: it is made for supports, not for bodies.
 
 use super::imps::Member;
 use super::nodes::NodeAt;
@@ -153,8 +154,8 @@ impl Holds {
         }
     }
 
-    /// What is added along one axis to the velocities of the nodes, which are in [`Axis::velocity`] and are replaced by it, so
-    /// that those of the held points are zero. Impulses of the points go to their holds, times `share`.
+    /// What is added along one axis to the velocities of the nodes, which are in [`Axis::velocity`] and are replaced by
+    /// it, so that those of the held points are zero. Impulses of the points go to their holds, times `share`.
     pub fn project(&mut self, a: usize, share: f64) {
         let Self {
             all, rows, axes, ..

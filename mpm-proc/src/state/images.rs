@@ -1,16 +1,17 @@
-//! Nodes that are images of others: those beyond a wall of which the nodes within the domain are all that is free.
+//! Nodes that are images of others: nodes beyond a wall whose velocities follow from those of nodes within the domain.
 //!
 //! A node beyond a periodic wall is the node at the other end. A node beyond a wall that holds B-splines is the mirror
-//! image of the one as far within ([`crate::state::walls`]): its velocity is `sigma v`, with `sigma` -1 for the components that the
-//! wall holds and 1 for the others. Either way the velocities of images are a linear function of those of their originals,
-//! `v_image = sigma v`, and the motion of the originals is what is left of d'Alembert's principle:
+//! image of the one as far within ([`crate::state::walls`]): its velocity is `sigma v`, with `sigma` -1 for the
+//! components that the wall holds and 1 for the others. Either way the velocities of images are a linear function of
+//! those of their originals, `v_image = sigma v`, and the motion of the originals is what is left of d'Alembert's
+//! principle:
 //!
 //! ```text
 //! m <- m + m_image,   p <- p + sigma p_image,   f <- f + sigma (f_image + m_image g) - m_image g
 //! ```
 //!
-//! (the last two because `m g` of the sum is added to every node). The mass stays diagonal because `sigma^2 = 1`. Afterwards
-//! velocities go the other way. An image has no mass of its own between, so nothing is counted twice.
+//! (the last two because `m g` of the sum is added to every node). The mass stays diagonal because `sigma^2 = 1`.
+//! Afterwards velocities go the other way. An image has no mass of its own between, so nothing is counted twice.
 //!
 //! Beyond a driven wall all this is so in the frame of the wall: `v_image = V + sigma (v - V)`.
 //!

@@ -86,7 +86,11 @@ impl Imps {
         match (&mut self.markers, markers) {
             (Some(own), Some(saved)) => own.restore(saved)?,
             (None, None) => {}
-            _ => return Err(refusal("markers are in one of state and configuration")),
+            _ => {
+                return Err(refusal(
+                    "markers are in only one of state and configuration",
+                ));
+            }
         }
         for m in &members {
             if let Some(markers) = &self.markers {

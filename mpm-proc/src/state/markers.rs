@@ -1,15 +1,16 @@
-//! Markers: places without mass on the boundary of a group, which move with the nodes (Singer 2022). Bodies meet the segments
-//! between them instead of points.
+//! Markers: massless positions on the boundary of a group, which move with the nodes (Singer 2022). Bodies are in
+//! contact with the segments between them instead of points.
 //!
-//! A marker takes velocities from the nodes and gives forces to them by the same weights,
+//! A marker takes velocities from the nodes and distributes forces to them with the same weights,
 //!
 //! ```text
 //! N_I = N*_I / sum N*,   N*_I = S_I min(1, m_I / (eta rho L^2))
 //! ```
 //!
-//! An identified point has `S_Ip / m_I <= 1 / m_p` at every node. A marker without the floor `eta` would have no such bound:
-//! its share of a nearly empty node would give the contact any frequency. The weights sum to one, so momentum is exact. They
-//! shift the point of action from `x_b` to `sum N_I x_I`, and with it the angular momentum, which is booked and told.
+//! An identified point has `S_Ip / m_I <= 1 / m_p` at every node. A marker without the floor `eta` would have no such
+//! bound: its share of a nearly empty node would give the contact any frequency. The weights sum to one, so momentum is
+//! exact. They shift the point of action from `x_b` to `sum N_I x_I`, and with it the angular momentum, which is
+//! measured.
 
 use interface::message::wire::{ImpInfo, ImpState};
 use interface::solver::Refusal;

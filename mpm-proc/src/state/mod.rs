@@ -1,4 +1,4 @@
-//! The data of the solver: points, nodes, and what is known of them from step to step. Nothing here knows a pass.
+//! The data of the solver: points, nodes, and their state from step to step. Nothing here uses a pass.
 
 pub mod books;
 pub mod constitutive;

@@ -1,4 +1,4 @@
-//! Node tiles: what the passes know of the nodes.
+//! Node tiles: the data of the nodes.
 
 use crate::kernel::tiles::NODES;
 

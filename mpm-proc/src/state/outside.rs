@@ -1,4 +1,4 @@
-//! What happens to a point that is found outside of the domain.
+//! Handles a point that is outside the domain.
 
 use interface::config::Leaving;
 use interface::solver::Fault;

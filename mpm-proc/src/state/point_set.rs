@@ -1,4 +1,4 @@
-//! Points of one group that were chosen by a region at the start, and are followed from there: those of probes and of holds.
+//! Sets of points of one group that are in a region at the start: those of probes and of holds.
 
 use interface::message::wire::GroupState;
 

@@ -1,7 +1,7 @@
 //! The points of one group, four to a block, sorted by tile and within a tile by cell.
 //!
-//! All points of a group share mass, initial volume and shape function, so a point carries only what really differs.
-//! They stay sorted as long as none has moved by a cell since they were (as in a Verlet list), see [`crate::kernel::tiles`].
+//! All points of a group share mass, initial volume and shape function, so a point stores only what differs. They stay
+//! sorted until one has moved by a cell since the last sorting (as in a Verlet list), see [`crate::kernel::tiles`].
 
 use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};

@@ -1,17 +1,18 @@
 //! The state before the next step as bytes, and back.
 //!
-//! A fresh solver of the same configuration that takes the state over goes on to the same bits as one that was never
-//! stopped. So everything is saved that the next step reads before it writes it, in the order in which it lies: sums
-//! over points depend on that order, and points are sorted only when they have moved far enough.
+//! A new solver of the same configuration that restores the state continues to the same bits as one that was never
+//! stopped. So everything that the next step reads before writing it is saved, in its present order: sums over points
+//! depend on that order, and points are sorted only after they have moved far enough.
 //!
-//! Each type says beside its definition what of it is saved. It takes itself apart there field by field, so whoever adds
-//! a field has to say whether it is saved, and if not, why: it is *of the configuration*, it *follows* from something
-//! that is, or it is *of one step*, which writes it before it reads it.
+//! Each type defines next to its definition which fields are saved. It destructures itself there field by field, so for
+//! a new field one has to decide whether it is saved, and if not, why: it is *of the configuration*, it *follows* from
+//! saved data, or it is *of one step*, which writes it before reading it.
 //!
-//! In the bytes a [`Form`] comes first: what the numbers mean. A configuration of the same form goes on from the state by
-//! its own gravity, walls, loads and parameters of materials: so a run branches off another one. What the form leaves to the
-//! session is whether groups that are given point by point are the same points (their number is checked). Bytes that are torn are refused, or found out by
-//! the session's hash: what a step relies on without looking is checked here, but not every number can be.
+//! The bytes begin with a [`Form`]: the meaning of the numbers. A configuration of the same form continues from the
+//! state with its own gravity, walls, loads and parameters of materials: so a run branches off another one. The form
+//! does not contain the points of groups that are given point by point (only their number is checked). Damaged bytes
+//! are refused here or detected by the session's hash: data that a step uses without a check are checked here, but not
+//! every number can be.
 
 use core::fmt::{self, Write};
 

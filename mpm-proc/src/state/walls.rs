@@ -1,16 +1,17 @@
-//! Conditions on the walls of the domain. They act on the nodes at a wall and on those beyond it, which shape functions
-//! wider than a hat also reach.
+//! Conditions on the walls of the domain. They act on the nodes at a wall and on those beyond it, which all shape
+//! functions except linear ones also reach.
 //!
-//! A wall that holds and that B-splines reach over is a mirror: the velocity that it holds is odd about it, the other even.
-//! So both are odd at a fixed wall, that through a slip wall is odd and that along it even, and at a wall that holds the
-//! tangential component it is the other way round: even through the wall, as befits the face that is free of normal stress
-//! there (held along itself it has no strain along itself, so no strain through the wall either). Nodes beyond the wall are then images of those within ([`crate::state::images`]),
-//! and a field that is linear up to the wall stays so. Holding them instead, as for the other shape functions, which
-//! hardly reach them, would hold a part of the first cell and shorten the body by it. A wall with friction lets go, so it
-//! is no mirror; its nodes beyond are held as those on it.
+//! For B-splines a wall that holds a velocity is a mirror: the velocity that it holds is odd about it, the other even.
+//! So both are odd at a fixed wall, that through a slip wall is odd and that along it even, and at a wall that holds
+//! the tangential component it is the other way round: even through the wall, as befits the face that is free of normal
+//! stress there (held along itself it has no strain along itself, so no strain through the wall either). Nodes beyond
+//! the wall are then images of those within ([`crate::state::images`]), and a field that is linear up to the wall stays
+//! so. Holding them instead, as for the other shape functions, which hardly reach them, would hold a part of the first
+//! cell and shorten the body by it. A wall with friction can separate, so it is not a mirror; nodes beyond it are held
+//! like those on it.
 //!
-//! A driven wall is a fixed one in the frame that moves with it. There it does no work, so that its work at rest is its
-//! velocity times what it gives of momentum, whatever the shape function and the transfer.
+//! A driven wall is a fixed wall in the frame that moves with it. In that frame it does no work, so in the frame at
+//! rest its work is its velocity times its impulse, for every shape function and transfer.
 
 use interface::config::{Wall, Walls};
 
@@ -204,8 +205,9 @@ impl WallNodes {
         v
     }
 
-    /// Work per mass that friction took in a kick, in m^2/s^2, from the velocities of a node `before` it, without the wall
-    /// (`free`) and with it (`held`): an impulse in a kick does work by the mean of the velocities before and after all of it.
+    /// Work per mass that friction took in a kick, in m^2/s^2, from the velocities of a node `before` it, without the
+    /// wall (`free`) and with it (`held`): an impulse in a kick does work by the mean of the velocities before and
+    /// after all of it.
     pub fn slid(&self, node: [i64; 2], before: [f64; 2], free: [f64; 2], held: [f64; 2]) -> f64 {
         let mut work = 0.0;
         for a in 0..2 {

@@ -76,7 +76,7 @@ fn bad_configurations_are_refused_with_key_and_reason() {
     refused(
         |c| (c.walls.top, c.walls.left) = (driven, Wall::Slip),
         "mpm.walls.left",
-        "would press what it holds into the wall left",
+        "would push material into the wall left",
     );
     refused(
         |c| (c.walls.right, c.walls.bottom) = (driven, driven),
@@ -89,18 +89,18 @@ fn bad_configurations_are_refused_with_key_and_reason() {
             c.domain[1][1] = 0.25;
         },
         "mpm.domain",
-        "4 cells between it and the wall opposite",
+        "4 cells between it and the opposite wall",
     );
     refused(|c| c.skin = -1.0, "mpm.skin", "0 or more");
     refused(
         |c| c.stress_update = StressUpdate::Usl,
         "mpm.drift",
-        "mapped does not go with usl",
+        "mapped cannot be combined with usl",
     );
     refused(
         |c| c.grid_contact = Some(GridContact { friction: 0.0 }),
         "mpm.drift",
-        "mapped does not go with grid_contact",
+        "mapped cannot be combined with grid_contact",
     );
     refused(
         |c| {
@@ -144,7 +144,7 @@ fn bad_configurations_are_refused_with_key_and_reason() {
     refused(
         |c| c.groups[0].rigid = true,
         "mpm.points.0.rigid",
-        "grid alone",
+        "only on the grid",
     );
     let touching = |c: &mut MpmConfig, friction| {
         c.drift = Drift::Nodal;
@@ -162,7 +162,7 @@ fn bad_configurations_are_refused_with_key_and_reason() {
             c.groups[0].rigid = true;
         },
         "mpm.points.0.rigid",
-        "no centre to turn about",
+        "no centre of rotation",
     );
     refused(
         |c| {

@@ -330,7 +330,7 @@ impl Frame {
         let text = fs::read_to_string(&list).map_err(|e| {
             bad(
                 &list,
-                format!("{e}; frames are kept of a run with `output.frames`"),
+                format!("{e}; only a run with `output.frames` has frames"),
             )
         })?;
         let entries = entries(&text).map_err(|what| bad(&list, what))?;
@@ -384,7 +384,9 @@ fn entries(text: &str) -> Result<Vec<Entry>, String> {
                 let file = attribute("file")?;
                 // A run directory may be from elsewhere: its list names what is in it.
                 if Path::new(&file).file_name() != Some(OsStr::new(&file)) {
-                    return Err(format!("`{file}` is no name of a file beside it"));
+                    return Err(format!(
+                        "`{file}` is not the name of a file in the same directory"
+                    ));
                 }
                 entries.push(Entry {
                     time: time.parse().map_err(|e| format!("{time}: {e}"))?,

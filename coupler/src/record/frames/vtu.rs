@@ -207,7 +207,8 @@ impl Mesh {
             of_cells: Vec::new(),
         };
         let appended = file.windows(APPENDED.len()).position(|w| w == APPENDED);
-        let appended = appended.ok_or("no packed arrays in it; an earlier build has made it")?;
+        let appended =
+            appended.ok_or("it has no compressed arrays; it was made by an earlier version")?;
         let (head, rest) = file.split_at(appended);
         let arrays = rest.get(APPENDED.len() + 1..).unwrap_or_default();
         let text = std::str::from_utf8(head).map_err(|e| e.to_string())?;
@@ -266,7 +267,7 @@ impl Mesh {
         let mut ends = [0].iter().chain(&self.ends).zip(&self.ends);
         let rising = ends.all(|(a, b)| a <= b);
         if !rising || self.ends.last().is_some_and(|&end| end > self.points.len()) {
-            return Err("cells of points that are not there".into());
+            return Err("cells refer to points that do not exist".into());
         }
         // A product that does not fit is not the number of what is there either.
         let of = |count: usize| {
@@ -274,7 +275,10 @@ impl Mesh {
         };
         let wrong = self.of_points.iter().find(of(self.points.len()));
         match wrong.or_else(|| self.of_cells.iter().find(of(self.ends.len()))) {
-            Some(array) => Err(format!("`{}` is not of every point or cell", array.name)),
+            Some(array) => Err(format!(
+                "`{}` does not have one value for each point or cell",
+                array.name
+            )),
             None => Ok(self),
         }
     }
@@ -373,7 +377,7 @@ impl Header {
 
     /// The bytes of the array among the packed `arrays`.
     fn unpack(&self, arrays: &[u8]) -> Result<Vec<u8>, String> {
-        let short = || format!("`{}` is not as long as it says", self.name);
+        let short = || format!("`{}` has another length than it declares", self.name);
         let mut rest = arrays.get(self.offset..).ok_or_else(short)?;
         let mut word = || {
             let (word, after) = rest.split_first_chunk().ok_or_else(short)?;

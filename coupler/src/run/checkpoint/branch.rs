@@ -50,7 +50,7 @@ impl Branch {
         if let Some(expected) = start.state.as_ref().filter(|expected| **expected != state) {
             let message =
                 format!("`start.state` is {expected}, the checkpoint in {run} has {state}");
-            let help = "that run is another one now; without `start.state` the scene begins with what is there";
+            let help = "the run in that directory has changed; without `start.state` the scene begins with its present state";
             return Err(scene.complaint("start.state", &message, help));
         }
         scene.branches_off(&parent, &run)?;
@@ -64,7 +64,7 @@ impl Branch {
                 "`time.end` is {} s, and the scene begins at {begin} s",
                 scene.time.end
             );
-            let help = "the clock goes on where that run was, unless `start.time = 0`";
+            let help = "the clock continues from that run, unless `start.time = 0`";
             return Err(scene.complaint("time.end", &message, help));
         }
         scene.begun_with(checkpoint.about.time, &state);

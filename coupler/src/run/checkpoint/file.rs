@@ -8,7 +8,8 @@
 //! BLAKE3 of all bytes before (32 bytes)
 //! ```
 //!
-//! All numbers are little-endian. The hash is looked at first, so nothing else of a torn file is believed.
+//! All numbers are little-endian. The hash is checked first, so an incomplete file is detected before anything in it is
+//! used.
 
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -134,7 +135,7 @@ pub enum CheckpointError {
     },
     /// There is none.
     #[error(
-        "{0} has no checkpoint (its scene has no `output.checkpoint`, it ended before the first, or a solver cannot save its state) and no recording to go on by"
+        "{0} has no checkpoint (its scene has no `output.checkpoint`, it ended before the first, or a solver cannot save its state) and no recording to continue from"
     )]
     None(PathBuf),
     /// There is none of that time or before.
@@ -207,7 +208,7 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Checkpoint, String> {
     };
     let (body, hash) = bytes.split_at(body);
     if !body.starts_with(MAGIC) {
-        return Err("it does not begin as a checkpoint".into());
+        return Err("it does not begin like a checkpoint".into());
     }
     if blake3::hash(body).as_bytes() != hash {
         return Err("its hash is not that of its content".into());

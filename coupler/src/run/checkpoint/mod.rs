@@ -1,8 +1,8 @@
-//! Checkpoints: the whole state of a run, from which `tandem resume` goes on to the same bits.
+//! Checkpoints: the complete state of a run, from which `tandem resume` continues to the same bits.
 //!
-//! A grant asks the solvers for their states before its first step (PROTOCOL.md K-3); the coupler adds its own of the
-//! same moment. [`mod@file`] is what they look like on disk, [`keeper`] the thread that writes them, [`branch`] a scene that
-//! begins with one of another run.
+//! A grant asks the solvers for their states before its first step (PROTOCOL.md K-3); the coupler adds its own state at
+//! the same step. [`mod@file`] is the format on disk, [`keeper`] the thread that writes checkpoints, [`branch`] a scene
+//! that begins with a checkpoint of another run.
 
 pub mod branch;
 pub mod file;

@@ -1,4 +1,4 @@
-//! The states that a run keeps, to go on from there.
+//! The states that a run saves, to continue from there.
 
 use std::sync::atomic::Ordering;
 

@@ -15,7 +15,7 @@ pub enum ReplayError {
     #[error("the recording has no {0}: nothing to replay it against")]
     Absent(Party),
     /// A message of the recording is not what its channel carries, or comes in an impossible order.
-    #[error("the recording makes no sense: {0}")]
+    #[error("the recording is inconsistent: {0}")]
     Senseless(String),
     /// A value for the configuration has no place in it.
     #[error("--set {0}")]

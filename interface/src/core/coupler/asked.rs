@@ -1,4 +1,4 @@
-//! What the coupler's machine is told, what it asks the run, and what comes of a grant.
+//! The events of the coupler's machine, its questions to the run, and the results of a grant.
 
 use std::time::Duration;
 
@@ -7,14 +7,14 @@ use crate::message::wire::{BodyState, ContactState, Grant, GroupState, PointStat
 use crate::message::{Channel, Records};
 use crate::transport::TransportError;
 
-/// What has happened to the coupler.
+/// An event on the coupler's side.
 #[derive(Debug)]
 pub enum Event<'a> {
-    /// A message has come.
+    /// A message has arrived.
     Received(Channel, StepHeader, Records<'a>),
     /// A message that should have been there ([`Action::Take`](crate::core::Action::Take)) is not.
     Absent(Channel),
-    /// What was to be sent has been sent.
+    /// The message has been sent.
     Sent,
     /// The time of a [`Wait`](crate::core::Wait) is over.
     Expired(Duration),
@@ -24,14 +24,14 @@ pub enum Event<'a> {
     Broken(TransportError),
     /// The run cannot go on, for this reason.
     Stopped(String),
-    /// The run has done what it was asked.
+    /// The run has answered the question.
     Done(Decision),
 }
 
-/// What the run is asked.
+/// A question to the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Question {
-    /// All solvers have said hello: what is each told?
+    /// All solvers have sent Hello: what is the configuration of each?
     Configure,
     /// All solvers are ready.
     Ready,
@@ -43,10 +43,10 @@ pub enum Question {
     Drained,
 }
 
-/// What the run has decided.
+/// An answer of the run.
 #[derive(Debug)]
 pub enum Decision {
-    /// What each solver is told, in the order of the solvers.
+    /// The configuration of each solver, in the order of the solvers.
     Configure(Vec<Part>),
     /// Steps; and the budgets of each solver, in their order.
     Grant(Grant, Vec<[f64; 3]>),
@@ -56,18 +56,18 @@ pub enum Decision {
     Noted,
 }
 
-/// What one solver is told.
+/// The configuration of one solver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Part {
     /// Its part of the scene.
     pub configure: Configure,
     /// Groups or bodies in it: records of a measurement.
     pub measured: usize,
-    /// The saved state that it goes on from.
+    /// The saved state from which it continues.
     pub restore: Option<Vec<u8>>,
 }
 
-/// What the solvers have said of the last grant.
+/// The reports of the solvers on the last grant.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Round {
     /// The grant, without budgets.

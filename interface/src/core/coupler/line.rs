@@ -1,4 +1,4 @@
-//! The coupler's line to one solver: what it has said, and what it is told.
+//! The coupler's connection to one solver: its Hello, Ready and reports, and its configuration.
 
 use std::time::Duration;
 

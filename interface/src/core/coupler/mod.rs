@@ -1,4 +1,5 @@
-//! The coupler's side of a session: who has said what, and what comes next (PROTOCOL.md sections 2, 5 and 9).
+//! The coupler's side of a session: which messages have arrived, and which one is next (PROTOCOL.md sections 2, 5 and
+//! 9).
 
 mod asked;
 mod line;
@@ -17,10 +18,10 @@ use crate::message::wire::{Grant, Report, StepHeader, flags};
 use crate::message::{Channel, Kind, Records};
 use crate::solver::Readiness;
 
-/// Longest wait for a solver to come and say hello, unless the run says otherwise.
+/// Longest wait for a solver to start and send Hello, unless the run says otherwise.
 const ARRIVAL: Duration = Duration::from_secs(30);
 
-/// How long a coupler waits for what comes before the first step.
+/// Deadlines of the coupler for the messages before the first step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
     /// For a solver to come and say hello.
@@ -94,7 +95,7 @@ pub struct Coupler {
 }
 
 impl Coupler {
-    /// Leads these solvers, and waits for them so long.
+    /// A session with these solvers and deadlines.
     pub fn new(solvers: &[Party], limits: Limits) -> Self {
         Self {
             limits,
@@ -199,7 +200,7 @@ impl Coupler {
 
     fn fail(&mut self, error: SessionError) -> Action<Question> {
         if let State::Aborting(i) = self.state {
-            // One that cannot be told is not worth another error.
+            // If it cannot be sent, no further error is needed.
             return self.abort(i + 1);
         }
         let reason = match &error {
@@ -313,7 +314,7 @@ impl Coupler {
         Ok(self.await_notices())
     }
 
-    /// Goes on waiting for notices, or with what follows when all have come.
+    /// Continues to wait for notices, or continues with the next phase after all have arrived.
     fn await_notices(&mut self) -> Action<Question> {
         let missing = self.missing().map(|line| line.party);
         match (self.state, missing) {

@@ -1,4 +1,4 @@
-//! The clauses on reports, and on what is sent before them, D-1, K-3.
+//! The clauses on reports, and on the messages before them, D-1, K-3.
 
 use super::asked::Question;
 use super::{Coupler, State};

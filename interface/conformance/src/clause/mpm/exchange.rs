@@ -136,17 +136,13 @@ pub const CLAUSES: &[Clause] = &[
             }
         })
     }),
-    Clause::must(
-        "F-5b",
-        "refuses a force without the stiffness behind it",
-        |bench| {
-            forces(bench, |message| {
-                if let Payload::Forces(forces) = &mut message.payload {
-                    forces[3] = push([1.0, 0.0], 0.0);
-                }
-            })
-        },
-    )
+    Clause::must("F-5b", "refuses a force without a stiffness", |bench| {
+        forces(bench, |message| {
+            if let Payload::Forces(forces) = &mut message.payload {
+                forces[3] = push([1.0, 0.0], 0.0);
+            }
+        })
+    })
     .mutant("makes up a stiffness", || {
         Flaw::forces(|_, forces| {
             for force in forces {
