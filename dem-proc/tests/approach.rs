@@ -189,7 +189,7 @@ fn who_is_far_or_slow_does_not_bind_the_step() {
         velocity: [speed, 0.0],
         ..body(BodyShape::Disc, 0.01)
     };
-    // Apart by less than the skin, and slowly coming together: they meet after 0.4 s. The stable step in contact is 0.1 ms,
+    // Separations by less than the skin, and slowly coming together: they meet after 0.4 s. The stable step in contact is 0.1 ms,
     // and one that grows all the time is an eleventh of the run at last.
     let mut slow = scene(vec![disc(0.0, 5e-4), disc(0.0204, -5e-4)], spring(1e8));
     slow.skin = 1e-3;
