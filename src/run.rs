@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use coupler::record::aside::LogFile;
+use coupler::record::background::LogFile;
 use coupler::record::rundir::{RunDir, RunDirError};
 use coupler::record::summary::Status;
 use coupler::run::checkpoint::branch::Branch;

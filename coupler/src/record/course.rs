@@ -4,7 +4,7 @@
 
 use std::fs;
 
-use crate::record::aside::Mark;
+use crate::record::background::Mark;
 use crate::record::history::History;
 use crate::record::ledger::Energies;
 use crate::record::rundir::{RunDir, RunDirError};
