@@ -1,14 +1,14 @@
 //! The coupler's side of a session: which messages have arrived, and which one is next (PROTOCOL.md sections 2, 5 and
 //! 9).
 
-mod asked;
 mod line;
+mod question;
 mod reports;
 
 use std::time::Duration;
 
-pub use self::asked::{Decision, Event, Part, Question, Round};
 use self::line::{CONFIGURATION, Line};
+pub use self::question::{Decision, Event, Part, Question, Round};
 use super::pieces::Outgoing;
 use super::{Action, Wait, check};
 use crate::core::error::{INDIRECT_WAIT_MARGIN, SessionError};
