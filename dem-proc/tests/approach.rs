@@ -183,7 +183,7 @@ fn other_measures_bind_the_step_as_well() {
 
 /// The step is as long as the run where nobody meets; slow neighbours do not mind a fast one far away.
 #[test]
-fn who_is_far_or_slow_does_not_bind_the_step() {
+fn bodies_that_are_far_or_slow_do_not_limit_the_step() {
     let disc = |x: f64, speed: f64| BodyConfig {
         position: [x, 0.0],
         velocity: [speed, 0.0],

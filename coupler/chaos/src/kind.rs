@@ -294,7 +294,7 @@ mod tests {
     }
 
     #[test]
-    fn whoever_is_stopped_goes_on_or_is_ended() {
+    fn a_stopped_process_continues_or_is_ended() {
         for number in 0..2000 {
             for kind in Kind::ALL {
                 let mut random = Random::new(3, number);

@@ -238,7 +238,7 @@ mod tests {
     }
 
     #[test]
-    fn a_disk_that_does_not_answer_holds_up_nobody_and_gets_everything() {
+    fn a_blocked_disk_delays_no_step_and_loses_nothing() {
         let (mut reader, mut aside) = stuck();
         let start = Instant::now();
         for k in 0..1000_u32 {
@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn an_error_is_told_once_and_marks_beyond_it_are_not_reached() {
+    fn an_error_is_reported_once_and_later_marks_are_not_reached() {
         let mut aside = BackgroundWriter::begin(File::open("/dev/null").unwrap(), "null".into(), 0);
         aside.add(vec![1]).unwrap();
         let mark = aside.mark();
