@@ -8,7 +8,7 @@ use crate::random::Random;
 
 /// A process of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Victim {
+pub enum Target {
     /// The one that was started.
     Coupler,
     /// The continuum's.
@@ -17,7 +17,7 @@ pub enum Victim {
     Dem,
 }
 
-impl Victim {
+impl Target {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Coupler, Self::Mpm, Self::Dem];
 
@@ -131,7 +131,7 @@ pub struct Act {
     /// When.
     pub at: Duration,
     /// To whom.
-    pub to: Victim,
+    pub to: Target,
     /// What.
     pub signal: Signal,
 }
@@ -172,8 +172,8 @@ fn moment(random: &mut Random, takes: Duration) -> Duration {
 }
 
 /// Some of the processes, in some order, at least two.
-fn several(random: &mut Random) -> Vec<Victim> {
-    let mut all = Victim::ALL.to_vec();
+fn several(random: &mut Random) -> Vec<Target> {
+    let mut all = Target::ALL.to_vec();
     for k in (1..all.len()).rev() {
         all.swap(k, random.below(k as u64 + 1) as usize);
     }
@@ -186,19 +186,19 @@ impl Plan {
     pub fn choose(kind: Kind, random: &mut Random, takes: Duration) -> Self {
         let at = moment(random, takes);
         let act = |at, to, signal| Act { at, to, signal };
-        let solver = random.pick(&[Victim::Mpm, Victim::Dem]);
+        let solver = random.pick(&[Target::Mpm, Target::Dem]);
         let while_stopped = Duration::from_millis(1 + random.below(300));
         let mut room = Room::Enough;
         let acts = match kind {
             Kind::Start | Kind::Unread | Kind::Unlink => Vec::new(),
             Kind::KillSolver => vec![act(at, solver, Signal::KILL)],
-            Kind::KillCoupler => vec![act(at, Victim::Coupler, Signal::KILL)],
+            Kind::KillCoupler => vec![act(at, Target::Coupler, Signal::KILL)],
             Kind::KillSeveral => several(random)
                 .into_iter()
                 .map(|to| act(at, to, Signal::KILL))
                 .collect(),
             Kind::FreezeOne => {
-                let to = random.pick(&Victim::ALL);
+                let to = random.pick(&Target::ALL);
                 vec![
                     act(at, to, Signal::STOP),
                     act(at + while_stopped, to, Signal::CONT),
@@ -220,20 +220,20 @@ impl Plan {
                 act(at, solver, Signal::STOP),
                 act(
                     at + while_stopped,
-                    Victim::Coupler,
+                    Target::Coupler,
                     random.pick(&[Signal::INT, Signal::TERM]),
                 ),
             ],
             Kind::Interrupt => {
                 let signal = random.pick(&[Signal::INT, Signal::TERM, Signal::HUP, Signal::XCPU]);
-                vec![act(at, Victim::Coupler, signal)]
+                vec![act(at, Target::Coupler, signal)]
             }
             Kind::Save => {
                 let mut moments: Vec<_> = (0..=random.below(4))
                     .map(|_| moment(random, takes))
                     .collect();
                 moments.sort();
-                let save = |at| act(at, Victim::Coupler, Signal::USR1);
+                let save = |at| act(at, Target::Coupler, Signal::USR1);
                 moments.into_iter().map(save).collect()
             }
             Kind::Files => {
@@ -303,7 +303,7 @@ mod tests {
                     let later = &plan.acts[k + 1..];
                     let ends = later
                         .iter()
-                        .any(|a| a.at > act.at && (a.to == act.to || a.to == Victim::Coupler));
+                        .any(|a| a.at > act.at && (a.to == act.to || a.to == Target::Coupler));
                     assert!(act.signal != Signal::STOP || ends, "{kind:?}: {plan:?}");
                 }
                 assert!(plan.acts.is_sorted_by_key(|act| act.at));

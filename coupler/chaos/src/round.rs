@@ -10,7 +10,7 @@ use rustix::process::Signal;
 
 use crate::command::{Ended, Program};
 use crate::error::{ChaosError, file};
-use crate::kind::{Kind, Plan, Room, Victim};
+use crate::kind::{Kind, Plan, Room, Target};
 use crate::options::Options;
 use crate::random::Random;
 use crate::result::RunResult;
@@ -247,22 +247,22 @@ impl Verdict {
         if ended.code == undisturbed.code {
             return;
         }
-        let sent = |to: Victim, signals: &[Signal]| {
+        let sent = |to: Target, signals: &[Signal]| {
             let acts = plan.acts.iter();
             let matching = acts.filter(move |act| act.to == to && signals.contains(&act.signal));
             matching.map(|act| act.signal.as_raw()).collect::<Vec<_>>()
         };
         let asked = sent(
-            Victim::Coupler,
+            Target::Coupler,
             &[Signal::INT, Signal::TERM, Signal::HUP, Signal::XCPU],
         );
         // Before the program has asked for it, a signal does what it always does.
         let fatal = [
             &asked[..],
-            &sent(Victim::Coupler, &[Signal::KILL, Signal::USR1]),
+            &sent(Target::Coupler, &[Signal::KILL, Signal::USR1]),
         ]
         .concat();
-        let killed: Vec<Victim> = [Victim::Mpm, Victim::Dem]
+        let killed: Vec<Target> = [Target::Mpm, Target::Dem]
             .into_iter()
             .filter(|&solver| !sent(solver, &[Signal::KILL]).is_empty())
             .collect();
@@ -278,7 +278,7 @@ impl Verdict {
                 }
             }
             (Some(3), _) if !killed.is_empty() => {
-                let named = |solver: &Victim| {
+                let named = |solver: &Target| {
                     said.contains(&format!(
                         "the {} solver was killed by signal 9",
                         solver.name()
