@@ -3,7 +3,7 @@
 use std::io::IsTerminal;
 use std::sync::{Arc, OnceLock};
 
-use coupler::record::aside::LogFile;
+use coupler::record::background::LogFile;
 use tracing::Level;
 use tracing_subscriber::filter::Targets;
 use tracing_subscriber::fmt::layer;

@@ -74,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_check_is_told_with_its_unit_and_its_bounds() {
+    fn a_check_is_printed_with_its_unit_and_its_bounds() {
         let row = Row {
             run: String::new(),
             result: "pass",

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
-use coupler::record::aside::LogFile;
+use coupler::record::background::LogFile;
 use coupler::record::rundir::{RunDir, RunDirError};
 use coupler::record::summary::Status;
-use coupler::run::aftermath::Killed;
 use coupler::run::checkpoint::branch::Branch;
 use coupler::run::checkpoint::file::CheckpointError;
+use coupler::run::killed::Killed;
 use coupler::run::room;
 use coupler::run::{Finished, Resumed, RunOptions, Solvers, rerun, run as run_scene};
 use coupler::scene::{Scene, solver_override};

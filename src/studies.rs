@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use coupler::record::summary::Status;
-use coupler::run::aftermath::Killed;
+use coupler::run::killed::Killed;
 use coupler::scene::{Measurand, Scene};
 use study::StudyError;
 use study::case::Source;

@@ -58,7 +58,7 @@ fn a_few_rounds_of_everything_leave_the_same_bits() {
 
 /// A program whose `resume` adds a row to the history of a run, as if a row had come twice.
 #[test]
-fn what_is_wrong_is_told_with_a_command_that_plays_it_again() {
+fn a_failed_round_is_reported_with_a_command_that_repeats_it() {
     let place = Place::new();
     let wrong = place.write(
         "tandem",

@@ -63,7 +63,7 @@ fn the_bodies_side_passes_in_process_with_any_window() {
 }
 
 #[test]
-fn a_broken_clause_is_told_to_people_programs_and_build_servers() {
+fn a_broken_clause_is_reported_as_text_json_and_junit() {
     let dir = tempfile::tempdir().unwrap();
     let junit = dir.path().join("junit.xml");
     let traces = dir.path().join("traces");

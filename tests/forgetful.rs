@@ -312,7 +312,7 @@ fn a_wrapped_solver_that_saves_all_is_right() {
 }
 
 #[test]
-fn who_does_not_save_or_restore_all_breaks_that_clause_alone() {
+fn an_incomplete_saved_state_breaks_only_that_clause() {
     let cases = [
         (Party::Dem, Wrong::ForgetsSprings),
         (Party::Dem, Wrong::SavesFullStepVelocities),

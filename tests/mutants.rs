@@ -284,7 +284,7 @@ fn a_solver_of_each_profile_is_judged_by_its_core() {
 
 /// A solver that refuses everything is not conformant: the core of the least profile is left out.
 #[test]
-fn who_refuses_everything_has_kept_nothing() {
+fn a_solver_that_refuses_everything_does_not_pass() {
     for party in [Party::Dem, Party::Mpm] {
         // What S-8a says that nobody can honour.
         let key = if party == Party::Mpm {
@@ -308,7 +308,7 @@ fn who_refuses_everything_has_kept_nothing() {
 
 /// What a right solver may do otherwise than the built-in one: nothing fails.
 #[test]
-fn who_rounds_otherwise_is_right() {
+fn a_solver_with_other_rounding_passes() {
     // The normal's rounding leaves this on a floor, where the built-in solver has 0.
     let flaw = || {
         Flaw::forces(|_, forces| {

@@ -269,7 +269,7 @@ fn what_the_python_solver_cannot_do_it_refuses_by_its_key() {
 }
 
 #[test]
-fn a_python_solver_in_the_wrong_seat_says_where_it_belongs() {
+fn a_python_solver_started_as_the_wrong_party_is_reported() {
     if !python_can_join() {
         return;
     }
@@ -294,7 +294,7 @@ fn run_changed(place: &Place, change: &str) -> Ended {
 }
 
 #[test]
-fn a_velocity_that_is_not_finite_is_told_with_its_body() {
+fn a_velocity_that_is_not_finite_is_reported_with_its_body() {
     if !python_can_join() {
         return;
     }

@@ -199,7 +199,7 @@ fn options_out_of_range_are_refused_by_name() {
 }
 
 #[test]
-fn what_lies_in_the_run_directory_survives_a_refusal() {
+fn files_in_the_run_directory_survive_a_refusal() {
     let place = Place::new();
     place
         .run("out", &scene(HARD), &["--variant", "quick"])

@@ -110,12 +110,12 @@ fn a_run_that_is_killed_goes_on_to_the_same_bits() {
         let dir = place.path(&out);
         let mut run = place.start_run(&out, &scene, LONG);
         a_while_after_a_checkpoint(&dir);
-        let victim = match n {
+        let target = match n {
             0 => run.pid(),
             1 => run.solver(&out, "mpm"),
             _ => run.solver(&out, "dem"),
         };
-        signal(victim, "KILL");
+        signal(target, "KILL");
         run.end();
         // Once more, unless it is through already.
         let path = dir.to_str().unwrap().to_owned();
@@ -221,12 +221,12 @@ fn a_recording_goes_on_with_its_run() {
         let dir = place.path(&out);
         let mut run = place.start_run(&out, &scene, &[&record, way].concat());
         a_while_after_a_checkpoint(&dir);
-        let victim = if n == 0 {
+        let target = if n == 0 {
             run.solver(&out, "dem")
         } else {
             run.pid()
         };
-        signal(victim, "KILL");
+        signal(target, "KILL");
         run.end();
         let path = dir.to_str().unwrap().to_owned();
         let second = place.start(&["resume", &path, "--log", "json"]);

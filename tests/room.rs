@@ -43,7 +43,7 @@ fn after(place: &Place, wrap: &[&str], script: &str, out: &str) -> (Option<i32>,
 
 /// D3: a run computed to its end and then failed, or was killed by a bus error.
 #[test]
-fn a_small_shared_memory_is_told_before_the_run_begins() {
+fn a_small_shared_memory_is_reported_before_the_run() {
     let place = Place::new();
     let mounts = ["unshare", "-rm"];
     let mount = |size: &str| format!("mount -t tmpfs -o size={size} tmpfs /dev/shm");
@@ -67,7 +67,7 @@ fn a_small_shared_memory_is_told_before_the_run_begins() {
 }
 
 #[test]
-fn few_open_files_are_told_as_what_they_are() {
+fn a_low_limit_of_open_files_is_reported() {
     let place = Place::new();
     let (code, said) = after(&place, &[], "ulimit -n 64", "out");
     assert_eq!(code, Some(2), "{said}");

@@ -177,7 +177,7 @@ fn a_killed_run_without_a_checkpoint_is_told_and_gets_a_summary() {
 /// D6: the bodies of a run that was cut short.
 #[test]
 fn a_run_that_is_cut_short_leaves_its_bodies_and_the_checks_that_are_over() {
-    for (victim, code) in [("coupler", 130), ("dem", 3)] {
+    for (target, code) in [("coupler", 130), ("dem", 3)] {
         let place = Place::new();
         // The check is over at the start, others never.
         let check = r#"check=[{name="early",value="t",to=0,at_most=1,source="s"},{name="normal force is the weight",value="t",reference=0,tolerance=9,source="s"}]"#;
@@ -185,7 +185,7 @@ fn a_run_that_is_cut_short_leaves_its_bodies_and_the_checks_that_are_over() {
         let mut run = place.start_run("out", &scene("jiang2020/normal_force"), &more);
         run.stepping("out");
         std::thread::sleep(std::time::Duration::from_millis(100));
-        if victim == "dem" {
+        if target == "dem" {
             let pid = run.solver("out", "dem");
             signal(pid, "KILL");
         } else {
@@ -194,10 +194,10 @@ fn a_run_that_is_cut_short_leaves_its_bodies_and_the_checks_that_are_over() {
         run.end().expect(code);
         let files = RunFiles::read(&place.path("out"));
         let checks = files.summary["checks"].as_array().unwrap();
-        assert_eq!(checks.len(), 1, "{victim}: {checks:?}");
+        assert_eq!(checks.len(), 1, "{target}: {checks:?}");
         assert_eq!(checks[0]["name"], "early");
         let bodies = fs::read_to_string(place.path("out/bodies.csv")).unwrap();
-        assert!(bodies.lines().count() > 1, "{victim}");
+        assert!(bodies.lines().count() > 1, "{target}");
     }
 }
 

@@ -16,7 +16,7 @@ fn bad_scenes() -> Vec<PathBuf> {
 }
 
 #[test]
-fn every_bad_scene_is_refused_as_it_says() {
+fn every_bad_scene_gives_its_expected_message() {
     let files = bad_scenes();
     assert!(files.len() >= 25, "only {} bad scenes", files.len());
     let mut disappointments = Vec::new();

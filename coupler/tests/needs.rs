@@ -92,7 +92,7 @@ fn continuum(capabilities: &[&str]) -> Option<String> {
 }
 
 #[test]
-fn a_solver_that_says_nothing_or_has_all_is_not_refused() {
+fn a_solver_without_a_list_or_with_all_capabilities_is_accepted() {
     assert_eq!(bodies(&[]), None);
     assert_eq!(continuum(&[]), None);
     let all = ["shape:disc", "shape:rectangle", "shape:polygon", "save"];
@@ -104,7 +104,7 @@ fn a_solver_that_says_nothing_or_has_all_is_not_refused() {
 }
 
 #[test]
-fn a_shape_is_refused_where_it_stands_and_told_what_is_taken() {
+fn a_refused_shape_is_located_with_the_shapes_that_are_taken() {
     let said = bodies(&["shape:disc", "shape:polygon"]).unwrap();
     assert_eq!(
         said,
@@ -118,7 +118,7 @@ fn a_shape_is_refused_where_it_stands_and_told_what_is_taken() {
 }
 
 #[test]
-fn a_body_of_a_set_is_told_by_the_set() {
+fn a_body_of_a_set_is_reported_by_the_set() {
     let said = bodies(&["shape:disc", "shape:rectangle", "motion:fixed"]).unwrap();
     assert!(said.contains("`dem.fill.0.grain` needs polygon"), "{said}");
     assert!(
@@ -136,7 +136,7 @@ fn a_body_of_a_set_is_told_by_the_set() {
 }
 
 #[test]
-fn laws_and_their_numbers_are_told_by_the_scenes_own_sections() {
+fn laws_and_their_numbers_are_reported_by_the_scenes_sections() {
     let said = bodies(&["law:linear", "feature:damping", "feature:body_contact"]).unwrap();
     for phrase in [
         "`body_contact` needs granular",
@@ -151,7 +151,7 @@ fn laws_and_their_numbers_are_told_by_the_scenes_own_sections() {
 }
 
 #[test]
-fn the_continuum_is_told_by_its_own_keys() {
+fn the_continuum_is_reported_by_its_keys() {
     let said = continuum(&[
         "transfer:flip",
         "wall:open",
@@ -174,7 +174,7 @@ fn the_continuum_is_told_by_its_own_keys() {
 }
 
 #[test]
-fn an_override_is_told_where_it_was_made() {
+fn an_override_is_reported_at_its_place() {
     let frictional = [
         "feature:friction",
         "feature:body_contact",
@@ -192,7 +192,7 @@ fn an_override_is_told_where_it_was_made() {
 
 /// Without points there is no `[contact]`: what needs the law is `[body_contact]`.
 #[test]
-fn bodies_alone_are_told_by_their_own_law() {
+fn bodies_alone_are_reported_by_their_law() {
     let scenes =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/verification/body_bounce.toml");
     let scene = Scene::load(&scenes, None, &[]).unwrap();

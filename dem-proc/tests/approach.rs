@@ -183,13 +183,13 @@ fn other_measures_bind_the_step_as_well() {
 
 /// The step is as long as the run where nobody meets; slow neighbours do not mind a fast one far away.
 #[test]
-fn who_is_far_or_slow_does_not_bind_the_step() {
+fn bodies_that_are_far_or_slow_do_not_limit_the_step() {
     let disc = |x: f64, speed: f64| BodyConfig {
         position: [x, 0.0],
         velocity: [speed, 0.0],
         ..body(BodyShape::Disc, 0.01)
     };
-    // Apart by less than the skin, and slowly coming together: they meet after 0.4 s. The stable step in contact is 0.1 ms,
+    // Separations by less than the skin, and slowly coming together: they meet after 0.4 s. The stable step in contact is 0.1 ms,
     // and one that grows all the time is an eleventh of the run at last.
     let mut slow = scene(vec![disc(0.0, 5e-4), disc(0.0204, -5e-4)], spring(1e8));
     slow.skin = 1e-3;

@@ -112,7 +112,7 @@ fn contacts_add_up_to_the_loads_of_each_body() {
 }
 
 #[test]
-fn without_points_only_bodies_are_told() {
+fn without_points_only_contacts_of_bodies_are_reported() {
     let ball = |y| BodyConfig {
         position: [0.0, y],
         ..body(BodyShape::Disc, 0.5)

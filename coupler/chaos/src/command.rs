@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::error::{ChaosError, file};
-use crate::kind::{Act, Plan, Room, Victim};
+use crate::kind::{Act, Plan, Room, Target};
 
 /// Where runs have their directories in shared memory, if it is set; as the program reads it.
 const RUNTIME_DIR: &str = "TANDEM_RUNTIME_DIR";
@@ -317,7 +317,7 @@ pub struct Running<'a> {
     unlink: Option<Duration>,
     sweeps: bool,
     sweep: Option<Child>,
-    solvers: BTreeMap<Victim, u32>,
+    solvers: BTreeMap<Target, u32>,
     log: PathBuf,
     said_before: u64,
     _unread: Option<PipeReader>,
@@ -404,22 +404,22 @@ impl Running<'_> {
         let Some(pid) = found else {
             return false;
         };
-        if to == Victim::Coupler {
+        if to == Target::Coupler {
             self.coupler_stopped = signal == Signal::STOP;
         }
         send(pid, signal);
         true
     }
 
-    fn find(&mut self, victim: Victim) -> Option<u32> {
-        if victim == Victim::Coupler {
+    fn find(&mut self, target: Target) -> Option<u32> {
+        if target == Target::Coupler {
             return Some(self.child.id());
         }
-        if let Some(&pid) = self.solvers.get(&victim) {
-            return is_solver(pid, victim).then_some(pid);
+        if let Some(&pid) = self.solvers.get(&target) {
+            return is_solver(pid, target).then_some(pid);
         }
-        let pid = children(self.child.id()).find(|&pid| is_solver(pid, victim))?;
-        self.solvers.insert(victim, pid);
+        let pid = children(self.child.id()).find(|&pid| is_solver(pid, target))?;
+        self.solvers.insert(target, pid);
         Some(pid)
     }
 
@@ -504,10 +504,10 @@ fn children(pid: u32) -> impl Iterator<Item = u32> {
 }
 
 /// Whether the process is this solver of a run.
-fn is_solver(pid: u32, victim: Victim) -> bool {
+fn is_solver(pid: u32, target: Target) -> bool {
     let command = fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
     let words: Vec<&[u8]> = command.split(|&byte| byte == 0).collect();
-    words.get(1) == Some(&victim.name().as_bytes()) && words.get(2) == Some(&&b"--join"[..])
+    words.get(1) == Some(&target.name().as_bytes()) && words.get(2) == Some(&&b"--join"[..])
 }
 
 /// Living processes with this mark.

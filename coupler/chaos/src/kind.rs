@@ -4,11 +4,11 @@ use std::time::Duration;
 
 use rustix::process::Signal;
 
-use crate::dice::Dice;
+use crate::random::Random;
 
 /// A process of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Victim {
+pub enum Target {
     /// The one that was started.
     Coupler,
     /// The continuum's.
@@ -17,7 +17,7 @@ pub enum Victim {
     Dem,
 }
 
-impl Victim {
+impl Target {
     /// All of them.
     pub const ALL: [Self; 3] = [Self::Coupler, Self::Mpm, Self::Dem];
 
@@ -131,7 +131,7 @@ pub struct Act {
     /// When.
     pub at: Duration,
     /// To whom.
-    pub to: Victim,
+    pub to: Target,
     /// What.
     pub signal: Signal,
 }
@@ -166,46 +166,46 @@ pub struct Plan {
 }
 
 /// A moment of a run that takes `takes`: a third of them are in its beginning.
-fn moment(dice: &mut Dice, takes: Duration) -> Duration {
-    let share = if dice.once_in(3) { 0.15 } else { 1.05 };
-    takes.mul_f64(share * dice.share())
+fn moment(random: &mut Random, takes: Duration) -> Duration {
+    let share = if random.once_in(3) { 0.15 } else { 1.05 };
+    takes.mul_f64(share * random.share())
 }
 
 /// Some of the processes, in some order, at least two.
-fn several(dice: &mut Dice) -> Vec<Victim> {
-    let mut all = Victim::ALL.to_vec();
+fn several(random: &mut Random) -> Vec<Target> {
+    let mut all = Target::ALL.to_vec();
     for k in (1..all.len()).rev() {
-        all.swap(k, dice.below(k as u64 + 1) as usize);
+        all.swap(k, random.below(k as u64 + 1) as usize);
     }
-    all.truncate(2 + dice.below(2) as usize);
+    all.truncate(2 + random.below(2) as usize);
     all
 }
 
 impl Plan {
     /// What happens to a run that takes `takes` when it is left alone.
-    pub fn choose(kind: Kind, dice: &mut Dice, takes: Duration) -> Self {
-        let at = moment(dice, takes);
+    pub fn choose(kind: Kind, random: &mut Random, takes: Duration) -> Self {
+        let at = moment(random, takes);
         let act = |at, to, signal| Act { at, to, signal };
-        let solver = dice.pick(&[Victim::Mpm, Victim::Dem]);
-        let while_stopped = Duration::from_millis(1 + dice.below(300));
+        let solver = random.pick(&[Target::Mpm, Target::Dem]);
+        let while_stopped = Duration::from_millis(1 + random.below(300));
         let mut room = Room::Enough;
         let acts = match kind {
             Kind::Start | Kind::Unread | Kind::Unlink => Vec::new(),
             Kind::KillSolver => vec![act(at, solver, Signal::KILL)],
-            Kind::KillCoupler => vec![act(at, Victim::Coupler, Signal::KILL)],
-            Kind::KillSeveral => several(dice)
+            Kind::KillCoupler => vec![act(at, Target::Coupler, Signal::KILL)],
+            Kind::KillSeveral => several(random)
                 .into_iter()
                 .map(|to| act(at, to, Signal::KILL))
                 .collect(),
             Kind::FreezeOne => {
-                let to = dice.pick(&Victim::ALL);
+                let to = random.pick(&Target::ALL);
                 vec![
                     act(at, to, Signal::STOP),
                     act(at + while_stopped, to, Signal::CONT),
                 ]
             }
             Kind::FreezeSeveral => {
-                let who = several(dice);
+                let who = several(random);
                 let stops = who.iter().map(|&to| act(at, to, Signal::STOP));
                 let goes = who
                     .iter()
@@ -220,31 +220,32 @@ impl Plan {
                 act(at, solver, Signal::STOP),
                 act(
                     at + while_stopped,
-                    Victim::Coupler,
-                    dice.pick(&[Signal::INT, Signal::TERM]),
+                    Target::Coupler,
+                    random.pick(&[Signal::INT, Signal::TERM]),
                 ),
             ],
             Kind::Interrupt => {
-                let signal = dice.pick(&[Signal::INT, Signal::TERM, Signal::HUP, Signal::XCPU]);
-                vec![act(at, Victim::Coupler, signal)]
+                let signal = random.pick(&[Signal::INT, Signal::TERM, Signal::HUP, Signal::XCPU]);
+                vec![act(at, Target::Coupler, signal)]
             }
             Kind::Save => {
-                let mut moments: Vec<_> =
-                    (0..=dice.below(4)).map(|_| moment(dice, takes)).collect();
+                let mut moments: Vec<_> = (0..=random.below(4))
+                    .map(|_| moment(random, takes))
+                    .collect();
                 moments.sort();
-                let save = |at| act(at, Victim::Coupler, Signal::USR1);
+                let save = |at| act(at, Target::Coupler, Signal::USR1);
                 moments.into_iter().map(save).collect()
             }
             Kind::Files => {
-                room = Room::File(1 + dice.below(200));
+                room = Room::File(1 + random.below(200));
                 Vec::new()
             }
             Kind::Disk => {
-                room = Room::Disk(4 * (1 + dice.below(100)));
+                room = Room::Disk(4 * (1 + random.below(100)));
                 Vec::new()
             }
             Kind::Memory => {
-                room = Room::Memory(64 * (1 + dice.below(64)));
+                room = Room::Memory(64 * (1 + random.below(64)));
                 Vec::new()
             }
         };
@@ -253,7 +254,7 @@ impl Plan {
             room,
             unlink: (kind == Kind::Unlink).then_some(at),
             unread: kind == Kind::Unread,
-            sweeps: dice.once_in(2),
+            sweeps: random.once_in(2),
         }
     }
 
@@ -293,16 +294,16 @@ mod tests {
     }
 
     #[test]
-    fn whoever_is_stopped_goes_on_or_is_ended() {
+    fn a_stopped_process_continues_or_is_ended() {
         for number in 0..2000 {
             for kind in Kind::ALL {
-                let mut dice = Dice::new(3, number);
-                let plan = Plan::choose(kind, &mut dice, Duration::from_millis(200));
+                let mut random = Random::new(3, number);
+                let plan = Plan::choose(kind, &mut random, Duration::from_millis(200));
                 for (k, act) in plan.acts.iter().enumerate() {
                     let later = &plan.acts[k + 1..];
                     let ends = later
                         .iter()
-                        .any(|a| a.at > act.at && (a.to == act.to || a.to == Victim::Coupler));
+                        .any(|a| a.at > act.at && (a.to == act.to || a.to == Target::Coupler));
                     assert!(act.signal != Signal::STOP || ends, "{kind:?}: {plan:?}");
                 }
                 assert!(plan.acts.is_sorted_by_key(|act| act.at));

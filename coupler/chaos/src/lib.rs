@@ -4,7 +4,7 @@
 //!
 //! | file | what is in it |
 //! | --- | --- |
-//! | [`kind`], [`dice`] | what can happen, and when: chosen from a seed |
+//! | [`kind`], [`random`] | what can happen, and when: chosen from a seed |
 //! | [`command`] | the program at work: its processes, signals to them, what they leave |
 //! | [`round`] | one run with what happens to it, what follows, and what is wrong with that |
 //! | [`result`] | what a run has left, to be compared |
@@ -12,10 +12,10 @@
 #![forbid(unsafe_code)]
 
 pub mod command;
-pub mod dice;
 mod error;
 pub mod kind;
 mod options;
+pub mod random;
 pub mod result;
 pub mod round;
 pub mod table;

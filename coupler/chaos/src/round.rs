@@ -9,10 +9,10 @@ use std::time::Duration;
 use rustix::process::Signal;
 
 use crate::command::{Ended, Program};
-use crate::dice::Dice;
 use crate::error::{ChaosError, file};
-use crate::kind::{Kind, Plan, Room, Victim};
+use crate::kind::{Kind, Plan, Room, Target};
 use crate::options::Options;
+use crate::random::Random;
 use crate::result::RunResult;
 
 /// A run is gone on with so often; what happens to it after the first time does so at most [`AGAIN`] times.
@@ -98,7 +98,7 @@ pub struct Round {
     pub kind: Kind,
     /// How and when.
     pub plan: Plan,
-    dice: Dice,
+    random: Random,
     takes: Duration,
     dir: PathBuf,
 }
@@ -107,13 +107,13 @@ impl Round {
     /// The round of this number. Its kind depends on the number, the rest on number and seed.
     pub fn new(number: u64, options: &Options, takes: Duration) -> Self {
         let kind = options.kinds[(number % options.kinds.len() as u64) as usize];
-        let mut dice = Dice::new(options.seed, number);
-        let plan = Plan::choose(kind, &mut dice, takes);
+        let mut random = Random::new(options.seed, number);
+        let plan = Plan::choose(kind, &mut random, takes);
         Self {
             number,
             kind,
             plan,
-            dice,
+            random,
             takes,
             dir: options.out.join(format!("round-{number:06}")),
         }
@@ -152,7 +152,7 @@ impl Round {
         verdict: &mut Verdict,
     ) -> Result<(), ChaosError> {
         self.remove();
-        let mut dice = self.dice.clone();
+        let mut random = self.random.clone();
         let mut couplers = BTreeSet::new();
         let first = program.start(program.run(&self.dir), &self.dir, Some(&self.plan), &[])?;
         let mut ended = first.wait();
@@ -172,16 +172,16 @@ impl Round {
             if ended.hung || ended.code == undisturbed.code {
                 break;
             }
-            let again = (part < AGAIN && dice.once_in(4)).then(|| {
-                let kind = dice.pick(&[Kind::KillSolver, Kind::KillCoupler, Kind::Interrupt]);
-                Plan::choose(kind, &mut dice, self.takes)
+            let again = (part < AGAIN && random.once_in(4)).then(|| {
+                let kind = random.pick(&[Kind::KillSolver, Kind::KillCoupler, Kind::Interrupt]);
+                Plan::choose(kind, &mut random, self.takes)
             });
             let (words, way) = if anew {
                 verdict.anew += 1;
                 (program.run(&self.dir), WAYS[0])
             } else {
                 verdict.resumed += 1;
-                (program.resume(&self.dir), dice.pick(&WAYS))
+                (program.resume(&self.dir), random.pick(&WAYS))
             };
             ended = program.start(words, &self.dir, again.as_ref(), way)?.wait();
             couplers.insert(ended.pid);
@@ -247,22 +247,22 @@ impl Verdict {
         if ended.code == undisturbed.code {
             return;
         }
-        let sent = |to: Victim, signals: &[Signal]| {
+        let sent = |to: Target, signals: &[Signal]| {
             let acts = plan.acts.iter();
             let matching = acts.filter(move |act| act.to == to && signals.contains(&act.signal));
             matching.map(|act| act.signal.as_raw()).collect::<Vec<_>>()
         };
         let asked = sent(
-            Victim::Coupler,
+            Target::Coupler,
             &[Signal::INT, Signal::TERM, Signal::HUP, Signal::XCPU],
         );
         // Before the program has asked for it, a signal does what it always does.
         let fatal = [
             &asked[..],
-            &sent(Victim::Coupler, &[Signal::KILL, Signal::USR1]),
+            &sent(Target::Coupler, &[Signal::KILL, Signal::USR1]),
         ]
         .concat();
-        let killed: Vec<Victim> = [Victim::Mpm, Victim::Dem]
+        let killed: Vec<Target> = [Target::Mpm, Target::Dem]
             .into_iter()
             .filter(|&solver| !sent(solver, &[Signal::KILL]).is_empty())
             .collect();
@@ -278,7 +278,7 @@ impl Verdict {
                 }
             }
             (Some(3), _) if !killed.is_empty() => {
-                let named = |solver: &Victim| {
+                let named = |solver: &Target| {
                     said.contains(&format!(
                         "the {} solver was killed by signal 9",
                         solver.name()

@@ -229,7 +229,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_are_told_within_a_turn() {
+    fn angles_are_sent_within_one_revolution() {
         let quarter = std::f64::consts::FRAC_PI_2;
         assert_eq!([0.0, quarter, -quarter].map(turn), [0, 16384, 49152]);
         assert_eq!(turn(5.0 * quarter), 16384);

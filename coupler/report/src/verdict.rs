@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_expected_is_said_as_the_scene_says_it() {
+    fn the_expected_value_is_written_as_in_the_scene() {
         let verdict = |reference: f64, error: f64, tolerance: f64| Verdict {
             value: Some(25.0),
             reference: Some(reference),

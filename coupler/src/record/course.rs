@@ -4,7 +4,7 @@
 
 use std::fs;
 
-use crate::record::aside::Mark;
+use crate::record::background::Mark;
 use crate::record::history::History;
 use crate::record::ledger::Energies;
 use crate::record::rundir::{RunDir, RunDirError};
@@ -114,7 +114,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_run_that_goes_on_keeps_what_was_before() {
+    fn a_resumed_run_keeps_the_earlier_rows() {
         let text = "time [s],step [s]\n0,0\n0.1,1\n0.2,1\n0.3,1\n";
         let keeps = |time| text[..kept(text, time)].lines().count() - 1;
         assert_eq!([0.0, 0.1, 0.15, 0.3, 1.0].map(keeps), [1, 1, 2, 3, 4]);

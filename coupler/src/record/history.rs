@@ -5,7 +5,7 @@ use std::io::{self, Seek, SeekFrom, Write};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-use super::aside::{Aside, Mark};
+use super::background::{BackgroundWriter, Mark};
 use super::rundir::{HISTORY, RunDir, RunDirError, fail};
 
 /// Room for rows that have not reached the file.
@@ -17,7 +17,7 @@ const UNWRITTEN: Duration = Duration::from_secs(1);
 /// reaches it in part, because the disk is full, is taken back.
 #[derive(Debug)]
 pub struct History {
-    file: Aside,
+    file: BackgroundWriter,
     /// Whole rows that nobody writes yet.
     rows: Vec<u8>,
     /// When rows were last given to the writer.
@@ -79,7 +79,7 @@ impl History {
 
     fn of(file: File, path: PathBuf, written: u64) -> Self {
         Self {
-            file: Aside::begin(file, path, written),
+            file: BackgroundWriter::begin(file, path, written),
             rows: Vec::with_capacity(2 * ROWS),
             flushed: Instant::now(),
         }

@@ -6,10 +6,10 @@
 //! | [`ledger`] | energies and momenta of both sides together |
 //! | [`check`] | columns of the history, and the checks of the scene |
 //! | [`rundir`], [`history`], [`frames`], [`summary`] | the run directory and its files |
-//! | [`aside`], [`screen`] | threads that write to files and to standard error, so that no step waits for them |
+//! | [`background`], [`screen`] | threads that write to files and to standard error, so that no step waits for them |
 //! | [`progress`] | the progress bar |
 
-pub mod aside;
+pub mod background;
 pub mod check;
 pub mod course;
 mod error;

@@ -123,7 +123,7 @@ mod tests {
     use std::io::Read;
 
     #[test]
-    fn what_nobody_reads_holds_up_nobody_and_is_counted() {
+    fn unread_output_delays_no_step_and_is_counted() {
         let (mut reader, writer) = io::pipe().unwrap();
         let screen = Screen::of(writer);
         let start = Instant::now();

@@ -188,7 +188,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn energy_from_nowhere_is_told_as_what_it_is() {
+    fn created_energy_is_reported_as_unstable_or_unresolved() {
         let blow_up = |stable: bool| RunError::BlowUp {
             time: 1.0,
             step: 2,

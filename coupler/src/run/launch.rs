@@ -264,7 +264,7 @@ mod tests {
     }
 
     #[test]
-    fn an_end_is_told_at_the_second_look_with_how() {
+    fn the_end_of_a_process_is_reported_at_the_second_look() {
         let owned = OwnedDomain::create().unwrap();
         let mut processes = Processes::default();
         let command = ["sh", "-c", "exit 7"].map(String::from).to_vec();
@@ -352,7 +352,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_solver_says_is_kept_with_its_last_lines() {
+    fn the_output_of_a_solver_is_kept_with_its_last_lines() {
         let owned = OwnedDomain::create().unwrap();
         let place = tempfile::tempdir().unwrap();
         let dir = RunDir::create(&place.path().join("run"), "").unwrap();

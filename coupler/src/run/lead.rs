@@ -15,7 +15,7 @@ use interface::message::wire::{BodyState, Grant, GroupState, Ledger, flags};
 use interface::recording::Tape;
 use interface::session::{Stop, Supervisor};
 
-use crate::record::aside::Mark;
+use crate::record::background::Mark;
 use crate::record::course::Course;
 use crate::record::frames::{Frames, Instant as FrameInstant, Listed};
 use crate::record::history::History;

@@ -8,13 +8,13 @@
 //! | [`room`] | the shared memory and open files that a run needs |
 //! | `account` | the accumulated results of a run |
 //! | `disk`, `pause` | waiting for a slow disk, and for a solver that is stopped |
-//! | [`checkpoint`], [`aftermath`] | the state of a run on disk, and a run whose coupler was killed |
+//! | [`checkpoint`], [`killed`] | the state of a run on disk, and a run whose coupler was killed |
 
 mod account;
-pub mod aftermath;
 pub mod checkpoint;
 mod disk;
 pub mod failure;
+pub mod killed;
 pub mod launch;
 mod lead;
 pub mod options;

@@ -104,7 +104,7 @@ mod tests {
     const STOPPED: Option<(Party, Hold)> = Some((Party::Dem, Hold::Stopped));
 
     #[test]
-    fn the_run_waits_and_then_says_for_whom_and_why() {
+    fn the_run_waits_for_a_stopped_solver_and_names_it() {
         let mut pauses = Pauses::new(Duration::from_secs(10));
         for _ in 0..9 {
             assert_eq!(pauses.after(ROUND, STOPPED), None);
@@ -115,7 +115,7 @@ mod tests {
     }
 
     #[test]
-    fn who_goes_on_is_waited_for_anew() {
+    fn a_solver_that_continues_gets_a_new_wait() {
         let mut pauses = Pauses::new(Duration::from_secs(10));
         for _ in 0..5 {
             for _ in 0..8 {
@@ -126,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn who_is_held_for_a_moment_only_is_not_held() {
+    fn a_short_stop_is_not_reported() {
         let mut pauses = Pauses::new(Duration::from_secs(10));
         assert_eq!(pauses.after(LOOK, STOPPED), None);
         assert_eq!(pauses.held_now(), None);

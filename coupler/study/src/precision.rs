@@ -103,7 +103,7 @@ mod tests {
     }
 
     #[test]
-    fn no_order_where_none_can_be_told() {
+    fn no_order_without_enough_points() {
         assert_eq!(order(&[]), None);
         assert_eq!(order(&[(0.1, 1.0)]), None);
         assert_eq!(order(&[(0.1, 1.0), (0.1, 2.0)]), None);

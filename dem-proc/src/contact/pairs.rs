@@ -22,7 +22,7 @@ use crate::body::edge::vertex_edge;
 use crate::body::load::PairLoad;
 use crate::contact::approach::{Near, crossing_rate};
 use crate::contact::impact::{Impacts, Pressing};
-use crate::contact::meeting::{Answers, Apart, LANES, Lanes, first};
+use crate::contact::pair_geometry::{Answers, LANES, Lanes, Separations, first};
 use crate::contact::passage::{Passage, PassedBodies};
 use crate::contact::told::between_bodies;
 use crate::law::history::SavedHistories;
@@ -119,7 +119,7 @@ pub struct BodyContacts<L: Law> {
     fresh: Kept<L>,
     rebuilt: bool,
     next: Vec<L::History>,
-    aparts: Vec<Apart>,
+    separations: Vec<Separations>,
     /// The results of each chunk.
     outcomes: Vec<Outcomes>,
     /// Whether the loads of the bodies have still to be summed from `outcomes`.
@@ -192,7 +192,7 @@ impl<L: Law> BodyContacts<L> {
             fresh: Kept::new(skin),
             rebuilt: false,
             next: Vec::new(),
-            aparts: Vec::new(),
+            separations: Vec::new(),
             outcomes: Vec::new(),
             to_be_summed: false,
             closing: 0.0,
@@ -304,25 +304,32 @@ struct Chunk<'a, L: Law> {
 impl<L: Law> Chunk<'_, L> {
     /// Evaluates all pairs.
     #[inline(always)]
-    fn evaluate(&self, next: &mut [L::History], apart: &mut Apart, outcomes: &mut Outcomes) {
+    fn evaluate(
+        &self,
+        next: &mut [L::History],
+        separations: &mut Separations,
+        outcomes: &mut Outcomes,
+    ) {
         next.fill(L::History::default());
-        apart.find(self.bodies, self.pairs, self.closing);
+        separations.find(self.bodies, self.pairs, self.closing);
         if self.watch.is_by_body() {
             let closing = |pair| self.watch.closing(pair).unwrap_or(self.closing);
-            apart.keep_close(self.pairs, closing);
+            separations.keep_close(self.pairs, closing);
         }
         outcomes.clear();
-        outcomes.deep = apart.deep(self.pairs).map(|(k, overlap)| PassedBodies {
-            bodies: self.pairs[k as usize].bodies,
-            passage: Passage::Deep,
-            overlap,
-        });
-        for quad in apart.pressing().chunks(LANES) {
-            self.quad::<true>(apart, quad, next, outcomes);
+        outcomes.deep = separations
+            .deep(self.pairs)
+            .map(|(k, overlap)| PassedBodies {
+                bodies: self.pairs[k as usize].bodies,
+                passage: Passage::Deep,
+                overlap,
+            });
+        for quad in separations.pressing().chunks(LANES) {
+            self.quad::<true>(separations, quad, next, outcomes);
         }
         outcomes.presses = outcomes.count;
-        for quad in apart.close().chunks(LANES) {
-            self.quad::<false>(apart, quad, next, outcomes);
+        for quad in separations.close().chunks(LANES) {
+            self.quad::<false>(separations, quad, next, outcomes);
         }
     }
 
@@ -330,7 +337,7 @@ impl<L: Law> Chunk<'_, L> {
     #[inline(always)]
     fn quad<const PRESS: bool>(
         &self,
-        apart: &Apart,
+        separations: &Separations,
         quad: &[u32],
         next: &mut [L::History],
         outcomes: &mut Outcomes,
@@ -339,12 +346,12 @@ impl<L: Law> Chunk<'_, L> {
         // Unused lanes repeat the last pair; their results are not summed.
         let k: [usize; LANES] = std::array::from_fn(|l| quad[l.min(count - 1)] as usize);
         let (bodies, past) = (self.bodies, self.past);
-        let meeting = if L::MOTION {
-            apart.meet::<true>(bodies, past, self.pairs, k)
+        let geometry = if L::MOTION {
+            separations.geometry::<true>(bodies, past, self.pairs, k)
         } else {
-            apart.meet::<false>(bodies, past, self.pairs, k)
+            separations.geometry::<false>(bodies, past, self.pairs, k)
         };
-        let touches = meeting.touches();
+        let touches = geometry.touches();
         let (constants, before) = (k.map(|k| self.constants[k]), k.map(|k| self.history[k]));
         let mut answers = Answers::default();
         let mut after = before;
@@ -378,7 +385,7 @@ impl<L: Law> Chunk<'_, L> {
             *sum += Lanes::new(loss) * valid;
         }
         let mates = k.map(|k| self.pairs[k].bodies);
-        outcomes.add(count, k, mates, &answers, meeting.loads(&answers));
+        outcomes.add(count, k, mates, &answers, geometry.loads(&answers));
     }
 }
 
@@ -401,37 +408,41 @@ impl<L: Law> BodySide for BodyContacts<L> {
         loads: &mut [PairLoad],
     ) {
         let mut next = std::mem::take(&mut self.next);
-        let mut aparts = std::mem::take(&mut self.aparts);
+        let mut separations = std::mem::take(&mut self.separations);
         let mut outcomes = std::mem::take(&mut self.outcomes);
         let now = self.now();
         next.resize(now.list.pairs.len(), L::History::default());
         let count = next.len().div_ceil(CHUNK);
         let shared = threads.shares(next.len());
-        aparts.resize_with(if shared { count } else { 1 }, Apart::default);
+        separations.resize_with(if shared { count } else { 1 }, Separations::default);
         outcomes.resize_with(count, Outcomes::default);
         let chunks = next.chunks_mut(CHUNK).zip(&mut outcomes).enumerate();
-        let evaluate = |i: usize, next: &mut [L::History], apart: &mut Apart, outcomes: &mut _| {
-            let here = i * CHUNK..i * CHUNK + next.len();
-            let chunk = Chunk {
-                law: &self.law,
-                pairs: &now.list.pairs[here.clone()],
-                constants: &now.constants[here.clone()],
-                history: &now.history[here],
-                bodies,
-                past,
-                closing,
-                watch: &now.watch,
+        let evaluate =
+            |i: usize, next: &mut [L::History], separations: &mut Separations, outcomes: &mut _| {
+                let here = i * CHUNK..i * CHUNK + next.len();
+                let chunk = Chunk {
+                    law: &self.law,
+                    pairs: &now.list.pairs[here.clone()],
+                    constants: &now.constants[here.clone()],
+                    history: &now.history[here],
+                    bodies,
+                    past,
+                    closing,
+                    watch: &now.watch,
+                };
+                chunk.evaluate(next, separations, outcomes);
             };
-            chunk.evaluate(next, apart, outcomes);
-        };
         if shared {
-            threads.each(chunks.zip(&mut aparts), |((i, (next, outcomes)), apart)| {
-                evaluate(i, next, apart, outcomes);
-            });
+            threads.each(
+                chunks.zip(&mut separations),
+                |((i, (next, outcomes)), separations)| {
+                    evaluate(i, next, separations, outcomes);
+                },
+            );
         } else {
             loads.fill(PairLoad::default());
             for (i, (next, outcomes)) in chunks {
-                evaluate(i, next, &mut aparts[0], outcomes);
+                evaluate(i, next, &mut separations[0], outcomes);
                 for ([v, e], [of_vertex, of_edge]) in outcomes.each() {
                     loads[v] += *of_vertex;
                     loads[e] += *of_edge;
@@ -439,7 +450,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
             }
         }
         self.next = next;
-        self.aparts = aparts;
+        self.separations = separations;
         self.outcomes = outcomes;
         self.to_be_summed = shared;
         self.closing = closing;
@@ -620,7 +631,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
         self.kept.bytes()
             + self.fresh.bytes()
             + self.next.capacity() * size_of::<L::History>()
-            + self.aparts.len() * Apart::BYTES
+            + self.separations.len() * Separations::BYTES
             + self.outcomes.len() * CHUNK * size_of::<([u32; 2], [PairLoad; 2])>()
     }
 
@@ -632,7 +643,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
             fresh: _,
             rebuilt: _,
             next: _,
-            aparts: _,
+            separations: _,
             outcomes: _,
             to_be_summed: _,
             closing: _,

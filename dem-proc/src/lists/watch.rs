@@ -169,7 +169,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_lies_ahead_is_two_steps_of_falling() {
+    fn the_displacement_ahead_is_two_steps_of_free_fall() {
         // From rest: half a kick, a step, a kick, a step a tenth longer.
         let (dt, g) = (1e-3, 10.0);
         let first = 0.5 * dt * g;

@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn who_names_nothing_fits_the_largest_and_who_names_little_a_small_one() {
+    fn a_solver_without_a_list_has_the_largest_profile() {
         let fit = |names: &[&str]| fitting(Party::Dem, &Capabilities::of(names)).map(|p| p.name);
         assert_eq!(fit(&[]), Some("full"));
         assert_eq!(fit(&["shape:disc"]), Some("discs+friction"));

@@ -89,7 +89,7 @@ pub enum SessionError {
 
 /// Clause S-11: a party that waits for one which itself waits for another has a deadline that is longer by this. So the
 /// deadline of the party that waits for the silent one is over first, and the right party is named.
-pub(crate) const PATIENCE_WITH_WAITERS: Duration = Duration::from_secs(1);
+pub(crate) const INDIRECT_WAIT_MARGIN: Duration = Duration::from_secs(1);
 
 /// A clause that somebody broke.
 pub(crate) fn broken(who: Party, clause: &'static str, step: u64, message: String) -> SessionError {

@@ -5,7 +5,7 @@ mod report;
 use std::time::Duration;
 
 use super::check;
-use super::error::{PATIENCE_WITH_WAITERS, SessionError, broken};
+use super::error::{INDIRECT_WAIT_MARGIN, SessionError, broken};
 use super::event::{Action, Done, Event, Task, Wait};
 use super::pieces::{Incoming, Mark, Outgoing, solver_part};
 use crate::config::capability::Capabilities;
@@ -423,7 +423,7 @@ impl Line {
             State::Bye => {
                 self.state = State::Close;
                 // The coupler waits for the other solver's goodbye.
-                self.await_order("leave to close", SETUP + 2 * PATIENCE_WITH_WAITERS)
+                self.await_order("leave to close", SETUP + 2 * INDIRECT_WAIT_MARGIN)
             }
             State::Refusing => {
                 self.state = State::Refused;
@@ -613,7 +613,7 @@ impl Line {
         // The first grant comes when the other solver is ready too; later the coupler waits for a solver that waits for
         // the other one.
         let first = self.state == State::Ready;
-        let at_most = 2 * PATIENCE_WITH_WAITERS + if first { SETUP } else { self.deadline };
+        let at_most = 2 * INDIRECT_WAIT_MARGIN + if first { SETUP } else { self.deadline };
         self.state = State::Grant;
         self.awaited = ("the next grant", Party::Coupler);
         let of = |kind| Some(Channel::of(self.party, kind));

@@ -125,7 +125,7 @@ fn without_its_end_a_recording_is_torn_and_its_prefix_is_read() {
 }
 
 #[test]
-fn every_flipped_byte_is_told() {
+fn every_flipped_byte_is_detected() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("r");
     write(&path, 20, true);
@@ -146,7 +146,7 @@ fn every_flipped_byte_is_told() {
 }
 
 #[test]
-fn files_that_are_no_recordings_are_told() {
+fn files_that_are_not_recordings_are_refused() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("r");
     for text in ["", "short", "name,x [m],y [m],angle [rad]\nfloor,0,0,0\n"] {
@@ -165,7 +165,7 @@ fn files_that_are_no_recordings_are_told() {
 
 /// `/dev/full` is a disk without room.
 #[test]
-fn a_full_disk_is_told_and_holds_nobody_up() {
+fn a_full_disk_is_reported_and_delays_nothing() {
     let path = Path::new("/dev/full");
     let Err(told) = Recorder::create(path, &about()) else {
         panic!("the first write finds out");

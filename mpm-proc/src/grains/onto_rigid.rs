@@ -249,7 +249,7 @@ mod tests {
 
     /// A slow node that a fast one would leave behind is not pulled along.
     #[test]
-    fn nobody_is_pulled_at() {
+    fn no_node_is_under_tension() {
         let mut meetings = vec![
             meeting(1.0, [1.1, 0.0], [-1.0, 0.0]),
             meeting(4.0, [6.0, 0.0], [-2.0, 0.0]),

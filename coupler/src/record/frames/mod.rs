@@ -24,7 +24,7 @@ use quick_xml::events::Event;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
-use crate::record::aside::{Mark, Written};
+use crate::record::background::{Mark, Written};
 use crate::record::rundir::{FRAME_LIST, FRAMES, RunDir, RunDirError, fail};
 pub use instant::{Content, Field, Instant};
 use meshes::{Outlined, bodies, contacts, points};

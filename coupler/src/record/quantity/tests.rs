@@ -189,7 +189,7 @@ fn a_slice_has_its_share_of_what_is_counted() {
 
 /// A check of what the continuum does not say must not pass.
 #[test]
-fn a_gap_that_nobody_keeps_is_not_a_number() {
+fn a_work_gap_without_the_capability_is_nan() {
     let quantities = Quantities::new([], [&[], &[], &[]], [], []);
     let silent = Measured {
         books: Books {

@@ -428,7 +428,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_checkpoint_or_a_damaged_one_is_told() {
+    fn a_file_that_is_damaged_or_no_checkpoint_is_refused() {
         let whole = |body: &[u8]| [body, blake3::hash(body).as_bytes()].concat();
         assert!(read(&[]).unwrap_err().contains("too short"));
         assert!(read(&[7; 100]).unwrap_err().contains("does not begin"));

@@ -11,7 +11,7 @@ use std::time::Instant;
 use super::file::{self, Checkpoint};
 use interface::recording::Tape;
 
-use crate::record::aside::Mark;
+use crate::record::background::Mark;
 use crate::record::course::COURSE;
 use crate::record::rundir::{HISTORY, RunDir, RunDirError, fail};
 use crate::scene::CheckpointPlan;

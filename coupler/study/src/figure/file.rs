@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn the_end_of_the_name_says_what_is_written() {
+    fn the_file_extension_selects_the_format() {
         assert_eq!(Kind::of(Path::new("a.b/c.PNG")).unwrap(), Kind::Png);
         assert!(Kind::of(Path::new("film.gif")).unwrap().moves());
         for refused in ["a", "a.pdf", "svg"] {

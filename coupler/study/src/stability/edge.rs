@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn an_edge_outside_is_told_apart() {
+    fn a_limit_outside_the_range_is_reported() {
         let all = find(|_| true);
         assert_eq!((all.stable, all.unstable), (Some(8.0), None));
         let none = find(|_| false);

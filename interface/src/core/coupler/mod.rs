@@ -1,17 +1,17 @@
 //! The coupler's side of a session: which messages have arrived, and which one is next (PROTOCOL.md sections 2, 5 and
 //! 9).
 
-mod asked;
 mod line;
+mod question;
 mod reports;
 
 use std::time::Duration;
 
-pub use self::asked::{Decision, Event, Part, Question, Round};
 use self::line::{CONFIGURATION, Line};
+pub use self::question::{Decision, Event, Part, Question, Round};
 use super::pieces::Outgoing;
 use super::{Action, Wait, check};
-use crate::core::error::{PATIENCE_WITH_WAITERS, SessionError};
+use crate::core::error::{INDIRECT_WAIT_MARGIN, SessionError};
 use crate::message::codec::encode;
 use crate::message::control::{Configure, Hello, Notice, Order, Party};
 use crate::message::wire::{Grant, Report, StepHeader, flags};
@@ -378,7 +378,7 @@ impl Coupler {
                     line.measured = part.measured;
                     // A solver waits for the other one.
                     line.deadline =
-                        Duration::from_secs_f64(part.configure.deadline) + PATIENCE_WITH_WAITERS;
+                        Duration::from_secs_f64(part.configure.deadline) + INDIRECT_WAIT_MARGIN;
                     line.restore = part.restore.map(Outgoing::new);
                     line.grant = [Grant::default()];
                     let configure = Configure {

@@ -1,6 +1,6 @@
 //! The clauses on reports, and on the messages before them, D-1, K-3.
 
-use super::asked::Question;
+use super::question::Question;
 use super::{Coupler, State};
 use crate::config::capability::{CONTACTS, SAVE};
 use crate::core::error::{SessionError, broken};

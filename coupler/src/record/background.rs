@@ -95,7 +95,7 @@ impl Mark {
 
 /// A file to which a thread adds. What reaches it in part, because the disk is full, is taken back.
 #[derive(Debug)]
-pub(crate) struct Aside {
+pub(crate) struct BackgroundWriter {
     queue: Option<Sender<Vec<u8>>>,
     written: Arc<Written>,
     /// Bytes of the file once everything has reached it.
@@ -103,7 +103,7 @@ pub(crate) struct Aside {
     writer: Option<JoinHandle<Result<(), RunDirError>>>,
 }
 
-impl Aside {
+impl BackgroundWriter {
     /// Adds to `file`, which has `bytes` bytes and ends there. `path` is for messages.
     pub fn begin(file: File, path: PathBuf, bytes: u64) -> Self {
         let (queue, taken) = channel();
@@ -164,7 +164,7 @@ impl Aside {
     }
 }
 
-impl Drop for Aside {
+impl Drop for BackgroundWriter {
     fn drop(&mut self) {
         // A run that has failed: its error is told, not that of its last rows.
         let _ = self.finish();
@@ -187,7 +187,7 @@ fn write_all(mut file: File, taken: &Receiver<Vec<u8>>, written: &Arc<Written>) 
 
 /// The log of a run, to which any thread may add lines.
 #[derive(Debug, Clone)]
-pub struct LogFile(Arc<Mutex<Aside>>);
+pub struct LogFile(Arc<Mutex<BackgroundWriter>>);
 
 impl LogFile {
     /// The log of a run, to be written from its start, or after what is there.
@@ -197,7 +197,9 @@ impl LogFile {
     pub fn of(dir: &RunDir, append: bool) -> Result<Self, RunDirError> {
         let (file, path) = dir.log(append)?;
         let bytes = file.metadata().map_or(0, |file| file.len());
-        Ok(Self(Arc::new(Aside::begin(file, path, bytes).into())))
+        Ok(Self(Arc::new(
+            BackgroundWriter::begin(file, path, bytes).into(),
+        )))
     }
 
     /// Waits until all lines so far are in the file, or cannot be written.
@@ -229,14 +231,14 @@ mod tests {
     use std::time::Instant;
 
     /// A pipe that nobody reads, as a disk that does not answer.
-    fn stuck() -> (io::PipeReader, Aside) {
+    fn stuck() -> (io::PipeReader, BackgroundWriter) {
         let (reader, writer) = io::pipe().unwrap();
         let file = File::from(std::os::fd::OwnedFd::from(writer));
-        (reader, Aside::begin(file, "pipe".into(), 0))
+        (reader, BackgroundWriter::begin(file, "pipe".into(), 0))
     }
 
     #[test]
-    fn a_disk_that_does_not_answer_holds_up_nobody_and_gets_everything() {
+    fn a_blocked_disk_delays_no_step_and_loses_nothing() {
         let (mut reader, mut aside) = stuck();
         let start = Instant::now();
         for k in 0..1000_u32 {
@@ -262,8 +264,8 @@ mod tests {
     }
 
     #[test]
-    fn an_error_is_told_once_and_marks_beyond_it_are_not_reached() {
-        let mut aside = Aside::begin(File::open("/dev/null").unwrap(), "null".into(), 0);
+    fn an_error_is_reported_once_and_later_marks_are_not_reached() {
+        let mut aside = BackgroundWriter::begin(File::open("/dev/null").unwrap(), "null".into(), 0);
         aside.add(vec![1]).unwrap();
         let mark = aside.mark();
         assert!(!mark.is_reached());

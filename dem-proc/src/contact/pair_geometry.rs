@@ -67,7 +67,7 @@ fn gather_vec(f: impl Fn(usize) -> Vec2) -> LaneVec {
 
 /// The distances of the pairs of a chunk, and which of them are in reach.
 #[derive(Debug, Default)]
-pub struct Apart {
+pub struct Separations {
     /// Vector from the edge to the vertex of every pair in m.
     x: Vec<f64>,
     y: Vec<f64>,
@@ -86,7 +86,7 @@ pub struct Apart {
 /// If the squared distance is below this share of the squared contact distance, the vertex is too near to the edge.
 const TOO_NEAR_SQ: f64 = (1.0 - DEEP) * (1.0 - DEEP);
 
-impl Apart {
+impl Separations {
     /// Bytes on the heap.
     pub const BYTES: usize = CHUNK * (3 * size_of::<f64>() + 2 * size_of::<u32>());
 
@@ -199,13 +199,13 @@ impl Apart {
 
     /// Normal, overlap and relative motion of the pairs `k`.
     #[inline(always)]
-    pub fn meet<const MOTION: bool>(
+    pub fn geometry<const MOTION: bool>(
         &self,
         bodies: &Bodies,
         past: Past,
         pairs: &[VertexEdge],
         k: [usize; LANES],
-    ) -> Meeting {
+    ) -> PairGeometry {
         let pair = k.map(|k| &pairs[k]);
         let distance = gather(|l| self.distance_sq[k[l]]).sqrt();
         let overlap = gather(|l| pair[l].reach) - distance;
@@ -215,7 +215,7 @@ impl Apart {
             gather(|l| self.y[k[l]]) * per_distance,
         ];
         if distance.simd_eq(Lanes::ZERO).any() {
-            normal = mend(bodies, pair, distance, normal);
+            normal = at_zero_distance(bodies, pair, distance, normal);
         }
         // Eq. 41: p = X - (a_V - xi/2) N, as a lever arm about either centre, along N and T.
         let vertex = gather_vec(|l| bodies.outline[pair[l].vertex as usize]);
@@ -230,7 +230,7 @@ impl Apart {
             Side::new(bodies, mates.map(|[v, _]| v), past, arm),
             Side::new(bodies, mates.map(|[_, e]| e), past, arm),
         ];
-        let mut meeting = Meeting {
+        let mut geometry = PairGeometry {
             normal,
             overlap,
             moved: [Lanes::ZERO; 2],
@@ -239,7 +239,7 @@ impl Apart {
             sides,
         };
         if MOTION {
-            let [v, e] = &meeting.sides;
+            let [v, e] = &geometry.sides;
             let shift = sub(v.shift, e.shift);
             let (turned_v, turned_e) = (v.turned(), e.turned());
             let moved = [
@@ -247,21 +247,26 @@ impl Apart {
                 cross(normal, shift) + (turned_v[1] - turned_e[1]),
             ];
             if past.dt > 0.0 {
-                meeting.moved = moved;
-                meeting.velocity = moved.map(|u| u * Lanes::splat(past.per_dt));
+                geometry.moved = moved;
+                geometry.velocity = moved.map(|u| u * Lanes::splat(past.per_dt));
                 // The sine equals the angle up to a third-order term; only lengths need the exact rotation.
-                meeting.rolled = v.sin - e.sin;
+                geometry.rolled = v.sin - e.sin;
             } else {
-                meeting.velocity = moved;
+                geometry.velocity = moved;
             }
         }
-        meeting
+        geometry
     }
 }
 
 /// Replaces the normals of pairs whose vertex is exactly on the edge.
 #[cold]
-fn mend(bodies: &Bodies, pair: [&VertexEdge; LANES], distance: Lanes, normal: LaneVec) -> LaneVec {
+fn at_zero_distance(
+    bodies: &Bodies,
+    pair: [&VertexEdge; LANES],
+    distance: Lanes,
+    normal: LaneVec,
+) -> LaneVec {
     let (distance, [x, y]) = (distance.to_array(), normal.map(Lanes::to_array));
     let mended: [Vec2; LANES] = core::array::from_fn(|l| {
         if distance[l] > 0.0 {
@@ -275,7 +280,7 @@ fn mend(bodies: &Bodies, pair: [&VertexEdge; LANES], distance: Lanes, normal: La
 
 /// Normal, overlap and relative motion of four pairs.
 #[derive(Debug, Clone, Copy)]
-pub struct Meeting {
+pub struct PairGeometry {
     /// Unit normal `N`, from the edge to the vertex.
     normal: LaneVec,
     overlap: Lanes,
@@ -286,7 +291,7 @@ pub struct Meeting {
     sides: [Side; 2],
 }
 
-impl Meeting {
+impl PairGeometry {
     /// The arguments of the contact law, for each pair.
     #[inline(always)]
     pub fn touches(&self) -> [Touch; LANES] {

@@ -2,13 +2,13 @@
 
 /// A generator (SplitMix64), whose numbers depend on nothing but its seed.
 #[derive(Debug, Clone)]
-pub struct Dice(u64);
+pub struct Random(u64);
 
-impl Dice {
+impl Random {
     /// For the round `number` of what begins with `seed`.
     pub fn new(seed: u64, number: u64) -> Self {
-        let mut dice = Self(seed);
-        let start = dice.next() ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15);
+        let mut random = Self(seed);
+        let start = random.next() ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15);
         Self(start)
     }
 
@@ -48,13 +48,13 @@ mod tests {
     #[test]
     fn a_seed_and_a_number_are_all_that_counts() {
         let draw = |seed, number| {
-            let mut dice = Dice::new(seed, number);
-            [dice.below(1000), dice.below(1000), dice.below(1000)]
+            let mut random = Random::new(seed, number);
+            [random.below(1000), random.below(1000), random.below(1000)]
         };
         assert_eq!(draw(1, 2), draw(1, 2));
         assert_ne!(draw(1, 2), draw(1, 3));
         assert_ne!(draw(1, 2), draw(2, 2));
-        let mut dice = Dice::new(7, 7);
-        assert!((0..1000).all(|_| (0.0..1.0).contains(&dice.share())));
+        let mut random = Random::new(7, 7);
+        assert!((0..1000).all(|_| (0.0..1.0).contains(&random.share())));
     }
 }
