@@ -2,7 +2,7 @@
 //!
 //! A capability is a short name. Verbs of the session stand alone: [`SAVE`], [`SEGMENTS`], [`PAIRS`], [`LAYERS`],
 //! [`CONTACTS`], [`POLLS`],
-//! [`STRESS_WORK`]. What a solver takes of a configuration is `family:member`, such as `shape:disc` or `law:linear`. A solver
+//! [`STRESS_WORK`], [`PLASTIC_STRAIN`]. What a solver takes of a configuration is `family:member`, such as `shape:disc` or `law:linear`. A solver
 //! that names one member of a family takes those that it names and no others; of a family that it does not name, it says
 //! nothing, and refuses in answer to Configure what it does not take.
 
@@ -20,13 +20,24 @@ pub const LAYERS: &str = "layers";
 pub const CONTACTS: &str = "contacts";
 /// The ledger's `elastic` is a function of the points' state, and `stress_work` is kept beside it.
 pub const STRESS_WORK: &str = "stress_work";
+/// Points are sent with the plastic strain that their material keeps (clause R-5).
+pub const PLASTIC_STRAIN: &str = "plastic_strain";
 
 /// After its last message to the other solver it looks for an answer for [`crate::transport::wait::POLL`] before it sleeps, and
 /// once more after that, so that a bell may be left out (clause B-4).
 pub const POLLS: &str = "polls";
 
 /// All verbs.
-pub const VERBS: [&str; 7] = [SAVE, SEGMENTS, PAIRS, LAYERS, CONTACTS, POLLS, STRESS_WORK];
+pub const VERBS: [&str; 8] = [
+    SAVE,
+    SEGMENTS,
+    PAIRS,
+    LAYERS,
+    CONTACTS,
+    POLLS,
+    STRESS_WORK,
+    PLASTIC_STRAIN,
+];
 /// All families (clause K-1), of either side.
 pub const FAMILIES: [&str; 15] = [
     "shape",

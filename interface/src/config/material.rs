@@ -192,6 +192,15 @@ impl MaterialModel {
         }
     }
 
+    /// Whether its points remember how far they have flowed: not where stress and volume say all that the model needs.
+    pub fn keeps_plastic_strain(&self) -> bool {
+        match self {
+            Self::DruckerPrager(m) | Self::MohrCoulomb(m) => !m.is_plain(),
+            Self::VonMises { .. } | Self::MuI(_) => true,
+            _ => false,
+        }
+    }
+
     /// Whether strain may stay.
     pub fn is_plastic(&self) -> bool {
         matches!(
