@@ -7,7 +7,7 @@ use std::time::Duration;
 use coupler::run::room;
 use coupler::scene::{Scene, SceneFile, refused};
 use interface::config::{DemConfig, MpmConfig};
-use interface::message::wire::ImpForce;
+use interface::message::wire::{ContactState, ImpForce};
 use interface::solver::{DemSolver, Fault, MpmSolver};
 use interface::step::Step;
 
@@ -53,9 +53,12 @@ pub fn check(args: &CheckArgs) -> ExitCode {
 
 /// Says that a scene is valid, if it is.
 fn valid(scene: &Scene, path: &Path, which: &str) -> Result<(), String> {
-    start(scene)?;
-    for warning in &scene.warnings {
-        say(format_args!("warning: {}: {warning}", path.display()));
+    let pressing = start(scene)?;
+    for warning in scene.warnings.iter().chain(&pressing) {
+        say(format_args!(
+            "warning: {}{which}: {warning}",
+            path.display()
+        ));
     }
     say(format_args!(
         "{}: {} is a valid scene{which}",
@@ -74,7 +77,9 @@ pub fn plan(args: &PlanArgs) -> ExitCode {
         .and_then(|scene| {
             say(scene.plan());
             say(format_args!("  shared   {}", room::in_words(&scene)));
-            start(&scene)?;
+            if let Some(pressing) = start(&scene)? {
+                say(format_args!("  warning  {pressing}"));
+            }
             say_cost(&scene, args);
             Ok(())
         });
@@ -104,11 +109,11 @@ fn say_cost(scene: &Scene, args: &PlanArgs) {
 }
 
 /// Lets the built-in solvers take the scene and do the opening step of a run, in which nothing moves: so a check refuses
-/// what a run would, from the same code. A solver of another program is not asked.
+/// what a run would, from the same code. A solver of another program is not asked. What is said is what presses already.
 ///
 /// # Errors
 /// Why no run would come to its first step.
-fn start(scene: &Scene) -> Result<(), String> {
+fn start(scene: &Scene) -> Result<Option<String>, String> {
     let refused = |refusal| refused(scene, &refusal).to_string();
     let ours = |config: &MpmConfig| {
         let mut mpm = solvers::mpm();
@@ -122,14 +127,40 @@ fn start(scene: &Scene) -> Result<(), String> {
     };
     let dem = scene.dem.as_ref().filter(|_| scene.solvers.dem.is_none());
     let dem = dem.map(ours).transpose()?;
-    opening_step(mpm, dem).map_err(|fault| format!("error: at the start of a run {fault}"))
+    let pressing =
+        opening_step(mpm, dem).map_err(|fault| format!("error: at the start of a run {fault}"))?;
+    // A scene that begins with the state of a run has its bodies elsewhere.
+    let begins_here = scene.start.is_none();
+    Ok(begins_here.then(|| told(scene, &pressing)).flatten())
 }
 
-/// The order of PROTOCOL.md for one step of length zero.
+/// What presses at the start, which is meant where something stands and not where stones were put into one another.
+fn told(scene: &Scene, pressing: &[ContactState]) -> Option<String> {
+    let size = |contact: &&ContactState| contact.force[0].hypot(contact.force[1]);
+    let most = pressing.iter().max_by(|a, b| size(a).total_cmp(&size(b)))?;
+    let name = |body: u64| {
+        let body = scene.dem.as_ref()?.bodies.get(body as usize)?;
+        Some(format!("body `{}`", body.name))
+    };
+    let other = match most.with {
+        0 => name(most.other),
+        _ => Some("a point".to_owned()),
+    };
+    let count = pressing.len();
+    Some(format!(
+        "{count} contact{} at t = 0, the largest force is {:.3e} N/m, of {} on {}; what is not meant to press has to be moved",
+        if count == 1 { " presses" } else { "s press" },
+        size(&most),
+        other?,
+        name(most.body)?,
+    ))
+}
+
+/// The order of PROTOCOL.md for one step of length zero, and the contacts that press in it.
 fn opening_step(
     mpm: Option<Box<dyn MpmSolver>>,
     dem: Option<Box<dyn DemSolver>>,
-) -> Result<(), Fault> {
+) -> Result<Vec<ContactState>, Fault> {
     let step = Step {
         index: 0,
         time: 0.0,
@@ -142,16 +173,19 @@ fn opening_step(
             let set = mpm.select_imps(dem.envelopes()).to_vec();
             dem.imp_set(&set);
             let mut forces = vec![ImpForce::default(); set.len()];
-            dem.contact(&step, mpm.imp_states(), &mut forces)?;
+            let states = mpm.imp_states().to_vec();
+            dem.contact(&step, &states, &mut forces)?;
             mpm.step(&step, &forces)?;
+            Ok(dem.contacts(&step, &states))
         }
         (Some(mut mpm), None) => {
             mpm.step(&step, &[])?;
+            Ok(Vec::new())
         }
         (None, Some(mut dem)) => {
             dem.contact(&step, &[], &mut [])?;
+            Ok(dem.contacts(&step, &[]))
         }
-        (None, None) => {}
+        (None, None) => Ok(Vec::new()),
     }
-    Ok(())
 }
