@@ -9,7 +9,7 @@ use coupler::run::room;
 use coupler::scene::{Scene, SceneFile, refused};
 use interface::config::{DemConfig, MpmConfig};
 use interface::message::control::Party;
-use interface::message::wire::ImpForce;
+use interface::message::wire::{ContactState, ImpForce};
 use interface::solver::{DemSolver, Fault, MpmSolver};
 use interface::step::Step;
 
@@ -55,16 +55,21 @@ pub fn check(args: &CheckArgs) -> ExitCode {
 
 /// Says that a scene is valid, if it is.
 fn valid(mut scene: Scene, path: &Path, which: &str) -> Result<(), String> {
-    match begins_with(&mut scene)? {
+    let more = match begins_with(&mut scene)? {
         Beginning::Scene => start(&scene)?,
-        Beginning::Run(branch) => go_on(&scene, &branch)?,
-        Beginning::Missing(run) => say(format_args!(
-            "warning: {}: `start.from` is not looked at: there is no {run} yet",
-            path.display()
+        Beginning::Run(branch) => {
+            go_on(&scene, &branch)?;
+            None
+        }
+        Beginning::Missing(run) => Some(format!(
+            "`start.from` is not looked at: there is no {run} yet"
         )),
-    }
-    for warning in &scene.warnings {
-        say(format_args!("warning: {}: {warning}", path.display()));
+    };
+    for warning in scene.warnings.iter().chain(&more) {
+        say(format_args!(
+            "warning: {}{which}: {warning}",
+            path.display()
+        ));
     }
     say(format_args!(
         "{}: {} is a valid scene{which}",
@@ -84,7 +89,11 @@ pub fn plan(args: &PlanArgs) -> ExitCode {
             say(scene.plan());
             say(format_args!("  shared   {}", room::in_words(&scene)));
             match begins_with(&mut scene)? {
-                Beginning::Scene => start(&scene)?,
+                Beginning::Scene => {
+                    if let Some(pressing) = start(&scene)? {
+                        say(format_args!("  warning  {pressing}"));
+                    }
+                }
                 Beginning::Run(branch) => go_on(&scene, &branch)?,
                 // The cost says that there is none.
                 Beginning::Missing(_) => {}
@@ -156,11 +165,12 @@ fn go_on(scene: &Scene, branch: &Branch) -> Result<(), String> {
 }
 
 /// Lets the built-in solvers take the scene and do the opening step of a run, in which nothing moves: so a check refuses
-/// what a run would, from the same code. A solver of another program is not asked.
+/// what a run would, from the same code. A solver of another program is not asked. Returned is a sentence on what presses
+/// already.
 ///
 /// # Errors
 /// Why no run would come to its first step.
-fn start(scene: &Scene) -> Result<(), String> {
+fn start(scene: &Scene) -> Result<Option<String>, String> {
     opening_step(configured(scene)?)
         .map_err(|fault| format!("error: at the start of a run {fault}"))
 }
@@ -188,8 +198,8 @@ fn configured(scene: &Scene) -> Result<Solvers, String> {
     Ok((mpm, dem.map(ours).transpose()?))
 }
 
-/// The order of PROTOCOL.md for one step of length zero.
-fn opening_step((mpm, dem): Solvers) -> Result<(), Fault> {
+/// The order of PROTOCOL.md for one step of length zero; returns the contacts that press in it.
+fn opening_step((mpm, dem): Solvers) -> Result<Vec<ContactState>, Fault> {
     let step = Step {
         index: 0,
         time: 0.0,
@@ -202,16 +212,19 @@ fn opening_step((mpm, dem): Solvers) -> Result<(), Fault> {
             let set = mpm.select_imps(dem.envelopes()).to_vec();
             dem.imp_set(&set);
             let mut forces = vec![ImpForce::default(); set.len()];
-            dem.contact(&step, mpm.imp_states(), &mut forces)?;
+            let states = mpm.imp_states().to_vec();
+            dem.contact(&step, &states, &mut forces)?;
             mpm.step(&step, &forces)?;
+            Ok(dem.contacts(&step, &states))
         }
         (Some(mut mpm), None) => {
             mpm.step(&step, &[])?;
+            Ok(Vec::new())
         }
         (None, Some(mut dem)) => {
             dem.contact(&step, &[], &mut [])?;
+            Ok(dem.contacts(&step, &[]))
         }
-        (None, None) => {}
+        (None, None) => Ok(Vec::new()),
     }
-    Ok(())
 }

@@ -16,7 +16,7 @@ use crate::signals::interrupt;
 use crate::terminal::{complain, say};
 
 /// How far the server stands back behind the run, which shares its processors.
-const NICE: i32 = 10;
+const NICE: i32 = 19;
 
 /// Serves the page of a run until the run has ended.
 pub fn watch(args: &WatchArgs) -> ExitCode {

@@ -1,4 +1,4 @@
-//! What the documents say of the code and can be checked: where each equation is computed.
+//! What the documents say of the code and can be checked: where each equation is computed, what messages say.
 
 use std::fs;
 use std::path::Path;
@@ -56,6 +56,69 @@ fn a_row_that_names_no_function_of_its_file_is_found() {
     let read = |file: &str| (file == "a.rs").then(|| "fn one(x: f64) {}".to_string());
     let wrong = wrong(&places(page), read);
     assert_eq!(wrong, ["(2): a.rs has no two", "(3): b.rs has no one"]);
+}
+
+/// What a page quotes of messages: the code of the first column of the table below a heading, cut where a message has
+/// words of its own: numbers and names in capitals.
+fn quoted(page: &str, heading: &str) -> Vec<String> {
+    let (_, below) = page.split_once(heading).expect("the heading");
+    let rows = below
+        .lines()
+        .skip_while(|line| !line.starts_with("| `"))
+        .take_while(|line| line.starts_with('|'));
+    let told = rows.flat_map(|row| {
+        let first = row.split('|').nth(1).unwrap_or_default();
+        first.split('`').skip(1).step_by(2)
+    });
+    let own = |word: &str| {
+        let word = word.trim_end_matches(',');
+        word == "dem"
+            || word
+                .chars()
+                .all(|c| c.is_ascii_digit() || c.is_ascii_uppercase())
+    };
+    let mut parts = Vec::new();
+    for message in told {
+        let words: Vec<&str> = message.split(' ').collect();
+        let of_message = words.split(|word| own(word)).map(|words| words.join(" "));
+        parts.extend(of_message.filter(|part| part.contains(' ')));
+    }
+    parts
+}
+
+#[test]
+fn messages_are_quoted_as_they_are() {
+    let quoted = quoted(&text("docs/stopped.md"), "## By what it says");
+    assert!(quoted.len() > 12, "{quoted:?}");
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut sources = String::new();
+    let mut folders: Vec<_> = ["src", "coupler/src", "interface/src", "dem-proc/src"]
+        .map(|folder| root.join(folder))
+        .into();
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).expect("a folder") {
+            let path = entry.expect("an entry").path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                sources += &fs::read_to_string(&path).expect("a source");
+            }
+        }
+    }
+    // What is put into a message is in braces.
+    let placeholders = sources.replace("{SHARED_MEMORY}", "/dev/shm");
+    let unknown: Vec<&String> = quoted
+        .iter()
+        .filter(|part| !placeholders.contains(part.as_str()))
+        .collect();
+    assert!(unknown.is_empty(), "no source says {unknown:?}");
+}
+
+#[test]
+fn a_message_is_cut_at_its_own_words() {
+    let page = "# A\n| `x y` | b |\n## B\n\n| it says | why |\n| --- | --- |\n\
+                | `point N left the domain`, `is 30 s late` | c |\n\nno `table here` |\n";
+    assert_eq!(quoted(page, "## B"), ["left the domain", "s late"]);
 }
 
 /// Longest line of prose in Markdown.

@@ -166,6 +166,143 @@ fn a_scene_chooses_what_frames_hold() {
     refused.end().expect(2).says(&["temperature", "velocity"]);
 }
 
+/// Blocks that run into a wall: one that flows, one that cannot, one of sand that forgets how far it has flowed.
+const BLOCKS: &str = r#"version = 1
+name = "blocks"
+[time]
+end = 0.004
+[output]
+every = 0.001
+[mpm]
+cell = 0.01
+domain = [[0.0, 0.0], [0.4, 0.4]]
+shape = "quadratic_bspline"
+transfer = "flip"
+walls.left = "fixed"
+[[mpm.material]]
+name = "metal"
+density = 1000.0
+model.von_mises = { bulk_modulus = 1e7, shear_modulus = 5e6, yield_stress = 2e4, hardening_modulus = 1e5 }
+[[mpm.material]]
+name = "rubber"
+density = 1000.0
+model.linear_elastic = { bulk_modulus = 1e6, shear_modulus = 5e5 }
+[[mpm.material]]
+name = "sand"
+density = 1000.0
+model.drucker_prager = { bulk_modulus = 1e6, shear_modulus = 5e5, friction_angle = 30.0, dilation_angle = 0.0, cohesion = 100.0, tensile_strength = 0.0 }
+"#;
+
+fn blocks(groups: &[(&str, &str)]) -> String {
+    let group = |(k, (name, material)): (usize, &(&str, &str))| {
+        let (low, high) = (0.04 + 0.12 * k as f64, 0.1 + 0.12 * k as f64);
+        format!(
+            "[[mpm.points]]\nname = \"{name}\"\nmaterial = \"{material}\"\nspacing.per_cell = 4\n\
+             fill.rectangle = {{ lower = [0.02, {low}], upper = [0.12, {high}] }}\nvelocity = [-5.0, 0.0]\n"
+        )
+    };
+    let groups = groups.iter().enumerate().map(group);
+    BLOCKS.to_owned() + &groups.collect::<String>()
+}
+
+#[test]
+fn points_tell_their_plastic_strain_where_a_material_keeps_it() {
+    let place = Place::new();
+    let all = [("bar", "metal"), ("ball", "rubber"), ("heap", "sand")];
+    let path = place.write("blocks.toml", &blocks(&all));
+    let path = path.to_str().unwrap();
+    let frames = ["--set", "output.frames=0.001"];
+    place.run("told", path, &frames).expect(0);
+    let run = place.path("told");
+    let mut before: Vec<f64> = Vec::new();
+    for time in [0.0, 0.001, 0.002, 0.003, 0.004] {
+        let points = Frame::read(&run, time).unwrap().points.unwrap();
+        let groups = column(&points, "group", 0);
+        let told: Vec<(f64, f64)> = groups.zip(column(&points, "plastic_strain", 0)).collect();
+        let of = |group: f64| told.iter().filter(move |p| p.0 == group).map(|p| p.1);
+        assert!(of(1.0).count() > 0 && of(1.0).all(|strain| strain == 0.0));
+        assert!(of(2.0).count() > 0 && of(2.0).all(f64::is_nan));
+        let metal: Vec<f64> = of(0.0).collect();
+        let falls = before.iter().zip(&metal).any(|(before, now)| now < before);
+        assert!(!falls, "{time}");
+        before = metal;
+    }
+    // What is near the wall has flowed, what is far from it has not.
+    let most = before.iter().copied().fold(0.0, f64::max);
+    assert!(
+        most > 0.01 && before.iter().any(|&strain| strain < 0.1 * most),
+        "{most}"
+    );
+    place.run("plain", path, &[]).expect(0);
+    let [told, plain] = ["told", "plain"].map(|out| RunFiles::read(&place.path(out)));
+    assert_eq!(told.summary["state_hash"], plain.summary["state_hash"]);
+    // Not where it is not asked for, and not where there is none.
+    let velocity = ["--set", "output.fields=[\"velocity\"]"];
+    let chosen = [&frames[..], &velocity].concat();
+    place.run("chosen", path, &chosen).expect(0);
+    let none = place.write("none.toml", &blocks(&all[1..]));
+    place.run("none", none.to_str().unwrap(), &frames).expect(0);
+    for out in ["chosen", "none"] {
+        let points = Frame::read(&place.path(out), 0.001)
+            .unwrap()
+            .points
+            .unwrap();
+        assert!(points.array("plastic_strain").is_none(), "{out}");
+    }
+}
+
+/// Bodies are found by their names, in the files and by other readers.
+#[test]
+fn frames_name_the_bodies() {
+    let place = Place::new();
+    let set = [
+        "time.end=0.002",
+        "output.every=0.001",
+        "output.frames=0.001",
+        "check=[]",
+    ];
+    let set = set.into_iter().flat_map(|value| ["--set", value]);
+    let more: Vec<&str> = ["--variant", "quick"].into_iter().chain(set).collect();
+    place
+        .run("named", &scene("verification/random_ledger"), &more)
+        .expect(0);
+    let run = place.path("named");
+    let bodies = Frame::read(&run, 0.001).unwrap().bodies.unwrap();
+    let table = fs::read_to_string(run.join("bodies.csv")).unwrap();
+    let named = table
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').next().unwrap());
+    let named: Vec<&str> = named.collect();
+    assert!(named.len() > 20);
+    assert_eq!(bodies.names, named);
+    let file = run.join("frames/bodies_0001.vtu");
+    const MESHIO: &str = "
+import sys, meshio
+print(bytes(meshio.read(sys.argv[1]).field_data['names'].ravel().tolist()).decode())";
+    const VTK: &str = "
+import sys
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+reader = vtkXMLUnstructuredGridReader()
+reader.SetFileName(sys.argv[1])
+reader.Update()
+names = reader.GetOutput().GetFieldData().GetArray('names')
+print(bytes(int(names.GetValue(k)) for k in range(names.GetNumberOfValues())).decode())";
+    const OURS: &str = "
+import sys, tandem_frames.frames as frames
+print('\\n'.join(frames.read(sys.argv[1]).names))";
+    for (modules, read) in [("meshio", MESHIO), ("vtkmodules", VTK), ("numpy", OURS)] {
+        if let Some(said) = python(modules, &["-c", read, file.to_str().unwrap()]) {
+            let said = String::from_utf8(said).unwrap();
+            assert_eq!(
+                said.trim_end().lines().collect::<Vec<_>>(),
+                named,
+                "{modules}"
+            );
+        }
+    }
+}
+
 /// Runs `python3` with the readers and the packages of this tree; `None` where it cannot import `modules`.
 fn python(modules: &str, arguments: &[&str]) -> Option<Vec<u8>> {
     let mut path = root().join("target/readers").into_os_string();
@@ -248,12 +385,13 @@ fn meshio_reads_the_same_numbers() {
     }
 }
 
-/// What VTK reads at a time: the time, places, cells with the numbers of their points and kinds, arrays.
+/// What VTK reads at a time: the time, places, cells with the numbers of their points and kinds, arrays, names of bodies.
 type Told = (
     f64,
     Vec<[f64; 3]>,
     Vec<(usize, u8)>,
     BTreeMap<String, Vec<f64>>,
+    Vec<String>,
 );
 
 /// A run as VTKHDF, read back by VTK: the same places, cells and arrays at every time.
@@ -279,7 +417,9 @@ for time in times:
             array = data.GetArray(k)
             arrays[array.GetName()] = vtk_to_numpy(array).ravel().astype(float).tolist()
     points = vtk_to_numpy(grid.GetPoints().GetData()).tolist() if grid.GetNumberOfPoints() else []
-    told.append([time, points, cells, arrays])
+    names = grid.GetFieldData().GetAbstractArray('names')
+    names = [names.GetValue(k) for k in range(names.GetNumberOfValues())] if names else []
+    told.append([time, points, cells, arrays, names])
 print(json.dumps(told))
 ";
     let place = Place::new();
@@ -301,7 +441,7 @@ print(json.dumps(told))
         let read = python("vtkmodules", &["-c", READ, file.to_str().unwrap()]).unwrap();
         let told: Vec<Told> = serde_json::from_slice(&read).unwrap();
         assert_eq!(told.len(), frames.len());
-        for (frame, (time, places, cells, arrays)) in frames.iter().zip(told) {
+        for (frame, (time, places, cells, arrays, names)) in frames.iter().zip(told) {
             let mesh = match name {
                 "points" => &frame.points,
                 "bodies" => &frame.bodies,
@@ -318,8 +458,63 @@ print(json.dumps(told))
                 .map(|array| (array.name.clone(), array.values.clone()))
                 .collect();
             assert_eq!(arrays, expected, "{name} at {time}");
+            assert_eq!(names, mesh.names, "{name} at {time}");
         }
     }
+}
+
+/// Whether there is such a program.
+fn is_installed(program: &str) -> bool {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
+}
+
+/// ParaView takes 600 MB, so `.ci/run` does not install it: `apt-get install paraview python3-paraview xvfb`.
+#[test]
+fn paraview_opens_the_frames_in_colours() {
+    const LOOK: &str = "
+import sys
+from PIL import Image
+picture = Image.open(sys.argv[1]).convert('RGB')
+counts = picture.getcolors(1 << 24)
+white = sum(count for count, colour in counts if colour == (255, 255, 255))
+blue = sum(count for count, (r, g, b) in counts if b > g + 30)
+grey = sum(count for count, (r, g, b) in counts if max(r, g, b) - min(r, g, b) < 16 and 150 < g < 200)
+print(picture.width * picture.height, white, blue, grey, len(counts))
+";
+    if !["pvpython", "xvfb-run"].into_iter().all(is_installed) {
+        println!("skipped: there is no pvpython or no xvfb-run");
+        return;
+    }
+    let place = Place::new();
+    framed(&place);
+    let picture = place.path("picture.png");
+    let ended = Command::new("xvfb-run")
+        .args(["-a", "pvpython"])
+        .arg(root().join("python/tandem_frames/in_paraview.py"))
+        .arg(&picture)
+        .env("TANDEM_RUN", place.path("framed"))
+        .env_remove("PYTHONPATH")
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert!(ended.status.success() && picture.is_file(), "{said}");
+    assert!(!said.contains("Traceback"), "{said}");
+    let Some(seen) = python("PIL", &["-c", LOOK, picture.to_str().unwrap()]) else {
+        return;
+    };
+    let seen = String::from_utf8(seen).unwrap();
+    let seen: Vec<f64> = seen
+        .split_whitespace()
+        .map(|n| n.parse().unwrap())
+        .collect();
+    let [all, white, blue, grey, colours] = seen[..] else {
+        panic!("{seen:?}");
+    };
+    // The disc that was hit is grey; the points of the other have the first colours of the scale, dark blue, on white.
+    assert_eq!(all, 1600.0 * 1000.0);
+    assert!(white > 0.3 * all && grey > 0.04 * all, "{seen:?}");
+    assert!(blue > 0.02 * all && colours > 50.0, "{seen:?}");
 }
 
 /// What is no run with frames is refused in a line.

@@ -225,6 +225,35 @@ fn a_number_that_is_not_finite_is_refused_where_it_is_sent() {
     });
 }
 
+/// What a field of points says is looked at where it is said to be one.
+#[test]
+fn a_plastic_strain_that_cannot_be_ends_the_session() {
+    on_every_transport(|way| {
+        for (strain, phrase) in [
+            (f64::NAN, Some("point 0 is NaN")),
+            (f64::INFINITY, Some("point 0 is inf")),
+            (-0.5, Some("point 0 is -0.5")),
+            (0.25, None),
+        ] {
+            let points = Points {
+                plastic_strain: Some(strain),
+                ..Points::default()
+            };
+            let outcome = run(way, points, HalfPlane::default(), 10, 8);
+            match (phrase, outcome.coupler) {
+                (None, ended) => {
+                    ended.unwrap();
+                    assert!(outcome.finals.iter().all(|p| p.plastic_strain() == 0.25));
+                }
+                (Some(phrase), ended) => {
+                    let error = ended.unwrap_err().to_string();
+                    assert!(error.contains("D-1") && error.contains(phrase), "{error}");
+                }
+            }
+        }
+    });
+}
+
 #[test]
 fn silence_ends_at_the_deadline() {
     between_threads_and_processes(|way| {

@@ -98,6 +98,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Continuum<W, S, T> {
     fn points(&self) -> Vec<PointState> {
         let point = |group: usize, cloud: &Cloud<W, S, T::Affine>, (i, &lane): (usize, &u32)| {
             let (stress, volume) = cloud.material.strained(lane as usize);
+            let plastic = cloud.material.plastic_strain(lane as usize);
             PointState {
                 id: cloud.first_id + i as u64,
                 position: self.grid.geometry.entered(cloud.position(lane as usize)),
@@ -106,8 +107,9 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Continuum<W, S, T> {
                 volume: volume * cloud.volume,
                 mass: cloud.mass,
                 group: group as u32,
-                reserved: 0,
+                ..PointState::default()
             }
+            .with_plastic_strain(plastic)
         };
         let clouds = self.clouds.iter().enumerate();
         clouds

@@ -25,7 +25,8 @@ class Mesh:
     """Cells of one kind, each of points of its own.
 
     `points` has shape (points, 3), m. The points of cell k are those from `offsets[k]` up to `offsets[k + 1]`. `types` are VTK's
-    numbers of the cells: 1 a vertex, 3 a line, 7 a polygon. Arrays of points and cells have a row for each.
+    numbers of the cells: 1 a vertex, 3 a line, 7 a polygon. Arrays of points and cells have a row for each. `names` are those of
+    the bodies: the name of a polygon's body is `names[of_cells["body"][k]]`.
     """
 
     points: np.ndarray
@@ -33,6 +34,7 @@ class Mesh:
     types: np.ndarray
     of_points: dict = field(default_factory=dict)
     of_cells: dict = field(default_factory=dict)
+    names: list = field(default_factory=list)
 
 
 @dataclass
@@ -79,16 +81,17 @@ def _mesh(data):
     packed = memoryview(data)[begin + len(_APPENDED) + 1 : end]
 
     def arrays(section):
-        elements = root.find(f"UnstructuredGrid/Piece/{section}")
-        return {element.get("Name"): _array(element, packed) for element in elements}
+        elements = root.find(f"UnstructuredGrid/{section}")
+        return {element.get("Name"): _array(element, packed) for element in elements or ()}
 
-    cells = arrays("Cells")
+    cells, names = arrays("Piece/Cells"), arrays("FieldData").get("names")
     return Mesh(
-        points=arrays("Points")["Points"],
+        points=arrays("Piece/Points")["Points"],
         offsets=np.concatenate(([0], cells["offsets"])),
         types=cells["types"],
-        of_points=arrays("PointData"),
-        of_cells=arrays("CellData"),
+        of_points=arrays("Piece/PointData"),
+        of_cells=arrays("Piece/CellData"),
+        names=names.tobytes().decode().split("\n") if names is not None else [],
     )
 
 

@@ -68,6 +68,13 @@ class _File:
             offsets = steps.require_group(f"{kind}Offsets")
             for name, array in arrays.items():
                 self._append(offsets, name, [self._append(data, name, array)])
+        if mesh.names:
+            # They are the same at all times, and written once: every time begins at the first of them.
+            field = root.require_group("FieldData")
+            if "names" not in field:
+                field.create_dataset("names", data=mesh.names, dtype=h5py.string_dtype("ascii"))
+            self._append(steps.require_group("FieldDataOffsets"), "names", [0])
+            self._append(steps.require_group("FieldDataSizes"), "names", [[1, len(mesh.names)]])
         self.times.append(time)
 
     def close(self):

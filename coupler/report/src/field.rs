@@ -211,6 +211,7 @@ mod tests {
                 array("plastic_strain", 1, &[0.0, 0.5]),
             ],
             of_cells: Vec::new(),
+            names: Vec::new(),
         }
     }
 

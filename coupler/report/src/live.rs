@@ -27,6 +27,9 @@ use crate::record::Record;
 
 /// Time between two looks at the run's files.
 const LOOK: Duration = Duration::from_secs(1);
+/// After a page nothing new is told for so many times as long as it took to make: a run may need the processor, and pages of
+/// large runs take long.
+const REST: u32 = 10;
 /// Time between two signs of life to a browser that waits.
 const SIGN_OF_LIFE: Duration = Duration::from_secs(10);
 /// How long browsers have to fetch the last page.
@@ -51,10 +54,19 @@ struct Shared {
     host: [String; 2],
     news: Mutex<News>,
     changed: Condvar,
-    page: Mutex<Option<(u64, String)>>,
+    page: Mutex<Option<Made>>,
     followers: AtomicUsize,
     /// Pages that were sent since the end.
     farewells: AtomicUsize,
+}
+
+/// A page.
+struct Made {
+    /// Of this state.
+    state: u64,
+    html: String,
+    at: Instant,
+    took: Duration,
 }
 
 /// What has happened to the run.
@@ -117,7 +129,7 @@ impl Live {
                 let files = self.shared.files();
                 // Before they are told, since who has heard of the end follows no more.
                 let waiting = self.shared.followers.load(Ordering::Acquire);
-                if ended || seen.as_ref() != Some(&files) {
+                if ended || (seen.as_ref() != Some(&files) && self.shared.has_rested()) {
                     seen = Some(files);
                     self.shared.tell(ended);
                 }
@@ -221,18 +233,32 @@ impl Shared {
         Ok(())
     }
 
+    /// Whether the last page is old enough for another one.
+    fn has_rested(&self) -> bool {
+        // Who holds it makes one.
+        let Ok(made) = self.page.try_lock() else {
+            return false;
+        };
+        made.as_ref()
+            .is_none_or(|made| made.at.elapsed() >= REST * made.took)
+    }
+
     /// The page of the present state. One that was made for it is sent again.
     fn page(&self) -> Result<String, ReportError> {
         let mut made = self.page.lock().expect("no thread panics with the page");
         let News { state, ended } = *self.news();
-        if let Some((of, html)) = &*made
-            && *of == state
-        {
-            return Ok(html.clone());
+        if let Some(made) = made.as_ref().filter(|made| made.state == state) {
+            return Ok(made.html.clone());
         }
+        let begun = Instant::now();
         let record = Record::read(&self.dir)?;
         let html = page::page(&[record], !ended)?;
-        *made = Some((state, html.clone()));
+        *made = Some(Made {
+            state,
+            html: html.clone(),
+            at: Instant::now(),
+            took: begun.elapsed(),
+        });
         Ok(html)
     }
 
@@ -279,4 +305,31 @@ fn token() -> io::Result<String> {
     let mut bytes = [0; 16];
     io::Read::read_exact(&mut fs::File::open("/dev/urandom")?, &mut bytes)?;
     Ok(format!("{:032x}", u128::from_le_bytes(bytes)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Who makes pages all the time takes a processor from the run.
+    #[test]
+    fn after_a_page_it_rests_for_ten_times_as_long_as_that_took() {
+        let folder = tempfile::tempdir().unwrap();
+        let shared = Live::listen(folder.path(), 0).unwrap().shared;
+        assert!(shared.has_rested());
+        let made = |took| Made {
+            state: 1,
+            html: String::new(),
+            at: Instant::now(),
+            took,
+        };
+        *shared.page.lock().unwrap() = Some(made(Duration::from_secs(60)));
+        assert!(!shared.has_rested());
+        *shared.page.lock().unwrap() = Some(made(Duration::ZERO));
+        assert!(shared.has_rested());
+        let being_made = shared.page.lock().unwrap();
+        assert!(!shared.has_rested());
+        drop(being_made);
+        assert!(shared.has_rested());
+    }
 }

@@ -6,7 +6,7 @@ mod keep;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use interface::config::capability::{CONTACTS, STRESS_WORK};
+use interface::config::capability::STRESS_WORK;
 use interface::config::{DemConfig, MpmConfig};
 use interface::core::SessionError;
 use interface::core::coupler::{Coupler, Decision, Limits, Part, Question, Round};
@@ -17,7 +17,7 @@ use interface::session::{Stop, Supervisor};
 
 use crate::record::background::Mark;
 use crate::record::course::Course;
-use crate::record::frames::{Frames, Instant as FrameInstant, Listed};
+use crate::record::frames::{Frames, Instant as FrameInstant, Listed, Told};
 use crate::record::history::History;
 use crate::record::progress::{self, Progress};
 use crate::record::quantity::{Books, Measured, Sample};
@@ -70,8 +70,8 @@ pub(crate) struct Run<'a> {
     history: History,
     course: Course,
     frames: Option<Frames>,
-    /// Whether the bodies' side has contacts for frames.
-    tells_contacts: bool,
+    /// What the solvers tell for frames besides where things are.
+    told: Told,
     progress: Progress,
     stability: Option<Stability>,
     sides: Sides,
@@ -183,7 +183,7 @@ impl<'a> Run<'a> {
             history,
             course,
             frames,
-            tells_contacts: false,
+            told: Told::default(),
             progress: Progress::new(scene.time.end, options.progress, options.screen.clone()),
             stability: None,
             sides: Sides::default(),
@@ -314,12 +314,12 @@ impl<'a> Run<'a> {
                 tracing::info!(%party, "{note}");
             }
         }
-        self.account.balance.keeps_stress_work = coupler
-            .hello(Party::Mpm)
-            .is_some_and(|hello| hello.capabilities.has(STRESS_WORK));
-        self.tells_contacts = coupler
-            .hello(Party::Dem)
-            .is_some_and(|hello| hello.capabilities.has(CONTACTS));
+        let can = |party, capability: &str| {
+            let hello = coupler.hello(party);
+            hello.is_some_and(|hello| hello.capabilities.has(capability))
+        };
+        self.account.balance.keeps_stress_work = can(Party::Mpm, STRESS_WORK);
+        self.told = Told::by(self.scene.mpm.as_ref(), can);
         let [mpm, dem] = [Party::Mpm, Party::Dem].map(|party| coupler.readiness(party));
         self.stability = Some(Stability::new(&self.scene.time, mpm, dem));
         Ok(())
@@ -560,7 +560,8 @@ impl<'a> Run<'a> {
                 time,
                 points: std::mem::take(&mut round.points),
                 bodies: round.bodies.clone(),
-                contacts: self.tells_contacts.then(|| round.contacts.clone()),
+                plastic_strain: self.told.plastic_strain.clone(),
+                contacts: self.told.contacts.then(|| round.contacts.clone()),
             })?;
         }
         let residual = account.balance.residual_relative();

@@ -8,6 +8,7 @@ use std::sync::Arc;
 use toml::de::{DeTable, DeValue};
 use toml::{Spanned, Table, Value};
 
+use super::brackets::open_at;
 use crate::scene::diagnostic::{Diagnostic, FAULTS_LIMIT, Place, SceneErrors, shorten, suggestion};
 
 /// Sections that hold one law each, so that nothing but another law is gained or lost by replacing all of one.
@@ -123,18 +124,36 @@ impl Document {
             document.take_variants();
             return Ok(document);
         }
-        let not_toml = |fault: &toml::de::Error| Diagnostic {
+        let begin = |fault: &toml::de::Error| fault.span().map(|span| span.start);
+        let first = faults.iter().min_by_key(|fault| begin(fault));
+        let told = first.map(|fault| document.not_toml(fault));
+        Err(SceneErrors(told.into_iter().collect()))
+    }
+
+    /// What is wrong with the text; what follows of it is not told.
+    fn not_toml(&self, fault: &toml::de::Error) -> Diagnostic {
+        let span = fault.span();
+        let open = span
+            .as_ref()
+            .and_then(|span| open_at(&self.text, span.start));
+        let help = match open {
+            Some(at) => {
+                let (line, column) = line_and_column(&self.text, at);
+                let bracket = &self.text[at..=at];
+                format!("the `{bracket}` of line {line}, column {column} is still open here")
+            }
+            None => "a scene is TOML: `key = value` lines under `[section]` headers".to_owned(),
+        };
+        Diagnostic {
             message: format!("not TOML: {}", fault.message().trim_end()),
             key: String::new(),
             value: String::new(),
-            place: match fault.span() {
-                Some(span) => Place::in_text(&document.file, &document.text, &span),
-                None => document.whole_file(),
+            place: match span {
+                Some(span) => Place::in_text(&self.file, &self.text, &span),
+                None => self.whole_file(),
             },
-            help: Some("a scene is TOML: `key = value` lines under `[section]` headers".to_owned()),
-        };
-        let told = faults.iter().take(FAULTS_LIMIT);
-        Err(SceneErrors(told.map(not_toml).collect()))
+            help: Some(help),
+        }
     }
 
     /// Takes the table of variants out of the tree.
@@ -571,4 +590,12 @@ pub(super) fn join(prefix: &str, key: &str) -> String {
     } else {
         format!("{prefix}.{key}")
     }
+}
+
+/// Line and column of a letter of a text, both from 1.
+fn line_and_column(text: &str, at: usize) -> (usize, usize) {
+    let before = &text[..at];
+    let line_start = before.rfind('\n').map_or(0, |end| end + 1);
+    let line = before.matches('\n').count() + 1;
+    (line, before[line_start..].chars().count() + 1)
 }

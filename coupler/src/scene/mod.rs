@@ -11,6 +11,7 @@
 //! The format is described for its users in `docs/scene-format.md`.
 
 mod bodies;
+mod brackets;
 mod branch;
 mod chains;
 mod continuum;

@@ -4,14 +4,18 @@ use std::collections::BTreeMap;
 use std::io::{self, Read as _};
 use std::path::Path;
 
+use interface::config::MaterialModel;
+
 use crate::record::check::{Check, Column, Expected, Measure, Reference, When};
+use crate::record::frames::Field;
 use crate::record::quantity::Quantities;
 use crate::scene::diagnostic::suggestion;
 use mechanics::expression::{Expression, ExpressionError, Meaning, reserved_names};
 
 use super::problems::Problems;
 use super::written::{
-    CheckWritten, ColumnWritten, NumberOrExpression, ReferenceWritten, TableWritten, WhenWritten,
+    CheckWritten, ColumnWritten, NumberOrExpression, OutputWritten, ReferenceWritten, TableWritten,
+    WhenWritten,
 };
 
 /// Largest table of a reference in bytes.
@@ -566,4 +570,22 @@ fn read_csv(file: &Path, time: &str, value: &str) -> Result<Vec<[f64; 2]>, (Stri
         rows.push([number(columns[0])?, number(columns[1])?]);
     }
     Ok(rows)
+}
+
+/// Plastic strain that is asked for is there.
+pub(super) fn plastic_strain<'a>(
+    problems: &mut Problems,
+    written: &OutputWritten,
+    mut models: impl Iterator<Item = &'a MaterialModel>,
+) {
+    let mut asked = written.fields.iter().flatten();
+    if asked.any(|&field| field == Field::PlasticStrain)
+        && !models.any(MaterialModel::keeps_plastic_strain)
+    {
+        problems.refuse(
+            "output.fields",
+            "`output.fields` names `plastic_strain`, which no material of the scene keeps",
+            "von_mises and mu_i keep it, drucker_prager and mohr_coulomb with `critical_state` or `separates`",
+        );
+    }
 }

@@ -191,6 +191,12 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         directory,
     };
     let output = output(problems, &written.output, &context);
+    let models = mpm.iter().flat_map(|mpm| &mpm.materials);
+    output::plastic_strain(
+        problems,
+        &written.output,
+        models.map(|material| &material.model),
+    );
     let checks = checks(problems, written, &context);
     let study = study::study(problems, written.study.as_ref(), &checks, &output.columns);
     (!problems.any()).then(|| Scene {

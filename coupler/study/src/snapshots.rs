@@ -291,6 +291,7 @@ mod tests {
                 array("id", 1, &[5.0]),
             ],
             of_cells: Vec::new(),
+            names: Vec::new(),
         };
         for (name, value) in [
             ("x + 10*y", 21.0),

@@ -60,6 +60,7 @@ fn name(name: &str) {
         ends: vec![1],
         of_points: vec![Array::real(name, 1, vec![1.0])],
         of_cells: Vec::new(),
+        names: Vec::new(),
     };
     // XML has no word for most control characters, and white space in it is of one kind.
     if !name.contains(|c: char| c.is_control()) {

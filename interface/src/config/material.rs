@@ -193,6 +193,15 @@ impl MaterialModel {
         }
     }
 
+    /// Whether its points keep the plastic strain: not where stress and volume are all that the model needs.
+    pub fn keeps_plastic_strain(&self) -> bool {
+        match self {
+            Self::DruckerPrager(m) | Self::MohrCoulomb(m) => !m.is_plain(),
+            Self::VonMises { .. } | Self::MuI(_) => true,
+            _ => false,
+        }
+    }
+
     /// Whether strain can be permanent.
     pub fn is_plastic(&self) -> bool {
         matches!(

@@ -472,10 +472,25 @@ record! {
         mass: f64 = 80,
         /// Index of the point group.
         group: u32 = 88,
-        /// Zero.
+        /// 0, or with the capability `plastic_strain` the bits of that strain as f32 ([`Self::plastic_strain`]); the name is
+        /// that of version 3.0, since names are in the hash of the layout.
         reserved: u32 = 92,
     }
     at least zero: volume, mass
+}
+
+impl PointState {
+    /// The plastic strain, of a solver with the capability `plastic_strain`; 0 where the material keeps none.
+    pub fn plastic_strain(&self) -> f32 {
+        f32::from_bits(self.reserved)
+    }
+
+    /// With this plastic strain, rounded to f32.
+    #[must_use]
+    pub fn with_plastic_strain(self, strain: f64) -> Self {
+        let reserved = (strain as f32).to_bits();
+        Self { reserved, ..self }
+    }
 }
 
 record! {

@@ -2,6 +2,7 @@
 
 #![allow(dead_code, reason = "tests and benches use different parts")]
 
+use interface::config::capability::{Capabilities, PLASTIC_STRAIN};
 use interface::config::{
     ContactLaw, DemConfig, MpmConfig, Plane, ShapeFunction, StressUpdate, Transfer, Walls,
 };
@@ -37,6 +38,8 @@ pub struct Points {
     pub refuse: bool,
     /// Says this of itself when it is ready.
     pub says: Option<Readiness>,
+    /// Tells this plastic strain of its points.
+    pub plastic_strain: Option<f64>,
 }
 
 impl Points {
@@ -55,6 +58,7 @@ impl Points {
             pause: None,
             refuse: false,
             says: None,
+            plastic_strain: None,
         }
     }
 }
@@ -68,6 +72,11 @@ impl Default for Points {
 impl MpmSolver for Points {
     fn identity(&self) -> String {
         "toy points".into()
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        let told = self.plastic_strain.map(|_| PLASTIC_STRAIN);
+        Capabilities::of(told.as_slice())
     }
 
     fn configure(&mut self, config: &MpmConfig) -> Result<Readiness, Refusal> {
@@ -166,11 +175,14 @@ impl MpmSolver for Points {
     }
 
     fn points(&self) -> Vec<PointState> {
-        let state = |(id, (&x, &v))| PointState {
-            id,
-            position: [x, 0.0],
-            velocity: [v, 0.0],
-            ..PointState::default()
+        let state = |(id, (&x, &v))| {
+            PointState {
+                id,
+                position: [x, 0.0],
+                velocity: [v, 0.0],
+                ..PointState::default()
+            }
+            .with_plastic_strain(self.plastic_strain.unwrap_or_default())
         };
         (0..).zip(self.x.iter().zip(&self.v)).map(state).collect()
     }

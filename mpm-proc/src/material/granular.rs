@@ -118,6 +118,10 @@ impl<G: GrainLaw> Material for Granular<G> {
         moduli.stiffness(&point.stress, point.volume) * splat(1.0 / moduli.density)
     }
 
+    fn plastic_strain(&self, point: &Point<[Lanes; 2]>) -> Lanes {
+        point.state[1]
+    }
+
     fn volume_rate(&self) -> f64 {
         self.volume_rate
     }

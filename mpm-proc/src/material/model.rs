@@ -4,7 +4,7 @@ use serde::{Serialize, de::DeserializeOwned};
 
 use super::point::{Deformation, Dissipated, Point, Stress};
 use crate::kernel::blocks::LaneCopy;
-use crate::kernel::lanes::Lanes;
+use crate::kernel::lanes::{Lanes, ZERO};
 
 /// A constitutive model. The loops over points are compiled for it; what they call is `#[inline(always)]`.
 ///
@@ -114,6 +114,11 @@ pub trait Material: Copy + Send + Sync + 'static {
     /// Rate in 1/s at which points share their volumes ([`crate::pass::volumes`]); 0: each has its own.
     fn volume_rate(&self) -> f64 {
         0.0
+    }
+
+    /// The plastic strain that the points have in their state: it never falls. 0 of a model that keeps none.
+    fn plastic_strain(&self, _point: &Point<Self::State>) -> Lanes {
+        ZERO
     }
 
     /// Elastic energy per initial volume in Pa.

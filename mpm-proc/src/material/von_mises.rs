@@ -52,6 +52,10 @@ impl Material for VonMises {
         moduli.stiffness(&point.stress, point.volume) * splat(1.0 / moduli.density)
     }
 
+    fn plastic_strain(&self, point: &Point<Lanes>) -> Lanes {
+        point.state
+    }
+
     fn elastic_energy(&self, point: &Point<Lanes>) -> Lanes {
         self.moduli.stored(&point.stress, point.volume)
     }

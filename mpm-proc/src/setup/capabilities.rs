@@ -1,6 +1,8 @@
 //! The capabilities that the solver lists in Hello.
 
-use interface::config::capability::{Capabilities, LAYERS, PAIRS, SAVE, SEGMENTS, STRESS_WORK};
+use interface::config::capability::{
+    Capabilities, LAYERS, PAIRS, PLASTIC_STRAIN, SAVE, SEGMENTS, STRESS_WORK,
+};
 
 /// Families of a configuration with the members that the solver takes, by their names there. Which of them go together is
 /// for [`crate::setup::configure`] to say.
@@ -74,7 +76,7 @@ pub fn capabilities() -> Capabilities {
             .iter()
             .map(move |member| format!("{family}:{member}"))
     };
-    let verbs = [SAVE, LAYERS, PAIRS, SEGMENTS, STRESS_WORK].map(ToOwned::to_owned);
+    let verbs = [SAVE, LAYERS, PAIRS, PLASTIC_STRAIN, SEGMENTS, STRESS_WORK].map(ToOwned::to_owned);
     Capabilities(
         verbs
             .into_iter()
@@ -153,5 +155,6 @@ mod tests {
             assert_eq!(named, variants, "{family}");
         }
         assert!(capabilities.has(SAVE) && capabilities.has(STRESS_WORK));
+        assert!(capabilities.has(PLASTIC_STRAIN));
     }
 }

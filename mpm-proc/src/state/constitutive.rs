@@ -106,6 +106,9 @@ pub trait Constitutive<const W: usize, S: Shape<W>>: UpdateStress<W, S> + Send +
     /// Stress `xx, yy, zz, xy` (Pa) of a lane's point, and its volume over the initial one.
     fn strained(&self, lane: usize) -> ([f64; 4], f64);
 
+    /// `plastic_strain` of the model, of a lane's point.
+    fn plastic_strain(&self, lane: usize) -> f64;
+
     /// Whether a point's volume has vanished or turned inside out.
     fn collapsed(&self, lane: usize) -> bool;
 
@@ -193,6 +196,11 @@ impl<const W: usize, S: Shape<W>, M: Material> Constitutive<W, S> for MaterialPo
         let of = |lanes: &Lanes| lanes.as_array()[lane % LANES];
         let Stress { xx, yy, zz, xy } = stress;
         ([xx, yy, zz, xy].map(of), of(volume))
+    }
+
+    fn plastic_strain(&self, lane: usize) -> f64 {
+        let strain = self.model.plastic_strain(&self.points[lane / LANES]);
+        strain.as_array()[lane % LANES]
     }
 
     fn collapsed(&self, lane: usize) -> bool {

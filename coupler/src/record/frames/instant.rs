@@ -1,5 +1,10 @@
 //! What a frame holds: points, bodies and contacts at an instant, and which of their fields.
 
+use std::sync::Arc;
+
+use interface::config::MpmConfig;
+use interface::config::capability::{CONTACTS, PLASTIC_STRAIN};
+use interface::message::control::Party;
 use interface::message::wire::{BodyState, ContactState, PointState};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -15,8 +20,70 @@ pub struct Instant {
     pub points: Vec<PointState>,
     /// Of the measurement at t_n.
     pub bodies: Vec<BodyState>,
+    /// For each group where its points' plastic strain is from; `None` where none has any, or the solver does not tell.
+    pub plastic_strain: Option<Arc<[PlasticStrain]>>,
     /// What presses at t_n; `None` where the bodies' side does not tell.
     pub contacts: Option<Vec<ContactState>>,
+}
+
+/// What the solvers of a run tell for its frames besides where things are.
+#[derive(Debug, Clone, Default)]
+pub struct Told {
+    /// The contacts of bodies.
+    pub contacts: bool,
+    /// As in [`Instant`].
+    pub plastic_strain: Option<Arc<[PlasticStrain]>>,
+}
+
+impl Told {
+    /// By solvers of these capabilities, of a run with this continuum.
+    pub fn by(mpm: Option<&MpmConfig>, can: impl Fn(Party, &str) -> bool) -> Self {
+        let mpm = mpm.filter(|_| can(Party::Mpm, PLASTIC_STRAIN));
+        Self {
+            contacts: can(Party::Dem, CONTACTS),
+            plastic_strain: mpm.and_then(PlasticStrain::of_groups),
+        }
+    }
+}
+
+/// Where the plastic strain of a group's points is from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PlasticStrain {
+    /// Their solver keeps it.
+    Kept,
+    /// They do not flow: it is 0.
+    None,
+    /// They flow, and nothing remembers how far: it is not a number.
+    Forgotten,
+}
+
+impl PlasticStrain {
+    /// Of the groups of a continuum whose solver tells it; `None` where no material keeps any.
+    pub fn of_groups(config: &MpmConfig) -> Option<Arc<[Self]>> {
+        let materials = config
+            .groups
+            .iter()
+            .map(|group| &config.materials[group.material].model);
+        let of_groups: Arc<[Self]> = materials
+            .map(
+                |model| match (model.keeps_plastic_strain(), model.is_plastic()) {
+                    (true, _) => Self::Kept,
+                    (false, true) => Self::Forgotten,
+                    (false, false) => Self::None,
+                },
+            )
+            .collect();
+        of_groups.contains(&Self::Kept).then_some(of_groups)
+    }
+
+    /// Of a point of such a group.
+    pub(super) fn of(self, point: &PointState) -> f64 {
+        match self {
+            Self::Kept => point.plastic_strain().into(),
+            Self::None => 0.0,
+            Self::Forgotten => f64::NAN,
+        }
+    }
 }
 
 /// What frames tell of points and bodies besides where they are.
@@ -31,6 +98,8 @@ pub enum Field {
     Volume,
     /// Mass of points in kg/m.
     Mass,
+    /// Plastic strain of points: equivalent (von Mises) or shear (sand with a memory); where a material keeps it.
+    PlasticStrain,
     /// Angle of bodies in rad.
     Angle,
     /// Angular velocity of bodies in rad/s.

@@ -1,6 +1,6 @@
 //! Points, bodies and contacts of an instant as VTK's cells.
 
-use interface::message::wire::{BodyState, ContactState, PointState};
+use interface::message::wire::{BodyState, ContactState};
 
 use super::instant::{Content, Field, Instant};
 use super::vtu::{Array, Cell, Mesh};
@@ -8,6 +8,8 @@ use super::vtu::{Array, Cell, Mesh};
 /// A body where the scene puts it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Outlined {
+    /// What the scene calls it.
+    pub name: String,
     /// In m; several for a cluster.
     pub outlines: Vec<Vec<[f64; 2]>>,
     /// Whether forces move it.
@@ -20,8 +22,9 @@ fn array<T, const N: usize>(name: &str, of: &[T], numbers: impl Fn(&T) -> [f64; 
 }
 
 /// A vertex for each point. Stress in VTK's order of a symmetric tensor: xx, yy, zz, xy, yz, xz.
-pub(super) fn points(points: &[PointState], content: &Content) -> Mesh {
-    Mesh {
+pub(super) fn points(instant: &Instant, content: &Content) -> Mesh {
+    let points = &instant.points;
+    let mut mesh = Mesh {
         cell: Cell::Vertex,
         points: points.iter().map(|p| p.position).collect(),
         ends: (1..=points.len()).collect(),
@@ -49,7 +52,15 @@ pub(super) fn points(points: &[PointState], content: &Content) -> Mesh {
             (Some(Field::Mass), array("mass", points, |p| [p.mass])),
         ]),
         of_cells: Vec::new(),
+        names: Vec::new(),
+    };
+    if let Some(of_groups) = &instant.plastic_strain {
+        let strain = points.iter().map(|p| of_groups[p.group as usize].of(p));
+        let strain = Array::real("plastic_strain", 1, strain.collect());
+        let asked = content.keep([(Some(Field::PlasticStrain), strain)]);
+        mesh.of_points.extend(asked);
     }
+    mesh
 }
 
 /// A polygon for each outline, moved as its body has since the start.
@@ -65,6 +76,7 @@ pub(super) fn bodies(
         ends: Vec::new(),
         of_points: Vec::new(),
         of_cells: Vec::new(),
+        names: outlined.iter().map(|body| body.name.clone()).collect(),
     };
     let mut owners: Vec<(usize, &BodyState)> = Vec::new();
     let moved = outlined.iter().zip(start.iter().zip(now)).enumerate();
@@ -142,5 +154,6 @@ pub(super) fn contacts(told: &[ContactState], instant: &Instant, outlined: &[Out
             vector("position", |c| c.position),
             vector("force", |c| c.force),
         ],
+        names: Vec::new(),
     }
 }

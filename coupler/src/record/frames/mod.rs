@@ -26,7 +26,7 @@ use thiserror::Error;
 
 use crate::record::background::{Mark, Written};
 use crate::record::rundir::{FRAME_LIST, FRAMES, RunDir, RunDirError, fail};
-pub use instant::{Content, Field, Instant};
+pub use instant::{Content, Field, Instant, PlasticStrain, Told};
 use meshes::{Outlined, bodies, contacts, points};
 use vtu::{Mesh, attribute};
 
@@ -71,6 +71,7 @@ impl Frames {
     ) -> Result<Self, RunDirError> {
         let bodies = dem.iter().flat_map(|dem| &dem.bodies);
         let outlines = bodies.map(|body| Outlined {
+            name: body.name.clone(),
             outlines: outline::outlines(body),
             is_free: body.motion == Motion::Free,
         });
@@ -200,10 +201,7 @@ impl Series {
             }
             let number = self.times.len();
             if self.has[0] {
-                self.write(
-                    &file("points", number),
-                    &points(&instant.points, &self.content),
-                )?;
+                self.write(&file("points", number), &points(&instant, &self.content))?;
             }
             if self.has[1] {
                 let bodies = bodies(&self.outlines, &self.start, &instant.bodies, &self.content);

@@ -18,6 +18,9 @@ const BLOCK: usize = 1 << 20;
 /// What comes before the packed arrays; an underscore follows it.
 const APPENDED: &[u8] = b"<AppendedData encoding=\"raw\">";
 
+/// The array of [`Mesh::names`].
+const NAMES: &str = "names";
+
 /// How many digits numbers have in a file. Positions are always whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
@@ -108,6 +111,8 @@ pub struct Mesh {
     pub of_points: Vec<Array>,
     /// Numbers of the cells.
     pub of_cells: Vec<Array>,
+    /// What the things are called that the cells are parts of, where they have names.
+    pub names: Vec<String>,
 }
 
 impl Mesh {
@@ -155,10 +160,26 @@ impl Mesh {
         let file = xml.create_element("VTKFile").with_attributes(about);
         file.write_inner_content(|xml| {
             let grid = xml.create_element("UnstructuredGrid");
-            grid.write_inner_content(|xml| self.write_piece(xml, arrays))?;
+            grid.write_inner_content(|xml| {
+                self.write_names(xml, arrays)?;
+                self.write_piece(xml, arrays)
+            })?;
             Ok(())
         })?;
         Ok(())
+    }
+
+    /// The names as the bytes of a text with a line for each: meshio refuses files with arrays of VTK's type `String`.
+    fn write_names(&self, xml: &mut Writer<Vec<u8>>, arrays: &mut Appended) -> io::Result<()> {
+        if self.names.is_empty() {
+            return Ok(());
+        }
+        let text = self.names.join("\n");
+        section(xml, "FieldData", |xml| {
+            let tuples = text.len().to_string();
+            let tuples = [("NumberOfTuples", tuples.as_str())];
+            arrays.add_bytes(xml, (NAMES, 1, "UInt8"), &tuples, text.as_bytes())
+        })
     }
 
     fn write_piece(&self, xml: &mut Writer<Vec<u8>>, arrays: &mut Appended) -> io::Result<()> {
@@ -178,17 +199,17 @@ impl Mesh {
             section(xml, "Points", |xml| {
                 let values = self.points.iter().flat_map(|&[x, y]| [x, y, 0.0]);
                 let bytes: Vec<u8> = values.flat_map(f64::to_le_bytes).collect();
-                arrays.add_bytes(xml, ("Points", 3, "Float64"), &bytes)
+                arrays.add_bytes(xml, ("Points", 3, "Float64"), &[], &bytes)
             })?;
             section(xml, "Cells", |xml| {
                 let order = (0..self.points.len() as u64).flat_map(u64::to_le_bytes);
                 let order: Vec<u8> = order.collect();
-                arrays.add_bytes(xml, ("connectivity", 1, "Int64"), &order)?;
+                arrays.add_bytes(xml, ("connectivity", 1, "Int64"), &[], &order)?;
                 let ends = self.ends.iter().flat_map(|&end| (end as u64).to_le_bytes());
                 let ends: Vec<u8> = ends.collect();
-                arrays.add_bytes(xml, ("offsets", 1, "Int64"), &ends)?;
+                arrays.add_bytes(xml, ("offsets", 1, "Int64"), &[], &ends)?;
                 let kinds = vec![self.cell.number(); self.ends.len()];
-                arrays.add_bytes(xml, ("types", 1, "UInt8"), &kinds)
+                arrays.add_bytes(xml, ("types", 1, "UInt8"), &[], &kinds)
             })
         })?;
         Ok(())
@@ -205,6 +226,7 @@ impl Mesh {
             ends: Vec::new(),
             of_points: Vec::new(),
             of_cells: Vec::new(),
+            names: Vec::new(),
         };
         let appended = file.windows(APPENDED.len()).position(|w| w == APPENDED);
         let appended =
@@ -243,6 +265,10 @@ impl Mesh {
                 let of_kind = |cell: &Cell| bytes.first() == Some(&cell.number());
                 let kinds = [Cell::Line, Cell::Polygon];
                 self.cell = kinds.into_iter().find(of_kind).unwrap_or(Cell::Vertex);
+            }
+            ("FieldData", NAMES) => {
+                let text = String::from_utf8(bytes).map_err(|e| e.to_string())?;
+                self.names = text.split('\n').map(str::to_owned).collect();
             }
             ("PointData" | "CellData", _) => {
                 let array = Array {
@@ -306,7 +332,7 @@ impl Appended {
                 values.flat_map(|&x| (x as f32).to_le_bytes()).collect(),
             ),
         };
-        self.add_bytes(xml, (&array.name, array.components, kind), &bytes)
+        self.add_bytes(xml, (&array.name, array.components, kind), &[], &bytes)
     }
 
     /// Packs an array: how many blocks, bytes of a block, bytes of the last one where it is shorter, bytes of each when
@@ -315,6 +341,7 @@ impl Appended {
         &mut self,
         xml: &mut Writer<Vec<u8>>,
         (name, components, kind): (&str, usize, &str),
+        more: &[(&str, &str)],
         bytes: &[u8],
     ) -> io::Result<()> {
         let (components, offset) = (components.to_string(), self.bytes.len().to_string());
@@ -326,7 +353,7 @@ impl Appended {
             ("offset", &offset),
         ];
         xml.create_element("DataArray")
-            .with_attributes(about)
+            .with_attributes(about.into_iter().chain(more.iter().copied()))
             .write_empty()?;
         let (mut sizes, mut packed) = (Vec::new(), Vec::new());
         for block in bytes.chunks(BLOCK) {
@@ -473,6 +500,7 @@ mod tests {
                 ),
             ],
             of_cells: vec![array("velocity", Kind::Real, 2, &[f64::MAX, 0.0, 1.0, 2.0])],
+            names: vec!["wedge".into(), "grüner Stein".into()],
         }
     }
 
@@ -492,6 +520,7 @@ mod tests {
             ends: Vec::new(),
             of_points: Vec::new(),
             of_cells: Vec::new(),
+            names: Vec::new(),
         };
         assert_eq!(read_back(&empty), Ok(empty));
         let mut short = mesh.clone();
@@ -533,6 +562,7 @@ mod tests {
                 ends: (1..=length).collect(),
                 of_points: vec![array("x", Kind::Real, 1, &values)],
                 of_cells: Vec::new(),
+                names: Vec::new(),
             };
             assert_eq!(read_back(&mesh), Ok(mesh), "{length}");
         }

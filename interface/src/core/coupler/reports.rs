@@ -2,7 +2,7 @@
 
 use super::question::Question;
 use super::{Coupler, State};
-use crate::config::capability::{CONTACTS, SAVE};
+use crate::config::capability::{CONTACTS, PLASTIC_STRAIN, SAVE};
 use crate::core::error::{SessionError, broken};
 use crate::core::{Action, check};
 use crate::message::control::Party;
@@ -168,6 +168,17 @@ impl Coupler {
         if points.len() as u64 > known || !ordered {
             let message = format!("{} points of {known}, ids rising: {ordered}", points.len());
             return Err(broken(Party::Mpm, clause, step, message));
+        }
+        if self.lines[i].has(PLASTIC_STRAIN) {
+            let strain = points.iter().find(|p| {
+                let strain = p.plastic_strain();
+                !(strain >= 0.0 && strain.is_finite())
+            });
+            if let Some(point) = strain {
+                let (id, strain) = (point.id, point.plastic_strain());
+                let message = format!("the plastic strain of point {id} is {strain}");
+                return Err(broken(Party::Mpm, clause, step, message));
+            }
         }
         self.round.points.clear();
         self.round.points.extend_from_slice(points);

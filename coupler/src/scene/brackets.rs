@@ -1,0 +1,79 @@
+//! Which bracket of a text that is not TOML is open where a parser gives up.
+
+/// Where the innermost bracket was opened that is still open at `end`: all in bytes from the start. Brackets in strings and
+/// comments are none.
+pub(super) fn open_at(text: &str, end: usize) -> Option<usize> {
+    let bytes = &text.as_bytes()[..end.min(text.len())];
+    let mut open = Vec::new();
+    let mut at = 0;
+    while let Some(&byte) = bytes.get(at) {
+        at = match byte {
+            b'#' => line_end(bytes, at),
+            b'"' | b'\'' => string_end(bytes, at),
+            b'[' | b'{' => {
+                open.push(at);
+                at + 1
+            }
+            b']' | b'}' => {
+                open.pop();
+                at + 1
+            }
+            _ => at + 1,
+        };
+    }
+    open.pop()
+}
+
+fn line_end(bytes: &[u8], from: usize) -> usize {
+    let end = bytes[from..].iter().position(|&byte| byte == b'\n');
+    end.map_or(bytes.len(), |length| from + length)
+}
+
+/// Behind the string that begins here; behind the line of one that lacks its end.
+fn string_end(bytes: &[u8], from: usize) -> usize {
+    let quote = bytes[from];
+    let long = [quote; 3];
+    let is_long = bytes[from..].starts_with(&long);
+    let length = if is_long { 3 } else { 1 };
+    let last = if is_long {
+        bytes.len()
+    } else {
+        line_end(bytes, from)
+    };
+    let mut at = from + length;
+    while at < last {
+        if bytes[at] == b'\\' && quote == b'"' {
+            at += 2;
+        } else if bytes[at..].starts_with(&long[..length]) {
+            return at + length;
+        } else {
+            at += 1;
+        }
+    }
+    last
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_innermost_open_bracket_is_found() {
+        for (text, opened) in [
+            ("a = [1, 2]\nb = 3", None),
+            ("a = [[1, 2], [3, 4]\nb = 3", Some(4)),
+            ("a = [[1, 2], [3, 4\nb = 3", Some(13)),
+            ("a = { b = [1 }\nc = 3", Some(4)),
+            ("[section\nb = 3", Some(0)),
+            ("# [\na = \"[\\\"[\" # {\nb = '['\n", None),
+            ("a = \"\"\"\n[ \"\" [\n\"\"\"\nb = [", Some(23)),
+            ("a = '''[''\n''' [", Some(15)),
+            ("a = \"no end [\nb = [", Some(18)),
+            ("a = \"\\", None),
+        ] {
+            assert_eq!(open_at(text, text.len()), opened, "{text}");
+        }
+        assert_eq!(open_at("a = [1]", 6), Some(4));
+        assert_eq!(open_at("ä = [", 99), Some(5));
+    }
+}
