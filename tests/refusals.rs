@@ -226,8 +226,10 @@ fn options_out_of_range_are_refused_by_name() {
     run(&["--dem", "'"]).says(&["--dem", "not a command"]);
     run(&["--mpm", ""]).says(&["--mpm", "not a command"]);
     run(&["--dem", "x", "--in-process"]).says(&["--dem", "--in-process", "cannot be used with"]);
-    run(&["--set", "solvers.dem=x", "--in-process"])
-        .says(&["--in-process", "`--set solvers.dem=built-in` leaves it out"]);
+    run(&["--set", "solvers.dem=x", "--in-process"]).says(&[
+        "--in-process",
+        "`--set solvers.dem=built-in` selects the built-in one",
+    ]);
 }
 
 #[test]

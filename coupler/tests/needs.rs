@@ -112,7 +112,7 @@ fn a_refused_shape_is_located_with_the_shapes_that_are_taken() {
   --> needs.toml:33:1  (dem.body.1.shape)
    33 | shape.rectangle = { width = 0.2, height = 0.2 }
       | ^^^^^
-   help: change the scene, or take another solver (`--dem`, `solvers.dem`)
+   help: change the scene, or use another solver (`--dem`, `solvers.dem`)
 "
     );
 }

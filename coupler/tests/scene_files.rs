@@ -405,7 +405,10 @@ fn the_plan_says_what_impacts_cost_and_a_resolution_is_checked() {
         let steps = std::f64::consts::PI / (0.8 * resolution);
         assert_eq!(impacts.steps, steps.ceil());
         let text = plan.to_string();
-        assert!(text.contains("while bodies meet or part"), "{text}");
+        assert!(
+            text.contains("while bodies come into contact or separate"),
+            "{text}"
+        );
     }
     for wrong in ["0", "-1", "2.5"] {
         let set = format!("dem.contact_resolution={wrong}");

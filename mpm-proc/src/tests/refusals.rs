@@ -71,7 +71,7 @@ fn bad_configurations_are_refused_with_key_and_reason() {
     refused(
         |c| (c.walls.top, c.transfer) = (driven, Transfer::Xpic { order: 2 }),
         "mpm.transfer",
-        "the wall top moves, which xpic does not filter",
+        "xpic does not support the moving wall top",
     );
     refused(
         |c| (c.walls.top, c.walls.left) = (driven, Wall::Slip),
