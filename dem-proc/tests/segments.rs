@@ -385,6 +385,204 @@ fn friction_and_springs_have_the_work_of_a_disc_that_is_dragged_through_an_arc()
     }
 }
 
+/// A held disc at the origin whose chain the test moves: what the chain did, and what the ledger says of it.
+struct Moved {
+    dem: Sdem,
+    chain: Chain,
+    /// In s.
+    dt: f64,
+    started: bool,
+    /// Positions and forces of the step before.
+    last: Vec<[Vec2; 2]>,
+    /// Work of the chain on the contact in J/m, by the trapezoid rule.
+    work: f64,
+    /// Energy in the springs at the beginning in J/m.
+    start: f64,
+    /// Largest fall of the friction's work in a step in J/m.
+    gained: f64,
+    friction_work: f64,
+}
+
+impl Moved {
+    fn new(x: &[[f64; 2]], law: ContactLaw) -> Self {
+        let mut held = disc([0.0, 0.0]);
+        held.motion = Motion::Driven;
+        let mut dem = configured(&on_segments(vec![held], law));
+        let mut chain = Chain::new(x);
+        dem.imp_set(&chain.set);
+        chain.step(&mut dem, &OPENING);
+        let start = dem.measurement().ledger.contact;
+        Self {
+            dem,
+            chain,
+            dt: 1e-3,
+            started: false,
+            last: Vec::new(),
+            work: 0.0,
+            start,
+            gained: 0.0,
+            friction_work: 0.0,
+        }
+    }
+
+    /// Moves the markers to `x`, and takes a step there.
+    fn to(&mut self, x: &[[f64; 2]]) {
+        for (state, x) in self.chain.states.iter_mut().zip(x) {
+            state.position = *x;
+        }
+        let before = if self.started { self.dt } else { 0.0 };
+        self.chain.step(&mut self.dem, &step(before, self.dt));
+        self.started = true;
+        let now = self.chain.states.iter().zip(&self.chain.forces);
+        let now: Vec<[Vec2; 2]> = now
+            .map(|(s, f)| [s.position.into(), f.force.into()])
+            .collect();
+        for ([x, f], [was, before]) in now.iter().zip(&self.last) {
+            self.work -= 0.5 * (f + before).dot(&(x - was));
+        }
+        self.last = now;
+        let work = self.dem.measurement().ledger.friction_work;
+        self.gained = self.gained.max(self.friction_work - work);
+        self.friction_work = work;
+    }
+
+    /// Stored since the beginning, and lost, less the work, in J/m.
+    fn off(&self) -> f64 {
+        self.dem.measurement().ledger.contact - self.start + self.friction_work - self.work
+    }
+}
+
+/// Points turned by an angle about the origin.
+fn turned(x: &[[f64; 2]], angle: f64) -> Vec<[f64; 2]> {
+    let (sin, cos) = angle.sin_cos();
+    let turn = |&[x, y]: &[f64; 2]| [x * cos - y * sin, x * sin + y * cos];
+    x.iter().map(turn).collect()
+}
+
+/// Two arms below the origin, dented at the vertex between them by `dent` to either side; the feet are at `distance`.
+fn dented(dent: f64, distance: f64) -> [[f64; 2]; 3] {
+    let (sin, cos) = dent.sin_cos();
+    let vertex = [0.0, -distance / cos];
+    let [right, left] = [1.0, -1.0].map(|side| [side * cos, vertex[1] + sin]);
+    [right, vertex, left]
+}
+
+/// A dent whose vertex presses half as much as the feet beside it, turned back and forth about the disc: by more than a spring
+/// across at the vertex would bear, and by less than those at the feet. A spring at the vertex, which counts less than nothing,
+/// would slip, and give energy in each turn.
+#[test]
+fn a_vertex_in_a_dent_gives_no_energy_when_the_chain_slips() {
+    let [deep, shallow] = [5e-3, 2.5e-3];
+    let dent = f64::acos((A + R - deep) / (A + R - shallow));
+    let x = dented(dent, A + R - deep);
+    let mut moved = Moved::new(&x, frictional(K, 0.5 * K, 0.3));
+    let way = 2.5e-3 / (A + R);
+    for n in 0..4000 {
+        let phase = f64::from(n) * 1e-2;
+        moved.to(&turned(&x, way * phase.sin()));
+    }
+    let stored = 0.5 * 0.5 * K * 2.5e-3 * 2.5e-3;
+    assert!(
+        moved.friction_work > -1e-3 * stored,
+        "{}",
+        moved.friction_work
+    );
+    assert!(moved.gained < 1e-6 * stored, "{}", moved.gained);
+    assert!(moved.off().abs() < 1e-2 * stored, "{}", moved.off());
+}
+
+/// Markers around the lower half of the disc, each of which moves in and out and along on its own: minima and maxima come and go,
+/// stretches of the chain part and join, springs slip. Friction never gives, and the books close.
+#[test]
+fn friction_of_a_chain_that_wraps_round_never_gives_energy() {
+    let rough = |i: u32, k: u32| f64::from((i * 37 + k * 23) % 19) / 19.0 - 0.5;
+    for (friction, depth, slips) in [
+        (0.05, 2e-3, true),
+        (0.3, 2e-3, false),
+        (0.3, 3e-4, true),
+        (100.0, 1e-3, false),
+    ] {
+        let at = |time: f64| -> Vec<[f64; 2]> {
+            let marker = |i: u32| {
+                let own = |k: u32| (time * (3.0 + 4.0 * rough(i, k)) + 7.0 * rough(i, k + 1)).sin();
+                let angle = (350.0 - 160.0 / 29.0 * f64::from(i)).to_radians();
+                let angle = angle + 3e-2 * (2.0 * time).sin() + 1e-2 * own(2);
+                let away = A + R - depth + depth * own(4);
+                [away * angle.cos(), away * angle.sin()]
+            };
+            (0..30).map(marker).collect()
+        };
+        let mut moved = Moved::new(&at(0.0), frictional(K, 0.5 * K, friction));
+        for n in 0..6000 {
+            moved.to(&at(1e-3 * f64::from(n)));
+        }
+        let stored = 0.5 * K * depth * depth;
+        let text = format!(
+            "mu {friction}, {depth}: {} {}",
+            moved.friction_work, moved.gained
+        );
+        assert!(moved.gained < 1e-12 * stored, "{text}");
+        if slips {
+            assert!(moved.friction_work > stored, "{text}");
+        }
+        let off = moved.off().abs() / stored.max(moved.friction_work);
+        assert!(off < 1e-2, "{text}: {off}");
+    }
+}
+
+/// A vertex that comes free parts the stretch between two feet in two. Each takes its share of the spring across, so the force goes
+/// on as it was; where they join again, what they hold is the mean, and neither of the two gives energy.
+#[test]
+fn a_stretch_that_parts_keeps_its_force_and_gives_no_energy() {
+    let reached = 1e-5; // overlap of the vertex
+    let deep = 2e-3;
+    let distance = A + R - deep;
+    let dent = f64::acos(distance / (A + R - reached));
+    let x = dented(dent, distance);
+    let mut moved = Moved::new(&x, frictional(K, 0.5 * K, 0.9));
+    let turn = 1e-3 / distance;
+    for n in 0..=100 {
+        moved.to(&turned(&x, turn * f64::from(n) / 100.0));
+    }
+    // The two feet share one spring.
+    let sideways = |moved: &Moved| {
+        let forces = moved.last.iter().map(|[x, f]| x.x * f.y - x.y * f.x);
+        forces.sum::<f64>() / distance
+    };
+    let before = sideways(&moved);
+    assert!(
+        (before.abs() / (0.5 * K * 1e-3) - 1.0).abs() < 2e-2,
+        "{before}"
+    );
+    let lost = moved.friction_work;
+    // Out of reach of the vertex, with the feet as deep as before.
+    let opened = dented(f64::acos(distance / (A + R + reached)), distance);
+    moved.to(&turned(&opened, turn));
+    let after = sideways(&moved);
+    assert!((after / before - 1.0).abs() < 1e-2, "{before} {after}");
+    let gone = moved.friction_work - lost;
+    let half = 0.5 * 0.5 * K * 1e-6 * 0.5;
+    assert!((gone / half - 1.0).abs() < 5e-2, "{gone} {half}");
+    // Each now has a spring of its own.
+    moved.to(&turned(&opened, turn * 1.01));
+    let two = sideways(&moved) - after;
+    assert!(
+        (two / (2.0 * 0.5 * K * 1e-5) - after.signum()).abs() < 5e-2,
+        "{two}"
+    );
+    // And together again.
+    let lost = moved.friction_work;
+    moved.to(&turned(&x, turn * 1.01));
+    assert!(
+        moved.friction_work >= lost,
+        "{lost} {}",
+        moved.friction_work
+    );
+    let joined = sideways(&moved) / (after + two);
+    assert!((joined - 0.5).abs() < 2e-2, "{joined}");
+    assert!(moved.off().abs() < 2e-2 * half, "{}", moved.off());
+}
+
 #[test]
 fn a_disc_that_comes_through_the_chain_is_named() {
     let mut driven = disc([0.0, A + R]);

@@ -197,6 +197,7 @@ impl Walk<'_> {
         listed: &impl Fn(u32) -> bool,
     ) {
         self.stretch += 1;
+        let (begin, of_begin) = (self.found.len(), self.stretch);
         let Some(first) = see(start) else {
             return;
         };
@@ -219,7 +220,9 @@ impl Walk<'_> {
             }
             here = next;
         };
-        if !closes {
+        if closes {
+            self.join_ends(begin, of_begin);
+        } else {
             if first.s <= 0.0 {
                 self.add(Foot::vertex(first.from), true, first.normal, false);
             }
@@ -227,6 +230,18 @@ impl Walk<'_> {
                 self.add(Foot::vertex(here.to), true, here.normal, false);
             }
         }
+    }
+
+    /// Once round a ring: the stretch at the end goes on in that at the beginning, and stands before it.
+    fn join_ends(&mut self, begin: usize, of_begin: u32) {
+        if self.stretch == of_begin {
+            return;
+        }
+        let of_ring = &mut self.found[begin..];
+        let last = of_ring.iter_mut().rev();
+        let last = last.take_while(|e| e.stretch == self.stretch);
+        let joined = last.map(|e| e.stretch = of_begin).count();
+        of_ring.rotate_right(joined);
     }
 
     /// The vertex between two segments.

@@ -15,4 +15,5 @@ pub mod point_side;
 pub mod points;
 pub mod segments;
 mod set;
+mod stretch;
 mod told;

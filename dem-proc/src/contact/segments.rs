@@ -3,13 +3,11 @@
 //!
 //! The foot of a contact is a place between two markers, `(1 - s) x_a + s x_b`, and takes the part of a point of their contact
 //! radius. Its force is shared by the same shares, so that momentum is exact and the work of the force on the markers is that
-//! on the foot. What a contact remembers belongs to the chain and the disc: it is handed to whichever place of the chain the
-//! contact has come to.
+//! on the foot. What a contact remembers belongs to the stretch of the chain that presses ([`crate::contact::stretch`]), and goes along
+//! with it.
 //!
 //! An evaluation commits nothing: `next` and `positions` are taken over by [`PointSide::commit`]. The list of segments near each
 //! disc does not change what comes out, so it is made where it is needed, and is not saved.
-
-use core::ops::Range;
 
 use interface::Vec2;
 use interface::message::wire::{ContactState, ImpForce, ImpInfo, ImpState};
@@ -22,6 +20,7 @@ use crate::contact::chain::{Extremum, Foot, Links, came_through, extrema, shares
 use crate::contact::passage::{Passage, Passed, admissible_depth};
 use crate::contact::point_side::{Interval, PointSide, SavedPoints};
 use crate::contact::set::{SavedChain, restored_set, save_set};
+use crate::contact::stretch::{Held, Memory, Place, hand_on};
 use crate::contact::told::POINT;
 use crate::law::history::SavedHistories;
 use crate::law::{Law, Loss, Mates, Past, Touch};
@@ -38,18 +37,6 @@ struct Near {
     part: u32,
     /// Slots at which they begin, ascending.
     segments: Vec<u32>,
-}
-
-/// A contact that pressed in the last step.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Held<H> {
-    body: u32,
-    part: u32,
-    /// Identities of the markers between which it was, and the share of the second.
-    ids: [u64; 2],
-    s: f64,
-    least: bool,
-    history: H,
 }
 
 /// What an evaluation finds.
@@ -75,8 +62,8 @@ pub struct SegmentContacts<L: Law> {
     links: Links,
     /// Positions one step before in m, slot by slot; none where a marker is new or there was no step.
     previous: Vec<Option<Vec2>>,
-    held: Vec<Held<L::History>>,
-    next: Vec<Held<L::History>>,
+    kept: Memory<L::History>,
+    next: Memory<L::History>,
     positions: Vec<Vec2>,
     near: Vec<Near>,
     built_at: Vec<Vec2>,
@@ -96,8 +83,8 @@ impl<L: Law> SegmentContacts<L> {
             set: Vec::new(),
             links: Links::default(),
             previous: Vec::new(),
-            held: Vec::new(),
-            next: Vec::new(),
+            kept: Memory::default(),
+            next: Memory::default(),
             positions: Vec::new(),
             near: Vec::new(),
             built_at: Vec::new(),
@@ -146,100 +133,74 @@ impl<L: Law> SegmentContacts<L> {
         self.listed = true;
     }
 
-    /// Where a contact of the last step is now in m; `None` if its markers are no more in the set.
-    fn place(&self, held: &Held<L::History>) -> Option<Vec2> {
-        let slot = |id: u64| {
-            let found = self.set.binary_search_by_key(&id, |info| info.id);
-            found.ok().map(|slot| slot as u32)
-        };
-        let slots = [slot(held.ids[0])?, slot(held.ids[1])?];
+    /// Where a minimum of the last step is now in m; `None` if its markers are no more in the set.
+    fn place(&self, held: &Held) -> Option<Vec2> {
+        let slots = [self.slot(held.ids[0])?, self.slot(held.ids[1])?];
+        let slots = slots.map(|slot| slot as u32);
         Some(Foot { slots, s: held.s }.of(&self.positions))
     }
 
-    /// Contacts of the last step of a disc, in [`Self::held`].
-    fn held_by(&self, near: &Near) -> Range<usize> {
-        let of = |h: &Held<L::History>| (h.body, h.part);
-        let disc = (near.body, near.part);
-        let first = self.held.partition_point(|h| of(h) < disc);
-        first..first + self.held[first..].partition_point(|h| of(h) == disc)
+    /// Slot of a marker.
+    fn slot(&self, id: u64) -> Option<usize> {
+        self.set.binary_search_by_key(&id, |info| info.id).ok()
     }
 
-    /// For each extremum of a disc the contact of the last step that it goes on from, if any: that of the same kind nearest to
-    /// it, within the way that a foot goes in a step; else what its stretch of the chain goes on from. One that does not press
-    /// only ends what nobody else goes on from.
-    fn predecessors(&self, bodies: &Bodies, near: &Near, found: &[Extremum]) -> Vec<Option<usize>> {
-        let olds: Vec<(usize, Vec2)> = self
-            .held_by(near)
-            .filter_map(|k| Some((k, self.place(&self.held[k])?)))
-            .collect();
-        let nearest = |e: &Extremum, taken: &[Option<usize>]| {
-            let info = self.set[e.foot.slots[0] as usize];
-            let fits = |k: usize| {
-                let held = &self.held[k];
-                let slot = self.set.binary_search_by_key(&held.ids[0], |info| info.id);
-                let same = slot.is_ok_and(|slot| self.set[slot].group == info.group);
-                same && held.least == e.least && !taken.contains(&Some(k))
-            };
-            let far = |at: &Vec2| (at - e.point).norm();
-            let olds = olds.iter();
-            let olds = olds.filter(|(k, at)| fits(*k) && far(at) <= info.radius);
-            olds.min_by(|a, b| far(&a.1).total_cmp(&far(&b.1)))
-                .map(|(k, _)| *k)
+    /// Minima at which a disc pressed in the last step.
+    fn held_by(&self, near: &Near) -> &[Held] {
+        let disc = (near.body, near.part);
+        let all = &self.kept.held;
+        let first = all.partition_point(|h| (h.body, h.part) < disc);
+        let rest = &all[first..];
+        &rest[..rest.partition_point(|h| (h.body, h.part) == disc)]
+    }
+
+    /// For each minimum of the last step the stretch that has a minimum nearest to it, within the way that a foot goes in a step.
+    fn heirs(&self, held: &[Held], stretches: &[&[Extremum]]) -> Vec<Option<usize>> {
+        let heir = |held: &Held| {
+            let (at, old) = (self.place(held)?, self.slot(held.ids[0])?);
+            let minima = stretches.iter().enumerate().flat_map(|(i, stretch)| {
+                let minima = stretch.iter().filter(|e| e.least);
+                minima.map(move |e| (i, e))
+            });
+            let far = minima.filter_map(|(i, e)| {
+                let info = self.set[e.foot.slots[0] as usize];
+                let far = (at - e.point).norm();
+                (info.group == self.set[old].group && far <= info.radius).then_some((i, far))
+            });
+            far.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
         };
-        let presses: Vec<bool> = found
-            .iter()
-            .map(|e| self.overlap(bodies, near, e) > 0.0)
-            .collect();
-        let pressing = found.iter().zip(&presses);
-        let mut before: Vec<Option<usize>> = pressing
-            .map(|(e, presses)| presses.then(|| nearest(e, &[])).flatten())
-            .collect();
-        for (i, e) in found.iter().enumerate() {
-            if !presses[i] {
-                before[i] = nearest(e, &before);
-            } else if before[i].is_none() {
-                // What has just come apart of another contact of its stretch.
-                let mut others = found.iter().zip(&before);
-                let of_stretch = others.find_map(|(o, k)| k.filter(|_| o.stretch == e.stretch));
-                before[i] = of_stretch;
-            }
+        held.iter().map(heir).collect()
+    }
+
+    /// What each stretch of a disc goes on from. Friction takes what springs that end, part or join have held and leave to none.
+    fn go_on(
+        &self,
+        bodies: &Bodies,
+        near: &Near,
+        stretches: &[&[Extremum]],
+        sums: &mut Sums,
+    ) -> Vec<L::History> {
+        let held = self.held_by(near);
+        let heirs = self.heirs(held, stretches);
+        let handed = hand_on(held, &self.kept.springs, &heirs, stretches.len());
+        let ended = handed.ended.iter().map(|spring| (1.0, spring));
+        let begun = handed.begun.iter().map(|spring| (-1.0, spring));
+        for (sign, (from, history)) in ended.chain(begun) {
+            // Markers leave the set where no disc is near, so those of a contact that pressed are there.
+            let Some(slot) = self.slot(held[*from].ids[0]) else {
+                continue;
+            };
+            let constants = self.law.pair(&self.mates(bodies, near, slot));
+            let touch = Touch::default();
+            sums.add_loss(sign, self.law.separate(&constants, &touch, history));
         }
-        before
+        handed.histories
     }
 
     /// Overlap of a disc with the chain at an extremum in m.
     fn overlap(&self, bodies: &Bodies, near: &Near, e: &Extremum) -> f64 {
         let own = self.set[e.foot.slots[0] as usize].radius;
         bodies.radius_at(near.body as usize, near.part) + own - e.distance
-    }
-
-    /// Adds what becomes of the energy of springs across where contacts of a disc end, and where several go on from one: friction
-    /// takes what nobody goes on from, and gives what is counted twice. A maximum counts less than nothing, so a minimum and a
-    /// maximum that come together take nothing of one, but for what they have slipped apart.
-    fn add_ended(
-        &self,
-        bodies: &Bodies,
-        near: &Near,
-        found: &[Extremum],
-        before: &[Option<usize>],
-        sums: &mut Sums,
-    ) {
-        let counts = |least: bool| if least { 1 } else { -1 };
-        for k in self.held_by(near) {
-            let held = &self.held[k];
-            let heirs = found.iter().zip(before).filter(|(_, b)| **b == Some(k));
-            let go_on: i32 = heirs.map(|(e, _)| counts(e.least)).sum();
-            let ended = counts(held.least) - go_on;
-            // Markers leave the set where no disc is near, so those of a contact that pressed are there.
-            let slot = self.set.binary_search_by_key(&held.ids[0], |info| info.id);
-            if let (1.. | ..=-1, Ok(slot)) = (ended, slot) {
-                let constants = self.law.pair(&self.mates(bodies, near, slot));
-                let loss = self
-                    .law
-                    .separate(&constants, &Touch::default(), &held.history);
-                sums.add_loss(f64::from(ended), loss);
-            }
-        }
     }
 
     /// A disc and the marker of a slot.
@@ -253,49 +214,57 @@ impl<L: Law> SegmentContacts<L> {
         }
     }
 
-    /// What two surfaces have moved relative to one another at a foot, along the normal and across.
-    fn motion(
-        &self,
-        bodies: &Bodies,
-        states: &[ImpState],
-        (body, past): (usize, Past),
-        (e, normal, r): (&Extremum, Vec2, Vec2),
-        touch: &mut Touch,
-    ) {
-        let tangent = Vec2::new(-normal.y, normal.x);
-        let [a, b] = e.foot.slots.map(|slot| slot as usize);
-        if past.dt > 0.0 {
-            // As of points: from positions. A marker that is new touched nothing a step ago.
-            let was = |slot: usize| self.previous[slot].unwrap_or(self.positions[slot]);
-            let [first, second] = e.foot.shares();
-            let was = was(a) * first + was(b) * second;
-            let moved = e.point - was - bodies.frames[body].displacement(r);
-            touch.moved = [moved.dot(&normal), moved.dot(&tangent)];
-            touch.velocity = touch.moved.map(|u| u * past.per_dt);
-        } else {
-            let [va, vb] = [a, b].map(|slot| Vec2::from(states[slot].velocity));
-            let [first, second] = e.foot.shares();
-            let of_body = bodies.state[body].velocity_at(r);
-            let velocity = va * first + vb * second - of_body;
-            touch.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
-        }
-    }
-
-    /// Evaluates one extremum of the distance of one disc, and adds what it does. Returns what it remembers if it presses.
-    fn press(
+    /// Adds `share` of what two surfaces have moved relative to one another at a foot, along the normal and across.
+    fn add_motion(
         &self,
         on: &Evaluation,
-        near: &Near,
-        e: &Extremum,
-        before: Option<usize>,
-        to: &mut Targets,
-    ) -> Option<Held<L::History>> {
+        body: usize,
+        place: &Place<L::Pair>,
+        share: f64,
+        touch: &mut Touch,
+    ) {
         let Evaluation {
             bodies,
             states,
-            interval: Interval { past, closing },
+            interval: Interval { past, .. },
         } = *on;
-        let body = near.body as usize;
+        let Place {
+            e,
+            normal,
+            tangent,
+            r,
+            ..
+        } = place;
+        let [a, b] = e.foot.slots.map(|slot| slot as usize);
+        let [first, second] = e.foot.shares();
+        if past.dt > 0.0 {
+            // As of points: from positions. A marker that is new touched nothing a step ago.
+            let was = |slot: usize| self.previous[slot].unwrap_or(self.positions[slot]);
+            let was = was(a) * first + was(b) * second;
+            let moved = e.point - was - bodies.frames[body].displacement(*r);
+            let moved = [moved.dot(normal), moved.dot(tangent)];
+            for i in 0..2 {
+                touch.moved[i] += share * moved[i];
+                touch.velocity[i] += share * (moved[i] * past.per_dt);
+            }
+        } else {
+            let [va, vb] = [a, b].map(|slot| Vec2::from(states[slot].velocity));
+            let of_body = bodies.state[body].velocity_at(*r);
+            let velocity = va * first + vb * second - of_body;
+            touch.velocity[0] += share * velocity.dot(normal);
+            touch.velocity[1] += share * velocity.dot(tangent);
+        }
+    }
+
+    /// An extremum of the distance of a disc as contact sees it. Adds what it may do until the next exchange.
+    fn seen<'a>(
+        &self,
+        on: &Evaluation,
+        near: &Near,
+        e: &'a Extremum,
+        to: &mut Targets,
+    ) -> Place<'a, L::Pair> {
+        let (bodies, body) = (on.bodies, near.body as usize);
         let info = &self.set[e.foot.slots[0] as usize];
         let overlap = self.overlap(bodies, near, e);
         let rigid = &bodies.frames[body];
@@ -303,17 +272,12 @@ impl<L: Law> SegmentContacts<L> {
         let tangent = Vec2::new(-normal.y, normal.x);
         let r = contact_point(e.point, info.radius, overlap, normal) - rigid.center;
         let (r_n, r_t) = (cross(r, normal), cross(r, tangent));
-        let mut touch = Touch {
-            overlap,
-            ..Touch::default()
-        };
-        if L::MOTION {
-            self.motion(bodies, states, (body, past), (e, normal, r), &mut touch);
-        }
         let mates = self.mates(bodies, near, e.foot.slots[0] as usize);
         let constants = self.law.pair(&mates);
         to.sums.lightest = to.sums.lightest.min(mates.mass);
-        let k = self.law.stiffness(&constants, overlap + closing);
+        let k = self
+            .law
+            .stiffness(&constants, overlap + on.interval.closing);
         if e.least || e.alone {
             let way = 0.5 * info.radius;
             shares_within(&self.links, &self.positions, &e.foot, way, |slot, share| {
@@ -327,46 +291,133 @@ impl<L: Law> SegmentContacts<L> {
             load.rate += k.normal * mobility + k.tangential * (m + i * r_t * r_t);
             load.mobility += mobility;
         }
-        let sign = if e.least { 1.0 } else { -1.0 };
-        let history = before.map_or_else(L::History::default, |k| self.held[k].history);
-        if overlap <= 0.0 {
-            to.sums
-                .add_loss(sign, self.law.separate(&constants, &touch, &history));
-            return None;
+        let elastic = if overlap > 0.0 {
+            self.law.normal(&constants, overlap)
+        } else {
+            [0.0; 2]
+        };
+        Place {
+            e,
+            overlap,
+            normal,
+            tangent,
+            r,
+            center: rigid.center,
+            arms: [r_n, r_t],
+            constants,
+            elastic,
         }
-        let press = self.law.press(&constants, &touch, &history);
-        let force = (normal * press.normal + tangent * press.tangential) * sign;
-        load.torque -= sign * (r_n * press.normal + r_t * press.tangential);
-        load.contacts += u32::from(e.least);
-        self.share(near, e, force, r + rigid.center, to);
-        to.sums.add_loss(sign, press.loss);
-        to.sums.energy += sign * self.law.energy(&constants, overlap, &press.history);
-        let id = |slot: u32| self.set[slot as usize].id;
-        Some(Held {
-            body: near.body,
-            part: near.part,
-            ids: e.foot.slots.map(id),
-            s: e.foot.s,
-            least: e.least,
-            history: press.history,
-        })
     }
 
-    /// Shares a force (N/m) at `at` (m) by the foot, and takes it from the body.
-    fn share(&self, near: &Near, e: &Extremum, force: Vec2, at: Vec2, to: &mut Targets) {
+    /// Evaluates a stretch of a chain on a disc, and adds what it does ([`crate::contact::stretch`]).
+    fn press(
+        &self,
+        on: &Evaluation,
+        near: &Near,
+        stretch: &[Extremum],
+        history: &L::History,
+        (to, next): (&mut Targets, &mut Memory<L::History>),
+    ) {
+        let places: Vec<Place<L::Pair>> =
+            stretch.iter().map(|e| self.seen(on, near, e, to)).collect();
+        let body = near.body as usize;
+        let minima = || places.iter().filter(|p| p.e.least);
+        let deeper = |a: &&Place<L::Pair>, b: &&Place<L::Pair>| a.overlap.total_cmp(&b.overlap);
+        let Some(deepest) = minima().max_by(deeper) else {
+            // All minima are on the inside: what is taken back has no share in friction.
+            for place in places.iter().filter(|p| p.overlap > 0.0) {
+                let [spring, pull] = place.elastic;
+                self.exert(near, place, [pull - spring, 0.0], to);
+                let none = L::History::default();
+                to.sums.energy -= self.law.energy(&place.constants, place.overlap, &none);
+            }
+            return;
+        };
+        let mut touch = Touch {
+            overlap: deepest.overlap,
+            ..Touch::default()
+        };
+        if deepest.overlap <= 0.0 {
+            if L::MOTION {
+                self.add_motion(on, body, deepest, 1.0, &mut touch);
+            }
+            let loss = self.law.separate(&deepest.constants, &touch, history);
+            to.sums.add_loss(1.0, loss);
+            return;
+        }
+        let all: f64 = minima().map(|p| p.elastic[0]).sum();
+        let share = |p: &Place<L::Pair>| {
+            if !p.e.least {
+                0.0
+            } else if all > 0.0 {
+                p.elastic[0] / all
+            } else {
+                f64::from(u8::from(core::ptr::eq(p, deepest)))
+            }
+        };
+        if L::MOTION {
+            for place in minima().filter(|p| share(p) > 0.0) {
+                self.add_motion(on, body, place, share(place), &mut touch);
+            }
+        }
+        let springs: f64 = places.iter().map(|p| p.sign() * p.elastic[0]).sum();
+        let springs = springs.max(0.0);
+        let press = self.law.bear(&deepest.constants, springs, &touch, history);
+        let mut history = press.history;
+        for place in places.iter().filter(|p| p.overlap > 0.0) {
+            let (share, sign, [spring, pull]) = (share(place), place.sign(), place.elastic);
+            // The share of what presses, and what its own spring does beyond its share.
+            let normal = share * press.normal + (sign * spring - share * springs) - sign * pull;
+            self.exert(near, place, [normal, share * press.tangential], to);
+            to.loads[body].contacts += u32::from(place.e.least);
+            // The spring across is that of the first minimum in the sum.
+            let own = if place.e.least {
+                core::mem::take(&mut history)
+            } else {
+                L::History::default()
+            };
+            let energy = self.law.energy(&place.constants, place.overlap, &own);
+            to.sums.energy += sign * energy;
+            if place.e.least {
+                let spring = next.springs.len() as u32;
+                next.held.push(self.held(near, place, spring));
+            }
+        }
+        to.sums.add_loss(1.0, press.loss);
+        next.springs.push(press.history);
+    }
+
+    /// What is remembered of a minimum that presses.
+    fn held(&self, near: &Near, place: &Place<L::Pair>, spring: u32) -> Held {
+        let foot = &place.e.foot;
+        Held {
+            body: near.body,
+            part: near.part,
+            ids: foot.slots.map(|slot| self.set[slot as usize].id),
+            s: foot.s,
+            force: place.elastic[0],
+            spring,
+        }
+    }
+
+    /// Shares a force (N/m, along the normal and across) by the foot, and takes it from the body.
+    fn exert(&self, near: &Near, place: &Place<L::Pair>, [n, t]: [f64; 2], to: &mut Targets) {
+        let force = place.normal * n + place.tangent * t;
         let load = &mut to.loads[near.body as usize];
-        for (slot, share) in e.foot.slots.into_iter().zip(e.foot.shares()) {
+        let ([r_n, r_t], foot) = (place.arms, &place.e.foot);
+        load.torque -= r_n * n + r_t * t;
+        for (slot, share) in foot.slots.into_iter().zip(foot.shares()) {
             let part = force * share;
             let own = &mut to.forces[slot as usize].force;
             (own[0], own[1]) = (own[0] + part.x, own[1] + part.y);
             load.force -= part;
         }
-        let nearer = e.foot.slots[usize::from(e.foot.s > 0.5)];
+        let nearer = foot.slots[usize::from(foot.s > 0.5)];
         to.sums.told.push(ContactState {
             body: near.body.into(),
             other: self.set[nearer as usize].id,
             with: POINT,
-            position: at.into(),
+            position: (place.r + place.center).into(),
             force: (-force).into(),
         });
     }
@@ -378,7 +429,7 @@ impl<L: Law> SegmentContacts<L> {
         near: &Near,
         found: &mut Vec<Extremum>,
         to: &mut Targets,
-        next: &mut Vec<Held<L::History>>,
+        next: &mut Memory<L::History>,
     ) {
         let body = near.body as usize;
         let center = on.bodies.outline_of(body)[near.part as usize];
@@ -410,10 +461,10 @@ impl<L: Law> SegmentContacts<L> {
             }
         }
         found.retain(|e| e.outside && e.distance > 0.0);
-        let before = self.predecessors(on.bodies, near, found);
-        self.add_ended(on.bodies, near, found, &before, &mut to.sums);
-        for (e, before) in found.iter().zip(before) {
-            next.extend(self.press(on, near, e, before, to));
+        let stretches: Vec<&[Extremum]> = found.chunk_by(|a, b| a.stretch == b.stretch).collect();
+        let histories = self.go_on(on.bodies, near, &stretches, &mut to.sums);
+        for (stretch, history) in stretches.into_iter().zip(histories) {
+            self.press(on, near, stretch, &history, (&mut *to, &mut *next));
         }
     }
 }
@@ -526,7 +577,7 @@ impl<L: Law> PointSide for SegmentContacts<L> {
     fn keep_list(&mut self) {}
 
     fn commit(&mut self) {
-        std::mem::swap(&mut self.held, &mut self.next);
+        std::mem::swap(&mut self.kept, &mut self.next);
         self.previous.clear();
         self.previous
             .extend(self.positions.iter().copied().map(Some));
@@ -548,7 +599,8 @@ impl<L: Law> PointSide for SegmentContacts<L> {
         let near = self.near.iter().map(|near| near.segments.capacity());
         near.sum::<usize>() * size_of::<u32>()
             + self.near.capacity() * size_of::<Near>()
-            + (self.held.capacity() + self.next.capacity()) * size_of::<Held<L::History>>()
+            + self.kept.bytes()
+            + self.next.bytes()
             + (self.positions.capacity() + self.built_at.capacity()) * size_of::<Vec2>()
             + self.previous.capacity() * size_of::<Option<Vec2>>()
             + self.set.capacity() * (size_of::<ImpInfo>() + 2 * size_of::<Option<u32>>())
@@ -558,7 +610,7 @@ impl<L: Law> PointSide for SegmentContacts<L> {
         let Self {
             set,
             previous,
-            held,
+            kept,
             // Of the configuration.
             law: _,
             surfaces: _,
@@ -575,12 +627,11 @@ impl<L: Law> PointSide for SegmentContacts<L> {
             sums: _,
             found: _,
         } = self;
-        let histories: Vec<L::History> = held.iter().map(|h| h.history).collect();
-        let contact = |h: &Held<L::History>| (h.body, h.part, h.ids, h.s, h.least);
+        let contact = |h: &Held| (h.body, h.part, h.ids, h.s, h.force, h.spring);
         let chain = SavedChain {
             previous: previous.iter().map(|p| p.map(Into::into)).collect(),
-            held: held.iter().map(contact).collect(),
-            histories: SavedHistories::of(&histories),
+            held: kept.held.iter().map(contact).collect(),
+            histories: SavedHistories::of(&kept.springs),
         };
         SavedPoints::of_chain(save_set(set), chain)
     }
@@ -597,28 +648,37 @@ impl<L: Law> PointSide for SegmentContacts<L> {
         )?;
         let previous: Vec<[f64; 2]> = chain.previous.iter().flatten().copied().collect();
         finite(|| "a marker".into(), previous.as_flattened())?;
-        let histories: Vec<L::History> = chain.histories.restored(chain.held.len())?;
         let mut held = Vec::new();
-        for (&(body, part, ids, s, least), history) in chain.held.iter().zip(histories) {
+        for &(body, part, ids, s, force, spring) in &chain.held {
             let of_body = bodies.properties.get(body as usize).map(|b| &b.shape);
             if of_body.is_none_or(|shape| part as usize >= shape.vertices.len()) {
                 return Err(refusal(format!("a contact of disc {part} of body {body}")));
             }
-            finite(|| "the place of a contact".into(), &[s])?;
+            finite(|| "the place or force of a contact".into(), &[s, force])?;
             held.push(Held {
                 body,
                 part,
                 ids,
                 s,
-                least,
-                history,
+                force,
+                spring,
             });
         }
-        if !held.is_sorted_by_key(|h| (h.body, h.part)) {
+        // Each spring has minima of one disc, and stands where they begin.
+        let springs = held.chunk_by(|a, b| a.spring == b.spring);
+        let numbered = (0..).zip(springs).all(|(k, minima)| {
+            let first = &minima[0];
+            let same = |h: &Held| (h.body, h.part) == (first.body, first.part);
+            first.spring == k && minima.iter().all(same)
+        });
+        if !(numbered && held.is_sorted_by_key(|h| (h.body, h.part))) {
             return Err(refusal("contacts with segments are not in order"));
         }
+        let count = held.last().map_or(0, |h| h.spring as usize + 1);
+        let springs: Vec<L::History> = chain.histories.restored(count)?;
         self.previous = chain.previous.iter().map(|p| p.map(Into::into)).collect();
-        (self.links, self.set, self.held) = (Links::of(&set), set, held);
+        (self.links, self.set) = (Links::of(&set), set);
+        self.kept = Memory { held, springs };
         self.listed = false;
         Ok(())
     }

@@ -12,8 +12,9 @@ use crate::saved::{count, refusal};
 pub struct SavedChain {
     /// Positions one step before in m, slot by slot.
     pub previous: Vec<Option<[f64; 2]>>,
-    /// Body, part, markers, share and kind of the contacts that press.
-    pub held: Vec<(u32, u32, [u64; 2], f64, bool)>,
+    /// Body, part, markers, share, normal force in N/m and spring of the minima that press.
+    pub held: Vec<(u32, u32, [u64; 2], f64, f64, u32)>,
+    /// Of the springs.
     pub histories: SavedHistories,
 }
 

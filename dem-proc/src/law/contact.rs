@@ -76,13 +76,22 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
     }
 
     #[inline]
-    fn press(
+    fn normal(&self, pair: &Self::Pair, overlap: f64) -> [f64; 2] {
+        let normal = &self.normal;
+        [
+            normal.force(&pair.0, overlap),
+            normal.pull(&pair.0, overlap),
+        ]
+    }
+
+    #[inline]
+    fn bear(
         &self,
         pair: &Self::Pair,
+        spring: f64,
         touch: &Touch,
         before: &Self::History,
     ) -> Press<Self::History> {
-        let spring = self.normal.force(&pair.0, touch.overlap);
         let k_n = self.normal.stiffness(&pair.0, touch.overlap);
         let k_t = self.tangent.stiffness(k_n);
         let [viscous_n, viscous_t] = self.dashpot.drag(&pair.1, [k_n, k_t], touch.velocity);
@@ -94,7 +103,7 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
         let exerted = [pressing - spring, slide.dashpot];
         let (viscous, dashpot) = D::remember(exerted, touch.moved, &before.dashpot);
         Press {
-            normal: pressing - self.normal.pull(&pair.0, touch.overlap),
+            normal: pressing,
             tangential: slide.spring + slide.dashpot,
             moment: 0.0,
             history: Memory {

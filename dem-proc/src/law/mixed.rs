@@ -126,6 +126,58 @@ fn remembering<H>(press: Press<H>, memory: impl FnOnce(H) -> AnyMemory) -> Press
     }
 }
 
+/// Force of a contact of any kind, or of several whose normal springs press with `spring` (N/m) together.
+#[inline]
+fn exert(
+    pair: &AnyPair,
+    spring: Option<f64>,
+    touch: &Touch,
+    before: &AnyMemory,
+) -> Press<AnyMemory> {
+    match pair {
+        AnyPair::Grains(law, pair) => remembering(
+            of_kind(law, pair, spring, touch, &before.of_grains()),
+            |h| AnyMemory {
+                elongation: h.law.tangent,
+                dashpot: h.law.dashpot,
+                rolled: [h.moment, h.stiffness],
+                ..AnyMemory::default()
+            },
+        ),
+        AnyPair::Spheres(law, pair) => remembering(
+            of_kind(law, pair, spring, touch, &before.of_spheres()),
+            |h| AnyMemory {
+                sheared: h.tangent,
+                dashpot: h.dashpot,
+                ..AnyMemory::default()
+            },
+        ),
+        AnyPair::Areas(law, pair) => {
+            remembering(of_kind(law, pair, spring, touch, &before.of_areas()), |h| {
+                AnyMemory {
+                    elongation: h.tangent,
+                    ..AnyMemory::default()
+                }
+            })
+        }
+    }
+}
+
+/// The same of one kind.
+#[inline]
+fn of_kind<L: Law>(
+    law: &L,
+    pair: &L::Pair,
+    spring: Option<f64>,
+    touch: &Touch,
+    before: &L::History,
+) -> Press<L::History> {
+    match spring {
+        Some(spring) => law.bear(pair, spring, touch, before),
+        None => law.press(pair, touch, before),
+    }
+}
+
 /// A law for every pair of surfaces, each of its own kind.
 #[derive(Debug, Clone)]
 pub struct Mixed(pub Table<AnyLaw>);
@@ -160,32 +212,26 @@ impl Law for Mixed {
         self.0.laws().map(ratio).fold(0.0, f64::max)
     }
     #[inline]
-    fn press(&self, pair: &AnyPair, touch: &Touch, before: &AnyMemory) -> Press<AnyMemory> {
+    fn normal(&self, pair: &AnyPair, overlap: f64) -> [f64; 2] {
         match pair {
-            AnyPair::Grains(law, pair) => {
-                remembering(law.press(pair, touch, &before.of_grains()), |h| AnyMemory {
-                    elongation: h.law.tangent,
-                    dashpot: h.law.dashpot,
-                    rolled: [h.moment, h.stiffness],
-                    ..AnyMemory::default()
-                })
-            }
-            AnyPair::Spheres(law, pair) => {
-                remembering(law.press(pair, touch, &before.of_spheres()), |h| {
-                    AnyMemory {
-                        sheared: h.tangent,
-                        dashpot: h.dashpot,
-                        ..AnyMemory::default()
-                    }
-                })
-            }
-            AnyPair::Areas(law, pair) => {
-                remembering(law.press(pair, touch, &before.of_areas()), |h| AnyMemory {
-                    elongation: h.tangent,
-                    ..AnyMemory::default()
-                })
-            }
+            AnyPair::Grains(law, pair) => law.normal(pair, overlap),
+            AnyPair::Spheres(law, pair) => law.normal(pair, overlap),
+            AnyPair::Areas(law, pair) => law.normal(pair, overlap),
         }
+    }
+    #[inline]
+    fn bear(
+        &self,
+        pair: &AnyPair,
+        spring: f64,
+        touch: &Touch,
+        before: &AnyMemory,
+    ) -> Press<AnyMemory> {
+        exert(pair, Some(spring), touch, before)
+    }
+    #[inline]
+    fn press(&self, pair: &AnyPair, touch: &Touch, before: &AnyMemory) -> Press<AnyMemory> {
+        exert(pair, None, touch, before)
     }
     #[inline]
     fn separate(&self, pair: &AnyPair, touch: &Touch, before: &AnyMemory) -> Loss {

@@ -156,9 +156,13 @@ impl std::ops::AddAssign for Loss {
 ///         0.0
 ///     }
 ///
-///     fn press(&self, (): &(), touch: &Touch, (): &()) -> Press<()> {
+///     fn normal(&self, (): &(), overlap: f64) -> [f64; 2] {
+///         [self.constant * overlap * overlap, 0.0]
+///     }
+///
+///     fn bear(&self, (): &(), spring: f64, _: &Touch, (): &()) -> Press<()> {
 ///         Press {
-///             normal: self.constant * touch.overlap * touch.overlap,
+///             normal: spring,
 ///             tangential: 0.0,
 ///             moment: 0.0,
 ///             history: (),
@@ -202,13 +206,32 @@ pub trait Law: Clone + Send + Sync + std::fmt::Debug + 'static {
     fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> Stiffness;
     /// Fraction of critical damping of pairs whose reduced mass is at least `mass` (kg/m).
     fn damping_ratio(&self, mass: f64) -> f64;
+    /// What presses and what pulls in a contact with positive overlap, in N/m: the force of the normal spring, and adhesion.
+    fn normal(&self, pair: &Self::Pair, overlap: f64) -> [f64; 2];
+    /// Force of a contact, or of several that bear together, whose normal springs press with `spring` (N/m). The normal force is
+    /// that without the pull of adhesion.
+    fn bear(
+        &self,
+        pair: &Self::Pair,
+        spring: f64,
+        touch: &Touch,
+        before: &Self::History,
+    ) -> Press<Self::History>;
     /// Force of a contact with positive overlap.
+    #[inline]
     fn press(
         &self,
         pair: &Self::Pair,
         touch: &Touch,
         before: &Self::History,
-    ) -> Press<Self::History>;
+    ) -> Press<Self::History> {
+        let [spring, pull] = self.normal(pair, touch.overlap);
+        let press = self.bear(pair, spring, touch, before);
+        Press {
+            normal: press.normal - pull,
+            ..press
+        }
+    }
     /// Energy that a contact dissipated in the last step, in which the two separated. Its history ends here.
     fn separate(&self, pair: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss;
     /// Energy in the springs in J/m.

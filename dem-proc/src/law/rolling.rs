@@ -60,34 +60,16 @@ impl<H: Numbers> Numbers for Rolled<H> {
     }
 }
 
-impl<L: Law> Law for Rolling<L> {
-    type History = Rolled<L::History>;
-    /// Constants of the forces, and `mu_r R*`.
-    type Pair = (L::Pair, f64);
-    const MOTION: bool = true;
-
-    fn pair(&self, mates: &Mates) -> Self::Pair {
-        (self.law.pair(mates), self.friction * mates.radius)
-    }
+impl<L: Law> Rolling<L> {
+    /// Forces with the moment that belongs to them.
     #[inline]
-    fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> Stiffness {
-        let stiffness = self.law.stiffness(&pair.0, overlap);
-        Stiffness {
-            rolling: 2.25 * stiffness.normal * pair.1 * pair.1,
-            ..stiffness
-        }
-    }
-    fn damping_ratio(&self, mass: f64) -> f64 {
-        self.law.damping_ratio(mass)
-    }
-    #[inline]
-    fn press(
+    fn with_moment(
         &self,
-        pair: &Self::Pair,
+        pair: &<Self as Law>::Pair,
         touch: &Touch,
-        before: &Self::History,
-    ) -> Press<Self::History> {
-        let press = self.law.press(&pair.0, touch, &before.law);
+        before: &Rolled<L::History>,
+        press: Press<L::History>,
+    ) -> Press<Rolled<L::History>> {
         let stiffness = self.stiffness(pair, touch.overlap).rolling;
         let kept = if stiffness < before.stiffness {
             stiffness / before.stiffness
@@ -113,6 +95,53 @@ impl<L: Law> Law for Rolling<L> {
             history,
             loss,
         }
+    }
+}
+
+impl<L: Law> Law for Rolling<L> {
+    type History = Rolled<L::History>;
+    /// Constants of the forces, and `mu_r R*`.
+    type Pair = (L::Pair, f64);
+    const MOTION: bool = true;
+
+    fn pair(&self, mates: &Mates) -> Self::Pair {
+        (self.law.pair(mates), self.friction * mates.radius)
+    }
+    #[inline]
+    fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> Stiffness {
+        let stiffness = self.law.stiffness(&pair.0, overlap);
+        Stiffness {
+            rolling: 2.25 * stiffness.normal * pair.1 * pair.1,
+            ..stiffness
+        }
+    }
+    fn damping_ratio(&self, mass: f64) -> f64 {
+        self.law.damping_ratio(mass)
+    }
+    #[inline]
+    fn normal(&self, pair: &Self::Pair, overlap: f64) -> [f64; 2] {
+        self.law.normal(&pair.0, overlap)
+    }
+    #[inline]
+    fn bear(
+        &self,
+        pair: &Self::Pair,
+        spring: f64,
+        touch: &Touch,
+        before: &Self::History,
+    ) -> Press<Self::History> {
+        let press = self.law.bear(&pair.0, spring, touch, &before.law);
+        self.with_moment(pair, touch, before, press)
+    }
+    #[inline]
+    fn press(
+        &self,
+        pair: &Self::Pair,
+        touch: &Touch,
+        before: &Self::History,
+    ) -> Press<Self::History> {
+        let press = self.law.press(&pair.0, touch, &before.law);
+        self.with_moment(pair, touch, before, press)
     }
     #[inline]
     fn separate(&self, pair: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {

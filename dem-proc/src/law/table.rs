@@ -65,6 +65,20 @@ impl<L: Law + Copy> Law for Table<L> {
         ratios.fold(0.0, f64::max)
     }
     #[inline]
+    fn normal(&self, (law, pair): &Self::Pair, overlap: f64) -> [f64; 2] {
+        law.normal(pair, overlap)
+    }
+    #[inline]
+    fn bear(
+        &self,
+        (law, pair): &Self::Pair,
+        spring: f64,
+        touch: &Touch,
+        before: &Self::History,
+    ) -> Press<Self::History> {
+        law.bear(pair, spring, touch, before)
+    }
+    #[inline]
     fn press(
         &self,
         (law, pair): &Self::Pair,

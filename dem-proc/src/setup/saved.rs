@@ -20,7 +20,7 @@ use crate::saved::{count, finite, refusal};
 use crate::system::System;
 
 /// Name of the format of the bytes.
-pub const FORMAT: &str = "tandem-dem 3";
+pub const FORMAT: &str = "tandem-dem 4";
 
 /// The state before a step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
