@@ -171,8 +171,31 @@ fn go_on(scene: &Scene, branch: &Branch) -> Result<(), String> {
 /// # Errors
 /// Why no run would come to its first step.
 fn start(scene: &Scene) -> Result<Option<String>, String> {
-    opening_step(configured(scene)?)
-        .map_err(|fault| format!("error: at the start of a run {fault}"))
+    let pressing = opening_step(configured(scene)?)
+        .map_err(|fault| format!("error: at the start of a run {fault}"))?;
+    Ok(told(scene, &pressing))
+}
+
+/// What presses at the start, which is meant where something stands and not where stones were put into one another.
+fn told(scene: &Scene, pressing: &[ContactState]) -> Option<String> {
+    let size = |contact: &&ContactState| contact.force[0].hypot(contact.force[1]);
+    let most = pressing.iter().max_by(|a, b| size(a).total_cmp(&size(b)))?;
+    let name = |body: u64| {
+        let body = scene.dem.as_ref()?.bodies.get(body as usize)?;
+        Some(format!("body `{}`", body.name))
+    };
+    let other = match most.with {
+        0 => name(most.other),
+        _ => Some("a point".to_owned()),
+    };
+    let count = pressing.len();
+    Some(format!(
+        "{count} contact{} at t = 0, the largest force is {:.3e} N/m, of {} on {}; what is not meant to press has to be moved",
+        if count == 1 { " presses" } else { "s press" },
+        size(&most),
+        other?,
+        name(most.body)?,
+    ))
 }
 
 /// The solvers of a scene; `None` for a side that it lacks or that another program computes.

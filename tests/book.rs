@@ -224,7 +224,7 @@ impl Heard {
         let mut said =
             String::from_utf8(heard.0.lock().expect("one thread").clone()).expect("text");
         if let Err(error) = ended {
-            said += &format!("{error:#}");
+            said.push_str(&error.to_string());
         }
         said
     }
@@ -259,7 +259,7 @@ fn make(folder: &Path, book: &Path) -> String {
     Heard::warnings_of(|| {
         let mut config = Config::from_disk(root().join("docs/book.toml"))?;
         config.book.src = PathBuf::new();
-        config.build.build_dir = book.to_owned();
+        book.clone_into(&mut config.build.build_dir);
         MDBook::load_with_config(folder, config)?.build()
     })
 }

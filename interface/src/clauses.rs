@@ -137,7 +137,7 @@ pub const CLAUSES: &[Clause] = &[
     row("E-3", Must, DEM, "The numbers of envelopes are finite", &[Mpm, Kit]),
     row("E-4", Must, DEM, "Outlines come in the order of the bodies, with one reach for each body; no part of a body is outside its outline and reach", &[Kit]),
     row("I-1", Must, MPM, "States belong to the step and epoch that dem is at", &[Dem, Kit]),
-    row("I-2", Must, MPM, "A set comes before the states that announce it: count, generation, ids rising, radius and mass above 0", &[Dem, Kit]),
+    row("I-2", Must, MPM, "A set comes before the states that announce it: count, generation, ids rising, radius and mass above 0, links within the set", &[Dem, Kit]),
     row("I-3", Must, MPM, "States have the generation and size of the present set, and finite numbers", &[Dem, Kit]),
     row("I-4", Must, MPM, "No states follow HALT_BEFORE", &[]),
     row("I-5", Must, MPM, "After WANT_ENVELOPES no states follow before the envelopes", &[]),

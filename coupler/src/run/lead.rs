@@ -314,12 +314,10 @@ impl<'a> Run<'a> {
                 tracing::info!(%party, "{note}");
             }
         }
-        let can = |party, capability: &str| {
-            let hello = coupler.hello(party);
-            hello.is_some_and(|hello| hello.capabilities.has(capability))
-        };
-        self.account.balance.keeps_stress_work = can(Party::Mpm, STRESS_WORK);
-        self.told = Told::by(self.scene.mpm.as_ref(), can);
+        self.account.balance.keeps_stress_work = coupler.can(Party::Mpm, STRESS_WORK);
+        self.told = Told::by(self.scene.mpm.as_ref(), |party, capability| {
+            coupler.can(party, capability)
+        });
         let [mpm, dem] = [Party::Mpm, Party::Dem].map(|party| coupler.readiness(party));
         self.stability = Some(Stability::new(&self.scene.time, mpm, dem));
         Ok(())

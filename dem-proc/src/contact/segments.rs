@@ -243,9 +243,9 @@ impl<L: Law> SegmentContacts<L> {
             let was = was(a) * first + was(b) * second;
             let moved = e.point - was - bodies.frames[body].displacement(*r);
             let moved = [moved.dot(normal), moved.dot(tangent)];
-            for i in 0..2 {
-                touch.moved[i] += share * moved[i];
-                touch.velocity[i] += share * (moved[i] * past.per_dt);
+            for (i, moved) in moved.into_iter().enumerate() {
+                touch.moved[i] += share * moved;
+                touch.velocity[i] += share * (moved * past.per_dt);
             }
         } else {
             let [va, vb] = [a, b].map(|slot| Vec2::from(states[slot].velocity));

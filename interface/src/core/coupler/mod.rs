@@ -144,6 +144,12 @@ impl Coupler {
         self.line(party).and_then(|line| line.hello.as_ref())
     }
 
+    /// Whether `party` lists this capability in its Hello.
+    pub fn can(&self, party: Party, capability: &str) -> bool {
+        let hello = self.hello(party);
+        hello.is_some_and(|hello| hello.capabilities.has(capability))
+    }
+
     /// What `party` has said when it was ready.
     pub fn readiness(&self, party: Party) -> Option<&Readiness> {
         self.line(party).and_then(|line| line.readiness.as_ref())
