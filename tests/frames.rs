@@ -251,6 +251,22 @@ fn points_tell_their_plastic_strain_where_a_material_keeps_it() {
     }
 }
 
+/// Names of bodies, as three readers print them.
+const MESHIO: &str = "
+import sys, meshio
+print(bytes(meshio.read(sys.argv[1]).field_data['names'].ravel().tolist()).decode())";
+const VTK: &str = "
+import sys
+from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
+reader = vtkXMLUnstructuredGridReader()
+reader.SetFileName(sys.argv[1])
+reader.Update()
+names = reader.GetOutput().GetFieldData().GetArray('names')
+print(bytes(int(names.GetValue(k)) for k in range(names.GetNumberOfValues())).decode())";
+const OURS: &str = "
+import sys, tandem_frames.frames as frames
+print('\\n'.join(frames.read(sys.argv[1]).names))";
+
 /// Bodies are found by their names, in the files and by other readers.
 #[test]
 fn frames_name_the_bodies() {
@@ -277,20 +293,6 @@ fn frames_name_the_bodies() {
     assert!(named.len() > 20);
     assert_eq!(bodies.names, named);
     let file = run.join("frames/bodies_0001.vtu");
-    const MESHIO: &str = "
-import sys, meshio
-print(bytes(meshio.read(sys.argv[1]).field_data['names'].ravel().tolist()).decode())";
-    const VTK: &str = "
-import sys
-from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
-reader = vtkXMLUnstructuredGridReader()
-reader.SetFileName(sys.argv[1])
-reader.Update()
-names = reader.GetOutput().GetFieldData().GetArray('names')
-print(bytes(int(names.GetValue(k)) for k in range(names.GetNumberOfValues())).decode())";
-    const OURS: &str = "
-import sys, tandem_frames.frames as frames
-print('\\n'.join(frames.read(sys.argv[1]).names))";
     for (modules, read) in [("meshio", MESHIO), ("vtkmodules", VTK), ("numpy", OURS)] {
         if let Some(said) = python(modules, &["-c", read, file.to_str().unwrap()]) {
             let said = String::from_utf8(said).unwrap();

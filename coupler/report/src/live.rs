@@ -323,7 +323,7 @@ mod tests {
             at: Instant::now(),
             took,
         };
-        *shared.page.lock().unwrap() = Some(made(Duration::from_secs(60)));
+        *shared.page.lock().unwrap() = Some(made(Duration::from_mins(1)));
         assert!(!shared.has_rested());
         *shared.page.lock().unwrap() = Some(made(Duration::ZERO));
         assert!(shared.has_rested());
