@@ -264,8 +264,9 @@ reader.Update()
 names = reader.GetOutput().GetFieldData().GetArray('names')
 print(bytes(int(names.GetValue(k)) for k in range(names.GetNumberOfValues())).decode())";
 const OURS: &str = "
-import sys, tandem_frames.frames as frames
-print('\\n'.join(frames.read(sys.argv[1]).names))";
+import sys
+from tandem_frames.frames import read
+print('\\n'.join(read(sys.argv[1]).names))";
 
 /// Bodies are found by their names, in the files and by other readers.
 #[test]

@@ -143,7 +143,7 @@ fn laws_and_their_numbers_are_reported_by_the_scenes_sections() {
         "`contact.linear.friction` needs friction",
         "needs.toml:49:12  (contact.linear.friction)",
         "`body_contact.granular.rolling_friction` needs rolling_friction",
-        "takes damping, body_contact only",
+        "takes only damping, body_contact",
     ] {
         assert!(said.contains(phrase), "{phrase}: {said}");
     }

@@ -414,8 +414,6 @@ class _Dem(Seat):
             raise self.broken("mpm", "I-2", "radius and mass must be positive and finite")
         if any(a[0] >= b[0] for a, b in zip(infos, infos[1:])):
             raise self.broken("mpm", "I-2", "ids must rise")
-        if any(link > len(infos) or link == slot + 1 for slot, (*_, link) in enumerate(infos)):
-            raise self.broken("mpm", "I-2", "`next` is 0 or another slot of the set, counted from 1")
         self.generation, self.set = header.set, infos
         self.solver.imp_set(infos)
 

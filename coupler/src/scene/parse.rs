@@ -151,24 +151,7 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
     let group_pairs = group_pairs::group_pairs(problems, written);
     let no_bodies = DemWritten::default();
     let bodies_written = bodies_written(written, &no_bodies);
-    let body_list = bodies_written.map_or(&[][..], |dem| &dem.body);
-    let fills = bodies_written.map_or(&[][..], |dem| &dem.fill);
-    let groups = written.mpm.as_ref().map_or(&[][..], |mpm| &mpm.points);
-    let mpm_written = written.mpm.as_ref();
-    let probes = mpm_written.map_or(&[][..], |mpm| &mpm.probe);
-    let holds = mpm_written.map_or(&[][..], |mpm| &mpm.hold);
-    let segments = mpm_written.filter(|mpm| mpm.interface == Interface::Segments);
-    let chains = segments.map_or(&[][..], |mpm| &mpm.chain);
-    let chains: Vec<&str> = chains.iter().map(|chain| chain.name.as_str()).collect();
-    let probes: Vec<&str> = probes.iter().map(|probe| probe.name.as_str()).collect();
-    let holds: Vec<&str> = holds.iter().map(|hold| hold.name.as_str()).collect();
-    let quantities = Quantities::new(
-        groups.iter().map(|group| group.name.as_str()),
-        [&probes, &holds, &chains],
-        body_list.iter().map(|body| body.name.as_str()),
-        fills.iter().map(|fill| (fill.name.as_str(), fill.count)),
-    )
-    .of_slice(written.thickness.unwrap_or(1.0));
+    let quantities = quantities(written, bodies_written);
     let mut mpm = written.mpm.as_ref().and_then(|mpm| {
         continuum::continuum(problems, mpm, written.gravity, &constants, &group_pairs)
     });
@@ -219,6 +202,28 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
         warnings: Vec::new(),
         document: Arc::default(),
     })
+}
+
+/// What can be asked of a run of the scene.
+fn quantities(written: &SceneWritten, bodies_written: Option<&DemWritten>) -> Quantities {
+    let body_list = bodies_written.map_or(&[][..], |dem| &dem.body);
+    let fills = bodies_written.map_or(&[][..], |dem| &dem.fill);
+    let groups = written.mpm.as_ref().map_or(&[][..], |mpm| &mpm.points);
+    let mpm_written = written.mpm.as_ref();
+    let probes = mpm_written.map_or(&[][..], |mpm| &mpm.probe);
+    let holds = mpm_written.map_or(&[][..], |mpm| &mpm.hold);
+    let segments = mpm_written.filter(|mpm| mpm.interface == Interface::Segments);
+    let chains = segments.map_or(&[][..], |mpm| &mpm.chain);
+    let chains: Vec<&str> = chains.iter().map(|chain| chain.name.as_str()).collect();
+    let probes: Vec<&str> = probes.iter().map(|probe| probe.name.as_str()).collect();
+    let holds: Vec<&str> = holds.iter().map(|hold| hold.name.as_str()).collect();
+    Quantities::new(
+        groups.iter().map(|group| group.name.as_str()),
+        [&probes, &holds, &chains],
+        body_list.iter().map(|body| body.name.as_str()),
+        fills.iter().map(|fill| (fill.name.as_str(), fill.count)),
+    )
+    .of_slice(written.thickness.unwrap_or(1.0))
 }
 
 /// What is recorded.

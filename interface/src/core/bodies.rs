@@ -3,8 +3,8 @@
 use super::error::{SessionError, broken};
 use super::line::{Line, Next};
 use super::{Action, Done, Event, Machine, Task, check};
-use crate::config::DemConfig;
 use crate::config::capability::Capabilities;
+use crate::config::{DemConfig, Interface};
 use crate::message::control::Party;
 use crate::message::wire::{ImpForce, ImpInfo, ImpState, Limits, StepHeader, flags};
 use crate::message::{Channel, Kind, Records};
@@ -166,6 +166,9 @@ impl Bodies {
             return Err(broken(Party::Mpm, "I-2", self.line.step, message));
         }
         check::set(set, self.line.step)?;
+        if self.config().interface == Interface::Segments {
+            check::links(set, self.line.step)?;
+        }
         self.line.set = header.set;
         self.line.imps = set.len() as u64;
         self.exchange = Exchange::TakingSet;

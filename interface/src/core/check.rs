@@ -37,7 +37,7 @@ pub(crate) fn counted(header: &StepHeader, records: Records<'_>) -> bool {
     header.count == records.len() as u64
 }
 
-/// I-2: numbers, positive radius and mass, rising ids, links to other slots of the set.
+/// I-2: numbers, positive radius and mass, rising ids.
 pub(crate) fn set(set: &[ImpInfo], step: u64) -> Result<(), SessionError> {
     numbers(Party::Mpm, "I-2", step, Records::Set(set))?;
     let complain = |message| Err(broken(Party::Mpm, "I-2", step, message));
@@ -47,15 +47,21 @@ pub(crate) fn set(set: &[ImpInfo], step: u64) -> Result<(), SessionError> {
     if let Some(pair) = set.windows(2).find(|pair| pair[0].id >= pair[1].id) {
         return complain(format!("ids must rise: {} then {}", pair[0].id, pair[1].id));
     }
+    Ok(())
+}
+
+/// I-2, for who looks at links (W-2): each leads to another slot of the set.
+pub(crate) fn links(set: &[ImpInfo], step: u64) -> Result<(), SessionError> {
     let leads_nowhere = |&(slot, imp): &(usize, &ImpInfo)| {
         imp.next as usize > set.len() || imp.next as usize == slot + 1
     };
     if let Some((slot, imp)) = set.iter().enumerate().find(leads_nowhere) {
-        return complain(format!(
+        let message = format!(
             "`next` of slot {slot} is {}, expected 0 or the number from 1 to {} of another slot",
             imp.next,
             set.len()
-        ));
+        );
+        return Err(broken(Party::Mpm, "I-2", step, message));
     }
     Ok(())
 }
@@ -106,10 +112,10 @@ mod tests {
     #[test]
     fn a_link_leads_to_another_slot_of_the_set() {
         for next in [[0, 0, 0], [2, 3, 1], [3, 0, 2]] {
-            set(&linked(next), 0).unwrap();
+            links(&linked(next), 0).unwrap();
         }
         for next in [[4, 0, 0], [1, 0, 0], [0, 0, 3], [u32::MAX, 0, 0]] {
-            let told = set(&linked(next), 7).unwrap_err().to_string();
+            let told = links(&linked(next), 7).unwrap_err().to_string();
             assert!(told.contains("I-2") && told.contains("`next`"), "{told}");
         }
     }

@@ -198,6 +198,7 @@ impl Continuum {
         match done {
             Done::Selected(set) if self.exchange == Exchange::Selecting => {
                 check::set(set, step)?;
+                check::links(set, step)?;
                 self.approach.selected();
                 self.line.imps = set.len() as u64;
                 self.line.set += 1;

@@ -118,20 +118,6 @@ pub const CLAUSES: &[Clause] = &[
         },
     ),
     Clause::must(
-        "I-2i",
-        "refuses a link to a slot that is not there",
-        |bench| refuses(bench, |set, _| set_of(set)[0].next = 9),
-    )
-    .needs(&[capability::SEGMENTS])
-    .mutant("leaves out links that lead nowhere", || {
-        spoil::sets(|set| {
-            let slots = set.len();
-            set.iter_mut()
-                .filter(|info| info.next as usize > slots)
-                .for_each(|info| info.next = 0);
-        })
-    }),
-    Clause::must(
         "I-3a",
         "refuses states of another generation",
         other_generation,

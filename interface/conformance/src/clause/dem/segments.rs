@@ -63,6 +63,22 @@ pub const CLAUSES: &[Clause] = &[
             }
         })
     }),
+    Clause::must(
+        "I-2i",
+        "refuses a link that leads to no other slot",
+        nowhere,
+    )
+    .needs(NEEDS)
+    .mutant("leaves out links that lead nowhere", || {
+        spoil::sets(|set| {
+            let slots = set.len();
+            (1..).zip(set).for_each(|(slot, info)| {
+                if info.next as usize > slots || info.next == slot {
+                    info.next = 0;
+                }
+            });
+        })
+    }),
 ];
 
 /// Spoils the forces on three markers of a chain.
@@ -102,6 +118,20 @@ fn chain(places: &[[f64; 2]]) -> Points {
         info.next = if slot < count { slot + 1 } else { 0 };
     }
     points
+}
+
+fn nowhere(bench: &Bench) -> Judgement {
+    let mut said = String::new();
+    for (slot, next) in [(0, 4), (2, 3), (1, u32::MAX)] {
+        let mut points = chain(&[[-0.05, HEIGHT], [0.0, HEIGHT], [0.06, HEIGHT]]);
+        points.set[slot].next = next;
+        let mut play = bench.run_bodies(&held(elastic(STIFFNESS)))?;
+        play.set(&points.set);
+        play.grant(1e-4, 1, false)?;
+        play.send_states(&points.states)?;
+        said = play.session.failure()?.message;
+    }
+    Ok(said)
 }
 
 fn split(bench: &Bench) -> Judgement {
