@@ -106,7 +106,10 @@ fn a_browser_follows_a_run_to_its_end() {
     let time = reader.number("(tandem.player.show(1), tandem.player.time)");
     let known = frames();
     assert!(until(PATIENCE, || (frames() > known).then_some(())).is_some());
-    assert_eq!(reader.number("tandem.player.time"), time);
+    // A long run's page leaves frames out, this one too: then the nearest one is shown.
+    let off = format!("Math.abs(tandem.player.time - {time})");
+    let nearest = format!("Math.min(...tandem.player.times.map(t => Math.abs(t - {time})))");
+    assert_eq!(reader.number(&off), reader.number(&nearest));
     assert!(reader.pixels().0 > 5, "the stage is blank");
     let status = || reader.ask("document.querySelector('.verdict').textContent");
     assert!(
