@@ -119,7 +119,9 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
 
     #[inline]
     fn separate(&self, _: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
-        let (viscous, _) = D::remember([0.0; 2], touch.moved, &before.dashpot);
+        // Where the contact ends so does the dashpot's force: what comes after costs nothing (docs/energy.md).
+        let held = touch.share_in_contact();
+        let (viscous, _) = D::remember([0.0; 2], touch.moved.map(|u| u * held), &before.dashpot);
         Loss {
             friction: self.tangent.separate(touch.moved[1], &before.tangent),
             viscous,
