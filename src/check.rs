@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use coupler::run::checkpoint::branch::Branch;
-use coupler::run::room;
+use coupler::run::resources;
 use coupler::scene::{Scene, SceneFile, refused};
 use interface::config::{DemConfig, MpmConfig};
 use interface::message::control::Party;
@@ -78,7 +78,7 @@ pub fn plan(args: &PlanArgs) -> ExitCode {
         .map_err(|errors| errors.to_string())
         .and_then(|mut scene| {
             say(scene.plan());
-            say(format_args!("  shared   {}", room::in_words(&scene)));
+            say(format_args!("  shared   {}", resources::in_words(&scene)));
             if let Some(more) = begin(&mut scene)? {
                 say(format_args!("  warning  {more}"));
             }

@@ -5,8 +5,7 @@ use core::ops::Range;
 
 use interface::config::material::Frictional;
 use interface::config::{
-    GridContact, GroupConfig, MaterialModel, MpmConfig, Plane, ShapeFunction,
-    Transfer as TransferConfig,
+    GridContact, MaterialModel, MpmConfig, Plane, ShapeFunction, Transfer as TransferConfig,
 };
 use interface::solver::{Readiness, Refusal};
 
