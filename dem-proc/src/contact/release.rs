@@ -18,7 +18,7 @@ use interface::Vec2;
 use interface::message::wire::{ContactState, ImpState};
 use interface::step::Step;
 
-use crate::contact::told::POINT;
+use crate::contact::frame_contacts::POINT;
 use crate::system::System;
 
 /// N above.
@@ -38,7 +38,7 @@ impl System {
     /// Squared frequency in 1/s^2 whose step `2 / omega` resolves how contacts are let go that open with the velocities of
     /// the start; 0 if there are none. `step` is the opening step, and its contacts have been evaluated.
     pub(crate) fn release(&self, step: &Step, imps: &[ImpState]) -> f64 {
-        let opening = self.opening_contacts(&self.told_contacts(step, imps), imps);
+        let opening = self.opening_contacts(&self.frame_contacts(step, imps), imps);
         if opening.power <= 0.0 {
             return 0.0;
         }
