@@ -17,3 +17,4 @@ pub mod points;
 pub mod segments;
 mod set;
 mod stretch;
+mod versions;
