@@ -29,47 +29,52 @@ pub const CLAUSES: &[Clause] = &[
     )
     .after(ROOTS)
     .needs(RUBS)
-    .mutant("rubs twice as hard", || {
-        spoil::law(|_, _, mu, _| *mu *= 2.0)
-    })
-    .mutant("rubs forwards", || {
+    .mutant("doubles friction", || spoil::law(|_, _, mu, _| *mu *= 2.0))
+    .mutant("reverses friction", || {
         rubbing(|points| {
             let [normal, along] = points.contact.parts(points.force.force);
             points.force.force = points.contact.force(normal, -along);
         })
     }),
-    Clause::must("F-7l", "below that it is the tangential spring's", spring)
-        .after(&["F-7a", "F-7d", "J-1b", "F-7k"])
-        .needs(RUBS)
-        .mutant("has a stiffer tangential spring", || {
-            spoil::law(|_, k_t, _, _| *k_t *= 1.1)
-        }),
+    Clause::must(
+        "F-7l",
+        "below that, friction is the force of the tangential spring",
+        spring,
+    )
+    .after(&["F-7a", "F-7d", "J-1b", "F-7k"])
+    .needs(RUBS)
+    .mutant("has a stiffer tangential spring", || {
+        spoil::law(|_, k_t, _, _| *k_t *= 1.1)
+    }),
     Clause::must(
         "F-7s",
-        "friction goes by displacement, not by a point's own velocity",
+        "friction follows displacements, not the velocity that a point reports",
         noisy_slide,
     )
     .after(FRICTION)
     .needs(RUBS)
-    .mutant("takes sliding from a point's own velocity", || {
-        let mut extra = 0.0;
-        rubbing(move |points| {
-            extra = if points.force.force == [0.0; 2] {
-                0.0
-            } else {
-                extra + points.unseen[1]
-            };
-            let [normal, along] = points.contact.parts(points.force.force);
-            points.force.force = points.contact.force(normal, along - TANGENTIAL * extra);
-        })
-    }),
+    .mutant(
+        "computes sliding from the velocity that a point reports",
+        || {
+            let mut extra = 0.0;
+            rubbing(move |points| {
+                extra = if points.force.force == [0.0; 2] {
+                    0.0
+                } else {
+                    extra + points.unseen[1]
+                };
+                let [normal, along] = points.contact.parts(points.force.force);
+                points.force.force = points.contact.force(normal, along - TANGENTIAL * extra);
+            })
+        },
+    ),
     Clause::must(
         "F-7m",
-        "mu = 0: no tangential force but what rounding leaves",
+        "with mu = 0 there is no tangential force, apart from rounding",
         frictionless,
     )
     .after(ROOTS)
-    .mutant("rubs although mu is 0", || {
+    .mutant("has friction although mu is 0", || {
         spoil::law(|_, k_t, mu, _| {
             if *k_t > 0.0 && *mu == 0.0 {
                 *mu = 0.1;
@@ -78,7 +83,7 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must(
         "F-7n",
-        "an opened contact has forgotten its tangential spring",
+        "a contact that has opened has no tangential spring",
         forgotten,
     )
     .after(FRICTION)
@@ -130,12 +135,12 @@ pub const CLAUSES: &[Clause] = &[
         }),
     Clause::must(
         "F-7r",
-        "the dashpot goes by displacement, not by a point's own velocity",
+        "the dashpot follows displacements, not the velocity that a point reports",
         |bench| falls(bench, 0.05),
     )
     .after(&["F-7o"])
     .needs(DAMPS)
-    .mutant("damps a point's own velocity", || {
+    .mutant("damps the velocity that a point reports", || {
         sliding(damped(0.1), |points| {
             let [normal, along] = points.contact.parts(points.force.force);
             let normal = normal - damping() * points.unseen[0] / DT;
@@ -166,7 +171,7 @@ pub const TURNING: &[Clause] = &[
     .mutant("measures torque with an arm to the point's centre", || {
         on_free_disc(|force, disc| disc.point_torque += RADIUS * force.force[0])
     })
-    .mutant("turns the torque of friction round", || {
+    .mutant("reverses the torque of friction", || {
         on_free_disc(|_, disc| disc.point_torque *= -1.0)
     }),
     Clause::must("F-7q", "friction turns a body by that torque", turned)

@@ -11,7 +11,7 @@ use crate::verdict::{Judgement, near, require};
 pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "J-1h",
-        "groups on layers of their own exchange nothing through the grid",
+        "groups on separate layers exchange nothing through the grid",
         apart,
     )
     .needs(&["layers"])
@@ -26,7 +26,7 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must(
         "I-7b",
-        "of two groups that touch the set has all points within both radii and the skin of the other",
+        "for two groups in contact, the set has all points within both radii and the skin of the other group",
         near_others,
     )
     .needs(&["layers", "pairs"])

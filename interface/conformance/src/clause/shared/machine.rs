@@ -15,7 +15,7 @@ use crate::verdict::{Judgement, Unmet, broken, require};
 pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "X-6b",
-        "its memory grows by four times what crosses at most",
+        "its memory grows by at most four times the data that it receives",
         bounded,
     )
     .of_processes()
@@ -31,13 +31,13 @@ pub const CLAUSES: &[Clause] = &[
     )
     .after(&["X-6b"])
     .of_processes()
-    .mutant("keeps all that it is told", || {
+    .mutant("keeps all messages", || {
         let mut kept = Vec::new();
         Flaw::each(move |message| kept.push(message.clone()))
     }),
-    Clause::should("G-10a", "answers at once, not after a nap", latency)
+    Clause::should("G-10a", "answers at once, without a sleep", latency)
         .alone()
-        .mutant("takes a nap before it answers many points", || {
+        .mutant("sleeps before it answers many points", || {
             Flaw::states(|_, states| nap_for_many(states.len()))
                 .with(Flaw::forces(|_, forces| nap_for_many(forces.len())))
         }),
@@ -47,12 +47,12 @@ pub const CLAUSES: &[Clause] = &[
 pub const fn naps(after: &'static [&'static str]) -> Clause {
     Clause::should(
         "G-10b",
-        "takes no nap in any of a thousand steps",
+        "does not sleep in any of a thousand steps",
         rare_naps,
     )
     .after(after)
     .alone()
-    .mutant("takes a nap of 5 ms in every thousandth step", || {
+    .mutant("sleeps for 5 ms in every thousandth step", || {
         let mut steps = 0;
         Flaw::states(move |header, _| {
             steps += u64::from(header.flags == 0);
