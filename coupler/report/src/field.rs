@@ -113,7 +113,7 @@ pub fn fields(mesh: &Mesh) -> Vec<Field> {
             label: kind.label.to_owned(),
             unit: kind.unit.to_owned(),
         });
-    // What a later build keeps besides is shown by its own name.
+    // Fields of a later build are shown by their own names.
     let others = mesh.of_points.iter().filter(|array| {
         let known = SILENT.contains(&array.name.as_str());
         array.components == 1 && !known && !FIELDS.iter().any(|kind| kind.name == array.name)

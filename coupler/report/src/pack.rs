@@ -121,7 +121,7 @@ impl Packer {
                     }
                 };
                 let off = at(frame, k).wrapping_sub(expected).cast_signed();
-                // Small numbers of either sign become small ones without.
+                // Small numbers of either sign become small unsigned numbers.
                 let folded = (off << 1) ^ (off >> 15);
                 [low[k], high[k]] = folded.to_le_bytes();
             }

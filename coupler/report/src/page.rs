@@ -155,7 +155,7 @@ pub fn page(records: &[Record], live: bool) -> Result<String, ReportError> {
     let labels = labels(records);
     let charts: Vec<Charts> = records.iter().map(charts).collect();
     let none: Vec<Option<Motion>> = records.iter().map(|_| None).collect();
-    // How much room motions have is known once all the rest is there.
+    // The space for motions is known when everything else is there.
     let rest = render(records, &labels, &charts, none, &[], live)?.len();
     let room = LARGEST.saturating_sub(rest) as f64 * (1.0 - RESERVE) / records.len().max(1) as f64;
     let mut faults = Vec::new();

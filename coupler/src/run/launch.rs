@@ -193,7 +193,7 @@ impl Said {
         let tail = Arc::new(Mutex::new(Vec::new()));
         let kept = tail.clone();
         let reader = thread::spawn(move || {
-            // The file is made when there is something to say.
+            // The file is created at the first output.
             let mut file = None;
             let mut bytes = vec![0; 4096];
             loop {

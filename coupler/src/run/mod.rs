@@ -251,7 +251,7 @@ fn processes(
     // What is in the channels between the solvers is still recorded, before their senders end (D-2).
     tap.take();
     if verdict.is_err() {
-        // One that had not yet opened its channels has missed the Abort (S-7); it looks whether the coupler lives.
+        // A solver that had not opened its channels missed the Abort (S-7), so it checks whether the coupler lives.
         domain.release();
     }
     run.resources.processes.end_all();
@@ -274,7 +274,7 @@ fn in_process(
     let [mut to_coupler, mut to_mpm, mut to_dem]: [Box<dyn Transport>; 3] = match tape {
         Some(tape) => [
             Box::new(Recorded::new(hub.clone(), tape.clone(), noted)),
-            // Every message once: the coupler notes its own, the continuum those between the solvers.
+            // Every message once: the coupler records its own, the continuum those between the solvers.
             Box::new(Recorded::new(
                 hub.clone(),
                 tape,

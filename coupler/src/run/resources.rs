@@ -82,7 +82,7 @@ impl Display for Bytes {
 
 /// About how much shared memory a run of this scene takes, in bytes.
 pub fn needed(scene: &Scene) -> u64 {
-    // The whole cloud crosses at the end, in one of two places.
+    // All points are sent at the end, in one of two buffers.
     let points = scene.points_estimate().ceil() as u64;
     let cloud = points * size_of::<PointState>() as u64;
     let saved = scene
@@ -214,7 +214,7 @@ pub fn cause(error: &SessionError, domain: &Domain, segments: &Segments) -> Opti
     if !may_be_of_memory(error) {
         return None;
     }
-    // Who removes them may be about it: the first that is missed can be the end of a run.
+    // Somebody may still be removing files: the first missing file can end a run.
     let are_gone = || !segments.are_there(domain);
     let are_going = || {
         thread::sleep(MOMENT);

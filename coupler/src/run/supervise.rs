@@ -223,7 +223,7 @@ impl<'a> Run<'a> {
         if let Some(writer) = &mut self.checkpoints.writer {
             writer.finish();
         }
-        // What the run itself has found comes first: the session ended because of it.
+        // An error of the run itself comes first, because it ended the session.
         let ended = match self.failure.take() {
             Some(failure) => Err(failure),
             None => outcome,
@@ -234,7 +234,7 @@ impl<'a> Run<'a> {
                 Some((who, words.to_owned()))
             });
             self.account.last_words = words;
-            // Of a run that was cut short: the bodies at the last row of the history.
+            // A run that ended early keeps the bodies of the last row of the history.
             if self.account.recorder.has_begun()
                 && let Err(error) = self.write_bodies()
             {
@@ -273,7 +273,7 @@ impl<'a> Run<'a> {
             restore: restored.next().map(|(_, state)| state),
         };
         let mpm = self.scene.mpm.clone().map(|config| {
-            // Probes, holds and chains are told as groups are, after them.
+            // Probes, holds and chains are reported like groups, after them.
             let sets = config.probes.len() + config.forcing.holds.len() + config.chains.len();
             let told = config.groups.len() + sets;
             part(to_json(&MpmConfig { threads, ..config }), told)
@@ -564,7 +564,7 @@ impl<'a> Run<'a> {
             })?;
         }
         let residual = account.balance.residual_relative();
-        // Sums of numbers that are finite each can still be beyond all bounds.
+        // A sum of finite numbers can still be infinite.
         if residual > BLOW_UP || !residual.is_finite() {
             // The opening and the closing step have no length: the last step that had one led here.
             let (dt, bound) = account.pace.last().unwrap_or((epoch.dt, epoch.bound));

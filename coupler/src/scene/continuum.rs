@@ -116,7 +116,7 @@ fn material(problems: &mut Problems, path: &str, written: &MaterialWritten) -> M
             "`{path}.model.{model}` has a negative Poisson's ratio ({poisson:.4}): are K and G exchanged?"
         ));
     }
-    // What is wrong with the numbers themselves is told when all are there.
+    // Faults of the numbers are reported when all of them are known.
     if let Some(test) = written
         .friction_test
         .filter(|_| written.model.impossible().is_empty())

@@ -193,7 +193,7 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
             (distance, candidate)
         })
         .min_by_key(|(distance, _)| *distance)
-        // A third of the letters wrong is a typing error, more is another word.
+        // With up to a third of the letters wrong it is a typing error, with more another word.
         .filter(|(distance, candidate)| *distance <= candidate.len().max(word.len()).div_ceil(3))
         .map(|(_, candidate)| candidate)
 }

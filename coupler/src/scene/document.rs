@@ -184,7 +184,7 @@ impl Document {
             }
         }
         self.variants = variants.keys().cloned().collect();
-        // All that begin with "variant.": "/" is the letter after ".".
+        // All keys that begin with "variant."; "/" is the character after ".".
         let mut origins = self.origins.split_off("variant.");
         self.origins.append(&mut origins.split_off("variant/"));
         self.written = Arc::new(Variants {

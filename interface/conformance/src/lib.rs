@@ -268,7 +268,7 @@ fn judge_all(
             let (sender, shared) = (sender.clone(), &shared);
             scope.spawn(move || {
                 let tell = |place, judged| {
-                    // The receiver lives until all are told.
+                    // The receiver lives until all results are sent.
                     let _ = sender.send((place, judged));
                 };
                 shared.work(judge, |judged: &Judged| &judged.verdict, blocked, tell);

@@ -112,7 +112,7 @@ impl<'a> Parts<'a> {
             note_radius(&mut notes, group, config.cell);
             points.push(filled);
         }
-        // Layers exchange nothing but by their pairs, so groups without one may overlap.
+        // Layers exchange nothing except by their pairs, so groups without a pair may overlap.
         let is_pair = |a, b| {
             config
                 .group_pairs

@@ -430,7 +430,7 @@ fn glance(bench: &Bench, law: ContactLaw) -> (DemConfig, Points) {
     target.motion = Motion::Fixed;
     let config = scene(vec![target], law);
     let start = [-0.2 * corner[0], corner[1] + SPHERO + RADIUS + 1e-5];
-    // A disc would be passed at that speed.
+    // At that speed a point would pass through a disc.
     let along = if corner == [0.0; 2] { 0.5 } else { 1.5 };
     (
         config,
@@ -455,7 +455,7 @@ fn friction_work(bench: &Bench) -> Judgement {
 
 fn viscous_work(bench: &Bench) -> Judgement {
     let (config, points) = glance(bench, damped(0.1));
-    // The dashpot's work is summed of forces that lag half a step: first order in dt.
+    // The work of the dashpot uses forces that are half a step late: first order in dt.
     let (largest, ledger) = balance(bench, &config, points, (1e-5, 1200), 1e-2)?;
     let booked = ledger.viscous_work > 0.05;
     require(

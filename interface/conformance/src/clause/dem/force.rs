@@ -16,7 +16,7 @@ pub const CLAUSES: &[Clause] = &[
         geometry,
     )
     .mutant("sends the force on the body, at the start", || {
-        // Later on points would be drawn through bodies, which ends the run.
+        // Later, points would be pulled through bodies, which ends the run.
         Flaw::forces(|header, forces| {
             if header.step == 0 {
                 spoil::scale(forces, -1.0);
@@ -121,7 +121,7 @@ pub const CLAUSES: &[Clause] = &[
         .after(&["F-7a"])
         .mutant("does not turn bodies", || {
             Flaw::bodies_config(|config| {
-                // But for those whose envelopes are looked at.
+                // Except the bodies whose envelopes are checked.
                 if config.bodies.len() > 2 {
                     config.bodies.iter_mut().for_each(|body| body.angle = 0.0);
                 }
@@ -165,7 +165,7 @@ pub const CLAUSES: &[Clause] = &[
         Flaw::set(move |_, set| {
             for (slot, info) in set.iter_mut().enumerate() {
                 match first.get(slot) {
-                    // A set that is to be refused stays what it is.
+                    // A set that must be refused is not changed.
                     Some(radius) if info.radius > 0.0 => info.radius = *radius,
                     Some(_) => {}
                     None => first.push(info.radius),
@@ -417,7 +417,7 @@ fn lag(bench: &Bench) -> Judgement {
     for overlap in overlaps {
         let (answer, _) = play.step(1e-4, &at(overlap).states)?;
         let want = STIFFNESS * f64::max(overlap, 0.0);
-        // Of which step the force is, not how large to the digit: a dashpot may add to it.
+        // The clause is about the step of the force, not its exact size, because a dashpot may add to it.
         let got = answer.forces[0].force[1];
         near("force along y", got, want, 0.3 * STIFFNESS * 1e-3)
             .map_err(|e| e.at(answer.step.index))?;

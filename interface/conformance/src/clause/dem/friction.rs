@@ -230,7 +230,7 @@ fn sliding(law: ContactLaw, mut spoil: impl FnMut(Sliding) + 'static) -> Flaw {
                 let unseen = last.map_or([0.0; 2], |last| {
                     [0, 1].map(|i| DT * now.velocity[i] - (now.position[i] - last.position[i]))
                 });
-                // Where it says what it does, rounding alone is left.
+                // If it reports its own motion, only rounding is left.
                 let unseen = contact
                     .parts(unseen)
                     .map(|x| if x.abs() > 1e-9 { x } else { 0.0 });
@@ -351,7 +351,7 @@ fn spring(bench: &Bench) -> Judgement {
             let force = slider.slide(&[1.0])?;
             slider.near("friction", force, -TANGENTIAL * SLIDE * f64::from(k))?;
         }
-        // Slid to its cap and pulled back by three steps.
+        // Slid to the limit of friction and moved back by three steps.
         let force = slider.slide(&[[1.0; 20].as_slice(), &[-1.0; 3]].concat())?;
         let want = -MU * STIFFNESS * OVERLAP + 3.0 * TANGENTIAL * SLIDE;
         slider.near("friction after sliding", force, want)?;
@@ -372,7 +372,7 @@ fn noisy_slide(bench: &Bench) -> Judgement {
 fn frictionless(bench: &Bench) -> Judgement {
     let mut worst: f64 = 0.0;
     for ground in Ground::of(bench) {
-        // A law without friction may be all that the solver takes.
+        // The solver may have laws without friction only.
         let mut slider = Slider::landed(bench, ground, frictional(TANGENTIAL, 0.0))?;
         for _ in 0..10 {
             let [normal, along] = slider.step(1.0, OVERLAP, SLIDE / DT)?;
@@ -456,7 +456,7 @@ fn rubbed(bench: &Bench, dt: f64) -> Result<(Answer, WindowReport), Unmet> {
         Points::new().with(at.position, [0.0; 2], RADIUS, 0.5)
     };
     play.set(&at(0.0).set);
-    // So short that the disc hardly moves; what slides is told by positions.
+    // So short that the disc hardly moves; positions determine the sliding.
     play.step(1e-6, &at(0.0).states)?;
     let slid = play.step(dt, &at(1.0).states)?;
     if dt == 0.0 {

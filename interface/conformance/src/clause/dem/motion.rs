@@ -109,7 +109,7 @@ fn momentum(bench: &Bench) -> Judgement {
             40.0 * f64::EPSILON,
             POINT,
         )?;
-        // And it is not that nothing happened.
+        // The contact must have changed the velocity.
         near(
             "speed of the disc",
             disc,

@@ -417,7 +417,7 @@ fn no_bell(bench: &Bench) -> Judgement {
     play.grant(1e-5, 4, false)?;
     let mut longest = Duration::ZERO;
     for _ in 0..4 {
-        // Long enough for a solver that polls for a while to have gone to sleep.
+        // Long enough for a solver that polls first to be asleep.
         std::thread::sleep(Duration::from_millis(2));
         let start = Instant::now();
         let states = Message::new(play.header(), Payload::States(points.states.clone()));
@@ -425,7 +425,7 @@ fn no_bell(bench: &Bench) -> Judgement {
         play.forces()?;
         longest = longest.max(start.elapsed());
     }
-    // Two naps of 10 ms, and much for a machine that is busy.
+    // Two sleeps of 10 ms, and a large margin for a busy machine.
     let limit = Duration::from_millis(500);
     require(
         longest < limit,
@@ -454,7 +454,7 @@ fn rings(bench: &Bench) -> Judgement {
     let mut play = begun(bench)?;
     let points = pressed();
     play.grant(1e-5, 1, false)?;
-    // What rang before is over.
+    // Earlier bells are consumed.
     for kind in [Kind::Forces, Kind::Report] {
         play.session.raw_run.sleep(kind, Duration::ZERO);
     }

@@ -85,7 +85,7 @@ fn once(bench: &Bench) -> Judgement {
     for i in 0..2 {
         let v = DT * FORCE[i] / MASS;
         for (step, velocity) in velocities.iter().enumerate().skip(5) {
-            // All nodes of the one point have its velocity: nothing strains.
+            // All nodes have the velocity of the only point, so there is no strain.
             near("velocity in m/s", velocity[i], v, 1e-12 * v.abs())
                 .map_err(|e| e.at(step as u64))?;
         }

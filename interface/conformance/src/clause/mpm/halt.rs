@@ -147,7 +147,7 @@ fn before(bench: &Bench) -> Judgement {
     flow.grant(DT, 4, false)?;
     flow.exchange()?;
     halted(&mut flow, 0, 1)?;
-    // And goes on when it is allowed to.
+    // It continues when it is allowed to.
     flow.budget = Budget::ALL;
     flow.begin_epoch(DT);
     flow.coast(DT, 3)?;
@@ -181,7 +181,7 @@ fn stiff(bench: &Bench) -> Judgement {
     flow.grant(DT, 6, false)?;
     flow.exchange()?;
     flow.states()?;
-    // Its stiffness alone is beyond what is allowed.
+    // Its own stiffness exceeds the budget.
     flow.forces(&[push([0.0; 2], 1e12)])?;
     halted(&mut flow, first, first + 2)?;
     Ok("before the step after a stiff contact".into())

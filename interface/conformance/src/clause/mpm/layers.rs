@@ -18,7 +18,7 @@ pub const CLAUSES: &[Clause] = &[
     .after(&["I-9b", "T-1a"])
     .mutant("has one grid for all groups", || {
         Flaw::config(|config: &mut MpmConfig| {
-            // Groups that touch need their layers.
+            // Groups in contact need layers.
             if config.group_pairs.is_empty() {
                 config.layers = false;
             }
@@ -72,7 +72,7 @@ fn near_others(bench: &Bench) -> Judgement {
             [0.4 + 0.6 * reach, rows[2] + 0.6 * reach],
             [0.4 + 0.8 * reach, rows[3] + 0.8 * reach],
         ]),
-        // Near the first group's, but they do not touch.
+        // Near the first group, but without contact between them.
         points(&[[0.4 - 0.5 * reach, rows[0]]]),
     ]);
     config.layers = true;

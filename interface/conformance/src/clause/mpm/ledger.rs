@@ -260,7 +260,7 @@ fn group_contact(bench: &Bench) -> Judgement {
         let force = |info: &interface::message::wire::ImpInfo| match info.group {
             0 => push([1.0, 2.0], 1e3),
             2 => push([-4.0, 0.5], 1e3),
-            // Near, but not touched.
+            // Near, but not in contact.
             _ => push([0.0; 2], 1e3),
         };
         flow.imps().iter().map(force).collect()
@@ -385,7 +385,7 @@ pub(super) fn frame(bench: &Bench) -> Judgement {
             format_args!("{said:?}"),
         )?;
         near("mass in kg/m", point.mass, info.mass, 1e-12 * info.mass)?;
-        // What the states of the step say, to the bit: nothing has happened in between.
+        // Equal to the states of the step, to the bit, because nothing happens in between.
         require(
             (point.position, point.velocity) == (state.position, state.velocity),
             format_args!("{state:?}"),

@@ -239,7 +239,7 @@ fn opened(bench: &Bench) -> Judgement {
         format_args!("closed: {missing:?}"),
     )?;
     session.ready(&order(bench))?;
-    // Those that a capability is about are of who has it.
+    // Clauses about a capability apply to solvers that have it.
     let asked = |name: &&str| match name.rsplit('/').next() {
         Some("saved" | "restore") => bench.takes("save"),
         Some("contacts") => bench.takes("contacts"),
@@ -257,7 +257,7 @@ fn opened(bench: &Bench) -> Judgement {
 
 fn notices(bench: &Bench) -> Judgement {
     let mut run = Run::begun(bench)?;
-    // How long the kit listens for what should not be said.
+    // How long the kit waits for messages that must not come.
     let grace = Duration::from_millis(10);
     for close in [true, false] {
         if let Some(notice) = run.session.unexpected(Kind::Notice, grace)? {

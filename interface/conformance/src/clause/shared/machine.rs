@@ -21,7 +21,7 @@ pub const CLAUSES: &[Clause] = &[
     .of_processes()
     .mutant("leaks 200 kB a step", || {
         let mut kept = Vec::new();
-        // Touched, or it takes no memory.
+        // Written to, because untouched memory is not allocated.
         Flaw::states(move |_, _| kept.push(vec![1u8; 200_000]))
     }),
     Clause::should(
@@ -162,7 +162,7 @@ fn grown(bench: &Bench, windows: &Windows) -> Result<(u64, u64), Unmet> {
     let crossing = POINTS as u64 * (WINDOW * exchanged + size_of::<ImpInfo>() as u64);
     let mut first = 0;
     watch(play.session.pid(), &mut || {
-        // Others each time: what is remembered of those before can go.
+        // Other points each time, so the solver can drop the state of the earlier ones.
         first += POINTS as u64;
         let points = ring(POINTS, first);
         play.set(&points.set);
@@ -190,7 +190,7 @@ fn flat(bench: &Bench) -> Judgement {
         counted: [20, 250],
     };
     let seen = grown(bench, &windows)?;
-    // A tenth of what crosses is ten times less than a solver takes that keeps what it is told.
+    // A tenth of the data is ten times less than the memory of a solver that keeps all messages.
     let kept = seen.0 <= (seen.1 / 10).max(ROOM);
     require(
         kept,
@@ -206,7 +206,7 @@ fn bounded(bench: &Bench) -> Judgement {
         counted: [20; 2],
     };
     let seen = grown(bench, &windows)?;
-    // Beyond what anybody needs who keeps each message in a form of his own.
+    // More than a solver needs that stores each message in its own format.
     let kept = seen.0 <= 4 * seen.1 + MUCH_ROOM;
     require(
         kept,

@@ -271,7 +271,7 @@ fn save(course: &mut Course, moment: Moment) -> Result<Saved, Unmet> {
 fn saves(bench: &Bench) -> Judgement {
     let mut course = Course::begun(bench, &order(bench))?;
     let saved = save(&mut course, Moment::Midway)?;
-    // Nothing is sent that nobody asked for.
+    // Nothing may be sent without a request.
     course.step(0, &mut Vec::new())?;
     let more = course.run.session.saved();
     require(more.is_err(), "no state without CHECKPOINT", "one")?;
