@@ -43,10 +43,10 @@ mod books;
 pub mod contact;
 pub mod law;
 pub mod lists;
-pub mod parry_adapter;
 #[cfg(test)]
 mod reference;
 mod saved;
+pub mod seam;
 mod setup;
 mod solver;
 mod step;

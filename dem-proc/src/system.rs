@@ -16,7 +16,7 @@ use crate::law::contact::Contact;
 use crate::law::dashpot::Elastic;
 use crate::law::normal::Linear;
 use crate::law::tangent::Smooth;
-use crate::parry_adapter::BoxTree;
+use crate::seam::BoxTree;
 use crate::threads::Threads;
 
 /// A configured solver.
