@@ -44,7 +44,7 @@ pub enum Wrong {
     Hang,
     /// Something is left after the next start.
     Leftover,
-    /// Not the cause, or not promptly, or no cause at all is told.
+    /// The cause is not reported, reported late, or wrong.
     Culprit,
     /// The result differs from that of an undisturbed run.
     Bits,

@@ -35,13 +35,13 @@ pub const LARGEST: usize = 5_000_000;
 /// Share of the room of a motion that its times and outlines may take, and of rounding.
 const RESERVE: f64 = 0.04;
 
-/// What the script is told.
+/// The data of the script.
 #[derive(Debug, Serialize)]
 struct Data<'a> {
     runs: Vec<OfRun<'a>>,
 }
 
-/// What the script is told of a run.
+/// The data of a run for the script.
 #[derive(Debug, Serialize)]
 struct OfRun<'a> {
     label: &'a str,
@@ -267,7 +267,7 @@ fn in_script(data: &impl Serialize) -> Result<String, ReportError> {
     Ok(json.replace('<', "\\u003c"))
 }
 
-/// Names that tell the runs apart: the last part of the path, or all of it.
+/// Distinct names of the runs: the last part of the path, or all of it.
 fn labels(records: &[Record]) -> Vec<String> {
     let last = |path: &Path| {
         let whole = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());

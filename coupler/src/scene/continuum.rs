@@ -92,7 +92,7 @@ pub(super) fn continuum(
     Some(config)
 }
 
-/// What is wrong with it, but for pairs of groups, of which it is told with their laws.
+/// The faults, except those of pairs of groups, which are reported with their laws.
 fn faults(config: &MpmConfig) -> Vec<ConfigFault> {
     let mut faults = config.faults();
     faults.retain(|fault| !fault.key.starts_with("mpm.group_pairs"));

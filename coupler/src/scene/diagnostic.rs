@@ -6,7 +6,7 @@ use std::ops::Range;
 
 /// Longest value that a message repeats, in characters.
 const VALUE_LIMIT: usize = 60;
-/// Most faults of a scene that are told: who mends these sees the next.
+/// Largest number of reported faults of a scene; the others appear when these are corrected.
 pub(super) const FAULTS_LIMIT: usize = 100;
 /// Longest part of a line that a message shows, in characters.
 const LINE_LIMIT: usize = 240;

@@ -130,7 +130,7 @@ impl Document {
         Err(SceneErrors(told.into_iter().collect()))
     }
 
-    /// What is wrong with the text; what follows of it is not told.
+    /// The error in the text; its consequences are not reported.
     fn not_toml(&self, fault: &toml::de::Error) -> Diagnostic {
         let span = fault.span();
         let open = span

@@ -1,4 +1,4 @@
-//! Contacts as frames tell them: who presses on whom, where, and with which force.
+//! Contacts as frames have them: both bodies, position and force.
 
 use interface::Vec2;
 use interface::message::wire::ContactState;

@@ -78,7 +78,7 @@ impl Queue {
         needs.filter_map(|id| self.asked.get(id).copied())
     }
 
-    /// What to do next; who is told to judge says [`Self::judged`] in the end.
+    /// What to do next. A thread that tests a clause calls [`Self::judged`] at the end.
     pub fn next(&mut self) -> Next {
         if self.waiting.is_empty() {
             return Next::Over;
@@ -153,7 +153,7 @@ impl Shared {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Judges clauses with `judge` until none is left; tells `tell` of each, with the verdict of those that are blocked.
+    /// Tests clauses with `judge` until none is left. Calls `tell` with each verdict, also of blocked clauses.
     pub fn work<J>(
         &self,
         judge: impl Fn(&'static Clause) -> J,

@@ -24,7 +24,7 @@ pub struct Member {
 pub struct Imps {
     /// Which points, ordered by id.
     pub members: Vec<Member>,
-    /// The same points, as the bodies' side is told of them.
+    /// The same points, as sent to the bodies' side.
     pub infos: Vec<ImpInfo>,
     /// Their states, as of the last [`Self::refresh`].
     pub states: Vec<ImpState>,

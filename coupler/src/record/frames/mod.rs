@@ -279,7 +279,7 @@ pub struct Frame {
     pub points: Option<Mesh>,
     /// The bodies, likewise.
     pub bodies: Option<Mesh>,
-    /// The contacts, if the bodies' side told them.
+    /// The contacts, if the bodies' side reported them.
     pub contacts: Option<Mesh>,
 }
 

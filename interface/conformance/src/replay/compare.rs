@@ -7,7 +7,7 @@ use interface::message::control::{Party, Ready};
 use interface::message::wire::{Number, Record};
 use interface::transport::raw::{Channel, Kind, Message, Payload};
 
-/// Numbers of a report that tell of the machine, not of the run.
+/// Numbers of a report that depend on the machine and not on the run.
 const OF_THE_MACHINE: [&str; 4] = ["compute_ns", "exchange_ns", "wait_ns", "cpu_ns"];
 
 /// What a field is measured by: the largest number of its unit. What is small against the others of its unit, such as the

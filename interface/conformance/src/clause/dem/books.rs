@@ -242,7 +242,7 @@ fn body_forces(bench: &Bench) -> Judgement {
     Ok(format!("{:.3} N/m of 1 point", body.point_force[1]))
 }
 
-/// A free body that three points press is told with a frame of the first of two steps.
+/// A free body that three points press is in the frame of the first of two steps.
 fn contacts(bench: &Bench) -> Judgement {
     let (target, corner) = target(bench);
     let center = target.position;

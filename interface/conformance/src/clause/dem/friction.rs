@@ -503,7 +503,7 @@ fn damping() -> f64 {
     2.0 * 0.1 * (STIFFNESS * 0.5).sqrt()
 }
 
-/// A point that goes down into the ground at 0.1 m/s, and says that it goes at `told` (m/s).
+/// A point that moves down into the ground at 0.1 m/s and reports the velocity `told` (m/s).
 fn falls(bench: &Bench, told: f64) -> Judgement {
     let speed = 0.1;
     for ground in Ground::of(bench) {

@@ -130,7 +130,7 @@ fn halted(flow: &mut ContinuumRun, first: u64, step: u64) -> Result<(), Unmet> {
     stopped(flow, first, step)
 }
 
-/// The report tells of a halt before this step.
+/// The report has a halt before this step.
 fn stopped(flow: &mut ContinuumRun, first: u64, step: u64) -> Result<(), Unmet> {
     let report = flow.report()?.report;
     require(

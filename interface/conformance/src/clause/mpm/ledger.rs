@@ -181,7 +181,7 @@ fn unmeasured(bench: &Bench) -> Judgement {
     Ok("a report alone".into())
 }
 
-/// Three groups, told apart by how many points they have.
+/// Three groups with different numbers of points.
 fn three() -> interface::config::MpmConfig {
     scene(vec![
         points(&[[0.1, 0.2], [0.2, 0.1]]),
