@@ -77,7 +77,7 @@ fn row(verdict: &Verdict, check: Option<&Table>, scene: &Table, run: &str) -> Ro
     let relative = check.contains_key("relative_tolerance");
     let scaled = check.contains_key("scale");
     let near = check.contains_key("reference");
-    // How distances are written.
+    // What distances are told in.
     let distance = |number: Option<f64>| match number {
         None => "none".to_owned(),
         Some(number) if relative => format!("{}\u{a0}%", self::number(100.0 * number)),
