@@ -239,7 +239,7 @@ pub const CLAUSES: &[Clause] = &[
         "accepts any number of points: none, and one more than fit",
         numbers,
     )
-    .mutant("accepts 4096 points at most", || {
+    .mutant("answers 4096 points at most", || {
         Flaw::forces(|header, forces| {
             forces.truncate(4096);
             header.count = forces.len() as u64;

@@ -36,7 +36,7 @@ pub const CLAUSES: &[Clause] = &[
         not_absurd,
     )
     .after(&["L-2a"])
-    .mutant("reports five times too much", || {
+    .mutant("reports five times its contact_omega_sq", || {
         spoil::report(|report| report.limits.contact_omega_sq *= 5.0)
     }),
     Clause::must(

@@ -166,7 +166,7 @@ pub const CLAUSES: &[Clause] = &[
         "answers an impossible value with Refused and its key",
         refused,
     )
-    .mutant("accepts an empty list", || {
+    .mutant("uses a default instead of 0", || {
         spoil::json_config(|config| {
             for (key, some) in [("threads", json!(1)), ("cell", json!(0.05))] {
                 if config.get(key).and_then(Value::as_f64) == Some(0.0) {
