@@ -86,7 +86,12 @@ impl System {
         if step.measure {
             self.measurement = measure(self, step, imps); // docs/physics.md section 7
         }
-        Ok(self.answer(step)) //                          docs/physics.md section 4
+        let mut answer = self.answer(step); //            docs/physics.md section 4
+        if opening(step) {
+            let release = self.release(step, imps); //    crate::contact::release
+            answer.limits.omega_sq = answer.limits.omega_sq.max(release);
+        }
+        Ok(answer)
     }
 
     /// Refuses numbers that are not finite before anything has changed.

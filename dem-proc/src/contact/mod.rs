@@ -14,6 +14,7 @@ pub mod passage;
 pub mod point_pairs;
 pub mod point_side;
 pub mod points;
+mod release;
 pub mod segments;
 mod set;
 mod stretch;
