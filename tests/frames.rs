@@ -251,6 +251,54 @@ fn points_tell_their_plastic_strain_where_a_material_keeps_it() {
     }
 }
 
+/// A picture of the plastic strain, in each format. Where a run has none, the message says when one does.
+#[test]
+fn plastic_strain_colours_pictures_and_films() {
+    let place = Place::new();
+    let all = [("bar", "metal"), ("ball", "rubber"), ("heap", "sand")];
+    for (out, groups) in [("told", &all[..]), ("none", &all[1..])] {
+        let path = place.write(&format!("{out}.toml"), &blocks(groups));
+        let frames = ["--set", "output.frames=0.002"];
+        place.run(out, path.to_str().unwrap(), &frames).expect(0);
+    }
+    let plot = |run: &str, colour: &str, out: &str| {
+        let colour = ["--colour", colour];
+        let arguments = [&["plot", run, "--frames", "all", "--out", out][..], &colour].concat();
+        place.start(&arguments).end()
+    };
+    plot("told", "plastic_strain", "a.svg").expect(0);
+    let figure = fs::read_to_string(place.path("a.svg")).unwrap();
+    assert!(
+        figure.contains(">plastic_strain; grey: no number<"),
+        "the legend"
+    );
+    plot("told", "flow [%]=100*plastic_strain", "b.svg").expect(0);
+    let other = fs::read_to_string(place.path("b.svg")).unwrap();
+    let points = |figure: &str| figure.split("base64,").nth(1).map(str::to_owned);
+    assert!(points(&figure).is_some() && other.contains(">flow [%]; grey: no number<"));
+    for colour in ["plastic_strain", "speed + plastic_strain"] {
+        let refused = plot("none", colour, "none.svg").expect(2);
+        refused.says(&[
+            "none",
+            "have no `plastic_strain`",
+            "von_mises",
+            "output.fields",
+        ]);
+        assert!(!place.path("none.svg").exists());
+    }
+    plot("none", "speed", "none.svg").expect(0);
+    let png = plot("told", "plastic_strain", "a.png");
+    if png.status.code() == Some(2) {
+        png.says(&["no font", ".svg"]);
+        return;
+    }
+    png.expect(0);
+    for out in ["a.gif", "a.apng"] {
+        plot("told", "plastic_strain", out).expect(0);
+        assert!(fs::metadata(place.path(out)).unwrap().len() > 1000, "{out}");
+    }
+}
+
 /// Names of bodies, as three readers print them.
 const MESHIO: &str = "
 import sys, meshio
