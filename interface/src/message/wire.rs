@@ -493,17 +493,17 @@ record! {
 }
 
 record! {
-    /// One contact of a body at `t_n` of a measured step with a frame (capability `contacts`).
+    /// One contact at `t_n` of a measured step with a frame (capability `contacts`).
     ContactState, "tandem/ContactState", 56 {
-        /// Index of the body.
+        /// Index of the body; identity of the first point where two points touch.
         body: u64 = 0,
         /// Whom it touches: index of another body, or identity of a point.
         other: u64 = 8,
-        /// What `other` is: 0 a body, 1 a point.
+        /// Who touch: 0 two bodies, 1 a body and a point, 2 two points (`group_pairs`).
         with: u64 = 16,
         /// Contact point in m.
         position: [f64; 2] = 24,
-        /// Force on the body in N/m.
+        /// Force on the body, or on the first point, in N/m.
         force: [f64; 2] = 40,
     }
 }
