@@ -41,7 +41,8 @@ impl System {
         }
     }
 
-    /// The contacts that press in the evaluation of this step: those of bodies, then those of points, as in their lists.
+    /// The contacts that press in the evaluation of this step: of bodies, of points with bodies, of pairs of points, each
+    /// as in its list.
     pub(crate) fn frame_contacts(&self, step: &Step, imps: &[ImpState]) -> Vec<ContactState> {
         let mut found = Vec::new();
         if let Some(pairs) = &self.pairs {
@@ -51,6 +52,9 @@ impl System {
         if !imps.is_empty() {
             let last_step = LastStep::new(step.dt_before);
             self.points.tell(&self.bodies, imps, last_step, &mut found);
+            if let Some(pairs) = &self.point_pairs {
+                pairs.tell(imps, last_step, &mut found);
+            }
         }
         found
     }

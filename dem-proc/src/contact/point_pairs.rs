@@ -13,16 +13,18 @@
 use std::fmt::Debug;
 
 use interface::Vec2;
-use interface::message::wire::{ImpForce, ImpInfo, ImpState};
+use interface::message::wire::{ContactState, ImpForce, ImpInfo, ImpState};
 use interface::solver::{Fault, Refusal};
+use mechanics::outline::contact_point;
 use serde::{Deserialize, Serialize};
 
+use crate::contact::frame_contacts::between_points;
 use crate::contact::passage::DEEP;
 use crate::contact::point_side::Interval;
 use crate::contact::set::{restored_set, save_set};
 use crate::contact::versions::Versions;
 use crate::law::history::SavedHistories;
-use crate::law::{Kinematics, Law, Loss, PairProperties, reduced};
+use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties, reduced};
 use crate::lists::cells::Cells;
 use crate::lists::neighbours::REACH;
 use crate::saved::{count, finite, refusal};
@@ -49,6 +51,8 @@ pub trait PairSide: Debug + Send {
     fn loss(&self) -> Loss;
     /// Energy in the contact springs in J/m.
     fn energy(&self, states: &[ImpState]) -> f64;
+    /// Adds the pairs that press in the last evaluation, of these states, in the order of the list.
+    fn tell(&self, states: &[ImpState], last_step: LastStep, found: &mut Vec<ContactState>);
     /// Keeps the list that was evaluated.
     fn keep_list(&mut self);
     /// Accepts what was evaluated as the history of the next step, and keeps the list.
@@ -463,6 +467,26 @@ impl<L: Law> PairSide for PointPairs<L> {
             }
         };
         (0..view.now.list.len()).map(energy).sum()
+    }
+
+    fn tell(&self, states: &[ImpState], last_step: LastStep, found: &mut Vec<ContactState>) {
+        let view = self.view(states);
+        // What comes in the next step does not matter for the force.
+        let interval = Interval {
+            last_step,
+            closing: 0.0,
+        };
+        for k in 0..view.now.list.len() {
+            let in_reach = view.pair(interval, k);
+            let Some((outcome, _)) = in_reach.filter(|(outcome, _)| outcome.overlap > 0.0) else {
+                continue;
+            };
+            let [a, b] = outcome.pair.map(|slot| &self.set[slot as usize]);
+            let (overlap, normal) = view.overlap(outcome.pair);
+            let x = states[outcome.pair[0] as usize].position.into();
+            let at = contact_point(x, a.radius, overlap, normal);
+            found.push(between_points([a.id, b.id], at, outcome.force));
+        }
     }
 
     fn keep_list(&mut self) {

@@ -79,7 +79,7 @@ impl PlasticStrain {
     /// Of a point of such a group.
     pub(super) fn of(self, point: &PointState) -> f64 {
         match self {
-            Self::Kept => point.plastic_strain().into(),
+            Self::Kept => point.plastic_strain.into(),
             Self::None => 0.0,
             Self::Forgotten => f64::NAN,
         }

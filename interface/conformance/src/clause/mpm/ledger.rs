@@ -348,7 +348,7 @@ fn contact(bench: &Bench) -> Judgement {
 }
 
 /// A window of steps of `dt` (s) with a frame: what was shown of its first step, and the points.
-fn framed(
+pub(super) fn framed(
     flow: &mut ContinuumRun,
     dt: f64,
     steps: u64,
