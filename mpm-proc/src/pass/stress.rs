@@ -95,6 +95,8 @@ fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
         share,
         Memory::new,
         &|tile, (points, force, report), memory| {
+            // A copy whose constants nothing can change, so that what follows from them alone is computed once a tile.
+            let model = &{ *model };
             fill_window::<W, _>(&mut memory.velocity, nodes, tile, |t| match velocity {
                 Velocity::Before => &t.before,
                 Velocity::After => &t.after,
