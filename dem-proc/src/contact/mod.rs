@@ -5,6 +5,7 @@ pub mod approach;
 pub mod chain;
 pub mod convex;
 pub mod impact;
+mod near;
 pub mod nearest;
 pub mod overlap;
 pub mod pair_geometry;
