@@ -23,7 +23,7 @@ fn markers(n: u64, all_around: bool) -> Vec<ImpState> {
         let own = |k: u32| (time * (3.0 + 4.0 * rough(i, k)) + 7.0 * rough(i, k + 1)).sin();
         let angle = (350.0 - spread / f64::from(MARKERS - 1) * f64::from(i)).to_radians();
         let angle = angle + 3e-2 * (2.0 * time).sin() + 1e-2 * own(2);
-        let away = A + R - 1e-3 + 1e-3 * own(4);
+        let away = A + R - 1e-3 + 2e-3 * own(4);
         at(away * angle.cos(), away * angle.sin())
     };
     (0..MARKERS).map(marker).collect()
