@@ -4,6 +4,7 @@
 pub mod approach;
 pub mod chain;
 pub mod convex;
+mod frame_contacts;
 pub mod impact;
 mod near;
 pub mod nearest;
@@ -17,4 +18,3 @@ pub mod points;
 pub mod segments;
 mod set;
 mod stretch;
-mod told;

@@ -11,7 +11,7 @@ use crate::transport::Transport;
 /// The parties of a session, each with its ends of the channels.
 pub struct Together<'a, 'b> {
     /// The coupler.
-    pub leader: &'a mut CouplerSide<'b>,
+    pub coupler: &'a mut CouplerSide<'b>,
     /// The continuum, if there is one.
     pub mpm: Option<&'a mut MpmSide<'b>>,
     /// The bodies, if there are any.
@@ -31,7 +31,7 @@ impl Together<'_, '_> {
             // While the solvers wait for one another there is nothing for the coupler.
             if asked {
                 watch.close(&mut self.mpm, &mut self.dem);
-                let took = round.add(turns(&mut *self.leader, &mut **coupler));
+                let took = round.add(turns(&mut *self.coupler, &mut **coupler));
                 watch.led(took.went);
             } else {
                 watch.next(&mut self.mpm, &mut self.dem);
@@ -58,7 +58,7 @@ impl Together<'_, '_> {
 
     fn look_up(&mut self, expire: bool) {
         let [coupler, mpm, dem] = &mut self.transports;
-        let mut up = self.leader.look_up(&mut **coupler);
+        let mut up = self.coupler.look_up(&mut **coupler);
         if let Some(side) = &mut self.mpm {
             up |= side.look_up(&mut **mpm);
         }
@@ -67,7 +67,7 @@ impl Together<'_, '_> {
         }
         if expire && !up {
             // In one thread nothing can still come: whoever waits would wait for ever.
-            self.leader.expire(Duration::ZERO);
+            self.coupler.expire(Duration::ZERO);
             if let Some(side) = &mut self.mpm {
                 side.expire(Duration::ZERO);
             }
