@@ -6,6 +6,7 @@ pub mod chain;
 pub mod convex;
 mod frame_contacts;
 pub mod impact;
+mod near;
 pub mod nearest;
 pub mod overlap;
 pub mod pair_geometry;
