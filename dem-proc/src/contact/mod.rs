@@ -15,6 +15,8 @@ pub mod passage;
 pub mod point_pairs;
 pub mod point_side;
 pub mod points;
+mod release;
 pub mod segments;
 mod set;
 mod stretch;
+mod versions;
