@@ -18,7 +18,7 @@ use interface::Vec2;
 use interface::message::wire::{ContactState, ImpState};
 use interface::step::Step;
 
-use crate::contact::frame_contacts::POINT;
+use crate::contact::frame_contacts::{POINT, POINTS};
 use crate::system::System;
 
 /// N above.
@@ -42,9 +42,11 @@ impl System {
         if opening.power <= 0.0 {
             return 0.0;
         }
-        let pairs = self.pairs.as_ref();
+        let of_bodies = self.pairs.as_ref();
+        let of_points = self.point_pairs.as_ref();
         let energy = self.points.energy(&self.bodies, imps)
-            + pairs.map_or(0.0, |pairs| pairs.energy(&self.bodies));
+            + of_bodies.map_or(0.0, |pairs| pairs.energy(&self.bodies))
+            + of_points.map_or(0.0, |pairs| pairs.energy(imps));
         if energy > NEGLIGIBLE * opening.impact {
             (PARTS * opening.power / energy).powi(2)
         } else {
@@ -64,12 +66,9 @@ impl System {
                 let arm = Vec2::from(contact.position) - state.center;
                 (state.inverse_mass, state.velocity_at(arm))
             };
-            let (own_lightness, own) = body(contact.body);
-            let (lightness, other) = if contact.with == POINT {
-                points[&contact.other]
-            } else {
-                body(contact.other)
-            };
+            let side = |id: u64, is_point: bool| if is_point { points[&id] } else { body(id) };
+            let (own_lightness, own) = side(contact.body, contact.with == POINTS);
+            let (lightness, other) = side(contact.other, [POINT, POINTS].contains(&contact.with));
             let apart = own - other;
             let power = Vec2::from(contact.force).dot(&apart);
             if power > 0.0 {
