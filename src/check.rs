@@ -94,7 +94,7 @@ pub fn plan(args: &PlanArgs) -> ExitCode {
     }
 }
 
-/// Says what a run would cost, as far as its first steps tell.
+/// Prints the cost of a run, estimated from its first steps.
 fn say_cost(scene: &Scene, args: &PlanArgs) {
     if args.measure == 0.0 {
         return;

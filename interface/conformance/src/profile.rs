@@ -95,7 +95,7 @@ impl Profile {
     /// What such a solver says in Hello.
     pub fn capabilities(&self) -> Capabilities {
         let mut names: Vec<&str> = self.takes().collect();
-        // A family of which it takes nothing is named too, or it would be open.
+        // A family without members is listed too; otherwise it would not be restricted.
         if !names.iter().any(|name| name.starts_with("feature:")) {
             names.push(NO_FEATURE);
         }

@@ -28,7 +28,7 @@ const THICKEST: f64 = 6.0;
 const FAINTEST: f64 = 0.1;
 /// Which colour lines of forces have: none of points, and not the grey of bodies.
 const FORCES: usize = 1;
-/// Colours that are told apart.
+/// Distinct colours.
 const STEPS: u8 = 128;
 /// Of a point whose value is no number: no colour of Viridis.
 const NO_NUMBER: [u8; 3] = [170, 170, 170];

@@ -48,12 +48,12 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must(
         "I-10b",
-        "what a pair of points remembers survives a new set",
+        "the history of a pair of points survives a new set",
         remembered,
     )
     .needs(&["pairs", "feature:friction"])
     .after(&["F-7a", "F-7d", "T-6a", "F-7y", "I-9a", "I-10a"])
-    .mutant("forgets the spring of a pair with a new set", || {
+    .mutant("loses the spring of a pair at a new set", || {
         Flaw::forces(|header, forces| {
             if header.set > 1 && forces.iter().any(is_of_a_pair) {
                 for force in forces {
