@@ -154,10 +154,10 @@ fn contacts_of_pairs_of_points_add_up_to_the_forces_on_the_points() {
         ..info(id, 0.05, 1.0)
     };
     let mut points = Points::new(&[
-        (of_group(7, 0), at(0.0, 0.245)),
-        (of_group(8, 0), at(0.2, 0.245)),
+        (of_group(7, 0), at(0.01, 0.245)),
+        (of_group(8, 0), at(0.19, 0.245)),
         (of_group(11, 1), at(0.1, 0.246)),
-        (of_group(12, 1), at(0.02, 0.34)),
+        (of_group(12, 1), at(0.03, 0.34)),
     ]);
     points.states[3].velocity = [2.0, -0.1];
     dem.imp_set(&points.set);
