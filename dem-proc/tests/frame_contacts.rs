@@ -177,8 +177,7 @@ fn contacts_of_pairs_of_points_add_up_to_the_forces_on_the_points() {
         let mut sum = [0.0; 2];
         for contact in &contacts {
             let sign = match contact.with {
-                1 if contact.other == info.id => -1.0,
-                2 if contact.other == info.id => -1.0,
+                1 | 2 if contact.other == info.id => -1.0,
                 2 if contact.body == info.id => 1.0,
                 _ => continue,
             };
