@@ -70,3 +70,6 @@ def state():
 
 
 discs_common.run(f"LAMMPS {style}", threads, lambda n: lmp.command(f"run {n} pre no post no"), state)
+# Ranks that end without MPI's end may lose what another one prints.
+lmp.close()
+lmp.finalize()
