@@ -22,8 +22,7 @@ points = np.zeros((count, 12))
 def reset():
     points[:, 0:2] = position + room * h
     points[:, 2:4] = velocity
-    points[:, 4:8] = 0.0
-    points[:, 8:12] = [1.0, 0.0, 0.0, 1.0]
+    points[:, 4:8], points[:, 8:12] = (matrices.reshape(count, 4) for matrices in bar_common.gradients(b))
 
 
 def advance(steps):
