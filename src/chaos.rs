@@ -49,7 +49,7 @@ pub fn chaos(args: &ChaosArgs) -> ExitCode {
         Ok(options) => options,
         Err(error) => return failed(&error),
     };
-    match chaos::play(&options) {
+    match chaos::run(&options) {
         Ok(table) => tell(args, &table),
         Err(error) => failed(&error.to_string()),
     }

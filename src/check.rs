@@ -5,7 +5,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use coupler::run::checkpoint::branch::Branch;
-use coupler::run::room;
+use coupler::run::resources;
 use coupler::scene::{Scene, SceneFile, refused};
 use interface::config::{DemConfig, MpmConfig};
 use interface::message::control::Party;
@@ -55,16 +55,7 @@ pub fn check(args: &CheckArgs) -> ExitCode {
 
 /// Says that a scene is valid, if it is.
 fn valid(mut scene: Scene, path: &Path, which: &str) -> Result<(), String> {
-    let more = match begins_with(&mut scene)? {
-        Beginning::Scene => start(&scene)?,
-        Beginning::Run(branch) => {
-            go_on(&scene, &branch)?;
-            None
-        }
-        Beginning::Missing(run) => Some(format!(
-            "`start.from` is not looked at: there is no {run} yet"
-        )),
-    };
+    let more = begin(&mut scene)?;
     for warning in scene.warnings.iter().chain(&more) {
         say(format_args!(
             "warning: {}{which}: {warning}",
@@ -87,16 +78,9 @@ pub fn plan(args: &PlanArgs) -> ExitCode {
         .map_err(|errors| errors.to_string())
         .and_then(|mut scene| {
             say(scene.plan());
-            say(format_args!("  shared   {}", room::in_words(&scene)));
-            match begins_with(&mut scene)? {
-                Beginning::Scene => {
-                    if let Some(pressing) = start(&scene)? {
-                        say(format_args!("  warning  {pressing}"));
-                    }
-                }
-                Beginning::Run(branch) => go_on(&scene, &branch)?,
-                // The cost says that there is none.
-                Beginning::Missing(_) => {}
+            say(format_args!("  shared   {}", resources::in_words(&scene)));
+            if let Some(more) = begin(&mut scene)? {
+                say(format_args!("  warning  {more}"));
             }
             say_cost(&scene, args);
             Ok(())
@@ -126,26 +110,21 @@ fn say_cost(scene: &Scene, args: &PlanArgs) {
     }
 }
 
-/// What a run of a scene begins with.
-enum Beginning {
-    /// With what the scene describes.
-    Scene,
-    /// With the state of another run.
-    Run(Box<Branch>),
-    /// With that of a run which is not there yet.
-    Missing(String),
-}
-
-/// What a run of `scene` would begin with, which is noted in the scene.
+/// Lets the built-in solvers take the scene as a run begins: with the state of another run where `[start]` names one. What the
+/// run changes in the scene is changed in it. Returned is a sentence on what presses already, or that the other run is not there.
 ///
 /// # Errors
-/// Why it cannot begin with the run that it names.
-fn begins_with(scene: &mut Scene) -> Result<Beginning, String> {
-    if let Some(start) = scene.start.as_ref().filter(|start| !start.run.exists()) {
-        return Ok(Beginning::Missing(start.run.display().to_string()));
+/// Why no run would come to its first step.
+fn begin(scene: &mut Scene) -> Result<Option<String>, String> {
+    if let Some(from) = scene.start.as_ref().filter(|start| !start.run.exists()) {
+        let from = from.run.display();
+        let missing = format!("`start.from` is not looked at: there is no {from} yet");
+        return configured(scene).map(|_| Some(missing));
     }
-    let branch = Branch::find(scene).map_err(|errors| errors.to_string())?;
-    Ok(branch.map_or(Beginning::Scene, |branch| Beginning::Run(branch.into())))
+    match Branch::find(scene).map_err(|errors| errors.to_string())? {
+        Some(branch) => go_on(scene, &branch).map(|()| None),
+        None => start(scene),
+    }
 }
 
 /// Lets the built-in solvers take the scene and the state that it begins with.

@@ -125,10 +125,10 @@ pub fn mutate(args: &MutantArgs) -> ExitCode {
     logging::of_solver();
     let flaw = (mutant.mutant.flaw)();
     let Some(id) = &args.join else {
-        let status = flaw.manners.status_unjoined.unwrap_or(BAD_INPUT);
+        let status = flaw.process.status_unjoined.unwrap_or(BAD_INPUT);
         return complain("a mutant is started by `conformance`", status);
     };
-    process::join_as(id, flaw.manners.ends_on_interrupt, |domain| {
+    process::join_as(id, flaw.process.ends_on_interrupt, |domain| {
         mutant::serve(Medium::Processes, domain, host(party), flaw)
     })
 }

@@ -43,7 +43,7 @@ fn obey(command: Command) -> ExitCode {
     match command {
         Command::Run(args) => run::run(&args),
         Command::Resume(args) => run::resume(&args),
-        Command::Replay(args) => replay::play(&args),
+        Command::Replay(args) => replay::run(&args),
         Command::Report(args) => report::report(&args),
         Command::Watch(args) => watch::watch(&args),
         Command::Check(args) => check::check(&args),

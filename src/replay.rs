@@ -20,7 +20,7 @@ const DIFFERENT: u8 = 1;
 const FAILED: u8 = 3;
 
 /// Plays a recording to one solver.
-pub fn play(args: &ReplayArgs) -> ExitCode {
+pub fn run(args: &ReplayArgs) -> ExitCode {
     let subject = match subject(args) {
         Ok(subject) => subject,
         Err(error) => return complain(&error, BAD_INPUT),

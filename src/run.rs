@@ -11,7 +11,7 @@ use coupler::record::summary::Status;
 use coupler::run::checkpoint::branch::Branch;
 use coupler::run::checkpoint::file::CheckpointError;
 use coupler::run::killed::Killed;
-use coupler::run::room;
+use coupler::run::resources;
 use coupler::run::{Finished, Resumed, RunOptions, Solvers, rerun, run as run_scene};
 use coupler::scene::{Scene, solver_override};
 use signal_hook::consts::SIGUSR1;
@@ -309,12 +309,12 @@ pub fn options(args: &HowArgs, record: bool, scene: &Scene) -> Result<RunOptions
                 "--in-process: the scene names a solver that is a separate process; `--set solvers.{side}=built-in` selects the built-in one"
             ));
         }
-        Solvers::Here {
+        Solvers::InProcess {
             mpm: solvers::mpm,
             dem: solvers::dem,
         }
     } else {
-        room::look(scene).map_err(|error| format!("{error} ({})", error.advice()))?;
+        resources::check(scene).map_err(|error| format!("{error} ({})", error.advice()))?;
         Solvers::Processes {
             mpm: process(scene.solvers.mpm.as_ref(), "mpm")?,
             dem: process(scene.solvers.dem.as_ref(), "dem")?,

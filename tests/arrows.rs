@@ -231,14 +231,20 @@ fn names_part(code: &str, part: &str) -> bool {
     })
 }
 
-/// Sources name the transport in three files of `interface`, and the codec in one.
+/// Sources name the transport in three files of `interface`, the codec in one, and parry in one of `dem-proc`.
 fn misplaced_names(sources: &[Source]) -> Vec<String> {
     let mut wrong = Vec::new();
     for source in sources.iter().filter(|s| s.is_rust()) {
         let transport = TRANSPORT.contains(&source.path.as_str());
         let codec = source.path == "interface/src/message/codec.rs";
+        let parry = source.path == "dem-proc/src/seam.rs";
+        let rules = [
+            ("iceoryx2", transport),
+            ("bincode", codec),
+            ("parry2d_f64", parry),
+        ];
         for (line, code) in source.code() {
-            for (name, allowed) in [("iceoryx2", transport), ("bincode", codec)] {
+            for (name, allowed) in rules {
                 if !allowed && names(code, name) {
                     wrong.push(format!("{}:{line} names {name}", source.path));
                 }
@@ -375,8 +381,11 @@ fn only_interface_depends_on_transport_and_codec() {
 }
 
 #[test]
-fn transport_and_codec_are_named_in_their_room_only() {
-    none(&misplaced_names(&sources()));
+fn transport_codec_and_parry_are_named_in_their_files_only() {
+    let sources = sources();
+    none(&misplaced_names(&sources));
+    let parry = |s: &Source| s.path == "dem-proc/src/seam.rs" && s.text.contains("parry2d");
+    assert!(sources.iter().any(parry));
 }
 
 #[test]
@@ -538,6 +547,9 @@ mod the_rules_can_fail {
         assert_eq!(at("interface/src/message/codec.rs", codec), 0);
         assert_eq!(at("interface/src/transport/domain.rs", codec), 1);
         assert_eq!(at("interface/conformance/src/lib.rs", transport), 1);
+        let parry = concat!("use parr", "y2d_f64::query::distance;");
+        assert_eq!(at("dem-proc/src/seam.rs", parry), 0);
+        assert_eq!(at("dem-proc/src/contact/overlap.rs", parry), 1);
         assert_eq!(at("coupler/src/run.rs", transport), 1);
         assert_eq!(at("coupler/src/run.rs", codec), 1);
         assert_eq!(

@@ -329,6 +329,15 @@ fn a_check_looks_at_the_run_that_a_scene_begins_with() {
     }
     let said = check("check", "nowhere", "time.max_step=1e-4").expect(0);
     assert!(said.stdout.contains("`start.from` is not looked at"));
+    let said = check("plan", "nowhere", "time.max_step=1e-4").expect(0);
+    assert!(said.stdout.contains("`start.from` is not looked at"));
+    // No run would begin with a region that holds no points, whatever its state.
+    let small = "mpm.points.0.fill={polygon={vertices=[[0.2, 0.3], [0.201, 0.3], [0.2, 0.301]]}}";
+    for command in ["check", "plan"] {
+        check(command, "nowhere", small)
+            .expect(2)
+            .says(&["group 'sand' has no points"]);
+    }
 }
 
 #[test]

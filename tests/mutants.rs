@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use conformance::bench::{PATIENCE, Start, Subject};
 use conformance::clause::{self, Clause, NamedMutant};
-use conformance::mutant::{Flaw, Host, Manners, Pass, serve, spoil};
+use conformance::mutant::{Flaw, Host, Pass, ProcessFlaws, serve, spoil};
 use conformance::profile::{Profile, profiles};
 use conformance::verdict::Verdict;
 use conformance::{Examination, Options, examine};
@@ -63,7 +63,7 @@ impl Of {
         };
         let modest = spoil::hello(move |hello| hello.capabilities = profile.capabilities());
         Flaw {
-            manners: flaw.manners,
+            process: flaw.process,
             ..modest.with(flaw)
         }
     }
@@ -124,7 +124,7 @@ impl Kept {
     fn is_touched_by(&self, mutant: &NamedMutant) -> bool {
         self.sessions.iter().any(|tape| {
             let mut flaw = (mutant.mutant.flaw)();
-            flaw.manners != Manners::default()
+            flaw.process != ProcessFlaws::default()
                 || tape.lock().expect("no panic").iter().any(|(way, message)| {
                     let pass = match way {
                         Way::In => &mut flaw.inbound,

@@ -81,7 +81,7 @@ impl DemSolver for Sdem {
     }
 
     fn contacts(&self, step: &Step, imps: &[ImpState]) -> Vec<ContactState> {
-        self.system.told_contacts(step, imps)
+        self.system.frame_contacts(step, imps)
     }
 
     fn save(&self) -> Result<Vec<u8>, Fault> {

@@ -9,7 +9,7 @@ use crate::body::load::Load;
 use crate::books::measure;
 use crate::contact::impact::Impacts;
 use crate::contact::point_side::Interval;
-use crate::law::Past;
+use crate::law::LastStep;
 use crate::lists::watch::Ahead;
 use crate::system::System;
 
@@ -42,15 +42,15 @@ impl System {
     }
 
     /// The contacts that press in the evaluation of this step: those of bodies, then those of points, as in their lists.
-    pub(crate) fn told_contacts(&self, step: &Step, imps: &[ImpState]) -> Vec<ContactState> {
+    pub(crate) fn frame_contacts(&self, step: &Step, imps: &[ImpState]) -> Vec<ContactState> {
         let mut found = Vec::new();
         if let Some(pairs) = &self.pairs {
             pairs.tell(&self.bodies, &mut found);
         }
         // Without points nothing was evaluated, and the list may belong to earlier points.
         if !imps.is_empty() {
-            let past = Past::new(step.dt_before);
-            self.points.tell(&self.bodies, imps, past, &mut found);
+            let last_step = LastStep::new(step.dt_before);
+            self.points.tell(&self.bodies, imps, last_step, &mut found);
         }
         found
     }
@@ -124,7 +124,7 @@ impl System {
         if let Some(pairs) = &mut self.pairs {
             pairs.evaluate(
                 &self.bodies,
-                Past::new(step.dt_before),
+                LastStep::new(step.dt_before),
                 2.0 * ahead.way(self.speed),
                 &self.threads,
                 &mut self.body_loads,
@@ -142,7 +142,7 @@ impl System {
         let fastest = imps.iter().map(|s| Vec2::from(s.velocity).norm_squared());
         let fastest = fastest.fold(0.0, f64::max).sqrt();
         let interval = |approach: f64| Interval {
-            past: Past::new(step.dt_before),
+            last_step: LastStep::new(step.dt_before),
             closing: 1.5 * approach * step.dt.max(step.dt_before),
         };
         let with_bodies = interval(self.speed + fastest);

@@ -74,14 +74,14 @@ impl Points {
 }
 
 /// A solver with points, in a run of equal steps.
-struct World {
+struct TestRun {
     dem: Sdem,
     points: Points,
     done: u64,
     dt: f64,
 }
 
-impl World {
+impl TestRun {
     fn new(config: &DemConfig, points: Points, dt: f64) -> Self {
         let mut dem = Sdem::default();
         dem.configure(config).unwrap();
@@ -124,8 +124,8 @@ fn the_force_is_that_of_a_spring_along_the_line_of_centres() {
     for (distance, pressed) in [(0.12, 0.03), (0.15, 0.0), (0.16, 0.0), (0.2, 0.0)] {
         let far: [f64; 2] = (Vec2::new(1.0, 2.0) + way * distance).into();
         let points = Points::new(&[(0, [1.0, 2.0], [0.0; 2]), (1, far, [0.0; 2])]);
-        let mut world = World::new(&scene(linear(0.3)), points, 1e-4);
-        let forces = world.step().unwrap();
+        let mut run = TestRun::new(&scene(linear(0.3)), points, 1e-4);
+        let forces = run.step().unwrap();
         let [a, b] = [0, 1].map(|slot| Vec2::from(forces[slot].force));
         assert_eq!(a, -b);
         assert!(
@@ -135,7 +135,7 @@ fn the_force_is_that_of_a_spring_along_the_line_of_centres() {
         // In reach: half of the smaller radius beyond contact.
         let stiffness = if distance < 0.175 { 2.0 * K } else { 0.0 };
         assert_eq!([forces[0].stiffness, forces[1].stiffness], [stiffness; 2]);
-        let stored = world.dem.measurement().ledger.contact;
+        let stored = run.dem.measurement().ledger.contact;
         assert!((stored - 0.5 * K * pressed * pressed).abs() < 1e-9);
     }
 }
@@ -165,8 +165,8 @@ fn only_the_groups_of_a_pair_touch_each_by_its_law() {
         (1, 1, 0.0),
         (2, 2, 0.0),
     ] {
-        let mut world = World::new(&config, overlapping(a, b), 1e-4);
-        let forces = world.step().unwrap();
+        let mut run = TestRun::new(&config, overlapping(a, b), 1e-4);
+        let forces = run.step().unwrap();
         let expected = -stiffness * gap(a, b);
         let error = (forces[0].force[0] - expected).abs();
         assert!(error < 1e-9 * K, "{a} {b}: {:?}", forces[0]);
@@ -181,18 +181,18 @@ fn two_points_bounce_off_one_another() {
     let points = Points::new(&[(0, [0.0; 2], [v, 0.1]), (1, [0.15, 0.0], [0.0, 0.1])]);
     let reduced = MASS[0] * MASS[1] / (MASS[0] + MASS[1]);
     let half_period = std::f64::consts::PI * (reduced / K).sqrt();
-    let mut world = World::new(&scene(linear(0.0)), points, half_period / 400.0);
-    let (momentum, energy) = (world.points.momentum(), world.points.kinetic());
+    let mut run = TestRun::new(&scene(linear(0.0)), points, half_period / 400.0);
+    let (momentum, energy) = (run.points.momentum(), run.points.kinetic());
     let mut in_contact = 0;
     for _ in 0..480 {
-        let forces = world.step().unwrap();
+        let forces = run.step().unwrap();
         in_contact += u64::from(forces[0].force[0] != 0.0);
         assert_eq!(forces[0].force, forces[1].force.map(|f| -f));
-        let error = (world.points.momentum() - momentum).norm();
+        let error = (run.points.momentum() - momentum).norm();
         assert!(error < 1e-14 * momentum.norm(), "{error:e}");
     }
     assert!((395..=405).contains(&in_contact), "{in_contact}");
-    let after = [0, 1].map(|i| world.points.states[i].velocity[0]);
+    let after = [0, 1].map(|i| run.points.states[i].velocity[0]);
     let expected = [v * (MASS[0] - MASS[1]), 2.0 * MASS[0] * v].map(|p| p / (MASS[0] + MASS[1]));
     for i in 0..2 {
         assert!(
@@ -200,8 +200,8 @@ fn two_points_bounce_off_one_another() {
             "{after:?} {expected:?}"
         );
     }
-    assert!((world.points.kinetic() / energy - 1.0).abs() < 1e-4);
-    assert_eq!(world.dem.measurement().ledger.contact, 0.0);
+    assert!((run.points.kinetic() / energy - 1.0).abs() < 1e-4);
+    assert_eq!(run.dem.measurement().ledger.contact, 0.0);
 }
 
 /// A point is led past another one at a constant overlap on a small way: `k_t s`, until `mu F_n`.
@@ -210,15 +210,15 @@ fn friction_is_a_spring_up_to_coulombs_limit() {
     let (mu, overlap, speed, dt) = (0.05, 0.01, 1e-2, 1e-3);
     let at = |t: f64| [0.15 - overlap, speed * t];
     let points = Points::new(&[(0, [0.0; 2], [0.0; 2]), (1, at(0.0), [0.0, speed])]);
-    let mut world = World::new(&scene(linear(mu)), points, dt);
+    let mut run = TestRun::new(&scene(linear(mu)), points, dt);
     let (mut slid, mut last) = (0.0, 0.0);
     for i in 0..200_u32 {
         let t = f64::from(i) * dt;
-        world.points.states[0].position = [0.0; 2];
-        world.points.states[0].velocity = [0.0; 2];
-        world.points.states[1].position = at(t);
-        world.points.states[1].velocity = [0.0, speed];
-        let forces = world.step().unwrap();
+        run.points.states[0].position = [0.0; 2];
+        run.points.states[0].velocity = [0.0; 2];
+        run.points.states[1].position = at(t);
+        run.points.states[1].velocity = [0.0, speed];
+        let forces = run.step().unwrap();
         assert_eq!(forces[0].force, forces[1].force.map(|f| -f));
         // The line of centres turns by 0.014 at the end; the force has two components along it.
         let n = Vec2::from(at(t)).normalize();
@@ -236,7 +236,7 @@ fn friction_is_a_spring_up_to_coulombs_limit() {
         last = tangential;
     }
     assert!((last / (-mu * K * overlap) - 1.0).abs() < 0.01, "{last}");
-    let work = world.dem.measurement().ledger.friction_work;
+    let work = run.dem.measurement().ledger.friction_work;
     assert!((work / slid - 1.0).abs() < 0.02, "{work} {slid}");
 }
 
@@ -259,20 +259,20 @@ fn heap() -> Points {
 /// Kinetic energy is that of half steps, so the balance is looked at before and after.
 #[test]
 fn many_points_keep_momentum_and_the_balance_of_energy() {
-    let mut world = World::new(&scene(linear(0.4)), heap(), 2e-5);
-    let (momentum, energy) = (world.points.momentum(), world.points.kinetic());
-    let scale = world.points.infos.iter().map(|i| i.mass).sum::<f64>() * 5.0;
+    let mut run = TestRun::new(&scene(linear(0.4)), heap(), 2e-5);
+    let (momentum, energy) = (run.points.momentum(), run.points.kinetic());
+    let scale = run.points.infos.iter().map(|i| i.mass).sum::<f64>() * 5.0;
     let mut pressing = 0;
     for _ in 0..15_000 {
-        let forces = world.step().unwrap();
+        let forces = run.step().unwrap();
         pressing += usize::from(forces.iter().any(|f| f.force != [0.0; 2]));
     }
     assert!(pressing > 1000, "{pressing}");
-    let error = (world.points.momentum() - momentum).norm() / scale;
+    let error = (run.points.momentum() - momentum).norm() / scale;
     assert!(error < 1e-13, "{error:e}");
-    let ledger = world.dem.measurement().ledger;
+    let ledger = run.dem.measurement().ledger;
     assert!(ledger.friction_work > 0.01 * energy, "{ledger:?}");
-    let after = world.points.kinetic() + ledger.contact + ledger.friction_work;
+    let after = run.points.kinetic() + ledger.contact + ledger.friction_work;
     assert!((after / energy - 1.0).abs() < 2e-3, "{after} {energy}");
     assert_eq!(ledger.contact_impulse, [0.0; 2]);
 }
@@ -281,8 +281,8 @@ fn many_points_keep_momentum_and_the_balance_of_energy() {
 #[test]
 fn what_is_remembered_follows_the_points_through_new_sets() {
     let config = scene(linear(0.4));
-    let mut plain = World::new(&config, heap(), 1e-4);
-    let mut chosen = World::new(&config, heap(), 1e-4);
+    let mut plain = TestRun::new(&config, heap(), 1e-4);
+    let mut chosen = TestRun::new(&config, heap(), 1e-4);
     // Far away, untouched, and first, last or in the middle of the ids.
     let stranger = |id: u64| {
         let info = ImpInfo {
@@ -327,17 +327,17 @@ fn what_is_remembered_follows_the_points_through_new_sets() {
 #[test]
 fn a_state_goes_on_to_the_same_bits_on_any_number_of_threads() {
     let config = scene(linear(0.4));
-    let mut straight = World::new(&config, heap(), 1e-4);
+    let mut straight = TestRun::new(&config, heap(), 1e-4);
     for _ in 0..800 {
         straight.step().unwrap();
     }
-    let mut resumed: Vec<World> = [1, 3]
+    let mut resumed: Vec<TestRun> = [1, 3]
         .map(|threads| {
             let config = DemConfig {
                 threads,
                 ..config.clone()
             };
-            let mut other = World::new(&config, straight.points.clone(), straight.dt);
+            let mut other = TestRun::new(&config, straight.points.clone(), straight.dt);
             other.dem.restore(&straight.dem.save().unwrap()).unwrap();
             other.done = straight.done;
             other
@@ -391,7 +391,7 @@ fn pairs_and_bodies_act_together() {
         ..body.clone()
     };
     let points = Points::new(&[(0, [0.0, 0.04], [0.0; 2]), (1, [0.12, 0.09], [0.0; 2])]);
-    let force = |config: &DemConfig| World::new(config, points.clone(), 1e-4).step().unwrap();
+    let force = |config: &DemConfig| TestRun::new(config, points.clone(), 1e-4).step().unwrap();
     let (pairs, body, both) = (force(&scene(linear(0.0))), force(&body), force(&both));
     for slot in 0..2 {
         assert!(body[slot].force[1] > 0.0 && pairs[slot].force[0] != 0.0);
@@ -406,8 +406,8 @@ fn pairs_and_bodies_act_together() {
 #[test]
 fn points_that_would_pass_through_one_another_stop_the_run() {
     let points = Points::new(&[(0, [0.0; 2], [100.0, 0.0]), (1, [0.16, 0.001], [0.0; 2])]);
-    let mut world = World::new(&scene(linear(0.0)), points, 1e-4);
-    let fault = (0..100).find_map(|_| world.step().err()).unwrap();
+    let mut run = TestRun::new(&scene(linear(0.0)), points, 1e-4);
+    let fault = (0..100).find_map(|_| run.step().err()).unwrap();
     let text = fault.to_string();
     assert!(
         text.contains("points 0 and 10 of groups 0 and 1 overlap"),

@@ -8,13 +8,13 @@ use dem_proc::Sdem;
 use interface::config::{DemConfig, Motion, OverlapMeasure};
 use interface::message::wire::ImpForce;
 use interface::solver::{DemSolver, Refusal};
-use mixtures::{Cloud, HERTZ, LINEAR, World, all, crowd, scene};
+use mixtures::{Cloud, HERTZ, LINEAR, TestRun, all, crowd, scene};
 use proptest::prelude::*;
 
 /// A run that is saved before each of `steps` steps, right after a new set where there is one, and is then resumed from
 /// each of these states and compared with the one that went on, over `after` steps.
 fn compare(name: &str, config: &DemConfig, points: Cloud, steps: u64, after: u64) {
-    let mut straight = World::new(config, points);
+    let mut straight = TestRun::new(config, points);
     let mut saved = Vec::new();
     let mut trace = Vec::new();
     let mut pressing = 0;
@@ -37,7 +37,7 @@ fn compare(name: &str, config: &DemConfig, points: Cloud, steps: u64, after: u64
             dem.save().unwrap() == bytes,
             "{name}: saved again at {from}"
         );
-        let mut resumed = World {
+        let mut resumed = TestRun {
             dem,
             points,
             done: from,
@@ -70,12 +70,12 @@ fn so_does_one_without_points_and_one_on_more_threads() {
 }
 
 fn compare_without_points(config: &DemConfig) {
-    let mut straight = World::new(config, Cloud::default());
+    let mut straight = TestRun::new(config, Cloud::default());
     for _ in 0..120 {
         straight.step();
     }
     let bytes = straight.dem.save().unwrap();
-    let mut resumed = World::new(config, Cloud::default());
+    let mut resumed = TestRun::new(config, Cloud::default());
     resumed.dem.restore(&bytes).unwrap();
     resumed.done = straight.done;
     for i in 0..100 {
@@ -89,11 +89,11 @@ fn a_state_goes_from_one_thread_to_two() {
         threads: 2,
         ..crowd()
     };
-    let mut straight = World::new(&crowd(), Cloud::in_gaps());
+    let mut straight = TestRun::new(&crowd(), Cloud::in_gaps());
     for _ in 0..20 {
         straight.step();
     }
-    let mut resumed = World::new(&two, Cloud::in_gaps());
+    let mut resumed = TestRun::new(&two, Cloud::in_gaps());
     resumed.dem.restore(&straight.dem.save().unwrap()).unwrap();
     (resumed.points, resumed.done) = (straight.points.clone(), straight.done);
     for i in 0..20 {
@@ -102,12 +102,12 @@ fn a_state_goes_from_one_thread_to_two() {
 }
 
 /// A state in the middle of a scene, with 60 points.
-fn state(config: &DemConfig) -> (Vec<u8>, World) {
-    let mut world = World::new(config, Cloud::new(60));
+fn state(config: &DemConfig) -> (Vec<u8>, TestRun) {
+    let mut run = TestRun::new(config, Cloud::new(60));
     for _ in 0..30 {
-        world.step();
+        run.step();
     }
-    (world.dem.save().unwrap(), world)
+    (run.dem.save().unwrap(), run)
 }
 
 fn refused(config: &DemConfig, bytes: &[u8]) -> Refusal {
@@ -116,10 +116,10 @@ fn refused(config: &DemConfig, bytes: &[u8]) -> Refusal {
     let refusal = dem.restore(bytes).unwrap_err();
     assert_eq!(refusal.key, "restore");
     // As it was: no points are expected, and a step can be done.
-    let mut world = World::new(config, Cloud::default());
-    world.dem = dem;
-    world.done = 1;
-    world.finish();
+    let mut run = TestRun::new(config, Cloud::default());
+    run.dem = dem;
+    run.done = 1;
+    run.finish();
     refusal
 }
 
@@ -160,7 +160,7 @@ fn the_state_of_another_configuration_is_refused_by_what_differs() {
 #[test]
 fn a_configuration_with_other_laws_and_motions_goes_on_from_the_state() {
     let config = scene(LINEAR, Some(LINEAR), OverlapMeasure::EachEdge);
-    let (bytes, world) = state(&config);
+    let (bytes, run) = state(&config);
     let mut other = config.clone();
     other.gravity = [0.0, -1.0];
     other.point_contact = HERTZ;
@@ -171,7 +171,7 @@ fn a_configuration_with_other_laws_and_motions_goes_on_from_the_state() {
     let (name, mut dem) = (gate.name.clone(), Sdem::default());
     dem.configure(&other).unwrap();
     dem.restore(&bytes).unwrap();
-    let (was, is) = (world.dem.bodies(), dem.bodies());
+    let (was, is) = (run.dem.bodies(), dem.bodies());
     for (b, body) in is.properties.iter().enumerate() {
         let velocity = if body.name == name {
             [3.0, 0.5].into()
@@ -181,23 +181,23 @@ fn a_configuration_with_other_laws_and_motions_goes_on_from_the_state() {
         assert_eq!(is.state[b].velocity, velocity, "{}", body.name);
         assert_eq!(is.state[b].center, was.state[b].center);
     }
-    let mut branch = World::new(&other, Cloud::default());
-    (branch.dem, branch.points, branch.done) = (dem, world.points.clone(), world.done);
+    let mut branch = TestRun::new(&other, Cloud::default());
+    (branch.dem, branch.points, branch.done) = (dem, run.points.clone(), run.done);
     for _ in 0..20 {
         branch.step();
     }
 }
 
 /// Takes over bytes that may be no state, and does a step if they are one.
-fn try_out(config: &DemConfig, bytes: &[u8], world: &World) -> bool {
+fn try_out(config: &DemConfig, bytes: &[u8], run: &TestRun) -> bool {
     let mut dem = Sdem::default();
     dem.configure(config).unwrap();
     if dem.restore(bytes).is_err() {
         return false;
     }
-    let states = world.points.states();
+    let states = run.points.states();
     let mut forces = vec![ImpForce::default(); states.len()];
-    let step = world.next();
+    let step = run.next();
     for _ in 0..2 {
         if dem.contact(&step, &states, &mut forces).is_err() {
             break; // bodies that are elsewhere may be in one another
@@ -217,17 +217,17 @@ proptest! {
         noise in proptest::collection::vec(any::<u8>(), 0..200),
     ) {
         let (_, config) = &all()[scene];
-        let (bytes, world) = state(config);
+        let (bytes, run) = state(config);
         let place = |share: f64| (share * bytes.len() as f64) as usize;
-        prop_assert!(!try_out(config, &bytes[..place(cut)], &world), "a part was taken");
-        prop_assert!(!try_out(config, &noise, &world), "noise was taken");
+        prop_assert!(!try_out(config, &bytes[..place(cut)], &run), "a part was taken");
+        prop_assert!(!try_out(config, &noise, &run), "noise was taken");
         let mut spliced = bytes[..place(cut)].to_vec();
         spliced.extend(&noise);
-        prop_assert!(!try_out(config, &spliced, &world), "a part with noise was taken");
+        prop_assert!(!try_out(config, &spliced, &run), "a part with noise was taken");
         let mut flipped = bytes.clone();
         for (share, bit) in flips {
             flipped[place(share)] ^= 1 << bit;
         }
-        try_out(config, &flipped, &world);
+        try_out(config, &flipped, &run);
     }
 }

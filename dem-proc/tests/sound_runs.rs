@@ -70,7 +70,7 @@ fn law(stiffness: f64) -> ContactLaw {
     }
 }
 
-fn world(bodies: Vec<BodyConfig>, measure: OverlapMeasure, stiffness: f64) -> DemConfig {
+fn config(bodies: Vec<BodyConfig>, measure: OverlapMeasure, stiffness: f64) -> DemConfig {
     let named = bodies.into_iter().enumerate().map(|(i, body)| BodyConfig {
         name: format!("b{i}"),
         ..body
@@ -120,7 +120,7 @@ fn seesaw(seed: u64, measure: OverlapMeasure, stiffness: f64) -> DemConfig {
             bodies.push(stone([x, top], a, &mut random));
         }
     }
-    world(bodies, measure, stiffness)
+    config(bodies, measure, stiffness)
 }
 
 /// Stones, blocks and planks that fall on one another between two walls.
@@ -163,7 +163,7 @@ fn pile(seed: u64, measure: OverlapMeasure, stiffness: f64) -> DemConfig {
             bodies.push(one);
         }
     }
-    world(bodies, measure, stiffness)
+    config(bodies, measure, stiffness)
 }
 
 /// What tells that a body has gone through another one, apart from the solver's own guard: its centre is as deep in a fixed

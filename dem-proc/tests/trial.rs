@@ -7,19 +7,19 @@ use interface::config::{DemConfig, OverlapMeasure};
 use interface::message::wire::ImpForce;
 use interface::solver::DemSolver;
 use interface::step::Step;
-use mixtures::{Cloud, LINEAR, World, all, crowd};
+use mixtures::{Cloud, LINEAR, TestRun, all, crowd};
 use small_scenes::Random;
 
 /// Asks for forces on points that are elsewhere, in a step that is another.
-fn try_out(world: &mut World, random: &mut Random) -> bool {
+fn try_out(run: &mut TestRun, random: &mut Random) -> bool {
     let step = Step {
-        dt: 3.0 * world.next().dt * random.unit(),
+        dt: 3.0 * run.next().dt * random.unit(),
         measure: random.unit() < 0.5,
-        ..world.next()
+        ..run.next()
     };
     // Beyond the skin in most steps, so that a list is built for it.
     let far = if random.unit() < 0.3 { 0.001 } else { 0.03 };
-    let mut states = world.points.states();
+    let mut states = run.points.states();
     for state in &mut states {
         for k in 0..2 {
             state.position[k] += random.between(-far, far);
@@ -27,17 +27,17 @@ fn try_out(world: &mut World, random: &mut Random) -> bool {
         }
     }
     let mut forces = vec![ImpForce::default(); states.len()];
-    let before = world.dem.save().unwrap();
+    let before = run.dem.save().unwrap();
     // A point may be put deep into a body, which is a fault and leaves no trace either.
-    let is_fault = world.dem.contact(&step, &states, &mut forces).is_err();
-    assert!(before == world.dem.save().unwrap(), "a trial left a trace");
+    let is_fault = run.dem.contact(&step, &states, &mut forces).is_err();
+    assert!(before == run.dem.save().unwrap(), "a trial left a trace");
     is_fault
 }
 
 /// Returns how many trials were faults.
 fn compare(name: &str, config: &DemConfig, points: &Cloud, steps: u64) -> usize {
-    let world = || World::new(config, points.clone());
-    let (mut once, mut often) = (world(), world());
+    let run = || TestRun::new(config, points.clone());
+    let (mut once, mut often) = (run(), run());
     let mut random = Random(3);
     let (mut faults, mut pressing) = (0, 0);
     for i in 0..steps {
@@ -74,8 +74,8 @@ fn nor_does_one_without_points_or_on_two_threads() {
 
 /// Other steps alone make the trial.
 fn compare_bodies_alone(config: &DemConfig) {
-    let world = || World::new(config, Cloud::default());
-    let (mut once, mut often) = (world(), world());
+    let run = || TestRun::new(config, Cloud::default());
+    let (mut once, mut often) = (run(), run());
     let mut random = Random(5);
     for i in 0..201 {
         try_out(&mut often, &mut random);

@@ -19,7 +19,7 @@ use interface::session::turns::drive;
 use interface::session::{CouplerSide, DemSide, MpmSide, Stop, Supervisor, serve_dem, serve_mpm};
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
-use interface::transport::iceoryx::{self, Medium, ROOM};
+use interface::transport::iceoryx::{self, Medium, SEND_TIMEOUT};
 use toys::{Course, HalfPlane, Points};
 
 const BOTH: [Party; 2] = [Party::Mpm, Party::Dem];
@@ -67,17 +67,17 @@ fn between_processes(imps: usize, window: u64, steps: u64) -> Duration {
     let domain = OwnedDomain::create().expect("a directory");
     let names = domain.domain();
     let _created = iceoryx::create(medium, names, &BOTH, false).expect("channels");
-    let mut transport =
-        iceoryx::join(medium, names, Party::Coupler, &BOTH, ROOM).expect("the coupler's ends");
-    let mut lead = Timed::new(steps, window);
+    let mut transport = iceoryx::join(medium, names, Party::Coupler, &BOTH, SEND_TIMEOUT)
+        .expect("the coupler's ends");
+    let mut supervisor = Timed::new(steps, window);
     std::thread::scope(|scope| {
         scope.spawn(move || serve_mpm(medium, names, &mut Points::new(imps), false));
         scope.spawn(move || serve_dem(medium, names, &mut HalfPlane::default(), false));
-        let mut leader = CouplerSide::new(&BOTH, &mut lead);
-        drive(&mut leader, &mut *transport);
-        leader.take_verdict().expect("an orderly end");
+        let mut coupler = CouplerSide::new(&BOTH, &mut supervisor);
+        drive(&mut coupler, &mut *transport);
+        coupler.take_verdict().expect("an orderly end");
     });
-    lead.spent
+    supervisor.spent
 }
 
 /// The same in one thread, by direct calls.
@@ -85,18 +85,18 @@ fn direct(imps: usize, window: u64, steps: u64) -> Duration {
     let (mut points, mut wall) = (Points::new(imps), HalfPlane::default());
     let mut mpm = MpmSide::new(&mut points, Clocked::Shared);
     let mut dem = DemSide::new(&mut wall, Clocked::Shared);
-    let mut lead = Timed::new(steps, window);
-    let mut leader = CouplerSide::new(&BOTH, &mut lead);
+    let mut supervisor = Timed::new(steps, window);
+    let mut coupler = CouplerSide::new(&BOTH, &mut supervisor);
     let hub = Direct::new();
     Together {
-        leader: &mut leader,
+        coupler: &mut coupler,
         mpm: Some(&mut mpm),
         dem: Some(&mut dem),
         transports: [&mut hub.clone(), &mut hub.clone(), &mut hub.clone()],
     }
     .run();
-    leader.take_verdict().expect("an orderly end");
-    lead.spent
+    coupler.take_verdict().expect("an orderly end");
+    supervisor.spent
 }
 
 /// What the toys compute by themselves in a step.

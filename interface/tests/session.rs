@@ -15,7 +15,7 @@ use interface::session::{CouplerSide, DemSide, MpmSide, serve_dem, serve_mpm};
 use interface::solver::Readiness;
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
-use interface::transport::iceoryx::{self, Medium, ROOM};
+use interface::transport::iceoryx::{self, Medium, SEND_TIMEOUT};
 use toys::{Course, HalfPlane, Points};
 
 const BOTH: [Party; 2] = [Party::Mpm, Party::Dem];
@@ -63,17 +63,17 @@ fn between_threads_and_processes(test: fn(Way)) {
 
 /// Runs `steps` steps of 0.1 ms in windows of `window`, measuring the first step of each.
 fn run(way: Way, points: Points, wall: HalfPlane, steps: u64, window: u64) -> Outcome {
-    let mut lead = Course::new(steps, window);
+    let mut supervisor = Course::new(steps, window);
     let (coupler, points, wall) = match way {
-        Way::Over(medium) => over(medium, &mut lead, points, wall),
-        Way::Direct => in_one_thread(&mut lead, points, wall),
+        Way::Over(medium) => over(medium, &mut supervisor, points, wall),
+        Way::Direct => in_one_thread(&mut supervisor, points, wall),
     };
     Outcome {
         coupler,
         points,
         wall,
-        finals: lead.finals,
-        reports: lead.reports,
+        finals: supervisor.finals,
+        reports: supervisor.reports,
     }
 }
 
@@ -83,36 +83,41 @@ type Verdicts = (
     Result<(), SessionError>,
 );
 
-fn over(medium: Medium, lead: &mut Course, mut points: Points, mut wall: HalfPlane) -> Verdicts {
+fn over(
+    medium: Medium,
+    supervisor: &mut Course,
+    mut points: Points,
+    mut wall: HalfPlane,
+) -> Verdicts {
     let domain = OwnedDomain::create().unwrap();
     let names = domain.domain();
     let _created = iceoryx::create(medium, names, &BOTH, false).unwrap();
-    let mut transport = iceoryx::join(medium, names, Party::Coupler, &BOTH, ROOM).unwrap();
+    let mut transport = iceoryx::join(medium, names, Party::Coupler, &BOTH, SEND_TIMEOUT).unwrap();
     std::thread::scope(|scope| {
         let points = scope.spawn(move || serve_mpm(medium, names, &mut points, false));
         let wall = scope.spawn(move || serve_dem(medium, names, &mut wall, false));
-        let mut leader = CouplerSide::new(&BOTH, lead);
-        drive(&mut leader, &mut *transport);
-        let verdict = leader.take_verdict();
+        let mut coupler = CouplerSide::new(&BOTH, supervisor);
+        drive(&mut coupler, &mut *transport);
+        let verdict = coupler.take_verdict();
         domain.release();
         (verdict, points.join().unwrap(), wall.join().unwrap())
     })
 }
 
-fn in_one_thread(lead: &mut Course, mut points: Points, mut wall: HalfPlane) -> Verdicts {
+fn in_one_thread(supervisor: &mut Course, mut points: Points, mut wall: HalfPlane) -> Verdicts {
     let mut mpm = MpmSide::new(&mut points, Clocked::Shared);
     let mut dem = DemSide::new(&mut wall, Clocked::Shared);
-    let mut leader = CouplerSide::new(&BOTH, lead);
+    let mut coupler = CouplerSide::new(&BOTH, supervisor);
     let hub = Direct::new();
     Together {
-        leader: &mut leader,
+        coupler: &mut coupler,
         mpm: Some(&mut mpm),
         dem: Some(&mut dem),
         transports: [&mut hub.clone(), &mut hub.clone(), &mut hub.clone()],
     }
     .run();
     (
-        leader.take_verdict(),
+        coupler.take_verdict(),
         mpm.take_verdict(),
         dem.take_verdict(),
     )
@@ -291,8 +296,9 @@ fn a_refusal_is_heard_though_the_other_solver_never_comes() {
         let domain = OwnedDomain::create().unwrap();
         let names = domain.domain();
         let _created = iceoryx::create(medium, names, &BOTH, false).unwrap();
-        let mut transport = iceoryx::join(medium, names, Party::Coupler, &BOTH, ROOM).unwrap();
-        let mut lead = Course::new(10, 1);
+        let mut transport =
+            iceoryx::join(medium, names, Party::Coupler, &BOTH, SEND_TIMEOUT).unwrap();
+        let mut supervisor = Course::new(10, 1);
         std::thread::scope(|scope| {
             let solver = scope.spawn(move || {
                 let mut points = Points {
@@ -308,9 +314,9 @@ fn a_refusal_is_heard_though_the_other_solver_never_comes() {
             };
             let other = scope.spawn(move || serve_dem(medium, names, &mut wall, false));
             let begin = Instant::now();
-            let mut leader = CouplerSide::new(&BOTH, &mut lead);
-            drive(&mut leader, &mut *transport);
-            let error = leader.take_verdict().unwrap_err();
+            let mut coupler = CouplerSide::new(&BOTH, &mut supervisor);
+            drive(&mut coupler, &mut *transport);
+            let error = coupler.take_verdict().unwrap_err();
             assert!(begin.elapsed() < Duration::from_secs(2));
             assert!(
                 matches!(&error, SessionError::Refused { refusal, .. } if refusal.key == "mpm.cell"),
@@ -375,13 +381,20 @@ fn nothing_of_a_run_is_open_to_other_users() {
     let owned = OwnedDomain::create().unwrap();
     let domain = owned.domain();
     let _created = iceoryx::create(Medium::Processes, domain, &BOTH, false).unwrap();
-    let mut ends =
-        BOTH.map(|party| iceoryx::join(Medium::Processes, domain, party, &[], ROOM).unwrap());
+    let mut ends = BOTH
+        .map(|party| iceoryx::join(Medium::Processes, domain, party, &[], SEND_TIMEOUT).unwrap());
     for end in &mut ends {
         end.open_measurement().unwrap();
         end.open_exchange().unwrap();
     }
-    let _coupler = iceoryx::join(Medium::Processes, domain, Party::Coupler, &BOTH, ROOM).unwrap();
+    let _coupler = iceoryx::join(
+        Medium::Processes,
+        domain,
+        Party::Coupler,
+        &BOTH,
+        SEND_TIMEOUT,
+    )
+    .unwrap();
     let mut seen = 0;
     for entry in std::fs::read_dir("/dev/shm").unwrap().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();

@@ -45,7 +45,7 @@ const GRACE: Duration = Duration::from_secs(2);
 ///
 /// # Errors
 /// [`ChaosError`]; what goes wrong in a round is in the table.
-pub fn play(options: &Options) -> Result<Table, ChaosError> {
+pub fn run(options: &Options) -> Result<Table, ChaosError> {
     fs::create_dir_all(&options.out).map_err(file("create", &options.out))?;
     let corner = Corner::create()?;
     let program = Program::new(&options.program, &options.scene, &corner);
@@ -66,7 +66,7 @@ pub fn play(options: &Options) -> Result<Table, ChaosError> {
                         break;
                     }
                     let round = Round::new(number, options, takes);
-                    let verdict = round.play(&program, &undisturbed);
+                    let verdict = round.run(&program, &undisturbed);
                     tell(&round, &verdict);
                     let mut table = table.lock().expect("no thread panics");
                     table.take(&round, &verdict);

@@ -120,7 +120,7 @@ impl Round {
     }
 
     /// Plays it. The directory of a round without failure is removed.
-    pub fn play(&self, program: &Program<'_>, undisturbed: &RunResult) -> Verdict {
+    pub fn run(&self, program: &Program<'_>, undisturbed: &RunResult) -> Verdict {
         let mut verdict = Verdict::default();
         if let Err(error) = self.go(program, undisturbed, &mut verdict) {
             verdict.fail(Wrong::End, error.to_string());

@@ -89,7 +89,7 @@ impl Table {
         !self.failed.is_empty() || !self.left.is_empty()
     }
 
-    /// Rounds that this machine cannot play.
+    /// Rounds that this machine cannot run.
     pub fn skipped(&self) -> u64 {
         self.rows.iter().map(|(_, row)| row.skipped).sum()
     }

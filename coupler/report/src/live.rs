@@ -29,7 +29,7 @@ use crate::record::Record;
 const LOOK: Duration = Duration::from_secs(1);
 /// After a page nothing new is told for so many times as long as it took to make: a run may need the processor, and pages of
 /// large runs take long.
-const REST: u32 = 10;
+const REST: u32 = 20;
 /// Time between two signs of life to a browser that waits.
 const SIGN_OF_LIFE: Duration = Duration::from_secs(10);
 /// How long browsers have to fetch the last page.
@@ -313,7 +313,7 @@ mod tests {
 
     /// Who makes pages all the time takes a processor from the run.
     #[test]
-    fn after_a_page_it_rests_for_ten_times_as_long_as_that_took() {
+    fn after_a_page_it_rests_for_many_times_as_long_as_that_took() {
         let folder = tempfile::tempdir().unwrap();
         let shared = Live::listen(folder.path(), 0).unwrap().shared;
         assert!(shared.has_rested());

@@ -4,8 +4,8 @@
 //! | --- | --- |
 //! | [`options`] | how a scene is run |
 //! | [`stability`], [`pace`] | the composed step limit, and the plan of steps between outputs |
-//! | [`launch`], `lead`, [`failure`] | solvers as processes, the decisions of a run, the reasons why a run ended early |
-//! | [`room`] | the shared memory and open files that a run needs |
+//! | [`launch`], `supervise`, [`failure`] | solvers as processes, the decisions of a run, the reasons why a run ended early |
+//! | [`resources`] | the shared memory and open files that a run needs |
 //! | `account` | the accumulated results of a run |
 //! | `disk`, `pause` | waiting for a slow disk, and for a solver that is stopped |
 //! | [`checkpoint`], [`killed`] | the state of a run on disk, and a run whose coupler was killed |
@@ -16,12 +16,12 @@ mod disk;
 pub mod failure;
 pub mod killed;
 pub mod launch;
-mod lead;
 pub mod options;
 pub mod pace;
 mod pause;
-pub mod room;
+pub mod resources;
 pub mod stability;
+mod supervise;
 
 use std::collections::BTreeMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -40,7 +40,7 @@ use interface::solver::{DemSolver, MpmSolver};
 use interface::transport::Transport;
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
-use interface::transport::iceoryx::{self, Medium, ROOM};
+use interface::transport::iceoryx::{self, Medium, SEND_TIMEOUT};
 use interface::transport::recorded::Recorded;
 
 use crate::record::rundir::{RunDir, RunDirError};
@@ -51,9 +51,9 @@ use crate::run::checkpoint::file::{self, CheckpointError, newest};
 use crate::run::checkpoint::{Checkpoint, Origin};
 use crate::run::disk::Disk;
 use crate::run::failure::RunError;
-use crate::run::lead::Run;
 pub use crate::run::options::{RunOptions, Solvers};
-use crate::run::room::{Reach, Segments};
+use crate::run::resources::{Segments, SharedMemory};
+use crate::run::supervise::Run;
 use crate::scene::Scene;
 
 /// What a run has come to.
@@ -71,7 +71,7 @@ pub struct Finished {
 /// fails has a summary too: its status and reason.
 pub fn run(scene: &Scene, options: &RunOptions, dir: &RunDir, branch: Option<Branch>) -> Finished {
     let from = branch.map_or(Origin::Scene, |branch| Origin::Another(branch.into()));
-    go(scene, options, dir, from)
+    run_from(scene, options, dir, from)
 }
 
 /// A run that goes on from the newest good checkpoint of its directory.
@@ -114,32 +114,32 @@ impl Resumed {
 
     /// Goes on.
     pub fn run(self, scene: &Scene, options: &RunOptions, dir: &RunDir) -> Finished {
-        go(scene, options, dir, Origin::Itself(self.checkpoint.into()))
+        run_from(scene, options, dir, Origin::Itself(self.checkpoint.into()))
     }
 }
 
 /// Runs `scene` again in the directory of a recorded run of it that has no checkpoint, because a solver cannot save its
 /// state. What crosses is compared with the recording as far as it reaches; the run fails where it differs.
 pub fn rerun(scene: &Scene, options: &RunOptions, dir: &RunDir) -> Finished {
-    go(scene, options, dir, Origin::Recording)
+    run_from(scene, options, dir, Origin::Recording)
 }
 
-fn go(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Origin) -> Finished {
+fn run_from(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Origin) -> Finished {
     let started = Instant::now();
-    let shared_thread = matches!(options.solvers, Solvers::Here { .. });
+    let shared_thread = matches!(options.solvers, Solvers::InProcess { .. });
     let mut account = Account::new(scene, shared_thread);
     let ended = recorder(scene, options, dir, &from).and_then(|recorder| {
         let tape = recorder.as_ref().map(Recorder::tape);
         let ended = Run::new(scene, options, dir, &mut account, from).and_then(|mut run| {
             run.tape.clone_from(&tape);
-            let led = match &options.solvers {
+            let outcome = match &options.solvers {
                 Solvers::Processes { mpm, dem } => {
                     let commands = BTreeMap::from([(Party::Mpm, mpm), (Party::Dem, dem)]);
                     processes(&mut run, &commands, tape)
                 }
-                Solvers::Here { mpm, dem } => here(&mut run, *mpm, *dem, tape),
+                Solvers::InProcess { mpm, dem } => in_process(&mut run, *mpm, *dem, tape),
             };
-            run.end(led)
+            run.end(outcome)
         });
         let recorded = recorder.map_or(Ok(()), Recorder::finish);
         ended.and_then(|()| Ok(recorded.map_err(SessionError::from)?))
@@ -203,18 +203,25 @@ fn processes(
     let domain = OwnedDomain::create().map_err(|e| SessionError::Channel(e.into()))?;
     let names = domain.domain();
     run.disk = Disk::of(names.clone(), run.start_limits());
-    let told = |error: SessionError, segments: &Segments| match room::cause(&error, names, segments)
-    {
+    let told = |error: SessionError, segments: &Segments| match resources::cause(
+        &error, names, segments,
+    ) {
         Some(cause) => RunError::SharedMemory { error, cause },
         None => RunError::from(error),
     };
     let channels = iceoryx::create(Medium::Processes, names, &parties, tape.is_some())
         .map_err(|error| told(error.into(), &Segments::none()))?;
     let segments = Segments::of(names, &channels);
-    run.reach = Some(Reach::new(names.clone(), segments.clone()));
+    run.shared_memory = Some(SharedMemory::new(names.clone(), segments.clone()));
     let caused = |error| told(error, &segments);
-    let coupler = iceoryx::join(Medium::Processes, names, Party::Coupler, &parties, ROOM)
-        .map_err(|error| caused(error.into()))?;
+    let coupler = iceoryx::join(
+        Medium::Processes,
+        names,
+        Party::Coupler,
+        &parties,
+        SEND_TIMEOUT,
+    )
+    .map_err(|error| caused(error.into()))?;
     let mut tap = match &tape {
         Some(tape) if parties.len() == 2 => {
             let tap = Tap::open(Medium::Processes, names, tape.clone());
@@ -236,9 +243,9 @@ fn processes(
         });
     }
     if verdict.is_ok() {
-        let mut leader = CouplerSide::new(&parties, run);
-        drive(&mut leader, &mut *transport);
-        verdict = leader.take_verdict().map_err(caused);
+        let mut coupler = CouplerSide::new(&parties, run);
+        drive(&mut coupler, &mut *transport);
+        verdict = coupler.take_verdict().map_err(caused);
     }
     // What is in the channels between the solvers is still recorded, before their senders end (D-2).
     tap.take();
@@ -251,7 +258,7 @@ fn processes(
 }
 
 /// The solvers in this thread.
-fn here(
+fn in_process(
     run: &mut Run<'_>,
     mpm: fn() -> Box<dyn MpmSolver>,
     dem: fn() -> Box<dyn DemSolver>,
@@ -276,9 +283,9 @@ fn here(
         ],
         None => [Box::new(hub.clone()), Box::new(hub.clone()), Box::new(hub)],
     };
-    let mut leader = CouplerSide::new(&parties, run);
+    let mut coupler = CouplerSide::new(&parties, run);
     let mut together = Together {
-        leader: &mut leader,
+        coupler: &mut coupler,
         mpm: mpm.as_mut(),
         dem: dem.as_mut(),
         transports: [&mut *to_coupler, &mut *to_mpm, &mut *to_dem],
@@ -288,5 +295,5 @@ fn here(
         let words = panic.downcast_ref::<String>().cloned();
         return Err(RunError::Panicked(words.unwrap_or_default()));
     }
-    Ok(leader.take_verdict()?)
+    Ok(coupler.take_verdict()?)
 }

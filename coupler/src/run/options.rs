@@ -44,7 +44,7 @@ pub enum Solvers {
         dem: Vec<String>,
     },
     /// In this thread, in turns with the coupler.
-    Here {
+    InProcess {
         /// Makes the continuum's.
         mpm: fn() -> Box<dyn MpmSolver>,
         /// Makes the bodies'.

@@ -19,12 +19,12 @@ use crate::body::bodies::Bodies;
 use crate::body::frame::Frame;
 use crate::body::load::PairLoad;
 use crate::contact::approach::{Near, crossing_rate};
+use crate::contact::frame_contacts::between_bodies;
 use crate::contact::impact::{Impacts, Pressing};
 use crate::contact::pairs::{BodySide, SavedPairs};
 use crate::contact::passage::{Passage, PassedBodies, TURN};
-use crate::contact::told::between_bodies;
 use crate::law::history::SavedHistories;
-use crate::law::{Law, Loss, Mates, Past, Press, Touch, reduced};
+use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties, Response, reduced};
 use crate::lists::watch::{Ahead, Watch};
 use crate::saved::{count, finite};
 use mechanics::mass::cross;
@@ -114,7 +114,7 @@ impl<L: Law> Kept<L> {
         self.constants.extend(list.iter().map(|candidate| {
             let [v, e] = candidate.bodies.map(|b| &bodies.state[b as usize]);
             let inverse = v.inverse_mass + e.inverse_mass;
-            law.pair(&Mates {
+            law.pair(&PairProperties {
                 mass: if inverse > 0.0 { 1.0 / inverse } else { 0.0 },
                 radius: reduced(v.radius, e.radius),
                 surfaces: candidate
@@ -192,24 +192,30 @@ impl<L: Law, M: Measure> ConvexContacts<L, M> {
 }
 
 /// The motion of the surfaces at a contact, for the law.
-fn touch(bodies: &Bodies, past: Past, spot: &Spot, pair: [u32; 2], arms: [Vec2; 2]) -> Touch {
+fn kinematics(
+    bodies: &Bodies,
+    last_step: LastStep,
+    spot: &Spot,
+    pair: [u32; 2],
+    arms: [Vec2; 2],
+) -> Kinematics {
     let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
     let along = |u: Vec2| [spot.gain * u.dot(&spot.normal), spot.gain * u.dot(&tangent)];
-    let mut touch = Touch {
+    let mut kinematics = Kinematics {
         overlap: spot.depth,
-        ..Touch::default()
+        ..Kinematics::default()
     };
-    if past.dt > 0.0 {
+    if last_step.dt > 0.0 {
         let frames = pair.map(|b| &bodies.frames[b as usize]);
         let [a, b] = [0, 1].map(|i| frames[i].displacement(arms[i]));
-        touch.moved = along(a - b);
-        touch.velocity = touch.moved.map(|u| u * past.per_dt);
-        touch.rolled = frames[0].sin - frames[1].sin;
+        kinematics.moved = along(a - b);
+        kinematics.velocity = kinematics.moved.map(|u| u * last_step.per_dt);
+        kinematics.rolled = frames[0].sin - frames[1].sin;
     } else {
         let [a, b] = [0, 1].map(|i| bodies.state[pair[i] as usize].velocity_at(arms[i]));
-        touch.velocity = along(a - b);
+        kinematics.velocity = along(a - b);
     }
-    touch
+    kinematics
 }
 
 impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
@@ -225,7 +231,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
     fn evaluate(
         &mut self,
         bodies: &Bodies,
-        past: Past,
+        last_step: LastStep,
         closing: f64,
         _: &crate::threads::Threads,
         loads: &mut [PairLoad],
@@ -260,7 +266,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
             });
             let frames = pair.map(|b| &bodies.frames[b as usize]);
             let arms = frames.map(|frame| spot.point - frame.center);
-            let touch = touch(bodies, past, &spot, pair, arms);
+            let kinematics = kinematics(bodies, last_step, &spot, pair, arms);
             let (constants, before) = (&now.constants[k], &now.history[k]);
             let stiffness = self.law.stiffness(constants, spot.depth + closing);
             let [normal, tangential] = [stiffness.normal * M::STIFFENS, stiffness.tangential];
@@ -277,7 +283,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
                 width: 2.0 * spot.half_width,
             });
             if spot.depth <= 0.0 {
-                self.loss += self.law.separate(constants, &touch, before);
+                self.loss += self.law.separate(constants, &kinematics, before);
                 continue;
             }
             let turned = frames[1].turned(now.normals[k]).dot(&spot.normal) < TURN;
@@ -290,16 +296,16 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
                     overlap: spot.depth,
                 });
             }
-            let press = self.law.press(constants, &touch, before);
+            let response = self.law.response(constants, &kinematics, before);
             if let Some(pressing) = self.pressing.last_mut() {
-                pressing.force = spot.gain * press.normal;
+                pressing.force = spot.gain * response.normal;
             }
-            let force = push(loads, pair, arms, &spot, &press);
+            let force = push(loads, pair, arms, &spot, &response);
             self.told.push(between_bodies(pair, spot.point, force));
-            self.loss += press.loss;
+            self.loss += response.loss;
             self.presses += 1;
             self.depths[k] = spot.depth;
-            self.next[k] = press.history;
+            self.next[k] = response.history;
         }
     }
 
@@ -461,15 +467,15 @@ fn push<H>(
     pair: [u32; 2],
     arms: [Vec2; 2],
     spot: &Spot,
-    press: &Press<H>,
+    response: &Response<H>,
 ) -> Vec2 {
-    let (f_n, f_t) = (spot.gain * press.normal, spot.gain * press.tangential);
+    let (f_n, f_t) = (spot.gain * response.normal, spot.gain * response.tangential);
     let tangent = Vec2::new(-spot.normal.y, spot.normal.x);
     let force = spot.normal * f_n + tangent * f_t;
     for (i, sign) in [(0, 1.0), (1, -1.0)] {
         let load = &mut loads[pair[i] as usize];
         load.force += force * sign;
-        load.torque += sign * (cross(arms[i], force) + press.moment);
+        load.torque += sign * (cross(arms[i], force) + response.moment);
     }
     force
 }

@@ -4,6 +4,7 @@
 pub mod approach;
 pub mod chain;
 pub mod convex;
+mod frame_contacts;
 pub mod impact;
 pub mod nearest;
 pub mod overlap;
@@ -16,4 +17,3 @@ pub mod points;
 pub mod segments;
 mod set;
 mod stretch;
-mod told;

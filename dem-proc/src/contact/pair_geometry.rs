@@ -17,7 +17,7 @@ use crate::body::edge::normal_on;
 use crate::body::frame::Frame;
 use crate::body::load::PairLoad;
 use crate::contact::passage::DEEP;
-use crate::law::{Past, Touch};
+use crate::law::{Kinematics, LastStep};
 use crate::lists::neighbours::VertexEdge;
 use crate::threads::CHUNK;
 
@@ -202,7 +202,7 @@ impl Separations {
     pub fn geometry<const MOTION: bool>(
         &self,
         bodies: &Bodies,
-        past: Past,
+        last_step: LastStep,
         pairs: &[VertexEdge],
         k: [usize; LANES],
     ) -> PairGeometry {
@@ -220,15 +220,15 @@ impl Separations {
         // Eq. 41: p = X - (a_V - xi/2) N, as a lever arm about either centre, along N and T.
         let vertex = gather_vec(|l| bodies.outline[pair[l].vertex as usize]);
         let back = Lanes::HALF.mul_neg_add(overlap, gather(|l| pair[l].radius));
-        let mates = pair.map(|p| p.bodies);
+        let pair_bodies = pair.map(|p| p.bodies);
         let arm = Arm {
             vertex,
             normal,
             back,
         };
         let sides = [
-            Side::new(bodies, mates.map(|[v, _]| v), past, arm),
-            Side::new(bodies, mates.map(|[_, e]| e), past, arm),
+            Side::new(bodies, pair_bodies.map(|[v, _]| v), last_step, arm),
+            Side::new(bodies, pair_bodies.map(|[_, e]| e), last_step, arm),
         ];
         let mut geometry = PairGeometry {
             normal,
@@ -246,9 +246,9 @@ impl Separations {
                 dot(shift, normal) + (turned_v[0] - turned_e[0]),
                 cross(normal, shift) + (turned_v[1] - turned_e[1]),
             ];
-            if past.dt > 0.0 {
+            if last_step.dt > 0.0 {
                 geometry.moved = moved;
-                geometry.velocity = moved.map(|u| u * Lanes::splat(past.per_dt));
+                geometry.velocity = moved.map(|u| u * Lanes::splat(last_step.per_dt));
                 // The sine equals the angle up to a third-order term; only lengths need the exact rotation.
                 geometry.rolled = v.sin - e.sin;
             } else {
@@ -294,14 +294,14 @@ pub struct PairGeometry {
 impl PairGeometry {
     /// The arguments of the contact law, for each pair.
     #[inline(always)]
-    pub fn touches(&self) -> [Touch; LANES] {
+    pub fn kinematics(&self) -> [Kinematics; LANES] {
         let overlap = self.overlap.to_array();
         let (moved, velocity) = (
             self.moved.map(Lanes::to_array),
             self.velocity.map(Lanes::to_array),
         );
         let rolled = self.rolled.to_array();
-        core::array::from_fn(|l| Touch {
+        core::array::from_fn(|l| Kinematics {
             overlap: overlap[l],
             moved: [moved[0][l], moved[1][l]],
             velocity: [velocity[0][l], velocity[1][l]],
@@ -374,13 +374,13 @@ struct Side {
 
 impl Side {
     #[inline(always)]
-    fn new(bodies: &Bodies, of: [u32; LANES], past: Past, arm: Arm) -> Self {
+    fn new(bodies: &Bodies, of: [u32; LANES], last_step: LastStep, arm: Arm) -> Self {
         let frames: [&Frame; LANES] = of.map(|b| &bodies.frames[b as usize]);
         let [x, y, mut shift_x, mut shift_y] =
             Lanes::transpose(frames.map(|f| Lanes::new(f.place())));
         let [mut sin, mut versine, inverse_mass, inverse_inertia] =
             Lanes::transpose(frames.map(|f| Lanes::new(f.turn())));
-        if past.dt == 0.0 {
+        if last_step.dt == 0.0 {
             let state = of.map(|b| &bodies.state[b as usize]);
             [shift_x, shift_y] = gather_vec(|l| state[l].velocity);
             sin = gather(|l| state[l].spin);

@@ -21,12 +21,12 @@ use crate::body::bodies::Bodies;
 use crate::body::edge::vertex_edge;
 use crate::body::load::PairLoad;
 use crate::contact::approach::{Near, crossing_rate};
+use crate::contact::frame_contacts::between_bodies;
 use crate::contact::impact::{Impacts, Pressing};
 use crate::contact::pair_geometry::{Answers, LANES, Lanes, Separations, first};
 use crate::contact::passage::{Passage, PassedBodies};
-use crate::contact::told::between_bodies;
 use crate::law::history::SavedHistories;
-use crate::law::{Law, Loss, Mates, Past, reduced};
+use crate::law::{LastStep, Law, Loss, PairProperties, reduced};
 use crate::lists::neighbours::{BodyList, VertexEdge};
 use crate::lists::watch::{Ahead, SavedWatch, Watch};
 use crate::saved::count;
@@ -44,7 +44,7 @@ pub trait BodySide: Debug + Send + Sync {
     fn evaluate(
         &mut self,
         bodies: &Bodies,
-        past: Past,
+        last_step: LastStep,
         closing: f64,
         threads: &Threads,
         loads: &mut [PairLoad],
@@ -147,7 +147,7 @@ impl<L: Law> Kept<L> {
         self.constants.extend(pairs.map(|pair| {
             let [v, e] = pair.bodies.map(|b| &bodies.state[b as usize]);
             let inverse = v.inverse_mass + e.inverse_mass;
-            law.pair(&Mates {
+            law.pair(&PairProperties {
                 mass: if inverse > 0.0 { 1.0 / inverse } else { 0.0 }, // bodies that can only rotate: no dashpot
                 radius: reduced(pair.radius, pair.reach - pair.radius),
                 surfaces: pair.bodies.map(|b| bodies.properties[b as usize].surface),
@@ -222,7 +222,7 @@ fn separation(bodies: &Bodies, pair: &VertexEdge) -> (Vec2, f64) {
 struct Outcomes {
     count: usize,
     /// Owner of the vertex, owner of the edge.
-    mates: Vec<[u32; 2]>,
+    pair_bodies: Vec<[u32; 2]>,
     /// Their indices within the chunk.
     numbers: Vec<u32>,
     /// Force and stiffness of each pair. The overlap is filled in by the reader.
@@ -241,7 +241,7 @@ impl Outcomes {
     /// Removes all entries, and makes room for a chunk and a few more lanes.
     fn clear(&mut self) {
         self.count = 0;
-        self.mates.resize(CHUNK + LANES, [0; 2]);
+        self.pair_bodies.resize(CHUNK + LANES, [0; 2]);
         self.numbers.resize(CHUNK + LANES, 0);
         self.pressing.resize(CHUNK + LANES, Pressing::default());
         for loads in &mut self.loads {
@@ -252,14 +252,14 @@ impl Outcomes {
 
     /// The pairs in reach, with the loads on their bodies.
     fn each(&self) -> impl Iterator<Item = ([usize; 2], [&PairLoad; 2])> {
-        let mates = self.mates[..self.count]
+        let pair_bodies = self.pair_bodies[..self.count]
             .iter()
             .map(|m| m.map(|b| b as usize));
         let loads = self.loads[0]
             .iter()
             .zip(&self.loads[1])
             .map(|(v, e)| [v, e]);
-        mates.zip(loads)
+        pair_bodies.zip(loads)
     }
 
     /// Adds the first `count` lanes.
@@ -268,12 +268,12 @@ impl Outcomes {
         &mut self,
         count: usize,
         k: [usize; LANES],
-        mates: [[u32; 2]; LANES],
+        pair_bodies: [[u32; 2]; LANES],
         answers: &Answers,
         loads: [[PairLoad; LANES]; 2],
     ) {
         let lanes = self.count..self.count + LANES;
-        self.mates[lanes.clone()].copy_from_slice(&mates);
+        self.pair_bodies[lanes.clone()].copy_from_slice(&pair_bodies);
         self.numbers[lanes.clone()].copy_from_slice(&k.map(|k| k as u32));
         let pressing: [Pressing; LANES] = std::array::from_fn(|l| Pressing {
             overlap: 0.0,
@@ -296,7 +296,7 @@ struct Chunk<'a, L: Law> {
     constants: &'a [L::Pair],
     history: &'a [L::History],
     bodies: &'a Bodies,
-    past: Past,
+    last_step: LastStep,
     closing: f64,
     watch: &'a Watch,
 }
@@ -345,32 +345,34 @@ impl<L: Law> Chunk<'_, L> {
         let count = quad.len();
         // Unused lanes repeat the last pair; their results are not summed.
         let k: [usize; LANES] = std::array::from_fn(|l| quad[l.min(count - 1)] as usize);
-        let (bodies, past) = (self.bodies, self.past);
+        let (bodies, last_step) = (self.bodies, self.last_step);
         let geometry = if L::MOTION {
-            separations.geometry::<true>(bodies, past, self.pairs, k)
+            separations.geometry::<true>(bodies, last_step, self.pairs, k)
         } else {
-            separations.geometry::<false>(bodies, past, self.pairs, k)
+            separations.geometry::<false>(bodies, last_step, self.pairs, k)
         };
-        let touches = geometry.touches();
+        let kinematics = geometry.kinematics();
         let (constants, before) = (k.map(|k| self.constants[k]), k.map(|k| self.history[k]));
         let mut answers = Answers::default();
         let mut after = before;
         // There is no branch, so that the compiler can vectorise the four evaluations.
         for l in 0..LANES {
-            let (constants, touch) = (&constants[l], &touches[l]);
-            let stiffness = self.law.stiffness(constants, touch.overlap + self.closing);
+            let (constants, kinematics) = (&constants[l], &kinematics[l]);
+            let stiffness = self
+                .law
+                .stiffness(constants, kinematics.overlap + self.closing);
             answers.stiffness[0][l] = stiffness.normal;
             answers.stiffness[1][l] = stiffness.tangential;
             answers.stiffness[2][l] = stiffness.rolling;
             let loss = if PRESS {
-                let press = self.law.press(constants, touch, &before[l]);
-                answers.force[0][l] = press.normal;
-                answers.force[1][l] = press.tangential;
-                answers.moment[l] = press.moment;
-                after[l] = press.history;
-                press.loss
+                let response = self.law.response(constants, kinematics, &before[l]);
+                answers.force[0][l] = response.normal;
+                answers.force[1][l] = response.tangential;
+                answers.moment[l] = response.moment;
+                after[l] = response.history;
+                response.loss
             } else {
-                self.law.separate(constants, touch, &before[l])
+                self.law.separate(constants, kinematics, &before[l])
             };
             answers.loss[0][l] = loss.friction;
             answers.loss[1][l] = loss.viscous;
@@ -384,8 +386,8 @@ impl<L: Law> Chunk<'_, L> {
         for (sum, loss) in outcomes.loss.iter_mut().zip(answers.loss) {
             *sum += Lanes::new(loss) * valid;
         }
-        let mates = k.map(|k| self.pairs[k].bodies);
-        outcomes.add(count, k, mates, &answers, geometry.loads(&answers));
+        let pair_bodies = k.map(|k| self.pairs[k].bodies);
+        outcomes.add(count, k, pair_bodies, &answers, geometry.loads(&answers));
     }
 }
 
@@ -402,7 +404,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
     fn evaluate(
         &mut self,
         bodies: &Bodies,
-        past: Past,
+        last_step: LastStep,
         closing: f64,
         threads: &Threads,
         loads: &mut [PairLoad],
@@ -426,7 +428,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
                     constants: &now.constants[here.clone()],
                     history: &now.history[here],
                     bodies,
-                    past,
+                    last_step,
                     closing,
                     watch: &now.watch,
                 };
@@ -484,7 +486,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
     fn omega_sq(&self, loads: &[PairLoad]) -> f64 {
         let mut largest = 0.0;
         for found in &self.outcomes {
-            for &[a, b] in &found.mates[..found.count] {
+            for &[a, b] in &found.pair_bodies[..found.count] {
                 let sum = loads[a as usize].rate + loads[b as usize].rate;
                 largest = if sum > largest { sum } else { largest };
             }
@@ -497,7 +499,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
         let mut largest = 0.0;
         for (found, pairs) in self.outcomes.iter().zip(pairs) {
             for i in 0..found.count {
-                let [a, b] = found.mates[i].map(|b| loads[b as usize].rate);
+                let [a, b] = found.pair_bodies[i].map(|b| loads[b as usize].rate);
                 if a + b <= largest {
                     continue;
                 }

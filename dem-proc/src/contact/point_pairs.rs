@@ -21,7 +21,7 @@ use crate::contact::passage::DEEP;
 use crate::contact::point_side::Interval;
 use crate::contact::set::{restored_set, save_set};
 use crate::law::history::SavedHistories;
-use crate::law::{Law, Loss, Mates, Touch, reduced};
+use crate::law::{Kinematics, Law, Loss, PairProperties, reduced};
 use crate::lists::cells::Cells;
 use crate::lists::neighbours::REACH;
 use crate::saved::{count, finite, refusal};
@@ -269,7 +269,7 @@ impl<L: Law> PointPairs<L> {
         fresh.constants.extend(fresh.list.iter().map(|&[a, b]| {
             let (a, b) = (&set[a as usize], &set[b as usize]);
             let surface = |info: &ImpInfo| self.touching.surfaces[info.group as usize];
-            self.law.pair(&Mates {
+            self.law.pair(&PairProperties {
                 mass: reduced(a.mass, b.mass),
                 radius: reduced(a.radius, b.radius),
                 surfaces: [surface(a), surface(b)],
@@ -328,7 +328,7 @@ impl<L: Law> View<'_, L> {
     /// One pair: geometry, law. `None` out of reach.
     #[inline]
     fn pair(&self, interval: Interval, k: usize) -> Option<(Outcome, L::History)> {
-        let Interval { past, closing } = interval;
+        let Interval { last_step, closing } = interval;
         let pair = self.now.list[k];
         let [a, b] = pair.map(|slot| slot as usize);
         let (overlap, normal) = self.overlap(pair);
@@ -336,21 +336,21 @@ impl<L: Law> View<'_, L> {
             return None;
         }
         let tangent = Vec2::new(-normal.y, normal.x);
-        let mut touch = Touch {
+        let mut kinematics = Kinematics {
             overlap,
-            ..Touch::default()
+            ..Kinematics::default()
         };
         if L::MOTION {
             // As between a point and a body: from positions, where there was a step.
             let previous = &self.now.previous;
-            if past.dt > 0.0 && !previous.is_empty() {
+            if last_step.dt > 0.0 && !previous.is_empty() {
                 let [now_a, now_b] = [a, b].map(|slot| Vec2::from(self.states[slot].position));
                 let moved = (now_a - previous[a]) - (now_b - previous[b]);
-                touch.moved = [moved.dot(&normal), moved.dot(&tangent)];
-                touch.velocity = touch.moved.map(|u| u * past.per_dt);
+                kinematics.moved = [moved.dot(&normal), moved.dot(&tangent)];
+                kinematics.velocity = kinematics.moved.map(|u| u * last_step.per_dt);
             } else {
                 let [v_a, v_b] = [a, b].map(|slot| Vec2::from(self.states[slot].velocity));
-                touch.velocity = [(v_a - v_b).dot(&normal), (v_a - v_b).dot(&tangent)];
+                kinematics.velocity = [(v_a - v_b).dot(&normal), (v_a - v_b).dot(&tangent)];
             }
         }
         let (constants, before) = (&self.now.constants[k], &self.now.history[k]);
@@ -363,13 +363,13 @@ impl<L: Law> View<'_, L> {
             overlap,
         };
         if overlap <= 0.0 {
-            outcome.loss = self.law.separate(constants, &touch, before);
+            outcome.loss = self.law.separate(constants, &kinematics, before);
             return Some((outcome, L::History::default()));
         }
-        let press = self.law.press(constants, &touch, before);
-        outcome.force = normal * press.normal + tangent * press.tangential;
-        outcome.loss = press.loss;
-        Some((outcome, press.history))
+        let response = self.law.response(constants, &kinematics, before);
+        outcome.force = normal * response.normal + tangent * response.tangential;
+        outcome.loss = response.loss;
+        Some((outcome, response.history))
     }
 }
 

@@ -13,14 +13,14 @@ use crate::body::odometer::SavedOdometer;
 use crate::contact::passage::Passed;
 use crate::contact::set::SavedChain;
 use crate::law::history::SavedHistories;
-use crate::law::{Loss, Past};
+use crate::law::{LastStep, Loss};
 use crate::threads::Threads;
 
 /// The intervals around `t_n`, as contact sees them.
 #[derive(Debug, Clone, Copy)]
 pub struct Interval {
     /// The one behind.
-    pub past: Past,
+    pub last_step: LastStep,
     /// How far a point and a surface can come together in the one ahead, in m: a law whose stiffness grows with the
     /// overlap declares what it may be by then.
     pub closing: f64,
@@ -51,8 +51,14 @@ pub trait PointSide: Debug + Send {
     fn loss(&self) -> Loss;
     /// Energy in the contact springs in J/m.
     fn energy(&self, bodies: &Bodies, states: &[ImpState]) -> f64;
-    /// Adds the pairs of the last evaluation that press, after `past`, to those `found`, in the order of the list.
-    fn tell(&self, bodies: &Bodies, states: &[ImpState], past: Past, found: &mut Vec<ContactState>);
+    /// Adds the pairs of the last evaluation that press, after `last_step`, to those `found`, in the order of the list.
+    fn tell(
+        &self,
+        bodies: &Bodies,
+        states: &[ImpState],
+        last_step: LastStep,
+        found: &mut Vec<ContactState>,
+    );
     /// Keeps the list that was evaluated.
     fn keep_list(&mut self);
     /// Accepts what was evaluated as the history of the next step, and keeps the list.

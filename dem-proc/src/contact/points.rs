@@ -16,12 +16,12 @@ use crate::body::bodies::Bodies;
 use crate::body::load::Load;
 use crate::body::odometer::Odometer;
 use crate::body::shape::edge_count;
+use crate::contact::frame_contacts::POINT;
 use crate::contact::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
 use crate::contact::point_side::{Interval, PointSide, SavedPoints};
 use crate::contact::set::{restored_set, save_set};
-use crate::contact::told::POINT;
 use crate::law::history::SavedHistories;
-use crate::law::{Law, Loss, Mates, Past, Touch, reduced_on_outline};
+use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties, reduced_on_outline};
 use crate::lists::neighbours::{PointList, PointPair, REACH};
 use crate::saved::{count, finite, refusal};
 use crate::threads::Threads;
@@ -194,7 +194,7 @@ impl<L: Law> PointContacts<L> {
         fresh.constants.extend(pairs.iter().map(|pair| {
             let info = &set[pair.slot as usize];
             let of_point = self.surfaces.get(info.group as usize).copied().unwrap_or(0);
-            self.law.pair(&Mates {
+            self.law.pair(&PairProperties {
                 mass: reduced_mass(bodies, set, pair),
                 radius: reduced_on_outline(
                     info.radius,
@@ -259,7 +259,7 @@ impl<L: Law> View<'_, L> {
 
     /// Evaluates one pair: geometry, law, contact point. `None` if it is out of reach.
     #[inline]
-    fn pair(&self, past: Past, closing: f64, k: usize) -> Option<(Outcome, L::History)> {
+    fn pair(&self, last_step: LastStep, closing: f64, k: usize) -> Option<(Outcome, L::History)> {
         let (bodies, now) = (self.bodies, self.now);
         let PointPair { slot, body, .. } = self.now.list.pairs[k];
         let (state, info) = (&self.states[slot as usize], &self.set[slot as usize]);
@@ -273,9 +273,9 @@ impl<L: Law> View<'_, L> {
         let p = contact_point(x, info.radius, overlap, normal);
         let r = p - rigid.center;
         let (r_n, r_t) = (cross(r, normal), cross(r, tangent));
-        let mut touch = Touch {
+        let mut kinematics = Kinematics {
             overlap,
-            ..Touch::default()
+            ..Kinematics::default()
         };
         if L::MOTION {
             // If there was a step, the velocity is computed from positions. It is the velocity of the grid at the
@@ -284,15 +284,15 @@ impl<L: Law> View<'_, L> {
                 .now
                 .previous
                 .get(slot as usize)
-                .filter(|_| past.dt > 0.0);
+                .filter(|_| last_step.dt > 0.0);
             if let Some(was) = was {
                 let moved = x - was - rigid.displacement(r);
-                touch.moved = [moved.dot(&normal), moved.dot(&tangent)];
-                touch.velocity = touch.moved.map(|u| u * past.per_dt);
+                kinematics.moved = [moved.dot(&normal), moved.dot(&tangent)];
+                kinematics.velocity = kinematics.moved.map(|u| u * last_step.per_dt);
             } else {
                 let body = bodies.state[body as usize].velocity_at(r);
                 let velocity = Vec2::from(state.velocity) - body;
-                touch.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
+                kinematics.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
             }
         }
         let (constants, before) = (&now.constants[k], &now.history[k]);
@@ -316,14 +316,14 @@ impl<L: Law> View<'_, L> {
             pair,
         };
         if overlap <= 0.0 {
-            outcome.loss = self.law.separate(constants, &touch, before);
+            outcome.loss = self.law.separate(constants, &kinematics, before);
             return Some((outcome, L::History::default()));
         }
-        let press = self.law.press(constants, &touch, before);
-        outcome.force = normal * press.normal + tangent * press.tangential;
-        outcome.torque = -(r_n * press.normal + r_t * press.tangential);
-        outcome.loss = press.loss;
-        Some((outcome, press.history))
+        let response = self.law.response(constants, &kinematics, before);
+        outcome.force = normal * response.normal + tangent * response.tangential;
+        outcome.torque = -(r_n * response.normal + r_t * response.tangential);
+        outcome.loss = response.loss;
+        Some((outcome, response.history))
     }
 
     /// Whether the point of pair `k` is too far inside the body ([`crate::contact::passage`]). It is called only for a
@@ -409,7 +409,7 @@ impl<L: Law> PointSide for PointContacts<L> {
         forces: &mut [ImpForce],
         loads: &mut [Load],
     ) {
-        let Interval { past, closing } = interval;
+        let Interval { last_step, closing } = interval;
         forces.fill(ImpForce::default());
         let (mut loss, mut any_in_reach, mut passed) = (Loss::default(), false, None);
         let mut next = std::mem::take(&mut self.next);
@@ -420,7 +420,7 @@ impl<L: Law> PointSide for PointContacts<L> {
             outcomes.clear();
             for (k, next) in next.iter_mut().enumerate() {
                 *next = L::History::default();
-                if let Some((outcome, history)) = view.pair(past, closing, from + k) {
+                if let Some((outcome, history)) = view.pair(last_step, closing, from + k) {
                     outcomes.push(outcome);
                     *next = history;
                 }
@@ -492,13 +492,13 @@ impl<L: Law> PointSide for PointContacts<L> {
         &self,
         bodies: &Bodies,
         states: &[ImpState],
-        past: Past,
+        last_step: LastStep,
         found: &mut Vec<ContactState>,
     ) {
         let view = self.view(bodies, states);
         for (k, pair) in view.now.list.pairs.iter().enumerate() {
             let pressing = view
-                .pair(past, 0.0, k)
+                .pair(last_step, 0.0, k)
                 .filter(|(outcome, _)| outcome.presses);
             let Some((outcome, _)) = pressing else {
                 continue;

@@ -17,13 +17,13 @@ use crate::body::bodies::Bodies;
 use crate::body::load::Load;
 use crate::body::odometer::Odometer;
 use crate::contact::chain::{Extremum, Foot, Links, came_through, extrema, shares_within};
+use crate::contact::frame_contacts::POINT;
 use crate::contact::passage::{Passage, Passed, admissible_depth};
 use crate::contact::point_side::{Interval, PointSide, SavedPoints};
 use crate::contact::set::{SavedChain, restored_set, save_set};
 use crate::contact::stretch::{Held, Memory, Place, hand_on};
-use crate::contact::told::POINT;
 use crate::law::history::SavedHistories;
-use crate::law::{Law, Loss, Mates, Past, Touch};
+use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties};
 use crate::lists::neighbours::REACH;
 use crate::saved::{count, finite, refusal};
 use crate::threads::Threads;
@@ -190,9 +190,9 @@ impl<L: Law> SegmentContacts<L> {
             let Some(slot) = self.slot(held[*from].ids[0]) else {
                 continue;
             };
-            let constants = self.law.pair(&self.mates(bodies, near, slot));
-            let touch = Touch::default();
-            sums.add_loss(sign, self.law.separate(&constants, &touch, history));
+            let constants = self.law.pair(&self.pair_properties(bodies, near, slot));
+            let kinematics = Kinematics::default();
+            sums.add_loss(sign, self.law.separate(&constants, &kinematics, history));
         }
         handed.histories
     }
@@ -204,10 +204,10 @@ impl<L: Law> SegmentContacts<L> {
     }
 
     /// A disc and the marker of a slot.
-    fn mates(&self, bodies: &Bodies, near: &Near, slot: usize) -> Mates {
+    fn pair_properties(&self, bodies: &Bodies, near: &Near, slot: usize) -> PairProperties {
         let (info, body) = (&self.set[slot], near.body as usize);
         let of_group = self.surfaces.get(info.group as usize).copied().unwrap_or(0);
-        Mates {
+        PairProperties {
             mass: 1.0 / (1.0 / info.mass + bodies.state[body].inverse_mass),
             radius: bodies.radius_at(body, near.part), // on a flat
             surfaces: [of_group, bodies.properties[body].surface],
@@ -221,12 +221,12 @@ impl<L: Law> SegmentContacts<L> {
         body: usize,
         place: &Place<L::Pair>,
         share: f64,
-        touch: &mut Touch,
+        kinematics: &mut Kinematics,
     ) {
         let Evaluation {
             bodies,
             states,
-            interval: Interval { past, .. },
+            interval: Interval { last_step, .. },
         } = *on;
         let Place {
             e,
@@ -237,22 +237,22 @@ impl<L: Law> SegmentContacts<L> {
         } = place;
         let [a, b] = e.foot.slots.map(|slot| slot as usize);
         let [first, second] = e.foot.shares();
-        if past.dt > 0.0 {
+        if last_step.dt > 0.0 {
             // As of points: from positions. A marker that is new touched nothing a step ago.
             let was = |slot: usize| self.previous[slot].unwrap_or(self.positions[slot]);
             let was = was(a) * first + was(b) * second;
             let moved = e.point - was - bodies.frames[body].displacement(*r);
             let moved = [moved.dot(normal), moved.dot(tangent)];
             for (i, moved) in moved.into_iter().enumerate() {
-                touch.moved[i] += share * moved;
-                touch.velocity[i] += share * (moved * past.per_dt);
+                kinematics.moved[i] += share * moved;
+                kinematics.velocity[i] += share * (moved * last_step.per_dt);
             }
         } else {
             let [va, vb] = [a, b].map(|slot| Vec2::from(states[slot].velocity));
             let of_body = bodies.state[body].velocity_at(*r);
             let velocity = va * first + vb * second - of_body;
-            touch.velocity[0] += share * velocity.dot(normal);
-            touch.velocity[1] += share * velocity.dot(tangent);
+            kinematics.velocity[0] += share * velocity.dot(normal);
+            kinematics.velocity[1] += share * velocity.dot(tangent);
         }
     }
 
@@ -272,9 +272,9 @@ impl<L: Law> SegmentContacts<L> {
         let tangent = Vec2::new(-normal.y, normal.x);
         let r = contact_point(e.point, info.radius, overlap, normal) - rigid.center;
         let (r_n, r_t) = (cross(r, normal), cross(r, tangent));
-        let mates = self.mates(bodies, near, e.foot.slots[0] as usize);
-        let constants = self.law.pair(&mates);
-        to.sums.lightest = to.sums.lightest.min(mates.mass);
+        let properties = self.pair_properties(bodies, near, e.foot.slots[0] as usize);
+        let constants = self.law.pair(&properties);
+        to.sums.lightest = to.sums.lightest.min(properties.mass);
         let k = self
             .law
             .stiffness(&constants, overlap + on.interval.closing);
@@ -333,15 +333,15 @@ impl<L: Law> SegmentContacts<L> {
             }
             return;
         };
-        let mut touch = Touch {
+        let mut kinematics = Kinematics {
             overlap: deepest.overlap,
-            ..Touch::default()
+            ..Kinematics::default()
         };
         if deepest.overlap <= 0.0 {
             if L::MOTION {
-                self.add_motion(on, body, deepest, 1.0, &mut touch);
+                self.add_motion(on, body, deepest, 1.0, &mut kinematics);
             }
-            let loss = self.law.separate(&deepest.constants, &touch, history);
+            let loss = self.law.separate(&deepest.constants, &kinematics, history);
             to.sums.add_loss(1.0, loss);
             return;
         }
@@ -357,18 +357,20 @@ impl<L: Law> SegmentContacts<L> {
         };
         if L::MOTION {
             for place in minima().filter(|p| share(p) > 0.0) {
-                self.add_motion(on, body, place, share(place), &mut touch);
+                self.add_motion(on, body, place, share(place), &mut kinematics);
             }
         }
         let springs: f64 = places.iter().map(|p| p.sign() * p.elastic[0]).sum();
         let springs = springs.max(0.0);
-        let press = self.law.bear(&deepest.constants, springs, &touch, history);
-        let mut history = press.history;
+        let response =
+            self.law
+                .response_to_spring(&deepest.constants, springs, &kinematics, history);
+        let mut history = response.history;
         for place in places.iter().filter(|p| p.overlap > 0.0) {
             let (share, sign, [spring, pull]) = (share(place), place.sign(), place.elastic);
             // The share of what presses, and what its own spring does beyond its share.
-            let normal = share * press.normal + (sign * spring - share * springs) - sign * pull;
-            self.exert(near, place, [normal, share * press.tangential], to);
+            let normal = share * response.normal + (sign * spring - share * springs) - sign * pull;
+            self.exert(near, place, [normal, share * response.tangential], to);
             to.loads[body].contacts += u32::from(place.e.least);
             // The spring across is that of the first minimum in the sum.
             let own = if place.e.least {
@@ -383,8 +385,8 @@ impl<L: Law> SegmentContacts<L> {
                 next.held.push(self.held(near, place, spring));
             }
         }
-        to.sums.add_loss(1.0, press.loss);
-        next.springs.push(press.history);
+        to.sums.add_loss(1.0, response.loss);
+        next.springs.push(response.history);
     }
 
     /// What is remembered of a minimum that presses.
@@ -570,7 +572,7 @@ impl<L: Law> PointSide for SegmentContacts<L> {
         self.sums.energy
     }
 
-    fn tell(&self, _: &Bodies, _: &[ImpState], _: Past, found: &mut Vec<ContactState>) {
+    fn tell(&self, _: &Bodies, _: &[ImpState], _: LastStep, found: &mut Vec<ContactState>) {
         found.extend_from_slice(&self.sums.told);
     }
 

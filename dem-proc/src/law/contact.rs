@@ -4,7 +4,7 @@ use super::dashpot::Dashpot;
 use super::history::{DASHPOT, Numbers, Part, TANGENT};
 use super::normal::Normal;
 use super::tangent::Tangent;
-use super::{Law, Loss, Mates, Press, Stiffness, Touch};
+use super::{Kinematics, Law, Loss, PairProperties, Response, Stiffness};
 
 /// Memory of a [`Contact`].
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -51,13 +51,13 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
     type Pair = (N::Pair, D::Pair);
     const MOTION: bool = T::ACTIVE || D::ACTIVE;
 
-    fn pair(&self, mates: &Mates) -> Self::Pair {
-        let normal = self.normal.pair(mates);
+    fn pair(&self, properties: &PairProperties) -> Self::Pair {
+        let normal = self.normal.pair(properties);
         // A dashpot with constant coefficients needs a spring with constant stiffness.
         let k_n = self.normal.stiffness(&normal, 0.0);
         let dashpot = self
             .dashpot
-            .pair([k_n, self.tangent.stiffness(k_n)], mates.mass);
+            .pair([k_n, self.tangent.stiffness(k_n)], properties.mass);
         (normal, dashpot)
     }
 
@@ -85,24 +85,28 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
     }
 
     #[inline]
-    fn bear(
+    fn response_to_spring(
         &self,
         pair: &Self::Pair,
         spring: f64,
-        touch: &Touch,
+        kinematics: &Kinematics,
         before: &Self::History,
-    ) -> Press<Self::History> {
-        let k_n = self.normal.stiffness(&pair.0, touch.overlap);
+    ) -> Response<Self::History> {
+        let k_n = self.normal.stiffness(&pair.0, kinematics.overlap);
         let k_t = self.tangent.stiffness(k_n);
-        let [viscous_n, viscous_t] = self.dashpot.drag(&pair.1, [k_n, k_t], touch.velocity);
+        let [viscous_n, viscous_t] = self.dashpot.drag(&pair.1, [k_n, k_t], kinematics.velocity);
         let pushed = spring + viscous_n;
         let pressing = if pushed > 0.0 { pushed } else { 0.0 };
-        let slide = self
-            .tangent
-            .slide(k_t, pressing, viscous_t, touch.moved[1], &before.tangent);
+        let slide = self.tangent.slide(
+            k_t,
+            pressing,
+            viscous_t,
+            kinematics.moved[1],
+            &before.tangent,
+        );
         let exerted = [pressing - spring, slide.dashpot];
-        let (viscous, dashpot) = D::remember(exerted, touch.moved, &before.dashpot);
-        Press {
+        let (viscous, dashpot) = D::remember(exerted, kinematics.moved, &before.dashpot);
+        Response {
             normal: pressing,
             tangential: slide.spring + slide.dashpot,
             moment: 0.0,
@@ -118,10 +122,10 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
     }
 
     #[inline]
-    fn separate(&self, _: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
-        let (viscous, _) = D::remember([0.0; 2], touch.moved, &before.dashpot);
+    fn separate(&self, _: &Self::Pair, kinematics: &Kinematics, before: &Self::History) -> Loss {
+        let (viscous, _) = D::remember([0.0; 2], kinematics.moved, &before.dashpot);
         Loss {
-            friction: self.tangent.separate(touch.moved[1], &before.tangent),
+            friction: self.tangent.separate(kinematics.moved[1], &before.tangent),
             viscous,
         }
     }

@@ -10,7 +10,7 @@ use super::normal::{Adhesive, Area, Hertz, Linear};
 use super::rolling::{Rolled, Rolling};
 use super::table::Table;
 use super::tangent::{Coulomb, Elongation, Mindlin, Sheared};
-use super::{Law, Loss, Mates, Press, Stiffness, Touch};
+use super::{Kinematics, Law, Loss, PairProperties, Response, Stiffness};
 
 /// `linear` and `granular`, with all optional parts.
 pub type OfGrains = Rolling<Contact<Adhesive<Linear>, Coulomb, Viscous>>;
@@ -115,14 +115,17 @@ impl AnyMemory {
     }
 }
 
-/// `press` of a law with the history `H`, with the history of any law.
-fn remembering<H>(press: Press<H>, memory: impl FnOnce(H) -> AnyMemory) -> Press<AnyMemory> {
-    Press {
-        normal: press.normal,
-        tangential: press.tangential,
-        moment: press.moment,
-        history: memory(press.history),
-        loss: press.loss,
+/// The response of a law with the history `H`, with the history of any law.
+fn remembering<H>(
+    response: Response<H>,
+    memory: impl FnOnce(H) -> AnyMemory,
+) -> Response<AnyMemory> {
+    Response {
+        normal: response.normal,
+        tangential: response.tangential,
+        moment: response.moment,
+        history: memory(response.history),
+        loss: response.loss,
     }
 }
 
@@ -131,12 +134,12 @@ fn remembering<H>(press: Press<H>, memory: impl FnOnce(H) -> AnyMemory) -> Press
 fn exert(
     pair: &AnyPair,
     spring: Option<f64>,
-    touch: &Touch,
+    kinematics: &Kinematics,
     before: &AnyMemory,
-) -> Press<AnyMemory> {
+) -> Response<AnyMemory> {
     match pair {
         AnyPair::Grains(law, pair) => remembering(
-            of_kind(law, pair, spring, touch, &before.of_grains()),
+            of_kind(law, pair, spring, kinematics, &before.of_grains()),
             |h| AnyMemory {
                 elongation: h.law.tangent,
                 dashpot: h.law.dashpot,
@@ -145,21 +148,20 @@ fn exert(
             },
         ),
         AnyPair::Spheres(law, pair) => remembering(
-            of_kind(law, pair, spring, touch, &before.of_spheres()),
+            of_kind(law, pair, spring, kinematics, &before.of_spheres()),
             |h| AnyMemory {
                 sheared: h.tangent,
                 dashpot: h.dashpot,
                 ..AnyMemory::default()
             },
         ),
-        AnyPair::Areas(law, pair) => {
-            remembering(of_kind(law, pair, spring, touch, &before.of_areas()), |h| {
-                AnyMemory {
-                    elongation: h.tangent,
-                    ..AnyMemory::default()
-                }
-            })
-        }
+        AnyPair::Areas(law, pair) => remembering(
+            of_kind(law, pair, spring, kinematics, &before.of_areas()),
+            |h| AnyMemory {
+                elongation: h.tangent,
+                ..AnyMemory::default()
+            },
+        ),
     }
 }
 
@@ -169,12 +171,12 @@ fn of_kind<L: Law>(
     law: &L,
     pair: &L::Pair,
     spring: Option<f64>,
-    touch: &Touch,
+    kinematics: &Kinematics,
     before: &L::History,
-) -> Press<L::History> {
+) -> Response<L::History> {
     match spring {
-        Some(spring) => law.bear(pair, spring, touch, before),
-        None => law.press(pair, touch, before),
+        Some(spring) => law.response_to_spring(pair, spring, kinematics, before),
+        None => law.response(pair, kinematics, before),
     }
 }
 
@@ -187,11 +189,11 @@ impl Law for Mixed {
     type Pair = AnyPair;
     const MOTION: bool = true;
 
-    fn pair(&self, mates: &Mates) -> AnyPair {
-        match self.0.law(mates) {
-            AnyLaw::Grains(law) => AnyPair::Grains(law, law.pair(mates)),
-            AnyLaw::Spheres(law) => AnyPair::Spheres(law, law.pair(mates)),
-            AnyLaw::Areas(law) => AnyPair::Areas(law, law.pair(mates)),
+    fn pair(&self, properties: &PairProperties) -> AnyPair {
+        match self.0.law(properties) {
+            AnyLaw::Grains(law) => AnyPair::Grains(law, law.pair(properties)),
+            AnyLaw::Spheres(law) => AnyPair::Spheres(law, law.pair(properties)),
+            AnyLaw::Areas(law) => AnyPair::Areas(law, law.pair(properties)),
         }
     }
     #[inline]
@@ -220,25 +222,30 @@ impl Law for Mixed {
         }
     }
     #[inline]
-    fn bear(
+    fn response_to_spring(
         &self,
         pair: &AnyPair,
         spring: f64,
-        touch: &Touch,
+        kinematics: &Kinematics,
         before: &AnyMemory,
-    ) -> Press<AnyMemory> {
-        exert(pair, Some(spring), touch, before)
+    ) -> Response<AnyMemory> {
+        exert(pair, Some(spring), kinematics, before)
     }
     #[inline]
-    fn press(&self, pair: &AnyPair, touch: &Touch, before: &AnyMemory) -> Press<AnyMemory> {
-        exert(pair, None, touch, before)
+    fn response(
+        &self,
+        pair: &AnyPair,
+        kinematics: &Kinematics,
+        before: &AnyMemory,
+    ) -> Response<AnyMemory> {
+        exert(pair, None, kinematics, before)
     }
     #[inline]
-    fn separate(&self, pair: &AnyPair, touch: &Touch, before: &AnyMemory) -> Loss {
+    fn separate(&self, pair: &AnyPair, kinematics: &Kinematics, before: &AnyMemory) -> Loss {
         match pair {
-            AnyPair::Grains(law, pair) => law.separate(pair, touch, &before.of_grains()),
-            AnyPair::Spheres(law, pair) => law.separate(pair, touch, &before.of_spheres()),
-            AnyPair::Areas(law, pair) => law.separate(pair, touch, &before.of_areas()),
+            AnyPair::Grains(law, pair) => law.separate(pair, kinematics, &before.of_grains()),
+            AnyPair::Spheres(law, pair) => law.separate(pair, kinematics, &before.of_spheres()),
+            AnyPair::Areas(law, pair) => law.separate(pair, kinematics, &before.of_areas()),
         }
     }
     fn energy(&self, pair: &AnyPair, overlap: f64, history: &AnyMemory) -> f64 {

@@ -23,7 +23,7 @@ use history::{Numbers, Plain};
 
 /// The state of one contact: the argument of a law.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Touch {
+pub struct Kinematics {
     /// Overlap `xi` in m; positive in contact.
     pub overlap: f64,
     /// Relative displacement of the two surfaces over the last step along `N` and `T` in m.
@@ -36,14 +36,14 @@ pub struct Touch {
 
 /// The last step, over which the surfaces have moved.
 #[derive(Debug, Clone, Copy)]
-pub struct Past {
+pub struct LastStep {
     /// `t_n - t_{n-1}` in s; 0 before the first step.
     pub dt: f64,
     /// One over it, or 0.
     pub per_dt: f64,
 }
 
-impl Past {
+impl LastStep {
     /// An interval of `dt` (s).
     pub fn new(dt: f64) -> Self {
         let per_dt = if dt > 0.0 { 1.0 / dt } else { 0.0 };
@@ -53,7 +53,7 @@ impl Past {
 
 /// The constants of two surfaces that may touch, for a law.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Mates {
+pub struct PairProperties {
     /// Reduced mass `1 / (1/m_1 + 1/m_2)` in kg/m.
     pub mass: f64,
     /// Reduced radius of curvature `R* = 1 / (1/a_1 + 1/a_2)` in m.
@@ -83,7 +83,7 @@ pub fn reduced_on_outline(point: f64, outline: f64) -> f64 {
 
 /// Force, moment and history that a law gives for one contact.
 #[derive(Debug, Clone, Copy)]
-pub struct Press<H> {
+pub struct Response<H> {
     /// Normal force in N/m; never negative without adhesion.
     pub normal: f64,
     /// Tangential force in N/m.
@@ -130,7 +130,7 @@ impl std::ops::AddAssign for Loss {
 /// A spring whose force grows with the square of the overlap, without friction or damping:
 ///
 /// ```
-/// use dem_proc::law::{Law, Loss, Mates, Press, Stiffness, Touch};
+/// use dem_proc::law::{Law, Loss, PairProperties, Response, Stiffness, Kinematics};
 ///
 /// #[derive(Debug, Clone)]
 /// struct Square {
@@ -143,7 +143,7 @@ impl std::ops::AddAssign for Loss {
 ///     type Pair = (); // no constants of a pair
 ///     const MOTION: bool = false;
 ///
-///     fn pair(&self, _: &Mates) {}
+///     fn pair(&self, _: &PairProperties) {}
 ///
 ///     fn stiffness(&self, (): &(), overlap: f64) -> Stiffness {
 ///         Stiffness {
@@ -160,8 +160,8 @@ impl std::ops::AddAssign for Loss {
 ///         [self.constant * overlap * overlap, 0.0]
 ///     }
 ///
-///     fn bear(&self, (): &(), spring: f64, _: &Touch, (): &()) -> Press<()> {
-///         Press {
+///     fn response_to_spring(&self, (): &(), spring: f64, _: &Kinematics, (): &()) -> Response<()> {
+///         Response {
 ///             normal: spring,
 ///             tangential: 0.0,
 ///             moment: 0.0,
@@ -170,7 +170,7 @@ impl std::ops::AddAssign for Loss {
 ///         }
 ///     }
 ///
-///     fn separate(&self, (): &(), _: &Touch, (): &()) -> Loss {
+///     fn separate(&self, (): &(), _: &Kinematics, (): &()) -> Loss {
 ///         Loss::default()
 ///     }
 ///
@@ -182,8 +182,8 @@ impl std::ops::AddAssign for Loss {
 /// // The force is the derivative of the energy, and the stiffness that of the force.
 /// let law = Square { constant: 1e6 };
 /// let force = |overlap| {
-///     let touch = Touch { overlap, ..Touch::default() };
-///     law.press(&(), &touch, &()).normal
+///     let kinematics = Kinematics { overlap, ..Kinematics::default() };
+///     law.response(&(), &kinematics, &()).normal
 /// };
 /// let (xi, h) = (0.01, 1e-6);
 /// let slope = (law.energy(&(), xi + h, &()) - law.energy(&(), xi - h, &())) / (2.0 * h);
@@ -196,11 +196,11 @@ pub trait Law: Clone + Send + Sync + std::fmt::Debug + 'static {
     type History: Numbers;
     /// Constants of a pair, computed once when the pair enters a list.
     type Pair: Plain;
-    /// Whether the law uses motion: [`Touch::moved`], [`Touch::velocity`], [`Touch::rolled`].
+    /// Whether the law uses motion: [`Kinematics::moved`], [`Kinematics::velocity`], [`Kinematics::rolled`].
     const MOTION: bool;
 
     /// The constants of a pair.
-    fn pair(&self, mates: &Mates) -> Self::Pair;
+    fn pair(&self, properties: &PairProperties) -> Self::Pair;
     /// Largest stiffness of a contact up to this overlap (m). A negative overlap means that the two cannot touch in this
     /// step.
     fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> Stiffness;
@@ -210,30 +210,30 @@ pub trait Law: Clone + Send + Sync + std::fmt::Debug + 'static {
     fn normal(&self, pair: &Self::Pair, overlap: f64) -> [f64; 2];
     /// Force of a contact, or of several that bear together, whose normal springs press with `spring` (N/m). The normal force is
     /// that without the pull of adhesion.
-    fn bear(
+    fn response_to_spring(
         &self,
         pair: &Self::Pair,
         spring: f64,
-        touch: &Touch,
+        kinematics: &Kinematics,
         before: &Self::History,
-    ) -> Press<Self::History>;
+    ) -> Response<Self::History>;
     /// Force of a contact with positive overlap.
     #[inline]
-    fn press(
+    fn response(
         &self,
         pair: &Self::Pair,
-        touch: &Touch,
+        kinematics: &Kinematics,
         before: &Self::History,
-    ) -> Press<Self::History> {
-        let [spring, pull] = self.normal(pair, touch.overlap);
-        let press = self.bear(pair, spring, touch, before);
-        Press {
-            normal: press.normal - pull,
-            ..press
+    ) -> Response<Self::History> {
+        let [spring, pull] = self.normal(pair, kinematics.overlap);
+        let response = self.response_to_spring(pair, spring, kinematics, before);
+        Response {
+            normal: response.normal - pull,
+            ..response
         }
     }
     /// Energy that a contact dissipated in the last step, in which the two separated. Its history ends here.
-    fn separate(&self, pair: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss;
+    fn separate(&self, pair: &Self::Pair, kinematics: &Kinematics, before: &Self::History) -> Loss;
     /// Energy in the springs in J/m.
     fn energy(&self, pair: &Self::Pair, overlap: f64, history: &Self::History) -> f64;
 }

@@ -1,6 +1,6 @@
 //! Normal springs: a force that depends on the overlap alone, so that it has a potential.
 
-use super::Mates;
+use super::PairProperties;
 use super::history::Plain;
 
 /// A normal spring.
@@ -8,7 +8,7 @@ pub trait Normal: Plain {
     /// The constants of a pair.
     type Pair: Plain;
     /// The constants of a pair.
-    fn pair(&self, mates: &Mates) -> Self::Pair;
+    fn pair(&self, properties: &PairProperties) -> Self::Pair;
     /// Pressing force in N/m at a positive overlap (m).
     fn force(&self, pair: &Self::Pair, overlap: f64) -> f64;
     /// Pulling force in N/m at a positive overlap: adhesion.
@@ -31,7 +31,7 @@ pub struct Linear {
 
 impl Normal for Linear {
     type Pair = ();
-    fn pair(&self, _: &Mates) {}
+    fn pair(&self, _: &PairProperties) {}
     #[inline]
     fn force(&self, (): &(), overlap: f64) -> f64 {
         self.stiffness * overlap
@@ -54,7 +54,7 @@ pub struct Hertz {
 
 impl Normal for Hertz {
     type Pair = ();
-    fn pair(&self, _: &Mates) {}
+    fn pair(&self, _: &PairProperties) {}
     #[inline]
     fn force(&self, (): &(), overlap: f64) -> f64 {
         self.constant * overlap * overlap.sqrt()
@@ -83,8 +83,8 @@ pub struct Area {
 impl Normal for Area {
     /// `R*` in m.
     type Pair = f64;
-    fn pair(&self, mates: &Mates) -> f64 {
-        mates.radius
+    fn pair(&self, properties: &PairProperties) -> f64 {
+        properties.radius
     }
     #[inline]
     fn force(&self, radius: &f64, overlap: f64) -> f64 {
@@ -127,10 +127,10 @@ pub struct Adhesive<N> {
 impl<N: Normal> Normal for Adhesive<N> {
     /// Constants of the pressing part, and `2 sqrt(2 R*)` times the stress.
     type Pair = (N::Pair, f64);
-    fn pair(&self, mates: &Mates) -> Self::Pair {
+    fn pair(&self, properties: &PairProperties) -> Self::Pair {
         (
-            self.spring.pair(mates),
-            2.0 * self.stress * (2.0 * mates.radius).sqrt(),
+            self.spring.pair(properties),
+            2.0 * self.stress * (2.0 * properties.radius).sqrt(),
         )
     }
     #[inline]
@@ -173,8 +173,8 @@ mod tests {
         (0..=n).map(|i| weight(i) * net(i)).sum::<f64>() * h / 3.0
     }
 
-    fn check<N: Normal>(law: N, mates: &Mates) {
-        let pair = law.pair(mates);
+    fn check<N: Normal>(law: N, properties: &PairProperties) {
+        let pair = law.pair(properties);
         for xi in [1e-6, 1e-3, 0.01, 0.03] {
             let (energy, sum) = (law.energy(&pair, xi), integral(&law, &pair, xi));
             // Simpson's rule on a square root at its branch point errs by about n^-1.5: 1e-5.
@@ -187,20 +187,20 @@ mod tests {
 
     #[test]
     fn every_spring_is_the_derivative_of_its_energy() {
-        let mates = Mates {
+        let properties = PairProperties {
             mass: 1.0,
             radius: 0.02,
             surfaces: [0, 0],
         };
-        check(Linear { stiffness: 3e4 }, &mates);
-        check(Hertz { constant: 1e6 }, &mates);
-        check(Area { stiffness: 1e7 }, &mates);
+        check(Linear { stiffness: 3e4 }, &properties);
+        check(Hertz { constant: 1e6 }, &properties);
+        check(Area { stiffness: 1e7 }, &properties);
         check(
             Adhesive {
                 spring: Linear { stiffness: 3e4 },
                 stress: 50.0,
             },
-            &mates,
+            &properties,
         );
     }
 

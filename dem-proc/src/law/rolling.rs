@@ -2,7 +2,7 @@
 
 use super::history::{Numbers, Part, ROLLING};
 use super::tangent::within;
-use super::{Law, Loss, Mates, Press, Stiffness, Touch};
+use super::{Kinematics, Law, Loss, PairProperties, Response, Stiffness};
 
 /// Elastic-plastic rolling spring (Ai, Chen, Rotter, Ooi 2011, model C without its dashpot): moment `-k_r` times the
 /// relative rotation, at most `mu_r R* F_n`, with `k_r = 2.25 k_n (mu_r R*)^2` (Iwashita and Oda 1998).
@@ -66,31 +66,31 @@ impl<L: Law> Rolling<L> {
     fn with_moment(
         &self,
         pair: &<Self as Law>::Pair,
-        touch: &Touch,
+        kinematics: &Kinematics,
         before: &Rolled<L::History>,
-        press: Press<L::History>,
-    ) -> Press<Rolled<L::History>> {
-        let stiffness = self.stiffness(pair, touch.overlap).rolling;
+        response: Response<L::History>,
+    ) -> Response<Rolled<L::History>> {
+        let stiffness = self.stiffness(pair, kinematics.overlap).rolling;
         let kept = if stiffness < before.stiffness {
             stiffness / before.stiffness
         } else {
             1.0
         };
-        let cap = pair.1 * press.normal.max(0.0);
-        let moment = within(before.moment * kept - stiffness * touch.rolled, cap);
+        let cap = pair.1 * response.normal.max(0.0);
+        let moment = within(before.moment * kept - stiffness * kinematics.rolled, cap);
         let history = Rolled {
-            law: press.history,
+            law: response.history,
             moment,
             stiffness,
         };
-        let work = -0.5 * (before.moment + moment) * touch.rolled;
+        let work = -0.5 * (before.moment + moment) * kinematics.rolled;
         let loss = Loss {
-            friction: press.loss.friction + work - (history.energy() - before.energy()),
-            ..press.loss
+            friction: response.loss.friction + work - (history.energy() - before.energy()),
+            ..response.loss
         };
-        Press {
-            normal: press.normal,
-            tangential: press.tangential,
+        Response {
+            normal: response.normal,
+            tangential: response.tangential,
             moment,
             history,
             loss,
@@ -104,8 +104,8 @@ impl<L: Law> Law for Rolling<L> {
     type Pair = (L::Pair, f64);
     const MOTION: bool = true;
 
-    fn pair(&self, mates: &Mates) -> Self::Pair {
-        (self.law.pair(mates), self.friction * mates.radius)
+    fn pair(&self, properties: &PairProperties) -> Self::Pair {
+        (self.law.pair(properties), self.friction * properties.radius)
     }
     #[inline]
     fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> Stiffness {
@@ -123,31 +123,33 @@ impl<L: Law> Law for Rolling<L> {
         self.law.normal(&pair.0, overlap)
     }
     #[inline]
-    fn bear(
+    fn response_to_spring(
         &self,
         pair: &Self::Pair,
         spring: f64,
-        touch: &Touch,
+        kinematics: &Kinematics,
         before: &Self::History,
-    ) -> Press<Self::History> {
-        let press = self.law.bear(&pair.0, spring, touch, &before.law);
-        self.with_moment(pair, touch, before, press)
+    ) -> Response<Self::History> {
+        let response = self
+            .law
+            .response_to_spring(&pair.0, spring, kinematics, &before.law);
+        self.with_moment(pair, kinematics, before, response)
     }
     #[inline]
-    fn press(
+    fn response(
         &self,
         pair: &Self::Pair,
-        touch: &Touch,
+        kinematics: &Kinematics,
         before: &Self::History,
-    ) -> Press<Self::History> {
-        let press = self.law.press(&pair.0, touch, &before.law);
-        self.with_moment(pair, touch, before, press)
+    ) -> Response<Self::History> {
+        let response = self.law.response(&pair.0, kinematics, &before.law);
+        self.with_moment(pair, kinematics, before, response)
     }
     #[inline]
-    fn separate(&self, pair: &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
-        let loss = self.law.separate(&pair.0, touch, &before.law);
+    fn separate(&self, pair: &Self::Pair, kinematics: &Kinematics, before: &Self::History) -> Loss {
+        let loss = self.law.separate(&pair.0, kinematics, &before.law);
         Loss {
-            friction: loss.friction + before.energy() - 0.5 * before.moment * touch.rolled,
+            friction: loss.friction + before.energy() - 0.5 * before.moment * kinematics.rolled,
             ..loss
         }
     }

@@ -3,7 +3,7 @@
 use interface::config::ContactLaw;
 use interface::config::surfaces::ContactPair;
 
-use super::{Law, Loss, Mates, Press, Stiffness, Touch};
+use super::{Kinematics, Law, Loss, PairProperties, Response, Stiffness};
 use crate::body::surfaces::Surfaces;
 
 /// A law `L` for every pair of surfaces. Each contact stores its law with the other constants of its pair, so that the
@@ -35,8 +35,8 @@ impl<L: Copy> Table<L> {
     }
 
     /// The law of a pair.
-    pub fn law(&self, mates: &Mates) -> L {
-        let [a, b] = mates.surfaces.map(|s| s as usize);
+    pub fn law(&self, properties: &PairProperties) -> L {
+        let [a, b] = properties.surfaces.map(|s| s as usize);
         self.laws[a * self.surfaces + b]
     }
 
@@ -51,9 +51,9 @@ impl<L: Law + Copy> Law for Table<L> {
     type Pair = (L, L::Pair);
     const MOTION: bool = L::MOTION;
 
-    fn pair(&self, mates: &Mates) -> Self::Pair {
-        let law = self.law(mates);
-        (law, law.pair(mates))
+    fn pair(&self, properties: &PairProperties) -> Self::Pair {
+        let law = self.law(properties);
+        (law, law.pair(properties))
     }
     #[inline]
     fn stiffness(&self, (law, pair): &Self::Pair, overlap: f64) -> Stiffness {
@@ -69,27 +69,32 @@ impl<L: Law + Copy> Law for Table<L> {
         law.normal(pair, overlap)
     }
     #[inline]
-    fn bear(
+    fn response_to_spring(
         &self,
         (law, pair): &Self::Pair,
         spring: f64,
-        touch: &Touch,
+        kinematics: &Kinematics,
         before: &Self::History,
-    ) -> Press<Self::History> {
-        law.bear(pair, spring, touch, before)
+    ) -> Response<Self::History> {
+        law.response_to_spring(pair, spring, kinematics, before)
     }
     #[inline]
-    fn press(
+    fn response(
         &self,
         (law, pair): &Self::Pair,
-        touch: &Touch,
+        kinematics: &Kinematics,
         before: &Self::History,
-    ) -> Press<Self::History> {
-        law.press(pair, touch, before)
+    ) -> Response<Self::History> {
+        law.response(pair, kinematics, before)
     }
     #[inline]
-    fn separate(&self, (law, pair): &Self::Pair, touch: &Touch, before: &Self::History) -> Loss {
-        law.separate(pair, touch, before)
+    fn separate(
+        &self,
+        (law, pair): &Self::Pair,
+        kinematics: &Kinematics,
+        before: &Self::History,
+    ) -> Loss {
+        law.separate(pair, kinematics, before)
     }
     fn energy(&self, (law, pair): &Self::Pair, overlap: f64, history: &Self::History) -> f64 {
         law.energy(pair, overlap, history)

@@ -270,7 +270,7 @@ pub fn all() -> Vec<(&'static str, DemConfig)> {
 }
 
 /// A solver with points that fly by themselves and are chosen anew now and then.
-pub struct World {
+pub struct TestRun {
     pub dem: Sdem,
     pub points: Cloud,
     /// Steps done, the opening one among them.
@@ -351,7 +351,7 @@ impl Cloud {
     }
 }
 
-impl World {
+impl TestRun {
     /// Before the opening step.
     pub fn new(config: &DemConfig, points: Cloud) -> Self {
         let mut dem = Sdem::default();

@@ -44,7 +44,7 @@ fn show(name: &str, variant: &str, set: &[&str], dem: fn() -> Box<dyn DemSolver>
     let options = RunOptions {
         patience: std::time::Duration::from_mins(1),
         stepping: None,
-        solvers: Solvers::Here {
+        solvers: Solvers::InProcess {
             mpm: continuum,
             dem,
         },

@@ -103,7 +103,7 @@ pub static LEFT: LazyLock<Left> = LazyLock::new(left);
 pub fn options(record: bool, interrupt: bool) -> RunOptions {
     RunOptions {
         screen: None,
-        solvers: Solvers::Here {
+        solvers: Solvers::InProcess {
             mpm: || Box::new(mpm_proc::Mpm::default()),
             dem: || Box::new(dem_proc::Sdem::default()),
         },

@@ -331,12 +331,14 @@ struct Greeting {
 
 /// Starts the solver once, to learn whether it can be started and what it says within `startup`.
 fn greeting(subject: &Subject, startup: Duration) -> Result<Greeting, ExamineError> {
-    let stage = interface::transport::raw::RawRun::open(subject.medium(), subject.party)?;
-    let mut worker = subject.start(stage.domain()).map_err(ExamineError::Start)?;
+    let raw_run = interface::transport::raw::RawRun::open(subject.medium(), subject.party)?;
+    let mut worker = subject
+        .start(raw_run.domain())
+        .map_err(ExamineError::Start)?;
     let start = Instant::now();
     let mut greeting = Greeting::default();
     while start.elapsed() < startup && !greeting.came {
-        if let Some(message) = stage.receive(interface::transport::raw::Kind::Notice)? {
+        if let Some(message) = raw_run.receive(interface::transport::raw::Kind::Notice)? {
             if let Ok(Notice::Hello(hello)) = message.as_notice() {
                 greeting.identity = hello.identity;
                 greeting.capabilities = hello.capabilities;
@@ -345,13 +347,13 @@ fn greeting(subject: &Subject, startup: Duration) -> Result<Greeting, ExamineErr
         } else if worker.ended().is_some() {
             greeting.came = true;
         } else {
-            stage.sleep(
+            raw_run.sleep(
                 interface::transport::raw::Kind::Notice,
                 Duration::from_millis(2),
             );
         }
     }
-    stage.release();
+    raw_run.release();
     worker.dismiss();
     Ok(greeting)
 }

@@ -27,12 +27,12 @@ pub enum FaultKind {
     /// The process stops, and goes on after so many ns of virtual time, or never.
     Freeze(Option<Time>),
     /// The message that is being sent is wrong.
-    Spoil(Spoil),
+    Corrupt(Corruption),
 }
 
 /// How a message is wrong.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Spoil {
+pub enum Corruption {
     /// Another step in its header.
     Step,
     /// Another epoch.
@@ -51,7 +51,7 @@ pub enum Spoil {
     Twice,
 }
 
-impl Spoil {
+impl Corruption {
     /// All of them.
     pub const ALL: [Self; 8] = [
         Self::Step,
@@ -72,14 +72,14 @@ impl FaultKind {
             Self::Die => "death",
             Self::Freeze(None) => "freeze",
             Self::Freeze(Some(_)) => "freeze and thaw",
-            Self::Spoil(Spoil::Step) => "wrong step",
-            Self::Spoil(Spoil::Epoch) => "wrong epoch",
-            Self::Spoil(Spoil::Set) => "wrong set",
-            Self::Spoil(Spoil::Count) => "wrong count",
-            Self::Spoil(Spoil::Flags) => "wrong halt flag",
-            Self::Spoil(Spoil::Records) => "wrong records",
-            Self::Spoil(Spoil::Drop) => "lost message",
-            Self::Spoil(Spoil::Twice) => "message sent twice",
+            Self::Corrupt(Corruption::Step) => "wrong step",
+            Self::Corrupt(Corruption::Epoch) => "wrong epoch",
+            Self::Corrupt(Corruption::Set) => "wrong set",
+            Self::Corrupt(Corruption::Count) => "wrong count",
+            Self::Corrupt(Corruption::Flags) => "wrong halt flag",
+            Self::Corrupt(Corruption::Records) => "wrong records",
+            Self::Corrupt(Corruption::Drop) => "lost message",
+            Self::Corrupt(Corruption::Twice) => "message sent twice",
         }
     }
 }

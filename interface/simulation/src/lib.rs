@@ -13,7 +13,7 @@
 #![forbid(unsafe_code)]
 
 pub mod fault;
-pub mod play;
+pub mod host;
 pub mod scenario;
+pub mod session;
 pub mod toys;
-pub mod world;

@@ -8,11 +8,11 @@ use interface::message::control::Party;
 use interface::message::wire::{BodyState, PointState};
 use mechanics::generate::Random;
 
-use crate::fault::{Fault, FaultKind, Spoil};
+use crate::fault::{Corruption, Fault, FaultKind};
 use crate::fault::{SECOND, Time};
-use crate::play::{Cast, DEADLINE, Plan, Played, play};
+use crate::host::{SimulatedHost, number};
+use crate::session::{DEADLINE, Plan, SessionOutcome, SolverPair, run};
 use crate::toys::{MOST, TOYS};
-use crate::world::{World, number};
 
 /// A session and what goes wrong in it.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,12 +51,12 @@ impl Scenario {
     }
 
     /// The scenario of a seed with these solvers.
-    pub fn with(cast: Cast, seed: u64) -> Self {
+    pub fn with(solvers: SolverPair, seed: u64) -> Self {
         let mut random = Random::new(seed.wrapping_mul(0x2545_f491_4f6c_dd1d) ^ 0x7a6e_de37);
         let mut below = |n: u64| (random.unit() * n as f64) as u64;
         let steps = 2 + below(9);
         let plan = Plan {
-            cast,
+            solvers,
             points: below(MOST as u64 + 1) as usize,
             steps,
             window: 1 + below(5),
@@ -78,7 +78,7 @@ impl Scenario {
                 _ => {
                     // A coupler that loses its own message accuses others: nobody else can know.
                     let kinds = if party == Party::Coupler { 6 } else { 8 };
-                    FaultKind::Spoil(Spoil::ALL[below(kinds) as usize])
+                    FaultKind::Corrupt(Corruption::ALL[below(kinds) as usize])
                 }
             };
             let at = 1 + below(events);
@@ -94,18 +94,18 @@ impl Scenario {
         }
     }
 
-    fn world(&self, faults: Vec<Fault>) -> World {
-        World::new(self.seed, self.delay, self.lost_bells, faults)
+    fn host(&self, faults: Vec<Fault>) -> SimulatedHost {
+        SimulatedHost::new(self.seed, self.delay, self.lost_bells, faults)
     }
 
     /// Plays the scenario and checks what must hold.
     ///
     /// # Errors
     /// What does not.
-    pub fn judge(&self) -> Result<(Outcome, Played), String> {
-        let played = play(&self.plan, self.world(self.faults.clone()), None);
-        if let Some(breach) = played.breaches.first() {
-            return Err(breach.0.clone());
+    pub fn judge(&self) -> Result<(Outcome, SessionOutcome), String> {
+        let played = run(&self.plan, self.host(self.faults.clone()), None);
+        if let Some(violation) = played.violations.first() {
+            return Err(violation.0.clone());
         }
         Self::all_have_ended(&played)?;
         let first = first_error(&played);
@@ -121,12 +121,12 @@ impl Scenario {
     }
 
     /// Whoever has not been stopped has a verdict.
-    fn all_have_ended(played: &Played) -> Result<(), String> {
+    fn all_have_ended(played: &SessionOutcome) -> Result<(), String> {
         for (n, party) in Party::ALL.into_iter().enumerate() {
             let stopped = played
                 .struck
                 .iter()
-                .any(|(f, _)| f.party == party && !matches!(f.kind, FaultKind::Spoil(_)));
+                .any(|(f, _)| f.party == party && !matches!(f.kind, FaultKind::Corrupt(_)));
             if played.verdicts[n].is_none() && !stopped {
                 return Err(format!("the {party} has not ended"));
             }
@@ -139,18 +139,18 @@ impl Scenario {
         &self,
         who: Party,
         error: &SessionError,
-        played: &Played,
+        played: &SessionOutcome,
     ) -> Result<(), String> {
-        let said = || format!("the {who} says: {error}");
+        let verdict = || format!("the {who} says: {error}");
         let Some(blamed) = blamed(error) else {
-            return Err(format!("{}; nobody is blamed", said()));
+            return Err(format!("{}; nobody is blamed", verdict()));
         };
         let culprits: Vec<Party> = played.struck.iter().map(|(f, _)| f.party).collect();
         if hidden(blamed, played) {
             return Ok(());
         }
         if !culprits.contains(&blamed) {
-            return Err(format!("{}; the culprit is {culprits:?}", said()));
+            return Err(format!("{}; the culprit is {culprits:?}", verdict()));
         }
         let Some(step) = step_of(error) else {
             return Ok(());
@@ -160,7 +160,7 @@ impl Scenario {
         let late = played
             .struck
             .iter()
-            .any(|(f, _)| matches!(f.kind, FaultKind::Spoil(_)));
+            .any(|(f, _)| matches!(f.kind, FaultKind::Corrupt(_)));
         let thawed = played
             .struck
             .iter()
@@ -173,18 +173,18 @@ impl Scenario {
         if step < told.min(mpm).min(dem) || step > last {
             return Err(format!(
                 "{}; the fault was at step {told}, {mpm}, {dem}",
-                said()
+                verdict()
             ));
         }
         Ok(())
     }
 
     /// A run that ended after a checkpoint goes on from there to the same bits.
-    fn resumes(&self, played: &Played) -> Result<Outcome, String> {
+    fn resumes(&self, played: &SessionOutcome) -> Result<Outcome, String> {
         let Some(checkpoint) = &played.checkpoint else {
             return Ok(Outcome::Blamed);
         };
-        let again = play(&self.plan, self.world(Vec::new()), Some(checkpoint));
+        let again = run(&self.plan, self.host(Vec::new()), Some(checkpoint));
         if let Some((who, error)) = first_error(&again) {
             return Err(format!("resumed, the {who} says: {error}"));
         }
@@ -258,7 +258,7 @@ fn reference(plan: &Plan) -> Result<Finals, String> {
         static KNOWN: RefCell<HashMap<Key, Finals>> = RefCell::default();
     }
     let key = (
-        plan.cast.name,
+        plan.solvers.name,
         plan.points,
         plan.steps,
         plan.stiffens_at,
@@ -273,7 +273,7 @@ fn reference(plan: &Plan) -> Result<Finals, String> {
         outputs: 1000,
         ..plan.clone()
     };
-    let played = play(&plan, World::new(0, 0, 0.0, Vec::new()), None);
+    let played = run(&plan, SimulatedHost::new(0, 0, 0.0, Vec::new()), None);
     if let Some((who, error)) = first_error(&played) {
         return Err(format!("without faults, the {who} says: {error}"));
     }
@@ -283,13 +283,17 @@ fn reference(plan: &Plan) -> Result<Finals, String> {
 }
 
 /// Whether nobody can see that `blamed` is the wrong one.
-fn hidden(blamed: Party, played: &Played) -> bool {
+fn hidden(blamed: Party, played: &SessionOutcome) -> bool {
     let struck = &played.struck;
     let solver = blamed != Party::Coupler;
     // A wrong halt flag shows as two sides that stop at different steps, a message that was never sent as two that wait
     // for one another: which of them it was cannot be seen.
-    let spoilt = |kind: Spoil| struck.iter().any(|(f, _)| f.kind == FaultKind::Spoil(kind));
-    if spoilt(Spoil::Drop) || (solver && spoilt(Spoil::Flags)) {
+    let corrupted = |kind: Corruption| {
+        struck
+            .iter()
+            .any(|(f, _)| f.kind == FaultKind::Corrupt(kind))
+    };
+    if corrupted(Corruption::Drop) || (solver && corrupted(Corruption::Flags)) {
         return true;
     }
     // A solver that is slow more than once, but never too slow for the other one, holds up both reports: the coupler
@@ -319,7 +323,7 @@ fn hidden(blamed: Party, played: &Played) -> bool {
 }
 
 /// The first party, in virtual time, whose verdict is not that of another one.
-fn first_error(played: &Played) -> Option<(Party, &SessionError)> {
+fn first_error(played: &SessionOutcome) -> Option<(Party, &SessionError)> {
     let mut first: Option<(Time, Party, &SessionError)> = None;
     for party in Party::ALL {
         if let Some((Err(error), at)) = &played.verdicts[number(party)]

@@ -17,7 +17,7 @@ use interface::solver::{
 use interface::step::Step;
 use serde::{Deserialize, Serialize};
 
-use crate::play::Cast;
+use crate::session::SolverPair;
 
 /// Stiffness of the wall in N/m.
 const STIFFNESS: f64 = 1e4;
@@ -27,11 +27,11 @@ const RADIUS: f64 = 0.01;
 const SKIN: f64 = 0.02;
 
 /// The toys.
-pub const TOYS: Cast = Cast {
+pub const TOYS: SolverPair = SolverPair {
     name: "toys",
     configs: || CONFIGS.clone(),
     measured: [1, 1],
-    solvers: |plan| {
+    build: |plan| {
         let points = Points::new(plan.points, plan.stiffens_at);
         (Box::new(points), Box::new(Wall::new(plan.damps_at)))
     },

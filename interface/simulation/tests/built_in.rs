@@ -4,11 +4,11 @@
 
 use dem_proc::Sdem;
 use mpm_proc::Mpm;
-use simulation::play::Cast;
 use simulation::scenario::{Outcome, Scenario};
+use simulation::session::SolverPair;
 
 /// Soft enough that the plan's step of 1 ms is a twentieth of the stable one, fast enough that it meets the disc.
-const BUILT_IN: Cast = Cast {
+const BUILT_IN: SolverPair = SolverPair {
     name: "built-in solvers",
     configs: || {
         let material = r#"{"name": "jelly", "density": 1000, "model": {"linear_elastic": {"bulk_modulus": 2000, "shear_modulus": 1000}}}"#;
@@ -30,7 +30,7 @@ const BUILT_IN: Cast = Cast {
         [mpm, dem]
     },
     measured: [1, 2],
-    solvers: |_| (Box::new(Mpm::new()), Box::new(Sdem::default())),
+    build: |_| (Box::new(Mpm::new()), Box::new(Sdem::default())),
 };
 
 #[track_caller]

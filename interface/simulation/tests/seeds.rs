@@ -1,9 +1,9 @@
 //! A fixed set of scenarios, and those by which defects were found.
 
 use interface::message::control::Party;
-use simulation::fault::{Fault, FaultKind, Spoil};
-use simulation::play::Plan;
+use simulation::fault::{Corruption, Fault, FaultKind};
 use simulation::scenario::{Outcome, Scenario};
+use simulation::session::Plan;
 use simulation::toys::TOYS;
 
 #[track_caller]
@@ -26,7 +26,7 @@ fn ten_thousand_scenarios_hold_and_meet_every_kind_of_fault_and_outcome() {
         kinds.extend(played.struck.iter().map(|(fault, _)| fault.kind.name()));
         outcomes[outcome as usize] += 1;
     }
-    assert_eq!(kinds.len(), 3 + Spoil::ALL.len(), "{kinds:?}");
+    assert_eq!(kinds.len(), 3 + Corruption::ALL.len(), "{kinds:?}");
     assert!(outcomes.iter().all(|&count| count > 100), "{outcomes:?}");
 }
 
@@ -56,7 +56,7 @@ fn quiet(steps: u64, faults: Vec<Fault>) -> Scenario {
     Scenario {
         seed: 1,
         plan: Plan {
-            cast: TOYS,
+            solvers: TOYS,
             points: 2,
             steps,
             window: 2,
@@ -90,7 +90,7 @@ fn a_death_at_any_event_is_named() {
 fn a_message_sent_twice_at_any_event_changes_no_bit() {
     for party in Party::ALL {
         for at in 1..120 {
-            let kind = FaultKind::Spoil(Spoil::Twice);
+            let kind = FaultKind::Corrupt(Corruption::Twice);
             holds(&quiet(6, vec![Fault { party, at, kind }]));
         }
     }

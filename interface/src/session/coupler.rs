@@ -44,7 +44,7 @@ pub trait Supervisor {
 /// The coupler's side of a session.
 pub struct CouplerSide<'a> {
     machine: Coupler,
-    lead: &'a mut dyn Supervisor,
+    supervisor: &'a mut dyn Supervisor,
     action: Action<Question>,
     inbox: Inbox,
     /// Solvers that have said hello, in their order.
@@ -52,13 +52,13 @@ pub struct CouplerSide<'a> {
 }
 
 impl<'a> CouplerSide<'a> {
-    /// Leads `solvers` as `lead` decides.
-    pub fn new(solvers: &[Party], lead: &'a mut dyn Supervisor) -> Self {
-        let mut machine = Coupler::new(solvers, lead.limits());
+    /// Leads a session with `solvers`, as `supervisor` decides.
+    pub fn new(solvers: &[Party], supervisor: &'a mut dyn Supervisor) -> Self {
+        let mut machine = Coupler::new(solvers, supervisor.limits());
         let action = machine.start();
         Self {
             machine,
-            lead,
+            supervisor,
             action,
             inbox: Inbox::new(),
             joined: Vec::new(),
@@ -110,7 +110,7 @@ impl<'a> CouplerSide<'a> {
             && !self.joined.contains(&party)
         {
             self.joined.push(party);
-            self.lead.joined(hello);
+            self.supervisor.joined(hello);
         }
     }
 
@@ -137,7 +137,7 @@ impl Turns for CouplerSide<'_> {
                 return Turn::Waits(wait);
             }
             Action::Do(question) => {
-                let event = match self.lead.decide(question, &mut self.machine) {
+                let event = match self.supervisor.decide(question, &mut self.machine) {
                     Ok(decision) => Event::Done(decision),
                     Err(Stop(reason)) => Event::Stopped(reason),
                 };
@@ -165,7 +165,7 @@ impl Turns for CouplerSide<'_> {
     }
 
     fn look_up(&mut self, transport: &mut dyn Transport) -> bool {
-        if let Some(Stop(reason)) = self.lead.interrupted(self.machine.is_arriving()) {
+        if let Some(Stop(reason)) = self.supervisor.interrupted(self.machine.is_arriving()) {
             self.on(Event::Stopped(reason));
             return true;
         }
@@ -173,7 +173,7 @@ impl Turns for CouplerSide<'_> {
         if self.take_notice(transport) {
             return true;
         }
-        let Some((who, how)) = self.lead.gone() else {
+        let Some((who, how)) = self.supervisor.gone() else {
             return false;
         };
         if !self.take_notice(transport) {

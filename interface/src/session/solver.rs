@@ -17,7 +17,7 @@ use crate::session::process::started_as;
 use crate::solver::{DemSolver, MpmSolver};
 use crate::transport::Transport;
 use crate::transport::domain::Domain;
-use crate::transport::iceoryx::{self, Medium, ROOM};
+use crate::transport::iceoryx::{self, Medium, SEND_TIMEOUT};
 
 /// A bell may be left out if the other solver polls, and has not had its last message out for longer than this (clause
 /// B-4): less than [`crate::transport::wait::POLL`], for which it looks before it sleeps.
@@ -87,7 +87,7 @@ fn serve<P: Perform>(
             side.performer.machine().line().hello(),
         ));
     }
-    let mut transport = iceoryx::join(medium, domain, party, &[], ROOM)?;
+    let mut transport = iceoryx::join(medium, domain, party, &[], SEND_TIMEOUT)?;
     drive(&mut side, &mut *transport);
     side.take_verdict()
 }

@@ -10,7 +10,7 @@ use crate::transport::Transport;
 /// The parties of a session, each with its ends of the channels.
 pub struct Together<'a, 'b> {
     /// The coupler.
-    pub leader: &'a mut CouplerSide<'b>,
+    pub coupler: &'a mut CouplerSide<'b>,
     /// The continuum, if there is one.
     pub mpm: Option<&'a mut MpmSide<'b>>,
     /// The bodies, if there are any.
@@ -26,9 +26,9 @@ impl Together<'_, '_> {
         let mut still = 0;
         loop {
             let [coupler, mpm, dem] = &mut self.transports;
-            let led = turns(&mut *self.leader, &mut **coupler);
-            let mut went = led.went;
-            let mut ended = led.ended;
+            let turn = turns(&mut *self.coupler, &mut **coupler);
+            let mut went = turn.went;
+            let mut ended = turn.ended;
             if went {
                 lap(&mut mark);
             }
@@ -57,7 +57,7 @@ impl Together<'_, '_> {
 
     fn look_up(&mut self, expire: bool) {
         let [coupler, mpm, dem] = &mut self.transports;
-        let mut up = self.leader.look_up(&mut **coupler);
+        let mut up = self.coupler.look_up(&mut **coupler);
         if let Some(side) = &mut self.mpm {
             up |= side.look_up(&mut **mpm);
         }
@@ -66,7 +66,7 @@ impl Together<'_, '_> {
         }
         if expire && !up {
             // In one thread nothing can still come: whoever waits would wait for ever.
-            self.leader.expire(Duration::ZERO);
+            self.coupler.expire(Duration::ZERO);
             if let Some(side) = &mut self.mpm {
                 side.expire(Duration::ZERO);
             }

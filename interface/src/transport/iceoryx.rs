@@ -50,9 +50,9 @@ const FIRST_LENGTH: usize = 64;
 /// touched.
 const NOTICE_BYTES: usize = 64 << 10;
 const LAYOUT_KEY: &str = "layout";
-/// Longest that a send waits for room (clause C-7). In lockstep there always is room, unless the receiver takes nothing
+/// Longest wait of a send to a full channel (clause C-7). In lockstep no channel is full, unless the receiver takes nothing
 /// any more.
-pub const ROOM: Duration = Duration::from_secs(10);
+pub const SEND_TIMEOUT: Duration = Duration::from_secs(10);
 
 fn refused<E: core::fmt::Debug>(
     channel: &str,
@@ -83,7 +83,7 @@ pub fn create(
 }
 
 /// The ends of `party` in a run that has been created. A solver's line to the coupler is open at once, the rest after
-/// [`Transport::open_measurement`]; the coupler's lines to `solvers` are open at once. A send waits for room for `room`
+/// [`Transport::open_measurement`]; the coupler's lines to `solvers` are open at once. A send to a full channel waits for `send_timeout`
 /// at most.
 ///
 /// # Errors
@@ -93,11 +93,21 @@ pub fn join(
     domain: &Domain,
     party: Party,
     solvers: &[Party],
-    room: Duration,
+    send_timeout: Duration,
 ) -> Result<Box<dyn Transport>, TransportError> {
     Ok(match medium {
-        Medium::Processes => Box::new(Ends::<ipc::Service>::join(domain, party, solvers, room)?),
-        Medium::Threads => Box::new(Ends::<local::Service>::join(domain, party, solvers, room)?),
+        Medium::Processes => Box::new(Ends::<ipc::Service>::join(
+            domain,
+            party,
+            solvers,
+            send_timeout,
+        )?),
+        Medium::Threads => Box::new(Ends::<local::Service>::join(
+            domain,
+            party,
+            solvers,
+            send_timeout,
+        )?),
     })
 }
 
@@ -122,7 +132,7 @@ pub fn say_as(
     header: &StepHeader,
     notice: &[u8],
 ) -> Result<Box<dyn Transport>, TransportError> {
-    let mut ends = Ends::<ipc::Service>::new(domain, expected, ROOM)?;
+    let mut ends = Ends::<ipc::Service>::new(domain, expected, SEND_TIMEOUT)?;
     let channel = Channel::of(expected, Kind::Notice);
     ends.open_channel(channel)?;
     ends.open_bells(expected, Party::Coupler)?;
@@ -329,7 +339,7 @@ impl<S: Service, T: Record> SenderOf<S, T> {
     fn open(
         node: &Node<S>,
         channel: Channel,
-        room: Duration,
+        send_timeout: Duration,
         pick: for<'a> fn(Records<'a>) -> Option<&'a [T]>,
     ) -> Result<Self, TransportError> {
         let first = if channel.kind == Kind::Notice {
@@ -344,7 +354,7 @@ impl<S: Service, T: Record> SenderOf<S, T> {
             .max_loaned_samples(1)
             .backpressure_strategy(BackpressureStrategy::RetryUntilDelivered)
             .set_backpressure_handler(move |info: &BackpressureInfo| {
-                if info.elapsed_time > room {
+                if info.elapsed_time > send_timeout {
                     BackpressureAction::DiscardDataAndFail
                 } else {
                     BackpressureAction::Retry
@@ -428,7 +438,7 @@ impl<S: Service, T: Record> Receiver for ReceiverOf<S, T> {
 struct Ends<S: Service> {
     party: Party,
     domain: Domain,
-    room: Duration,
+    send_timeout: Duration,
     senders: [Option<Box<dyn Sender>>; CHANNELS],
     receivers: [Option<Box<dyn Receiver>>; CHANNELS],
     notifiers: Vec<(Party, Notifier<S>)>,
@@ -438,11 +448,11 @@ struct Ends<S: Service> {
 }
 
 impl<S: Service + 'static> Ends<S> {
-    fn new(domain: &Domain, party: Party, room: Duration) -> Result<Self, TransportError> {
+    fn new(domain: &Domain, party: Party, send_timeout: Duration) -> Result<Self, TransportError> {
         Ok(Self {
             party,
             domain: domain.clone(),
-            room,
+            send_timeout,
             senders: [const { None }; CHANNELS],
             receivers: [const { None }; CHANNELS],
             notifiers: Vec::new(),
@@ -455,9 +465,9 @@ impl<S: Service + 'static> Ends<S> {
         domain: &Domain,
         party: Party,
         solvers: &[Party],
-        room: Duration,
+        send_timeout: Duration,
     ) -> Result<Self, TransportError> {
-        let mut ends = Self::new(domain, party, room)?;
+        let mut ends = Self::new(domain, party, send_timeout)?;
         if party == Party::Coupler {
             for channel in Channel::ALL {
                 let solver = if channel.from() == party {
@@ -488,7 +498,7 @@ impl<S: Service + 'static> Ends<S> {
     }
 
     fn listen(domain: &Domain) -> Result<Self, TransportError> {
-        let mut ends = Self::new(domain, Party::Coupler, ROOM)?;
+        let mut ends = Self::new(domain, Party::Coupler, SEND_TIMEOUT)?;
         for channel in Channel::ALL {
             if channel.is_between_solvers() {
                 ends.open_receiver(channel)?;
@@ -502,11 +512,11 @@ impl<S: Service + 'static> Ends<S> {
         if channel.from() != self.party {
             return self.open_receiver(channel);
         }
-        let (node, room) = (&self.node, self.room);
+        let (node, send_timeout) = (&self.node, self.send_timeout);
         macro_rules! by_kind {
             ($($kind:ident: $record:ty),*) => {
                 match channel.kind {
-                    $(Kind::$kind => Box::new(SenderOf::<S, $record>::open(node, channel, room, |records| {
+                    $(Kind::$kind => Box::new(SenderOf::<S, $record>::open(node, channel, send_timeout, |records| {
                         if let Records::$kind(records) = records { Some(records) } else { None }
                     })?)),*
                 }

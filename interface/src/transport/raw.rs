@@ -16,8 +16,8 @@ use crate::transport::domain::{Domain, OwnedDomain};
 pub use crate::transport::iceoryx::Medium;
 use crate::transport::iceoryx::{Created, create, join};
 
-/// Longest that a send waits for room: who examines a solver that takes nothing wants to know soon.
-const ROOM: Duration = Duration::from_secs(1);
+/// Longest wait of a send to a full channel. It is short so that the kit soon sees that a solver takes nothing.
+const SEND_TIMEOUT: Duration = Duration::from_secs(1);
 
 /// The other ends of one solver's run: the coupler's and the peer's. Dropping it ends the run as a coupler's death does.
 pub struct RawRun {
@@ -38,13 +38,13 @@ impl RawRun {
         let domain = OwnedDomain::create()?;
         let names = domain.domain();
         let created = create(medium, names, &[Party::Mpm, Party::Dem], false)?;
-        let coupler = join(medium, names, Party::Coupler, &[solver], ROOM)?;
+        let coupler = join(medium, names, Party::Coupler, &[solver], SEND_TIMEOUT)?;
         let other = if solver == Party::Mpm {
             Party::Dem
         } else {
             Party::Mpm
         };
-        let mut peer = join(medium, names, other, &[], ROOM)?;
+        let mut peer = join(medium, names, other, &[], SEND_TIMEOUT)?;
         peer.open_measurement()?;
         peer.open_exchange()?;
         Ok(Self {

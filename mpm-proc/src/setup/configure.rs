@@ -5,8 +5,7 @@ use core::ops::Range;
 
 use interface::config::material::Frictional;
 use interface::config::{
-    GridContact, GroupConfig, MaterialModel, MpmConfig, Plane, ShapeFunction,
-    Transfer as TransferConfig,
+    GridContact, MaterialModel, MpmConfig, Plane, ShapeFunction, Transfer as TransferConfig,
 };
 use interface::solver::{Readiness, Refusal};
 
@@ -29,6 +28,7 @@ use crate::scheme::Scheme;
 use crate::setup::chains::markers;
 use crate::setup::fields::Fields;
 use crate::setup::fill::{FilledRegion, fill, refuse_overlap};
+use crate::setup::notes;
 use crate::setup::region::points_within;
 use crate::state::books::Books;
 use crate::state::constitutive::{Constitutive, MaterialPoints};
@@ -108,10 +108,11 @@ impl<'a> Parts<'a> {
                     "a single point cannot rotate: a rigid group needs two points or more";
                 return Err(Refusal::new(format!("{key}.rigid"), message));
             }
-            note_area(&mut notes, &group.name, &filled);
-            note_radius(&mut notes, group, config.cell);
+            notes.extend(notes::radius(group, config.cell));
             points.push(filled);
         }
+        let names = config.groups.iter().map(|group| &*group.name);
+        notes.extend(notes::areas(names.zip(&points)));
         // Layers exchange nothing but by their pairs, so groups without one may overlap.
         let is_pair = |a, b| {
             config
@@ -471,30 +472,4 @@ fn at_rest(mut velocities: Vec<[f64; 2]>, cloud: u32, holds: &[Hold]) -> Vec<[f6
 
 fn half_spacing(points: &FilledRegion) -> f64 {
     0.5 * points.sides[0].min(points.sides[1])
-}
-
-fn note_area(notes: &mut Vec<String>, name: &str, points: &FilledRegion) {
-    if let Some(area) = points.area {
-        let filled = points.positions.len() as f64 * points.box_area();
-        let error = filled / area - 1.0;
-        if error.abs() > 1e-12 {
-            notes.push(format!(
-                "group '{name}': {} points, area off by {:+.3} %",
-                points.positions.len(),
-                100.0 * error
-            ));
-        }
-    }
-}
-
-/// Jiang 2020 eq. 45, as a check that warns.
-fn note_radius(notes: &mut Vec<String>, group: &GroupConfig, cell: f64) {
-    if let (Some(radius), Some([low, high])) =
-        (group.contact_radius, group.radius_out_of_range(cell))
-    {
-        notes.push(format!(
-            "group '{}': contact radius {radius} m lies outside {low:.3e} ... {high:.3e} m (Jiang 2020 eq. 45)",
-            group.name
-        ));
-    }
 }

@@ -6,4 +6,5 @@ pub mod configure;
 pub mod fields;
 pub mod fill;
 pub mod grid;
+mod notes;
 pub mod region;

@@ -28,14 +28,14 @@ pub struct Instant {
 
 /// What the solvers of a run tell for its frames besides where things are.
 #[derive(Debug, Clone, Default)]
-pub struct Told {
+pub struct ReportedFields {
     /// The contacts of bodies.
     pub contacts: bool,
     /// As in [`Instant`].
     pub plastic_strain: Option<Arc<[PlasticStrain]>>,
 }
 
-impl Told {
+impl ReportedFields {
     /// By solvers of these capabilities, of a run with this continuum.
     pub fn by(mpm: Option<&MpmConfig>, can: impl Fn(Party, &str) -> bool) -> Self {
         let mpm = mpm.filter(|_| can(Party::Mpm, PLASTIC_STRAIN));

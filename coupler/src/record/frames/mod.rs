@@ -26,7 +26,7 @@ use thiserror::Error;
 
 use crate::record::background::{Mark, Written};
 use crate::record::rundir::{FRAME_LIST, FRAMES, RunDir, RunDirError, fail};
-pub use instant::{Content, Field, Instant, PlasticStrain, Told};
+pub use instant::{Content, Field, Instant, PlasticStrain, ReportedFields};
 use meshes::{Outlined, bodies, contacts, points};
 use vtu::{Mesh, attribute};
 

@@ -23,12 +23,12 @@ const NAP: Duration = Duration::from_millis(1);
 /// # Errors
 /// [`Unmet::Broken`] when the channels do not work.
 pub fn echo(medium: Medium, points: usize) -> Result<Duration, Unmet> {
-    let stage = RawRun::open(medium, Party::Dem)?;
-    let domain = stage.domain().clone();
+    let raw_run = RawRun::open(medium, Party::Dem)?;
+    let domain = raw_run.domain().clone();
     let over = AtomicBool::new(false);
     std::thread::scope(|scope| {
         scope.spawn(|| answer(medium, &domain, &over));
-        let least = ask(&stage, points);
+        let least = ask(&raw_run, points);
         over.store(true, Ordering::Relaxed);
         least
     })
@@ -52,14 +52,14 @@ fn answer(medium: Medium, domain: &Domain, over: &AtomicBool) -> Result<(), Chan
     Ok(())
 }
 
-fn ask(stage: &RawRun, points: usize) -> Result<Duration, Unmet> {
+fn ask(raw_run: &RawRun, points: usize) -> Result<Duration, Unmet> {
     let start = Instant::now();
     let closed = |name: &&str| name.starts_with("imp/") || name.contains("mpm-dem");
-    while stage.unopened().iter().any(closed) {
+    while raw_run.unopened().iter().any(closed) {
         if start.elapsed() > PATIENCE {
             return Err(broken(
                 "channels of the kit's own",
-                stage.unopened().join(", "),
+                raw_run.unopened().join(", "),
             ));
         }
         std::thread::sleep(NAP);
@@ -69,15 +69,15 @@ fn ask(stage: &RawRun, points: usize) -> Result<Duration, Unmet> {
     let mut least = Duration::MAX;
     for _ in 0..EXCHANGES {
         let sent = Instant::now();
-        stage.send(&message)?;
+        raw_run.send(&message)?;
         wait(
             Patience {
                 nap: NAP,
                 ..Patience::until(PATIENCE)
             },
-            || stage.receive(Kind::Forces).map_err(Unmet::from),
+            || raw_run.receive(Kind::Forces).map_err(Unmet::from),
             |nap| {
-                stage.sleep(Kind::Forces, nap);
+                raw_run.sleep(Kind::Forces, nap);
             },
             || Ok(()),
             |waited| broken("the kit's own echo", format_args!("nothing for {waited:?}")),

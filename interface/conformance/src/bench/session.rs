@@ -66,13 +66,13 @@ impl Bench {
     /// # Errors
     /// [`Unmet::Broken`] when it cannot be started.
     pub fn session(&self) -> Result<Session<'_>, Unmet> {
-        let stage = RawRun::open(self.subject.medium(), self.subject.party)?;
-        let worker = self.subject.start(stage.domain());
+        let raw_run = RawRun::open(self.subject.medium(), self.subject.party)?;
+        let worker = self.subject.start(raw_run.domain());
         let worker = worker.map_err(|e| broken("a solver that starts", e))?;
         self.sessions.set(self.sessions.get() + 1);
         Ok(Session {
             bench: self,
-            stage,
+            raw_run,
             worker,
             number: self.sessions.get(),
         })
@@ -133,7 +133,7 @@ pub enum Reply {
 pub struct Session<'b> {
     bench: &'b Bench,
     /// The coupler's and the peer's ends.
-    pub stage: RawRun,
+    pub raw_run: RawRun,
     worker: Worker,
     number: u32,
 }
@@ -145,7 +145,7 @@ impl Session<'_> {
     /// [`Unmet::Broken`] when the solver takes nothing.
     pub fn send(&mut self, message: &Message) -> Result<(), Unmet> {
         self.note(Way::ToSolver, message);
-        Ok(self.stage.send(message)?)
+        Ok(self.raw_run.send(message)?)
     }
 
     /// Sends a message as it is, without a bell.
@@ -154,7 +154,7 @@ impl Session<'_> {
     /// [`Unmet::Broken`] when the solver takes nothing.
     pub fn send_silently(&mut self, message: &Message) -> Result<(), Unmet> {
         self.note(Way::ToSolver, message);
-        Ok(self.stage.send_silently(message)?)
+        Ok(self.raw_run.send_silently(message)?)
     }
 
     /// Sends an order.
@@ -170,7 +170,7 @@ impl Session<'_> {
     /// # Errors
     /// [`Unmet::Broken`] when the channel does not work.
     pub fn take(&mut self, kind: Kind) -> Result<Option<Message>, Unmet> {
-        let message = self.stage.receive(kind)?;
+        let message = self.raw_run.receive(kind)?;
         if let Some(message) = &message {
             self.note(Way::FromSolver, message);
         }
@@ -188,7 +188,7 @@ impl Session<'_> {
             if message.is_some() || start.elapsed() >= time {
                 return Ok(message);
             }
-            self.stage.sleep(kind, Duration::from_millis(1));
+            self.raw_run.sleep(kind, Duration::from_millis(1));
         }
     }
 
@@ -205,7 +205,7 @@ impl Session<'_> {
             nap: Duration::from_micros(500),
             ..Patience::until(deadline)
         };
-        let message = self.worker.expect(&self.stage, kind, patience);
+        let message = self.worker.expect(&self.raw_run, kind, patience);
         let message = message.map_err(|instead| {
             let expected = format!("{kind:?}");
             match instead {
@@ -352,10 +352,10 @@ impl Drop for Session<'_> {
     fn drop(&mut self) {
         if self.worker.pid().is_none() {
             // A thread cannot be killed: it is told, and sees that the coupler is gone.
-            let _ = self.stage.send(&Message::order(&Order::Abort(
+            let _ = self.raw_run.send(&Message::order(&Order::Abort(
                 "the clause is judged".into(),
             )));
-            self.stage.release();
+            self.raw_run.release();
         }
         self.worker.dismiss();
     }

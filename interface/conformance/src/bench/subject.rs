@@ -96,20 +96,20 @@ impl Worker {
     /// What comes [`Instead`].
     pub fn expect(
         &mut self,
-        stage: &RawRun,
+        raw_run: &RawRun,
         kind: Kind,
         patience: Patience,
     ) -> Result<Message, Instead> {
         let mut ended = None;
         wait(
             patience,
-            || stage.receive(kind).map_err(Instead::Channel),
+            || raw_run.receive(kind).map_err(Instead::Channel),
             |nap| {
-                stage.sleep(kind, nap);
+                raw_run.sleep(kind, nap);
             },
             || {
                 if kind != Kind::Notice
-                    && let Some(notice) = stage.receive(Kind::Notice).map_err(Instead::Channel)?
+                    && let Some(notice) = raw_run.receive(Kind::Notice).map_err(Instead::Channel)?
                 {
                     return Err(Instead::Notice(notice));
                 }

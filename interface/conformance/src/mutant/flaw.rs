@@ -33,16 +33,16 @@ pub struct Flaw {
     /// To what goes to them.
     pub outbound: Pass,
     /// Outside the messages.
-    pub manners: Manners,
+    pub process: ProcessFlaws,
 }
 
-/// What a solver does besides sending and receiving.
+/// Flaws of the solver as a process, besides its messages.
 #[expect(
     clippy::struct_excessive_bools,
-    reason = "each is a bad manner of its own, which one mutant has"
+    reason = "each is the flaw of one mutant"
 )]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Manners {
+pub struct ProcessFlaws {
     /// Exit status after Close, instead of 0.
     pub status_closed: Option<u8>,
     /// Exit status after anything else, instead of 3.
@@ -77,7 +77,7 @@ impl Flaw {
         Self {
             inbound: Box::new(|message| vec![message]),
             outbound: Box::new(|message| vec![message]),
-            manners: Manners::default(),
+            process: ProcessFlaws::default(),
         }
     }
 
@@ -104,7 +104,7 @@ impl Flaw {
         Self {
             inbound: Box::new(move |message| pass.borrow_mut()(message)),
             outbound: Box::new(move |message| other.borrow_mut()(message)),
-            manners: Manners::default(),
+            process: ProcessFlaws::default(),
         }
     }
 
@@ -117,9 +117,9 @@ impl Flaw {
     }
 
     /// Behaves badly.
-    pub fn manners(spoil: impl FnOnce(&mut Manners)) -> Self {
+    pub fn process(spoil: impl FnOnce(&mut ProcessFlaws)) -> Self {
         let mut flaw = Self::none();
-        spoil(&mut flaw.manners);
+        spoil(&mut flaw.process);
         flaw
     }
 
@@ -132,10 +132,10 @@ impl Flaw {
         Self {
             inbound: then(self.inbound, other.inbound),
             outbound: then(self.outbound, other.outbound),
-            manners: if other.manners == Manners::default() {
-                self.manners
+            process: if other.process == ProcessFlaws::default() {
+                self.process
             } else {
-                other.manners
+                other.process
             },
         }
     }

@@ -13,10 +13,10 @@ use interface::session::turns::drive;
 use interface::session::{DemSide, MpmSide};
 use interface::solver::{DemSolver, MpmSolver};
 use interface::transport::domain::Domain;
-use interface::transport::iceoryx::{ROOM, join};
+use interface::transport::iceoryx::{SEND_TIMEOUT, join};
 use interface::transport::raw::Medium;
 
-pub use flaw::{Flaw, Manners, Mutant, Pass, nap_for_many};
+pub use flaw::{Flaw, Mutant, Pass, ProcessFlaws, nap_for_many};
 
 use transport::Flawed;
 
@@ -32,7 +32,7 @@ pub enum Host {
 /// Joins the run of `domain` as the hosted solver with a flaw, and serves until its session is over; returns its exit
 /// status.
 pub fn serve(medium: Medium, domain: &Domain, host: Host, flaw: Flaw) -> u8 {
-    let manners = flaw.manners;
+    let process = flaw.process;
     let served = match host {
         Host::Mpm(make) => {
             let mut solver = make();
@@ -45,12 +45,12 @@ pub fn serve(medium: Medium, domain: &Domain, host: Host, flaw: Flaw) -> u8 {
             through(medium, domain, side, flaw)
         }
     };
-    if manners.removes_the_lock {
+    if process.removes_the_lock {
         let _ = std::fs::remove_file(domain.directory().join("lock"));
     }
     match served {
-        Ok(()) => manners.status_closed.unwrap_or(0),
-        Err(_) => manners.status_failed.unwrap_or(3),
+        Ok(()) => process.status_closed.unwrap_or(0),
+        Err(_) => process.status_failed.unwrap_or(3),
     }
 }
 
@@ -61,7 +61,7 @@ fn through<P: Perform>(
     flaw: Flaw,
 ) -> Result<(), SessionError> {
     let party = side.party();
-    let ends = join(medium, domain, party, &[], ROOM)?;
+    let ends = join(medium, domain, party, &[], SEND_TIMEOUT)?;
     drive(&mut side, &mut Flawed::new(ends, party, flaw));
     side.take_verdict()
 }

@@ -56,7 +56,7 @@ impl Flawed {
 
     /// Takes all that is there, in the order in which it was sent, past the flaw.
     fn look(&mut self) -> Result<(), TransportError> {
-        if self.flaw.manners.waits_for_the_bell && !self.has_rung() {
+        if self.flaw.process.waits_for_the_bell && !self.has_rung() {
             return Ok(());
         }
         loop {
@@ -91,7 +91,7 @@ impl Flawed {
             let channel = Channel::of(self.party, message.kind());
             let records = message.payload.records();
             self.inner.send(channel, &message.header, records)?;
-            if channel.rings() && !self.flaw.manners.rings_no_bell {
+            if channel.rings() && !self.flaw.process.rings_no_bell {
                 self.inner.ring(channel.to());
             }
         }
@@ -101,7 +101,7 @@ impl Flawed {
 
 impl Transport for Flawed {
     fn open_measurement(&mut self) -> Result<(), TransportError> {
-        if self.flaw.manners.opens_late {
+        if self.flaw.process.opens_late {
             return Ok(());
         }
         self.inner.open_measurement()
@@ -122,21 +122,21 @@ impl Transport for Flawed {
             header: *header,
             payload: records.to_payload(),
         };
-        let manners = self.flaw.manners;
+        let process = self.flaw.process;
         match message.as_notice() {
             Ok(Notice::Failed(failure))
-                if manners.waits_for_ever && failure.message.contains("the next grant") =>
+                if process.waits_for_ever && failure.message.contains("the next grant") =>
             {
                 while self.inner.coupler_lives() {
                     std::thread::sleep(NAP);
                 }
             }
-            Ok(Notice::Ready(_)) if manners.opens_late => {
+            Ok(Notice::Ready(_)) if process.opens_late => {
                 self.pass_on(message)?;
                 std::thread::sleep(LATE);
                 self.inner.open_measurement()?;
             }
-            Ok(Notice::Bye) if manners.goes_at_bye => {
+            Ok(Notice::Bye) if process.goes_at_bye => {
                 self.pass_on(message)?;
                 // It takes Close for granted, once the last points have been taken: they are lost with their sender.
                 std::thread::sleep(LATE);
@@ -156,7 +156,7 @@ impl Transport for Flawed {
         if self.coming[kind].is_empty() {
             self.look()?;
         }
-        let sleeps = self.flaw.manners.sleeps_at_once && channel.is_between_solvers();
+        let sleeps = self.flaw.process.sleeps_at_once && channel.is_between_solvers();
         if sleeps && self.coming[kind].is_empty() {
             self.sleep(channel.from(), POLLED_NAP);
             self.look()?;
@@ -177,9 +177,9 @@ impl Transport for Flawed {
     }
 
     fn coupler_lives(&self) -> bool {
-        let manners = self.flaw.manners;
+        let process = self.flaw.process;
         let looks_away =
-            manners.never_looks_up || (manners.never_looks_up_in_a_step && self.in_step);
+            process.never_looks_up || (process.never_looks_up_in_a_step && self.in_step);
         looks_away || self.inner.coupler_lives()
     }
 

@@ -61,38 +61,38 @@ pub fn replay(path: &Path, subject: &Subject, options: &Options) -> Result<Outco
     let end = Playback::verify(path)?;
     let party = subject.party;
     let script = Script::open(path, party)?;
-    let stage = RawRun::open(subject.medium(), party)?;
-    let worker = subject.start(stage.domain());
-    let mut player = Player {
+    let raw_run = RawRun::open(subject.medium(), party)?;
+    let worker = subject.start(raw_run.domain());
+    let mut replay = Replay {
         party,
         set: &options.set,
         script,
-        stage,
+        raw_run,
         worker: worker.map_err(|e| ReplayError::Start(party, e))?,
         comparison: Comparison::new(party, options.tolerance),
         patience: ARRIVAL,
         coupled: false,
         step: 0,
     };
-    let failed_as_recorded = match player.play() {
+    let failed_as_recorded = match replay.run() {
         Ok(()) | Err(Stop::Over | Stop::Diverged) => None,
         Err(Stop::FailedAsRecorded(words)) => Some(words),
         Err(Stop::Error(error)) => return Err(error),
     };
-    let steps = player.step;
+    let steps = replay.step;
     Ok(Outcome {
         steps,
-        comparison: std::mem::take(&mut player.comparison),
+        comparison: std::mem::take(&mut replay.comparison),
         end,
         failed_as_recorded,
     })
 }
 
-struct Player<'a> {
+struct Replay<'a> {
     party: Party,
     set: &'a [String],
     script: Script,
-    stage: RawRun,
+    raw_run: RawRun,
     worker: Worker,
     comparison: Comparison,
     /// Longest wait for an answer within a step.
@@ -102,8 +102,8 @@ struct Player<'a> {
     step: u64,
 }
 
-impl Player<'_> {
-    fn play(&mut self) -> Result<(), Stop> {
+impl Replay<'_> {
+    fn run(&mut self) -> Result<(), Stop> {
         let hello = self.await_notice(ARRIVAL)?;
         if !matches!(hello, Notice::Hello(_)) {
             return Err(self.solver(format!("{hello:?} instead of Hello")));
@@ -122,7 +122,7 @@ impl Player<'_> {
                         ..grant
                     };
                     let header = message.header;
-                    self.stage
+                    self.raw_run
                         .send(&Message::new(header, Payload::Grant(vec![unsaved])))?;
                     self.window(&grant)?;
                 }
@@ -130,7 +130,7 @@ impl Player<'_> {
                     Order::Configure(order) => self.configure(order)?,
                     Order::Drain => self.drain(&message)?,
                     Order::Close => {
-                        self.stage.send(&message)?;
+                        self.raw_run.send(&message)?;
                         return self.await_end();
                     }
                     // The recorded run ended here, because of the other side or of the coupler.
@@ -153,12 +153,12 @@ impl Player<'_> {
         self.patience = deadline + Duration::from_secs(1);
         let restores = order.restore;
         let order = Message::order(&Order::Configure(order));
-        self.stage.send(&order)?;
+        self.raw_run.send(&order)?;
         // The run began with the state of another one.
         let mut more = restores;
         while more {
             let piece = self.recorded(Kind::Restore)?;
-            self.stage.send(&piece)?;
+            self.raw_run.send(&piece)?;
             more = piece.header.flags & flags::LAST == 0;
         }
         let reply = self.await_notice(CONFIGURATION)?;
@@ -233,9 +233,9 @@ impl Player<'_> {
             if set {
                 let set = self.recorded(Kind::Set)?;
                 self.comparison.take_set(&set);
-                self.stage.send(&set)?;
+                self.raw_run.send(&set)?;
             }
-            self.stage.send(&states)?;
+            self.raw_run.send(&states)?;
             if let Some(kind) = answer {
                 let recorded = self.recorded(kind)?;
                 let replayed = self.await_message(kind, self.patience)?;
@@ -249,14 +249,14 @@ impl Player<'_> {
             self.compare(&states, &replayed)?;
             if let Some(kind) = answer {
                 let recorded = self.recorded(kind)?;
-                self.stage.send(&recorded)?;
+                self.raw_run.send(&recorded)?;
             }
         }
         Ok(answer == Some(Kind::Forces))
     }
 
     fn drain(&mut self, order: &Message) -> Result<(), Stop> {
-        self.stage.send(order)?;
+        self.raw_run.send(order)?;
         let recorded = self.recorded(Kind::Notice)?;
         let bye = self.await_notice(CONFIGURATION)?;
         if recorded.as_notice().as_ref() != Ok(&bye) {
@@ -326,7 +326,7 @@ impl Player<'_> {
     /// A message that has been sent before another one that has arrived.
     fn compare_sent(&mut self, kind: Kind) -> Result<(), Stop> {
         let recorded = self.recorded(kind)?;
-        let Some(replayed) = self.stage.receive(kind)? else {
+        let Some(replayed) = self.raw_run.receive(kind)? else {
             return Err(self.solver(format!("no {kind:?} before what follows them")));
         };
         self.compare(&recorded, &replayed)
@@ -349,7 +349,7 @@ impl Player<'_> {
 
     fn await_message(&mut self, kind: Kind, patience: Duration) -> Result<Message, Stop> {
         let patience = Patience::until(patience);
-        match self.worker.expect(&self.stage, kind, patience) {
+        match self.worker.expect(&self.raw_run, kind, patience) {
             Ok(message) => Ok(message),
             Err(Instead::Channel(error)) => Err(error.into()),
             Err(Instead::End(how)) => Err(self.solver(how)),
@@ -393,14 +393,14 @@ impl Player<'_> {
     }
 }
 
-impl Drop for Player<'_> {
+impl Drop for Replay<'_> {
     fn drop(&mut self) {
         // One that still runs is told; one that does not listen sees that its coupler is gone.
         let over = Order::Abort("the replay is over".into());
         if self.worker.ended().is_none() {
-            let _ = self.stage.send(&Message::order(&over));
+            let _ = self.raw_run.send(&Message::order(&over));
         }
-        self.stage.release();
+        self.raw_run.release();
         self.worker.dismiss();
     }
 }

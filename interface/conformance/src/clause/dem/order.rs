@@ -225,16 +225,16 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must("B-3a", "finds states though no bell rang", no_bell)
         .mutant("trusts the bell", || {
-            Flaw::manners(|m| m.waits_for_the_bell = true)
+            Flaw::process(|m| m.waits_for_the_bell = true)
         }),
     Clause::should("B-2a", "rings after what it sends", rings).mutant("rings no bell", || {
-        Flaw::manners(|m| m.rings_no_bell = true)
+        Flaw::process(|m| m.rings_no_bell = true)
     }),
     Clause::must("B-4a", shared::POLLS, polls)
         .needs(&[capability::POLLS])
         .after(&["B-3a", "B-2a"])
         .mutant("sleeps at once", || {
-            Flaw::manners(|m| m.sleeps_at_once = true)
+            Flaw::process(|m| m.sleeps_at_once = true)
         }),
     Clause::must(
         "C-1a",
@@ -458,11 +458,11 @@ fn rings(bench: &Bench) -> Judgement {
     play.grant(1e-5, 1, false)?;
     // What rang before is over.
     for kind in [Kind::Forces, Kind::Report] {
-        play.session.stage.sleep(kind, Duration::ZERO);
+        play.session.raw_run.sleep(kind, Duration::ZERO);
     }
     play.send_states(&points.states)?;
     for kind in [Kind::Forces, Kind::Report] {
-        let rung = play.session.stage.sleep(kind, Duration::from_millis(500));
+        let rung = play.session.raw_run.sleep(kind, Duration::from_millis(500));
         require(
             rung > 0,
             format_args!("a ring with {kind:?}"),

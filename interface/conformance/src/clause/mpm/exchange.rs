@@ -25,7 +25,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("B-4a", shared::POLLS, polls)
         .needs(&[capability::POLLS])
         .mutant("sleeps at once", || {
-            Flaw::manners(|m| m.sleeps_at_once = true)
+            Flaw::process(|m| m.sleeps_at_once = true)
         }),
     Clause::must("G-9b", "sends one message of states in a step", once).mutant(
         "sends empty states twice",

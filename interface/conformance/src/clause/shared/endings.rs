@@ -52,7 +52,7 @@ pub const CLAUSES: &[Clause] = &[
         orphan(Run::begun(bench)?)
     })
     .mutant("does not look whether its coupler lives", || {
-        Flaw::manners(|m| m.never_looks_up = true)
+        Flaw::process(|m| m.never_looks_up = true)
     }),
     Clause::must(
         "X-3b",
@@ -62,7 +62,7 @@ pub const CLAUSES: &[Clause] = &[
     .after(&["X-3a"])
     .mutant(
         "does not look whether its coupler lives within a step",
-        || Flaw::manners(|m| m.never_looks_up_in_a_step = true),
+        || Flaw::process(|m| m.never_looks_up_in_a_step = true),
     ),
     Clause::must(
         "S-11a",
@@ -82,10 +82,10 @@ pub const CLAUSES: &[Clause] = &[
     )
     .after(&["S-11a"])
     .mutant("waits for the coupler for ever", || {
-        Flaw::manners(|m| m.waits_for_ever = true)
+        Flaw::process(|m| m.waits_for_ever = true)
     }),
     Clause::must("D-2a", "lives until Close", lives_till_close)
-        .mutant("goes after Bye", || Flaw::manners(|m| m.goes_at_bye = true)),
+        .mutant("goes after Bye", || Flaw::process(|m| m.goes_at_bye = true)),
     Clause::must("X-1a", "a failure names clause and step", named)
         .after(&["G-2a"])
         .mutant("does not say which clause", || {
@@ -96,12 +96,12 @@ pub const CLAUSES: &[Clause] = &[
     })
     .of_processes()
     .mutant("ends with status 1", || {
-        Flaw::manners(|m| m.status_closed = Some(1))
+        Flaw::process(|m| m.status_closed = Some(1))
     }),
     Clause::must("X-2b", "ends with status 3 after a failure", failed)
         .of_processes()
         .mutant("ends with status 0 though it failed", || {
-            Flaw::manners(|m| m.status_failed = Some(0))
+            Flaw::process(|m| m.status_failed = Some(0))
         }),
     Clause::must(
         "X-2c",
@@ -110,17 +110,17 @@ pub const CLAUSES: &[Clause] = &[
     )
     .of_processes()
     .mutant("ends with status 0 though there is nothing to join", || {
-        Flaw::manners(|m| m.status_unjoined = Some(0))
+        Flaw::process(|m| m.status_unjoined = Some(0))
     }),
     Clause::must("X-5a", "goes on after Ctrl-C", interrupted)
         .of_processes()
         .mutant("ends on Ctrl-C", || {
-            Flaw::manners(|m| m.ends_on_interrupt = true)
+            Flaw::process(|m| m.ends_on_interrupt = true)
         }),
     Clause::must("O-6a", "removes nothing of the run's", removes_nothing)
         .of_processes()
         .mutant("removes the run's lock", || {
-            Flaw::manners(|m| m.removes_the_lock = true)
+            Flaw::process(|m| m.removes_the_lock = true)
         }),
 ];
 
@@ -164,7 +164,7 @@ fn silent(bench: &Bench) -> Judgement {
 
 fn orphan(run: Run) -> Judgement {
     let session = run.into_lead().session;
-    session.stage.release();
+    session.raw_run.release();
     ends(session)
 }
 
@@ -297,7 +297,7 @@ fn interrupted(bench: &Bench) -> Judgement {
 
 fn removes_nothing(bench: &Bench) -> Judgement {
     let mut session = Run::begun(bench)?.into_lead().closed()?;
-    let run = session.stage.domain().directory().to_path_buf();
+    let run = session.raw_run.domain().directory().to_path_buf();
     let end = session.end(SOON);
     end.ok_or_else(|| {
         broken(

@@ -62,7 +62,7 @@ pub const CLAUSES: &[Clause] = &[
         opened,
     )
     .mutant("opens a channel only after Ready", || {
-        Flaw::manners(|m| m.opens_late = true)
+        Flaw::process(|m| m.opens_late = true)
     }),
     Clause::must(
         "S-2b",
@@ -235,7 +235,7 @@ fn opened(bench: &Bench) -> Judgement {
         let line = ["orders", "notices", "grants", "reports", "coupler"];
         line.iter().any(|part| name.contains(part))
     };
-    let unopened = session.stage.unopened();
+    let unopened = session.raw_run.unopened();
     let missing: Vec<&str> = unopened.into_iter().filter(of_line).collect();
     require(
         missing.is_empty(),
@@ -249,7 +249,7 @@ fn opened(bench: &Bench) -> Judgement {
         Some("contacts") => bench.takes("contacts"),
         _ => true,
     };
-    let unopened = session.stage.unopened();
+    let unopened = session.raw_run.unopened();
     let missing: Vec<&str> = unopened.into_iter().filter(asked).collect();
     require(
         missing.is_empty(),

@@ -1,7 +1,7 @@
 //! The decisions of a run: the configuration of each solver, the next steps, and what is recorded of the reports.
 
 mod branch;
-mod keep;
+mod checkpoints;
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -17,14 +17,14 @@ use interface::session::{Stop, Supervisor};
 
 use crate::record::background::Mark;
 use crate::record::course::Course;
-use crate::record::frames::{Frames, Instant as FrameInstant, Listed, Told};
+use crate::record::frames::{Frames, Instant as FrameInstant, Listed, ReportedFields};
 use crate::record::history::History;
 use crate::record::progress::{self, Progress};
 use crate::record::quantity::{Books, Measured, Sample};
 use crate::record::rundir::{RunDir, RunDirError};
 use crate::record::summary::state_hash;
 use crate::run::account::Account;
-use crate::run::checkpoint::keeper::Keeper;
+use crate::run::checkpoint::writer::CheckpointWriter;
 use crate::run::checkpoint::{Checkpoint, CouplerState, Origin, Phase, UnderWay};
 use crate::run::disk::Disk;
 use crate::run::failure::RunError;
@@ -32,7 +32,7 @@ use crate::run::launch::Processes;
 use crate::run::options::{RunOptions, Solvers};
 use crate::run::pace::{Collapsed, Epoch};
 use crate::run::pause::Pauses;
-use crate::run::room::{REMOVED, Reach};
+use crate::run::resources::{REMOVED, SharedMemory};
 use crate::run::stability::{Bound, Budgets, Sides, Stability};
 use crate::scene::{Scene, unmet};
 
@@ -63,7 +63,7 @@ pub(crate) struct Run<'a> {
     /// What the run may have to wait for.
     pub(crate) disk: Disk,
     /// Through which solvers that are processes arrive.
-    pub(crate) reach: Option<Reach>,
+    pub(crate) shared_memory: Option<SharedMemory>,
     /// Where everything that crosses is noted.
     pub(crate) tape: Option<Tape>,
     parties: Vec<Party>,
@@ -71,7 +71,7 @@ pub(crate) struct Run<'a> {
     course: Course,
     frames: Option<Frames>,
     /// What the solvers tell for frames besides where things are.
-    told: Told,
+    reported: ReportedFields,
     progress: Progress,
     stability: Option<Stability>,
     sides: Sides,
@@ -87,7 +87,7 @@ pub(crate) struct Run<'a> {
     /// the end is there, and known to both sides, before anything is computed.
     touches: u64,
     /// Keeps checkpoints, if all solvers can save.
-    keeper: Option<Keeper>,
+    checkpoints: Option<CheckpointWriter>,
     /// The coupler's own state at a checkpoint whose window is under way.
     pending: Option<(CouplerState, Vec<Mark>)>,
     /// It is one that is kept for other scenes.
@@ -177,13 +177,13 @@ impl<'a> Run<'a> {
             processes: Processes::new(dir.clone(), options.screen.clone()),
             pauses: Pauses::new(options.patience),
             disk: Disk::default(),
-            reach: None,
+            shared_memory: None,
             tape: None,
             parties,
             history,
             course,
             frames,
-            told: Told::default(),
+            reported: ReportedFields::default(),
             progress: Progress::new(scene.time.end, options.progress, options.screen.clone()),
             stability: None,
             sides: Sides::default(),
@@ -197,7 +197,7 @@ impl<'a> Run<'a> {
                 Solvers::Processes { .. } if scene.mpm.is_some() => flags::FRAME,
                 _ => 0,
             },
-            keeper: None,
+            checkpoints: None,
             pending: None,
             kept: false,
             last_asked: false,
@@ -219,19 +219,19 @@ impl<'a> Run<'a> {
     }
 
     /// The session has ended so; finishes what is written meanwhile.
-    pub(crate) fn end(mut self, led: Result<(), RunError>) -> Result<(), RunError> {
+    pub(crate) fn end(mut self, outcome: Result<(), RunError>) -> Result<(), RunError> {
         self.progress.finish();
         let flushed = self.history.finish().and(self.course.finish());
         let framed = self.frames.as_mut().map_or(Ok(()), Frames::finish);
         // A checkpoint waits for the frames that it lists.
         self.frames = None;
-        if let Some(keeper) = &mut self.keeper {
-            keeper.finish();
+        if let Some(checkpoints) = &mut self.checkpoints {
+            checkpoints.finish();
         }
         // What the run itself has found comes first: the session ended because of it.
         let ended = match self.failure.take() {
             Some(failure) => Err(failure),
-            None => led,
+            None => outcome,
         };
         if let Err(error) = &ended {
             let words = error.party().and_then(|who| {
@@ -315,7 +315,7 @@ impl<'a> Run<'a> {
             }
         }
         self.account.balance.keeps_stress_work = coupler.can(Party::Mpm, STRESS_WORK);
-        self.told = Told::by(self.scene.mpm.as_ref(), |party, capability| {
+        self.reported = ReportedFields::by(self.scene.mpm.as_ref(), |party, capability| {
             coupler.can(party, capability)
         });
         let [mpm, dem] = [Party::Mpm, Party::Dem].map(|party| coupler.readiness(party));
@@ -331,7 +331,10 @@ impl<'a> Run<'a> {
     fn is_behind(&self) -> bool {
         self.history.behind().max(self.course.behind()) > BEHIND
             || self.frames.as_ref().is_some_and(Frames::is_behind)
-            || self.keeper.as_ref().is_some_and(Keeper::is_behind)
+            || self
+                .checkpoints
+                .as_ref()
+                .is_some_and(CheckpointWriter::is_behind)
             || self.tape.as_ref().is_some_and(Tape::is_behind)
     }
 
@@ -422,7 +425,7 @@ impl<'a> Run<'a> {
 
     /// Interrupted, and the last checkpoint has been asked for where there are any.
     fn ends_early(&mut self) -> bool {
-        self.interrupted() && (self.last_asked || self.keeper.is_none())
+        self.interrupted() && (self.last_asked || self.checkpoints.is_none())
     }
 
     fn interrupted(&mut self) -> bool {
@@ -558,14 +561,14 @@ impl<'a> Run<'a> {
                 time,
                 points: std::mem::take(&mut round.points),
                 bodies: round.bodies.clone(),
-                plastic_strain: self.told.plastic_strain.clone(),
-                contacts: self.told.contacts.then(|| round.contacts.clone()),
+                plastic_strain: self.reported.plastic_strain.clone(),
+                contacts: self.reported.contacts.then(|| round.contacts.clone()),
             })?;
         }
         let residual = account.balance.residual_relative();
         // Sums of numbers that are finite each can still be beyond all bounds.
         if residual > BLOW_UP || !residual.is_finite() {
-            // The opening and the closing step have no length: the one that led here is the last that had.
+            // The opening and the closing step have no length: the one that outcome here is the last that had.
             let (dt, bound) = account.pace.last().unwrap_or((epoch.dt, epoch.bound));
             return Err(RunError::BlowUp {
                 time,
@@ -646,7 +649,12 @@ impl Supervisor for Run<'_> {
     /// Before the first step there is nothing to drain yet, so an interrupt ends the session. Later it ends in order, but
     /// not with a solver that something has stopped (D16).
     fn interrupted(&mut self, arriving: bool) -> Option<Stop> {
-        if arriving && self.reach.as_mut().is_some_and(Reach::is_lost) {
+        if arriving
+            && self
+                .shared_memory
+                .as_mut()
+                .is_some_and(SharedMemory::is_lost)
+        {
             self.failure = Some(RunError::SharedMemory {
                 error: SessionError::Aborted("the solvers cannot be reached".into()),
                 cause: REMOVED.into(),

@@ -19,9 +19,9 @@ use crate::scene::CheckpointPlan;
 /// Checkpoints that stay besides those for other scenes: the newest, and the one before.
 const KEPT: usize = 2;
 
-/// Keeps the checkpoints of a run.
+/// Writes the checkpoints of a run.
 #[derive(Debug)]
-pub(crate) struct Keeper {
+pub(crate) struct CheckpointWriter {
     plan: CheckpointPlan,
     /// When the last one was taken: wall time, and simulated time in s.
     last: (Instant, f64),
@@ -31,12 +31,12 @@ pub(crate) struct Keeper {
     writer: Option<JoinHandle<()>>,
 }
 
-impl Keeper {
-    /// Keeps checkpoints in `dir` from the simulated time `time` (s) on. `tape` is where the run is recorded.
+impl CheckpointWriter {
+    /// Writes checkpoints to `dir` from the simulated time `time` (s) on. `tape` is where the run is recorded.
     pub fn begin(plan: CheckpointPlan, dir: &RunDir, time: f64, tape: Option<Tape>) -> Self {
         let busy = Arc::new(AtomicUsize::new(0));
         let (queue, taken) = channel();
-        let writer = Writer {
+        let writer = WriterThread {
             dir: dir.clone(),
             tape,
             busy: busy.clone(),
@@ -88,7 +88,7 @@ impl Keeper {
     }
 }
 
-impl Drop for Keeper {
+impl Drop for CheckpointWriter {
     fn drop(&mut self) {
         self.finish();
     }
@@ -98,13 +98,13 @@ impl Drop for Keeper {
 type Taken = (Box<Checkpoint>, Vec<Mark>);
 
 /// The writer's side.
-struct Writer {
+struct WriterThread {
     dir: RunDir,
     tape: Option<Tape>,
     busy: Arc<AtomicUsize>,
 }
 
-impl Writer {
+impl WriterThread {
     /// A checkpoint that cannot be written is no reason to end a run: the next one may be.
     fn write_all(self, taken: &Receiver<Taken>) {
         let mut synced = 0;

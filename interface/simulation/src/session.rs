@@ -1,4 +1,4 @@
-//! Plays one session: decides whose turn it is, and keeps what each party says at its end.
+//! Runs one session: decides whose turn it is, and keeps the verdict of each party.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -17,7 +17,7 @@ use interface::step::Clock;
 
 use crate::fault::Fault;
 use crate::fault::{SECOND, Time};
-use crate::world::{Breach, Ends, Stopped, World, number};
+use crate::host::{Ends, SimulatedHost, Stopped, Violation, number};
 
 /// Longest sleep before looking again (clause B-3).
 const NAP: Time = SECOND / 100;
@@ -35,7 +35,7 @@ pub type Pair = (Box<dyn MpmSolver>, Box<dyn DemSolver>);
 
 /// The solvers of a session.
 #[derive(Clone, Copy)]
-pub struct Cast {
+pub struct SolverPair {
     /// Their name.
     pub name: &'static str,
     /// Configurations of the continuum and of the bodies, as they are sent.
@@ -43,16 +43,16 @@ pub struct Cast {
     /// Groups and bodies of a measurement.
     pub measured: [usize; 2],
     /// The solvers for a plan.
-    pub solvers: fn(&Plan) -> Pair,
+    pub build: fn(&Plan) -> Pair,
 }
 
-impl std::fmt::Debug for Cast {
+impl std::fmt::Debug for SolverPair {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(self.name)
     }
 }
 
-impl PartialEq for Cast {
+impl PartialEq for SolverPair {
     fn eq(&self, other: &Self) -> bool {
         self.name == other.name
     }
@@ -61,8 +61,8 @@ impl PartialEq for Cast {
 /// What a session is about.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// Between whom.
-    pub cast: Cast,
+    /// Its solvers.
+    pub solvers: SolverPair,
     /// Points of the toy continuum.
     pub points: usize,
     /// Steps between the opening and the closing one.
@@ -90,18 +90,18 @@ pub struct Checkpoint {
     damping: f64,
 }
 
-/// What a session came to.
+/// The outcome of a session.
 #[derive(Debug)]
-pub struct Played {
+pub struct SessionOutcome {
     /// Verdicts of the coupler, the continuum and the bodies, and when; `None` of the dead and the frozen.
     pub verdicts: [Option<(Result<(), SessionError>, Time)>; 3],
     /// Points and bodies at the end, if it was reached.
     pub finals: Option<(Vec<PointState>, Vec<BodyState>)>,
     /// The last checkpoint.
     pub checkpoint: Option<Checkpoint>,
-    /// What has happened that must not.
-    pub breaches: Vec<Breach>,
-    /// Faults that have struck, and when.
+    /// Rules that were broken.
+    pub violations: Vec<Violation>,
+    /// Faults that have occurred, and when.
     pub struck: Vec<(Fault, Time)>,
     /// First steps that are not done, when the first fault struck: of the coupler's books, the continuum, the bodies.
     pub steps: [u64; 3],
@@ -109,11 +109,11 @@ pub struct Played {
     pub events: u64,
 }
 
-/// Leads a toy session.
-struct Toy<'a> {
+/// The supervisor of a toy session.
+struct ToySupervisor<'a> {
     plan: &'a Plan,
     configs: [String; 2],
-    world: Rc<RefCell<World>>,
+    host: Rc<RefCell<SimulatedHost>>,
     clock: Clock,
     epoch: u64,
     dt: f64,
@@ -127,7 +127,7 @@ struct Toy<'a> {
     seen: Option<Party>,
 }
 
-impl Toy<'_> {
+impl ToySupervisor<'_> {
     fn configure(&mut self) -> Decision {
         let part = |i: usize| Part {
             configure: Configure {
@@ -138,7 +138,7 @@ impl Toy<'_> {
                 restore: false,
                 other_polls: false,
             },
-            measured: self.plan.cast.measured[i],
+            measured: self.plan.solvers.measured[i],
             restore: self.from.as_ref().map(|from| from.states[i].clone()),
         };
         Decision::Configure(vec![part(0), part(1)])
@@ -204,7 +204,7 @@ impl Toy<'_> {
             for (state, party) in pending.states.iter_mut().zip([Party::Mpm, Party::Dem]) {
                 match coupler.take_saved(party) {
                     Some(saved) => *state = saved,
-                    None => self.breach(format!("no saved state of the {party}")),
+                    None => self.violation(format!("no saved state of the {party}")),
                 }
             }
             self.checkpoint = Some(pending);
@@ -225,12 +225,12 @@ impl Toy<'_> {
         }
     }
 
-    fn breach(&self, what: String) {
-        self.world.borrow_mut().breaches.push(Breach(what));
+    fn violation(&self, what: String) {
+        self.host.borrow_mut().violations.push(Violation(what));
     }
 }
 
-impl Supervisor for Toy<'_> {
+impl Supervisor for ToySupervisor<'_> {
     fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop> {
         Ok(match question {
             Question::Configure => self.configure(),
@@ -250,10 +250,10 @@ impl Supervisor for Toy<'_> {
     }
 
     fn gone(&mut self) -> Option<(Party, String)> {
-        let world = self.world.borrow();
+        let host = self.host.borrow();
         let ended = |party: &Party| {
             let n = number(*party);
-            world.stopped[n] == Stopped::Dead || world.ended[n]
+            host.stopped[n] == Stopped::Dead || host.ended[n]
         };
         let gone = [Party::Mpm, Party::Dem].into_iter().find(ended)?;
         // Told at the second look: what was said before the end has been looked for in between.
@@ -265,9 +265,9 @@ impl Supervisor for Toy<'_> {
     }
 }
 
-/// What a party of the play is doing.
+/// What a party is doing.
 #[derive(Debug, Clone, Copy, PartialEq)]
-enum Doing {
+enum Activity {
     /// It gets a turn then.
     Ready(Time),
     /// It waits since then, and looks again then.
@@ -280,14 +280,14 @@ enum Doing {
     Ended,
 }
 
-/// Plays a session of `plan` on `world`, from a checkpoint if one is given.
-pub fn play(plan: &Plan, world: World, from: Option<&Checkpoint>) -> Played {
-    let world = Rc::new(RefCell::new(world));
-    let (mut continuum, mut bodies) = (plan.cast.solvers)(plan);
-    let mut toy = Toy {
+/// Runs a session of `plan` on `host`, from a checkpoint if one is given.
+pub fn run(plan: &Plan, host: SimulatedHost, from: Option<&Checkpoint>) -> SessionOutcome {
+    let host = Rc::new(RefCell::new(host));
+    let (mut continuum, mut bodies) = (plan.solvers.build)(plan);
+    let mut toy = ToySupervisor {
         plan,
-        configs: (plan.cast.configs)(),
-        world: world.clone(),
+        configs: (plan.solvers.configs)(),
+        host: host.clone(),
         clock: from.and_then(|c| c.clock).unwrap_or(Clock::new(0.0)),
         epoch: from.map_or(0, |c| c.epoch),
         dt: from
@@ -301,101 +301,101 @@ pub fn play(plan: &Plan, world: World, from: Option<&Checkpoint>) -> Played {
         finals: None,
         seen: None,
     };
-    let mut leader = CouplerSide::new(&[Party::Mpm, Party::Dem], &mut toy);
+    let mut coupler = CouplerSide::new(&[Party::Mpm, Party::Dem], &mut toy);
     let mut mpm = MpmSide::new(&mut *continuum, Clocked::Shared);
     let mut dem = DemSide::new(&mut *bodies, Clocked::Shared);
-    let mut stage = Schedule::new(&world);
-    stage.run(&mut leader, &mut mpm, &mut dem);
-    let (doing, ended, steps) = (stage.doing, stage.ended, stage.steps);
-    let over = [0, 1, 2].map(|n| doing[n] == Doing::Ended);
+    let mut schedule = Schedule::new(&host);
+    schedule.run(&mut coupler, &mut mpm, &mut dem);
+    let (doing, ended, steps) = (schedule.doing, schedule.ended, schedule.steps);
+    let over = [0, 1, 2].map(|n| doing[n] == Activity::Ended);
     let verdicts = [
-        over[0].then(|| (leader.take_verdict(), ended[0])),
+        over[0].then(|| (coupler.take_verdict(), ended[0])),
         over[1].then(|| (mpm.take_verdict(), ended[1])),
         over[2].then(|| (dem.take_verdict(), ended[2])),
     ];
-    drop(leader);
-    let world = world.borrow();
-    Played {
+    drop(coupler);
+    let host = host.borrow();
+    SessionOutcome {
         verdicts,
         finals: toy.finals.take(),
         checkpoint: toy.checkpoint.take(),
-        breaches: world.breaches.clone(),
-        struck: world.struck.clone(),
+        violations: host.violations.clone(),
+        struck: host.struck.clone(),
         steps,
-        events: world.events.iter().sum(),
+        events: host.events.iter().sum(),
     }
 }
 
 /// Whose turn it is.
 struct Schedule<'w> {
-    world: &'w Rc<RefCell<World>>,
-    doing: [Doing; 3],
+    host: &'w Rc<RefCell<SimulatedHost>>,
+    doing: [Activity; 3],
     ended: [Time; 3],
     steps: [u64; 3],
     noted: bool,
 }
 
 impl<'w> Schedule<'w> {
-    fn new(world: &'w Rc<RefCell<World>>) -> Self {
+    fn new(host: &'w Rc<RefCell<SimulatedHost>>) -> Self {
         let mut first = [0; 3];
         {
-            let mut world = world.borrow_mut();
+            let mut host = host.borrow_mut();
             for time in &mut first {
-                *time = (world.random.unit() * 1e6) as Time;
+                *time = (host.random.unit() * 1e6) as Time;
             }
         }
         Self {
-            world,
-            doing: first.map(Doing::Ready),
+            host,
+            doing: first.map(Activity::Ready),
             ended: [0; 3],
             steps: [0; 3],
             noted: false,
         }
     }
 
-    fn run(&mut self, leader: &mut CouplerSide<'_>, mpm: &mut MpmSide<'_>, dem: &mut DemSide<'_>) {
+    fn run(&mut self, coupler: &mut CouplerSide<'_>, mpm: &mut MpmSide<'_>, dem: &mut DemSide<'_>) {
         loop {
-            self.kill_what_stays(matches!(leader.coupler().verdict(), Some(Err(_))));
+            self.kill_remaining(matches!(coupler.coupler().verdict(), Some(Err(_))));
             let Some((n, at)) = self.next() else {
                 return;
             };
             if at > HANG {
                 let who = Party::ALL[n];
                 let doing = format!("the {who} hangs: {:?}", self.doing[n]);
-                self.world.borrow_mut().breaches.push(Breach(doing));
+                self.host.borrow_mut().violations.push(Violation(doing));
                 return;
             }
             {
-                let mut world = self.world.borrow_mut();
-                world.now = world.now.max(at);
+                let mut host = self.host.borrow_mut();
+                host.now = host.now.max(at);
             }
             match n {
-                0 => self.turn(n, leader),
+                0 => self.turn(n, coupler),
                 1 => self.turn(n, mpm),
                 _ => self.turn(n, dem),
             }
-            if !self.noted && !self.world.borrow().struck.is_empty() {
+            if !self.noted && !self.host.borrow().struck.is_empty() {
                 self.noted = true;
-                let told = |party| leader.coupler().step_of(party);
+                let told = |party| coupler.coupler().step_of(party);
                 let told = told(Party::Mpm).min(told(Party::Dem));
                 self.steps = [told, mpm.step(), dem.step()];
             }
         }
     }
 
-    /// The coupler sees its solvers off when its session is over; so does the world when the coupler is dead.
-    fn kill_what_stays(&mut self, failed: bool) {
-        let mut world = self.world.borrow_mut();
-        if self.doing[0] == Doing::Ended {
+    /// The coupler ends its solvers when its session is over; the host does when the coupler is dead.
+    fn kill_remaining(&mut self, failed: bool) {
+        let mut host = self.host.borrow_mut();
+        if self.doing[0] == Activity::Ended {
             let late = self.ended[0] + GRACE;
             // After a failure the lock is released at once: one that missed the Abort looks for it (S-7).
-            world.coupler_gone |= failed || world.now > late;
+            host.coupler_gone |= failed || host.now > late;
             for n in [1, 2] {
-                if self.doing[n] != Doing::Ended && world.stopped[n] != Stopped::Dead {
-                    let frozen = world.stopped[n] == Stopped::Frozen
-                        || matches!(world.stopped[n], Stopped::Until(t) if t > late);
+                if self.doing[n] != Activity::Ended && host.stopped[n] != Stopped::Dead {
+                    let frozen = host.stopped[n] == Stopped::Frozen
+                        || matches!(host.stopped[n], Stopped::Until(t) if t > late);
                     if frozen {
-                        world.stopped[n] = Stopped::Dead;
+                        host.stopped[n] = Stopped::Dead;
                     }
                 }
             }
@@ -404,19 +404,19 @@ impl<'w> Schedule<'w> {
 
     /// Who is next, and when.
     fn next(&self) -> Option<(usize, Time)> {
-        let world = self.world.borrow();
+        let host = self.host.borrow();
         let mut best: Option<(usize, Time)> = None;
         for n in 0..3 {
             let at = match self.doing[n] {
-                Doing::Ready(at) => at,
-                Doing::Waiting { until, wait, since } => {
+                Activity::Ready(at) => at,
+                Activity::Waiting { until, wait, since } => {
                     let deadline = since.saturating_add(wait.at_most.as_nanos() as Time);
                     // A bell wakes; so does a message that comes while the party still polls, before its first nap.
-                    until.min(world.wake[n]).min(deadline.max(world.now))
+                    until.min(host.wake[n]).min(deadline.max(host.now))
                 }
-                Doing::Ended => continue,
+                Activity::Ended => continue,
             };
-            let at = match world.stopped[n] {
+            let at = match host.stopped[n] {
                 Stopped::No => at,
                 Stopped::Until(thaw) => at.max(thaw),
                 Stopped::Frozen | Stopped::Dead => continue,
@@ -432,58 +432,58 @@ impl<'w> Schedule<'w> {
         let who = Party::ALL[n];
         let mut ends = Ends {
             party: who,
-            world: self.world.clone(),
+            host: self.host.clone(),
         };
         let (now, waited) = {
-            let mut world = self.world.borrow_mut();
-            let waiting = matches!(self.doing[n], Doing::Waiting { .. });
-            if let Stopped::Until(thaw) = world.stopped[n]
-                && thaw <= world.now
+            let mut host = self.host.borrow_mut();
+            let waiting = matches!(self.doing[n], Activity::Waiting { .. });
+            if let Stopped::Until(thaw) = host.stopped[n]
+                && thaw <= host.now
             {
-                world.stopped[n] = Stopped::No;
+                host.stopped[n] = Stopped::No;
             }
             if !waiting {
-                world.event(who, false);
-                if world.stopped[n] != Stopped::No {
+                host.event(who, false);
+                if host.stopped[n] != Stopped::No {
                     return;
                 }
             }
-            if world.wake[n] <= world.now {
-                world.wake[n] = Time::MAX;
+            if host.wake[n] <= host.now {
+                host.wake[n] = Time::MAX;
             }
-            (world.now, waiting)
+            (host.now, waiting)
         };
         let turn = party.turn(&mut ends);
-        let mut world = self.world.borrow_mut();
-        let cost = 1 + (world.random.unit() * TURN) as Time;
-        let soon = world.now + cost;
+        let mut host = self.host.borrow_mut();
+        let cost = 1 + (host.random.unit() * TURN) as Time;
+        let soon = host.now + cost;
         self.doing[n] = match (turn, self.doing[n]) {
             (Turn::Ended, _) => {
-                self.ended[n] = world.now;
-                world.ended[n] = true;
-                Doing::Ended
+                self.ended[n] = host.now;
+                host.ended[n] = true;
+                Activity::Ended
             }
-            (Turn::Went, _) => Doing::Ready(soon),
+            (Turn::Went, _) => Activity::Ready(soon),
             (
                 Turn::Waits(wait),
-                Doing::Waiting {
+                Activity::Waiting {
                     wait: before,
                     since,
                     until,
                 },
             ) if wait == before => {
                 let deadline = since + wait.at_most.as_nanos() as Time;
-                drop(world);
+                drop(host);
                 if now >= deadline {
                     party.expire(Duration::from_nanos(now - since));
-                    self.doing[n] = Doing::Ready(soon);
+                    self.doing[n] = Activity::Ready(soon);
                     return;
                 }
                 let up = waited && now >= until && party.look_up(&mut ends);
                 self.doing[n] = if up {
-                    Doing::Ready(soon)
+                    Activity::Ready(soon)
                 } else {
-                    Doing::Waiting {
+                    Activity::Waiting {
                         wait,
                         since,
                         until: if now >= until { now + NAP } else { until },
@@ -491,10 +491,10 @@ impl<'w> Schedule<'w> {
                 };
                 return;
             }
-            (Turn::Waits(wait), _) => Doing::Waiting {
+            (Turn::Waits(wait), _) => Activity::Waiting {
                 wait,
-                since: world.now,
-                until: world.now + NAP,
+                since: host.now,
+                until: host.now + NAP,
             },
         };
     }

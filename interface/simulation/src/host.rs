@@ -1,4 +1,4 @@
-//! The machine that the parties of a simulated session share: virtual time, messages on their way, bells, deaths.
+//! The machine that the parties of a simulated session share: virtual time, messages in transit, bells, dead processes.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -11,12 +11,12 @@ use interface::message::{CHANNELS, Channel, Kind, Message, Payload, Records};
 use interface::transport::{Transport, TransportError};
 use mechanics::generate::Random;
 
-use crate::fault::{Fault, FaultKind, SECOND, Spoil, Time};
+use crate::fault::{Corruption, Fault, FaultKind, SECOND, Time};
 
 /// Messages that may wait in a channel (clause C-7).
-const ROOM: usize = 4;
-/// How long a sender waits for room.
-const FULL: Time = 10 * SECOND;
+const BUFFER: usize = 4;
+/// How long a sender waits while a channel is full.
+const SEND_TIMEOUT: Time = 10 * SECOND;
 
 /// Number of a party.
 pub fn number(party: Party) -> usize {
@@ -33,13 +33,13 @@ struct Sent {
     payload: Payload,
 }
 
-/// What has happened that must not.
+/// A rule that was broken.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Breach(pub String);
+pub struct Violation(pub String);
 
-/// The shared machine.
-pub struct World {
-    /// Now.
+/// The machine on which the simulated processes run.
+pub struct SimulatedHost {
+    /// Virtual time now.
     pub now: Time,
     pub(crate) random: Random,
     queues: [VecDeque<Sent>; CHANNELS],
@@ -55,16 +55,16 @@ pub struct World {
     /// Sends and tasks of each party so far.
     pub(crate) events: [u64; 3],
     pub(crate) faults: Vec<Fault>,
-    /// What has struck: the party, its event, and when.
+    /// Faults that have occurred, and when.
     pub(crate) struck: Vec<(Fault, Time)>,
     /// Until when each party does nothing; for ever if dead.
     pub(crate) stopped: [Stopped; 3],
-    /// Who has been told that the session is over.
+    /// The parties that have received the end of the session.
     released: [bool; 3],
-    pub(crate) breaches: Vec<Breach>,
-    /// To the solvers the coupler is gone.
+    pub(crate) violations: Vec<Violation>,
+    /// Whether the solvers see that the coupler is gone.
     pub(crate) coupler_gone: bool,
-    /// Who has ended.
+    /// The parties that have ended.
     pub(crate) ended: [bool; 3],
 }
 
@@ -81,7 +81,7 @@ pub enum Stopped {
     Dead,
 }
 
-impl World {
+impl SimulatedHost {
     /// A machine on which messages take up to `delay` ns and bells are lost with this chance.
     pub fn new(seed: u64, delay: Time, lost_bells: f64, faults: Vec<Fault>) -> Self {
         Self {
@@ -98,20 +98,20 @@ impl World {
             struck: Vec::new(),
             stopped: [Stopped::No; 3],
             released: [false; 3],
-            breaches: Vec::new(),
+            violations: Vec::new(),
             coupler_gone: false,
             ended: [false; 3],
         }
     }
 
-    /// A party does something; a fault that is due strikes. One that spoils a message waits for the next that is sent.
+    /// A party does something; a fault that is due strikes. One that corrupts a message waits for the next that is sent.
     pub(crate) fn event(&mut self, party: Party, sends: bool) -> Option<FaultKind> {
         let n = number(party);
         self.events[n] += 1;
         let event = self.events[n];
         let due = |f: &&mut Fault| f.party == party && f.at == event;
         let fault = self.faults.iter_mut().find(due)?;
-        if !sends && matches!(fault.kind, FaultKind::Spoil(_)) {
+        if !sends && matches!(fault.kind, FaultKind::Corrupt(_)) {
             fault.at += 1;
             return None;
         }
@@ -124,7 +124,7 @@ impl World {
             }
             FaultKind::Freeze(None) => self.stopped[n] = Stopped::Frozen,
             FaultKind::Freeze(Some(time)) => self.stopped[n] = Stopped::Until(self.now + time),
-            FaultKind::Spoil(_) => {}
+            FaultKind::Corrupt(_) => {}
         }
         Some(fault.kind)
     }
@@ -136,21 +136,21 @@ impl World {
         records: Records<'_>,
     ) -> Result<(), TransportError> {
         let (from, to) = (channel.from(), channel.to());
-        let spoil = match self.event(from, true) {
-            Some(FaultKind::Spoil(spoil)) => Some(spoil),
+        let corruption = match self.event(from, true) {
+            Some(FaultKind::Corrupt(corruption)) => Some(corruption),
             // What a party does at the moment of its death is not seen any more.
             Some(FaultKind::Die) => return Ok(()),
             _ => None,
         };
         if self.released[number(from)] {
-            self.breaches.push(Breach(format!(
+            self.violations.push(Violation(format!(
                 "the {from} sends on {} after the end of its session",
                 channel.name()
             )));
         }
         let queue = &self.queues[channel.number()];
-        if queue.len() >= ROOM {
-            self.now += FULL;
+        if queue.len() >= BUFFER {
+            self.now += SEND_TIMEOUT;
             return Err(TransportError::Full {
                 channel: channel.name().into(),
             });
@@ -164,8 +164,8 @@ impl World {
         };
         let mut header = *header;
         let mut copies = 1;
-        if let Some(spoil) = spoil {
-            copies = spoil.apply(&mut header, &mut payload);
+        if let Some(corruption) = corruption {
+            copies = corruption.apply(&mut header, &mut payload);
         }
         let [i, j] = [from, to].map(number);
         let delay = (self.random.unit() * self.delay as f64) as Time;
@@ -215,7 +215,7 @@ fn decode(bytes: &[u8]) -> Result<Order, String> {
     Message::new(StepHeader::default(), payload).as_order()
 }
 
-impl Spoil {
+impl Corruption {
     /// Does it to a message; how often the message is sent then.
     fn apply(self, header: &mut StepHeader, payload: &mut Payload) -> u64 {
         match self {
@@ -226,14 +226,14 @@ impl Spoil {
             Self::Drop => return 0,
             Self::Twice => return 2,
             Self::Flags => header.flags ^= flags::HALT_AFTER,
-            Self::Records => spoil_records(payload),
+            Self::Records => corrupt_records(payload),
         }
         1
     }
 }
 
 /// A number that is not finite, or bytes that mean nothing.
-fn spoil_records(payload: &mut Payload) {
+fn corrupt_records(payload: &mut Payload) {
     match payload {
         Payload::Order(bytes)
         | Payload::Notice(bytes)
@@ -264,7 +264,7 @@ pub struct Ends {
     /// Whose they are.
     pub party: Party,
     /// The machine.
-    pub world: Rc<RefCell<World>>,
+    pub host: Rc<RefCell<SimulatedHost>>,
 }
 
 impl Transport for Ends {
@@ -282,11 +282,11 @@ impl Transport for Ends {
         header: &StepHeader,
         records: Records<'_>,
     ) -> Result<(), TransportError> {
-        let mut world = self.world.borrow_mut();
-        if world.stopped[number(self.party)] == Stopped::Dead {
+        let mut host = self.host.borrow_mut();
+        if host.stopped[number(self.party)] == Stopped::Dead {
             return Ok(());
         }
-        world.send(channel, header, records)
+        host.send(channel, header, records)
     }
 
     fn receive(
@@ -294,7 +294,7 @@ impl Transport for Ends {
         channel: Channel,
         into: &mut Payload,
     ) -> Result<Option<StepHeader>, TransportError> {
-        Ok(self.world.borrow_mut().receive(channel, into))
+        Ok(self.host.borrow_mut().receive(channel, into))
     }
 
     fn ring(&mut self, _: Party) {}
@@ -304,6 +304,6 @@ impl Transport for Ends {
     }
 
     fn coupler_lives(&self) -> bool {
-        !self.world.borrow().coupler_gone
+        !self.host.borrow().coupler_gone
     }
 }

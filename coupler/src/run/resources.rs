@@ -27,16 +27,16 @@ const FILES: u64 = 256;
 /// With less than this free, shared memory is full.
 const FULL: u64 = 256 << 10;
 
-/// The machine has too little room for a run.
+/// The machine lacks a resource that a run needs.
 #[derive(Debug, Error)]
-pub enum RoomError {
+pub enum ResourceError {
     /// Shared memory is too small.
-    #[error("the run needs about {about} of shared memory, and /dev/shm has {free} free", about = Bytes(*.needed), free = Bytes(*.there))]
+    #[error("the run needs about {about} of shared memory, and /dev/shm has {free} free", about = Bytes(*.needed), free = Bytes(*.free))]
     SharedMemory {
         /// In bytes.
         needed: u64,
         /// In bytes.
-        there: u64,
+        free: u64,
     },
     /// Files may not be as long as those of shared memory.
     #[error("the system allows files of {free} at most, and shared memory needs files of {about}", free = Bytes(*.allowed), about = Bytes(*.needed))]
@@ -51,7 +51,7 @@ pub enum RoomError {
     Files(u64),
 }
 
-impl RoomError {
+impl ResourceError {
     /// What the user can do about it.
     pub fn advice(&self) -> &'static str {
         match self {
@@ -94,26 +94,26 @@ pub fn needed(scene: &Scene) -> u64 {
 }
 
 /// Bytes that are free in shared memory, where the system tells.
-pub fn there() -> Option<u64> {
+pub fn free_memory() -> Option<u64> {
     let found = statvfs(SHARED_MEMORY).ok()?;
     Some(found.f_bavail.saturating_mul(found.f_frsize))
 }
 
-/// In a line: what a run of this scene takes of shared memory, and what is there.
+/// One line: the shared memory that a run of this scene needs, and what is free.
 pub fn in_words(scene: &Scene) -> String {
-    let there = there().map_or_else(|| "unknown".to_owned(), |there| Bytes(there).to_string());
+    let free = free_memory().map_or_else(|| "unknown".to_owned(), |free| Bytes(free).to_string());
     format!(
-        "about {} ({there} free in {SHARED_MEMORY})",
+        "about {} ({free} free in {SHARED_MEMORY})",
         Bytes(needed(scene))
     )
 }
 
-/// Whether the machine has room for a run of this scene with solvers in processes. As many files may be open from now on as
-/// the system lets this process allow itself.
+/// Whether the machine has the resources for a run of this scene with solvers in processes. Raises the limit of open files as far as
+/// the system allows.
 ///
 /// # Errors
-/// [`RoomError`].
-pub fn look(scene: &Scene) -> Result<(), RoomError> {
+/// [`ResourceError`].
+pub fn check(scene: &Scene) -> Result<(), ResourceError> {
     let Rlimit { current, maximum } = getrlimit(Resource::Nofile);
     if current.is_some_and(|current| current < FILES) {
         let raised = Rlimit {
@@ -123,16 +123,18 @@ pub fn look(scene: &Scene) -> Result<(), RoomError> {
         let _ = setrlimit(Resource::Nofile, raised);
     }
     match getrlimit(Resource::Nofile).current {
-        Some(current) if current < FILES => return Err(RoomError::Files(current)),
+        Some(current) if current < FILES => return Err(ResourceError::Files(current)),
         _ => {}
     }
     let needed = needed(scene);
     match getrlimit(Resource::Fsize).current {
-        Some(allowed) if allowed < needed => return Err(RoomError::FileSize { needed, allowed }),
+        Some(allowed) if allowed < needed => {
+            return Err(ResourceError::FileSize { needed, allowed });
+        }
         _ => {}
     }
-    match there() {
-        Some(there) if there < needed => Err(RoomError::SharedMemory { needed, there }),
+    match free_memory() {
+        Some(free) if free < needed => Err(ResourceError::SharedMemory { needed, free }),
         _ => Ok(()),
     }
 }
@@ -180,13 +182,13 @@ impl Segments {
 }
 
 /// The shared memory of a run whose solvers are still to be reached through it.
-pub struct Reach {
+pub struct SharedMemory {
     domain: Domain,
     segments: Segments,
     looked: Option<Instant>,
 }
 
-impl Reach {
+impl SharedMemory {
     /// Of a run with these segments.
     pub fn new(domain: Domain, segments: Segments) -> Self {
         Self {
@@ -221,7 +223,7 @@ pub fn cause(error: &SessionError, domain: &Domain, segments: &Segments) -> Opti
     if are_gone() || are_going() {
         return Some(REMOVED.to_owned());
     }
-    let free = there()?;
+    let free = free_memory()?;
     let full = free < FULL || is_bus_error(error);
     full.then(|| format!("{SHARED_MEMORY} is full: {} are free", Bytes(free)))
 }
@@ -300,8 +302,11 @@ mod tests {
         }
         fs::remove_dir_all(owned.domain().directory()).unwrap();
         for error in &of_memory {
-            let told = cause(error, owned.domain(), &none);
-            assert!(told.is_some_and(|told| told.contains("removed")), "{error}");
+            let found = cause(error, owned.domain(), &none);
+            assert!(
+                found.is_some_and(|cause| cause.contains("removed")),
+                "{error}"
+            );
         }
         for error in &others {
             assert_eq!(cause(error, owned.domain(), &none), None, "{error}");
@@ -323,13 +328,13 @@ mod tests {
         let of_a_channel = segments
             .iter()
             .find(|path| path.extension() == Some("dynamic".as_ref()));
-        let mut reach = Reach::new(names.clone(), Segments::of(names, &created));
-        assert!(!reach.is_lost());
+        let mut memory = SharedMemory::new(names.clone(), Segments::of(names, &created));
+        assert!(!memory.is_lost());
         fs::remove_file(of_a_channel.expect("one for each channel")).unwrap();
-        assert!(!reach.is_lost(), "not yet looked again");
-        reach.looked = None;
-        assert!(reach.is_lost());
-        let told = cause(&error, names, &Segments::of(names, &created));
-        assert!(told.is_some_and(|told| told.contains("removed")));
+        assert!(!memory.is_lost(), "not yet looked again");
+        memory.looked = None;
+        assert!(memory.is_lost());
+        let found = cause(&error, names, &Segments::of(names, &created));
+        assert!(found.is_some_and(|cause| cause.contains("removed")));
     }
 }

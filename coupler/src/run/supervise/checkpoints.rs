@@ -10,7 +10,7 @@ use interface::message::wire::flags;
 use super::Run;
 use crate::record::frames::Frames;
 use crate::run::checkpoint::file::About;
-use crate::run::checkpoint::keeper::Keeper;
+use crate::run::checkpoint::writer::CheckpointWriter;
 use crate::run::checkpoint::{Checkpoint, CouplerState, Phase, UnderWay};
 use crate::run::failure::RunError;
 
@@ -30,19 +30,24 @@ impl Run<'_> {
         }
         let time = self.account.clock.time();
         let plan = plan.unwrap_or_default();
-        self.keeper = Some(Keeper::begin(plan, self.dir, time, self.tape.clone()));
+        self.checkpoints = Some(CheckpointWriter::begin(
+            plan,
+            self.dir,
+            time,
+            self.tape.clone(),
+        ));
     }
 
     /// The flag that asks for a checkpoint before the next grant, if one is due; keeps what the coupler adds to it.
     pub(super) fn checkpoint(&mut self, under_way: &UnderWay) -> Result<u64, RunError> {
-        let Some(keeper) = &self.keeper else {
+        let Some(checkpoints) = &self.checkpoints else {
             return Ok(0);
         };
         self.kept = self.is_to_be_kept();
         if self.phase == Phase::Stepping {
             let last = self.account.interrupted && !self.last_asked;
             let wanted = self.options.save.swap(false, Ordering::Relaxed);
-            let due = keeper.is_due(self.account.clock.time());
+            let due = checkpoints.is_due(self.account.clock.time());
             if !(last || wanted || due || self.kept) {
                 return Ok(0);
             }
@@ -74,7 +79,8 @@ impl Run<'_> {
 
     /// The solvers' states have come with the reports.
     pub(super) fn keep(&mut self, coupler: &mut Coupler) {
-        let (Some((state, relies_on)), Some(keeper)) = (self.pending.take(), &mut self.keeper)
+        let (Some((state, relies_on)), Some(checkpoints)) =
+            (self.pending.take(), &mut self.checkpoints)
         else {
             return;
         };
@@ -91,6 +97,6 @@ impl Run<'_> {
             state,
             solvers: states.collect(),
         };
-        keeper.take(checkpoint, relies_on);
+        checkpoints.take(checkpoint, relies_on);
     }
 }
