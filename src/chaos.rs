@@ -19,7 +19,7 @@ use crate::terminal::{complain, say};
 const CHECKPOINTS: f64 = 20.0;
 const FRAMES: f64 = 8.0;
 
-/// Plays rounds and tells what they come to.
+/// Runs rounds and prints their results.
 pub fn chaos(args: &ChaosArgs) -> ExitCode {
     let scene = match args.scene.load() {
         Ok(scene) => scene,

@@ -94,7 +94,7 @@ pub fn plan(args: &PlanArgs) -> ExitCode {
     }
 }
 
-/// Says what a run would cost, as far as its first steps tell.
+/// Prints the cost of a run, estimated from its first steps.
 fn say_cost(scene: &Scene, args: &PlanArgs) {
     if args.measure == 0.0 {
         return;
@@ -163,9 +163,11 @@ fn told(scene: &Scene, pressing: &[ContactState]) -> Option<String> {
         let body = scene.dem.as_ref()?.bodies.get(body as usize)?;
         Some(format!("body `{}`", body.name))
     };
-    let other = match most.with {
-        0 => name(most.other),
-        _ => Some("a point".to_owned()),
+    let point = || Some("a point".to_owned());
+    let (on, other) = match most.with {
+        0 => (name(most.body), name(most.other)),
+        1 => (name(most.body), point()),
+        _ => (point(), point()),
     };
     let count = pressing.len();
     Some(format!(
@@ -173,7 +175,7 @@ fn told(scene: &Scene, pressing: &[ContactState]) -> Option<String> {
         if count == 1 { " presses" } else { "s press" },
         size(&most),
         other?,
-        name(most.body)?,
+        on?,
     ))
 }
 

@@ -28,7 +28,7 @@ pub struct Cost {
 /// Runs the beginning of `scene` as `options` say, for `stepping` after its start-up, in a directory that is removed.
 ///
 /// # Errors
-/// Why that does not tell what the run costs.
+/// Why this does not show the cost of the run.
 pub fn measure(scene: &Scene, options: RunOptions, stepping: Duration) -> Result<Cost, String> {
     let mut scene = scene.clone();
     scene.output.report = false;

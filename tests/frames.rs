@@ -251,6 +251,119 @@ fn points_tell_their_plastic_strain_where_a_material_keeps_it() {
     }
 }
 
+/// A picture of the plastic strain, in each format. Where a run has none, the message says when one does.
+#[test]
+fn plastic_strain_colours_pictures_and_films() {
+    let place = Place::new();
+    let all = [("bar", "metal"), ("ball", "rubber"), ("heap", "sand")];
+    for (out, groups) in [("told", &all[..]), ("none", &all[1..])] {
+        let path = place.write(&format!("{out}.toml"), &blocks(groups));
+        let frames = ["--set", "output.frames=0.002"];
+        place.run(out, path.to_str().unwrap(), &frames).expect(0);
+    }
+    let plot = |run: &str, colour: &str, out: &str| {
+        let colour = ["--colour", colour];
+        let arguments = [&["plot", run, "--frames", "all", "--out", out][..], &colour].concat();
+        place.start(&arguments).end()
+    };
+    plot("told", "plastic_strain", "a.svg").expect(0);
+    let figure = fs::read_to_string(place.path("a.svg")).unwrap();
+    assert!(
+        figure.contains(">plastic_strain; grey: no number<"),
+        "the legend"
+    );
+    plot("told", "flow [%]=100*plastic_strain", "b.svg").expect(0);
+    let other = fs::read_to_string(place.path("b.svg")).unwrap();
+    let points = |figure: &str| figure.split("base64,").nth(1).map(str::to_owned);
+    assert!(points(&figure).is_some() && other.contains(">flow [%]; grey: no number<"));
+    for colour in ["plastic_strain", "speed + plastic_strain"] {
+        let refused = plot("none", colour, "none.svg").expect(2);
+        refused.says(&[
+            "none",
+            "have no `plastic_strain`",
+            "von_mises",
+            "output.fields",
+        ]);
+        assert!(!place.path("none.svg").exists());
+    }
+    plot("none", "speed", "none.svg").expect(0);
+    let png = plot("told", "plastic_strain", "a.png");
+    if png.status.code() == Some(2) {
+        png.says(&["no font", ".svg"]);
+        return;
+    }
+    png.expect(0);
+    for out in ["a.gif", "a.apng"] {
+        plot("told", "plastic_strain", out).expect(0);
+        assert!(fs::metadata(place.path(out)).unwrap().len() > 1000, "{out}");
+    }
+}
+
+/// Two blocks of points run into one another, each on a layer of its own.
+const PAIR: &str = r#"
+version = 1
+name = "pair"
+[time]
+end = 0.004
+[output]
+every = 0.001
+frames = 0.001
+[mpm]
+cell = 0.01
+domain = [[0.0, 0.0], [0.4, 0.2]]
+shape = "linear"
+transfer = "flip"
+layers = true
+[[mpm.material]]
+name = "rubber"
+density = 1000.0
+model.linear_elastic = { bulk_modulus = 1e6, shear_modulus = 5e5 }
+[[mpm.points]]
+name = "left"
+material = "rubber"
+spacing.per_cell = 4
+fill.rectangle = { lower = [0.1, 0.05], upper = [0.19, 0.1] }
+velocity = [2.0, 0.0]
+[[mpm.points]]
+name = "right"
+material = "rubber"
+spacing.per_cell = 4
+fill.rectangle = { lower = [0.2, 0.05], upper = [0.3, 0.1] }
+velocity = [-2.0, 0.0]
+[[group_pair]]
+between = ["left", "right"]
+law.linear = { normal_stiffness = 1e6 }
+"#;
+
+/// Contacts of two points were not among those of frames.
+#[test]
+fn contacts_of_two_groups_are_lines_from_point_to_point() {
+    let place = Place::new();
+    let path = place.write("pair.toml", PAIR);
+    place.run("pair", path.to_str().unwrap(), &[]).expect(0);
+    let frame = Frame::read(&place.path("pair"), 0.004).unwrap();
+    let (points, contacts) = (frame.points.unwrap(), frame.contacts.unwrap());
+    let ids: Vec<f64> = column(&points, "id", 0).collect();
+    let groups: Vec<f64> = column(&points, "group", 0).collect();
+    let of_id = |id: f64| ids.iter().position(|&known| known == id).unwrap();
+    let lines: Vec<&[[f64; 2]]> = contacts.cells().collect();
+    assert!(lines.len() > 5, "{} contacts of ten rows", lines.len());
+    let cells = |name: &str| contacts.array(name).unwrap().values.clone();
+    let (with, force) = (cells("with_point"), cells("force"));
+    let (body, other) = (cells("body"), cells("other"));
+    for (k, line) in lines.iter().enumerate() {
+        let ends = [of_id(body[k]), of_id(other[k])];
+        assert_eq!((with[k], line.len()), (2.0, 2));
+        assert_eq!([line[0], line[1]], ends.map(|end| points.points[end]));
+        let mut of_groups = ends.map(|end| groups[end]);
+        of_groups.sort_by(f64::total_cmp);
+        assert_eq!(of_groups, [0.0, 1.0]);
+        // The force on the first points away from the second.
+        let away = line[0][0] - line[1][0];
+        assert!(force[3 * k] * away > 0.0, "{k}");
+    }
+}
+
 /// Names of bodies, as three readers print them.
 const MESHIO: &str = "
 import sys, meshio

@@ -117,6 +117,15 @@ fn assert_complete(files: &RunFiles) {
             assert!(is(&check[key], Kind::Number), "{key} of {check}");
         }
         assert!(check["pass"].is_boolean(), "pass of {check}");
+        let kinds = ["at_least", "at_most", "between", "reference"];
+        let meant = kinds.map(|kind| &check["expected"][kind]);
+        let meant: Vec<_> = meant.into_iter().filter(|meant| !meant.is_null()).collect();
+        assert_eq!(meant.len(), 1, "expected of {check}");
+        let near = is(&check["expected"]["reference"], Kind::Number);
+        let tolerances = ["tolerance", "relative_tolerance"];
+        let said = tolerances.map(|key| &check["expected"][key]);
+        let said = said.into_iter().find(|said| !said.is_null());
+        assert_eq!(said, near.then_some(&check["tolerance"]), "{check}");
     }
     let booked: u64 = summary["dt_bound_by"]
         .as_object()

@@ -92,12 +92,12 @@ impl System {
         Kick {
             length: step.kick(),
             time: step.time,
-            kicked: &self.kicked,
+            kicked: &self.kicked.velocities,
             bodies: &self.bodies,
             gravity: self.gravity,
-            coupled: self.pushed_by_points,
-            point_loads: &self.point_loads,
-            body_loads: &self.body_loads,
+            coupled: self.loads.any_by_points,
+            point_loads: &self.loads.by_points,
+            body_loads: &self.loads.by_bodies,
             losses: [
                 self.points.loss(),
                 (self.point_pairs.as_ref()).map_or_else(Default::default, |pairs| pairs.loss()),

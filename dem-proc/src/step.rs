@@ -41,7 +41,8 @@ impl System {
         }
     }
 
-    /// The contacts that press in the evaluation of this step: those of bodies, then those of points, as in their lists.
+    /// The contacts that press in the evaluation of this step: of bodies, of points with bodies, of pairs of points, each
+    /// as in its list.
     pub(crate) fn frame_contacts(&self, step: &Step, imps: &[ImpState]) -> Vec<ContactState> {
         let mut found = Vec::new();
         if let Some(pairs) = &self.pairs {
@@ -51,6 +52,9 @@ impl System {
         if !imps.is_empty() {
             let last_step = LastStep::new(step.dt_before);
             self.points.tell(&self.bodies, imps, last_step, &mut found);
+            if let Some(pairs) = &self.point_pairs {
+                pairs.tell(imps, last_step, &mut found);
+            }
         }
         found
     }
@@ -73,7 +77,7 @@ impl System {
 
     /// Contact forces at `t_n`, of bodies on one another and on the points.
     pub(crate) fn meet(&mut self, step: &Step, imps: &[ImpState], forces: &mut [ImpForce]) {
-        let ahead = Ahead::new(step.kick(), step.dt, self.outer_acceleration);
+        let ahead = Ahead::new(step.kick(), step.dt, self.constants.outer_acceleration);
         self.update_lists(&ahead, imps); //               Verlet lists of bodies and of points
         self.body_contact(step, &ahead); //               eqs. 38 to 41, 43
         self.point_contact(step, imps, forces); //        eqs. 44, 46, 49, 50
@@ -86,7 +90,12 @@ impl System {
         if step.measure {
             self.measurement = measure(self, step, imps); // docs/physics.md section 7
         }
-        Ok(self.answer(step)) //                          docs/physics.md section 4
+        let mut answer = self.answer(step); //            docs/physics.md section 4
+        if opening(step) {
+            let release = self.release(step, imps); //    crate::contact::release
+            answer.limits.omega_sq = answer.limits.omega_sq.max(release);
+        }
+        Ok(answer)
     }
 
     /// Refuses numbers that are not finite before anything has changed.
@@ -127,18 +136,18 @@ impl System {
                 LastStep::new(step.dt_before),
                 2.0 * ahead.way(self.speed),
                 &self.threads,
-                &mut self.body_loads,
+                &mut self.loads.by_bodies,
             );
         }
     }
 
     fn point_contact(&mut self, step: &Step, imps: &[ImpState], forces: &mut [ImpForce]) {
-        if imps.is_empty() && !self.pushed_by_points {
+        if imps.is_empty() && !self.loads.any_by_points {
             return; // nothing to add up, and nothing left of the step before
         }
-        self.pushed_by_points = !imps.is_empty();
-        self.point_loads.fill(Load::default());
-        let loads = &mut self.point_loads;
+        self.loads.any_by_points = !imps.is_empty();
+        self.loads.by_points.fill(Load::default());
+        let loads = &mut self.loads.by_points;
         let fastest = imps.iter().map(|s| Vec2::from(s.velocity).norm_squared());
         let fastest = fastest.fold(0.0, f64::max).sqrt();
         let interval = |approach: f64| Interval {
@@ -178,14 +187,14 @@ impl System {
         let mut speed = self.kick_all(kick);
         if !speed.is_finite() {
             let wrong = |&(v, spin): &(Vec2, f64)| !(v.norm() + spin.abs()).is_finite();
-            let first = self.kicked.iter().position(wrong);
+            let first = self.kicked.velocities.iter().position(wrong);
             return Err(self.not_finite(first.unwrap_or_default()));
         }
         for &b in &self.bodies.special {
             let b = b as usize;
             let (state, body) = (&self.bodies.state[b], &self.bodies.properties[b]);
             let (force, torque) = body.motion.push(step.time);
-            let (velocity, spin) = &mut self.kicked[b];
+            let (velocity, spin) = &mut self.kicked.velocities[b];
             *velocity += force * (state.inverse_mass * kick);
             *spin += torque * state.inverse_inertia * kick;
             for i in 0..2 {
@@ -198,7 +207,7 @@ impl System {
         if !speed.is_finite() {
             return Err(self.not_finite(self.bodies.special[0] as usize));
         }
-        self.kicked_speed = speed;
+        self.kicked.speed = speed;
         Ok(())
     }
 
@@ -206,13 +215,19 @@ impl System {
     /// and by gravity. Returns the largest surface speed in m/s, NaN if one is not finite.
     fn kick_all(&mut self, kick: f64) -> f64 {
         let part = self.threads.part(self.bodies.len());
-        self.fastest.clear();
-        self.fastest.resize(self.bodies.len().div_ceil(part), 0.0);
-        let coupled = self.pushed_by_points;
+        self.kicked.fastest.clear();
+        self.kicked
+            .fastest
+            .resize(self.bodies.len().div_ceil(part), 0.0);
+        let coupled = self.loads.any_by_points;
         let (state, gravity) = (&self.bodies.state, self.gravity);
-        let (pairs, point_loads) = (self.pairs.as_ref(), &self.point_loads);
-        let loads = self.body_loads.chunks_mut(part);
-        let parts = self.kicked.chunks_mut(part).zip(&mut self.fastest);
+        let (pairs, point_loads) = (self.pairs.as_ref(), &self.loads.by_points);
+        let loads = self.loads.by_bodies.chunks_mut(part);
+        let parts = self
+            .kicked
+            .velocities
+            .chunks_mut(part)
+            .zip(&mut self.kicked.fastest);
         let parts = parts.zip(loads).enumerate();
         self.threads.each(parts, |(i, ((kicked, fastest), loads))| {
             let here = i * part..i * part + kicked.len();
@@ -242,7 +257,7 @@ impl System {
         });
         // Not `f64::max`, which would lose a NaN.
         let larger = |a: f64, &b: &f64| if a.is_nan() || a > b { a } else { b };
-        self.fastest.iter().fold(0.0, larger)
+        self.kicked.fastest.iter().fold(0.0, larger)
     }
 
     fn not_finite(&self, b: usize) -> Fault {
@@ -257,7 +272,7 @@ impl System {
         let (mut rate, mut mobility): (f64, f64) = (0.0, 0.0);
         if !self.points.set().is_empty() {
             // Bodies that forces do not move have no rate.
-            for load in &self.point_loads {
+            for load in &self.loads.by_points {
                 rate = rate.max(load.rate);
                 mobility = mobility.max(load.mobility);
             }
@@ -265,22 +280,22 @@ impl System {
         let (mut damping, mut omega_sq) = (0.0, 0.0);
         if let Some(pairs) = &self.pairs {
             damping = pairs.damping_ratio();
-            let stiff = pairs.omega_sq(&self.body_loads);
-            let (kicked, speed) = (&self.kicked, self.kicked_speed);
+            let stiff = pairs.omega_sq(&self.loads.by_bodies);
+            let (kicked, speed) = (&self.kicked.velocities, self.kicked.speed);
             let impacts = Impacts {
                 kicked,
                 kick: step.kick(),
-                ahead: Ahead::new(step.kick(), step.dt, self.outer_acceleration),
+                ahead: Ahead::new(step.kick(), step.dt, self.constants.outer_acceleration),
                 speed,
-                outer: self.outer_acceleration,
+                outer: self.constants.outer_acceleration,
             };
-            let impact = pairs.impact(&self.bodies, &self.body_loads, &impacts);
-            let stiff = stiff.max(self.per_resolution_sq * impact).sqrt();
+            let impact = pairs.impact(&self.bodies, &self.loads.by_bodies, &impacts);
+            let stiff = stiff.max(self.constants.per_resolution_sq * impact).sqrt();
             let omega = pairs.crossing(&self.bodies, kicked, speed, stiff);
             omega_sq = omega * omega;
-            let moves = speed > 0.0 || self.outer_acceleration > 0.0;
+            let moves = speed > 0.0 || self.constants.outer_acceleration > 0.0;
             if opening(step) && moves {
-                omega_sq = omega_sq.max(self.first_contact);
+                omega_sq = omega_sq.max(self.constants.first_contact);
             }
         }
         if let Some(pairs) = &self.point_pairs {
@@ -293,11 +308,11 @@ impl System {
                 omega_sq,
                 contact_omega_sq: rate,
                 damping: f64::max(damping, self.points.damping_ratio()),
-                speed: self.kicked_speed,
+                speed: self.kicked.speed,
                 radius_min: 0.0,
                 mobility,
             },
-            travel: gone + self.kicked_speed * step.dt,
+            travel: gone + self.kicked.speed * step.dt,
         }
     }
 
@@ -315,7 +330,7 @@ impl System {
     /// Commits the result of the last evaluation, except the velocities, which the drift commits.
     fn commit(&mut self, step: &Step) {
         self.totals = self.kick_of(step).after(&self.totals);
-        self.speed = self.kicked_speed;
+        self.speed = self.kicked.speed;
         self.points.commit();
         if let Some(pairs) = &mut self.point_pairs {
             pairs.commit();
@@ -327,7 +342,8 @@ impl System {
 
     /// Velocities to `t_{n+1/2}`, positions to `t_{n+1}`.
     fn drift(&mut self, dt: f64) {
-        self.bodies.drift(dt, &self.kicked, &self.threads);
+        self.bodies
+            .drift(dt, &self.kicked.velocities, &self.threads);
         self.published.advance(self.speed, dt);
         self.points.advance(self.speed, dt);
         if let Some(pairs) = &mut self.pairs {

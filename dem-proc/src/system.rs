@@ -34,26 +34,14 @@ pub struct System {
     pub(crate) pairs: Option<Box<dyn BodySide>>,
     /// How loops are run.
     pub(crate) threads: Threads,
-    /// Loads by points, by body.
-    pub(crate) point_loads: Vec<Load>,
-    /// Loads by bodies, by body.
-    pub(crate) body_loads: Vec<PairLoad>,
-    /// Whether any of `point_loads` may be other than zero.
-    pub(crate) pushed_by_points: bool,
-    /// Velocities and spins at `t_{n+1/2}`, committed by the drift.
-    pub(crate) kicked: Vec<(Vec2, f64)>,
-    /// Largest surface speed after the kick in each part of the bodies, in m/s.
-    pub(crate) fastest: Vec<f64>,
-    /// Largest acceleration of any surface by gravity and external forces, in m/s^2.
-    pub(crate) outer_acceleration: f64,
-    /// Bound of the squared frequency of two bodies in contact, at any contact point, in 1/s^2.
-    pub(crate) first_contact: f64,
-    /// `(2 / r)^2` with the resolution `r` of impacts.
-    pub(crate) per_resolution_sq: f64,
+    /// Contact loads on the bodies.
+    pub(crate) loads: Loads,
+    /// Results of the kick, which the drift commits.
+    pub(crate) kicked: Kicked,
+    /// Constants of the step limits.
+    pub(crate) constants: LimitConstants,
     /// Upper bound of the speed of any surface over the last step, in m/s.
     pub(crate) speed: f64,
-    /// The same after the kick, not yet committed.
-    pub(crate) kicked_speed: f64,
     /// Displacement of surfaces since the last call of `envelopes`.
     pub(crate) published: Odometer,
     /// `V_d` in m.
@@ -64,6 +52,50 @@ pub struct System {
     pub(crate) totals: Totals,
     /// The last measurement.
     pub(crate) measurement: DemMeasurement,
+}
+
+/// Contact loads on each body.
+#[derive(Debug, Default)]
+pub(crate) struct Loads {
+    /// By points.
+    pub by_points: Vec<Load>,
+    /// By bodies.
+    pub by_bodies: Vec<PairLoad>,
+    /// Whether any of `by_points` may be other than zero.
+    pub any_by_points: bool,
+}
+
+impl Loads {
+    /// No loads on `n` bodies.
+    pub fn of(n: usize) -> Self {
+        Self {
+            by_points: vec![Load::default(); n],
+            by_bodies: vec![PairLoad::default(); n],
+            any_by_points: false,
+        }
+    }
+}
+
+/// Results of the kick of a step, not yet committed.
+#[derive(Debug, Default)]
+pub(crate) struct Kicked {
+    /// Velocities and spins of the bodies at `t_{n+1/2}`.
+    pub velocities: Vec<(Vec2, f64)>,
+    /// Largest surface speed in each part of the bodies in m/s.
+    pub fastest: Vec<f64>,
+    /// Upper bound of the speed of any surface in m/s.
+    pub speed: f64,
+}
+
+/// Constants of the step limits, from the configuration.
+#[derive(Debug)]
+pub(crate) struct LimitConstants {
+    /// Largest acceleration of any surface by gravity and external forces, in m/s^2.
+    pub outer_acceleration: f64,
+    /// Bound of the squared frequency of two bodies in contact, at any contact point, in 1/s^2.
+    pub first_contact: f64,
+    /// `(2 / r)^2` with the resolution `r` of impacts.
+    pub per_resolution_sq: f64,
 }
 
 impl Default for System {
@@ -81,16 +113,14 @@ impl Default for System {
             point_pairs: None,
             pairs: None,
             threads: Threads::default(),
-            point_loads: Vec::new(),
-            body_loads: Vec::new(),
-            pushed_by_points: false,
-            kicked: Vec::new(),
-            fastest: Vec::new(),
-            outer_acceleration: 0.0,
-            first_contact: 0.0,
-            per_resolution_sq: 1.0,
+            loads: Loads::default(),
+            kicked: Kicked::default(),
+            constants: LimitConstants {
+                outer_acceleration: 0.0,
+                first_contact: 0.0,
+                per_resolution_sq: 1.0,
+            },
             speed: 0.0,
-            kicked_speed: 0.0,
             published: Odometer::default(),
             skin: 0.0,
             envelopes: Vec::new(),

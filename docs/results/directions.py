@@ -2,6 +2,7 @@
 
     python3 docs/results/directions.py faces target/release/tandem
     python3 docs/results/directions.py shares target/release/tandem [hard] [soft] [--finest]
+    python3 docs/results/directions.py row target/release/tandem
 
 `faces`: a block that is turned by an angle meets a plate that is turned as much, head on; the flight of its outline until the first
 touch, over the distance between points, which should be none, and the share of the points of a straight face that touch once it
@@ -10,6 +11,9 @@ has gone a quarter of that distance further, which should be all.
 `shares`: scenes/jiang2020/collision_hard.toml and _soft.toml with the velocity and the other disc turned by an angle; the share of
 the kinetic energy that is handed over, in cells of 3 mm, 1.5 mm and (`--finest`) 0.75 mm with 36 points each. The stiffness of a
 point's contact and its contact radius go with the cell, so that the contact of a face is the same at each.
+
+`row`: the soft collision whose contact is one row of points at any cell. The outermost ring is a group of its own with a contact radius
+of 2 mm; the points inside have 0.05 mm, too little to touch.
 """
 
 import csv
@@ -145,8 +149,44 @@ def collision(tandem, out, name, lattice, shape, cell, angle):
     return share, max(residual), min(residual)
 
 
+def row(tandem, work):
+    print("| shape | points a cell | cell | share handed over | largest residual |")
+    print("| --- | --- | --- | --- | --- |")
+    scene = pathlib.Path(__file__).parents[2] / "scenes" / "jiang2020" / "collision_soft.toml"
+    cases = [("quadratic_bspline", 36, cell) for cell in (0.003, 0.0015, 0.00075, 0.0005)]
+    cases += [("quadratic_bspline", 16, cell) for cell in (0.00075, 0.0005)]
+    cases += [("cubic_bspline", 36, cell) for cell in (0.003, 0.0015, 0.00075)]
+    for shape, count, cell in cases:
+        distance = cell / math.sqrt(count)
+        middle = 0.02 - distance / 2
+        number = round(2 * math.pi * middle / distance)
+        ring = [turned(2 * math.pi * i / number, middle, 0.0) for i in range(number)]
+        common = f"material = 'soft_rubber', spacing.distance = {distance}, velocity = [2.0, 0.0]"
+        inner = f"fill.disc = {{ center = [0.0, 0.0], radius = {0.02 - distance} }}, lattice = 'outline', contact_radius = 5e-5"
+        outer = f"fill.points = {{ positions = {ring} }}, contact_radius = 2e-3"
+        values = {
+            "mpm.cell": cell,
+            "mpm.domain": [[-0.06, -0.06], [0.12, 0.06]],
+            "mpm.shape": shape,
+            "mpm.points": f"[{{ name = 'disc', {common}, {inner} }}, {{ name = 'ring', {common}, {outer} }}]",
+            "dem.body.0.position": [0.0435, 0.0],
+            "contact.linear.normal_stiffness": 6e4 * distance / 5e-4,
+            "contact.linear.tangential_stiffness": 3e3 * distance / 5e-4,
+            "time.end": 0.014,
+        }
+        out = work / f"row_{shape}_{count}_{cell}"
+        run(tandem, scene, out, *(o for key, value in values.items() for o in ("--set", f"{key}={value}")))
+        summary = json.loads((out / "summary.json").read_text())
+        share = next(c["value"] for c in summary["checks"] if c["name"] == "kinetic energy handed over")
+        residual = max(r for _, r in column(out, "residual"))
+        print(f"| {shape} | {count} | {1000 * cell} mm | {share:.4f} | {residual:.1e} |", flush=True)
+
+
 if __name__ == "__main__":
     what, tandem, *arguments = sys.argv[1:]
     with tempfile.TemporaryDirectory() as directory:
         work = pathlib.Path(directory)
-        faces(tandem, work) if what == "faces" else shares(tandem, work, arguments)
+        if what == "shares":
+            shares(tandem, work, arguments)
+        else:
+            {"faces": faces, "row": row}[what](tandem, work)

@@ -131,7 +131,7 @@ pub const CLAUSES: &[Clause] = &[
     row("R-3", Must, SOLVERS, "A side measures when it is asked to, and only then: one record for each group or body, of the measured step", &[Coupler, Kit]),
     row("R-4", Must, SOLVERS, "Both sides report the same next step", &[Coupler]),
     row("R-5", Must, MPM, "With FRAME, mpm sends all points before the report, in their state before the window", &[Coupler, Kit]),
-    row("R-6", Must, DEM, "With FRAME, a dem with the capability `contacts` sends the contacts of its bodies before the report: body, partner, point, force", &[Coupler, Kit]),
+    row("R-6", Must, DEM, "With FRAME, a dem with the capability `contacts` sends all contacts before the report: who touch, where, force", &[Coupler, Kit]),
     row("E-1", Must, DEM, "dem answers WANT_ENVELOPES with all outlines at t_n, then waits for the states of the same step", &[Kit]),
     row("E-2", Must, DEM, "Envelopes belong to the step that asked for them, and their number is the announced one", &[Mpm, Kit]),
     row("E-3", Must, DEM, "The numbers of envelopes are finite", &[Mpm, Kit]),

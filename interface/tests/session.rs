@@ -248,7 +248,7 @@ fn a_plastic_strain_that_cannot_be_ends_the_session() {
             match (phrase, outcome.coupler) {
                 (None, ended) => {
                     ended.unwrap();
-                    assert!(outcome.finals.iter().all(|p| p.plastic_strain() == 0.25));
+                    assert!(outcome.finals.iter().all(|p| p.plastic_strain == 0.25));
                 }
                 (Some(phrase), ended) => {
                     let error = ended.unwrap_err().to_string();

@@ -1,6 +1,6 @@
 //! CPU time per point and step, as the smallest of many short runs: the figures of `docs/performance-mpm.md`.
 //!
-//! `cargo run --release -p mpm-proc --example cost -- [points] [threads]`
+//! `cargo run --release -p mpm-proc --example cost -- [points] [threads] [model]`
 
 use std::time::{Duration, Instant};
 
@@ -15,16 +15,21 @@ mod column;
 use column::{ELASTIC, HYPOELASTIC, SAND, column};
 
 fn main() {
-    let mut arguments = std::env::args()
-        .skip(1)
-        .map(|a| a.parse().expect("a number"));
-    let points: usize = arguments.next().unwrap_or(40_000);
-    let threads: usize = arguments.next().unwrap_or(1);
+    let mut arguments = std::env::args().skip(1);
+    let mut number = |default| {
+        let given = arguments.next();
+        given.map_or(default, |a| a.parse().expect("a number"))
+    };
+    let (points, threads) = (number(40_000), number(1));
+    let only = arguments.next();
     for (name, model) in [
         ("elastic", ELASTIC),
         ("hypoelastic", HYPOELASTIC),
         ("drucker-prager", SAND),
     ] {
+        if only.as_ref().is_some_and(|only| only != name) {
+            continue;
+        }
         let (cpu, wall, bytes) = cost(points, threads, model);
         println!(
             "{name}: {points} points, {threads} threads: {cpu:.1} ns CPU, {wall:.1} ns wall per point and step; {bytes:.0} bytes a point"

@@ -152,7 +152,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Layers<W, S, T> {
             pairs: _,       // of the configuration
             infos: _,       // of the layers' members
             states: _,      // read from the points whenever they are asked for
-            measurement: _, // the coupler has it by then
+            measurement: _, // the coupler has received it already
         } = self;
         let all = all.iter().map(Continuum::saved).collect();
         pack(SAVED, &SavedLayers { all })

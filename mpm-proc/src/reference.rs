@@ -272,7 +272,7 @@ impl Reference {
                 }
             }
         }
-        // Whatever changed the momentum that was not gravity and contact is the walls.
+        // Gravity and contact are known; the rest of the change of momentum is due to the walls.
         let end = self.momentum();
         for a in 0..2 {
             let outer = self.points.iter().zip(forces);

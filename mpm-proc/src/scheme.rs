@@ -107,9 +107,8 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Continuum<W, S, T> {
                 volume: volume * cloud.volume,
                 mass: cloud.mass,
                 group: group as u32,
-                ..PointState::default()
+                plastic_strain: plastic as f32,
             }
-            .with_plastic_strain(plastic)
         };
         let clouds = self.clouds.iter().enumerate();
         clouds

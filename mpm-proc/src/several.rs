@@ -16,7 +16,7 @@ pub fn narrowest(a: &Limits, b: &Limits) -> Limits {
         contact_omega_sq: a.contact_omega_sq.max(b.contact_omega_sq),
         damping: a.damping.max(b.damping),
         speed: a.speed.max(b.speed),
-        radius_min: 0.0, // the session's to add
+        radius_min: 0.0, // the session adds it
         mobility: a.mobility.max(b.mobility),
     }
 }
@@ -29,7 +29,7 @@ pub fn measure<'a, const W: usize, S: Shape<W>, T: Transfer>(
     let MpmMeasurement { ledger, groups } = into;
     *ledger = Ledger::default();
     groups.clear();
-    // Whether they are of probes or of holds, and their number there.
+    // Whether each belongs to a probe or a hold, and its index there.
     let mut sets: Vec<((bool, usize), GroupState)> = Vec::new();
     for continuum in continua {
         let of = continuum.measurement();

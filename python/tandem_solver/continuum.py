@@ -12,7 +12,8 @@ A continuum solver is an object with
     step(step, forces) -> Limits    to t_{n+1}; `forces()` is called once and gives (fx, fy, stiffness) of each slot
     measurement() -> Measurement    of the last step with `step.measure`
     points()                        of all points, ids rising: (id, x, y, vx, vy, xx, yy, zz, xy, volume, mass, group),
-                                    stresses in Pa, volume in m^2, mass in kg/m
+                                    stresses in Pa, volume in m^2, mass in kg/m; with the capability `plastic_strain`
+                                    (clause R-5) that strain is one number more
 
 and `save` and `restore` as in `session.py`, if it has the capability; who is identified, and the travel, are its own to save.
 """
@@ -65,7 +66,9 @@ class _Mpm(Seat):
         points = self.solver.points()
         if not wire.finite(points) or any(min(point[9:11]) < 0.0 for point in points):
             raise self.broken("mpm", clause, "a point's state is not finite, or its volume or mass negative")
-        data = b"".join(wire.PointState.FLAT.pack(*point, 0) for point in points)
+        if any(min(point[12:], default=0.0) < 0.0 for point in points):
+            raise self.broken("mpm", clause, "the plastic strain of a point is negative")
+        data = b"".join(map(wire.pack_point, points))
         self.points_out.send(wire.StepHeader(step=self.step), len(points), data)
 
     def window(self, grant):

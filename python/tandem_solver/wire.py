@@ -105,6 +105,16 @@ def _records():
 
 
 RECORDS = _records()
+
+# A PointState whose last number, the plastic strain, is an f32: the layout has the name and the type of version 3.0.
+_POINT = struct.Struct("<Q10dIf")
+
+
+def pack_point(point):
+    """The bytes of a PointState from its numbers; the last one, the plastic strain (clause R-5), may be left out."""
+    return _POINT.pack(*point, *([0.0] if len(point) == 12 else []))
+
+
 StepHeader, ImpState, ImpInfo = RECORDS["StepHeader"], RECORDS["ImpState"], RECORDS["ImpInfo"]
 ImpForce, EnvelopeVertex = RECORDS["ImpForce"], RECORDS["EnvelopeVertex"]
 Grant, Limits, Ledger, Report = RECORDS["Grant"], RECORDS["Limits"], RECORDS["Ledger"], RECORDS["Report"]

@@ -115,7 +115,7 @@ impl Corner {
 
 impl Drop for Corner {
     fn drop(&mut self) {
-        // What is left has been told.
+        // Leftovers have been reported.
         let _ = fs::remove_dir_all(&self.path);
     }
 }
@@ -231,7 +231,7 @@ impl<'a> Program<'a> {
         let began = Instant::now();
         loop {
             let left = self.corner.left_by(couplers);
-            // Another one's sweep may be at it.
+            // Another process may be removing the same files.
             if left.is_empty() || began.elapsed() > GONE {
                 return left;
             }
@@ -248,7 +248,7 @@ fn in_little_room(words: Vec<String>, room: Room, dir: &Path) -> Vec<String> {
             let script = format!("ulimit -f {} && exec \"$@\"", 2 * kib);
             return shell(&["sh", "-c", &script, "sh"], words);
         }
-        // What the run leaves on the small disk is taken from it, since the disk ends with the shell.
+        // The files are copied from the small disk, because it is unmounted when the shell ends.
         Room::Disk(kib) => format!(
             "mkdir -p \"$0\" && mount -t tmpfs -o size={kib}k tmpfs \"$0\" || exit {NO_MOUNT}; \
              \"$@\"; code=$?; mount -o remount,size=1g \"$0\"; cp -a \"$0\" \"$0.kept\"; exit $code"

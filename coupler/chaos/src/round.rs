@@ -44,7 +44,7 @@ pub enum Wrong {
     Hang,
     /// Something is left after the next start.
     Leftover,
-    /// Not the cause, or not promptly, or no cause at all is told.
+    /// The cause is not reported, reported late, or wrong.
     Culprit,
     /// The result differs from that of an undisturbed run.
     Bits,
@@ -187,7 +187,7 @@ impl Round {
             couplers.insert(ended.pid);
             let nothing_there = ended.code == Some(2) && is_nothing_to_resume(&ended.said());
             if nothing_there && !anew {
-                // It was killed before it had anything that could be gone on with.
+                // It was killed before it had a checkpoint.
                 verdict.resumed -= 1;
                 anew = true;
                 continue;
@@ -266,7 +266,7 @@ impl Verdict {
             .into_iter()
             .filter(|&solver| !sent(solver, &[Signal::KILL]).is_empty())
             .collect();
-        // What it said itself: the summary can be that of the part before, where this one failed to start.
+        // Its own output: the summary can be that of the previous part, if this one failed to start.
         let said = ended.said();
         let reason = ended.last_words();
         match (ended.code, ended.signal) {

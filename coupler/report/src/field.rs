@@ -84,7 +84,7 @@ pub struct Field {
     pub unit: String,
 }
 
-/// What the page is told of a field.
+/// The data of a field for the page.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Shown {
     /// As in [`Field`].
@@ -113,7 +113,7 @@ pub fn fields(mesh: &Mesh) -> Vec<Field> {
             label: kind.label.to_owned(),
             unit: kind.unit.to_owned(),
         });
-    // What a later build keeps besides is shown by its own name.
+    // Fields of a later build are shown by their own names.
     let others = mesh.of_points.iter().filter(|array| {
         let known = SILENT.contains(&array.name.as_str());
         array.components == 1 && !known && !FIELDS.iter().any(|kind| kind.name == array.name)
@@ -152,7 +152,7 @@ pub fn values(mesh: &Mesh, field: &Field, places: &[Option<u32>]) -> Vec<f32> {
     values.collect()
 }
 
-/// The range that the colours tell: that of all numbers, unless a few of them lie far beyond the others.
+/// The range of the colours: that of all numbers, unless a few of them lie far beyond the others.
 pub fn range(numbers: &mut Vec<f32>) -> (Scale, Scale) {
     numbers.retain(|n| n.is_finite());
     let all = Scale::of(numbers.iter().map(|&n| f64::from(n)));

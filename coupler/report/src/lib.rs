@@ -74,7 +74,7 @@ fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), ReportError> {
         _ => Path::new("."),
     };
     let write = || {
-        // Who makes a page wants to show it: what the user's mask allows may read it.
+        // A page is made to be shared, so the user's umask decides who may read it.
         let mut file = tempfile::Builder::new()
             .permissions(Permissions::from_mode(0o666))
             .tempfile_in(folder)?;

@@ -124,10 +124,10 @@ impl Live {
         while !stop() {
             if end.is_none() && looked.is_none_or(|at| at.elapsed() >= LOOK) {
                 looked = Some(Instant::now());
-                // In this order: a run that has ended writes nothing more.
+                // In this order: after its end the run writes nothing more.
                 let ended = !in_use(&self.shared.dir);
                 let files = self.shared.files();
-                // Before they are told, since who has heard of the end follows no more.
+                // Before the message, because a browser that knows the end stops reading.
                 let waiting = self.shared.followers.load(Ordering::Acquire);
                 if ended || (seen.as_ref() != Some(&files) && self.shared.has_rested()) {
                     seen = Some(files);
@@ -188,7 +188,7 @@ impl Shared {
         let (path, query) = request.url().split_once('?').unwrap_or((request.url(), ""));
         let named = |header: &&Header| header.field.equiv("Host");
         let host = request.headers().iter().find(named);
-        // A page of elsewhere whose name was made to lead here has another host.
+        // A request from another site by a DNS name that points here has another host (DNS rebinding).
         let of_here =
             host.is_some_and(|host| self.host.iter().any(|own| host.value == own.as_str()));
         let knows = query

@@ -1,4 +1,4 @@
-//! Numbers as few bytes: quantised, told from what one expects, deflated.
+//! Numbers in few bytes: quantised, as differences from a prediction, deflated.
 //!
 //! A browser unpacks what [`Packer::finish`] gives (RFC 1950) and adds up again what [`Packer::track`] has taken apart;
 //! `templates/motion.js` has the other half of it.
@@ -13,7 +13,7 @@ use flate2::write::ZlibEncoder;
 /// Effort of deflating, of 9. What is left after differences is mostly noise, of which more effort makes little.
 const EFFORT: u32 = 3;
 
-/// A range of numbers that is told in steps of equal size.
+/// A range of numbers in steps of equal size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scale {
     /// The number of step 0.
@@ -121,7 +121,7 @@ impl Packer {
                     }
                 };
                 let off = at(frame, k).wrapping_sub(expected).cast_signed();
-                // Small numbers of either sign become small ones without.
+                // Small numbers of either sign become small unsigned numbers.
                 let folded = (off << 1) ^ (off >> 15);
                 [low[k], high[k]] = folded.to_le_bytes();
             }

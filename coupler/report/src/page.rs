@@ -35,13 +35,13 @@ pub const LARGEST: usize = 5_000_000;
 /// Share of the room of a motion that its times and outlines may take, and of rounding.
 const RESERVE: f64 = 0.04;
 
-/// What the script is told.
+/// The data of the script.
 #[derive(Debug, Serialize)]
 struct Data<'a> {
     runs: Vec<OfRun<'a>>,
 }
 
-/// What the script is told of a run.
+/// The data of a run for the script.
 #[derive(Debug, Serialize)]
 struct OfRun<'a> {
     label: &'a str,
@@ -155,7 +155,7 @@ pub fn page(records: &[Record], live: bool) -> Result<String, ReportError> {
     let labels = labels(records);
     let charts: Vec<Charts> = records.iter().map(charts).collect();
     let none: Vec<Option<Motion>> = records.iter().map(|_| None).collect();
-    // How much room motions have is known once all the rest is there.
+    // The space for motions is known when everything else is there.
     let rest = render(records, &labels, &charts, none, &[], live)?.len();
     let room = LARGEST.saturating_sub(rest) as f64 * (1.0 - RESERVE) / records.len().max(1) as f64;
     let mut faults = Vec::new();
@@ -267,7 +267,7 @@ fn in_script(data: &impl Serialize) -> Result<String, ReportError> {
     Ok(json.replace('<', "\\u003c"))
 }
 
-/// Names that tell the runs apart: the last part of the path, or all of it.
+/// Distinct names of the runs: the last part of the path, or all of it.
 fn labels(records: &[Record]) -> Vec<String> {
     let last = |path: &Path| {
         let whole = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());

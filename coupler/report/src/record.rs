@@ -5,7 +5,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use coupler::record::check::CheckResult;
+use coupler::record::check::{CheckResult, Meant};
 use coupler::record::course::COURSE;
 use coupler::scene::Scene;
 use serde::Deserialize;
@@ -117,6 +117,8 @@ pub struct Verdict {
     pub name: String,
     /// What the run shows.
     pub value: Option<f64>,
+    /// What the scene expects; empty of builds that do not say it.
+    pub expected: Meant,
     /// What it should be.
     pub reference: Option<f64>,
     /// How far it is off.
@@ -138,6 +140,7 @@ impl From<&CheckResult> for Verdict {
         Self {
             name: check.name.clone(),
             value: number(check.value),
+            expected: check.expected.finite(),
             reference: number(check.reference),
             error: number(check.error),
             tolerance: number(check.tolerance),

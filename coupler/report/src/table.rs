@@ -45,7 +45,7 @@ impl Table {
                 Err(error) => error.position().map_or(0, csv::Position::line),
             };
             let row = record.ok().and_then(|record| numbers(&record));
-            // The last number of a torn row may have lost digits and still be a number.
+            // The last number of an incomplete row may have lost digits and still be a number.
             if !last_is_whole && line == lines {
                 torn = true;
                 continue;
@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn a_torn_row_is_left_out_and_named_and_all_others_are_kept() {
-        // 2.5 may have been 2.57: a number that lost digits is none.
+        // 2.5 may have been 2.57: a number that lost digits does not count.
         for torn in ["0.2,2.5", "0.2", "0.2,", "0.2,x"] {
             let table = Table::parse(&format!("time [s],v [m/s]\n0,1\n0.1,2\n{torn}")).unwrap();
             assert_eq!(table.column("time").unwrap().values, [0.0, 0.1], "{torn}");

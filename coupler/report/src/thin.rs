@@ -44,7 +44,7 @@ pub fn shares(all: Amount, fixed: usize, samples: usize) -> Amount {
         let points = (room - fixed).min(all.points);
         return Amount { frames, points };
     }
-    // The bodies alone are too much: frames have to go after all.
+    // The bodies alone are too much, so frames have to be left out.
     let frames = samples / (fixed + few).max(1);
     Amount {
         frames: frames.clamp(2.min(all.frames), all.frames),

@@ -72,36 +72,26 @@ fn row(verdict: &Verdict, check: Option<&Table>, scene: &Table, run: &str) -> Ro
     let none = Table::new();
     let check = check.unwrap_or(&none);
     let unit = verdict.unit.clone().unwrap_or_else(|| unit(check, scene));
-    let value =
-        |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |v| quantity(v, &unit));
-    let relative = check.contains_key("relative_tolerance");
-    let scaled = check.contains_key("scale");
-    let near = check.contains_key("reference");
+    let meant = &verdict.expected;
+    let relative = meant.relative_tolerance.is_some() || check.contains_key("relative_tolerance");
+    let scaled = meant.scale.is_some() || check.contains_key("scale");
+    let near = meant.reference.is_some() || check.contains_key("reference");
+    let scale = meant.scale.map(|scale| quantity(scale, &unit));
+    let scale = scale.unwrap_or_else(|| "scale".to_owned());
     // What distances are told in.
     let distance = |number: Option<f64>| match number {
         None => "none".to_owned(),
         Some(number) if relative => format!("{}\u{a0}%", self::number(100.0 * number)),
-        Some(number) if scaled => format!("{}\u{a0}% of scale", self::number(100.0 * number)),
+        Some(number) if scaled => format!("{}\u{a0}% of {scale}", self::number(100.0 * number)),
         Some(number) => quantity(number, &unit),
-    };
-    let bound = |word: &str| format!("{word} {}", value(verdict.reference));
-    let expected = if check.contains_key("at_least") {
-        bound("at least")
-    } else if check.contains_key("at_most") {
-        bound("at most")
-    } else if let Some(Value::Array(ends)) = check.get("between") {
-        let ends: Vec<String> = ends.iter().map(|end| written(end, &unit)).collect();
-        ends.join(" to ")
-    } else {
-        value(verdict.reference)
     };
     Row {
         run: run.to_owned(),
         result: if verdict.pass { "pass" } else { "fail" },
         name: verdict.name.clone(),
         when: when(check),
-        value: value(verdict.value),
-        expected,
+        value: told(verdict.value, &unit),
+        expected: expected(verdict, check, &unit),
         error: match verdict.error {
             Some(0.0) if !near => "within".to_owned(),
             error => distance(error),
@@ -113,6 +103,32 @@ fn row(verdict: &Verdict, check: Option<&Table>, scene: &Table, run: &str) -> Ro
         },
         source: verdict.source.clone(),
     }
+}
+
+/// A number with its unit, if it could be had.
+fn told(number: Option<f64>, unit: &str) -> String {
+    number.map_or_else(|| "none".to_owned(), |number| quantity(number, unit))
+}
+
+/// What a run had to show. The summary of an older build has one number, of which the scene says what it is.
+fn expected(verdict: &Verdict, check: &Table, unit: &str) -> String {
+    let meant = &verdict.expected;
+    let bound = |key: &str, word: &str, number: Option<f64>| {
+        let is_meant = number.is_some() || check.contains_key(key);
+        is_meant.then(|| format!("{word} {}", told(number.or(verdict.reference), unit)))
+    };
+    let between = || match (meant.between, check.get("between")) {
+        (Some(ends), _) => Some(ends.map(|end| told(end, unit)).join(" to ")),
+        (None, Some(Value::Array(ends))) => {
+            let ends: Vec<String> = ends.iter().map(|end| written(end, unit)).collect();
+            Some(ends.join(" to "))
+        }
+        _ => None,
+    };
+    bound("at_least", "at least", meant.at_least)
+        .or_else(|| bound("at_most", "at most", meant.at_most))
+        .or_else(between)
+        .unwrap_or_else(|| told(meant.reference.or(verdict.reference), unit))
 }
 
 /// A check that nobody has judged.
@@ -195,6 +211,8 @@ fn unit(check: &Table, scene: &Table) -> String {
 
 #[cfg(test)]
 mod tests {
+    use coupler::record::check::Meant;
+
     use super::*;
 
     #[test]
@@ -271,10 +289,56 @@ mod tests {
             (near.error.as_str(), near.allowed.as_str()),
             ("2\u{a0}%", "3\u{a0}%")
         );
+        let scaled = Verdict {
+            expected: Meant {
+                reference: Some(24.5),
+                tolerance: Some(0.03),
+                scale: Some(50.0),
+                ..Meant::default()
+            },
+            ..verdict(24.5, 0.01, 0.03)
+        };
+        let scaled = judged("reference = \"h\"\nscale = \"l\"\nunit = \"m\"", scaled);
+        assert_eq!(
+            (scaled.error.as_str(), scaled.allowed.as_str()),
+            ("1\u{a0}% of 50\u{a0}m", "3\u{a0}% of 50\u{a0}m")
+        );
         let most = judged("at_most = 26\nwhen = \"max\"", verdict(26.0, 0.0, 0.0));
         assert_eq!(
             (most.expected.as_str(), most.when),
             ("at most 26", "largest value")
         );
+    }
+
+    /// Ends that are expressions were written as such, in the page and in the line of a run.
+    #[test]
+    fn bounds_are_numbers_where_the_run_says_them() {
+        let of = |expected: Meant, check: &str| {
+            let verdict = Verdict {
+                value: Some(25.0),
+                reference: Some(23.75),
+                error: Some(0.0),
+                tolerance: Some(0.0),
+                expected,
+                ..Verdict::default()
+            };
+            judged(check, verdict)
+        };
+        let check = "between = [\"0.8*angle\", \"1.1*angle\"]\nunit = \"deg\"";
+        let ends = Meant {
+            between: Some([Some(20.0), Some(27.5)]),
+            ..Meant::default()
+        };
+        let told = of(ends, check);
+        assert_eq!(told.expected, "20\u{a0}deg to 27.5\u{a0}deg");
+        assert_eq!((told.error.as_str(), told.allowed.as_str()), ("within", ""));
+        let least = Meant {
+            at_least: Some(24.0),
+            ..Meant::default()
+        };
+        // What the summary says is enough, whatever has become of the scene.
+        assert_eq!(of(least, "").expected, "at least 24");
+        let older = of(Meant::default(), check);
+        assert_eq!(older.expected, "0.8*angle to 1.1*angle");
     }
 }

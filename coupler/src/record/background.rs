@@ -80,7 +80,7 @@ impl Mark {
     /// Waits until that is written; false if the writer has failed before.
     pub fn is_reached(&self) -> bool {
         loop {
-            // In this order: a writer that has ended writes nothing more.
+            // In this order: after its end the writer writes nothing more.
             let ended = self.written.has_ended();
             if self.written.count() >= self.until {
                 return true;
@@ -128,7 +128,7 @@ impl BackgroundWriter {
         self.bytes += piece.len() as u64;
         match self.queue.as_ref().map(|queue| queue.send(piece)) {
             Some(Ok(())) => Ok(()),
-            // Nobody takes it: the writer has ended, and says why.
+            // The receiver is gone: the writer has ended with an error, which is reported.
             _ => self.finish(),
         }
     }
@@ -166,7 +166,7 @@ impl BackgroundWriter {
 
 impl Drop for BackgroundWriter {
     fn drop(&mut self) {
-        // A run that has failed: its error is told, not that of its last rows.
+        // After a failed run its own error is reported, not that of its last rows.
         let _ = self.finish();
     }
 }
@@ -212,7 +212,7 @@ impl LogFile {
 impl Write for &LogFile {
     fn write(&mut self, line: &[u8]) -> io::Result<usize> {
         let mut aside = self.0.lock().expect("who adds does not panic");
-        // A log that cannot be written ends no run.
+        // A log that cannot be written does not end a run.
         if aside.queue.is_some() {
             let _ = aside.add(line.to_vec());
         }

@@ -111,11 +111,13 @@ pub struct CheckResult {
     pub name: String,
     /// What the run shows. Of `max_error`: the value where the distance is largest.
     pub value: f64,
-    /// What it should be: reference or bound; the middle of `between`.
+    /// What the scene expects, in its own terms.
+    pub expected: Meant,
+    /// The one number that the error counts from: reference or bound; the middle of `between`.
     pub reference: f64,
     /// How far the value is off: from the reference, or beyond the bound; 0 within it.
     pub error: f64,
-    /// Largest error that passes; 0 for bounds.
+    /// Largest error that passes; 0 for bounds, since their error is what lies beyond them.
     pub tolerance: f64,
     /// Whether it passes. A NaN never does.
     pub pass: bool,
@@ -124,6 +126,51 @@ pub struct CheckResult {
     /// Why it fails, where the numbers do not say: for people, not in the summary.
     #[serde(skip)]
     pub reason: Option<String>,
+}
+
+/// What a check expects, under the keys that the scene has for it and with its expressions as numbers: one of `at_least`,
+/// `at_most`, `between` and `reference`, and with the last one its tolerance. Empty where the run has no sample.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Meant {
+    /// Not below this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_least: Option<f64>,
+    /// Not above this.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub at_most: Option<f64>,
+    /// Within these two.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub between: Option<[Option<f64>; 2]>,
+    /// Near this; of a reference that moves: where the value was taken.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<f64>,
+    /// Largest distance in the value's unit, or with `scale` as a share of it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
+    /// Largest distance as a share of the reference.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub relative_tolerance: Option<f64>,
+    /// What distances are divided by.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scale: Option<f64>,
+}
+
+impl Meant {
+    /// As it is read from the summary, where JSON has null for a number that is not finite.
+    #[must_use]
+    pub fn finite(self) -> Self {
+        let finite = |number: Option<f64>| number.filter(|number| number.is_finite());
+        Self {
+            at_least: finite(self.at_least),
+            at_most: finite(self.at_most),
+            between: self.between.map(|ends| ends.map(finite)),
+            reference: finite(self.reference),
+            tolerance: finite(self.tolerance),
+            relative_tolerance: finite(self.relative_tolerance),
+            scale: finite(self.scale),
+        }
+    }
 }
 
 /// Takes samples, gives rows and verdicts.
@@ -418,6 +465,31 @@ impl Expected {
             Self::AtLeast(_) | Self::AtMost(_) | Self::Between(..) => f64::NAN,
         }
     }
+
+    /// The same in numbers, with the reference that the value is compared with.
+    fn meant(&self, slots: &[f64], reference: f64) -> Meant {
+        let number = |expression: &Expression| Some(expression.evaluate(slots));
+        let mut meant = Meant::default();
+        match self {
+            Self::AtLeast(bound) => meant.at_least = number(bound),
+            Self::AtMost(bound) => meant.at_most = number(bound),
+            Self::Between(lower, upper) => meant.between = Some([lower, upper].map(number)),
+            Self::Near {
+                tolerance, measure, ..
+            } => {
+                meant.reference = Some(reference);
+                match measure {
+                    Measure::Relative => meant.relative_tolerance = Some(*tolerance),
+                    Measure::Absolute => meant.tolerance = Some(*tolerance),
+                    Measure::Scale(scale) => {
+                        meant.tolerance = Some(*tolerance);
+                        meant.scale = number(scale);
+                    }
+                }
+            }
+        }
+        meant
+    }
 }
 
 impl Reference {
@@ -441,9 +513,12 @@ fn interpolate(table: &[[f64; 2]], time: f64) -> f64 {
 }
 
 fn judge(check: &Check, progress: &Progress, slots: &[f64]) -> CheckResult {
+    let outcome = progress.outcome(check.when);
+    let (value, reference, distance) = outcome.unwrap_or((f64::NAN, f64::NAN, f64::NAN));
     let mut result = CheckResult {
         name: check.name.clone(),
-        value: f64::NAN,
+        value,
+        expected: Meant::default(),
         reference: f64::NAN,
         error: f64::NAN,
         tolerance: 0.0,
@@ -451,37 +526,38 @@ fn judge(check: &Check, progress: &Progress, slots: &[f64]) -> CheckResult {
         source: check.source.clone(),
         reason: None,
     };
-    let Some((value, reference, distance)) = progress.outcome(check.when) else {
+    // Without a sample no expression has a value.
+    if !slots.is_empty() {
+        result.expected = check.expected.meant(slots, reference);
+    }
+    if outcome.is_none() {
         let [from, to] = check.window;
         result.reason = Some(match check.when {
             When::At(time) => format!("the run has no samples around {time} s"),
             _ => format!("the run has no sample between {from} s and {to} s"),
         });
         return result;
-    };
-    result.value = value;
+    }
+    let meant = result.expected;
+    let number = |meant: Option<f64>| meant.unwrap_or(f64::NAN);
     // An infinite bound or scale would pass whatever the run shows.
-    let mut finite = true;
-    let mut evaluate = |bound: &Expression| {
-        let bound = bound.evaluate(slots);
-        finite &= bound.is_finite();
-        bound
-    };
+    let mut bounds = Vec::new();
     match &check.expected {
-        Expected::AtLeast(bound) => {
-            let bound = evaluate(bound);
-            result.reference = bound;
-            result.error = beyond(bound - value);
+        Expected::AtLeast(_) => {
+            result.reference = number(meant.at_least);
+            result.error = beyond(result.reference - value);
+            bounds.push(result.reference);
         }
-        Expected::AtMost(bound) => {
-            let bound = evaluate(bound);
-            result.reference = bound;
-            result.error = beyond(value - bound);
+        Expected::AtMost(_) => {
+            result.reference = number(meant.at_most);
+            result.error = beyond(value - result.reference);
+            bounds.push(result.reference);
         }
-        Expected::Between(lower, upper) => {
-            let (lower, upper) = (evaluate(lower), evaluate(upper));
+        Expected::Between(..) => {
+            let [lower, upper] = meant.between.unwrap_or_default().map(number);
             result.reference = 0.5 * (lower + upper);
             result.error = beyond(lower - value) + beyond(value - upper);
+            bounds.extend([lower, upper]);
         }
         Expected::Near {
             tolerance, measure, ..
@@ -491,10 +567,12 @@ fn judge(check: &Check, progress: &Progress, slots: &[f64]) -> CheckResult {
             result.error = match measure {
                 Measure::Absolute => distance,
                 Measure::Relative => distance / reference.abs(),
-                Measure::Scale(scale) => distance / evaluate(scale).abs(),
+                Measure::Scale(_) => distance / number(meant.scale).abs(),
             };
+            bounds.extend(meant.scale);
         }
     }
+    let finite = bounds.into_iter().all(f64::is_finite);
     // False for NaN.
     result.pass = result.error <= result.tolerance && value.is_finite() && finite;
     if !value.is_finite() {

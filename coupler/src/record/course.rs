@@ -30,7 +30,7 @@ impl Course {
 
     /// Of a run that goes on at `time` (s): a row of that time or a later one comes again, but for that of the start.
     pub fn resume(dir: &RunDir, time: f64) -> Result<Self, RunDirError> {
-        // A run of a build that kept no course begins it where it goes on.
+        // A run of an older build has no course file; it begins here.
         let Ok(text) = fs::read_to_string(dir.path().join(COURSE)) else {
             return Self::begin(dir);
         };
@@ -118,7 +118,7 @@ mod tests {
         let text = "time [s],step [s]\n0,0\n0.1,1\n0.2,1\n0.3,1\n";
         let keeps = |time| text[..kept(text, time)].lines().count() - 1;
         assert_eq!([0.0, 0.1, 0.15, 0.3, 1.0].map(keeps), [1, 1, 2, 3, 4]);
-        // A row that was being written when the run was killed is none.
+        // A row that was incomplete when the run was killed does not count.
         assert_eq!(kept("time [s]\n0\n0.1", 1.0), 11);
         assert_eq!(kept("time [s]\n0\nx\n0.2\n", 1.0), 11);
     }

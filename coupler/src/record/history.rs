@@ -46,7 +46,7 @@ impl History {
             .write_record(header)
             .expect("memory takes what is written");
         history.rows = writer.into_inner().expect("memory takes what is written");
-        // Where nothing can be written no run needs to begin.
+        // If nothing can be written, the run does not begin.
         if !history.flush()?.is_reached() {
             history.finish()?;
         }

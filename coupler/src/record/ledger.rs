@@ -298,7 +298,7 @@ mod tests {
         balance.take(&Ledger::default(), &bodies(1e-16), 2.0 * 3.0);
         balance.take(&Ledger::default(), &bodies(-4e-16), 2.0 * 3.0);
         assert!(balance.momentum_error_max < 1e-16);
-        // What is really lost still shows.
+        // Energy that is really lost still shows.
         balance.take(&Ledger::default(), &bodies(6e-3), 2.0 * 3.0);
         assert!((balance.momentum_error - 1e-3).abs() < 1e-15);
     }

@@ -67,7 +67,7 @@ impl Progress {
         let now = Instant::now();
         let position = (PARTS * state.time / self.end) as u64;
         let (begun, first) = self.begun.unwrap_or_else(|| {
-            // A run that goes on has steps behind it that this process has not taken.
+            // A continued run has steps that this process has not computed.
             self.at_bar(move |bar| {
                 bar.set_position(position);
                 bar.reset_eta();

@@ -236,7 +236,7 @@ const OF_GROUP: &[Row<GroupState>] = &[
     }),
 ];
 
-/// Points that are followed, with what is told of them now and where they were first.
+/// Points with a name: their present state and first position.
 struct Followed {
     now: GroupState,
     /// Centre of mass in the first sample in m.

@@ -78,7 +78,7 @@ impl RunDir {
         fs::create_dir_all(path).map_err(fail("create the run directory", path))?;
         let locked_before = path.join(LOCK).exists();
         let made = Self::create_in(path, scene);
-        // One that another run uses has a lock of that run.
+        // A directory that another run uses has the lock of that run.
         if !locked_before && !matches!(made, Ok(_) | Err(RunDirError::InUse { .. })) {
             let _ = fs::remove_file(path.join(LOCK));
             if !existed {
@@ -220,7 +220,7 @@ impl RunDir {
             return Ok(());
         }
         let away = self.root.join(EARLIER);
-        // The summary says that a run is whole, so it goes first.
+        // A summary marks a run as complete, so it is moved first.
         let summary = inner.earlier.contains(SUMMARY).then_some(SUMMARY);
         let others = inner.earlier.iter().map(String::as_str);
         for name in summary.into_iter().chain(others) {
@@ -232,7 +232,7 @@ impl RunDir {
         }
         remove_all(&inner.place)?;
         remove_all(&away)?;
-        // Folders that hold nothing any more; those of others are not empty.
+        // Removes empty folders; folders with files of others are not empty.
         for folder in [FRAMES, CHECKPOINTS, FAILED_START] {
             let _ = fs::remove_dir(self.root.join(folder));
         }
@@ -344,7 +344,7 @@ fn lock(dir: &Path) -> Result<File, RunDirError> {
     let mut file = options
         .open(&path)
         .map_err(fail("write in the run directory", dir))?;
-    // A reader that asks whether somebody has it holds it for a moment.
+    // A process that tests the lock holds it for a moment.
     let mut locked = file.try_lock();
     for _ in 0..LOOKS {
         if matches!(locked, Err(TryLockError::WouldBlock)) {
@@ -366,7 +366,7 @@ fn lock(dir: &Path) -> Result<File, RunDirError> {
                 },
             });
         }
-        // Some file systems of clusters have no locks; a run goes without one there.
+        // Some cluster file systems have no locks; there a run works without one.
         Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => {
             tracing::warn!("{} cannot be locked: {error}", path.display());
         }
@@ -461,7 +461,7 @@ fn has_result(dir: &Path) -> bool {
     let summary = fs::read_to_string(dir.join(SUMMARY)).unwrap_or_default();
     let summary: Option<serde_json::Value> = serde_json::from_str(&summary).ok();
     let steps = summary.and_then(|summary| summary["steps"].as_u64());
-    // Of a coupler that was killed the history is there, and perhaps a checkpoint.
+    // A killed coupler leaves the history, and perhaps a checkpoint.
     let rows = || fs::read_to_string(dir.join(HISTORY)).is_ok_and(|text| text.lines().count() > 1);
     steps.map_or_else(rows, |steps| steps > 0)
 }
@@ -469,7 +469,7 @@ fn has_result(dir: &Path) -> bool {
 /// A run that was killed while it took the place of another has done nothing yet: the other gets its place back.
 fn roll_back(dir: &Path) -> Result<(), RunDirError> {
     let (next, away) = (dir.join(NEXT), dir.join(EARLIER));
-    // Without the folder of the new run the exchange was over.
+    // If the folder of the new run is gone, the exchange was complete.
     if next.exists() && away.exists() {
         let mut names = files_below(&away);
         let listed = written(dir);

@@ -103,7 +103,7 @@ impl Write for &Screen {
 
 fn show_all(mut out: impl Write, taken: &Receiver<Shown>, counts: &Counts) {
     for shown in taken {
-        // A reader that has left is no error.
+        // A reader that has closed the pipe is no error.
         match shown {
             Shown::Text(text, left_out) => {
                 if left_out > 0 {

@@ -12,7 +12,7 @@ const LOOK: Duration = Duration::from_millis(1);
 /// A disk that has been waited for so long is named.
 const NOTICE: Duration = Duration::from_secs(3);
 
-/// The disk of a run, and to whom it is told that the run waits for it.
+/// The disk of a run, and the shared memory in which solvers see that the run waits for it.
 #[derive(Debug, Default)]
 pub(crate) struct Disk {
     domain: Option<Domain>,

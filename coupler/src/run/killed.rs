@@ -67,7 +67,7 @@ impl Killed {
         words
     }
 
-    /// Writes the summary that the run could not write: what its checkpoint, if it has one, its history and its log tell.
+    /// Writes the summary that the run could not write, from its history, its log and its checkpoint, if there is one.
     ///
     /// # Errors
     /// As [`RunDir::write_summary`].

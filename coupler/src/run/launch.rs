@@ -35,7 +35,7 @@ const GRACE: Duration = Duration::from_secs(2);
 const READING: Duration = Duration::from_millis(500);
 /// Bytes of what a solver has said that are kept in memory.
 const KEPT: usize = 8 << 10;
-/// Lines of them that are told when a run fails.
+/// Number of their last lines that are quoted when a run fails.
 const LAST_LINES: usize = 20;
 
 /// The solvers of a run. Dropping it ends those that still run.
@@ -193,7 +193,7 @@ impl Said {
         let tail = Arc::new(Mutex::new(Vec::new()));
         let kept = tail.clone();
         let reader = thread::spawn(move || {
-            // The file is made when there is something to say.
+            // The file is created at the first output.
             let mut file = None;
             let mut bytes = vec![0; 4096];
             loop {

@@ -131,7 +131,7 @@ fn run_from(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Origin) -> 
     let ended = recorder(scene, options, dir, &from).and_then(|recorder| {
         let tape = recorder.as_ref().map(Recorder::tape);
         let ended = Run::new(scene, options, dir, &mut account, from).and_then(|mut run| {
-            run.tape.clone_from(&tape);
+            run.outputs.tape.clone_from(&tape);
             let outcome = match &options.solvers {
                 Solvers::Processes { mpm, dem } => {
                     let commands = BTreeMap::from([(Party::Mpm, mpm), (Party::Dem, dem)]);
@@ -202,7 +202,7 @@ fn processes(
     // In the order in which they are dropped: ports before the channels, the channels before the directory.
     let domain = OwnedDomain::create().map_err(|e| SessionError::Channel(e.into()))?;
     let names = domain.domain();
-    run.disk = Disk::of(names.clone(), run.start_limits());
+    run.resources.disk = Disk::of(names.clone(), run.start_limits());
     let told = |error: SessionError, segments: &Segments| match resources::cause(
         &error, names, segments,
     ) {
@@ -212,7 +212,7 @@ fn processes(
     let channels = iceoryx::create(Medium::Processes, names, &parties, tape.is_some())
         .map_err(|error| told(error.into(), &Segments::none()))?;
     let segments = Segments::of(names, &channels);
-    run.shared_memory = Some(SharedMemory::new(names.clone(), segments.clone()));
+    run.resources.shared_memory = Some(SharedMemory::new(names.clone(), segments.clone()));
     let caused = |error| told(error, &segments);
     let coupler = iceoryx::join(
         Medium::Processes,
@@ -237,7 +237,8 @@ fn processes(
     for &party in &parties {
         let command = commands[&party];
         verdict = verdict.and_then(|()| {
-            run.processes
+            run.resources
+                .processes
                 .start(party, command, names)
                 .map_err(RunError::from)
         });
@@ -250,10 +251,10 @@ fn processes(
     // What is in the channels between the solvers is still recorded, before their senders end (D-2).
     tap.take();
     if verdict.is_err() {
-        // One that had not yet opened its channels has missed the Abort (S-7); it looks whether the coupler lives.
+        // A solver that had not opened its channels missed the Abort (S-7), so it checks whether the coupler lives.
         domain.release();
     }
-    run.processes.end_all();
+    run.resources.processes.end_all();
     verdict
 }
 
@@ -273,7 +274,7 @@ fn in_process(
     let [mut to_coupler, mut to_mpm, mut to_dem]: [Box<dyn Transport>; 3] = match tape {
         Some(tape) => [
             Box::new(Recorded::new(hub.clone(), tape.clone(), noted)),
-            // Every message once: the coupler notes its own, the continuum those between the solvers.
+            // Every message once: the coupler records its own, the continuum those between the solvers.
             Box::new(Recorded::new(
                 hub.clone(),
                 tape,

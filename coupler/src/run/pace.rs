@@ -95,7 +95,7 @@ impl Pace {
     /// Time of the next output in s: a multiple of the interval, or the end.
     pub fn next_output(&self) -> f64 {
         let due = (self.so_far.outputs + 1) as f64 * self.every;
-        // An interval that does not divide the run leaves a shorter one at the end, but none of mere rounding.
+        // If the interval does not divide the run, the last one is shorter; a rounding error makes no interval.
         if due > self.plan.end - 1e-9 * self.every {
             self.plan.end
         } else {

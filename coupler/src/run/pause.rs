@@ -42,7 +42,7 @@ impl Pauses {
         }
     }
 
-    /// Looks whether a solver is held, if it is time to; tells of one that has been held for longer than the run waits.
+    /// Checks at intervals whether a solver is held. Returns one that has been held for longer than the run waits.
     pub fn look(
         &mut self,
         held: impl FnOnce() -> Option<(Party, Hold)>,

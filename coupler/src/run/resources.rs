@@ -82,7 +82,7 @@ impl Display for Bytes {
 
 /// About how much shared memory a run of this scene takes, in bytes.
 pub fn needed(scene: &Scene) -> u64 {
-    // The whole cloud crosses at the end, in one of two places.
+    // All points are sent at the end, in one of two buffers.
     let points = scene.points_estimate().ceil() as u64;
     let cloud = points * size_of::<PointState>() as u64;
     let saved = scene
@@ -93,7 +93,7 @@ pub fn needed(scene: &Scene) -> u64 {
     CHANNELS + 2 * cloud + saved
 }
 
-/// Bytes that are free in shared memory, where the system tells.
+/// Free bytes of shared memory, if the system reports them.
 pub fn free_memory() -> Option<u64> {
     let found = statvfs(SHARED_MEMORY).ok()?;
     Some(found.f_bavail.saturating_mul(found.f_frsize))
@@ -145,7 +145,7 @@ const LOOK: Duration = Duration::from_millis(250);
 /// In which all files of a run are removed, once somebody has begun.
 const MOMENT: Duration = Duration::from_millis(100);
 
-/// What the user is told of files that are gone.
+/// The message for removed files.
 pub const REMOVED: &str = "somebody has removed the run's files from shared memory (systemd does so when a user logs out: \
                            `RemoveIPC=no` in logind.conf, or `loginctl enable-linger`)";
 
@@ -214,7 +214,7 @@ pub fn cause(error: &SessionError, domain: &Domain, segments: &Segments) -> Opti
     if !may_be_of_memory(error) {
         return None;
     }
-    // Who removes them may be about it: the first that is missed can be the end of a run.
+    // Somebody may still be removing files: the first missing file can end a run.
     let are_gone = || !segments.are_there(domain);
     let are_going = || {
         thread::sleep(MOMENT);
@@ -272,7 +272,7 @@ mod tests {
         }
     }
 
-    /// D3: clause K-3, "ended with exit status 3" and others were told instead.
+    /// D3: the message named clause K-3, "ended with exit status 3" or others instead.
     #[test]
     fn removed_files_are_the_cause_of_whatever_they_may_cause() {
         let owned = OwnedDomain::create().unwrap();

@@ -335,7 +335,7 @@ mod tests {
             ..one
         };
         let ratio = composed(1.0).limit(&both).dt / composed(1.0).limit(&one).dt;
-        // docs/physics.md section 4: already unstable at 0.8 of the smaller of the two; the truth is 1/sqrt(2).
+        // docs/physics.md section 4: unstable at 0.8 of the smaller of the two; the true limit is 1/sqrt(2) of it.
         assert!((ratio - 0.5f64.sqrt()).abs() < 1e-15);
     }
 
@@ -415,7 +415,7 @@ mod tests {
         // Neither side halts at once: the budget is at least what it uses now.
         let budgets = forced.budgets(&slow, 0.97 * dt);
         assert!(budgets.mpm.omega_sq > own(&slow.mpm));
-        // What stability does not ask for is not forced.
+        // The factor applies to the limit of stability only.
         let mut fast = sides();
         fast.mpm.speed = 499.0;
         assert_eq!(forced.limit(&fast).bound, Bound::Kinematic);

@@ -2,6 +2,7 @@
 
 mod branch;
 mod checkpoints;
+mod outputs;
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -15,11 +16,10 @@ use interface::message::wire::{BodyState, Grant, GroupState, Ledger, flags};
 use interface::recording::Tape;
 use interface::session::{Stop, Supervisor};
 
+use self::outputs::Outputs;
 use crate::record::background::Mark;
-use crate::record::course::Course;
-use crate::record::frames::{Frames, Instant as FrameInstant, Listed, ReportedFields};
-use crate::record::history::History;
-use crate::record::progress::{self, Progress};
+use crate::record::frames::{Instant as FrameInstant, Listed, ReportedFields};
+use crate::record::progress;
 use crate::record::quantity::{Books, Measured, Sample};
 use crate::record::rundir::{RunDir, RunDirError};
 use crate::record::summary::state_hash;
@@ -38,8 +38,6 @@ use crate::scene::{Scene, unmet};
 
 /// A window is cut so that it takes about this long: the bar moves and Ctrl-C is heard.
 const WINDOW_TIME: Duration = Duration::from_millis(200);
-/// Bytes of a table that may wait for the disk.
-const BEHIND: u64 = 4 << 20;
 /// A positive energy residual beyond this share of the energy in play is an instability, not an error of the scheme.
 const BLOW_UP: f64 = 0.5;
 /// The opening and the closing step have no length: forces, limits and energies of the start and of the end.
@@ -56,55 +54,71 @@ pub(crate) struct Run<'a> {
     options: &'a RunOptions,
     account: &'a mut Account,
     dir: &'a RunDir,
+    parties: Vec<Party>,
+    pub(crate) resources: Resources,
+    pub(crate) outputs: Outputs,
+    checkpoints: Checkpoints,
+    schedule: Schedule,
+    latest: Latest,
+    stability: Option<Stability>,
+    /// The saved states with which the solvers begin.
+    restored: Vec<(Party, Vec<u8>)>,
+    failure: Option<RunError>,
+}
+
+/// What can stop or delay a run from outside.
+pub(crate) struct Resources {
     /// The solvers that are processes.
-    pub(crate) processes: Processes,
+    pub processes: Processes,
     /// Solvers that something has stopped.
     pauses: Pauses,
-    /// What the run may have to wait for.
-    pub(crate) disk: Disk,
-    /// Through which solvers that are processes arrive.
-    pub(crate) shared_memory: Option<SharedMemory>,
-    /// Where everything that crosses is noted.
-    pub(crate) tape: Option<Tape>,
-    parties: Vec<Party>,
-    history: History,
-    course: Course,
-    frames: Option<Frames>,
-    /// What the solvers tell for frames besides where things are.
-    reported: ReportedFields,
-    progress: Progress,
-    stability: Option<Stability>,
+    /// The disk that the run may have to wait for.
+    pub disk: Disk,
+    /// The shared memory through which the solvers join.
+    pub shared_memory: Option<SharedMemory>,
+}
+
+/// The checkpoints of a run.
+#[derive(Default)]
+struct Checkpoints {
+    /// Writes them, if all solvers can save.
+    writer: Option<CheckpointWriter>,
+    /// The coupler's own state at a checkpoint whose window is in progress.
+    pending: Option<(CouplerState, Vec<Mark>)>,
+    /// Whether that one is kept for other scenes.
+    kept: bool,
+    /// An interrupted run has asked for its last checkpoint.
+    last_asked: bool,
+}
+
+/// The steps that come next.
+struct Schedule {
+    phase: Phase,
+    /// The epoch in progress.
+    under_way: Option<UnderWay>,
+    /// Flags of the next grant.
+    asked: u64,
+    /// More flags of the first grant. It asks for a frame, so that the memory for all points exists, and both sides know
+    /// it, before anything is computed. At the end of the run all points cross in it.
+    touches: u64,
+    /// When the last grant was decided.
+    granted: Instant,
+    /// Wall time of a step in the last window.
+    step_time: Option<Duration>,
+}
+
+/// The latest reports.
+#[derive(Default)]
+struct Latest {
     sides: Sides,
     sample: Sample,
     bodies: Vec<BodyState>,
     /// The bodies where the scene puts them.
     origin: Vec<BodyState>,
-    phase: Phase,
-    under_way: Option<UnderWay>,
-    /// Flags of the next grant.
-    asked: u64,
-    /// Flags of the first grant besides: with it all points cross once, so that the shared memory in which they cross at
-    /// the end is there, and known to both sides, before anything is computed.
-    touches: u64,
-    /// Keeps checkpoints, if all solvers can save.
-    checkpoints: Option<CheckpointWriter>,
-    /// The coupler's own state at a checkpoint whose window is under way.
-    pending: Option<(CouplerState, Vec<Mark>)>,
-    /// It is one that is kept for other scenes.
-    kept: bool,
-    /// An interrupted run has asked for its last checkpoint.
-    last_asked: bool,
-    /// What the solvers go on from.
-    restored: Vec<(Party, Vec<u8>)>,
-    /// When the last grant was decided on, and when the session was last given something to wait for.
-    granted: Instant,
-    /// Wall time of a step in the last window.
-    step_time: Option<Duration>,
-    failure: Option<RunError>,
 }
 
 impl<'a> Run<'a> {
-    /// A run that has not begun, or one that goes on from a checkpoint.
+    /// A new run, or one that continues from a checkpoint.
     pub(crate) fn new(
         scene: &'a Scene,
         options: &'a RunOptions,
@@ -116,12 +130,8 @@ impl<'a> Run<'a> {
             Origin::Itself(checkpoint) => (None, *checkpoint),
             Origin::Another(branch) => (Some(branch.as_before), branch.checkpoint),
             Origin::Scene | Origin::Recording => {
-                let history = History::begin(dir, &account.recorder.header())?;
-                let course = Course::begin(dir)?;
-                let frames = frames(scene, dir, Listed::default())?;
-                return Ok(Self::at_start(
-                    scene, options, dir, account, history, course, frames,
-                ));
+                let outputs = Outputs::begin(scene, options, dir, account, Listed::default())?;
+                return Ok(Self::at_start(scene, options, dir, account, outputs));
             }
         };
         if let Some(what) = state.nonsense(scene) {
@@ -130,26 +140,24 @@ impl<'a> Run<'a> {
         if let Some(as_before) = branch {
             return Self::branch(scene, options, dir, account, (state, solvers), as_before);
         }
-        let history = History::resume(dir, state.history)?;
-        let frames = frames(scene, dir, state.frames)?;
         if !account.resume(state.account, scene.quantities.len()) {
             return Err(RunError::Checkpoint(
                 "it has another number of checks or quantities".into(),
             ));
         }
-        let course = Course::resume(dir, account.clock.time())?;
-        Ok(Self {
-            sides: state.sides,
-            bodies: state.bodies,
-            origin: state.origin,
-            phase: state.phase,
-            under_way: Some(state.under_way),
-            asked: state.asked,
-            restored: solvers,
-            // A recording that goes on has no message twice.
-            touches: 0,
-            ..Self::at_start(scene, options, dir, account, history, course, frames)
-        })
+        let written = (state.history, account.clock.time());
+        let outputs = Outputs::resume(scene, options, dir, written, state.frames)?;
+        let mut run = Self::at_start(scene, options, dir, account, outputs);
+        run.latest.sides = state.sides;
+        run.latest.bodies = state.bodies;
+        run.latest.origin = state.origin;
+        run.schedule.phase = state.phase;
+        run.schedule.under_way = Some(state.under_way);
+        run.schedule.asked = state.asked;
+        // A recording that continues has no message twice.
+        run.schedule.touches = 0;
+        run.restored = solvers;
+        Ok(run)
     }
 
     fn at_start(
@@ -157,14 +165,12 @@ impl<'a> Run<'a> {
         options: &'a RunOptions,
         dir: &'a RunDir,
         account: &'a mut Account,
-        history: History,
-        course: Course,
-        frames: Option<Frames>,
+        outputs: Outputs,
     ) -> Self {
         let mut parties = Vec::new();
         parties.extend(scene.mpm.is_some().then_some(Party::Mpm));
         parties.extend(scene.dem.is_some().then_some(Party::Dem));
-        let asked = if frames.is_some() {
+        let asked = if outputs.frames.is_some() {
             flags::MEASURE | flags::FRAME
         } else {
             flags::MEASURE
@@ -174,36 +180,29 @@ impl<'a> Run<'a> {
             options,
             account,
             dir,
-            processes: Processes::new(dir.clone(), options.screen.clone()),
-            pauses: Pauses::new(options.patience),
-            disk: Disk::default(),
-            shared_memory: None,
-            tape: None,
             parties,
-            history,
-            course,
-            frames,
-            reported: ReportedFields::default(),
-            progress: Progress::new(scene.time.end, options.progress, options.screen.clone()),
-            stability: None,
-            sides: Sides::default(),
-            sample: Sample::default(),
-            bodies: Vec::new(),
-            origin: Vec::new(),
-            phase: Phase::Opening,
-            under_way: None,
-            asked,
-            touches: match options.solvers {
-                Solvers::Processes { .. } if scene.mpm.is_some() => flags::FRAME,
-                _ => 0,
+            resources: Resources {
+                processes: Processes::new(dir.clone(), options.screen.clone()),
+                pauses: Pauses::new(options.patience),
+                disk: Disk::default(),
+                shared_memory: None,
             },
-            checkpoints: None,
-            pending: None,
-            kept: false,
-            last_asked: false,
+            outputs,
+            checkpoints: Checkpoints::default(),
+            schedule: Schedule {
+                phase: Phase::Opening,
+                under_way: None,
+                asked,
+                touches: match options.solvers {
+                    Solvers::Processes { .. } if scene.mpm.is_some() => flags::FRAME,
+                    _ => 0,
+                },
+                granted: Instant::now(),
+                step_time: None,
+            },
+            latest: Latest::default(),
+            stability: None,
             restored: Vec::new(),
-            granted: Instant::now(),
-            step_time: None,
             failure: None,
         }
     }
@@ -220,26 +219,22 @@ impl<'a> Run<'a> {
 
     /// The session has ended so; finishes what is written meanwhile.
     pub(crate) fn end(mut self, outcome: Result<(), RunError>) -> Result<(), RunError> {
-        self.progress.finish();
-        let flushed = self.history.finish().and(self.course.finish());
-        let framed = self.frames.as_mut().map_or(Ok(()), Frames::finish);
-        // A checkpoint waits for the frames that it lists.
-        self.frames = None;
-        if let Some(checkpoints) = &mut self.checkpoints {
-            checkpoints.finish();
+        let written = self.outputs.finish();
+        if let Some(writer) = &mut self.checkpoints.writer {
+            writer.finish();
         }
-        // What the run itself has found comes first: the session ended because of it.
+        // An error of the run itself comes first, because it ended the session.
         let ended = match self.failure.take() {
             Some(failure) => Err(failure),
             None => outcome,
         };
         if let Err(error) = &ended {
             let words = error.party().and_then(|who| {
-                let words = self.processes.last_words(who)?;
+                let words = self.resources.processes.last_words(who)?;
                 Some((who, words.to_owned()))
             });
             self.account.last_words = words;
-            // Of a run that was cut short: the bodies at the last row of the history.
+            // A run that ended early keeps the bodies of the last row of the history.
             if self.account.recorder.has_begun()
                 && let Err(error) = self.write_bodies()
             {
@@ -247,8 +242,9 @@ impl<'a> Run<'a> {
             }
         }
         ended?;
-        flushed?;
-        framed?;
+        for result in written {
+            result?;
+        }
         Ok(())
     }
 
@@ -257,7 +253,7 @@ impl<'a> Run<'a> {
             return Ok(());
         };
         let names = dem.bodies.iter().map(|body| body.name.as_str());
-        self.dir.write_bodies(names, &self.bodies)
+        self.dir.write_bodies(names, &self.latest.bodies)
     }
 
     fn parts(&mut self) -> Vec<Part> {
@@ -277,7 +273,7 @@ impl<'a> Run<'a> {
             restore: restored.next().map(|(_, state)| state),
         };
         let mpm = self.scene.mpm.clone().map(|config| {
-            // Probes, holds and chains are told as groups are, after them.
+            // Probes, holds and chains are reported like groups, after them.
             let sets = config.probes.len() + config.forcing.holds.len() + config.chains.len();
             let told = config.groups.len() + sets;
             part(to_json(&MpmConfig { threads, ..config }), told)
@@ -303,8 +299,8 @@ impl<'a> Run<'a> {
 
     /// All solvers are ready, so that the run begins: its files take the place of an earlier run's.
     fn ready(&mut self, coupler: &Coupler) -> Result<(), RunError> {
-        self.disk.during(|| self.dir.take_place())?;
-        self.disk.started();
+        self.resources.disk.during(|| self.dir.take_place())?;
+        self.resources.disk.started();
         for &party in &self.parties {
             let Some(ready) = coupler.readiness(party) else {
                 continue;
@@ -315,7 +311,7 @@ impl<'a> Run<'a> {
             }
         }
         self.account.balance.keeps_stress_work = coupler.can(Party::Mpm, STRESS_WORK);
-        self.reported = ReportedFields::by(self.scene.mpm.as_ref(), |party, capability| {
+        self.outputs.reported = ReportedFields::by(self.scene.mpm.as_ref(), |party, capability| {
             coupler.can(party, capability)
         });
         let [mpm, dem] = [Party::Mpm, Party::Dem].map(|party| coupler.readiness(party));
@@ -327,24 +323,19 @@ impl<'a> Run<'a> {
         self.stability.as_ref().expect("all solvers are ready")
     }
 
-    /// Whether something is so far from being written that nothing should be added to it.
+    /// Whether so much waits for the disk that nothing should be added.
     fn is_behind(&self) -> bool {
-        self.history.behind().max(self.course.behind()) > BEHIND
-            || self.frames.as_ref().is_some_and(Frames::is_behind)
-            || self
-                .checkpoints
-                .as_ref()
-                .is_some_and(CheckpointWriter::is_behind)
-            || self.tape.as_ref().is_some_and(Tape::is_behind)
+        let checkpoints = self.checkpoints.writer.as_ref();
+        self.outputs.is_behind() || checkpoints.is_some_and(CheckpointWriter::is_behind)
     }
 
     /// The next grant, or the end of them.
     fn next(&mut self) -> Result<Decision, RunError> {
-        self.disk.wait(|| self.is_behind());
-        if let Some(error) = self.tape.as_ref().and_then(Tape::failure) {
+        self.resources.disk.wait(|| self.is_behind());
+        if let Some(error) = self.outputs.tape.as_ref().and_then(Tape::failure) {
             return Err(SessionError::from(error).into());
         }
-        let under_way = match self.under_way {
+        let under_way = match self.schedule.under_way {
             Some(under_way) => under_way,
             None => match self.next_epoch()? {
                 Some(epoch) => self.begin(epoch),
@@ -358,7 +349,7 @@ impl<'a> Run<'a> {
             epoch: self.account.epochs,
             first: self.account.clock.index(),
             steps: window,
-            flags: self.asked | checkpoint | std::mem::take(&mut self.touches),
+            flags: self.schedule.asked | checkpoint | std::mem::take(&mut self.schedule.touches),
             epoch_start,
             steps_in_epoch,
             dt_before_epoch,
@@ -376,7 +367,7 @@ impl<'a> Run<'a> {
         };
         let budgets = self.parties.iter().map(budget).collect();
         self.account.grants += 1;
-        self.granted = Instant::now();
+        self.schedule.granted = Instant::now();
         Ok(Decision::Grant(grant, budgets))
     }
 
@@ -384,39 +375,42 @@ impl<'a> Run<'a> {
         self.account.clock.begin_epoch(epoch.dt);
         self.account.epochs += 1;
         let under_way = UnderWay {
-            budgets: self.stability().budgets(&self.sides, epoch.dt),
+            budgets: self.stability().budgets(&self.latest.sides, epoch.dt),
             epoch,
             done: 0,
         };
-        self.under_way = Some(under_way);
+        self.schedule.under_way = Some(under_way);
         under_way
     }
 
     /// The epoch that comes next, if there is one.
     fn next_epoch(&mut self) -> Result<Option<Epoch>, RunError> {
-        if self.phase == Phase::Stepping {
+        if self.schedule.phase == Phase::Stepping {
             let time = self.account.clock.time();
             if time < self.scene.time.end && !self.ends_early() {
                 let stability = *self.stability();
-                stability.compare(&self.sides, &mut self.account.criteria);
-                let epoch = self.account.pace.epoch(time, &stability, &self.sides);
+                stability.compare(&self.latest.sides, &mut self.account.criteria);
+                let epoch = self
+                    .account
+                    .pace
+                    .epoch(time, &stability, &self.latest.sides);
                 return epoch.map(Some).map_err(|e| self.collapsed(e));
             }
-            self.phase = Phase::Closing;
-            self.asked = self.asked_at_output(true);
+            self.schedule.phase = Phase::Closing;
+            self.schedule.asked = self.asked_at_output(true);
         }
-        match self.phase {
+        match self.schedule.phase {
             Phase::Arriving => {
-                self.phase = Phase::Opening;
+                self.schedule.phase = Phase::Opening;
                 Ok(Some(STANDSTILL))
             }
             Phase::Opening => {
-                self.phase = Phase::Stepping;
-                self.asked = self.asked_at_output(true);
+                self.schedule.phase = Phase::Stepping;
+                self.schedule.asked = self.asked_at_output(true);
                 Ok(Some(STANDSTILL))
             }
             Phase::Closing => {
-                self.phase = Phase::Done;
+                self.schedule.phase = Phase::Done;
                 Ok(Some(STANDSTILL))
             }
             Phase::Stepping | Phase::Done => Ok(None),
@@ -425,7 +419,7 @@ impl<'a> Run<'a> {
 
     /// Interrupted, and the last checkpoint has been asked for where there are any.
     fn ends_early(&mut self) -> bool {
-        self.interrupted() && (self.last_asked || self.checkpoints.is_none())
+        self.interrupted() && (self.checkpoints.last_asked || self.checkpoints.writer.is_none())
     }
 
     fn interrupted(&mut self) -> bool {
@@ -438,7 +432,7 @@ impl<'a> Run<'a> {
 
     /// What is asked for at an output, as flags of its grant: the measurement, and a frame if one is `due`.
     fn asked_at_output(&self, due: bool) -> u64 {
-        if due && self.frames.is_some() {
+        if due && self.outputs.frames.is_some() {
             flags::MEASURE | flags::FRAME
         } else {
             flags::MEASURE
@@ -447,12 +441,12 @@ impl<'a> Run<'a> {
 
     /// Steps that fit the time of a window; before anything is known of their cost, one.
     fn window(&self) -> u64 {
-        if let Some(recorded) = self.tape.as_ref().and_then(Tape::next_window) {
+        if let Some(recorded) = self.outputs.tape.as_ref().and_then(Tape::next_window) {
             return recorded;
         }
         let most = self.options.window.unwrap_or(self.scene.coupling.window);
         let time = WINDOW_TIME.min(self.scene.coupling.deadline / 4);
-        match self.step_time {
+        match self.schedule.step_time {
             Some(t) => (time.as_nanos() / t.as_nanos().max(1)).clamp(1, most.into()) as u64,
             None => 1,
         }
@@ -460,13 +454,13 @@ impl<'a> Run<'a> {
 
     /// Takes the reports on the last grant.
     fn collected(&mut self, coupler: &mut Coupler) -> Result<(), RunError> {
-        self.account.waited += self.granted.elapsed();
+        self.account.waited += self.schedule.granted.elapsed();
         self.keep(coupler);
         for &party in &self.parties {
             let report = *coupler.report(party).expect("a solver of this session");
             match party {
-                Party::Mpm => self.sides.mpm = report.limits,
-                Party::Dem => self.sides.dem = report.limits,
+                Party::Mpm => self.latest.sides.mpm = report.limits,
+                Party::Dem => self.latest.sides.dem = report.limits,
                 Party::Coupler => unreachable!("the coupler reports to nobody"),
             }
             self.account.imps_max = self.account.imps_max.max(report.imps);
@@ -474,14 +468,14 @@ impl<'a> Run<'a> {
         }
         self.account.reported();
         let round = coupler.round();
-        let mut under_way = self.under_way.take().expect("a grant was given");
+        let mut under_way = self.schedule.under_way.take().expect("a grant was given");
         let epoch = under_way.epoch;
-        let asked = std::mem::take(&mut self.asked);
+        let asked = std::mem::take(&mut self.schedule.asked);
         let at = self.account.clock.step(asked != 0);
         self.account.clock.advance_by(round.steps);
         under_way.done += round.steps;
         if asked != 0 {
-            self.course.before(&self.account.pace);
+            self.outputs.course.before(&self.account.pace);
         }
         if epoch.dt > 0.0 {
             self.account.pace.book(&epoch, round.steps);
@@ -490,11 +484,11 @@ impl<'a> Run<'a> {
             self.record(at.time, &epoch, asked & flags::FRAME != 0, round)?;
         }
         round.points = Vec::new();
-        self.step_time = Some(self.granted.elapsed() / round.steps.max(1) as u32);
+        self.schedule.step_time = Some(self.schedule.granted.elapsed() / round.steps.max(1) as u32);
         self.show(&epoch);
         let whole = under_way.done == epoch.steps;
         if !whole && round.within && !self.ends_early() {
-            self.under_way = Some(under_way);
+            self.schedule.under_way = Some(under_way);
         }
         if epoch.lands && whole {
             self.land();
@@ -510,7 +504,7 @@ impl<'a> Run<'a> {
         let every = self.scene.output.frames;
         let due = every.is_some_and(|rows| self.account.pace.outputs().is_multiple_of(rows));
         if self.account.clock.time() < self.scene.time.end {
-            self.asked = self.asked_at_output(due);
+            self.schedule.asked = self.asked_at_output(due);
         }
     }
 
@@ -522,9 +516,9 @@ impl<'a> Run<'a> {
         frame: bool,
         round: &mut Round,
     ) -> Result<(), RunError> {
-        self.bodies.clone_from(&round.bodies);
-        if self.origin.is_empty() {
-            self.origin.clone_from(&round.bodies);
+        self.latest.bodies.clone_from(&round.bodies);
+        if self.latest.origin.is_empty() {
+            self.latest.origin.clone_from(&round.bodies);
         }
         let groups = self.scene.mpm.as_ref().map_or(0, |mpm| mpm.groups.len());
         let account = &mut *self.account;
@@ -552,23 +546,27 @@ impl<'a> Run<'a> {
         let first = account.recorder.initial();
         self.scene
             .quantities
-            .fill(&mut self.sample, &measured, first);
-        account.recorder.record(&self.sample);
-        self.history.row(account.recorder.row())?;
-        self.course.row(time, &account.balance.now)?;
-        if frame && let Some(frames) = &mut self.frames {
+            .fill(&mut self.latest.sample, &measured, first);
+        account.recorder.record(&self.latest.sample);
+        self.outputs.history.row(account.recorder.row())?;
+        self.outputs.course.row(time, &account.balance.now)?;
+        if frame && let Some(frames) = &mut self.outputs.frames {
             frames.take(FrameInstant {
                 time,
                 points: std::mem::take(&mut round.points),
                 bodies: round.bodies.clone(),
-                plastic_strain: self.reported.plastic_strain.clone(),
-                contacts: self.reported.contacts.then(|| round.contacts.clone()),
+                plastic_strain: self.outputs.reported.plastic_strain.clone(),
+                contacts: self
+                    .outputs
+                    .reported
+                    .contacts
+                    .then(|| round.contacts.clone()),
             })?;
         }
         let residual = account.balance.residual_relative();
-        // Sums of numbers that are finite each can still be beyond all bounds.
+        // A sum of finite numbers can still be infinite.
         if residual > BLOW_UP || !residual.is_finite() {
-            // The opening and the closing step have no length: the one that outcome here is the last that had.
+            // The opening and the closing step have no length: the last step that had one led here.
             let (dt, bound) = account.pace.last().unwrap_or((epoch.dt, epoch.bound));
             return Err(RunError::BlowUp {
                 time,
@@ -589,7 +587,7 @@ impl<'a> Run<'a> {
             dt: epoch.dt,
             bound: epoch.bound.name(),
         };
-        self.progress.show(&state);
+        self.outputs.progress.show(&state);
     }
 
     fn collapsed(&self, collapsed: Collapsed) -> RunError {
@@ -606,9 +604,9 @@ impl<'a> Run<'a> {
     fn drained(&mut self, round: &Round) -> Result<(), RunError> {
         self.account.drained();
         if !self.account.interrupted {
-            self.account.state_hash = Some(state_hash(&round.points, &self.bodies));
+            self.account.state_hash = Some(state_hash(&round.points, &self.latest.bodies));
         }
-        self.disk.during(|| self.write_bodies())?;
+        self.resources.disk.during(|| self.write_bodies())?;
         Ok(())
     }
 }
@@ -639,8 +637,8 @@ impl Supervisor for Run<'_> {
     }
 
     fn gone(&mut self) -> Option<(Party, String)> {
-        let pauses = &mut self.pauses;
-        let processes = &mut self.processes;
+        let pauses = &mut self.resources.pauses;
+        let processes = &mut self.resources.processes;
         processes
             .ended()
             .or_else(|| pauses.look(|| processes.held()))
@@ -651,6 +649,7 @@ impl Supervisor for Run<'_> {
     fn interrupted(&mut self, arriving: bool) -> Option<Stop> {
         if arriving
             && self
+                .resources
                 .shared_memory
                 .as_mut()
                 .is_some_and(SharedMemory::is_lost)
@@ -664,7 +663,7 @@ impl Supervisor for Run<'_> {
         if !self.options.interrupt.load(Ordering::Relaxed) {
             return None;
         }
-        let failure = match self.pauses.held_now() {
+        let failure = match self.resources.pauses.held_now() {
             _ if arriving => RunError::Interrupted,
             Some((party, hold)) => RunError::InterruptedHeld(party, hold),
             None => return None,
@@ -672,13 +671,6 @@ impl Supervisor for Run<'_> {
         self.failure = Some(failure);
         Some(Stop("interrupted".into()))
     }
-}
-
-/// The frames of a scene that asks for them, of which those that are listed are there.
-fn frames(scene: &Scene, dir: &RunDir, listed: Listed) -> Result<Option<Frames>, RunDirError> {
-    let dem = scene.dem.as_ref();
-    let frames = || Frames::resume(dir, scene.mpm.is_some(), dem, &scene.output.content, listed);
-    scene.output.frames.map(|_| frames()).transpose()
 }
 
 /// Sum of the magnitudes of the momenta of all groups and bodies in N s/m.

@@ -117,7 +117,7 @@ fn driven(body: &BodyConfig, i: usize) -> bool {
 }
 
 impl Scene {
-    /// Whether this scene can go on from a state of a run of `parent`, told as `run`.
+    /// Checks whether this scene can continue from a state of a run of `parent`. Messages name that run `run`.
     ///
     /// # Errors
     /// Every key that is another there and may not be, with both values.

@@ -92,7 +92,7 @@ pub(super) fn continuum(
     Some(config)
 }
 
-/// What is wrong with it, but for pairs of groups, of which it is told with their laws.
+/// The faults, except those of pairs of groups, which are reported with their laws.
 fn faults(config: &MpmConfig) -> Vec<ConfigFault> {
     let mut faults = config.faults();
     faults.retain(|fault| !fault.key.starts_with("mpm.group_pairs"));
@@ -116,7 +116,7 @@ fn material(problems: &mut Problems, path: &str, written: &MaterialWritten) -> M
             "`{path}.model.{model}` has a negative Poisson's ratio ({poisson:.4}): are K and G exchanged?"
         ));
     }
-    // What is wrong with the numbers themselves is told when all are there.
+    // Faults of the numbers are reported when all of them are known.
     if let Some(test) = written
         .friction_test
         .filter(|_| written.model.impossible().is_empty())

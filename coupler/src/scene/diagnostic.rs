@@ -6,7 +6,7 @@ use std::ops::Range;
 
 /// Longest value that a message repeats, in characters.
 const VALUE_LIMIT: usize = 60;
-/// Most faults of a scene that are told: who mends these sees the next.
+/// Largest number of reported faults of a scene; the others appear when these are corrected.
 pub(super) const FAULTS_LIMIT: usize = 100;
 /// Longest part of a line that a message shows, in characters.
 const LINE_LIMIT: usize = 240;
@@ -193,7 +193,7 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
             (distance, candidate)
         })
         .min_by_key(|(distance, _)| *distance)
-        // A third of the letters wrong is a typing error, more is another word.
+        // With up to a third of the letters wrong it is a typing error, with more another word.
         .filter(|(distance, candidate)| *distance <= candidate.len().max(word.len()).div_ceil(3))
         .map(|(_, candidate)| candidate)
 }

@@ -130,7 +130,7 @@ impl Document {
         Err(SceneErrors(told.into_iter().collect()))
     }
 
-    /// What is wrong with the text; what follows of it is not told.
+    /// The error in the text; its consequences are not reported.
     fn not_toml(&self, fault: &toml::de::Error) -> Diagnostic {
         let span = fault.span();
         let open = span
@@ -184,7 +184,7 @@ impl Document {
             }
         }
         self.variants = variants.keys().cloned().collect();
-        // All that begin with "variant.": "/" is the letter after ".".
+        // All keys that begin with "variant."; "/" is the character after ".".
         let mut origins = self.origins.split_off("variant.");
         self.origins.append(&mut origins.split_off("variant/"));
         self.written = Arc::new(Variants {

@@ -156,9 +156,9 @@ pub struct Coupling {
 /// What `tandem study` does with a scene: which runs, and what their error is.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Study {
-    /// What the error of a run is; `None`: the scene has nothing that tells it.
+    /// The error of a run; `None` if the scene does not define one.
     pub error: Option<Measurand>,
-    /// Dotted key of the number that tells how fine a run is.
+    /// Dotted key of the number that sets the resolution of a run.
     pub resolution: String,
     /// Varied keys that lead along a curve instead of telling curves apart.
     pub along: Vec<String>,

@@ -37,7 +37,7 @@ pub fn unmet(
     (!told.is_empty()).then_some(SceneErrors(told))
 }
 
-/// What a solver refuses of its configuration, told at the scene's line.
+/// The refusal of a solver, reported at the line of the scene.
 pub fn refused(scene: &Scene, refusal: &Refusal) -> SceneErrors {
     let path = scene_key(&refusal.key, &scene.document);
     let message = format!("`{path}`: {}", refusal.message);

@@ -38,7 +38,7 @@ pub(super) fn constants(
             NumberOrExpression::Expression(source) => pending.push((name, source)),
         }
     }
-    // Each waits for the first name that it does not know yet: so none is read again in vain.
+    // Each waits for its first unknown name, so that none is read again without need.
     let mut waiting: BTreeMap<String, Vec<(&String, &String)>> = BTreeMap::new();
     let mut stuck = Vec::new();
     while let Some((name, source)) = pending.pop() {

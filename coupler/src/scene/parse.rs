@@ -394,7 +394,7 @@ fn frame_interval(problems: &mut Problems, written: Option<f64>, every: f64) -> 
     let between = written?;
     problems.above_zero("output.frames", between, "a time");
     let rows = (between / every).round();
-    // As far as rounding of the two numbers can put a multiple off.
+    // The largest error of a multiple by rounding of the two numbers.
     if between > 0.0 && every > 0.0 && (rows < 1.0 || (between / every - rows).abs() > 1e-9 * rows)
     {
         problems.refuse(
@@ -428,7 +428,7 @@ fn coupling(
         let Some(seconds) = seconds else {
             return default;
         };
-        // A day: longer waits are never meant, and Duration would overflow far above.
+        // At most a day: longer waits are not useful, and Duration overflows for much longer ones.
         let sound = seconds > 0.0 && seconds <= 86_400.0;
         problems.number(key, seconds, sound, "a time above 0 and at most 86400 s");
         Duration::from_secs_f64(if sound { seconds } else { 0.0 })

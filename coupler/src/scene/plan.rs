@@ -91,7 +91,7 @@ impl Plan {
             points: scene.points_estimate(),
             memory: memory(scene),
             steps: (scene.time.end / step).ceil(),
-            // One at the begin, one at the end, whether or not the interval divides the run; 1e-9 is rounding.
+            // One at the start and one at the end, whether or not the interval divides the run; 1e-9 allows for rounding.
             rows: (scene.time.end / scene.output.every - 1e-9).ceil() + 1.0,
             impacts: impacts(scene),
             limits,
@@ -415,7 +415,7 @@ fn limits(scene: &Scene) -> Vec<StepLimit> {
                 .as_ref()
                 .map_or(0.0, |dem| most_damped(dem.point_laws()));
             let kappa_contact = kappa * (damping.hypot(1.0) - damping);
-            // Contact adds k_n over the lightest point to what waves ask for (docs/physics.md section 4).
+            // Contact adds k_n over the lightest mass to the squared frequency of waves (docs/physics.md section 4).
             let elastic = scene.mpm.as_ref().map_or(0.0, elastic_omega_sq);
             let contact = if scene.mpm.is_some() {
                 stiffness / point

@@ -13,7 +13,7 @@ use super::document::{Document, Part};
 pub(super) struct Problems<'a> {
     pub document: &'a Document,
     errors: Vec<Diagnostic>,
-    /// How many there are, also of those beyond what is told.
+    /// Number of faults, including those that are not reported.
     found: usize,
     pub warnings: Vec<String>,
 }
@@ -57,7 +57,7 @@ impl<'a> Problems<'a> {
         }
     }
 
-    /// Whether more faults would not be told.
+    /// Whether further faults would not be reported.
     pub fn is_full(&self) -> bool {
         self.errors.len() >= FAULTS_LIMIT
     }
@@ -111,7 +111,7 @@ impl<'a> Problems<'a> {
         }
     }
 
-    /// Refuses what a configuration's own rules find wrong with it; values are told as the scene has them.
+    /// Reports the faults that the rules of the configuration find, with the values of the scene.
     pub fn config_faults(&mut self, faults: &[ConfigFault]) {
         for fault in faults {
             let key = &fault.key;

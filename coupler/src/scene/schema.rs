@@ -49,7 +49,7 @@ fn without_null(schema: &mut Value) {
         if let [Value::Object(only)] = &choices[..] {
             let only = only.clone();
             fields.remove("anyOf");
-            // What is said of the key holds for the key; the type's own words are for others.
+            // The description of the key has precedence over that of its type.
             for (key, value) in only {
                 fields.entry(key).or_insert(value);
             }

@@ -13,7 +13,7 @@ pub(super) fn per_metre(problems: &mut Problems, written: &mut SceneWritten) {
         return;
     };
     problems.above_zero("thickness", thickness, "a length");
-    // A refused thickness would only make more faults of good numbers.
+    // With a refused thickness, correct numbers would be reported as faults.
     if thickness <= 0.0 {
         return;
     }

@@ -44,7 +44,7 @@ pub fn solver_override(side: &str, command: &str) -> Result<String, String> {
     Ok(format!("solvers.{side}={}", Value::String(joined(&words))))
 }
 
-/// The solvers as written; `present` tells which sides the scene has, paths are from `directory`.
+/// The solvers as written. `present` has the sides of the scene; paths are relative to `directory`.
 pub(super) fn solvers(
     problems: &mut Problems,
     written: &SolversWritten,

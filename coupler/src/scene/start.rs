@@ -76,7 +76,7 @@ pub(super) fn checkpoint(
         );
     }
     let mut plan = CheckpointPlan {
-        // What is not a time has been refused.
+        // Values that are not times were refused before.
         wall: wall.map(|s| Duration::try_from_secs_f64(s).unwrap_or(Duration::MAX)),
         time: *time,
         at: BTreeSet::new(),

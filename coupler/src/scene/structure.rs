@@ -108,7 +108,7 @@ impl<'a> Walk<'a> {
     fn table(&mut self, schema: &'a Schema, table: &Table, path: &str) {
         let properties = schema["properties"].as_object();
         let known = || properties.into_iter().flatten().map(|(k, _)| k.as_str());
-        // A required key that an unknown one was probably meant to be is not reported a second time as missing.
+        // If an unknown key was probably meant to be a required one, that one is not reported as missing too.
         let mut meant = Vec::new();
         for (key, value) in table {
             let below = join(path, key);
@@ -264,7 +264,7 @@ fn kinds(schema: &Schema) -> Vec<&str> {
 }
 
 fn accepts(schema: &Schema, value: &Value) -> bool {
-    // A value that is a matter of another key, such as the values that a study gives it.
+    // A value that belongs to another key, such as the values that a study gives to a key.
     if schema == &Schema::Bool(true) {
         return true;
     }

@@ -28,7 +28,7 @@ pub(super) fn study(
     if let Some(written) = written {
         if let Some(name) = &written.error {
             let known = with_reference().any(|known| known == name);
-            // A run whose checks `--set check=[]` has taken out needs no study.
+            // If `--set check=[]` has removed the checks, the study is not needed.
             if !known && !checks.is_empty() {
                 problems.refuse(
                     "study.error",

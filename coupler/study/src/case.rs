@@ -21,7 +21,7 @@ pub struct Source {
 /// A run of a scene, checked.
 #[derive(Debug, Clone)]
 pub struct Case {
-    /// What tells it from the others.
+    /// Its difference from the others.
     pub settings: Vec<Setting>,
     /// The scene as it runs.
     pub scene: Scene,

@@ -275,7 +275,7 @@ impl Runner {
                             Ok(result) => done.lock().expect("no thread panics")[k] = Some(result),
                             Err(e) => {
                                 error.lock().expect("no thread panics").get_or_insert(e);
-                                // The others find nothing more to begin.
+                                // The others find no more runs to start.
                                 next.fetch_max(items.len(), Ordering::Relaxed);
                                 break;
                             }
@@ -314,13 +314,13 @@ impl Runner {
         // What is run is the text that was hashed, whatever becomes of the scene's own file meanwhile.
         let scene = beside("toml");
         fs::write(&scene, &case.scene.resolved_toml).map_err(StudyError::file("write", &scene))?;
-        // A summary of a run that is not settled would be taken for this one's.
+        // The summary of an unfinished run would be taken for that of this one.
         let _ = fs::remove_file(directory.join("summary.json"));
         let log = beside("err");
         let mut command = self.command(&scene, &directory);
         let solvers = &case.scene.solvers;
         if solvers.mpm.is_some() || solvers.dem.is_some() {
-            // What the command line of the study named, or was trusted, stands in the run's scene.
+            // The run's scene contains what the command line of the study named or trusted.
             command.push("--trust".into());
         }
         let command = self.launched(command);
@@ -379,7 +379,7 @@ impl Runner {
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(said)
-            // A launcher is interrupted with what it has started, and the terminal's Ctrl-C reaches the run once.
+            // A launcher is interrupted together with its run, and Ctrl-C from the terminal reaches the run once.
             .process_group(0)
             .spawn()
             .map_err(StudyError::file("start", Path::new(program)))?;

@@ -12,7 +12,7 @@ use crate::figure::panels::{Dot, Force, Layout, Panel, draw, film};
 use crate::plot::Labelled;
 
 /// What can be said of a point, and its unit, in the order of [`numbers`].
-const FIELDS: [(&str, &str); 14] = [
+const FIELDS: [(&str, &str); 15] = [
     ("x", "m"),
     ("y", "m"),
     ("vx", "m/s"),
@@ -27,7 +27,10 @@ const FIELDS: [(&str, &str); 14] = [
     ("mass", "kg/m"),
     ("group", "1"),
     ("id", "1"),
+    ("plastic_strain", "1"),
 ];
+/// The place in [`FIELDS`] of the only one that not every run has.
+const PLASTIC_STRAIN: usize = FIELDS.len() - 1;
 
 /// Which frames.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,6 +87,9 @@ pub fn snapshots(options: &SnapshotOptions, path: &Path) -> Result<(), StudyErro
             let frame = Frame::read(Path::new(&run.what), time).map_err(|e| unread(&e))?;
             let label = run.label.as_ref().map(|label| format!("{label}, "));
             let caption = format!("{}t = {time} s", label.unwrap_or_default());
+            if colour.uses(&|slot| slot == PLASTIC_STRAIN) {
+                has_plastic_strain(&run.what, &frame)?;
+            }
             let mut panel = panel(caption, &frame, &colour)?;
             if options.forces {
                 panel.forces = forces(&frame)?;
@@ -115,8 +121,13 @@ pub fn snapshots(options: &SnapshotOptions, path: &Path) -> Result<(), StudyErro
         FIELDS.iter().find(|f| f.0 == options.colour.what),
     ) {
         (Some(label), _) => label.clone(),
-        (None, Some((name, unit))) => format!("{name} [{unit}]"),
-        (None, None) => options.colour.what.clone(),
+        (None, Some((name, unit))) if *unit != "1" => format!("{name} [{unit}]"),
+        (None, _) => options.colour.what.clone(),
+    };
+    let legend = if dots().any(|dot| dot.value.is_nan()) {
+        format!("{legend}; grey: no number")
+    } else {
+        legend
     };
     let layout = Layout {
         title: options.title.clone(),
@@ -198,6 +209,22 @@ fn panel(caption: String, frame: &Frame, colour: &Expression) -> Result<Panel, S
     })
 }
 
+/// Refuses a frame of points without plastic strain.
+fn has_plastic_strain(run: &str, frame: &Frame) -> Result<(), StudyError> {
+    let points = frame.points.as_ref();
+    if points.is_none_or(|points| points.array("plastic_strain").is_some()) {
+        return Ok(());
+    }
+    Err(StudyError::asked(
+        format!(
+            "the points of {run} have no `plastic_strain` at {} s",
+            frame.time
+        ),
+        "a run has it if one of its materials keeps it (`von_mises`, `mu_i`, sand with `critical_state` or `separates`) \
+         and `output.fields` names it or is left out; else choose another quantity for --colour",
+    ))
+}
+
 /// The contact forces of a frame.
 fn forces(frame: &Frame) -> Result<Vec<Force>, StudyError> {
     let told = frame.contacts.as_ref();
@@ -236,6 +263,8 @@ fn dots(points: &Mesh, colour: &Expression) -> Result<Vec<Dot>, StudyError> {
         ["velocity", "stress", "volume", "mass", "group", "id"].map(array);
     let (velocity, stress, volume) = (velocity?, stress?, volume?);
     let (mass, group, id) = (mass?, group?, id?);
+    // Whether it is needed was asked before.
+    let plastic = points.array("plastic_strain");
     let rows = points.points.iter().enumerate().map(|(k, &[x, y])| {
         let of = |array: &coupler::record::frames::vtu::Array, component: usize| {
             array.values[k * array.components + component]
@@ -259,6 +288,7 @@ fn dots(points: &Mesh, colour: &Expression) -> Result<Vec<Dot>, StudyError> {
             of(mass, 0),
             of(group, 0),
             of(id, 0),
+            plastic.map_or(f64::NAN, |strain| of(strain, 0)),
         ];
         Dot {
             at: [x, y],
@@ -289,6 +319,7 @@ mod tests {
                 array("mass", 1, &[7.0]),
                 array("group", 1, &[1.0]),
                 array("id", 1, &[5.0]),
+                array("plastic_strain", 1, &[0.125]),
             ],
             of_cells: Vec::new(),
             names: Vec::new(),
@@ -304,6 +335,7 @@ mod tests {
             ),
             ("mass/volume", 28.0),
             ("group + 10*id", 51.0),
+            ("100*plastic_strain", 12.5),
         ] {
             let dots = dots(&mesh, &compile(name).unwrap()).unwrap();
             assert_eq!((dots[0].value, dots[0].side), (value, 0.5), "{name}");

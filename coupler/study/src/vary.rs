@@ -55,7 +55,7 @@ impl Vary {
     }
 }
 
-/// A key with its unit, where its last part tells it.
+/// A key with its unit, if the last part of the key determines it.
 pub fn with_unit(key: &str) -> String {
     let unit = match key.rsplit('.').next().unwrap_or(key) {
         "normal_stiffness" | "tangential_stiffness" => "N/m",

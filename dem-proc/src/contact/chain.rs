@@ -148,15 +148,18 @@ pub fn extrema(
         stretch: 0,
         found,
     };
+    let mut walked = 0;
     for &start in segments.iter().filter(|&&slot| begins(slot)) {
-        walk.run(start, &see, &listed);
+        walked += walk.run(start, &see, &listed);
+    }
+    if walked == segments.len() {
+        return;
     }
     // A ring that is near all round has no beginning: it is walked from its lowest slot.
-    let mut rings: Vec<u32> = Vec::new();
+    let lowest = |start: u32| around(links, start).all(|slot| slot >= start);
     for &start in segments {
-        if on_a_ring(links, start, &listed) && !rings.contains(&start) {
+        if on_a_ring(links, start, &listed) && lowest(start) {
             walk.run(start, &see, &listed);
-            rings.extend(around(links, start));
         }
     }
 }
@@ -189,19 +192,19 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// From the segment that begins at `start` as far as segments are listed, once round a ring.
+    /// From the segment that begins at `start` as far as segments are listed, once round a ring; how many there were.
     fn run(
         &mut self,
         start: u32,
         see: &impl Fn(u32) -> Option<Seen>,
         listed: &impl Fn(u32) -> bool,
-    ) {
+    ) -> usize {
         self.stretch += 1;
         let (begin, of_begin) = (self.found.len(), self.stretch);
         let Some(first) = see(start) else {
-            return;
+            return 0;
         };
-        let mut here = first;
+        let (mut here, mut count) = (first, 1);
         let closes = loop {
             if here.s > 0.0 && here.s < 1.0 {
                 let foot = Foot {
@@ -219,6 +222,7 @@ impl Walk<'_> {
                 break true;
             }
             here = next;
+            count += 1;
         };
         if closes {
             self.join_ends(begin, of_begin);
@@ -230,6 +234,7 @@ impl Walk<'_> {
                 self.add(Foot::vertex(here.to), true, here.normal, false);
             }
         }
+        count
     }
 
     /// Once round a ring: the stretch at the end goes on in that at the beginning, and stands before it.

@@ -23,6 +23,7 @@ use crate::contact::frame_contacts::between_bodies;
 use crate::contact::impact::{Impacts, Pressing};
 use crate::contact::pairs::{BodySide, SavedPairs};
 use crate::contact::passage::{Passage, PassedBodies, TURN};
+use crate::contact::versions::Versions;
 use crate::law::history::SavedHistories;
 use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties, Response, reduced};
 use crate::lists::watch::{Ahead, Watch};
@@ -141,10 +142,7 @@ impl<L: Law> Kept<L> {
 pub struct ConvexContacts<L: Law, M> {
     law: L,
     measure: M,
-    kept: Kept<L>,
-    /// Replaces `kept` if the last evaluation built a new list.
-    fresh: Kept<L>,
-    rebuilt: bool,
+    lists: Versions<Kept<L>>,
     next: Vec<L::History>,
     next_normals: Vec<Vec2>,
     /// Depths of the last evaluation in m, 0 where there is no contact.
@@ -166,9 +164,11 @@ impl<L: Law, M: Measure> ConvexContacts<L, M> {
         Self {
             law,
             measure,
-            kept: Kept::new(skin),
-            fresh: Kept::new(skin),
-            rebuilt: false,
+            lists: Versions {
+                kept: Kept::new(skin),
+                fresh: Kept::new(skin),
+                rebuilt: false,
+            },
             next: Vec::new(),
             next_normals: Vec::new(),
             depths: Vec::new(),
@@ -178,15 +178,6 @@ impl<L: Law, M: Measure> ConvexContacts<L, M> {
             passed: None,
             presses: 0,
             loss: Loss::default(),
-        }
-    }
-
-    /// The list, constants and histories that an evaluation uses.
-    fn now(&self) -> &Kept<L> {
-        if self.rebuilt {
-            &self.fresh
-        } else {
-            &self.kept
         }
     }
 }
@@ -220,11 +211,11 @@ fn kinematics(
 
 impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
     fn update_list(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64) {
-        self.rebuilt = !self.kept.watch.holds(bodies, ahead, speed);
-        if self.rebuilt {
-            self.fresh.watch.begin(bodies, ahead, speed);
-            self.fresh.build(&self.law, &self.measure, bodies);
-            self.fresh.carry(&self.kept);
+        self.lists.rebuilt = !self.lists.kept.watch.holds(bodies, ahead, speed);
+        if self.lists.rebuilt {
+            self.lists.fresh.watch.begin(bodies, ahead, speed);
+            self.lists.fresh.build(&self.law, &self.measure, bodies);
+            self.lists.fresh.carry(&self.lists.kept);
         }
     }
 
@@ -243,11 +234,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         self.presses = 0;
         self.passed = None;
         self.loss = Loss::default();
-        let now = if self.rebuilt {
-            &self.fresh
-        } else {
-            &self.kept
-        };
+        let now = self.lists.current();
         let pairs = now.list.len();
         refill(&mut self.next, pairs, L::History::default());
         refill(&mut self.next_normals, pairs, Vec2::zeros());
@@ -352,7 +339,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         let contacts = self
             .depths
             .iter()
-            .zip(&self.now().constants)
+            .zip(&self.lists.current().constants)
             .zip(&self.next);
         let pressing = contacts.filter(|((depth, _), _)| **depth > 0.0);
         let energy = pressing
@@ -365,16 +352,13 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
     }
 
     fn keep_list(&mut self) {
-        if self.rebuilt {
-            std::mem::swap(&mut self.kept, &mut self.fresh);
-            self.rebuilt = false;
-        }
+        self.lists.keep();
     }
 
     fn commit(&mut self) {
         self.keep_list();
-        std::mem::swap(&mut self.kept.history, &mut self.next);
-        std::mem::swap(&mut self.kept.normals, &mut self.next_normals);
+        std::mem::swap(&mut self.lists.kept.history, &mut self.next);
+        std::mem::swap(&mut self.lists.kept.normals, &mut self.next_normals);
     }
 
     fn damping_ratio(&self) -> f64 {
@@ -391,7 +375,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
     }
 
     fn advance(&mut self, speed: f64, dt: f64) {
-        self.kept.watch.advance(speed, dt);
+        self.lists.kept.watch.advance(speed, dt);
     }
 
     fn bytes(&self) -> usize {
@@ -401,18 +385,21 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
                 + kept.history.capacity() * size_of::<L::History>()
         };
         let each = size_of::<L::History>() + size_of::<Vec2>() + size_of::<f64>();
-        listed(&self.kept) + listed(&self.fresh) + self.next.capacity() * each
+        listed(&self.lists.kept) + listed(&self.lists.fresh) + self.next.capacity() * each
     }
 
     fn save(&self) -> SavedPairs {
         let Self {
-            kept,
+            lists:
+                Versions {
+                    kept,
+                    fresh: _,
+                    rebuilt: _,
+                },
             // Of the configuration.
             law: _,
             measure: _,
             // Results of an evaluation; the next one overwrites them.
-            fresh: _,
-            rebuilt: _,
             next: _,
             next_normals: _,
             depths: _,
@@ -444,7 +431,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
             histories,
             normals,
         } = saved;
-        let watch = self.kept.watch.restored(watch, bodies)?;
+        let watch = self.lists.kept.watch.restored(watch, bodies)?;
         let mut kept = Kept {
             watch,
             ..Kept::new(0.0)
@@ -456,7 +443,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         finite(|| "a normal".into(), normals.as_flattened())?;
         kept.history = histories.restored(kept.list.len())?;
         kept.normals = normals.iter().map(|&normal| normal.into()).collect();
-        (self.kept, self.rebuilt) = (kept, false);
+        (self.lists.kept, self.lists.rebuilt) = (kept, false);
         Ok(())
     }
 }

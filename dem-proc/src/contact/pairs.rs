@@ -25,6 +25,7 @@ use crate::contact::frame_contacts::between_bodies;
 use crate::contact::impact::{Impacts, Pressing};
 use crate::contact::pair_geometry::{Answers, LANES, Lanes, Separations, first};
 use crate::contact::passage::{Passage, PassedBodies};
+use crate::contact::versions::Versions;
 use crate::law::history::SavedHistories;
 use crate::law::{LastStep, Law, Loss, PairProperties, reduced};
 use crate::lists::neighbours::{BodyList, VertexEdge};
@@ -114,10 +115,7 @@ struct Kept<L: Law> {
 #[derive(Debug)]
 pub struct BodyContacts<L: Law> {
     law: L,
-    kept: Kept<L>,
-    /// Replaces `kept` if the last evaluation built a new list.
-    fresh: Kept<L>,
-    rebuilt: bool,
+    lists: Versions<Kept<L>>,
     next: Vec<L::History>,
     separations: Vec<Separations>,
     /// The results of each chunk.
@@ -188,23 +186,16 @@ impl<L: Law> BodyContacts<L> {
     pub fn new(law: L, skin: f64) -> Self {
         Self {
             law,
-            kept: Kept::new(skin),
-            fresh: Kept::new(skin),
-            rebuilt: false,
+            lists: Versions {
+                kept: Kept::new(skin),
+                fresh: Kept::new(skin),
+                rebuilt: false,
+            },
             next: Vec::new(),
             separations: Vec::new(),
             outcomes: Vec::new(),
             to_be_summed: false,
             closing: 0.0,
-        }
-    }
-
-    /// The list, constants and histories that an evaluation uses.
-    fn now(&self) -> &Kept<L> {
-        if self.rebuilt {
-            &self.fresh
-        } else {
-            &self.kept
         }
     }
 }
@@ -393,11 +384,11 @@ impl<L: Law> Chunk<'_, L> {
 
 impl<L: Law> BodySide for BodyContacts<L> {
     fn update_list(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64) {
-        self.rebuilt = !self.kept.watch.holds(bodies, ahead, speed);
-        if self.rebuilt {
-            self.fresh.watch.begin(bodies, ahead, speed);
-            self.fresh.build(&self.law, bodies);
-            self.fresh.carry(&self.kept);
+        self.lists.rebuilt = !self.lists.kept.watch.holds(bodies, ahead, speed);
+        if self.lists.rebuilt {
+            self.lists.fresh.watch.begin(bodies, ahead, speed);
+            self.lists.fresh.build(&self.law, bodies);
+            self.lists.fresh.carry(&self.lists.kept);
         }
     }
 
@@ -412,7 +403,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
         let mut next = std::mem::take(&mut self.next);
         let mut separations = std::mem::take(&mut self.separations);
         let mut outcomes = std::mem::take(&mut self.outcomes);
-        let now = self.now();
+        let now = self.lists.current();
         next.resize(now.list.pairs.len(), L::History::default());
         let count = next.len().div_ceil(CHUNK);
         let shared = threads.shares(next.len());
@@ -465,7 +456,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
             return;
         }
         loads.fill(PairLoad::default());
-        for (found, &[lowest, highest]) in self.outcomes.iter().zip(&self.now().spans) {
+        for (found, &[lowest, highest]) in self.outcomes.iter().zip(&self.lists.current().spans) {
             if highest as usize >= first && (lowest as usize) < first + loads.len() {
                 for (bodies, given) in found.each() {
                     for (b, given) in bodies.into_iter().zip(given) {
@@ -495,7 +486,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
     }
 
     fn impact(&self, bodies: &Bodies, loads: &[PairLoad], impacts: &Impacts) -> f64 {
-        let pairs = self.now().list.pairs.chunks(CHUNK);
+        let pairs = self.lists.current().list.pairs.chunks(CHUNK);
         let mut largest = 0.0;
         for (found, pairs) in self.outcomes.iter().zip(pairs) {
             for i in 0..found.count {
@@ -529,7 +520,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
     }
 
     fn crossing(&self, bodies: &Bodies, kicked: &[(Vec2, f64)], speed: f64, known: f64) -> f64 {
-        let now = self.now();
+        let now = self.lists.current();
         // Twice the speed, and the same again for the curvature of paths under rotation, which is smaller as long as a
         // step moves surfaces by less than the contact distance.
         let most = 4.0 * (2.0 * 2.0 * speed) / now.list.smallest_reach;
@@ -572,7 +563,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
     }
 
     fn energy(&self, bodies: &Bodies) -> f64 {
-        let now = self.now();
+        let now = self.lists.current();
         let pairs = now.list.pairs.iter().zip(&now.constants).zip(&self.next);
         let energy = |((pair, constants), history): ((&VertexEdge, _), _)| {
             let overlap = pair.reach - separation(bodies, pair).1.sqrt();
@@ -586,7 +577,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
     }
 
     fn tell(&self, bodies: &Bodies, found: &mut Vec<ContactState>) {
-        let pairs = self.now().list.pairs.chunks(CHUNK);
+        let pairs = self.lists.current().list.pairs.chunks(CHUNK);
         for (outcomes, pairs) in self.outcomes.iter().zip(pairs) {
             for i in 0..outcomes.presses {
                 let pair = &pairs[outcomes.numbers[i] as usize];
@@ -601,15 +592,12 @@ impl<L: Law> BodySide for BodyContacts<L> {
     }
 
     fn keep_list(&mut self) {
-        if self.rebuilt {
-            std::mem::swap(&mut self.kept, &mut self.fresh);
-            self.rebuilt = false;
-        }
+        self.lists.keep();
     }
 
     fn commit(&mut self) {
         self.keep_list();
-        std::mem::swap(&mut self.kept.history, &mut self.next);
+        std::mem::swap(&mut self.lists.kept.history, &mut self.next);
     }
 
     fn damping_ratio(&self) -> f64 {
@@ -626,12 +614,12 @@ impl<L: Law> BodySide for BodyContacts<L> {
     }
 
     fn advance(&mut self, speed: f64, dt: f64) {
-        self.kept.watch.advance(speed, dt);
+        self.lists.kept.watch.advance(speed, dt);
     }
 
     fn bytes(&self) -> usize {
-        self.kept.bytes()
-            + self.fresh.bytes()
+        self.lists.kept.bytes()
+            + self.lists.fresh.bytes()
             + self.next.capacity() * size_of::<L::History>()
             + self.separations.len() * Separations::BYTES
             + self.outcomes.len() * CHUNK * size_of::<([u32; 2], [PairLoad; 2])>()
@@ -639,11 +627,14 @@ impl<L: Law> BodySide for BodyContacts<L> {
 
     fn save(&self) -> SavedPairs {
         let Self {
-            kept,
+            lists:
+                Versions {
+                    kept,
+                    fresh: _,
+                    rebuilt: _,
+                },
             law: _, // of the configuration
             // Results of an evaluation; the next one overwrites them.
-            fresh: _,
-            rebuilt: _,
             next: _,
             separations: _,
             outcomes: _,
@@ -671,7 +662,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
             normals,
         } = saved;
         count("normals", normals.len(), 0)?;
-        let watch = self.kept.watch.restored(watch, bodies)?;
+        let watch = self.lists.kept.watch.restored(watch, bodies)?;
         let mut kept = Kept {
             watch,
             ..Kept::new(0.0)
@@ -680,7 +671,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
             kept.build(&self.law, &then);
         }
         kept.history = histories.restored(kept.list.pairs.len())?;
-        (self.kept, self.rebuilt) = (kept, false);
+        (self.lists.kept, self.lists.rebuilt) = (kept, false);
         Ok(())
     }
 }

@@ -96,7 +96,7 @@ pub struct Passed {
 }
 
 impl Passed {
-    /// What the user is told.
+    /// The message for the user.
     pub fn fault(&self, bodies: &Bodies) -> Fault {
         let Self {
             id, body, overlap, ..
@@ -120,7 +120,7 @@ pub struct PassedBodies {
 }
 
 impl PassedBodies {
-    /// What the user is told.
+    /// The message for the user.
     pub fn fault(&self, bodies: &Bodies) -> Fault {
         let [one, other] = self.bodies;
         let [own, its] = self.bodies.map(|b| &bodies.properties[b as usize].name);

@@ -13,15 +13,18 @@
 use std::fmt::Debug;
 
 use interface::Vec2;
-use interface::message::wire::{ImpForce, ImpInfo, ImpState};
+use interface::message::wire::{ContactState, ImpForce, ImpInfo, ImpState};
 use interface::solver::{Fault, Refusal};
+use mechanics::outline::contact_point;
 use serde::{Deserialize, Serialize};
 
+use crate::contact::frame_contacts::between_points;
 use crate::contact::passage::DEEP;
 use crate::contact::point_side::Interval;
 use crate::contact::set::{restored_set, save_set};
+use crate::contact::versions::Versions;
 use crate::law::history::SavedHistories;
-use crate::law::{Kinematics, Law, Loss, PairProperties, reduced};
+use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties, reduced};
 use crate::lists::cells::Cells;
 use crate::lists::neighbours::REACH;
 use crate::saved::{count, finite, refusal};
@@ -48,6 +51,8 @@ pub trait PairSide: Debug + Send {
     fn loss(&self) -> Loss;
     /// Energy in the contact springs in J/m.
     fn energy(&self, states: &[ImpState]) -> f64;
+    /// Adds the pairs that press in the last evaluation, of these states, in the order of the list.
+    fn tell(&self, states: &[ImpState], last_step: LastStep, found: &mut Vec<ContactState>);
     /// Keeps the list that was evaluated.
     fn keep_list(&mut self);
     /// Accepts what was evaluated as the history of the next step, and keeps the list.
@@ -195,10 +200,7 @@ pub struct PointPairs<L: Law> {
     set: Vec<ImpInfo>,
     /// The set that what is kept is still ordered by, where it was replaced since.
     replaced: Option<Vec<ImpInfo>>,
-    kept: Kept<L>,
-    /// What is to be kept instead, where the last evaluation was of a list that it built.
-    fresh: Kept<L>,
-    rebuilt: bool,
+    lists: Versions<Kept<L>>,
     next: Vec<L::History>,
     /// Of the points in the last evaluation in m.
     positions: Vec<Vec2>,
@@ -218,24 +220,13 @@ impl<L: Law> PointPairs<L> {
             skin,
             set: Vec::new(),
             replaced: None,
-            kept: Kept::default(),
-            fresh: Kept::default(),
-            rebuilt: false,
+            lists: Versions::default(),
             next: Vec::new(),
             positions: Vec::new(),
             buffers: Vec::new(),
             any_in_reach: false,
             deep: None,
             loss: Loss::default(),
-        }
-    }
-
-    /// What an evaluation goes by.
-    fn now(&self) -> &Kept<L> {
-        if self.rebuilt {
-            &self.fresh
-        } else {
-            &self.kept
         }
     }
 
@@ -289,7 +280,7 @@ impl<L: Law> PointPairs<L> {
         View {
             law: &self.law,
             set: &self.set,
-            now: self.now(),
+            now: self.lists.current(),
             states,
         }
     }
@@ -383,21 +374,21 @@ impl<L: Law> PairSide for PointPairs<L> {
         self.positions.clear();
         let positions = states.iter().map(|s| Vec2::from(s.position));
         self.positions.extend(positions);
-        self.rebuilt = false;
+        self.lists.rebuilt = false;
         if self.replaced.is_none() {
-            let points = self.positions.iter().zip(&self.kept.built_at);
+            let points = self.positions.iter().zip(&self.lists.kept.built_at);
             let points = points.map(|(now, at)| (now - at).norm_squared());
             // Either point of a pair may have come by as much.
             if 2.0 * points.fold(0.0, f64::max).sqrt() <= self.skin {
                 return;
             }
         }
-        let mut fresh = std::mem::take(&mut self.fresh);
+        let mut fresh = std::mem::take(&mut self.lists.fresh);
         self.listed(&mut fresh, &self.set, &self.positions);
         let was = self.replaced.as_deref().unwrap_or(&self.set);
-        fresh.carry(&self.kept, was, &self.set);
-        self.fresh = fresh;
-        self.rebuilt = true;
+        fresh.carry(&self.lists.kept, was, &self.set);
+        self.lists.fresh = fresh;
+        self.lists.rebuilt = true;
     }
 
     fn evaluate(
@@ -478,23 +469,41 @@ impl<L: Law> PairSide for PointPairs<L> {
         (0..view.now.list.len()).map(energy).sum()
     }
 
+    fn tell(&self, states: &[ImpState], last_step: LastStep, found: &mut Vec<ContactState>) {
+        let view = self.view(states);
+        // What comes in the next step does not matter for the force.
+        let interval = Interval {
+            last_step,
+            closing: 0.0,
+        };
+        for k in 0..view.now.list.len() {
+            let in_reach = view.pair(interval, k);
+            let Some((outcome, _)) = in_reach.filter(|(outcome, _)| outcome.overlap > 0.0) else {
+                continue;
+            };
+            let [a, b] = outcome.pair.map(|slot| &self.set[slot as usize]);
+            let (overlap, normal) = view.overlap(outcome.pair);
+            let x = states[outcome.pair[0] as usize].position.into();
+            let at = contact_point(x, a.radius, overlap, normal);
+            found.push(between_points([a.id, b.id], at, outcome.force));
+        }
+    }
+
     fn keep_list(&mut self) {
-        if self.rebuilt {
-            std::mem::swap(&mut self.kept, &mut self.fresh);
+        if self.lists.keep() {
             self.replaced = None;
-            self.rebuilt = false;
         }
     }
 
     fn commit(&mut self) {
         self.keep_list();
-        std::mem::swap(&mut self.kept.history, &mut self.next);
-        std::mem::swap(&mut self.kept.previous, &mut self.positions);
+        std::mem::swap(&mut self.lists.kept.history, &mut self.next);
+        std::mem::swap(&mut self.lists.kept.previous, &mut self.positions);
     }
 
     fn damping_ratio(&self) -> f64 {
         if self.any_in_reach {
-            self.law.damping_ratio(self.now().lightest)
+            self.law.damping_ratio(self.lists.current().lightest)
         } else {
             0.0
         }
@@ -507,8 +516,8 @@ impl<L: Law> PairSide for PointPairs<L> {
                 + kept.history.capacity() * size_of::<L::History>()
                 + (kept.previous.capacity() + kept.built_at.capacity()) * size_of::<Vec2>()
         };
-        kept(&self.kept)
-            + kept(&self.fresh)
+        kept(&self.lists.kept)
+            + kept(&self.lists.fresh)
             + self.buffers.iter().map(Vec::capacity).sum::<usize>() * size_of::<Outcome>()
             + self.next.capacity() * size_of::<L::History>()
             + self.positions.capacity() * size_of::<Vec2>()
@@ -519,14 +528,17 @@ impl<L: Law> PairSide for PointPairs<L> {
         let Self {
             set,
             replaced,
-            kept,
+            lists:
+                Versions {
+                    kept,
+                    fresh: _,
+                    rebuilt: _,
+                },
             // Of the configuration.
             law: _,
             touching: _,
             skin: _,
             // Of an evaluation, which begins each of them anew.
-            fresh: _,
-            rebuilt: _,
             next: _,
             positions: _,
             buffers: _,
@@ -577,8 +589,8 @@ impl<L: Law> PairSide for PointPairs<L> {
         self.listed(&mut kept, listed, &vectors(built_at));
         kept.history = histories.restored(kept.list.len())?;
         kept.previous = vectors(previous);
-        self.kept = kept;
-        (self.set, self.replaced, self.rebuilt) = (set, replaced, false);
+        self.lists.kept = kept;
+        (self.set, self.replaced, self.lists.rebuilt) = (set, replaced, false);
         Ok(())
     }
 }

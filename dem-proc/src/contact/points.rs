@@ -20,6 +20,7 @@ use crate::contact::frame_contacts::POINT;
 use crate::contact::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
 use crate::contact::point_side::{Interval, PointSide, SavedPoints};
 use crate::contact::set::{restored_set, save_set};
+use crate::contact::versions::Versions;
 use crate::law::history::SavedHistories;
 use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties, reduced_on_outline};
 use crate::lists::neighbours::{PointList, PointPair, REACH};
@@ -131,10 +132,7 @@ pub struct PointContacts<L: Law> {
     set: Vec<ImpInfo>,
     /// The set to which the order of `kept` belongs, if it was replaced since.
     replaced: Option<Vec<ImpInfo>>,
-    kept: Kept<L>,
-    /// Replaces `kept` if the last evaluation built a new list.
-    fresh: Kept<L>,
-    rebuilt: bool,
+    lists: Versions<Kept<L>>,
     next: Vec<L::History>,
     /// Positions of the points in the last evaluation in m.
     positions: Vec<Vec2>,
@@ -154,9 +152,7 @@ impl<L: Law> PointContacts<L> {
             skin,
             set: Vec::new(),
             replaced: None,
-            kept: Kept::default(),
-            fresh: Kept::default(),
-            rebuilt: false,
+            lists: Versions::default(),
             next: Vec::new(),
             positions: Vec::new(),
             buffers: Vec::new(),
@@ -166,21 +162,12 @@ impl<L: Law> PointContacts<L> {
         }
     }
 
-    /// The list, constants and histories that an evaluation uses.
-    fn now(&self) -> &Kept<L> {
-        if self.rebuilt {
-            &self.fresh
-        } else {
-            &self.kept
-        }
-    }
-
     /// The data that an evaluation reads.
     fn view<'a>(&'a self, bodies: &'a Bodies, states: &'a [ImpState]) -> View<'a, L> {
         View {
             law: &self.law,
             set: &self.set,
-            now: self.now(),
+            now: self.lists.current(),
             bodies,
             states,
         }
@@ -211,12 +198,12 @@ impl<L: Law> PointContacts<L> {
 
     /// Builds a new list; history and previous positions are assigned by id.
     fn build(&mut self, bodies: &Bodies) {
-        let mut fresh = std::mem::take(&mut self.fresh);
+        let mut fresh = std::mem::take(&mut self.lists.fresh);
         self.listed(&mut fresh, bodies, &self.set, &self.positions);
-        fresh.carry(&self.kept, self.replaced.as_deref(), &self.set);
+        fresh.carry(&self.lists.kept, self.replaced.as_deref(), &self.set);
         fresh.odometer.reset(bodies);
-        self.fresh = fresh;
-        self.rebuilt = true;
+        self.lists.fresh = fresh;
+        self.lists.rebuilt = true;
     }
 }
 
@@ -385,15 +372,15 @@ impl<L: Law> PointSide for PointContacts<L> {
         self.positions.clear();
         let positions = states.iter().map(|s| Vec2::from(s.position));
         self.positions.extend(positions);
-        self.rebuilt = false;
+        self.lists.rebuilt = false;
         if self.replaced.is_none() {
             if self.set.is_empty() {
                 return;
             }
-            let points = self.positions.iter().zip(&self.kept.built_at);
+            let points = self.positions.iter().zip(&self.lists.kept.built_at);
             let points = points.map(|(now, at)| (now - at).norm_squared());
             let left = self.skin - points.fold(0.0, f64::max).sqrt();
-            if left > 0.0 && self.kept.odometer.stays_below(left, bodies) {
+            if left > 0.0 && self.lists.kept.odometer.stays_below(left, bodies) {
                 return;
             }
         }
@@ -517,29 +504,27 @@ impl<L: Law> PointSide for PointContacts<L> {
     }
 
     fn keep_list(&mut self) {
-        if self.rebuilt {
-            std::mem::swap(&mut self.kept, &mut self.fresh);
+        if self.lists.keep() {
             self.replaced = None;
-            self.rebuilt = false;
         }
     }
 
     fn commit(&mut self) {
         self.keep_list();
-        std::mem::swap(&mut self.kept.history, &mut self.next);
-        std::mem::swap(&mut self.kept.previous, &mut self.positions);
+        std::mem::swap(&mut self.lists.kept.history, &mut self.next);
+        std::mem::swap(&mut self.lists.kept.previous, &mut self.positions);
     }
 
     fn damping_ratio(&self) -> f64 {
         if self.any_in_reach {
-            self.law.damping_ratio(self.now().lightest)
+            self.law.damping_ratio(self.lists.current().lightest)
         } else {
             0.0
         }
     }
 
     fn advance(&mut self, speed: f64, dt: f64) {
-        self.kept.odometer.advance(speed, dt);
+        self.lists.kept.odometer.advance(speed, dt);
     }
 
     fn bytes(&self) -> usize {
@@ -550,8 +535,8 @@ impl<L: Law> PointSide for PointContacts<L> {
                 + kept.history.capacity() * size_of::<L::History>()
                 + (kept.previous.capacity() + kept.built_at.capacity()) * size_of::<Vec2>()
         };
-        kept(&self.kept)
-            + kept(&self.fresh)
+        kept(&self.lists.kept)
+            + kept(&self.lists.fresh)
             + self.buffers.iter().map(Vec::capacity).sum::<usize>() * size_of::<Outcome>()
             + self.next.capacity() * size_of::<L::History>()
             + self.positions.capacity() * size_of::<Vec2>()
@@ -562,14 +547,17 @@ impl<L: Law> PointSide for PointContacts<L> {
         let Self {
             set,
             replaced,
-            kept,
+            lists:
+                Versions {
+                    kept,
+                    fresh: _,
+                    rebuilt: _,
+                },
             // Of the configuration.
             law: _,
             surfaces: _,
             skin: _,
             // Results of an evaluation; the next one overwrites them.
-            fresh: _,
-            rebuilt: _,
             next: _,
             positions: _,
             buffers: _,
@@ -635,8 +623,8 @@ impl<L: Law> PointSide for PointContacts<L> {
         }
         kept.history = histories.restored(kept.list.pairs.len())?;
         (kept.previous, kept.odometer) = (vectors(previous), odometer);
-        self.kept = kept;
-        (self.set, self.replaced, self.rebuilt) = (set, replaced, false);
+        self.lists.kept = kept;
+        (self.set, self.replaced, self.lists.rebuilt) = (set, replaced, false);
         Ok(())
     }
 }

@@ -15,13 +15,13 @@ use interface::solver::Refusal;
 
 use crate::body::bodies::Bodies;
 use crate::body::load::Load;
-use crate::body::odometer::Odometer;
 use crate::contact::chain::{Extremum, Foot, Links, came_through, extrema, shares_within};
 use crate::contact::frame_contacts::POINT;
+use crate::contact::near::{Near, NearSegments};
 use crate::contact::passage::{Passage, Passed, admissible_depth};
 use crate::contact::point_side::{Interval, PointSide, SavedPoints};
 use crate::contact::set::{SavedChain, restored_set, save_set};
-use crate::contact::stretch::{Held, Memory, Place, hand_on};
+use crate::contact::stretch::{Handed, Held, Memory, Place};
 use crate::law::history::SavedHistories;
 use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties};
 use crate::lists::neighbours::REACH;
@@ -29,15 +29,6 @@ use crate::saved::{count, finite, refusal};
 use crate::threads::Threads;
 use mechanics::mass::cross;
 use mechanics::outline::contact_point;
-
-/// The segments near a disc.
-#[derive(Debug, Clone, Default)]
-struct Near {
-    body: u32,
-    part: u32,
-    /// Slots at which they begin, ascending.
-    segments: Vec<u32>,
-}
 
 /// What an evaluation finds.
 #[derive(Debug, Default)]
@@ -57,7 +48,6 @@ pub struct SegmentContacts<L: Law> {
     law: L,
     /// Surface of each point group; empty where the scene has no table of laws.
     surfaces: Vec<u32>,
-    skin: f64,
     set: Vec<ImpInfo>,
     links: Links,
     /// Positions one step before in m, slot by slot; none where a marker is new or there was no step.
@@ -65,12 +55,34 @@ pub struct SegmentContacts<L: Law> {
     kept: Memory<L::History>,
     next: Memory<L::History>,
     positions: Vec<Vec2>,
-    near: Vec<Near>,
-    built_at: Vec<Vec2>,
-    listed: bool,
-    odometer: Odometer,
+    near: NearSegments,
     sums: Sums,
+    room: Room<L>,
+}
+
+/// Room for the contacts of a disc, kept from disc to disc so that no step allocates.
+#[derive(Debug)]
+struct Room<L: Law> {
     found: Vec<Extremum>,
+    heirs: Vec<Option<usize>>,
+    handed: Handed<L::History>,
+    places: Vec<Place<L::Pair>>,
+}
+
+impl<L: Law> Default for Room<L> {
+    fn default() -> Self {
+        Self {
+            found: Vec::new(),
+            heirs: Vec::new(),
+            handed: Handed::default(),
+            places: Vec::new(),
+        }
+    }
+}
+
+/// Extrema in groups that hang together.
+fn stretches(found: &[Extremum]) -> impl Iterator<Item = &[Extremum]> {
+    found.chunk_by(|a, b| a.stretch == b.stretch)
 }
 
 impl<L: Law> SegmentContacts<L> {
@@ -79,58 +91,16 @@ impl<L: Law> SegmentContacts<L> {
         Self {
             law,
             surfaces,
-            skin,
             set: Vec::new(),
             links: Links::default(),
             previous: Vec::new(),
             kept: Memory::default(),
             next: Memory::default(),
             positions: Vec::new(),
-            near: Vec::new(),
-            built_at: Vec::new(),
-            listed: false,
-            odometer: Odometer::default(),
+            near: NearSegments::new(skin),
             sums: Sums::default(),
-            found: Vec::new(),
+            room: Room::default(),
         }
-    }
-
-    /// Lists the segments near each disc.
-    fn list(&mut self, bodies: &Bodies) {
-        self.near.clear();
-        let ends: Vec<(u32, [Vec2; 2], f64)> = (0..self.set.len() as u32)
-            .filter_map(|a| {
-                let b = self.links.next(a)?;
-                let ends = [a, b].map(|slot| self.positions[slot as usize]);
-                let margin = (1.0 + REACH) * self.set[a as usize].radius + self.skin;
-                Some((a, ends, margin))
-            })
-            .collect();
-        for body in 0..bodies.len() {
-            let (center, extent) = (bodies.state[body].center, bodies.state[body].extent);
-            let within = |at: Vec2, &(_, [a, b], margin): &(u32, [Vec2; 2], f64), r: f64| {
-                (mechanics::outline::foot(a, b, at).0 - at).norm() <= r + margin
-            };
-            let around: Vec<_> = ends.iter().filter(|e| within(center, e, extent)).collect();
-            if around.is_empty() {
-                continue;
-            }
-            for (part, &at) in (0..).zip(bodies.outline_of(body)) {
-                let radius = bodies.radius_at(body, part);
-                let near = around.iter().filter(|e| within(at, e, radius));
-                let segments: Vec<u32> = near.map(|e| e.0).collect();
-                if !segments.is_empty() {
-                    self.near.push(Near {
-                        body: body as u32,
-                        part,
-                        segments,
-                    });
-                }
-            }
-        }
-        self.built_at.clone_from(&self.positions);
-        self.odometer.reset(bodies);
-        self.listed = true;
     }
 
     /// Where a minimum of the last step is now in m; `None` if its markers are no more in the set.
@@ -155,10 +125,10 @@ impl<L: Law> SegmentContacts<L> {
     }
 
     /// For each minimum of the last step the stretch that has a minimum nearest to it, within the way that a foot goes in a step.
-    fn heirs(&self, held: &[Held], stretches: &[&[Extremum]]) -> Vec<Option<usize>> {
+    fn heirs(&self, held: &[Held], found: &[Extremum], heirs: &mut Vec<Option<usize>>) {
         let heir = |held: &Held| {
             let (at, old) = (self.place(held)?, self.slot(held.ids[0])?);
-            let minima = stretches.iter().enumerate().flat_map(|(i, stretch)| {
+            let minima = stretches(found).enumerate().flat_map(|(i, stretch)| {
                 let minima = stretch.iter().filter(|e| e.least);
                 minima.map(move |e| (i, e))
             });
@@ -169,20 +139,21 @@ impl<L: Law> SegmentContacts<L> {
             });
             far.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
         };
-        held.iter().map(heir).collect()
+        heirs.clear();
+        heirs.extend(held.iter().map(heir));
     }
 
     /// What each stretch of a disc goes on from. Friction takes what springs that end, part or join have held and leave to none.
-    fn go_on(
-        &self,
-        bodies: &Bodies,
-        near: &Near,
-        stretches: &[&[Extremum]],
-        sums: &mut Sums,
-    ) -> Vec<L::History> {
+    fn go_on(&self, bodies: &Bodies, near: &Near, room: &mut Room<L>, sums: &mut Sums) {
         let held = self.held_by(near);
-        let heirs = self.heirs(held, stretches);
-        let handed = hand_on(held, &self.kept.springs, &heirs, stretches.len());
+        let Room {
+            found,
+            heirs,
+            handed,
+            ..
+        } = room;
+        self.heirs(held, found, heirs);
+        handed.hand_on(held, &self.kept.springs, heirs, stretches(found).count());
         let ended = handed.ended.iter().map(|spring| (1.0, spring));
         let begun = handed.begun.iter().map(|spring| (-1.0, spring));
         for (sign, (from, history)) in ended.chain(begun) {
@@ -194,7 +165,6 @@ impl<L: Law> SegmentContacts<L> {
             let kinematics = Kinematics::default();
             sums.add_loss(sign, self.law.separate(&constants, &kinematics, history));
         }
-        handed.histories
     }
 
     /// Overlap of a disc with the chain at an extremum in m.
@@ -257,13 +227,7 @@ impl<L: Law> SegmentContacts<L> {
     }
 
     /// An extremum of the distance of a disc as contact sees it. Adds what it may do until the next exchange.
-    fn seen<'a>(
-        &self,
-        on: &Evaluation,
-        near: &Near,
-        e: &'a Extremum,
-        to: &mut Targets,
-    ) -> Place<'a, L::Pair> {
+    fn seen(&self, on: &Evaluation, near: &Near, e: &Extremum, to: &mut Targets) -> Place<L::Pair> {
         let (bodies, body) = (on.bodies, near.body as usize);
         let info = &self.set[e.foot.slots[0] as usize];
         let overlap = self.overlap(bodies, near, e);
@@ -297,7 +261,7 @@ impl<L: Law> SegmentContacts<L> {
             [0.0; 2]
         };
         Place {
-            e,
+            e: *e,
             overlap,
             normal,
             tangent,
@@ -309,17 +273,14 @@ impl<L: Law> SegmentContacts<L> {
         }
     }
 
-    /// Evaluates a stretch of a chain on a disc, and adds what it does ([`crate::contact::stretch`]).
+    /// Evaluates a stretch of a chain on a disc, which has its extrema at `places`, and adds what it does ([`crate::contact::stretch`]).
     fn press(
         &self,
         on: &Evaluation,
         near: &Near,
-        stretch: &[Extremum],
-        history: &L::History,
+        (places, history): (&[Place<L::Pair>], &L::History),
         (to, next): (&mut Targets, &mut Memory<L::History>),
     ) {
-        let places: Vec<Place<L::Pair>> =
-            stretch.iter().map(|e| self.seen(on, near, e, to)).collect();
         let body = near.body as usize;
         let minima = || places.iter().filter(|p| p.e.least);
         let deeper = |a: &&Place<L::Pair>, b: &&Place<L::Pair>| a.overlap.total_cmp(&b.overlap);
@@ -429,17 +390,18 @@ impl<L: Law> SegmentContacts<L> {
         &self,
         on: &Evaluation,
         near: &Near,
-        found: &mut Vec<Extremum>,
+        room: &mut Room<L>,
         to: &mut Targets,
         next: &mut Memory<L::History>,
     ) {
         let body = near.body as usize;
         let center = on.bodies.outline_of(body)[near.part as usize];
-        let radius = self.set[near.segments[0] as usize].radius;
+        let segments = self.near.of(near);
+        let radius = self.set[segments[0] as usize].radius;
         let of_disc = on.bodies.radius_at(body, near.part);
         let contact = of_disc + radius;
-        let x = &self.positions;
-        extrema(&self.links, x, &near.segments, center, contact, found);
+        let (x, found) = (&self.positions, &mut room.found);
+        extrema(&self.links, x, segments, center, contact, found);
         found.retain(|e| {
             let own = self.set[e.foot.slots[0] as usize].radius;
             e.distance < of_disc + (1.0 + REACH) * own
@@ -463,10 +425,17 @@ impl<L: Law> SegmentContacts<L> {
             }
         }
         found.retain(|e| e.outside && e.distance > 0.0);
-        let stretches: Vec<&[Extremum]> = found.chunk_by(|a, b| a.stretch == b.stretch).collect();
-        let histories = self.go_on(on.bodies, near, &stretches, &mut to.sums);
-        for (stretch, history) in stretches.into_iter().zip(histories) {
-            self.press(on, near, stretch, &history, (&mut *to, &mut *next));
+        self.go_on(on.bodies, near, room, &mut to.sums);
+        let Room {
+            found,
+            handed,
+            places,
+            ..
+        } = room;
+        for (stretch, history) in stretches(found).zip(&handed.histories) {
+            places.clear();
+            places.extend(stretch.iter().map(|e| self.seen(on, near, e, to)));
+            self.press(on, near, (places, history), (&mut *to, &mut *next));
         }
     }
 }
@@ -503,7 +472,7 @@ impl<L: Law> PointSide for SegmentContacts<L> {
         self.previous = set.iter().map(|info| was(info.id)).collect();
         self.set = set.to_vec();
         self.links = Links::of(set);
-        self.listed = false;
+        self.near.forget();
     }
 
     fn set(&self) -> &[ImpInfo] {
@@ -514,15 +483,8 @@ impl<L: Law> PointSide for SegmentContacts<L> {
         self.positions.clear();
         self.positions
             .extend(states.iter().map(|s| Vec2::from(s.position)));
-        if self.listed {
-            let moved = self.positions.iter().zip(&self.built_at);
-            let moved = moved.map(|(now, at)| (now - at).norm_squared());
-            let left = self.skin - moved.fold(0.0, f64::max).sqrt();
-            if self.set.is_empty() || left > 0.0 && self.odometer.stays_below(left, bodies) {
-                return;
-            }
-        }
-        self.list(bodies);
+        let (set, links) = (&self.set, &self.links);
+        self.near.update(bodies, set, links, &self.positions);
     }
 
     fn evaluate(
@@ -540,24 +502,27 @@ impl<L: Law> PointSide for SegmentContacts<L> {
             states,
             interval,
         };
+        let mut told = std::mem::take(&mut self.sums.told);
+        told.clear();
         let mut to = Targets {
             forces,
             loads,
             sums: Sums {
                 lightest: f64::INFINITY,
+                told,
                 ..Sums::default()
             },
         };
-        let (mut next, mut found) = (
+        let (mut next, mut room) = (
             std::mem::take(&mut self.next),
-            std::mem::take(&mut self.found),
+            std::mem::take(&mut self.room),
         );
         next.clear();
-        for near in &self.near {
-            self.disc(&on, near, &mut found, &mut to, &mut next);
+        for near in self.near.discs() {
+            self.disc(&on, near, &mut room, &mut to, &mut next);
         }
         let sums = to.sums;
-        (self.next, self.found, self.sums) = (next, found, sums);
+        (self.next, self.room, self.sums) = (next, room, sums);
     }
 
     fn passed(&self, _: &Bodies, _: &[ImpState]) -> Option<Passed> {
@@ -594,16 +559,14 @@ impl<L: Law> PointSide for SegmentContacts<L> {
     }
 
     fn advance(&mut self, speed: f64, dt: f64) {
-        self.odometer.advance(speed, dt);
+        self.near.advance(speed, dt);
     }
 
     fn bytes(&self) -> usize {
-        let near = self.near.iter().map(|near| near.segments.capacity());
-        near.sum::<usize>() * size_of::<u32>()
-            + self.near.capacity() * size_of::<Near>()
+        self.near.bytes()
             + self.kept.bytes()
             + self.next.bytes()
-            + (self.positions.capacity() + self.built_at.capacity()) * size_of::<Vec2>()
+            + self.positions.capacity() * size_of::<Vec2>()
             + self.previous.capacity() * size_of::<Option<Vec2>>()
             + self.set.capacity() * (size_of::<ImpInfo>() + 2 * size_of::<Option<u32>>())
     }
@@ -616,18 +579,14 @@ impl<L: Law> PointSide for SegmentContacts<L> {
             // Of the configuration.
             law: _,
             surfaces: _,
-            skin: _,
             links: _, // of the set
             // Nothing that comes out depends on the list: it is made anew.
             near: _,
-            built_at: _,
-            listed: _,
-            odometer: _,
             // Of an evaluation, which begins each of them anew.
             next: _,
             positions: _,
             sums: _,
-            found: _,
+            room: _,
         } = self;
         let contact = |h: &Held| (h.body, h.part, h.ids, h.s, h.force, h.spring);
         let chain = SavedChain {
@@ -681,7 +640,7 @@ impl<L: Law> PointSide for SegmentContacts<L> {
         self.previous = chain.previous.iter().map(|p| p.map(Into::into)).collect();
         (self.links, self.set) = (Links::of(&set), set);
         self.kept = Memory { held, springs };
-        self.listed = false;
+        self.near.forget();
         Ok(())
     }
 }

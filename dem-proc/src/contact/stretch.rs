@@ -26,7 +26,7 @@
 //! angle of the corner.
 //!
 //! From step to step each minimum that pressed hands its part of the spring to the stretch that has come nearest to it
-//! ([`hand_on`]). A spring that parts goes to each stretch by the part `p` of the force of its minima that go there: the force
+//! ([`Handed::hand_on`]). A spring that parts goes to each stretch by the part `p` of the force of its minima that go there: the force
 //! goes on, the energy falls from 1 to `sum p^2`. Stretches that join have the mean of their springs by the forces that they bring, `q`. Both together:
 //! `xi' = sum q p xi`, for which `sum xi'^2 <= sum xi^2`, so a spring gives nothing away that it did not hold. What is
 //! missing is lost to friction, and booked. To add the elongations of stretches that join would keep the force, and could double the energy.
@@ -76,9 +76,10 @@ impl<H> Memory<H> {
 }
 
 /// An extremum of the distance of a disc as contact sees it.
-pub struct Place<'a, P> {
+#[derive(Debug)]
+pub struct Place<P> {
     /// Where.
-    pub e: &'a Extremum,
+    pub e: Extremum,
     /// In m.
     pub overlap: f64,
     /// From the disc to the chain.
@@ -97,14 +98,14 @@ pub struct Place<'a, P> {
     pub elastic: [f64; 2],
 }
 
-impl<P> Place<'_, P> {
+impl<P> Place<P> {
     /// What it counts: a maximum less than nothing.
     pub fn sign(&self) -> f64 {
         if self.e.least { 1.0 } else { -1.0 }
     }
 }
 
-/// What a disc's stretches go on from.
+/// What a disc's stretches go on from. It is kept from disc to disc, so that no step allocates.
 #[derive(Debug, Default)]
 pub struct Handed<H> {
     /// For each stretch.
@@ -113,9 +114,13 @@ pub struct Handed<H> {
     pub ended: Vec<(usize, H)>,
     /// Springs that came of these, likewise: they count once less.
     pub begun: Vec<(usize, H)>,
+    flows: Vec<Flow>,
+    /// Numbers of a memory, and the sum of several.
+    numbers: [Vec<f64>; 2],
 }
 
 /// A part of a spring that goes to a stretch.
+#[derive(Debug)]
 struct Flow {
     spring: u32,
     stretch: usize,
@@ -125,15 +130,69 @@ struct Flow {
     from: usize,
 }
 
-/// Hands the springs of minima that pressed to `stretches` stretches; `heirs` has where each minimum has gone, if anywhere.
-/// Minima that have gone nowhere leave their part to the others of their spring.
-pub fn hand_on<H: Numbers>(
-    held: &[Held],
-    springs: &[H],
-    heirs: &[Option<usize>],
-    stretches: usize,
-) -> Handed<H> {
-    let mut flows: Vec<Flow> = Vec::new();
+impl<H: Numbers> Handed<H> {
+    /// Hands the springs of minima that pressed to `stretches` stretches; `heirs` has where each minimum has gone, if
+    /// anywhere. Minima that have gone nowhere leave their part to the others of their spring.
+    pub fn hand_on(
+        &mut self,
+        held: &[Held],
+        springs: &[H],
+        heirs: &[Option<usize>],
+        stretches: usize,
+    ) {
+        let Self {
+            histories,
+            ended,
+            begun,
+            flows,
+            numbers,
+        } = self;
+        ended.clear();
+        begun.clear();
+        histories.clear();
+        histories.resize(stretches, H::default());
+        part(held, heirs, flows);
+        let of = |spring: u32| springs[spring as usize];
+        let sum = |wanted: &dyn Fn(&Flow) -> bool| -> f64 {
+            let flows = flows.iter().filter(|&f| wanted(f));
+            flows.map(|f| f.force).sum()
+        };
+        // A spring that goes to one stretch, and no other with it.
+        let whole = |flow: &Flow| {
+            let others = |f: &&Flow| f.spring == flow.spring || f.stretch == flow.stretch;
+            flows.iter().filter(others).count() == 1
+        };
+        for (stretch, history) in histories.iter_mut().enumerate() {
+            let parents = || flows.iter().filter(move |f| f.stretch == stretch);
+            let Some(first) = parents().next() else {
+                continue;
+            };
+            if whole(first) {
+                *history = of(first.spring);
+                continue;
+            }
+            let brought = sum(&|f| f.stretch == stretch);
+            let parts = parents().map(|f| {
+                let part = f.force / sum(&|other| other.spring == f.spring);
+                (part * (f.force / brought), of(f.spring))
+            });
+            *history = blend(parts, numbers);
+            begun.push((first.from, *history));
+        }
+        let mut from = 0;
+        for minima in held.chunk_by(|a, b| a.spring == b.spring) {
+            let spring = minima[0].spring;
+            if !flows.iter().any(|f| f.spring == spring && whole(f)) {
+                ended.push((from, of(spring)));
+            }
+            from += minima.len();
+        }
+    }
+}
+
+/// The parts of the springs of minima, and the stretches to which they go.
+fn part(held: &[Held], heirs: &[Option<usize>], flows: &mut Vec<Flow>) {
+    flows.clear();
     for (from, (minimum, heir)) in held.iter().zip(heirs).enumerate() {
         let Some(stretch) = *heir else { continue };
         let (spring, force) = (minimum.spring, minimum.force);
@@ -148,73 +207,41 @@ pub fn hand_on<H: Numbers>(
             }),
         }
     }
-    let of = |spring: u32| springs[spring as usize];
-    let sum = |wanted: &dyn Fn(&Flow) -> bool| -> f64 {
-        let flows = flows.iter().filter(|&f| wanted(f));
-        flows.map(|f| f.force).sum()
-    };
-    // A spring that goes to one stretch, and no other with it.
-    let whole = |flow: &Flow| {
-        let others = |f: &&Flow| f.spring == flow.spring || f.stretch == flow.stretch;
-        flows.iter().filter(others).count() == 1
-    };
-    let mut handed = Handed {
-        histories: vec![H::default(); stretches],
-        ended: Vec::new(),
-        begun: Vec::new(),
-    };
-    for (stretch, history) in handed.histories.iter_mut().enumerate() {
-        let parents = || flows.iter().filter(move |f| f.stretch == stretch);
-        let Some(first) = parents().next() else {
-            continue;
-        };
-        if whole(first) {
-            *history = of(first.spring);
-            continue;
-        }
-        let brought = sum(&|f| f.stretch == stretch);
-        let parts = parents().map(|f| {
-            let part = f.force / sum(&|other| other.spring == f.spring);
-            (part * (f.force / brought), of(f.spring))
-        });
-        *history = blend(parts);
-        handed.begun.push((first.from, *history));
-    }
-    for (from, minima) in held
-        .chunk_by(|a, b| a.spring == b.spring)
-        .scan(0, |at, minima| {
-            let from = *at;
-            *at += minima.len();
-            Some((from, minima))
-        })
-    {
-        let spring = minima[0].spring;
-        if !flows.iter().any(|f| f.spring == spring && whole(f)) {
-            handed.ended.push((from, of(spring)));
-        }
-    }
-    handed
 }
 
 /// The sum of memories, each times a factor. The energy of a spring is of second degree in what is remembered where its stiffness is
 /// constant, and of first degree where force and stiffness are remembered: for factors `q p` neither grows.
-fn blend<H: Numbers>(parts: impl Iterator<Item = (f64, H)>) -> H {
-    let mut sum = vec![0.0; H::COUNT];
-    let mut numbers = Vec::with_capacity(H::COUNT);
+fn blend<H: Numbers>(
+    parts: impl Iterator<Item = (f64, H)>,
+    [numbers, sum]: &mut [Vec<f64>; 2],
+) -> H {
+    sum.clear();
+    sum.resize(H::COUNT, 0.0);
     for (factor, history) in parts {
         numbers.clear();
-        history.put(&mut numbers);
-        for (sum, x) in sum.iter_mut().zip(&numbers) {
+        history.put(numbers);
+        for (sum, x) in sum.iter_mut().zip(&*numbers) {
             *sum += factor * x;
         }
     }
-    H::take(&mut sum.into_iter())
+    H::take(&mut sum.iter().copied())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::law::tangent::{Coulomb, Elongation, Mindlin, Sheared, Tangent};
+
+    fn hand_on<H: Numbers>(
+        held: &[Held],
+        springs: &[H],
+        heirs: &[Option<usize>],
+        stretches: usize,
+    ) -> Handed<H> {
+        let mut handed = Handed::default();
+        handed.hand_on(held, springs, heirs, stretches);
+        handed
+    }
 
     fn held(spring: u32, force: f64) -> Held {
         Held {

@@ -123,7 +123,10 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
 
     #[inline]
     fn separate(&self, _: &Self::Pair, kinematics: &Kinematics, before: &Self::History) -> Loss {
-        let (viscous, _) = D::remember([0.0; 2], kinematics.moved, &before.dashpot);
+        // Where the contact ends so does the dashpot's force: what comes after costs nothing (docs/energy.md).
+        let held = kinematics.share_in_contact();
+        let way = kinematics.moved.map(|u| u * held);
+        let (viscous, _) = D::remember([0.0; 2], way, &before.dashpot);
         Loss {
             friction: self.tangent.separate(kinematics.moved[1], &before.tangent),
             viscous,

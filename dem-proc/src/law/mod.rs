@@ -34,6 +34,19 @@ pub struct Kinematics {
     pub rolled: f64,
 }
 
+impl Kinematics {
+    /// Share of the last step that lies before the separation of two surfaces that are apart now and were in contact
+    /// before it: the way along `N` up to the separation over the whole way.
+    #[inline]
+    pub fn share_in_contact(&self) -> f64 {
+        let way = self.moved[0];
+        let share = (way + self.overlap) / way;
+        // A normal that has turned may tell of an approach.
+        let share = if way > 0.0 { share } else { 1.0 };
+        if share > 0.0 { share } else { 0.0 }
+    }
+}
+
 /// The last step, over which the surfaces have moved.
 #[derive(Debug, Clone, Copy)]
 pub struct LastStep {

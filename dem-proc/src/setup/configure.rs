@@ -6,7 +6,6 @@ use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Interface,
 use interface::solver::{Readiness, Refusal};
 
 use crate::body::bodies::{Bodies, Body};
-use crate::body::load::{Load, PairLoad};
 use crate::body::surfaces::Surfaces;
 use crate::contact::approach::{first_contact, outer_acceleration};
 use crate::contact::convex::{ConvexContacts, Measure};
@@ -19,7 +18,7 @@ use crate::contact::points::PointContacts;
 use crate::contact::segments::SegmentContacts;
 use crate::law::Law;
 use crate::law::choice::{ForLaw, normal_stiffness, with_law, with_table};
-use crate::system::System;
+use crate::system::{Kicked, LimitConstants, Loads, System};
 use crate::threads::Threads;
 
 struct PointsWith {
@@ -179,13 +178,17 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         point_pairs: pair_side(config),
         pairs: pairs.map(|law| body_side(config, &surfaces, law)),
         threads,
-        point_loads: vec![Load::default(); n],
-        body_loads: vec![PairLoad::default(); n],
-        kicked: vec![(Vec2::zeros(), 0.0); n],
+        loads: Loads::of(n),
+        kicked: Kicked {
+            velocities: vec![(Vec2::zeros(), 0.0); n],
+            ..Kicked::default()
+        },
         speed: bodies.initial_speed(),
-        outer_acceleration: outer_acceleration(&bodies, config.gravity.into()),
-        first_contact: first_contact(&bodies, body_stiffness),
-        per_resolution_sq: (2.0 / config.resolution()).powi(2),
+        constants: LimitConstants {
+            outer_acceleration: outer_acceleration(&bodies, config.gravity.into()),
+            first_contact: first_contact(&bodies, body_stiffness),
+            per_resolution_sq: (2.0 / config.resolution()).powi(2),
+        },
         skin: config.skin,
         bodies,
         ..System::default()

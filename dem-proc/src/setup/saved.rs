@@ -50,20 +50,14 @@ impl SavedSystem {
             // Of the configuration.
             gravity: _,
             threads: _,
-            outer_acceleration: _,
-            first_contact: _,
+            constants: _,
             skin: _,
             // Results of an evaluation; the next one overwrites them.
-            point_loads: _,
-            body_loads: _,
-            pushed_by_points: _,
+            loads: _,
             kicked: _,
-            fastest: _,
-            kicked_speed: _,
             // Answers that were already given.
             envelopes: _,
             measurement: _,
-            per_resolution_sq: _, // of the configuration
         } = system;
         Self {
             marks: marks.clone(),
@@ -121,9 +115,9 @@ impl SavedSystem {
         system.points.restore(points, &bodies)?;
         (system.bodies, system.speed) = (bodies, speed);
         (system.published, system.totals) = (published, *totals);
-        system.point_loads.fill(Load::default());
-        system.body_loads.fill(PairLoad::default());
-        system.pushed_by_points = true; // the next evaluation clears what the last one left
+        system.loads.by_points.fill(Load::default());
+        system.loads.by_bodies.fill(PairLoad::default());
+        system.loads.any_by_points = true; // the next evaluation clears what the last one left
         Ok(())
     }
 }

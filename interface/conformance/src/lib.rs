@@ -189,7 +189,7 @@ impl Examination {
     }
 }
 
-/// Judges a solver; `tell` hears each verdict, in the order of the clauses.
+/// Tests a solver; calls `tell` with each verdict, in the order of the clauses.
 ///
 /// # Errors
 /// [`ExamineError`] when nothing can be judged.
@@ -229,7 +229,7 @@ pub fn examine(
     })
 }
 
-/// Judges the clauses of a queue, several at the same time; `tell` hears them in order.
+/// Tests the clauses of a queue, several at the same time; calls `tell` with the verdicts in order.
 fn judge_all(
     subject: &Subject,
     options: &Options,
@@ -268,7 +268,7 @@ fn judge_all(
             let (sender, shared) = (sender.clone(), &shared);
             scope.spawn(move || {
                 let tell = |place, judged| {
-                    // The receiver lives until all are told.
+                    // The receiver lives until all results are sent.
                     let _ = sender.send((place, judged));
                 };
                 shared.work(judge, |judged: &Judged| &judged.verdict, blocked, tell);

@@ -4,7 +4,7 @@
 //! clauses that need nothing beyond it. Within a clause, scenes are made of what the solver takes.
 
 use interface::config::capability::{
-    CONTACTS, Capabilities, LAYERS, PAIRS, POLLS, SAVE, SEGMENTS, STRESS_WORK,
+    CONTACTS, Capabilities, LAYERS, PAIRS, PLASTIC_STRAIN, POLLS, SAVE, SEGMENTS, STRESS_WORK,
 };
 use interface::message::control::Party;
 
@@ -71,7 +71,8 @@ pub const PROFILES: &[Profile] = &[
     ),
     of_continua("full+save", &[SAVE]),
     of_continua("full+save+polls", &[POLLS]),
-    of_continua("all", &[LAYERS, PAIRS]),
+    of_continua("full+save+polls+layers", &[LAYERS, PAIRS]),
+    of_continua("all", &[PLASTIC_STRAIN, "material:von_mises"]),
 ];
 
 /// The profiles of a side, from the least to the most.
@@ -94,7 +95,7 @@ impl Profile {
     /// What such a solver says in Hello.
     pub fn capabilities(&self) -> Capabilities {
         let mut names: Vec<&str> = self.takes().collect();
-        // A family of which it takes nothing is named too, or it would be open.
+        // A family without members is listed too; otherwise it would not be restricted.
         if !names.iter().any(|name| name.starts_with("feature:")) {
             names.push(NO_FEATURE);
         }

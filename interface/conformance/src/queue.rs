@@ -50,7 +50,7 @@ impl Queue {
     /// These clauses of a table whose first one is `first`.
     pub fn new(first: Option<&'static str>, clauses: &[&'static Clause]) -> Self {
         let mut waiting: Vec<Place> = clauses.iter().copied().enumerate().collect();
-        // Those that are judged alone come early: where they come late, all wait for the slowest before.
+        // Clauses that are tested alone come early. If they came late, all would wait for the slowest before them.
         let mut early: BTreeSet<&str> = first.into_iter().collect();
         for clause in clauses.iter().rev() {
             if clause.alone || early.contains(clause.id) {
@@ -78,7 +78,7 @@ impl Queue {
         needs.filter_map(|id| self.asked.get(id).copied())
     }
 
-    /// What to do next; who is told to judge says [`Self::judged`] in the end.
+    /// What to do next. A thread that tests a clause calls [`Self::judged`] at the end.
     pub fn next(&mut self) -> Next {
         if self.waiting.is_empty() {
             return Next::Over;
@@ -153,7 +153,7 @@ impl Shared {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Judges clauses with `judge` until none is left; tells `tell` of each, with the verdict of those that are blocked.
+    /// Tests clauses with `judge` until none is left. Calls `tell` with each verdict, also of blocked clauses.
     pub fn work<J>(
         &self,
         judge: impl Fn(&'static Clause) -> J,
@@ -236,7 +236,7 @@ mod tests {
         let mut queue = queue();
         assert_eq!([begun(&mut queue), begun(&mut queue)], ["first", "wait"]);
         queue.judged(row_of("first"), &kept());
-        // What is judged alone waits for what it needs, and others wait behind it.
+        // A clause that is tested alone waits for the clauses that it needs, and others wait for it.
         assert_eq!([begun(&mut queue), begun(&mut queue)], ["base", "wait"]);
         queue.judged(row_of("base"), &kept());
         assert_eq!([begun(&mut queue), begun(&mut queue)], ["timed", "wait"]);

@@ -42,7 +42,7 @@ struct Line {
 }
 
 impl Trace {
-    /// One that keeps what it is told.
+    /// A recorder that keeps all entries.
     pub fn kept() -> Self {
         Self(Some(Vec::new()))
     }

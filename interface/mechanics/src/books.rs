@@ -1,4 +1,4 @@
-//! The books of a bodies' side (PROTOCOL.md section 9): what any rigid-body solver has to tell of its bodies.
+//! The ledger of a bodies' side (PROTOCOL.md section 9): what any rigid-body solver has to report of its bodies.
 //!
 //! A solver makes an [`Entry`] of each body when it has kicked it, adds it to its [`Totals`], and where a step is
 //! measured hands all entries to [`measure`]. Only what it alone knows is left to it: energy in springs, losses.

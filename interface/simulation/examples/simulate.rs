@@ -1,4 +1,4 @@
-//! Plays scenarios from seeds and tells what breaks.
+//! Runs scenarios from seeds and prints violations.
 //!
 //! `cargo run --release -p simulation --example simulate -- --seeds 1000000`; one of them again, told step by step:
 //! `--from SEED --seeds 1`.

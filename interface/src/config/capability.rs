@@ -16,7 +16,7 @@ pub const SEGMENTS: &str = "segments";
 pub const PAIRS: &str = "pairs";
 /// Each group of points has its own grid layer.
 pub const LAYERS: &str = "layers";
-/// Frames contain the contacts of bodies: body, partner, point, force.
+/// Frames contain the contacts: who touch, where, with which force.
 pub const CONTACTS: &str = "contacts";
 /// The ledger's `elastic` is a function of the points' state, and `stress_work` is reported separately.
 pub const STRESS_WORK: &str = "stress_work";

@@ -51,7 +51,7 @@ pub(crate) fn is_one_thread(threads: &usize) -> bool {
     *threads == one_thread()
 }
 
-/// In place of the above for the schema of scenes, which tells every default.
+/// Replaces the above for the schema of scenes, which lists every default.
 pub(crate) fn never<T>(_: &T) -> bool {
     false
 }

@@ -58,7 +58,7 @@ impl Faults {
         self.number_in("", key, value, holds, expected)
     }
 
-    /// The same for a number in `unit`, which is told with it.
+    /// The same for a number in `unit`, which the message contains.
     pub fn number_in(
         &mut self,
         unit: &str,

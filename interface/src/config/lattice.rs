@@ -69,7 +69,7 @@ impl GroupConfig {
     }
 }
 
-/// A whole number near to `n`, 1 at least. What is too large for a number of points is a fault told elsewhere.
+/// The nearest integer to `n`, 1 at least. A number that is too large is reported elsewhere.
 fn whole(n: f64) -> u32 {
     n.round().max(1.0) as u32
 }

@@ -6,7 +6,9 @@ use super::{Action, Done, Event, Machine, Task, check};
 use crate::config::capability::Capabilities;
 use crate::config::{DemConfig, Interface};
 use crate::message::control::Party;
-use crate::message::wire::{ImpForce, ImpInfo, ImpState, Limits, StepHeader, flags};
+use crate::message::wire::{
+    EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, StepHeader, flags,
+};
 use crate::message::{Channel, Kind, Records};
 use crate::solver::Answer;
 
@@ -212,28 +214,16 @@ impl Bodies {
         Ok(self.line.send(Kind::Forces, header))
     }
 
-    fn task_done(&mut self, done: Done<'_>) -> Result<Action, SessionError> {
-        match done {
-            Done::Envelopes(envelopes) if self.exchange == Exchange::Outlining => {
-                let records = Records::Envelopes(envelopes);
-                check::numbers(Party::Dem, "E-3", self.line.step, records)?;
-                self.exchange = Exchange::Envelopes;
-                let header = StepHeader {
-                    set: 0,
-                    ..self.line.header(0, envelopes.len())
-                };
-                Ok(self.line.send(Kind::Envelopes, header))
-            }
-            Done::SetTaken if self.exchange == Exchange::TakingSet => self.evaluate(),
-            Done::Contacts(answer, forces) if self.exchange == Exchange::Evaluating => {
-                self.contacts(answer, forces)
-            }
-            Done::Advanced if self.exchange == Exchange::Advancing => {
-                self.line.advanced(self.limits)?;
-                Ok(self.begin())
-            }
-            done => self.pass(Event::Done(done)),
-        }
+    /// E-3.
+    fn outlined(&mut self, envelopes: &[EnvelopeVertex]) -> Result<Action, SessionError> {
+        let records = Records::Envelopes(envelopes);
+        check::numbers(Party::Dem, "E-3", self.line.step, records)?;
+        self.exchange = Exchange::Envelopes;
+        let header = StepHeader {
+            set: 0,
+            ..self.line.header(0, envelopes.len())
+        };
+        Ok(self.line.send(Kind::Envelopes, header))
     }
 
     /// What the line knows.
@@ -248,7 +238,7 @@ impl Bodies {
 
 impl Machine for Bodies {
     fn react(&mut self, event: Event<'_>) -> Result<Action, SessionError> {
-        // Not as a pair with `self.exchange`: that copies the event, which costs more than the rest.
+        // Events of a step are taken apart where they are: to hand one on is to copy it, which costs more than the rest.
         match event {
             Event::Received(header, Records::States(states))
                 if self.exchange == Exchange::States =>
@@ -270,7 +260,19 @@ impl Machine for Bodies {
                 self.exchange = Exchange::Advancing;
                 Ok(Action::Do(Task::Advance))
             }
-            Event::Done(done) => self.task_done(done),
+            Event::Done(Done::Envelopes(envelopes)) if self.exchange == Exchange::Outlining => {
+                self.outlined(envelopes)
+            }
+            Event::Done(Done::SetTaken) if self.exchange == Exchange::TakingSet => self.evaluate(),
+            Event::Done(Done::Contacts(answer, forces))
+                if self.exchange == Exchange::Evaluating =>
+            {
+                self.contacts(answer, forces)
+            }
+            Event::Done(Done::Advanced) if self.exchange == Exchange::Advancing => {
+                self.line.advanced(self.limits)?;
+                Ok(self.begin())
+            }
             event => self.pass(event),
         }
     }

@@ -7,7 +7,9 @@ use super::{Action, Done, Event, Machine, Task, check};
 use crate::config::MpmConfig;
 use crate::config::capability::Capabilities;
 use crate::message::control::Party;
-use crate::message::wire::{EnvelopeVertex, ImpForce, StepHeader, flags};
+use crate::message::wire::{
+    EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits, StepHeader, flags,
+};
 use crate::message::{Channel, Kind, Records};
 
 /// Where a step of the exchange is.
@@ -193,60 +195,62 @@ impl Continuum {
         Ok(Action::Do(Task::Correct))
     }
 
-    fn task_done(&mut self, done: Done<'_>) -> Result<Action, SessionError> {
+    fn selected(&mut self, set: &[ImpInfo]) -> Result<Action, SessionError> {
         let step = self.line.step;
-        match done {
-            Done::Selected(set) if self.exchange == Exchange::Selecting => {
-                check::set(set, step)?;
-                check::links(set, step)?;
-                self.approach.selected();
-                self.line.imps = set.len() as u64;
-                self.line.set += 1;
-                self.exchange = Exchange::Announcing;
-                let header = self.line.header(flags::NEW_SET, set.len());
-                Ok(self.line.send(Kind::Set, header))
-            }
-            Done::States(states) if self.exchange == Exchange::Gathering => {
-                check::numbers(Party::Mpm, "I-3", step, Records::States(states))?;
-                self.exchange = Exchange::States;
-                let flags = if self.new_set { flags::NEW_SET } else { 0 };
-                let header = self.line.header(flags, states.len());
-                Ok(self.line.send(Kind::States, header))
-            }
-            Done::Predicted if self.exchange == Exchange::Predicting && self.coupled => {
-                self.exchange = Exchange::Forces;
-                let channel = Channel::of(Party::Mpm, Kind::Forces);
-                Ok(self.line.wait(channel, "the contact forces"))
-            }
-            Done::Predicted if self.exchange == Exchange::Predicting => {
-                self.exchange = Exchange::Correcting;
-                Ok(Action::Do(Task::Correct))
-            }
-            Done::Corrected(limits, travel) if self.exchange == Exchange::Correcting => {
-                let limits = if self.coupled {
-                    let dt = self.line.grant.dt;
-                    self.approach.moved(*limits, travel, dt)
-                } else {
-                    *limits
-                };
-                self.line.advanced(limits)?;
-                Ok(self.begin())
-            }
-            done => {
-                match &done {
-                    Done::Configured { fastest, .. } => self.approach.fastest = *fastest,
-                    Done::Restored(travel) => {
-                        self.approach.points = *travel;
-                        [self.approach.bodies, self.approach.fastest] = self.line.carried;
-                    }
-                    Done::Saved(_) => {
-                        self.line.carried = [self.approach.bodies, self.approach.fastest];
-                    }
-                    _ => {}
-                }
-                self.pass(Event::Done(done))
-            }
+        check::set(set, step)?;
+        check::links(set, step)?;
+        self.approach.selected();
+        self.line.imps = set.len() as u64;
+        self.line.set += 1;
+        self.exchange = Exchange::Announcing;
+        let header = self.line.header(flags::NEW_SET, set.len());
+        Ok(self.line.send(Kind::Set, header))
+    }
+
+    fn gathered(&mut self, states: &[ImpState]) -> Result<Action, SessionError> {
+        let records = Records::States(states);
+        check::numbers(Party::Mpm, "I-3", self.line.step, records)?;
+        self.exchange = Exchange::States;
+        let flags = if self.new_set { flags::NEW_SET } else { 0 };
+        let header = self.line.header(flags, states.len());
+        Ok(self.line.send(Kind::States, header))
+    }
+
+    fn predicted(&mut self) -> Action {
+        if self.coupled {
+            self.exchange = Exchange::Forces;
+            let channel = Channel::of(Party::Mpm, Kind::Forces);
+            return self.line.wait(channel, "the contact forces");
         }
+        self.exchange = Exchange::Correcting;
+        Action::Do(Task::Correct)
+    }
+
+    fn corrected(&mut self, limits: &Limits, travel: f64) -> Result<Action, SessionError> {
+        let limits = if self.coupled {
+            let dt = self.line.grant.dt;
+            self.approach.moved(*limits, travel, dt)
+        } else {
+            *limits
+        };
+        self.line.advanced(limits)?;
+        Ok(self.begin())
+    }
+
+    /// A task that is no part of a step.
+    fn task_done(&mut self, done: Done<'_>) -> Result<Action, SessionError> {
+        match &done {
+            Done::Configured { fastest, .. } => self.approach.fastest = *fastest,
+            Done::Restored(travel) => {
+                self.approach.points = *travel;
+                [self.approach.bodies, self.approach.fastest] = self.line.carried;
+            }
+            Done::Saved(_) => {
+                self.line.carried = [self.approach.bodies, self.approach.fastest];
+            }
+            _ => {}
+        }
+        self.pass(Event::Done(done))
     }
 
     /// What the line knows.
@@ -264,7 +268,7 @@ impl Continuum {
 
 impl Machine for Continuum {
     fn react(&mut self, event: Event<'_>) -> Result<Action, SessionError> {
-        // Not as a pair with `self.exchange`: that copies the event, which costs more than the rest.
+        // Events of a step are taken apart where they are: to hand one on is to copy it, which costs more than the rest.
         match event {
             Event::Received(header, Records::Envelopes(envelopes))
                 if self.exchange == Exchange::Envelopes =>
@@ -275,6 +279,20 @@ impl Machine for Continuum {
                 if self.exchange == Exchange::Forces =>
             {
                 self.forces(header, forces)
+            }
+            Event::Done(Done::Selected(set)) if self.exchange == Exchange::Selecting => {
+                self.selected(set)
+            }
+            Event::Done(Done::States(states)) if self.exchange == Exchange::Gathering => {
+                self.gathered(states)
+            }
+            Event::Done(Done::Predicted) if self.exchange == Exchange::Predicting => {
+                Ok(self.predicted())
+            }
+            Event::Done(Done::Corrected(limits, travel))
+                if self.exchange == Exchange::Correcting =>
+            {
+                self.corrected(limits, travel)
             }
             Event::Done(done) => self.task_done(done),
             Event::Sent => match self.sent() {

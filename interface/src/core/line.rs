@@ -237,7 +237,7 @@ impl Line {
         self.say(State::Hello, &hello)
     }
 
-    /// Ends the session with `error`, which the coupler is told unless it knows.
+    /// Ends the session with `error`, which is sent to the coupler unless it knows it.
     pub(crate) fn fail(&mut self, error: SessionError) -> Action {
         let (fault, message) = match &error {
             SessionError::Fault { fault, .. } => (Some(fault.clone()), fault.to_string()),

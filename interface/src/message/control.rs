@@ -55,7 +55,7 @@ pub enum Order {
     Abort(String),
 }
 
-/// What a solver is told before the first step.
+/// The message that configures a solver before the first step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Configure {
     /// Hash of the scene as resolved, to be repeated in [`Notice::Ready`].

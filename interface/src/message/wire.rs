@@ -80,6 +80,8 @@ number!(f64, Number::Real, f64::is_finite, |x: f64| {
     const LOWEST: u64 = 1 << 52;
     (x.to_bits() & (0x7ff * LOWEST)) + LOWEST
 });
+// The plastic strain of a point, which only a solver with that capability means: clause R-5 checks it.
+number!(f32, Number::Real, |_| true, |_| 0);
 number!(u64, Number::Count, |_| true, |_| 0);
 number!(u32, Number::Count, |_| true, |_| 0);
 impl<const N: usize> Numbers for [f64; N] {
@@ -105,8 +107,18 @@ impl<const N: usize> Numbers for [f64; N] {
     }
 }
 
+/// A field as the layout has it: under the name and of the type after `as`, where they differ from Rust's.
+macro_rules! laid_out {
+    ($field:ident : $type:ty) => {
+        concat!(stringify!($field), ":", stringify!($type))
+    };
+    ($field:ident : $type:ty as $wire:ident : $wire_type:ty) => {
+        concat!(stringify!($wire), ":", stringify!($wire_type))
+    };
+}
+
 macro_rules! record {
-    ($(#[$meta:meta])* $name:ident, $wire_name:literal, $size:literal { $($(#[$field_meta:meta])* $field:ident : $type:ty = $offset:literal),* $(,)? }
+    ($(#[$meta:meta])* $name:ident, $wire_name:literal, $size:literal { $($(#[$field_meta:meta])* $field:ident : $type:ty $(as $wire:ident : $wire_type:ty)? = $offset:literal),* $(,)? }
         $(at least zero: $($bounded:ident),*)?) => {
         $(#[$meta])*
         #[repr(C)]
@@ -118,10 +130,11 @@ macro_rules! record {
             assert!(size_of::<$name>() == $size);
             assert!(0 $(+ size_of::<$type>())* == $size, "padding");
             $(assert!(core::mem::offset_of!($name, $field) == $offset);)*
+            $($(assert!(size_of::<$type>() == size_of::<$wire_type>());)?)*
         };
         impl Record for $name {
             const LAYOUT: &'static str = concat!(
-                stringify!($name), ":", $size, "{", $(stringify!($field), ":", stringify!($type), "@", $offset, ";"),* , "}"
+                stringify!($name), ":", $size, "{", $(laid_out!($field: $type $(as $wire: $wire_type)?), "@", $offset, ";"),* , "}"
             );
             fn check(&self) -> Result<(), &'static str> {
                 $(if !Numbers::finite(&self.$field) { return Err(stringify!($field)); })*
@@ -472,39 +485,25 @@ record! {
         mass: f64 = 80,
         /// Index of the point group.
         group: u32 = 88,
-        /// 0, or with the capability `plastic_strain` the bits of that strain as f32 ([`Self::plastic_strain`]); the name is
-        /// that of version 3.0, since names are in the hash of the layout.
-        reserved: u32 = 92,
+        /// The plastic strain, of a solver with the capability `plastic_strain`: 0 where the material keeps none. The layout has
+        /// the name and the type of version 3.0, when it was reserved, since both are in its hash.
+        plastic_strain: f32 as reserved: u32 = 92,
     }
     at least zero: volume, mass
 }
 
-impl PointState {
-    /// The plastic strain, of a solver with the capability `plastic_strain`; 0 where the material keeps none.
-    pub fn plastic_strain(&self) -> f32 {
-        f32::from_bits(self.reserved)
-    }
-
-    /// With this plastic strain, rounded to f32.
-    #[must_use]
-    pub fn with_plastic_strain(self, strain: f64) -> Self {
-        let reserved = (strain as f32).to_bits();
-        Self { reserved, ..self }
-    }
-}
-
 record! {
-    /// One contact of a body at `t_n` of a measured step with a frame (capability `contacts`).
+    /// One contact at `t_n` of a measured step with a frame (capability `contacts`).
     ContactState, "tandem/ContactState", 56 {
-        /// Index of the body.
+        /// Index of the body; identity of the first point where two points touch.
         body: u64 = 0,
         /// Whom it touches: index of another body, or identity of a point.
         other: u64 = 8,
-        /// What `other` is: 0 a body, 1 a point.
+        /// Who touch: 0 two bodies, 1 a body and a point, 2 two points (`group_pairs`).
         with: u64 = 16,
         /// Contact point in m.
         position: [f64; 2] = 24,
-        /// Force on the body in N/m.
+        /// Force on the body, or on the first point, in N/m.
         force: [f64; 2] = 40,
     }
 }

@@ -9,7 +9,7 @@ use super::{Message, Playback, RecordingError};
 use crate::message::wire::{Grant, StepHeader};
 use crate::message::{CHANNELS, Channel, Kind};
 
-/// Bytes of a report that tell of the machine, not of the run: times spent.
+/// Bytes of a report that depend on the machine and not on the run: times.
 const OF_THE_MACHINE: std::ops::Range<usize> = 56..88;
 
 /// The first grant by which the recording at `path` has ended its run: its closing step.

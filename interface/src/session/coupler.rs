@@ -10,7 +10,7 @@ use crate::message::Channel;
 use crate::message::control::{Hello, Party};
 use crate::transport::Transport;
 
-/// The run cannot go on; the solvers are told this reason.
+/// The run cannot continue; the solvers receive this reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stop(pub String);
 

@@ -32,7 +32,7 @@ pub fn serve_dem<D: DemSolver>(mut solver: D) -> ExitCode {
     })
 }
 
-/// Joins the run `id` with `serve`, as a process does: its exit status tells whether the session was closed in order.
+/// Joins the run `id` with `serve`, as a process does. Its exit status shows whether the session was closed in order.
 pub fn join(id: &str, serve: impl FnOnce(&Domain) -> Result<(), SessionError>) -> ExitCode {
     join_as(id, false, |domain| match serve(domain) {
         Ok(()) => 0,

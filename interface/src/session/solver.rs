@@ -26,7 +26,7 @@ const BELL: Duration = Duration::from_micros(40);
 /// Longest that a solver on the wrong side waits for the coupler to end the session.
 const GRACE: Duration = Duration::from_secs(2);
 
-/// Whose CPU time a report tells.
+/// The owner of the CPU time in a report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Clocked {
     /// The process is the solver's alone.
@@ -40,7 +40,7 @@ pub enum Clocked {
 /// Joins the run of `domain` as the continuum and serves until the session is closed.
 ///
 /// # Errors
-/// Any [`SessionError`]; the coupler has been told.
+/// Any [`SessionError`]; it was sent to the coupler.
 pub fn serve_mpm(
     medium: Medium,
     domain: &Domain,
@@ -54,7 +54,7 @@ pub fn serve_mpm(
 /// Joins the run of `domain` as the bodies and serves until the session is closed.
 ///
 /// # Errors
-/// Any [`SessionError`]; the coupler has been told.
+/// Any [`SessionError`]; it was sent to the coupler.
 pub fn serve_dem(
     medium: Medium,
     domain: &Domain,

@@ -3,8 +3,9 @@
 use std::time::{Duration, Instant};
 
 use super::coupler::CouplerSide;
-use super::solver::{DemSide, MpmSide};
+use super::solver::{DemSide, MpmSide, Perform, Side};
 use super::turns::{Turn, Turns};
+use crate::message::control::Party;
 use crate::transport::Transport;
 
 /// The parties of a session, each with its ends of the channels.
@@ -22,33 +23,33 @@ pub struct Together<'a, 'b> {
 impl Together<'_, '_> {
     /// Lets the parties take turns until all sessions are over.
     pub fn run(&mut self) {
-        let mut mark = Instant::now();
-        let mut still = 0;
+        let mut watch = Watch::start();
+        let (mut still, mut asked) = (0, true);
         loop {
             let [coupler, mpm, dem] = &mut self.transports;
-            let turn = turns(&mut *self.coupler, &mut **coupler);
-            let mut went = turn.went;
-            let mut ended = turn.ended;
-            if went {
-                lap(&mut mark);
+            let mut round = Round::default();
+            // While the solvers wait for one another there is nothing for the coupler.
+            if asked {
+                watch.close(&mut self.mpm, &mut self.dem);
+                let took = round.add(turns(&mut *self.coupler, &mut **coupler));
+                watch.led(took.went);
+            } else {
+                watch.next(&mut self.mpm, &mut self.dem);
             }
             if let Some(side) = &mut self.mpm {
-                let took = turns(&mut **side, &mut **mpm);
-                went |= took.went;
-                ended &= took.ended;
-                side.book(lap(&mut mark));
+                round.add(turns(&mut **side, &mut **mpm));
+                watch.divide(0, side);
             }
             if let Some(side) = &mut self.dem {
-                let took = turns(&mut **side, &mut **dem);
-                went |= took.went;
-                ended &= took.ended;
-                side.book(lap(&mut mark));
+                round.add(turns(&mut **side, &mut **dem));
+                watch.divide(1, side);
             }
-            if ended {
+            if asked && round.ended {
                 return;
             }
             // Nobody has anything to do: what nobody waits for, then the end of the waits.
-            still = if went { 0 } else { still + 1 };
+            still = if round.went || !asked { 0 } else { still + 1 };
+            asked = round.asks || !round.went;
             if still > 0 {
                 self.look_up(still > 1);
             }
@@ -79,24 +80,129 @@ impl Together<'_, '_> {
 
 struct Took {
     went: bool,
-    ended: bool,
+    /// Not [`Turn::Went`].
+    end: Turn,
 }
 
 /// Turns until there is nothing to do.
-fn turns(party: &mut dyn Turns, transport: &mut dyn Transport) -> Took {
+fn turns(party: &mut impl Turns, transport: &mut dyn Transport) -> Took {
     let mut went = false;
     loop {
         match party.turn(transport) {
             Turn::Went => went = true,
-            Turn::Waits(_) => return Took { went, ended: false },
-            Turn::Ended => return Took { went, ended: true },
+            end => return Took { went, end },
         }
     }
 }
 
-fn lap(mark: &mut Instant) -> Duration {
-    let now = Instant::now();
-    let lap = now.duration_since(*mark);
-    *mark = now;
-    lap
+/// What came of a round of turns.
+struct Round {
+    went: bool,
+    ended: bool,
+    /// Somebody waits for the coupler, or has ended.
+    asks: bool,
+}
+
+impl Default for Round {
+    fn default() -> Self {
+        Self {
+            went: false,
+            ended: true,
+            asks: false,
+        }
+    }
+}
+
+impl Round {
+    fn add(&mut self, took: Took) -> Took {
+        self.went |= took.went;
+        match took.end {
+            Turn::Waits(wait) => {
+                self.ended = false;
+                self.asks |= wait.from == Party::Coupler;
+            }
+            Turn::Ended | Turn::Went => self.asks = true,
+        }
+        took
+    }
+}
+
+/// Two looks at the clock are a large part of a round that takes less than this.
+const SHORT: Duration = Duration::from_micros(2);
+/// So many short rounds are timed together.
+const TOGETHER: u32 = 15;
+
+/// Whose time passes: the clock divides a round between the solvers. Short rounds that follow one another are timed together,
+/// and divided in proportion to the last one that was divided.
+struct Watch {
+    /// All is booked up to then.
+    mark: Instant,
+    /// Of the last round that was divided: the continuum's part and that of the bodies.
+    parts: [Duration; 2],
+    /// Rounds since the mark that are not divided.
+    rounds: u32,
+    /// Whether the present round is divided.
+    divides: bool,
+}
+
+impl Watch {
+    fn start() -> Self {
+        Self {
+            mark: Instant::now(),
+            parts: [Duration::ZERO; 2],
+            rounds: 0,
+            divides: true,
+        }
+    }
+
+    /// The coupler has had its turn: if it did anything, that time is nobody's. In the round that follows a solver may do more
+    /// than in others.
+    fn led(&mut self, went: bool) {
+        if went {
+            self.lap();
+        }
+        self.divides = true;
+    }
+
+    /// The next round begins.
+    fn next(&mut self, mpm: &mut Option<&mut MpmSide>, dem: &mut Option<&mut DemSide>) {
+        let [mpm_part, dem_part] = self.parts;
+        self.divides = self.rounds == TOGETHER || mpm_part + dem_part >= SHORT;
+        if self.divides {
+            self.close(mpm, dem);
+        } else {
+            self.rounds += 1;
+        }
+    }
+
+    /// A solver has had its turns.
+    fn divide<P: Perform>(&mut self, which: usize, side: &mut Side<P>) {
+        if self.divides {
+            let part = self.lap();
+            self.parts[which] = part;
+            side.book(part);
+        }
+    }
+
+    /// Books the rounds that are not divided.
+    fn close(&mut self, mpm: &mut Option<&mut MpmSide>, dem: &mut Option<&mut DemSide>) {
+        if core::mem::take(&mut self.rounds) == 0 {
+            return;
+        }
+        let (all, [first, second]) = (self.lap(), self.parts.map(|part| part.as_secs_f64()));
+        let of_mpm = all.mul_f64(first / (first + second).max(f64::MIN_POSITIVE));
+        if let Some(side) = mpm {
+            side.book(of_mpm);
+        }
+        if let Some(side) = dem {
+            side.book(all.saturating_sub(of_mpm));
+        }
+    }
+
+    fn lap(&mut self) -> Duration {
+        let now = Instant::now();
+        let lap = now.duration_since(self.mark);
+        self.mark = now;
+        lap
+    }
 }

@@ -1,7 +1,6 @@
 //! Parties that take turns in one thread: a message is a vector that changes hands, a bell is nothing.
 
 use std::cell::RefCell;
-use std::collections::VecDeque;
 use std::rc::Rc;
 use std::time::Duration;
 
@@ -10,12 +9,51 @@ use crate::message::control::Party;
 use crate::message::wire::StepHeader;
 use crate::message::{CHANNELS, Channel, Payload, Records};
 
+/// The messages of a channel, in a ring of places that are used again with their memory.
+#[derive(Debug, Default)]
+struct Queue {
+    places: Vec<(StepHeader, Payload)>,
+    /// Place of the oldest message, and how many wait.
+    first: usize,
+    waiting: usize,
+}
+
+impl Queue {
+    fn push(&mut self, header: &StepHeader, records: Records<'_>) {
+        let room = self.places.len();
+        if self.waiting == room {
+            self.places.rotate_left(self.first);
+            self.first = 0;
+            self.places.push((*header, records.to_payload()));
+        } else {
+            let next = self.first + self.waiting;
+            let next = if next < room { next } else { next - room };
+            let place = &mut self.places[next];
+            place.0 = *header;
+            place.1.copy_from(records);
+        }
+        self.waiting += 1;
+    }
+
+    /// The oldest message goes to `into`, whose memory stays in its place.
+    fn pop(&mut self, into: &mut Payload) -> Option<StepHeader> {
+        if self.waiting == 0 {
+            return None;
+        }
+        let room = self.places.len();
+        let (header, payload) = &mut self.places[self.first];
+        core::mem::swap(into, payload);
+        let next = self.first + 1;
+        self.first = if next < room { next } else { 0 };
+        self.waiting -= 1;
+        Some(*header)
+    }
+}
+
 /// What is on its way between the parties of one thread.
 #[derive(Debug, Default)]
 struct Hub {
-    queues: [VecDeque<(StepHeader, Payload)>; CHANNELS],
-    /// Vectors to be used again, channel by channel.
-    spare: [Vec<Payload>; CHANNELS],
+    queues: [Queue; CHANNELS],
     coupler_gone: bool,
 }
 
@@ -51,15 +89,7 @@ impl Transport for Direct {
         records: Records<'_>,
     ) -> Result<(), TransportError> {
         let hub = &mut *self.0.borrow_mut();
-        let number = channel.number();
-        let payload = match hub.spare[number].pop() {
-            Some(mut payload) => {
-                payload.copy_from(records);
-                payload
-            }
-            None => records.to_payload(),
-        };
-        hub.queues[number].push_back((*header, payload));
+        hub.queues[channel.number()].push(header, records);
         Ok(())
     }
 
@@ -69,12 +99,7 @@ impl Transport for Direct {
         into: &mut Payload,
     ) -> Result<Option<StepHeader>, TransportError> {
         let hub = &mut *self.0.borrow_mut();
-        let number = channel.number();
-        let Some((header, payload)) = hub.queues[number].pop_front() else {
-            return Ok(None);
-        };
-        hub.spare[number].push(core::mem::replace(into, payload));
-        Ok(Some(header))
+        Ok(hub.queues[channel.number()].pop(into))
     }
 
     fn ring(&mut self, _: Party) {}

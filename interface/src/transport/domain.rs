@@ -261,7 +261,7 @@ impl OwnedDomain {
         &self.domain
     }
 
-    /// To everybody else the coupler is gone from now on: ends the waits of those who can no longer be told.
+    /// From now on all others see the coupler as gone. It ends the waits of parties that no message reaches.
     pub fn release(&self) {
         if let Err(e) = self.lock.unlock() {
             tracing::debug!("the lock of run {} stays: {e}", self.domain.id);

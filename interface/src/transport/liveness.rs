@@ -29,7 +29,7 @@ impl Display for Hold {
     }
 }
 
-/// Why the process `pid` does not run, if it lives and does not. Linux tells; elsewhere every process runs.
+/// Why the process `pid` does not run although it lives. Only Linux reports it; elsewhere every process counts as running.
 pub fn hold_of(pid: u32) -> Option<Hold> {
     let process = Path::new("/proc").join(pid.to_string());
     match state(&fs::read_to_string(process.join("stat")).ok()?)? {

@@ -17,7 +17,7 @@ pub struct Recorded<T> {
 }
 
 impl<T: Transport> Recorded<T> {
-    /// Around `inner`, noting on `tape` the channels that `notes` tells.
+    /// Wraps `inner` and records the channels that `notes` selects on `tape`.
     pub fn new(inner: T, tape: Tape, notes: fn(Channel) -> bool) -> Self {
         Self { inner, tape, notes }
     }

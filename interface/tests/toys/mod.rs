@@ -175,14 +175,12 @@ impl MpmSolver for Points {
     }
 
     fn points(&self) -> Vec<PointState> {
-        let state = |(id, (&x, &v))| {
-            PointState {
-                id,
-                position: [x, 0.0],
-                velocity: [v, 0.0],
-                ..PointState::default()
-            }
-            .with_plastic_strain(self.plastic_strain.unwrap_or_default())
+        let state = |(id, (&x, &v))| PointState {
+            id,
+            position: [x, 0.0],
+            velocity: [v, 0.0],
+            plastic_strain: self.plastic_strain.unwrap_or_default() as f32,
+            ..PointState::default()
         };
         (0..).zip(self.x.iter().zip(&self.v)).map(state).collect()
     }

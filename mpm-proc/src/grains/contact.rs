@@ -221,13 +221,13 @@ fn collide(parties: &mut [Party], friction: f64) -> f64 {
             p.change = [n.map(|n| -approach * n), along.map(|v| -held * v)]; // (14), (23)
         }
     }
-    // Together the changes must leave the momentum of the node as it was: what they add is given back to all.
+    // The changes must not change the momentum of the node, so their sum is subtracted from all.
     let excess = [0, 1].map(|k| {
         let total = |a: usize| parties.iter().map(|p| p.mass * p.change[k][a]).sum::<f64>() / mass;
         [total(0), total(1)]
     });
-    // An impulse in a kick does work by the mean of the velocities before and after all of the kick. So what sticks loses
-    // nothing: there friction takes back what forces have given in the same kick.
+    // The work of an impulse in a kick is that with the mean of the velocities before and after the whole kick. So sticking
+    // dissipates nothing: friction removes the energy that forces gave in the same kick.
     let mut work = 0.0;
     for p in parties {
         for a in 0..2 {
@@ -308,7 +308,7 @@ mod tests {
     #[test]
     fn friction_that_sticks_does_no_work() {
         let mut pair = two([0.0, 0.0], [0.0, 0.0]);
-        let common = [0.5, 0.25]; // as the forces leave it
+        let common = [0.5, 0.25]; // after the forces
         pair[0].velocity = [common[0] + 1.0, common[1] + 0.1];
         pair[1].velocity = [common[0] - 2.0, common[1] - 0.2];
         for p in &mut pair {

@@ -32,7 +32,7 @@ impl SharedNodes {
     ) {
         let geometry = continuum.grid.geometry;
         for cloud in &continuum.clouds {
-            // Only the direction counts, and that all grains measure alike: kg/m a cell.
+            // Only the direction matters, and that all grains use the same unit: kg/m for each cell.
             for tile in &cloud.tiles {
                 let near = Near::new(self, number, tile, &continuum.grid);
                 if near.is_empty() {

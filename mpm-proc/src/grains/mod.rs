@@ -193,7 +193,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
             friction: _, // of the configuration
             friction_work,
             threads: _,     // of the configuration
-            measurement: _, // the coupler has it by then
+            measurement: _, // the coupler has received it already
             bodies_near,
         } = self;
         SavedGrains {

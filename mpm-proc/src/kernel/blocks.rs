@@ -36,7 +36,7 @@ pub fn reorder<T: LaneCopy>(blocks: &mut Vec<T>, scratch: &mut Vec<T>, sources: 
     scratch.clear();
     let wanted = sources.len() / LANES;
     if scratch.capacity() < wanted {
-        // A little more than wanted: the number of half empty blocks changes from one sorting to the next.
+        // A little more than needed, because the number of half empty blocks changes with every sorting.
         scratch.reserve_exact(wanted + wanted / 16);
     }
     scratch.extend(sources.chunks_exact(LANES).map(|lanes| {

@@ -42,7 +42,7 @@ impl Threads {
     pub fn grain(&self, count: usize) -> usize {
         match &self.pool {
             None => usize::MAX,
-            // A few pieces for each thread, so that one that is late has something to give away.
+            // A few pieces for each thread, so that others can take work from a slow thread.
             Some(pool) => (count / (8 * pool.current_num_threads())).max(1),
         }
     }

@@ -190,7 +190,7 @@ mod tests {
     /// Stress of a layer that flows: sheared under the weight above it, without a strain along it, until nothing changes.
     fn flowing(model: DruckerPrager) -> [f64; 4] {
         let mut path = Path::new(model);
-        // So little that stresses are small beside G: what the spin of a shear turns the stress by goes with their ratio.
+        // So small that stresses are small compared with G: the spin rotates the stress in proportion to their ratio.
         path.stretch([-1e-4, -1e-4], 100);
         let load = stress(&path.point)[1];
         let modulus = MODULI.bulk + 4.0 / 3.0 * MODULI.shear;
@@ -266,7 +266,7 @@ mod tests {
                 s.iter().all(|s| s.abs() < 1e-9) || invariants(&path.point).0 <= 1e-9,
                 "{psi} {s:?}"
             );
-            // Pulled apart and sheared: no stress at all can stand.
+            // Pulled apart and sheared: no stress is possible.
             path.stretch([0.02, 0.02], 1);
             assert!(stress(&path.point).iter().all(|s| s.abs() < 1e-9));
         }

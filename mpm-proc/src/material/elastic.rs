@@ -110,7 +110,7 @@ fn cauchy(centre: Lanes, [half, xy]: [Lanes; 2], out: Lanes, per: Lanes) -> Stre
 /// the stresses. Tension stiffens motion across it besides.
 #[inline(always)]
 fn under_stress(unstressed: f64, stress: &Stress, volume: Lanes) -> Lanes {
-    // Radius and centre twice over; no root, and not below it.
+    // Counts radius and centre twice: an upper bound without a root.
     let radius = (stress.xx - stress.yy).abs() + (stress.xy + stress.xy).abs();
     let centre = stress.xx + stress.yy;
     let tension = (centre + radius).fast_max(ZERO);

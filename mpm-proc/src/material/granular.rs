@@ -88,7 +88,7 @@ impl<G: GrainLaw> Material for Granular<G> {
             let (before, deviator) = trial.split();
             let mean = splat(moduli.bulk) * gap / volume + before;
             open = mean.simd_gt(ZERO);
-            // Of an interval in which grains meet only what comes after shears them.
+            // Of an interval in which grains come into contact, only the part after contact shears them.
             let meets = gap.simd_gt(ZERO) & !open;
             let after = meets.select(mean / before, splat(1.0));
             trial = deviator.scaled_about(mean, after);
@@ -106,7 +106,7 @@ impl<G: GrainLaw> Material for Granular<G> {
         let strain = shear_between(&trial, &flowed) * volume * splat(1.0 / moduli.shear);
         point.state = [new_gap, sheared + closed(strain)];
         Dissipated {
-            // Once for the volume, once for the moduli, which are smaller by it.
+            // One factor is from the volume, one from the moduli, which are divided by it.
             plastic: closed(work) * volume * volume,
             viscous: ZERO,
         }
@@ -204,7 +204,7 @@ mod tests {
         assert!((path.point.volume.to_array()[0] / volume - 1.0).abs() < 1e-12);
         assert!((path.energy() / energy - 1.0).abs() < 1e-6);
         assert!(path.plastic.abs() < 1e-9 * energy, "{}", path.plastic);
-        // The interval in which grains part takes what that in which they meet gives.
+        // The interval in which grains separate loses what the interval in which they meet gains.
         let gained = path.energy() + path.plastic - path.work;
         assert!(gained.abs() < 0.1 * energy, "{gained:e} {energy:e}");
     }
@@ -259,7 +259,7 @@ mod tests {
             let pressure = -stress(&path.point)[1];
             for _ in 0..20_000 {
                 path.shear(1e-4, 1);
-                // Lets go as much as it has become tighter.
+                // The volume is released as far as the material has become denser.
                 let over = -stress(&path.point)[1] - pressure;
                 path.stretch([0.0, over / (3.0 * NUMBERS.bulk_modulus)], 1);
             }

@@ -22,7 +22,7 @@ use crate::kernel::lanes::{Lanes, ZERO};
 /// }
 ///
 /// impl Material for Gas {
-///     type State = (); // stress and volume say it all
+///     type State = (); // stress and volume are the whole state
 ///     const DISSIPATES: bool = false;
 ///
 ///     fn initial(&self) -> Point<()> {

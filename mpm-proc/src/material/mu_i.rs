@@ -118,7 +118,7 @@ mod tests {
                 "{rate}: {} {expected}",
                 tau / pressure
             );
-            // All work but what is stored has been dissipated.
+            // All work that is not stored has been dissipated.
             let off = path.work - path.energy() - path.plastic;
             assert!(off.abs() < 0.06 * path.work, "{off} {}", path.work);
         }

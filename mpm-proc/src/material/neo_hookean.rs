@@ -109,7 +109,7 @@ mod tests {
         for strain in [-0.7_f64, 0.5] {
             let mut path = Path::new(MODEL);
             path.stretch([0.0, strain], 100);
-            // A strain of the middle stretches by its Cayley transform.
+            // A strain at the middle of a step stretches by its Cayley transform.
             let l = ((1.0 + strain / 200.0) / (1.0 - strain / 200.0)).powi(100);
             let [xx, yy, zz, xy] = stress(&path.point);
             let lame = 3.0e5;

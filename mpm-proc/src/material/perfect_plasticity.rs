@@ -35,7 +35,7 @@ impl<Y: YieldSurface> Material for Y {
         point.stress = stress;
         point.volume = volume;
         Dissipated {
-            // Once for the volume, once for the moduli, which are smaller by it.
+            // One factor is from the volume, one from the moduli, which are divided by it.
             plastic: work * volume * volume,
             viscous: ZERO,
         }

@@ -40,7 +40,7 @@ fn go<M: Material>(path: &mut Path<M>, from: Matrix2<f64>, to: Matrix2<f64>, ste
     for i in 0..steps {
         let f = at(i + 1) * at(i).try_inverse().expect("a regular deformation");
         let one = Matrix2::identity();
-        // What the middle sees of it.
+        // The same as seen from the middle of the step.
         let middle = (f - one) * 2.0 * (f + one).try_inverse().expect("no half turn");
         path.apply([[middle.m11, middle.m12], [middle.m21, middle.m22]], 1);
     }
@@ -210,12 +210,12 @@ fn balances<M: Material>(model: M, corners: &[Matrix2<f64>]) -> Result<(), TestC
         }
         Ok((path.work - path.energy() - path.plastic).abs() / MODULI.shear)
     };
-    // First order where it flows: the strains of a return belong to its end.
+    // First order where it flows, because the return mapping uses the strains at the end of a step.
     let [coarse, fine] = [off(100)?, off(400)?];
     if fine < 2e-3 && (fine < 0.4 * coarse || fine < 1e-4) {
         return Ok(());
     }
-    // Long steps of much flow, or errors of several corners that cancel at one number of steps: then at a quarter of it.
+    // With long steps of much flow, or errors that cancel at one number of steps, the order shows at a quarter of the step.
     let finest = off(1600)?;
     prop_assert!(
         finest < 1e-3 && (finest < 0.4 * fine || finest < 1e-4),

@@ -72,7 +72,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         let [x, v] = [self.position(lane), self.velocity(lane)];
         let quantity = [(v, "velocity"), (x, "position")]
             .into_iter()
-            // Squares that overflow are as good as infinite: no kinetic energy could be told.
+            // If a square overflows, there is no finite kinetic energy.
             .find(|(q, _)| !(q[0] * q[0] + q[1] * q[1]).is_finite());
         if let Some((_, what)) = quantity {
             return Err(Fault::NotFinite {

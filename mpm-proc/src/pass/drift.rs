@@ -71,7 +71,7 @@ pub fn move_loaded_points<const W: usize, S: Shape<W>, T: Transfer>(
                 more[a] += touch.gather * (mapped[a] - kicked[a]);
             }
         }
-        // What the nodes will have knows nothing of supports.
+        // The mapped velocities do not include supports.
         for (a, held) in continuum.holds.along(point.member).into_iter().enumerate() {
             if held {
                 (velocity[a], more[a]) = (0.0, 0.0);
@@ -99,7 +99,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             report.upper[a] = report.upper[a].max(*x);
         }
         if lane == first * LANES {
-            // Lanes without a point go where the first of their tile goes.
+            // Lanes without a point move with the first point of their tile.
             let (leader, last) = (self.x[first], first + blocks - 1);
             for k in (0..LANES).filter(|&k| self.ids[last][k] == NO_POINT) {
                 self.x[last].copy_lane(k, &leader, 0);

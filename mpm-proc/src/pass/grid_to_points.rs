@@ -29,13 +29,13 @@ pub fn grid_to_points<const W: usize, S: Shape<W>, T: Transfer>(
 ) -> Result<(), Fault> {
     let mapped = continuum.drift == Drift::Mapped && !continuum.loaded.is_empty();
     match continuum.stress_update {
-        // The velocities have been taken, and mapped, before.
+        // The velocities were gathered and mapped before.
         StressUpdate::Musl | StressUpdate::Usavg => {
             transfer_pass::<W, false, true, S, T>(continuum, Which::All, dt);
         }
         StressUpdate::Usf if mapped => {
             find_near_loads(continuum);
-            // A spin is one of all points at one time.
+            // A spin belongs to all points at one time.
             let spins = continuum.clouds.iter().any(|cloud| cloud.spin.is_some());
             let near = if spins { Which::All } else { Which::NearLoad };
             transfer_pass::<W, true, false, S, T>(continuum, near, 0.0);

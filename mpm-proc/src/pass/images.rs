@@ -85,7 +85,7 @@ pub fn gather_force(images: &mut Images, tiles: &mut [NodeTile], gravity: [f64; 
         image.force = [force[0] + weight[0], force[1] + weight[1]];
         let (tile, n) = image.of.split();
         for a in 0..2 {
-            // As much as the original's own gravity will add for the image's mass is taken off.
+            // Gravity on the original includes the mass of the image, so that part is subtracted here.
             let turned = if image.sign[a] < 0.0 {
                 -image.force[a] - weight[a]
             } else {

@@ -50,7 +50,7 @@ pub fn limits<const W: usize, S: Shape<W>, T: Transfer>(
         contact_omega_sq: load.omega_sq,
         damping: 0.0,
         speed: speed_sq.sqrt(),
-        radius_min: 0.0, // the session's to add
+        radius_min: 0.0, // the session adds it
         mobility: if load.stiffness > 0.0 {
             load.omega_sq / load.stiffness
         } else {

@@ -94,7 +94,7 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
                 for a in 0..2 {
                     f[a] = live * (load.dead[a] + mass * acceleration[a]);
                     let mean = splat(0.5) * (load.force[a] + f[a]);
-                    // A point that a periodic wall has moved by the size of the domain has not gone that way.
+                    // A periodic wall may have moved the point by the size of the domain, which is no displacement.
                     let way = x[a] - load.x[a];
                     let way = way - splat(size[a]) * (way * splat(1.0 / size[a])).round();
                     work += live * mean * way;

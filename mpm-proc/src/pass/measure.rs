@@ -87,7 +87,7 @@ pub fn close_books<const W: usize, S: Shape<W>, T: Transfer>(
     let kick = continuum.books.kick;
     if step.measure {
         close_measurement(continuum, step.centring());
-        // At t_n the kick is done by the same share as the velocities are.
+        // At t_n the kick counts by the same share as the velocities.
         let ledger = &mut continuum.books.measurement.ledger;
         ledger.applied_impulse = continuum.books.applied_impulse.value();
         ledger.friction_work += step.centring() * kick.friction;
@@ -194,7 +194,7 @@ fn measure_sets<const W: usize, S: Shape<W>, T: Transfer>(
         let (velocity, kinetic) = set.motion(cloud);
         (state.velocity, state.kinetic) = (velocity.map(|v| before * v), before * kinetic);
         for (m, f) in imps.members.iter().zip(&imps.forces) {
-            // Markers are no points of a set.
+            // A marker does not belong to the points of a set.
             if imps.markers.is_none() && f.force != [0.0; 2] && set.has(m.cloud, m.local) {
                 let x = cloud.position(cloud.lane_of[m.local as usize] as usize);
                 count_contact(&mut state, f.force, x);

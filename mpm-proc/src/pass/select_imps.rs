@@ -91,7 +91,7 @@ impl FromIterator<Vec2> for Bounds {
 impl Bounds {
     /// Whether something in one box can be within `distance` of something in the other.
     pub fn near(&self, other: &Self, distance: f64) -> bool {
-        // A hair more, since the distances are compared after rounding.
+        // Slightly more, because the distances are compared after rounding.
         let d = Vec2::repeat(distance * (1.0 + 1e-9));
         let (a, b) = (self.lower - d, self.upper + d);
         a.x <= other.upper.x && a.y <= other.upper.y && b.x >= other.lower.x && b.y >= other.lower.y

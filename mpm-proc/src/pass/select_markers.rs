@@ -55,7 +55,7 @@ fn asks_for(outline: &Outline, ends: [Vec2; 2], distance: f64) -> bool {
                 .fold(false, |inside, (a, b)| inside ^ crosses_ray(a, b, p))
     };
     let near = |(a, b): (Vec2, Vec2)| {
-        // A hair more, since the distance is compared after rounding.
+        // Slightly more, because the distance is compared after rounding.
         apart(ends, [a, b]) <= margin * (1.0 + 1e-12)
     };
     ends.into_iter().any(inside) || outline.edges().any(near)

@@ -50,7 +50,7 @@ fn within<const W: usize, S: Shape<W>, A: AffineState>(
     [lower, upper]: &[[f64; 2]; 2],
     distance: f64,
 ) -> Vec<Point> {
-    let d = distance * (1.0 + 1e-9); // a hair more, since coordinates are rounded
+    let d = distance * (1.0 + 1e-9); // slightly more, because coordinates are rounded
     let inside = |x: &[f64; 2]| (0..2).all(|a| lower[a] - d <= x[a] && x[a] <= upper[a] + d);
     points(cloud).filter(|(_, x)| inside(x)).collect()
 }

@@ -52,7 +52,7 @@ fn enter_again<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continu
         }
     }
     if crossed {
-        // Near other bodies now: the identified material points are chosen anew before they are used again.
+        // Other bodies may be near now, so the IMPs are selected again before they are used.
         continuum.imps.travel = f64::INFINITY;
     }
 }

@@ -95,16 +95,16 @@ fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
         share,
         Memory::new,
         &|tile, (points, force, report), memory| {
+            let model = &{ *model }; // nothing can change its constants: what they give is computed once a tile
             fill_window::<W, _>(&mut memory.velocity, nodes, tile, |t| match velocity {
                 Velocity::Before => &t.before,
                 Velocity::After => &t.after,
             });
             memory.take_ratios::<W>(volumes.map(|(nodes, _)| nodes), tile);
-            let force = &mut force.items[0];
+            let (force, mut lost) = (&mut force.items[0], Losses::default());
             if loads {
                 force.0.fill(0.0);
             }
-            let mut lost = Losses::default();
             let batches = points
                 .0
                 .chunks_mut(BATCH)

@@ -26,7 +26,7 @@ pub fn update_stress_first<const W: usize, S: Shape<W>, T: Transfer>(
     };
     let positions_at = match strained {
         Some(_) => PositionsAt::End,
-        None => PositionsAt::Start, // as when it was strained
+        None => PositionsAt::Start, // as when its strain was computed
     };
     map_volumes(continuum);
     let by = (Velocity::Before, positions_at);

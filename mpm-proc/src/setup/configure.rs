@@ -113,7 +113,7 @@ impl<'a> Parts<'a> {
         }
         let names = config.groups.iter().map(|group| &*group.name);
         notes.extend(notes::areas(names.zip(&points)));
-        // Layers exchange nothing but by their pairs, so groups without one may overlap.
+        // Layers exchange nothing except by their pairs, so groups without a pair may overlap.
         let is_pair = |a, b| {
             config
                 .group_pairs

@@ -36,7 +36,7 @@ pub fn fill(group: &GroupConfig, cell: f64, key: &str) -> Result<FilledRegion, R
     let side = match group.spacing {
         Spacing::PerCell(n) => cell / f64::from(n).sqrt().round(),
         Spacing::Distance(distance) => distance,
-        Spacing::Counts(_) => 0.0, // goes with a rectangle, which has its counts
+        Spacing::Counts(_) => 0.0, // only with a rectangle, which has its own counts
     };
     let region = match &group.fill {
         Fill::Disc { center, radius } => match group.following(side) {
@@ -190,7 +190,7 @@ fn polygon(vertices: &[[f64; 2]], side: f64) -> FilledRegion {
     let outline = Outline::new(vertices);
     let lower = outline.0.iter().fold(outline.0[0], |a, b| a.inf(b));
     let upper = outline.0.iter().fold(outline.0[0], |a, b| a.sup(b));
-    // A hair less than the quotient, so that a side that divides the bounds exactly adds no empty row.
+    // Slightly less than the quotient, so that a side that divides the bounds exactly adds no empty row.
     let counts = ((upper - lower) / side).map(|n| (n - 1e-9).ceil().max(1.0));
     let mut positions = Vec::new();
     for j in 0..counts.y as usize {
@@ -323,7 +323,7 @@ mod tests {
             let radius = group(fill, 0.103, Lattice::Outline).default_contact_radius(1.0);
             assert!((radius - 1.0 / 19.0).abs() < 1e-12);
         }
-        // The lattice along the grid leaves a jagged face.
+        // A lattice along the grid gives a jagged surface.
         let fill = Fill::Polygon {
             vertices: square(0.2),
         };
@@ -360,7 +360,7 @@ mod tests {
                     (inside / (0.5 * rings.sides[0]) - 1.0).abs() < 0.05,
                     "{inside}"
                 );
-                // The moment of inertia of a disc, but for the points' own.
+                // The moment of inertia of a disc, without that of the points themselves.
                 let polar = from_center.iter().map(|r| r * r).sum::<f64>() / n;
                 assert!(
                     (polar / (0.5 * radius * radius) - 1.0).abs() < 2.0 / n,

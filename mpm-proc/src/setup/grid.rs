@@ -10,7 +10,7 @@ pub fn geometry(config: &MpmConfig) -> Geometry {
     Geometry {
         lower,
         upper,
-        // The scene writes decimals, whose quotient is whole only up to rounding.
+        // The quotient of two decimals of a scene is an integer only up to rounding.
         cells: [0, 1].map(|a| ((upper[a] - lower[a]) / config.cell).round() as i64),
         cell: config.cell,
         periodic: [config.walls.left, config.walls.bottom].map(|w| w == Wall::Periodic),

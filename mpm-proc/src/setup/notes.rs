@@ -1,4 +1,4 @@
-//! What a user is told about the points of a scene before the run.
+//! Notes for the user about the points of a scene before the run.
 
 use interface::config::GroupConfig;
 

@@ -91,7 +91,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T> {
             transfer: _, // of the configuration, and of the stage, which every step asks for
             imps,
             loaded: _,  // of one step
-            touches: _, // likewise; they only say where the forces of the step before are
+            touches: _, // likewise; they only locate the forces of the last step
             spread: _,  // of the configuration
             outside: _, // of the configuration, and empty again at the end of a step
             books,

@@ -173,7 +173,7 @@ impl Holds {
             for (gain, d) in axis.row.iter_mut().zip(direction) {
                 *gain += amount * d;
             }
-            // A direction is a sum of rows up to its own.
+            // A direction is a sum of its own row and earlier ones.
             let first = k * (k + 1) / 2;
             for (p, share_of_row) in axis.taken.iter().zip(&axis.combined[first..=first + k]) {
                 let hold = rows[*p as usize].hold as usize;

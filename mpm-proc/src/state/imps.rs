@@ -24,7 +24,7 @@ pub struct Member {
 pub struct Imps {
     /// Which points, ordered by id.
     pub members: Vec<Member>,
-    /// The same points, as the bodies' side is told of them.
+    /// The same points, as sent to the bodies' side.
     pub infos: Vec<ImpInfo>,
     /// Their states, as of the last [`Self::refresh`].
     pub states: Vec<ImpState>,
@@ -79,7 +79,7 @@ impl Imps {
             travel,
             markers,
         } = saved;
-        // Not a number would never ask for another set.
+        // NaN would never request another set.
         if travel.is_nan() || travel < 0.0 {
             return Err(refusal(format!("points have travelled by {travel} m")));
         }
@@ -103,7 +103,7 @@ impl Imps {
             }
             let cloud = clouds.get(m.cloud as usize);
             let lane = cloud.and_then(|c| c.lane_of.get(m.local as usize));
-            // A point that has been removed is in the set until it is chosen anew, which an infinite travel asks for.
+            // A removed point stays in the set until the next selection, which an infinite travel requests.
             if lane.is_none_or(|l| *l == NO_POINT && travel.is_finite()) {
                 let text = format!("the set has point {} of group {}", m.local, m.cloud);
                 return Err(refusal(format!("{text}, which there is not")));

@@ -32,7 +32,7 @@ pub struct Chain {
     pub closed: bool,
     /// `eta rho L^2` in kg/m: a node with at least this mass has its whole weight.
     pub full: f64,
-    /// `rho L^2` in kg/m, as the bodies' side is told: the mass of a full cell, since a marker has none.
+    /// `rho L^2` in kg/m, as sent to the bodies' side: the mass of a full cell, because a marker has none.
     pub mass: f64,
     /// Contact radius `r_b` in m.
     pub radius: f64,
@@ -118,7 +118,7 @@ impl Markers {
         }
     }
 
-    /// What the bodies' side is told of the markers `members`, ascending: with a segment wherever both its ends are there.
+    /// The records of the markers `members`, ascending, for the bodies' side: with a segment wherever both its ends are there.
     pub fn infos(&self, members: &[usize]) -> impl Iterator<Item = ImpInfo> {
         members.iter().map(|&marker| {
             let chain = self.chain(marker);

@@ -383,7 +383,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             first += tile.blocks;
             self.tiles.push(tile);
         }
-        // Loads that a branch does not have any more are left out, those that it has besides begin with nothing.
+        // Loads that a branch no longer has are left out; its new loads begin at zero.
         if let Some(loads) = &mut self.loads {
             let mut sources = Vec::with_capacity(blocks * LANES);
             for tile in &self.tiles {

@@ -40,7 +40,7 @@ impl Form {
         let MpmConfig {
             domain,
             cell,
-            gravity: _, // another one may act from here on
+            gravity: _, // it may change from here on
             shape,
             transfer,
             stress_update,
@@ -55,7 +55,7 @@ impl Form {
             leaving: _,
             grid_contact,
             layers,
-            group_pairs: _, // the bodies' side asks that they be the same
+            group_pairs: _, // the bodies' side checks that they are the same
             interface,
             chains,
             skin,
@@ -84,7 +84,7 @@ impl Form {
         line("grid_contact", &grid_contact.is_some());
         line("layers", layers);
         line("interface", interface);
-        // Where markers began does not matter; how many they are, and how they are weighted, does.
+        // The first positions of markers do not matter; their number and weights do.
         for (c, chain) in chains.iter().enumerate() {
             let what = (chain.group, chain.markers.len(), chain.closed, chain.floor);
             line(&format!("chain.{c}"), &what);

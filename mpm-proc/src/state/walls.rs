@@ -244,7 +244,7 @@ mod tests {
         assert_eq!(walls.hold_after_kick([5, 0], [-0.5, -2.0]), [0.0, 0.0]);
         assert_eq!(walls.hold_after_kick([5, 0], [3.0, 2.0]), [3.0, 2.0]);
         assert_eq!(walls.hold([5, 0], [3.0, -2.0]), [3.0, 0.0]);
-        // What sticks loses nothing of what a force gives it in the same kick; what slides loses force times way.
+        // Sticking loses nothing of the energy that a force gives in the same kick; sliding loses force times distance.
         let work =
             |before, free| walls.slid([5, 0], before, free, walls.hold_after_kick([5, 0], free));
         assert_eq!(work([0.0; 2], [0.5, -2.0]), 0.0);

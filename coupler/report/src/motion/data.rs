@@ -32,11 +32,11 @@ pub struct Motion {
 pub struct Points {
     /// How many are shown.
     pub count: usize,
-    /// Range of x in m that 16 bits tell.
+    /// Range of x in m that 16 bits represent.
     pub x: [f64; 2],
     /// Likewise of y.
     pub y: [f64; 2],
-    /// Side in m of the largest point as it is drawn; 8 bits tell that of each.
+    /// Side in m of the largest point as it is drawn; 8 bits represent that of each.
     pub side: f64,
 }
 
@@ -45,7 +45,7 @@ pub struct Points {
 pub struct Bodies {
     /// Vertices of each outline.
     pub vertices: Vec<usize>,
-    /// Range of x of their middles in m that 16 bits tell.
+    /// Range of x of their centres in m that 16 bits represent.
     pub x: [f64; 2],
     /// Likewise of y.
     pub y: [f64; 2],

@@ -88,7 +88,7 @@ impl Kept<'_> {
         packer.bytes(&sizes);
         let scales = [0, 1].map(|axis| Scale::of(self.places().map(|place| place[axis])));
         for (axis, scale) in scales.iter().enumerate() {
-            // One that has left stays where it was seen last, which costs nothing and is not shown.
+            // A point that has left keeps its last position, which takes no space and is not shown.
             let at = |frame: usize, k: usize| {
                 let seen = frame.min(usize::from(gone[k]).saturating_sub(1));
                 let place = self.frames[seen].at.get(self.points[k]).copied().flatten();

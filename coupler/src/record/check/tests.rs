@@ -1,5 +1,6 @@
 use super::*;
 use mechanics::expression::Meaning;
+use serde_json::json;
 
 /// Slots: time, value, then both at `t_0`.
 fn expression(source: &str) -> Expression {
@@ -198,7 +199,7 @@ fn a_window_without_samples_fails_with_a_reason() {
 }
 
 #[test]
-fn the_summary_has_exactly_the_fixed_keys() {
+fn the_summary_has_the_fixed_keys_and_what_was_expected() {
     let result = run(When::End, ALL, near("0", 1.0, Measure::Absolute), &RAMP);
     let json = serde_json::to_value(&result).unwrap();
     let mut keys: Vec<_> = json.as_object().unwrap().keys().cloned().collect();
@@ -207,6 +208,7 @@ fn the_summary_has_exactly_the_fixed_keys() {
         keys,
         [
             "error",
+            "expected",
             "name",
             "pass",
             "reference",
@@ -215,4 +217,65 @@ fn the_summary_has_exactly_the_fixed_keys() {
             "value"
         ]
     );
+}
+
+/// The summary had a bound as `reference` with the tolerance 0, and did not say what it was.
+#[test]
+fn the_summary_says_what_is_expected_under_the_keys_of_the_scene() {
+    let scale = Measure::Scale(expression("4*initial.v"));
+    for (expected, written) in [
+        (
+            Expected::AtLeast(expression("3*initial.v")),
+            json!({"at_least": 3.0}),
+        ),
+        (Expected::AtMost(expression("5")), json!({"at_most": 5.0})),
+        (
+            Expected::Between(expression("initial.v"), expression("9")),
+            json!({"between": [1.0, 9.0]}),
+        ),
+        (
+            near("2 + t", 0.5, Measure::Absolute),
+            json!({"reference": 3.0, "tolerance": 0.5}),
+        ),
+        (
+            near("2 + t", 0.5, Measure::Relative),
+            json!({"reference": 3.0, "relative_tolerance": 0.5}),
+        ),
+        (
+            near("2 + t", 0.5, scale),
+            json!({"reference": 3.0, "tolerance": 0.5, "scale": 4.0}),
+        ),
+        (
+            Expected::AtMost(expression("1/0")),
+            json!({"at_most": null}),
+        ),
+    ] {
+        let result = run(When::Max, ALL, expected, &RAMP);
+        let json = serde_json::to_value(&result).unwrap();
+        assert_eq!(json["expected"], written);
+        let read: Meant = serde_json::from_value(written).unwrap();
+        assert_eq!(read, result.expected.finite());
+    }
+}
+
+/// A bound is known before anything is judged by it.
+#[test]
+fn what_is_expected_is_said_of_a_window_that_was_not_reached() {
+    let result = run(
+        When::Max,
+        [8.0, 9.0],
+        Expected::AtMost(expression("5")),
+        &RAMP,
+    );
+    assert_eq!((result.pass, result.expected.at_most), (false, Some(5.0)));
+    let check = Check {
+        name: "c".into(),
+        value: expression("v"),
+        when: When::End,
+        window: ALL,
+        expected: Expected::AtMost(expression("5*initial.v")),
+        source: "s".into(),
+    };
+    let result = Recorder::new(&[], &[check], 1.0).finish().remove(0);
+    assert_eq!((result.pass, result.expected), (false, Meant::default()));
 }

@@ -20,13 +20,13 @@ pub struct Instant {
     pub points: Vec<PointState>,
     /// Of the measurement at t_n.
     pub bodies: Vec<BodyState>,
-    /// For each group where its points' plastic strain is from; `None` where none has any, or the solver does not tell.
+    /// The source of the plastic strain for each group; `None` if no group has any, or the solver does not report it.
     pub plastic_strain: Option<Arc<[PlasticStrain]>>,
-    /// What presses at t_n; `None` where the bodies' side does not tell.
+    /// Contacts at t_n; `None` if the bodies' side does not report them.
     pub contacts: Option<Vec<ContactState>>,
 }
 
-/// What the solvers of a run tell for its frames besides where things are.
+/// The fields that the solvers of a run report for frames, besides positions.
 #[derive(Debug, Clone, Default)]
 pub struct ReportedFields {
     /// The contacts of bodies.
@@ -58,7 +58,7 @@ pub enum PlasticStrain {
 }
 
 impl PlasticStrain {
-    /// Of the groups of a continuum whose solver tells it; `None` where no material keeps any.
+    /// Of the groups of a continuum whose solver reports it; `None` if no material keeps any.
     pub fn of_groups(config: &MpmConfig) -> Option<Arc<[Self]>> {
         let materials = config
             .groups
@@ -79,14 +79,14 @@ impl PlasticStrain {
     /// Of a point of such a group.
     pub(super) fn of(self, point: &PointState) -> f64 {
         match self {
-            Self::Kept => point.plastic_strain().into(),
+            Self::Kept => point.plastic_strain.into(),
             Self::None => 0.0,
             Self::Forgotten => f64::NAN,
         }
     }
 }
 
-/// What frames tell of points and bodies besides where they are.
+/// The fields of points and bodies in frames, besides positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Field {

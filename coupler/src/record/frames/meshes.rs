@@ -119,19 +119,18 @@ pub(super) fn contacts(told: &[ContactState], instant: &Instant, outlined: &[Out
         let state = instant.bodies.get(body).filter(|_| is_free);
         state.map_or(contact.position, |state| state.position)
     };
+    // Points come in order of their ids.
+    let of_point = |id: u64, contact: &ContactState| {
+        let found = instant.points.binary_search_by_key(&id, |p| p.id);
+        found.map_or(contact.position, |k| instant.points[k].position)
+    };
     let ends = told.iter().map(|contact| {
-        let other = match contact.with {
-            0 => of_body(contact.other, contact),
-            // Points come in order of their ids.
-            _ => match instant
-                .points
-                .binary_search_by_key(&contact.other, |p| p.id)
-            {
-                Ok(found) => instant.points[found].position,
-                Err(_) => contact.position,
-            },
-        };
-        [of_body(contact.body, contact), other]
+        let (body, other) = (contact.body, contact.other);
+        match contact.with {
+            0 => [of_body(body, contact), of_body(other, contact)],
+            1 => [of_body(body, contact), of_point(other, contact)],
+            _ => [of_point(body, contact), of_point(other, contact)],
+        }
     });
     let whole = |name: &str, number: fn(&ContactState) -> u64| {
         Array::whole(name, told.iter().map(|c| number(c) as f64).collect())

@@ -113,7 +113,7 @@ impl Frames {
         let sent = self.queue.as_ref().map(|queue| queue.send(instant));
         match sent {
             Some(Ok(())) => Ok(()),
-            // Nobody takes it: the writer has ended, and says why.
+            // The receiver is gone: the writer has ended with an error, which is reported.
             _ => self.finish(),
         }
     }
@@ -149,7 +149,7 @@ impl Frames {
 
 impl Drop for Frames {
     fn drop(&mut self) {
-        // A run that has failed: its error is told, not that of its last frame.
+        // After a failed run its own error is reported, not that of its last frame.
         let _ = self.finish();
     }
 }
@@ -279,7 +279,7 @@ pub struct Frame {
     pub points: Option<Mesh>,
     /// The bodies, likewise.
     pub bodies: Option<Mesh>,
-    /// The contacts, if the bodies' side told them.
+    /// The contacts, if the bodies' side reported them.
     pub contacts: Option<Mesh>,
 }
 

@@ -415,7 +415,7 @@ impl Header {
         if block > BLOCK || last > block {
             return Err(format!("`{}` has blocks that are too large", self.name));
         }
-        // Each size takes eight bytes: a count that lies is not believed.
+        // Each size takes eight bytes, so a false count is recognised.
         let sizes: Vec<usize> = (0..count).map(|_| word()).collect::<Result<_, _>>()?;
         let mut bytes = Vec::new();
         for (k, size) in sizes.into_iter().enumerate() {
@@ -577,7 +577,7 @@ mod tests {
         for place in 0..whole.len() {
             let mut wrong = whole.clone();
             wrong[place] ^= 0xff;
-            // Not all of them can be seen; none does more than be seen.
+            // Not every change can be detected, but none may cause more than an error.
             let _ = Mesh::from_file(&wrong);
         }
     }

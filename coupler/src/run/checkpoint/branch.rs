@@ -28,7 +28,7 @@ impl Branch {
     /// Looks for the state that `scene` begins with, and notes it in the scene; `None`: it begins with what it describes.
     ///
     /// # Errors
-    /// Why it cannot begin with it, told by the scene's keys.
+    /// Why the scene cannot begin with it, in terms of its keys.
     pub fn find(scene: &mut Scene) -> Result<Option<Self>, SceneErrors> {
         let Some(start) = scene.start.clone() else {
             return Ok(None);

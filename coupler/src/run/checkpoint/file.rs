@@ -376,7 +376,7 @@ pub(crate) fn of_time(
     let mut there = Vec::new();
     for path in list(dir) {
         let at = about(&path)?.time;
-        // As far as rounding of a time that is written can put it off.
+        // The largest error of a written time by rounding.
         if time.is_none_or(|time| at <= time * (1.0 + 1e-12)) {
             let checkpoint = open(&path)?;
             return match checkpoint.about.differs(ours) {

@@ -51,7 +51,7 @@ pub(crate) struct CouplerState {
 }
 
 impl CouplerState {
-    /// What cannot be true of a run of `scene`. The hash of a checkpoint tells damage, and not who has written it.
+    /// Values that no run of `scene` can have. The hash of a checkpoint shows damage, but not who wrote it.
     pub fn nonsense(&self, scene: &Scene) -> Option<&'static str> {
         let bodies = scene.dem.as_ref().map_or(0, |dem| dem.bodies.len());
         let Epoch { dt, steps, .. } = self.under_way.epoch;

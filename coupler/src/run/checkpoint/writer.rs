@@ -77,7 +77,7 @@ impl CheckpointWriter {
         );
     }
 
-    /// Everything taken so far is on disk, or was told as not written.
+    /// Waits until every checkpoint is on disk or was reported as not written.
     pub fn finish(&mut self) {
         self.queue = None;
         if let Some(writer) = self.writer.take() {

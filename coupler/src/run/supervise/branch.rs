@@ -3,10 +3,9 @@
 use interface::message::control::Party;
 use interface::message::wire::flags;
 
-use super::{Run, frames};
-use crate::record::course::Course;
+use super::Run;
+use super::outputs::Outputs;
 use crate::record::frames::Listed;
-use crate::record::history::History;
 use crate::record::rundir::RunDir;
 use crate::run::account::Account;
 use crate::run::checkpoint::{CouplerState, Phase};
@@ -24,29 +23,31 @@ impl<'a> Run<'a> {
         (state, solvers): (CouplerState, Vec<(Party, Vec<u8>)>),
         as_before: bool,
     ) -> Result<Self, RunError> {
-        let history = History::begin(dir, &account.recorder.header())?;
-        let course = Course::begin(dir)?;
         let listed = Listed {
             start: state.origin.clone(),
             ..Listed::default()
         };
-        let frames = frames(scene, dir, listed)?;
+        let outputs = Outputs::begin(scene, options, dir, account, listed)?;
         let from_zero = scene.start.as_ref().is_some_and(|start| start.from_zero);
         account.branch(&state.account, from_zero);
-        let mut run = Self::at_start(scene, options, dir, account, history, course, frames);
-        run.sides = state.sides;
-        run.bodies = state.bodies;
-        run.origin = state.origin;
+        let mut run = Self::at_start(scene, options, dir, account, outputs);
+        run.latest.sides = state.sides;
+        run.latest.bodies = state.bodies;
+        run.latest.origin = state.origin;
         run.restored = solvers;
         if as_before {
-            run.phase = Phase::Stepping;
-            run.under_way = (state.phase == Phase::Stepping).then_some(state.under_way);
-            if run.under_way.is_some_and(|under_way| under_way.done > 0) {
+            run.schedule.phase = Phase::Stepping;
+            run.schedule.under_way = (state.phase == Phase::Stepping).then_some(state.under_way);
+            if run
+                .schedule
+                .under_way
+                .is_some_and(|under_way| under_way.done > 0)
+            {
                 // Only the first grant of an epoch may measure (G-8).
-                run.asked = state.asked;
+                run.schedule.asked = state.asked;
             }
         } else {
-            (run.phase, run.asked) = (Phase::Arriving, 0);
+            (run.schedule.phase, run.schedule.asked) = (Phase::Arriving, 0);
         }
         Ok(run)
     }
@@ -54,9 +55,9 @@ impl<'a> Run<'a> {
     /// Whether the scene keeps the state of this moment for others.
     pub(super) fn is_to_be_kept(&self) -> bool {
         let plan = self.scene.output.checkpoint.as_ref();
-        plan.is_some_and(|plan| match self.phase {
+        plan.is_some_and(|plan| match self.schedule.phase {
             Phase::Stepping => {
-                let on_output = self.asked & flags::MEASURE != 0;
+                let on_output = self.schedule.asked & flags::MEASURE != 0;
                 on_output && plan.at.contains(&self.account.pace.outputs())
             }
             Phase::Done => plan.end && self.account.clock.time() >= self.scene.time.end,

@@ -8,7 +8,6 @@ use interface::message::control::Party;
 use interface::message::wire::flags;
 
 use super::Run;
-use crate::record::frames::Frames;
 use crate::run::checkpoint::file::About;
 use crate::run::checkpoint::writer::CheckpointWriter;
 use crate::run::checkpoint::{Checkpoint, CouplerState, Phase, UnderWay};
@@ -30,64 +29,65 @@ impl Run<'_> {
         }
         let time = self.account.clock.time();
         let plan = plan.unwrap_or_default();
-        self.checkpoints = Some(CheckpointWriter::begin(
+        self.checkpoints.writer = Some(CheckpointWriter::begin(
             plan,
             self.dir,
             time,
-            self.tape.clone(),
+            self.outputs.tape.clone(),
         ));
     }
 
     /// The flag that asks for a checkpoint before the next grant, if one is due; keeps what the coupler adds to it.
     pub(super) fn checkpoint(&mut self, under_way: &UnderWay) -> Result<u64, RunError> {
-        let Some(checkpoints) = &self.checkpoints else {
+        let Some(writer) = &self.checkpoints.writer else {
             return Ok(0);
         };
-        self.kept = self.is_to_be_kept();
-        if self.phase == Phase::Stepping {
-            let last = self.account.interrupted && !self.last_asked;
+        self.checkpoints.kept = self.is_to_be_kept();
+        if self.schedule.phase == Phase::Stepping {
+            let last = self.account.interrupted && !self.checkpoints.last_asked;
             let wanted = self.options.save.swap(false, Ordering::Relaxed);
-            let due = checkpoints.is_due(self.account.clock.time());
-            if !(last || wanted || due || self.kept) {
+            let due = writer.is_due(self.account.clock.time());
+            if !(last || wanted || due || self.checkpoints.kept) {
                 return Ok(0);
             }
-            self.last_asked |= last;
-        } else if !self.kept {
+            self.checkpoints.last_asked |= last;
+        } else if !self.checkpoints.kept {
             return Ok(0);
         }
         // The rows that it relies on reach the file before it does.
-        let mut relies_on = vec![self.history.flush()?, self.course.flush()?];
-        relies_on.extend(self.frames.as_ref().map(Frames::mark));
+        let relies_on = self.outputs.flush()?;
         let state = CouplerState {
             account: self.account.keep(),
-            phase: self.phase,
+            phase: self.schedule.phase,
             under_way: *under_way,
-            asked: self.asked,
-            sides: self.sides,
-            bodies: self.bodies.clone(),
-            origin: self.origin.clone(),
-            history: self.history.bytes(),
+            asked: self.schedule.asked,
+            sides: self.latest.sides,
+            bodies: self.latest.bodies.clone(),
+            origin: self.latest.origin.clone(),
+            history: self.outputs.history.bytes(),
             frames: self
+                .outputs
                 .frames
                 .as_ref()
                 .map(|f| f.listed().clone())
                 .unwrap_or_default(),
         };
-        self.pending = Some((state, relies_on));
+        self.checkpoints.pending = Some((state, relies_on));
         Ok(flags::CHECKPOINT)
     }
 
     /// The solvers' states have come with the reports.
     pub(super) fn keep(&mut self, coupler: &mut Coupler) {
-        let (Some((state, relies_on)), Some(checkpoints)) =
-            (self.pending.take(), &mut self.checkpoints)
-        else {
+        let (Some((state, relies_on)), Some(writer)) = (
+            self.checkpoints.pending.take(),
+            &mut self.checkpoints.writer,
+        ) else {
             return;
         };
-        let mut about = About::of(self.scene, &self.parties, self.tape.is_some());
+        let mut about = About::of(self.scene, &self.parties, self.outputs.tape.is_some());
         about.step = self.account.clock.index();
         about.time = self.account.clock.time();
-        about.kept = self.kept;
+        about.kept = self.checkpoints.kept;
         let states = self.parties.iter().filter_map(|&party| {
             let state = coupler.take_saved(party)?;
             Some((party, state))
@@ -97,6 +97,6 @@ impl Run<'_> {
             state,
             solvers: states.collect(),
         };
-        checkpoints.take(checkpoint, relies_on);
+        writer.take(checkpoint, relies_on);
     }
 }

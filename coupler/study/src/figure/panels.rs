@@ -28,8 +28,10 @@ const THICKEST: f64 = 6.0;
 const FAINTEST: f64 = 0.1;
 /// Which colour lines of forces have: none of points, and not the grey of bodies.
 const FORCES: usize = 1;
-/// Colours that are told apart.
+/// Distinct colours.
 const STEPS: u8 = 128;
+/// Of a point whose value is no number: no colour of Viridis.
+const NO_NUMBER: [u8; 3] = [170, 170, 170];
 /// Viridis (van der Walt and Smith 2015), which grows evenly lighter, at eighths.
 const VIRIDIS: [[u8; 3]; 9] = [
     [68, 1, 84],
@@ -312,7 +314,11 @@ fn raster(panel: &Panel, layout: &Layout, [width, height]: [usize; 2]) -> Vec<u8
         }
         // Values beyond the ends have the colours of the ends, as the manual says.
         let share = ((dot.value - from) / (to - from)).clamp(0.0, 1.0);
-        let colour = shade((share * f64::from(STEPS - 1)).round() as u8);
+        let colour = if share.is_nan() {
+            NO_NUMBER
+        } else {
+            shade((share * f64::from(STEPS - 1)).round() as u8)
+        };
         let span = |middle: f64, count: usize| -> Range<usize> {
             let half = 0.5 * scale * dot.side;
             let first = ((middle - half).round().max(0.0) as usize).min(count - 1);
@@ -427,6 +433,7 @@ mod tests {
                 dot([0.5, 0.75], 0.0),
                 dot([1.5, 0.25], 9.0),
                 dot([3.0, 0.5], 1.0),
+                dot([1.5, 0.75], f64::NAN),
             ],
             outlines: Vec::new(),
             forces: Vec::new(),
@@ -446,7 +453,9 @@ mod tests {
         assert_eq!(colour(50, 25), VIRIDIS[0]);
         assert_eq!(colour(150, 75), VIRIDIS[8]);
         assert_eq!(colour(50, 75), [255; 3]);
+        // It had the colour of the least value.
+        assert_eq!(colour(150, 25), NO_NUMBER);
         let drawn = pixels.chunks(3).filter(|p| *p != [255; 3]).count();
-        assert_eq!(drawn, 2 * 20 * 20);
+        assert_eq!(drawn, 3 * 20 * 20);
     }
 }

@@ -3,7 +3,7 @@
 use super::canvas::{Anchor, Canvas, Colour, Paint, Place};
 use super::text::wrapped;
 
-/// Okabe and Ito's colours, which the colour-blind tell apart; black last.
+/// Okabe and Ito's colours, which the colour-blind can distinguish; black last.
 const COLOURS: [Colour; 7] = [
     Colour(0, 114, 178),
     Colour(213, 94, 0),

@@ -36,7 +36,7 @@ pub struct StudyOptions {
     pub vary: Vec<Vary>,
     /// Replaces what the scene takes for the error.
     pub error: Option<Measurand>,
-    /// Replaces the key that tells how fine a run is.
+    /// Replaces the key of the resolution.
     pub resolution: Option<String>,
     /// Replaces the keys that lead along a curve, unless empty.
     pub along: Vec<String>,

@@ -16,7 +16,7 @@ pub struct Row {
     pub case: Case,
     /// Label of its curve.
     pub curve: String,
-    /// The number that tells how fine it is.
+    /// Its resolution.
     pub resolution: Option<f64>,
     /// What it left, and its times.
     pub timed: Timed,

@@ -102,7 +102,7 @@ impl BodiesRun<'_> {
         let step = self.next_step();
         let (header, forces) = loop {
             let (header, forces) = records!(self.expect(Kind::Forces)?, Forces);
-            // One that answers twice (G-9) is not taken for one that is late.
+            // A second answer (G-9) is not reported as a late one.
             if header.step >= step.index {
                 break (header, forces);
             }

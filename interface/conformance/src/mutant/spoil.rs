@@ -294,7 +294,7 @@ pub fn at_report(mut spoil: impl FnMut(&Window, Message) -> Vec<Message> + 'stat
     })
 }
 
-/// A report that tells of a halt.
+/// A report with a halt.
 pub fn halts(mut message: Message, halts: bool) -> Vec<Message> {
     if let Payload::Report(reports) = &mut message.payload
         && halts

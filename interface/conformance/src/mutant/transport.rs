@@ -138,7 +138,7 @@ impl Transport for Flawed {
             }
             Ok(Notice::Bye) if process.goes_at_bye => {
                 self.pass_on(message)?;
-                // It takes Close for granted, once the last points have been taken: they are lost with their sender.
+                // It assumes Close when the last points have been received: they are lost when their sender ends.
                 std::thread::sleep(LATE);
                 self.coming[Kind::Order as usize].push_back(Message::order(&Order::Close));
             }

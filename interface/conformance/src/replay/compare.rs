@@ -7,7 +7,7 @@ use interface::message::control::{Party, Ready};
 use interface::message::wire::{Number, Record};
 use interface::transport::raw::{Channel, Kind, Message, Payload};
 
-/// Numbers of a report that tell of the machine, not of the run.
+/// Numbers of a report that depend on the machine and not on the run.
 const OF_THE_MACHINE: [&str; 4] = ["compute_ns", "exchange_ns", "wait_ns", "cpu_ns"];
 
 /// What a field is measured by: the largest number of its unit. What is small against the others of its unit, such as the
@@ -114,7 +114,7 @@ impl Apart {
         } else {
             0.0
         };
-        // Bits in the order of the numbers; of -0 and +0 neighbours.
+        // Maps bits to integers in the order of the numbers, with -0 next to +0.
         let place = |x: f64| {
             let bits = i128::from(x.to_bits() & (u64::MAX >> 1));
             if x.is_sign_negative() {
@@ -278,7 +278,7 @@ impl Comparison {
             (Number::Real(then), Number::Real(now)) => {
                 let scale = self.scales.entry(unit_of(name)).or_default();
                 *scale = scale.max(then.abs()).max(least_scale(name));
-                // Travel is an upper bound (F-9): a larger one is as right.
+                // Travel is an upper bound (F-9), so a larger one is correct too.
                 let wider = kind == Kind::Forces && name == "travel" && now > then;
                 if then.to_bits() == now.to_bits() || (wider && now.is_finite()) {
                     return;

@@ -116,7 +116,7 @@ impl Replay<'_> {
                     let [grant] = grants[..] else {
                         return Err(senseless("a message of several grants"));
                     };
-                    // Nobody wants the states that the run has saved.
+                    // The states that the run saved are not needed.
                     let unsaved = Grant {
                         flags: grant.flags & !flags::CHECKPOINT,
                         ..grant
@@ -146,7 +146,7 @@ impl Replay<'_> {
                 .map_err(|why| ReplayError::Override(format!("{set}: {why}")))?;
         }
         self.coupled = order.coupled;
-        // As the coupler waits, who waits for one that waits for another (S-11).
+        // As long as the coupler waits for a party that waits for another one (S-11).
         let deadline = order.longest_wait();
         let deadline =
             deadline.ok_or_else(|| senseless(&format!("a deadline of {} s", order.deadline)))?;
@@ -198,7 +198,7 @@ impl Replay<'_> {
             && torn
             && (told.halted == 1 || grant.first + done < told.next)
         {
-            // What passes between the solvers is noted a little later than reports: here its end is missing.
+            // Messages between the solvers are recorded a little later than reports, so the last ones are missing here.
             return Err(Stop::Over);
         }
         let replayed = self.await_message(Kind::Report, self.patience)?;
@@ -334,7 +334,7 @@ impl Replay<'_> {
 
     fn compare(&mut self, recorded: &Message, replayed: &Message) -> Result<(), Stop> {
         self.comparison.messages(self.step, recorded, replayed);
-        // The rest of the recording answers another question.
+        // The rest of the recording belongs to another request.
         let (then, now) = (&recorded.header, &replayed.header);
         let fits = then.flags == now.flags && recorded.payload.len() == replayed.payload.len();
         if fits { Ok(()) } else { Err(Stop::Diverged) }
@@ -395,7 +395,7 @@ impl Replay<'_> {
 
 impl Drop for Replay<'_> {
     fn drop(&mut self) {
-        // One that still runs is told; one that does not listen sees that its coupler is gone.
+        // A solver that still runs gets an Abort; one that does not read it sees that the coupler is gone.
         let over = Order::Abort("the replay is over".into());
         if self.worker.ended().is_none() {
             let _ = self.raw_run.send(&Message::order(&over));

@@ -1,4 +1,4 @@
-//! What a solver was told and what it said, each channel in its order.
+//! The messages to and from a solver, each channel in its order.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::path::Path;

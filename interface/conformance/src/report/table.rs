@@ -30,7 +30,7 @@ impl Paint {
     }
 }
 
-/// Shows rows, one a clause. What fails as something before it failed is told once.
+/// Shows one row for each clause. A clause that fails because another one failed is listed once.
 pub struct Rows<'a> {
     waivers: &'a Waivers,
     paint: Paint,

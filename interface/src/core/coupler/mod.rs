@@ -43,7 +43,7 @@ impl Default for Limits {
 enum State {
     /// Hellos are awaited.
     Hello,
-    /// The run decides what the solvers are told.
+    /// The run decides the configuration of the solvers.
     Configuring,
     /// Configure is being sent to this solver.
     Telling(usize),

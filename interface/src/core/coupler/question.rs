@@ -82,6 +82,6 @@ pub struct Round {
     pub bodies: Vec<BodyState>,
     /// All points, if a frame was asked for, and at the end.
     pub points: Vec<PointState>,
-    /// Contacts, if a frame was asked for and the bodies' side tells them.
+    /// Contacts, if a frame was requested and the bodies' side reports them.
     pub contacts: Vec<ContactState>,
 }

@@ -171,11 +171,11 @@ impl Coupler {
         }
         if self.lines[i].has(PLASTIC_STRAIN) {
             let strain = points.iter().find(|p| {
-                let strain = p.plastic_strain();
+                let strain = p.plastic_strain;
                 !(strain >= 0.0 && strain.is_finite())
             });
             if let Some(point) = strain {
-                let (id, strain) = (point.id, point.plastic_strain());
+                let (id, strain) = (point.id, point.plastic_strain);
                 let message = format!("the plastic strain of point {id} is {strain}");
                 return Err(broken(Party::Mpm, clause, step, message));
             }

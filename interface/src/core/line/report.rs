@@ -1,4 +1,4 @@
-//! What a side tells after a window: measurement, contacts of a frame, report (PROTOCOL.md section 5).
+//! The messages of a side after a window: measurement, contacts of a frame, report (PROTOCOL.md section 5).
 
 use super::{Line, State};
 use crate::config::capability::CONTACTS;
@@ -30,13 +30,13 @@ impl Line {
         self.list_contacts()
     }
 
-    /// Whether the contacts of the grant's first step are to be told.
+    /// Whether the contacts of the grant's first step must be reported.
     fn tells_contacts(&self) -> bool {
         let frame = self.grant.flags & flags::FRAME != 0;
         frame && self.party == Party::Dem && self.capabilities.has(CONTACTS)
     }
 
-    /// Whether the present step is the one whose contacts are to be told.
+    /// Whether the contacts of the present step must be reported.
     pub(crate) fn is_first_of_frame(&self) -> bool {
         self.done == 0 && self.tells_contacts()
     }

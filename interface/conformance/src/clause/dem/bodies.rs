@@ -15,7 +15,7 @@ use crate::verdict::{Judgement, Unmet, near, require};
 pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "E-1a",
-        "answers with outlines of the step that asked, then with forces",
+        "answers a request with outlines of that step, then with forces",
         asked,
     )
     .mutant("sends outlines of the next step", || {
@@ -23,7 +23,7 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must(
         "E-4a",
-        "outlines come in the order of the bodies, one reach each",
+        "sends outlines in the order of the bodies, each with one reach",
         in_order,
     )
     .mutant("sends bodies in another order", || {
@@ -38,34 +38,43 @@ pub const CLAUSES: &[Clause] = &[
     .mutant("sends outlines without the sphero-radius", || {
         Flaw::envelopes(|_, vertices| vertices.iter_mut().for_each(|v| v.reach *= 0.5))
     }),
-    Clause::must("J-1b", "a fixed body stays", fixed).mutant("lets fixed bodies fall", || {
-        spoil::motion(|motion| matches!(motion, Motion::Fixed).then_some(Motion::Free))
-    }),
+    Clause::must("J-1b", "a fixed body does not move", fixed)
+        .mutant("lets fixed bodies fall", || {
+            spoil::motion(|motion| matches!(motion, Motion::Fixed).then_some(Motion::Free))
+        }),
     Clause::must("J-1c", "a driven body keeps its velocity and spin", driven)
         .needs(&["motion:driven"])
         .after(&["T-1a"])
         .mutant("lets driven bodies fall", || {
             spoil::motion(|motion| matches!(motion, Motion::Driven).then_some(Motion::Free))
         }),
-    Clause::must("J-1d", "a guided body is held where it says", guided)
-        .needs(&["motion:guided"])
-        .after(&["T-1a", "T-1b"])
-        .mutant("lets guided bodies go", || {
-            spoil::motion(|motion| matches!(motion, Motion::Guided { .. }).then_some(Motion::Free))
-        }),
-    Clause::must("J-1e", "a push accelerates by force over mass", pushed)
-        .needs(&["motion:pushed"])
-        .after(&["T-1a", "T-1b", "T-4a"])
-        .mutant("does not push", || {
-            spoil::motion(|motion| matches!(motion, Motion::Pushed { .. }).then_some(Motion::Free))
-        }),
+    Clause::must(
+        "J-1d",
+        "a guided body is fixed along the given direction",
+        guided,
+    )
+    .needs(&["motion:guided"])
+    .after(&["T-1a", "T-1b"])
+    .mutant("lets guided bodies move freely", || {
+        spoil::motion(|motion| matches!(motion, Motion::Guided { .. }).then_some(Motion::Free))
+    }),
+    Clause::must(
+        "J-1e",
+        "an external force accelerates by force over mass",
+        pushed,
+    )
+    .needs(&["motion:pushed"])
+    .after(&["T-1a", "T-1b", "T-4a"])
+    .mutant("ignores the external force", || {
+        spoil::motion(|motion| matches!(motion, Motion::Pushed { .. }).then_some(Motion::Free))
+    }),
     Clause::must(
         "J-1f",
         "bodies in contact push one another apart",
         body_contact,
     )
     .needs(&["feature:body_contact", "motion:free"])
-    .mutant("lets bodies pass through one another half as hard", || {
+    .mutant("halves the contact force between bodies", || {
         Flaw::bodies_config(|config| {
             if let Some(ContactLaw::Linear {
                 normal_stiffness, ..
@@ -77,7 +86,7 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must("J-1g", "mass and inertia follow from density", from_density)
         .needs(&["motion:free"])
-        .mutant("takes a density for a mass", || {
+        .mutant("uses the density as the mass", || {
             Flaw::bodies_config(|config| {
                 for body in &mut config.bodies {
                     if let BodyInertia::Density(density) = body.inertia {

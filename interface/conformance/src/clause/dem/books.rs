@@ -19,7 +19,7 @@ const ROOTS: &[&str] = &["F-7a", "F-7d", "T-1a", "T-1b", "F-7i"];
 pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "R-1a",
-        "one report a grant: of its epoch, up to its last step",
+        "sends one report for each grant, with its epoch and its last step",
         report,
     )
     .mutant("reports on another epoch", || {
@@ -30,14 +30,14 @@ pub const CLAUSES: &[Clause] = &[
         .mutant("reports a NaN", || spoil::limits(|l| l.mobility = f64::NAN)),
     Clause::must(
         "R-3a",
-        "measures when asked: a record a body or group, of the measured step, before the report",
+        "sends a measurement when asked: one record for each body or group, of the measured step, before the report",
         measured,
     )
     .mutant("measures the next step", || {
         Flaw::bodies(|header, _| header.step += 1)
     }),
     Clause::must("R-3b", "measures nothing when not asked", unmeasured)
-        .mutant("says that it has measured though nobody asked", || {
+        .mutant("reports a measurement that was not asked for", || {
             Flaw::reports(|_, reports| reports.iter_mut().for_each(|report| report.measured = 1))
         }),
     Clause::must(
@@ -47,13 +47,13 @@ pub const CLAUSES: &[Clause] = &[
     )
     .needs(&["motion:free"])
     .after(&["F-7a", "R-3a"])
-    .mutant("counts a contact too many", || {
+    .mutant("counts one contact too many", || {
         Flaw::bodies(|_, bodies| bodies.iter_mut().for_each(|body| body.contacts += 1))
     }),
     Clause::must("R-3d", "measures torque about the centre of mass", torque)
         .needs(&["motion:free", "shape:rectangle"])
         .after(&["F-7a", "R-3c"])
-        .mutant("turns torques round", || {
+        .mutant("reverses torques", || {
             Flaw::bodies(|_, bodies| bodies.iter_mut().for_each(|body| body.point_torque *= -1.0))
         }),
     Clause::must(
@@ -63,14 +63,14 @@ pub const CLAUSES: &[Clause] = &[
     )
     .needs(&[CONTACTS, "motion:free"])
     .after(&["F-7a", "R-3a", "R-3c", "R-3d"])
-    .mutant("tells the forces on the points", || {
+    .mutant("reports the forces on the points", || {
         Flaw::contacts(|_, contacts| {
             for contact in contacts {
                 contact.force = contact.force.map(|f| -f);
             }
         })
     })
-    .mutant("tells where the other surface is", || {
+    .mutant("reports the position of the other surface", || {
         Flaw::contacts(|_, contacts| contacts.iter_mut().for_each(|c| c.position[0] += 0.01))
     })
     .mutant("forgets a contact", || {
@@ -79,39 +79,39 @@ pub const CLAUSES: &[Clause] = &[
             header.count = contacts.len() as u64;
         })
     })
-    .mutant("tells the contacts of the next step", || {
+    .mutant("reports the contacts of the next step", || {
         Flaw::contacts(|header, _| header.step += 1)
     }),
     Clause::must("N-1a", "momentum less applied impulse is kept", momentum)
         .needs(&["motion:free"])
         .after(ROOTS)
-        .mutant("forgets a share of what gravity gives", || {
+        .mutant("leaves out a share of the impulse of gravity", || {
             spoil::ledger(|l| l.applied_impulse = l.applied_impulse.map(|p| 0.9 * p))
         }),
     Clause::must("N-1b", "the sum of energies is kept", energy)
         .needs(&["motion:free"])
         .after(ROOTS)
-        .mutant("forgets the energy in springs", || {
+        .mutant("leaves out the energy in springs", || {
             spoil::ledger(|l| l.contact = 0.0)
         }),
-    Clause::must("N-1c", "what sliding dissipates is booked", friction_work)
+    Clause::must("N-1c", "the ledger has the energy dissipated by sliding", friction_work)
         .needs(&["feature:friction"])
         .after(&[
             "F-7a", "F-7d", "T-1a", "T-1b", "F-7i", "N-1b", "F-7k", "F-7l", "J-1b",
         ])
-        .mutant("forgets half of what sliding dissipates", || {
+        .mutant("counts half of the energy dissipated by sliding", || {
             spoil::ledger(|l| l.friction_work *= 0.5)
         }),
-    Clause::must("N-1d", "what a dashpot dissipates is booked", viscous_work)
+    Clause::must("N-1d", "the ledger has the energy dissipated by a dashpot", viscous_work)
         .needs(&["feature:damping"])
         .after(&["F-7a", "F-7d", "T-1a", "T-1b", "F-7i", "N-1b", "F-7o"])
-        .mutant("forgets half of what dashpots dissipate", || {
+        .mutant("counts half of the energy dissipated by dashpots", || {
             spoil::ledger(|l| l.viscous_work *= 0.5)
         }),
-    Clause::must("N-1e", "what a push puts in is booked", driven_work)
+    Clause::must("N-1e", "the ledger has the work of an external force", driven_work)
         .needs(&["motion:pushed"])
         .after(&["T-1a", "T-1b", "N-1b", "J-1e"])
-        .mutant("forgets half of what pushes put in", || {
+        .mutant("counts half of the work of external forces", || {
             spoil::ledger(|l| l.driven_work *= 0.5)
         }),
     Clause::must(
@@ -121,7 +121,7 @@ pub const CLAUSES: &[Clause] = &[
     )
     .needs(&["motion:free"])
     .after(ROOTS)
-    .mutant("books contact as felt by the points", || {
+    .mutant("counts the contact forces on the points", || {
         spoil::ledger(|l| l.contact_force = l.contact_force.map(|f| -f))
     }),
 ];
@@ -242,7 +242,7 @@ fn body_forces(bench: &Bench) -> Judgement {
     Ok(format!("{:.3} N/m of 1 point", body.point_force[1]))
 }
 
-/// A free body that three points press is told with a frame of the first of two steps.
+/// A free body that three points press is in the frame of the first of two steps.
 fn contacts(bench: &Bench) -> Judgement {
     let (target, corner) = target(bench);
     let center = target.position;
@@ -430,7 +430,7 @@ fn glance(bench: &Bench, law: ContactLaw) -> (DemConfig, Points) {
     target.motion = Motion::Fixed;
     let config = scene(vec![target], law);
     let start = [-0.2 * corner[0], corner[1] + SPHERO + RADIUS + 1e-5];
-    // A disc would be passed at that speed.
+    // At that speed a point would pass through a disc.
     let along = if corner == [0.0; 2] { 0.5 } else { 1.5 };
     (
         config,
@@ -455,7 +455,7 @@ fn friction_work(bench: &Bench) -> Judgement {
 
 fn viscous_work(bench: &Bench) -> Judgement {
     let (config, points) = glance(bench, damped(0.1));
-    // The dashpot's work is summed of forces that lag half a step: first order in dt.
+    // The work of the dashpot uses forces that are half a step late: first order in dt.
     let (largest, ledger) = balance(bench, &config, points, (1e-5, 1200), 1e-2)?;
     let booked = ledger.viscous_work > 0.05;
     require(

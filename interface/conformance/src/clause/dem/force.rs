@@ -16,7 +16,7 @@ pub const CLAUSES: &[Clause] = &[
         geometry,
     )
     .mutant("sends the force on the body, at the start", || {
-        // Later on points would be drawn through bodies, which ends the run.
+        // Later, points would be pulled through bodies, which ends the run.
         Flaw::forces(|header, forces| {
             if header.step == 0 {
                 spoil::scale(forces, -1.0);
@@ -25,7 +25,7 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must("F-7b", "it is linear in k_n", linear)
         .after(&["F-7a"])
-        .mutant("is never stiffer than 100 kN/m", || {
+        .mutant("limits the stiffness to 100 kN/m", || {
             spoil::law(|k, _, _, _| *k = k.min(1e5))
         }),
     Clause::must("F-7c", "forces of two bodies add up", two_bodies)
@@ -54,8 +54,8 @@ pub const CLAUSES: &[Clause] = &[
             }
         })
     }),
-    Clause::must("F-8a", "no overlap, no force: exactly 0", no_contact).mutant(
-        "pushes before it touches",
+    Clause::must("F-8a", "without overlap the force is exactly 0", no_contact).mutant(
+        "pushes before contact",
         || {
             Flaw::forces(|_, forces| {
                 for force in forces
@@ -83,21 +83,25 @@ pub const CLAUSES: &[Clause] = &[
                 }
             }))
         }),
-    Clause::must("F-7d", "forces are of the positions of their own step", lag)
-        .after(&["F-7a", "F-8b", "J-1b"])
-        .mutant("answers with the forces of the step before", || {
-            let mut last: Vec<ImpForce> = Vec::new();
-            Flaw::forces(move |_, forces| {
-                let now = forces.clone();
-                if last.len() == forces.len() {
-                    forces.clone_from(&last);
-                }
-                last = now;
-            })
-        }),
+    Clause::must(
+        "F-7d",
+        "forces belong to the positions of their own step",
+        lag,
+    )
+    .after(&["F-7a", "F-8b", "J-1b"])
+    .mutant("answers with the forces of the last step", || {
+        let mut last: Vec<ImpForce> = Vec::new();
+        Flaw::forces(move |_, forces| {
+            let now = forces.clone();
+            if last.len() == forces.len() {
+                forces.clone_from(&last);
+            }
+            last = now;
+        })
+    }),
     Clause::must(
         "F-7f",
-        "a scene moved away feels the same forces",
+        "forces do not change when the scene is moved",
         translated,
     )
     .after(&["F-7a"])
@@ -112,21 +116,17 @@ pub const CLAUSES: &[Clause] = &[
             }
         }))
     }),
-    Clause::must(
-        "F-7g",
-        "a scene that is turned feels forces that are turned",
-        rotated,
-    )
-    .needs(&["shape:rectangle"])
-    .after(&["F-7a"])
-    .mutant("does not turn bodies", || {
-        Flaw::bodies_config(|config| {
-            // But for those whose envelopes are looked at.
-            if config.bodies.len() > 2 {
-                config.bodies.iter_mut().for_each(|body| body.angle = 0.0);
-            }
-        })
-    }),
+    Clause::must("F-7g", "forces turn with the scene", rotated)
+        .needs(&["shape:rectangle"])
+        .after(&["F-7a"])
+        .mutant("does not turn bodies", || {
+            Flaw::bodies_config(|config| {
+                // Except the bodies whose envelopes are checked.
+                if config.bodies.len() > 2 {
+                    config.bodies.iter_mut().for_each(|body| body.angle = 0.0);
+                }
+            })
+        }),
     Clause::must(
         "F-5a",
         "stiffness is above 0 where there is a force",
@@ -147,7 +147,7 @@ pub const CLAUSES: &[Clause] = &[
     ),
     Clause::must("I-9a", "slots follow each new set", slots)
         .after(&["F-7a", "F-7d"])
-        .mutant("has the slots of a later set the other way round", || {
+        .mutant("reverses the slots of a later set", || {
             Flaw::forces(|header, forces| {
                 if header.set > 1 {
                     forces.reverse();
@@ -165,7 +165,7 @@ pub const CLAUSES: &[Clause] = &[
         Flaw::set(move |_, set| {
             for (slot, info) in set.iter_mut().enumerate() {
                 match first.get(slot) {
-                    // A set that is to be refused stays what it is.
+                    // A set that must be refused is not changed.
                     Some(radius) if info.radius > 0.0 => info.radius = *radius,
                     Some(_) => {}
                     None => first.push(info.radius),
@@ -173,12 +173,16 @@ pub const CLAUSES: &[Clause] = &[
             }
         })
     }),
-    Clause::must("F-9a", "travel bounds how far any surface goes", travel)
-        .needs(&["motion:free"])
-        .after(&["T-1a"])
-        .mutant("says half its travel", || {
-            Flaw::forces(|header, _| header.travel *= 0.5)
-        }),
+    Clause::must(
+        "F-9a",
+        "travel is an upper bound of the displacement of any surface",
+        travel,
+    )
+    .needs(&["motion:free"])
+    .after(&["T-1a"])
+    .mutant("reports half its travel", || {
+        Flaw::forces(|header, _| header.travel *= 0.5)
+    }),
 ];
 
 /// A body beside a point: where on the outline the point is nearest, and in which direction it lies from there.
@@ -413,7 +417,7 @@ fn lag(bench: &Bench) -> Judgement {
     for overlap in overlaps {
         let (answer, _) = play.step(1e-4, &at(overlap).states)?;
         let want = STIFFNESS * f64::max(overlap, 0.0);
-        // Of which step the force is, not how large to the digit: a dashpot may add to it.
+        // The clause is about the step of the force, not its exact size, because a dashpot may add to it.
         let got = answer.forces[0].force[1];
         near("force along y", got, want, 0.3 * STIFFNESS * 1e-3)
             .map_err(|e| e.at(answer.step.index))?;

@@ -29,47 +29,52 @@ pub const CLAUSES: &[Clause] = &[
     )
     .after(ROOTS)
     .needs(RUBS)
-    .mutant("rubs twice as hard", || {
-        spoil::law(|_, _, mu, _| *mu *= 2.0)
-    })
-    .mutant("rubs forwards", || {
+    .mutant("doubles friction", || spoil::law(|_, _, mu, _| *mu *= 2.0))
+    .mutant("reverses friction", || {
         rubbing(|points| {
             let [normal, along] = points.contact.parts(points.force.force);
             points.force.force = points.contact.force(normal, -along);
         })
     }),
-    Clause::must("F-7l", "below that it is the tangential spring's", spring)
-        .after(&["F-7a", "F-7d", "J-1b", "F-7k"])
-        .needs(RUBS)
-        .mutant("has a stiffer tangential spring", || {
-            spoil::law(|_, k_t, _, _| *k_t *= 1.1)
-        }),
+    Clause::must(
+        "F-7l",
+        "below that, friction is the force of the tangential spring",
+        spring,
+    )
+    .after(&["F-7a", "F-7d", "J-1b", "F-7k"])
+    .needs(RUBS)
+    .mutant("has a stiffer tangential spring", || {
+        spoil::law(|_, k_t, _, _| *k_t *= 1.1)
+    }),
     Clause::must(
         "F-7s",
-        "friction goes by displacement, not by a point's own velocity",
+        "friction follows displacements, not the velocity that a point reports",
         noisy_slide,
     )
     .after(FRICTION)
     .needs(RUBS)
-    .mutant("takes sliding from a point's own velocity", || {
-        let mut extra = 0.0;
-        rubbing(move |points| {
-            extra = if points.force.force == [0.0; 2] {
-                0.0
-            } else {
-                extra + points.unseen[1]
-            };
-            let [normal, along] = points.contact.parts(points.force.force);
-            points.force.force = points.contact.force(normal, along - TANGENTIAL * extra);
-        })
-    }),
+    .mutant(
+        "computes sliding from the velocity that a point reports",
+        || {
+            let mut extra = 0.0;
+            rubbing(move |points| {
+                extra = if points.force.force == [0.0; 2] {
+                    0.0
+                } else {
+                    extra + points.unseen[1]
+                };
+                let [normal, along] = points.contact.parts(points.force.force);
+                points.force.force = points.contact.force(normal, along - TANGENTIAL * extra);
+            })
+        },
+    ),
     Clause::must(
         "F-7m",
-        "mu = 0: no tangential force but what rounding leaves",
+        "with mu = 0 there is no tangential force, apart from rounding",
         frictionless,
     )
     .after(ROOTS)
-    .mutant("rubs although mu is 0", || {
+    .mutant("has friction although mu is 0", || {
         spoil::law(|_, k_t, mu, _| {
             if *k_t > 0.0 && *mu == 0.0 {
                 *mu = 0.1;
@@ -78,7 +83,7 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must(
         "F-7n",
-        "an opened contact has forgotten its tangential spring",
+        "a contact that has opened has no tangential spring",
         forgotten,
     )
     .after(FRICTION)
@@ -130,12 +135,12 @@ pub const CLAUSES: &[Clause] = &[
         }),
     Clause::must(
         "F-7r",
-        "the dashpot goes by displacement, not by a point's own velocity",
+        "the dashpot follows displacements, not the velocity that a point reports",
         |bench| falls(bench, 0.05),
     )
     .after(&["F-7o"])
     .needs(DAMPS)
-    .mutant("damps a point's own velocity", || {
+    .mutant("damps the velocity that a point reports", || {
         sliding(damped(0.1), |points| {
             let [normal, along] = points.contact.parts(points.force.force);
             let normal = normal - damping() * points.unseen[0] / DT;
@@ -166,7 +171,7 @@ pub const TURNING: &[Clause] = &[
     .mutant("measures torque with an arm to the point's centre", || {
         on_free_disc(|force, disc| disc.point_torque += RADIUS * force.force[0])
     })
-    .mutant("turns the torque of friction round", || {
+    .mutant("reverses the torque of friction", || {
         on_free_disc(|_, disc| disc.point_torque *= -1.0)
     }),
     Clause::must("F-7q", "friction turns a body by that torque", turned)
@@ -225,7 +230,7 @@ fn sliding(law: ContactLaw, mut spoil: impl FnMut(Sliding) + 'static) -> Flaw {
                 let unseen = last.map_or([0.0; 2], |last| {
                     [0, 1].map(|i| DT * now.velocity[i] - (now.position[i] - last.position[i]))
                 });
-                // Where it says what it does, rounding alone is left.
+                // If it reports its own motion, only rounding is left.
                 let unseen = contact
                     .parts(unseen)
                     .map(|x| if x.abs() > 1e-9 { x } else { 0.0 });
@@ -346,7 +351,7 @@ fn spring(bench: &Bench) -> Judgement {
             let force = slider.slide(&[1.0])?;
             slider.near("friction", force, -TANGENTIAL * SLIDE * f64::from(k))?;
         }
-        // Slid to its cap and pulled back by three steps.
+        // Slid to the limit of friction and moved back by three steps.
         let force = slider.slide(&[[1.0; 20].as_slice(), &[-1.0; 3]].concat())?;
         let want = -MU * STIFFNESS * OVERLAP + 3.0 * TANGENTIAL * SLIDE;
         slider.near("friction after sliding", force, want)?;
@@ -367,7 +372,7 @@ fn noisy_slide(bench: &Bench) -> Judgement {
 fn frictionless(bench: &Bench) -> Judgement {
     let mut worst: f64 = 0.0;
     for ground in Ground::of(bench) {
-        // A law without friction may be all that the solver takes.
+        // The solver may have laws without friction only.
         let mut slider = Slider::landed(bench, ground, frictional(TANGENTIAL, 0.0))?;
         for _ in 0..10 {
             let [normal, along] = slider.step(1.0, OVERLAP, SLIDE / DT)?;
@@ -451,7 +456,7 @@ fn rubbed(bench: &Bench, dt: f64) -> Result<(Answer, WindowReport), Unmet> {
         Points::new().with(at.position, [0.0; 2], RADIUS, 0.5)
     };
     play.set(&at(0.0).set);
-    // So short that the disc hardly moves; what slides is told by positions.
+    // So short that the disc hardly moves; positions determine the sliding.
     play.step(1e-6, &at(0.0).states)?;
     let slid = play.step(dt, &at(1.0).states)?;
     if dt == 0.0 {
@@ -498,7 +503,7 @@ fn damping() -> f64 {
     2.0 * 0.1 * (STIFFNESS * 0.5).sqrt()
 }
 
-/// A point that goes down into the ground at 0.1 m/s, and says that it goes at `told` (m/s).
+/// A point that moves down into the ground at 0.1 m/s and reports the velocity `told` (m/s).
 fn falls(bench: &Bench, told: f64) -> Judgement {
     let speed = 0.1;
     for ground in Ground::of(bench) {

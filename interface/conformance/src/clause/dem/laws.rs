@@ -11,7 +11,7 @@ use crate::verdict::{Judgement, Largest, near};
 pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "F-7t",
-        "`area` goes by the point's radius on a bare outline",
+        "`area` uses the point's radius on an outline without sphero-radius",
         area_on_bare,
     )
     .needs(&["law:area", "shape:rectangle"])
@@ -25,18 +25,21 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must(
         "F-7u",
-        "adhesion goes by the point's radius on a bare outline",
+        "adhesion uses the point's radius on an outline without sphero-radius",
         adhesion_on_bare,
     )
     .needs(&["law:granular", "feature:adhesion", "shape:rectangle"])
     .after(&["F-7d"])
-    .mutant("does not pull on an outline without sphero-radius", || {
-        on_bare(|law| {
-            if let ContactLaw::Granular { adhesion, .. } = law {
-                *adhesion = 0.0;
-            }
-        })
-    }),
+    .mutant(
+        "has no adhesion on an outline without sphero-radius",
+        || {
+            on_bare(|law| {
+                if let ContactLaw::Granular { adhesion, .. } = law {
+                    *adhesion = 0.0;
+                }
+            })
+        },
+    ),
 ];
 
 /// Overlaps in m, up to a point whose centre is on the outline.

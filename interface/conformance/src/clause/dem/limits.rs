@@ -24,7 +24,7 @@ pub const CLAUSES: &[Clause] = &[
     )
     .needs(&["motion:free"])
     .after(&["L-1a"])
-    .mutant("says half its contact frequency", || {
+    .mutant("reports half its contact frequency", || {
         spoil::limits(|l| l.contact_omega_sq *= 0.5)
     }),
     Clause::should(
@@ -34,12 +34,12 @@ pub const CLAUSES: &[Clause] = &[
     )
     .needs(&["motion:free"])
     .after(&["L-2a"])
-    .mutant("says ten times its contact frequency", || {
+    .mutant("reports ten times its contact frequency", || {
         spoil::limits(|l| l.contact_omega_sq *= 10.0)
     }),
     Clause::must(
         "L-2c",
-        "omega_sq bounds the frequencies of its own",
+        "omega_sq bounds the solver's own frequencies",
         body_bound,
     )
     .needs(&["feature:body_contact", "motion:free"])
@@ -54,15 +54,17 @@ pub const CLAUSES: &[Clause] = &[
     )
     .needs(&["motion:free"])
     .after(&["L-1a"])
-    .mutant("says half its speed", || spoil::limits(|l| l.speed *= 0.5)),
+    .mutant("reports half its speed", || {
+        spoil::limits(|l| l.speed *= 0.5)
+    }),
     Clause::must(
         "L-2e",
-        "damping is that of a contact in reach",
+        "damping is reported if a contact is in reach",
         damping_bound,
     )
     .needs(&["feature:damping", "motion:free"])
     .after(&["F-7o", "L-1a"])
-    .mutant("does not tell of damping", || {
+    .mutant("does not report damping", || {
         spoil::limits(|l| l.damping = 0.0)
     }),
     Clause::must(
@@ -101,10 +103,10 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must(
         "H-1c",
-        "stops before the step that the other side does not do",
+        "stops before the step that the other side does not compute",
         other_halts,
     )
-    .mutant("does not own to a halt of the other side", || {
+    .mutant("does not report a halt of the other side", || {
         let (halted, hidden) = spoil::shared(false);
         let flaw =
             Flaw::states(move |header, _| halted.set(header.flags & flags::HALT_BEFORE != 0));
@@ -116,12 +118,12 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must(
         "H-5a",
-        "a halt changes no bit of what follows",
+        "a halt changes no bit of the later steps",
         halt_is_free,
     )
     .needs(&["motion:free"])
     .after(&["T-6a", "T-6b", "H-2a"])
-    .mutant("takes another step after a halt", || {
+    .mutant("uses another step length after a halt", || {
         let (halted, next) = spoil::shared(false);
         let flaw = Flaw::grants(move |_, grants| {
             for grant in grants.iter_mut().filter(|_| next.get()) {

@@ -30,6 +30,7 @@ pub const CLAUSES: &[&[Clause]] = &[
     motion::CLAUSES,
     limits::CLAUSES,
     books::CLAUSES,
+    &[pairs::IN_FRAMES],
     friction::TURNING,
     time::OPENING,
     &[

@@ -33,10 +33,10 @@ pub const CLAUSES: &[Clause] = &[
             }
         })
     }),
-    Clause::must("I-2a", "refuses a set whose ids do not rise", |bench| {
+    Clause::must("I-2a", "refuses a set whose ids do not increase", |bench| {
         refuses(bench, |set, _| set_of(set)[1].id = 0)
     })
-    .mutant("takes ids in any order", || {
+    .mutant("accepts ids in any order", || {
         spoil::sets(|set| {
             if set.windows(2).any(|pair| pair[0].id >= pair[1].id) {
                 (0..).zip(set).for_each(|(k, info)| info.id = k);
@@ -46,7 +46,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("I-2b", "refuses a point without radius", |bench| {
         refuses(bench, |set, _| set_of(set)[1].radius = 0.0)
     })
-    .mutant("takes a point without radius", || {
+    .mutant("accepts a point without radius", || {
         spoil::sets(|set| {
             set.iter_mut()
                 .for_each(|info| info.radius = info.radius.max(1e-6));
@@ -55,7 +55,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("I-2c", "refuses a point without mass", |bench| {
         refuses(bench, |set, _| set_of(set)[1].mass = 0.0)
     })
-    .mutant("takes a point without mass", || {
+    .mutant("accepts a point without mass", || {
         spoil::sets(|set| {
             set.iter_mut()
                 .for_each(|info| info.mass = info.mass.max(1e-6));
@@ -75,7 +75,7 @@ pub const CLAUSES: &[Clause] = &[
             states.header.set += 1;
         })
     })
-    .mutant("takes any generation", || {
+    .mutant("accepts any generation", || {
         let mut generation = 0;
         Flaw::inbound(move |mut message| {
             match message.kind() {
@@ -98,7 +98,7 @@ pub const CLAUSES: &[Clause] = &[
         })
     }),
     Clause::must("I-2f", "refuses an announced set that was not sent", no_set).mutant(
-        "goes on with the old set when a new one is missing",
+        "continues with the old set when a new one is missing",
         || {
             let mut sets = 0;
             Flaw::inbound(move |mut message| {
@@ -143,7 +143,7 @@ pub const CLAUSES: &[Clause] = &[
             })
         },
     )
-    .mutant("fills states up that are missing", || {
+    .mutant("adds missing states", || {
         let mut points = 0;
         Flaw::inbound(move |mut message| {
             match &mut message.payload {
@@ -163,7 +163,7 @@ pub const CLAUSES: &[Clause] = &[
             states_of(states)[1].position[1] = f64::NAN;
         })
     })
-    .mutant("takes a position that is NaN for 0", || {
+    .mutant("uses 0 for a position that is NaN", || {
         Flaw::states(|_, states| {
             for x in states.iter_mut().flat_map(|s| &mut s.position) {
                 *x = if x.is_nan() { 0.0 } else { *x };
@@ -175,33 +175,31 @@ pub const CLAUSES: &[Clause] = &[
             states_of(states)[0].velocity[0] = f64::INFINITY;
         })
     })
-    .mutant("takes a velocity that is infinite for 0", || {
+    .mutant("uses 0 for a velocity that is infinite", || {
         Flaw::states(|_, states| {
             for v in states.iter_mut().flat_map(|s| &mut s.velocity) {
                 *v = if v.is_infinite() { 0.0 } else { *v };
             }
         })
     }),
-    Clause::must(
-        "W-2a",
-        "does not look at what a message does not use",
-        unused,
-    )
-    .mutant("takes a reserved field for something", || {
-        let (seen, used) = spoil::shared(false);
-        let flaw = spoil::sets(move |set| seen.set(set.iter().any(|info| info.next != 0)));
-        flaw.with(Flaw::forces(move |_, forces| {
-            if used.get() {
-                spoil::scale(forces, 2.0);
-            }
-        }))
-    }),
+    Clause::must("W-2a", "ignores fields that a message does not use", unused).mutant(
+        "reads a reserved field",
+        || {
+            let (seen, used) = spoil::shared(false);
+            let flaw = spoil::sets(move |set| seen.set(set.iter().any(|info| info.next != 0)));
+            flaw.with(Flaw::forces(move |_, forces| {
+                if used.get() {
+                    spoil::scale(forces, 2.0);
+                }
+            }))
+        },
+    ),
     Clause::must("C-4a", "the header counts the records that follow", counts)
         .mutant("does not count its records", || {
             Flaw::reports(|header, _| header.count = 0)
         }),
     Clause::must("F-2a", "forces carry step and epoch", forces_of_step)
-        .mutant("numbers forces by the step that comes next", || {
+        .mutant("numbers forces by the next step", || {
             Flaw::forces(|header, _| header.step += 1)
         }),
     Clause::must(
@@ -223,8 +221,8 @@ pub const CLAUSES: &[Clause] = &[
             _ => vec![message],
         })
     }),
-    Clause::must("B-3a", "finds states though no bell rang", no_bell)
-        .mutant("trusts the bell", || {
+    Clause::must("B-3a", "finds states although no bell rang", no_bell)
+        .mutant("looks for states only after a bell", || {
             Flaw::process(|m| m.waits_for_the_bell = true)
         }),
     Clause::should("B-2a", "rings after what it sends", rings).mutant("rings no bell", || {
@@ -238,10 +236,10 @@ pub const CLAUSES: &[Clause] = &[
         }),
     Clause::must(
         "C-1a",
-        "takes any number of points, one more than fit, and none",
+        "accepts any number of points: none, and one more than fit",
         numbers,
     )
-    .mutant("has room for 4096 points", || {
+    .mutant("answers 4096 points at most", || {
         Flaw::forces(|header, forces| {
             forces.truncate(4096);
             header.count = forces.len() as u64;
@@ -419,7 +417,7 @@ fn no_bell(bench: &Bench) -> Judgement {
     play.grant(1e-5, 4, false)?;
     let mut longest = Duration::ZERO;
     for _ in 0..4 {
-        // Long enough for a solver that polls for a while to have gone to sleep.
+        // Long enough for a solver that polls first to be asleep.
         std::thread::sleep(Duration::from_millis(2));
         let start = Instant::now();
         let states = Message::new(play.header(), Payload::States(points.states.clone()));
@@ -427,7 +425,7 @@ fn no_bell(bench: &Bench) -> Judgement {
         play.forces()?;
         longest = longest.max(start.elapsed());
     }
-    // Two naps of 10 ms, and much for a machine that is busy.
+    // Two sleeps of 10 ms, and a large margin for a busy machine.
     let limit = Duration::from_millis(500);
     require(
         longest < limit,
@@ -456,7 +454,7 @@ fn rings(bench: &Bench) -> Judgement {
     let mut play = begun(bench)?;
     let points = pressed();
     play.grant(1e-5, 1, false)?;
-    // What rang before is over.
+    // Earlier bells are consumed.
     for kind in [Kind::Forces, Kind::Report] {
         play.session.raw_run.sleep(kind, Duration::ZERO);
     }

@@ -1,13 +1,14 @@
 //! Sections 6 and 7: contact between the points of two groups (`group_pairs`), by closed forms.
 
+use interface::config::capability::CONTACTS;
 use interface::config::{ContactLaw, DemConfig, GroupPair};
-use interface::message::wire::ImpForce;
+use interface::message::wire::{ContactState, ImpForce, flags};
 
 use super::scene::{RADIUS, scene};
 use crate::bench::{Bench, Points};
 use crate::clause::Clause;
 use crate::mutant::Flaw;
-use crate::verdict::{Judgement, near, require};
+use crate::verdict::{Judgement, broken, near, require};
 
 /// Normal stiffness in N/m: of no other scene of the kit, so that mutants know a pair by it.
 const K_PAIR: f64 = 3.3e4;
@@ -47,12 +48,12 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must(
         "I-10b",
-        "what a pair of points remembers survives a new set",
+        "the history of a pair of points survives a new set",
         remembered,
     )
     .needs(&["pairs", "feature:friction"])
     .after(&["F-7a", "F-7d", "T-6a", "F-7y", "I-9a", "I-10a"])
-    .mutant("forgets the spring of a pair with a new set", || {
+    .mutant("loses the spring of a pair at a new set", || {
         Flaw::forces(|header, forces| {
             if header.set > 1 && forces.iter().any(is_of_a_pair) {
                 for force in forces {
@@ -62,6 +63,43 @@ pub const CLAUSES: &[Clause] = &[
         })
     }),
 ];
+
+/// Judged after what frames say of the contacts of bodies.
+pub const IN_FRAMES: Clause = Clause::must(
+    "R-6b",
+    "the contacts of a frame have those of two points, with their force and place",
+    told,
+)
+.needs(&["pairs", CONTACTS])
+.after(&["F-7y", "R-6a"])
+.mutant("tells contacts of bodies only", || {
+    Flaw::contacts(|header, contacts| {
+        contacts.retain(|contact| contact.with != POINTS);
+        header.count = contacts.len() as u64;
+    })
+})
+.mutant("takes the first point for a body", || {
+    of_points(|contact| contact.with = 1)
+})
+.mutant("tells the force on the second point", || {
+    of_points(|contact| contact.force = contact.force.map(|f| -f))
+})
+.mutant("tells where the first point is", || {
+    of_points(|contact| contact.position = [0.0; 2])
+});
+
+/// What `with` is of a contact of two points.
+const POINTS: u64 = 2;
+
+/// Spoils the contacts of two points.
+fn of_points(spoil: fn(&mut ContactState)) -> Flaw {
+    Flaw::contacts(move |_, contacts| {
+        let pairs = contacts.iter_mut();
+        pairs
+            .filter(|contact| contact.with == POINTS)
+            .for_each(spoil);
+    })
+}
 
 fn is_of_a_pair(force: &ImpForce) -> bool {
     force.stiffness == 2.0 * K_PAIR
@@ -127,6 +165,43 @@ fn balance(bench: &Bench) -> Judgement {
         format_args!("{second:?}"),
     )?;
     Ok(format!("{second:?} N/m"))
+}
+
+/// Two points that press, and one that touches nothing.
+fn told(bench: &Bench) -> Judgement {
+    let mut play = bench.run_bodies(&touching(0.0))?;
+    let mut points = two(0.0).with([0.0, 40.0 * RADIUS], [0.0; 2], RADIUS, 0.5);
+    points.set[2].group = 1;
+    play.set(&points.set);
+    let mut grant = play.next_grant(1e-5, 1, true);
+    grant.flags |= flags::FRAME;
+    play.send_grants(&[grant])?;
+    play.exchange(&points.states)?;
+    let told = play.report()?;
+    let Some((header, contacts)) = &told.contacts else {
+        return Err(broken("the contacts before the report", "none"));
+    };
+    let [contact] = contacts[..] else {
+        return Err(broken("one contact", format_args!("{contacts:?}")));
+    };
+    let ids = [contact.body, contact.other];
+    require(
+        header.count == 1 && contact.with == POINTS && (ids == [0, 1] || ids == [1, 0]),
+        "a contact of points 0 and 1",
+        format_args!("{contact:?}"),
+    )?;
+    // Which of them is the first is for the solver to say.
+    let away = if ids == [0, 1] { -1.0 } else { 1.0 };
+    let (force, scale) = (away * K_PAIR * OVERLAP, K_PAIR * RADIUS);
+    near("force in N/m", contact.force[0], force, 1e-12 * scale)?;
+    near("force across in N/m", contact.force[1], 0.0, 1e-12 * scale)?;
+    let middle = RADIUS - 0.5 * OVERLAP;
+    near("contact point in m", contact.position[0], middle, 1e-12)?;
+    near("contact point across", contact.position[1], 0.0, 1e-12)?;
+    Ok(format!(
+        "{:?} N/m at {:?} m",
+        contact.force, contact.position
+    ))
 }
 
 fn stiffness(bench: &Bench) -> Judgement {

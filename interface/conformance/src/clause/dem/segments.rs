@@ -12,30 +12,34 @@ use crate::verdict::{Judgement, Largest};
 const NEEDS: &[&str] = &["segments", "shape:disc"];
 
 pub const CLAUSES: &[Clause] = &[
-    Clause::must("F-7v", "a force on a segment is shared by its foot", split)
-        .needs(NEEDS)
-        .after(&["W-2a", "F-7a"])
-        .mutant("shares a force on a segment evenly", || {
-            on_segments(|forces| {
-                let mean = [0, 1].map(|i| 0.5 * (forces[0][i] + forces[1][i]));
-                if forces[2] == [0.0; 2] {
-                    (forces[0], forces[1]) = (mean, mean);
-                }
-            })
+    Clause::must(
+        "F-7v",
+        "a force on a segment is shared according to the position of its nearest point",
+        split,
+    )
+    .needs(NEEDS)
+    .after(&["W-2a", "F-7a"])
+    .mutant("shares a force on a segment evenly", || {
+        on_segments(|forces| {
+            let mean = [0, 1].map(|i| 0.5 * (forces[0][i] + forces[1][i]));
+            if forces[2] == [0.0; 2] {
+                (forces[0], forces[1]) = (mean, mean);
+            }
         })
-        .mutant("gives all of it to the nearer marker", || {
-            on_segments(|forces| {
-                if forces[2] == [0.0; 2] {
-                    let sum = [0, 1].map(|i| forces[0][i] + forces[1][i]);
-                    let first = forces[0][1].abs() >= forces[1][1].abs();
-                    (forces[0], forces[1]) = if first {
-                        (sum, [0.0; 2])
-                    } else {
-                        ([0.0; 2], sum)
-                    };
-                }
-            })
-        }),
+    })
+    .mutant("gives all of it to the nearer marker", || {
+        on_segments(|forces| {
+            if forces[2] == [0.0; 2] {
+                let sum = [0, 1].map(|i| forces[0][i] + forces[1][i]);
+                let first = forces[0][1].abs() >= forces[1][1].abs();
+                (forces[0], forces[1]) = if first {
+                    (sum, [0.0; 2])
+                } else {
+                    ([0.0; 2], sum)
+                };
+            }
+        })
+    }),
     Clause::must("F-7w", "a vertex of a chain counts once", vertex)
         .needs(NEEDS)
         .after(&["W-2a", "F-7a", "F-7c", "F-7v"])
@@ -49,36 +53,32 @@ pub const CLAUSES: &[Clause] = &[
         }),
     Clause::must(
         "F-7x",
-        "the tangential spring is handed from segment to segment",
+        "the tangential spring moves from segment to segment",
         handed,
     )
     .needs(&["segments", "shape:disc", "feature:friction"])
     .after(&[
         "W-2a", "F-7a", "F-7c", "F-7d", "J-1b", "F-7k", "F-7l", "F-7v", "F-7w",
     ])
-    .mutant("forgets the spring at a vertex", || {
+    .mutant("loses the spring at a vertex", || {
         on_segments(|forces| {
             if forces[0][1] > 0.0 && forces[2][1] == 0.0 {
                 forces.iter_mut().for_each(|force| force[0] = 0.0);
             }
         })
     }),
-    Clause::must(
-        "I-2i",
-        "refuses a link that leads to no other slot",
-        nowhere,
-    )
-    .needs(NEEDS)
-    .mutant("leaves out links that lead nowhere", || {
-        spoil::sets(|set| {
-            let slots = set.len();
-            (1..).zip(set).for_each(|(slot, info)| {
-                if info.next as usize > slots || info.next == slot {
-                    info.next = 0;
-                }
-            });
-        })
-    }),
+    Clause::must("I-2i", "refuses a link that is not another slot", nowhere)
+        .needs(NEEDS)
+        .mutant("ignores links to slots that do not exist", || {
+            spoil::sets(|set| {
+                let slots = set.len();
+                (1..).zip(set).for_each(|(slot, info)| {
+                    if info.next as usize > slots || info.next == slot {
+                        info.next = 0;
+                    }
+                });
+            })
+        }),
 ];
 
 /// Spoils the forces on three markers of a chain.

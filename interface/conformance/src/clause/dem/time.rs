@@ -18,7 +18,7 @@ use crate::verdict::{Judgement, Largest, Unmet, require};
 pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "T-1a",
-        "free flight is x0 + n dt v0, and so is turning",
+        "free flight is x0 + n dt v0, and rotation likewise",
         flight,
     )
     .needs(&["motion:free"])
@@ -42,7 +42,7 @@ pub const CLAUSES: &[Clause] = &[
         }),
     Clause::must(
         "T-1b",
-        "a fall is the leapfrog's: x0 + n dt v0 + g (n dt)^2/2",
+        "free fall follows the leapfrog: x0 + n dt v0 + g (n dt)^2/2",
         fall,
     )
     .needs(&["motion:free"])
@@ -56,10 +56,10 @@ pub const CLAUSES: &[Clause] = &[
             }
         })
     }),
-    Clause::must("T-1c", "obeys a step that changes in every epoch", varied)
+    Clause::must("T-1c", "uses a step that changes in every epoch", varied)
         .needs(&["motion:free"])
         .after(&["T-1a", "T-1b"])
-        .mutant("stays with the first step that it was granted", || {
+        .mutant("keeps the first step length", || {
             let mut first = 0.0;
             Flaw::grants(move |_, grants| {
                 for grant in grants.iter_mut().filter(|g| g.dt > 0.0) {
@@ -78,7 +78,7 @@ pub const CLAUSES: &[Clause] = &[
         }),
     Clause::must(
         "T-4a",
-        "the closing step brings velocities to the time of positions",
+        "the closing step brings velocities to the time of the positions",
         closing,
     )
     .needs(&["motion:free"])
@@ -93,7 +93,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("T-5a", "measured velocities are centred", centred)
         .needs(&["motion:free"])
         .after(&["T-1b", "T-1c", "T-4a"])
-        .mutant("measures velocities of half a step later", || {
+        .mutant("measures velocities half a step late", || {
             let (dt, kick) = spoil::shared(0.0);
             let flaw = Flaw::grants(move |_, grants| {
                 grants
@@ -110,7 +110,7 @@ pub const CLAUSES: &[Clause] = &[
         same(&tumble(bench, bench.window)?, &tumble(bench, bench.window)?)
     })
     .needs(&["motion:free"])
-    .mutant("rounds by the time of day", || {
+    .mutant("rounds differently by the time of day", || {
         Flaw::forces(|_, forces| {
             let now = SystemTime::now().duration_since(UNIX_EPOCH);
             if now.is_ok_and(|now| now.subsec_micros() % 2 == 1) {
@@ -121,7 +121,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("T-6b", "windows of 1 and 64 give the same bits", windows)
         .needs(&["motion:free"])
         .after(&["T-6a", "T-1b"])
-        .mutant("rounds by the window", || {
+        .mutant("rounds differently for other windows", || {
             let (window, steps) = spoil::shared(0);
             let flaw = Flaw::grants(move |_, grants| {
                 grants.iter().for_each(|g| window.set(g.steps));

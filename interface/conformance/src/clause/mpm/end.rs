@@ -14,7 +14,7 @@ pub const CLAUSES: &[Clause] = &[
         points,
     )
     .after(&["T-1a"])
-    .mutant("sends its points backwards", || {
+    .mutant("sends its points in reverse order", || {
         Flaw::points(|_, points| points.reverse())
     }),
     Clause::must(
@@ -33,13 +33,13 @@ pub const CLAUSES: &[Clause] = &[
     .after(&[
         "I-2g", "I-2h", "I-9b", "T-6a", "T-1a", "R-3a", "D-1a", "D-1b",
     ])
-    .mutant("says that all points are of the first group", || {
+    .mutant("reports all points as of the first group", || {
         Flaw::points(|_, points| points.iter_mut().for_each(|p| p.group = 0))
     }),
     Clause::must("R-5b", "stress and volume of a point are right", stressed)
         .needs(&["feature:fields"])
         .after(&["R-5a"])
-        .mutant("turns shear stress round", || {
+        .mutant("reverses shear stress", || {
             Flaw::points(|_, points| points.iter_mut().for_each(|p| p.stress[3] *= -1.0))
         }),
 ];

@@ -44,7 +44,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("E-2a", "refuses envelopes of another step", |bench| {
         outlines(bench, |message| message.header.step += 1)
     })
-    .mutant("takes envelopes of any step", || {
+    .mutant("accepts envelopes of any step", || {
         let last = Rc::new(Cell::new(0));
         let seen = Rc::clone(&last);
         Flaw::envelopes(move |header, _| header.step = last.get())
@@ -63,7 +63,7 @@ pub const CLAUSES: &[Clause] = &[
             }
         })
     })
-    .mutant("takes a NaN for 0", || {
+    .mutant("uses 0 instead of a NaN", || {
         Flaw::envelopes(|_, vertices| {
             for vertex in vertices {
                 vertex.position = vertex.position.map(|x| if x.is_nan() { 0.0 } else { x });
@@ -73,19 +73,19 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("F-2b", "refuses forces of another step", |bench| {
         forces(bench, |message| message.header.step -= 1)
     })
-    .mutant("takes forces of any step", || {
+    .mutant("accepts forces of any step", || {
         spoil::forces_of_states(|states, header, _| header.step = states.step)
     }),
     Clause::must("F-2c", "refuses forces of another epoch", |bench| {
         forces(bench, |message| message.header.epoch += 1)
     })
-    .mutant("takes forces of any epoch", || {
+    .mutant("accepts forces of any epoch", || {
         spoil::forces_of_states(|states, header, _| header.epoch = states.epoch)
     }),
     Clause::must("F-3b", "refuses forces of another set", |bench| {
         forces(bench, |message| message.header.set += 1)
     })
-    .mutant("takes forces of any set", || {
+    .mutant("accepts forces of any set", || {
         spoil::forces_of_states(|states, header, _| header.set = states.set)
     }),
     Clause::must("F-3c", "refuses fewer forces than points", |bench| {
@@ -96,7 +96,7 @@ pub const CLAUSES: &[Clause] = &[
             }
         })
     })
-    .mutant("takes forces that are not there for none", || {
+    .mutant("uses zero for missing forces", || {
         spoil::forces_of_states(|states, header, forces| {
             if header.count == forces.len() as u64 {
                 forces.resize(states.count as usize, ImpForce::default());
@@ -104,11 +104,9 @@ pub const CLAUSES: &[Clause] = &[
             }
         })
     }),
-    Clause::must(
-        "F-3d",
-        "refuses a number of forces that is not theirs",
-        |bench| forces(bench, |message| message.header.count += 1),
-    )
+    Clause::must("F-3d", "refuses forces whose number is wrong", |bench| {
+        forces(bench, |message| message.header.count += 1)
+    })
     .mutant("does not count forces", || {
         Flaw::forces(|header, forces| header.count = forces.len() as u64)
     }),
@@ -119,7 +117,7 @@ pub const CLAUSES: &[Clause] = &[
             }
         })
     })
-    .mutant("takes a NaN for 0", || {
+    .mutant("uses 0 instead of a NaN", || {
         Flaw::forces(|_, forces| {
             for force in forces {
                 force.force = force.force.map(|x| if x.is_nan() { 0.0 } else { x });
@@ -129,7 +127,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("F-4b", "refuses a travel that is not finite", |bench| {
         forces(bench, |message| message.header.travel = f64::INFINITY)
     })
-    .mutant("takes an infinite travel for none", || {
+    .mutant("uses 0 for an infinite travel", || {
         Flaw::forces(|header, _| {
             if header.travel.is_infinite() {
                 header.travel = 0.0;
@@ -143,7 +141,7 @@ pub const CLAUSES: &[Clause] = &[
             }
         })
     })
-    .mutant("makes up a stiffness", || {
+    .mutant("uses a default stiffness", || {
         Flaw::forces(|_, forces| {
             for force in forces {
                 if force.stiffness == 0.0 && force.force != [0.0; 2] {
@@ -159,7 +157,7 @@ pub const CLAUSES: &[Clause] = &[
             }
         })
     })
-    .mutant("takes a stiffness for its size", || {
+    .mutant("uses the magnitude of a stiffness", || {
         Flaw::forces(|_, forces| {
             for force in forces {
                 force.stiffness = force.stiffness.abs();

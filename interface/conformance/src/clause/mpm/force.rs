@@ -9,7 +9,7 @@ use crate::verdict::{Judgement, Largest, Unmet, broken, near};
 pub const CLAUSES: &[Clause] = &[
     Clause::must("F-1a", "a force acts in its step", in_its_step)
         .after(&["T-1b"])
-        .mutant("feels forces a step late", || {
+        .mutant("applies forces one step late", || {
             spoil::after_others(|before, now| now.copy_from_slice(before))
         }),
     Clause::must("F-1b", "a force acts in no other step", once)
@@ -30,14 +30,14 @@ pub const CLAUSES: &[Clause] = &[
         sum,
     )
     .after(&["F-1a"])
-    .mutant("feels the later points more", || {
+    .mutant("applies larger forces to later points", || {
         Flaw::forces(|_, forces| {
             for force in forces.iter_mut().skip(32) {
                 force.force = force.force.map(|f| f * (1.0 + 1e-6));
             }
         })
     }),
-    Clause::must("F-1d", "a force acts where its point is", place)
+    Clause::must("F-1d", "a force acts at the position of its point", place)
         .after(&["F-1a", "T-2a"])
         .mutant("exchanges the forces on two points", || {
             Flaw::forces(|_, forces| {
@@ -85,7 +85,7 @@ fn once(bench: &Bench) -> Judgement {
     for i in 0..2 {
         let v = DT * FORCE[i] / MASS;
         for (step, velocity) in velocities.iter().enumerate().skip(5) {
-            // All nodes of the one point have its velocity: nothing strains.
+            // All nodes have the velocity of the only point, so there is no strain.
             near("velocity in m/s", velocity[i], v, 1e-12 * v.abs())
                 .map_err(|e| e.at(step as u64))?;
         }

@@ -13,11 +13,11 @@ use crate::verdict::{Judgement, Unmet, require};
 pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "H-1a",
-        "says HALT_BEFORE when its limits are not allowed",
+        "sends HALT_BEFORE when its limits exceed a budget",
         before,
     )
     .after(&["L-2d"])
-    .mutant("does not heed the budget of speed", || {
+    .mutant("ignores the budget of speed", || {
         spoil::each_grant(|grant| grant.budget_speed = f64::MAX)
     }),
     Clause::must(
@@ -33,21 +33,25 @@ pub const CLAUSES: &[Clause] = &[
             spoil::halts(message, beyond && window.grant.steps == 1)
         })
     }),
-    Clause::must("H-1b", "counts contact into what is allowed", stiff)
-        .after(&["H-1a", "L-2a", "L-2c"])
-        .mutant("does not feel stiff contacts", || {
-            Flaw::forces(|_, forces| {
-                for force in forces.iter_mut().filter(|f| f.stiffness > 1e8) {
-                    force.stiffness = 1.0;
-                }
-            })
-        }),
+    Clause::must(
+        "H-1b",
+        "compares the frequency with contact with the budget",
+        stiff,
+    )
+    .after(&["H-1a", "L-2a", "L-2c"])
+    .mutant("ignores stiff contacts", || {
+        Flaw::forces(|_, forces| {
+            for force in forces.iter_mut().filter(|f| f.stiffness > 1e8) {
+                force.stiffness = 1.0;
+            }
+        })
+    }),
     Clause::must("H-2b", "stops after a step with HALT_AFTER", after)
-        .mutant("goes on after HALT_AFTER", || {
+        .mutant("continues after HALT_AFTER", || {
             Flaw::forces(|header, _| header.flags = 0)
         }),
     Clause::must("H-2c", "HALT_AFTER on the last step has no effect", last).mutant(
-        "halts where the window ends anyway",
+        "halts at the end of the window",
         || {
             spoil::at_report(|window, message| {
                 let ends =
@@ -58,7 +62,7 @@ pub const CLAUSES: &[Clause] = &[
     ),
     Clause::must("H-3a", "HALT_AFTER holds where both sides halt", both)
         .after(&["H-1a", "H-2b"])
-        .mutant("says HALT_BEFORE after HALT_AFTER", || {
+        .mutant("sends HALT_BEFORE after HALT_AFTER", || {
             spoil::at_report(|window, message| {
                 let report = spoil::reported(&message);
                 if !window.bodies_halt || report.limits.speed <= window.grant.budget_speed {
@@ -74,9 +78,9 @@ pub const CLAUSES: &[Clause] = &[
                 vec![halt, message]
             })
         }),
-    Clause::must("H-4a", "halts by itself where there are no bodies", alone)
+    Clause::must("H-4a", "halts without bodies, too", alone)
         .after(&["H-1a"])
-        .mutant("heeds no budget without bodies", || {
+        .mutant("ignores budgets without bodies", || {
             let mut alone = false;
             Flaw::inbound(move |mut message| {
                 if let Ok(Order::Configure(configure)) = message.as_order() {
@@ -92,9 +96,9 @@ pub const CLAUSES: &[Clause] = &[
                 vec![message]
             })
         }),
-    Clause::must("H-5a", "a halt changes no bit of what follows", no_cost)
+    Clause::must("H-5a", "a halt changes no bit of the later steps", no_cost)
         .after(&["H-1a", "T-6a"])
-        .mutant("is another one after a halt", || {
+        .mutant("has other bits after a halt", || {
             let mut halted = false;
             Flaw::outbound(move |mut message| {
                 halted |= spoil::reported(&message).halted == 1;
@@ -126,7 +130,7 @@ fn halted(flow: &mut ContinuumRun, first: u64, step: u64) -> Result<(), Unmet> {
     stopped(flow, first, step)
 }
 
-/// The report tells of a halt before this step.
+/// The report has a halt before this step.
 fn stopped(flow: &mut ContinuumRun, first: u64, step: u64) -> Result<(), Unmet> {
     let report = flow.report()?.report;
     require(
@@ -143,7 +147,7 @@ fn before(bench: &Bench) -> Judgement {
     flow.grant(DT, 4, false)?;
     flow.exchange()?;
     halted(&mut flow, 0, 1)?;
-    // And goes on when it is allowed to.
+    // It continues when it is allowed to.
     flow.budget = Budget::ALL;
     flow.begin_epoch(DT);
     flow.coast(DT, 3)?;
@@ -177,7 +181,7 @@ fn stiff(bench: &Bench) -> Judgement {
     flow.grant(DT, 6, false)?;
     flow.exchange()?;
     flow.states()?;
-    // Its stiffness alone is beyond what is allowed.
+    // Its own stiffness exceeds the budget.
     flow.forces(&[push([0.0; 2], 1e12)])?;
     halted(&mut flow, first, first + 2)?;
     Ok("before the step after a stiff contact".into())

@@ -9,36 +9,28 @@ use crate::mutant::{Flaw, spoil};
 use crate::verdict::{Judgement, broken, near, require};
 
 pub const CLAUSES: &[Clause] = &[
-    Clause::must(
-        "S-2c",
-        "Ready says how many points the configuration has",
-        items,
-    )
-    .mutant("counts a point too many", || {
-        spoil::ready(|ready| ready.items += 1)
-    }),
+    Clause::must("S-2c", "Ready has the number of points", items)
+        .mutant("counts one point too many", || {
+            spoil::ready(|ready| ready.items += 1)
+        }),
     Clause::must(
         "S-2d",
-        "Ready says the time in which a wave crosses a cell",
+        "Ready has the time in which a wave crosses a cell",
         courant,
     )
-    .mutant("says a time of its own", || {
+    .mutant("reports another time", || {
         spoil::ready(|ready| ready.courant_time *= 1.01)
     }),
-    Clause::must(
-        "S-2e",
-        "Ready says the mass of the lightest point",
-        lightest,
-    )
-    .mutant("says the mass of two points", || {
-        spoil::ready(|ready| ready.mass_min *= 2.0)
-    }),
+    Clause::must("S-2e", "Ready has the mass of the lightest point", lightest)
+        .mutant("reports the mass of two points", || {
+            spoil::ready(|ready| ready.mass_min *= 2.0)
+        }),
     Clause::must(
         "S-8b",
-        "refuses a material that there is not by its key",
+        "refuses an unknown material and names its key",
         no_material,
     )
-    .mutant("takes the first material where there is none", || {
+    .mutant("uses the first material instead of an unknown one", || {
         Flaw::config(|config: &mut MpmConfig| {
             let materials = config.materials.len();
             for group in config.groups.iter_mut().filter(|g| g.material >= materials) {

@@ -27,7 +27,7 @@ pub const CLAUSES: &[Clause] = &[
             }
         })
     }),
-    Clause::must("I-2g", "ids rise strictly", ids).mutant(
+    Clause::must("I-2g", "ids increase strictly", ids).mutant(
         "exchanges the ids of two points",
         || {
             Flaw::set(|_, set| {
@@ -43,7 +43,7 @@ pub const CLAUSES: &[Clause] = &[
         infos,
     )
     .after(&["I-2g"])
-    .mutant("says that points are heavier than they are", || {
+    .mutant("reports too large masses", || {
         Flaw::set(|_, set| {
             for info in set {
                 info.mass *= 1.5;
@@ -52,7 +52,7 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must(
         "I-9b",
-        "states stand in the order of the set, ids stay a point's own",
+        "states are in the order of the set, and a point keeps its id",
         slots,
     )
     .after(&["I-2g"])
@@ -65,11 +65,11 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must(
         "I-7a",
-        "the set is all points within reach, radius and skin, and all inside",
+        "the set has all points within reach, radius and skin, and all points inside a body",
         reach,
     )
     .after(&["I-9b"])
-    .mutant("takes half of a segment's reach", || {
+    .mutant("uses half of the reach of a segment", || {
         Flaw::envelopes(|_, vertices| {
             let bodies: Vec<u64> = vertices.iter().map(|v| v.body).collect();
             for vertex in vertices {
@@ -122,7 +122,7 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::should(
         "I-6c",
-        "asks for envelopes not more often than twice as needed",
+        "asks for envelopes at most twice as often as needed",
         seldom,
     )
     .mutant("asks for envelopes in every step", || {
@@ -132,7 +132,7 @@ pub const CLAUSES: &[Clause] = &[
             }
         })
     }),
-    Clause::must("I-9c", "ten thousand points are identified at once", many)
+    Clause::must("I-9c", "a set can have ten thousand points", many)
         .after(&["I-9b"])
         .mutant("sends five thousand states at most", || {
             Flaw::states(|header, states| {

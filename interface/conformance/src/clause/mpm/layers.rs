@@ -11,14 +11,14 @@ use crate::verdict::{Judgement, near, require};
 pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "J-1h",
-        "groups on layers of their own exchange nothing through the grid",
+        "groups on separate layers exchange nothing through the grid",
         apart,
     )
     .needs(&["layers"])
     .after(&["I-9b", "T-1a"])
     .mutant("has one grid for all groups", || {
         Flaw::config(|config: &mut MpmConfig| {
-            // Groups that touch need their layers.
+            // Groups in contact need layers.
             if config.group_pairs.is_empty() {
                 config.layers = false;
             }
@@ -26,7 +26,7 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must(
         "I-7b",
-        "of two groups that touch the set has all points within both radii and the skin of the other",
+        "for two groups in contact, the set has all points within both radii and the skin of the other group",
         near_others,
     )
     .needs(&["layers", "pairs"])
@@ -72,7 +72,7 @@ fn near_others(bench: &Bench) -> Judgement {
             [0.4 + 0.6 * reach, rows[2] + 0.6 * reach],
             [0.4 + 0.8 * reach, rows[3] + 0.8 * reach],
         ]),
-        // Near the first group's, but they do not touch.
+        // Near the first group, but without contact between them.
         points(&[[0.4 - 0.5 * reach, rows[0]]]),
     ]);
     config.layers = true;

@@ -13,18 +13,18 @@ use crate::verdict::{Judgement, Largest, Unmet, broken, near, require};
 pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "R-1a",
-        "one report a grant: of its epoch, up to its last step",
+        "sends one report for each grant, with its epoch and its last step",
         of_its_grant,
     )
     .mutant("leaves the epoch out of the report's header", || {
         Flaw::reports(|header, _| header.epoch = 0)
     }),
     Clause::must("R-1b", "a report counts points, IMPs and sets", counts)
-        .mutant("counts an IMP too many", || {
+        .mutant("counts one IMP too many", || {
             spoil::report(|report| report.imps += 1)
         }),
     Clause::must("R-3b", "measures nothing when not asked", unmeasured).mutant(
-        "says an energy that was not asked for",
+        "reports an energy that was not asked for",
         || {
             spoil::report(|report| {
                 if report.measured == 0 {
@@ -35,10 +35,10 @@ pub const CLAUSES: &[Clause] = &[
     ),
     Clause::must(
         "R-3a",
-        "measures when asked: a record a body or group, of the measured step, before the report",
+        "sends a measurement when asked: one record for each body or group, of the measured step, before the report",
         groups,
     )
-    .mutant("sends its groups backwards", || {
+    .mutant("sends its groups in reverse order", || {
         Flaw::groups(|_, groups| groups.reverse())
     }),
     Clause::must(
@@ -47,7 +47,7 @@ pub const CLAUSES: &[Clause] = &[
         extent,
     )
     .after(&["R-3a"])
-    .mutant("counts the boxes of points into the extent", || {
+    .mutant("includes the boxes of points in the extent", || {
         Flaw::groups(|_, groups| {
             for group in groups {
                 group.lower = group.lower.map(|x| x - 0.0125);
@@ -60,7 +60,7 @@ pub const CLAUSES: &[Clause] = &[
         group_contact,
     )
     .after(&["R-3a", "F-1c"])
-    .mutant("counts points that are near for touched", || {
+    .mutant("counts points that are near as contacts", || {
         Flaw::groups(|_, groups| {
             for group in groups.iter_mut().filter(|g| g.contacts == 0) {
                 group.contacts = 1;
@@ -69,7 +69,7 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must("N-1a", "momentum less applied impulse is kept", momentum)
         .after(&["T-1b"])
-        .mutant("books some gravity too much", || {
+        .mutant("adds to the impulse of gravity", || {
             spoil::measured(|report| report.ledger.applied_impulse[1] *= 1.0 + 1e-6)
         }),
     Clause::must(
@@ -78,29 +78,29 @@ pub const CLAUSES: &[Clause] = &[
         contact,
     )
     .after(&["F-1b", "F-1c", "T-1c"])
-    .mutant("books some contact too much", || {
+    .mutant("adds to the impulse of contact", || {
         spoil::measured(|report| report.ledger.contact_impulse[0] *= 1.0 + 1e-6)
     }),
     Clause::must("N-1g", "elastic energy of a uniform stress", elastic)
         .needs(&["feature:fields"])
-        .mutant("measures some elastic energy too much", || {
+        .mutant("adds to the elastic energy", || {
             spoil::measured(|report| report.ledger.elastic *= 1.01)
         }),
     Clause::must("N-1h", "potential energy is that of all points", potential)
-        .mutant("measures some potential energy too much", || {
+        .mutant("adds to the potential energy", || {
             spoil::measured(|report| report.ledger.gravity *= 1.0 + 1e-6)
         }),
     Clause::must("N-1b", "the sum of energies is kept", closure)
         .needs(&["feature:fields"])
         .after(&["N-1g", "T-5a"])
-        .mutant("loses energy to nothing", || {
+        .mutant("loses energy", || {
             spoil::measured(|report| report.ledger.plastic_work = 0.2 * report.ledger.kinetic)
         }),
     Clause::must("N-1i", "the work of the stress is what is stored", work)
         .needs(&["feature:fields", STRESS_WORK])
         .after(&["N-1b"])
         .mutant(
-            "takes what is stored for the work of the stress, twice",
+            "reports twice the stored energy as the work of the stress",
             || spoil::measured(|report| report.ledger.stress_work = 2.0 * report.ledger.elastic),
         ),
 ];
@@ -181,7 +181,7 @@ fn unmeasured(bench: &Bench) -> Judgement {
     Ok("a report alone".into())
 }
 
-/// Three groups, told apart by how many points they have.
+/// Three groups with different numbers of points.
 fn three() -> interface::config::MpmConfig {
     scene(vec![
         points(&[[0.1, 0.2], [0.2, 0.1]]),
@@ -260,7 +260,7 @@ fn group_contact(bench: &Bench) -> Judgement {
         let force = |info: &interface::message::wire::ImpInfo| match info.group {
             0 => push([1.0, 2.0], 1e3),
             2 => push([-4.0, 0.5], 1e3),
-            // Near, but not touched.
+            // Near, but not in contact.
             _ => push([0.0; 2], 1e3),
         };
         flow.imps().iter().map(force).collect()
@@ -348,7 +348,7 @@ fn contact(bench: &Bench) -> Judgement {
 }
 
 /// A window of steps of `dt` (s) with a frame: what was shown of its first step, and the points.
-fn framed(
+pub(super) fn framed(
     flow: &mut ContinuumRun,
     dt: f64,
     steps: u64,
@@ -385,7 +385,7 @@ pub(super) fn frame(bench: &Bench) -> Judgement {
             format_args!("{said:?}"),
         )?;
         near("mass in kg/m", point.mass, info.mass, 1e-12 * info.mass)?;
-        // What the states of the step say, to the bit: nothing has happened in between.
+        // Equal to the states of the step, to the bit, because nothing happens in between.
         require(
             (point.position, point.velocity) == (state.position, state.velocity),
             format_args!("{state:?}"),

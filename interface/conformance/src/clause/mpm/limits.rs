@@ -21,7 +21,7 @@ pub const CLAUSES: &[Clause] = &[
         no_contact,
     )
     .after(&["L-2a"])
-    .mutant("does not forget contact", || {
+    .mutant("keeps the last contact frequency", || {
         let mut touched = false;
         spoil::report(move |report| {
             touched |= report.limits.contact_omega_sq > 0.0;
@@ -36,7 +36,7 @@ pub const CLAUSES: &[Clause] = &[
         not_absurd,
     )
     .after(&["L-2a"])
-    .mutant("is five times too careful", || {
+    .mutant("reports five times its contact_omega_sq", || {
         spoil::report(|report| report.limits.contact_omega_sq *= 5.0)
     }),
     Clause::must(
@@ -45,7 +45,7 @@ pub const CLAUSES: &[Clause] = &[
         speed,
     )
     .after(&["T-1a"])
-    .mutant("says half of its speed", || {
+    .mutant("reports half of its speed", || {
         spoil::report(|report| report.limits.speed *= 0.5)
     }),
     Clause::must(
@@ -53,23 +53,27 @@ pub const CLAUSES: &[Clause] = &[
         "radius_min is that of the smallest point",
         radius_min,
     )
-    .mutant("says twice its radius", || {
+    .mutant("reports twice its radius", || {
         spoil::report(|report| report.limits.radius_min *= 2.0)
     }),
-    Clause::must("L-2c", "omega_sq bounds the frequencies of its own", stable)
-        .needs(&["feature:fields"])
-        .after(&["T-1a"])
-        .mutant("says a hundredth of its stiffness", || {
-            spoil::report(|report| report.limits.omega_sq *= 0.01)
-        }),
+    Clause::must(
+        "L-2c",
+        "omega_sq bounds the solver's own frequencies",
+        stable,
+    )
+    .needs(&["feature:fields"])
+    .after(&["T-1a"])
+    .mutant("reports a hundredth of its stiffness", || {
+        spoil::report(|report| report.limits.omega_sq *= 0.01)
+    }),
     Clause::should(
         "L-2h",
-        "the limit of its own stiffness is at most ten times too careful",
+        "the step limit by its own stiffness is at most ten times too small",
         not_too_careful,
     )
     .needs(&["feature:fields"])
     .after(&["L-2c"])
-    .mutant("says four hundred times its stiffness", || {
+    .mutant("reports four hundred times its stiffness", || {
         spoil::report(|report| report.limits.omega_sq *= 400.0)
     }),
 ];

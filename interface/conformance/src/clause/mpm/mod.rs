@@ -9,6 +9,7 @@ mod imps;
 mod layers;
 mod ledger;
 mod limits;
+mod plastic;
 pub(super) mod scene;
 mod time;
 
@@ -28,6 +29,7 @@ pub const CLAUSES: &[&[Clause]] = &[
     halt::CLAUSES,
     ledger::CLAUSES,
     end::CLAUSES,
+    plastic::CLAUSES,
     &[
         resumed(&["K-3a", "F-1a", "F-1b", "G-3b", "T-6a"]),
         looked_at(&["K-3a", "F-1a", "F-1b", "G-3b", "T-6a", "K-4a"]),

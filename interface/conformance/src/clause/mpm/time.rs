@@ -16,7 +16,7 @@ use crate::verdict::{Judgement, Largest, Unmet, broken, near, require};
 pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "T-1a",
-        "free flight is x0 + n dt v0, and so is turning",
+        "free flight is x0 + n dt v0, and rotation likewise",
         flight,
     )
     .after(&["I-9b"])
@@ -38,11 +38,11 @@ pub const CLAUSES: &[Clause] = &[
         }),
     Clause::must(
         "T-1b",
-        "a fall is the leapfrog's: x0 + n dt v0 + g (n dt)^2/2",
+        "free fall follows the leapfrog: x0 + n dt v0 + g (n dt)^2/2",
         fall,
     )
     .after(&["T-1a", "T-2a"])
-    .mutant("slows down", || {
+    .mutant("loses velocity", || {
         Flaw::states(|header, states| {
             for state in states.iter_mut().filter(|_| header.step > 2) {
                 state.velocity[1] *= 1.0 - 1e-9;
@@ -51,11 +51,11 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must(
         "T-1c",
-        "obeys a step that changes in every epoch",
+        "uses a step that changes in every epoch",
         changing_steps,
     )
     .after(&["T-1b"])
-    .mutant("takes all steps for equal", || {
+    .mutant("assumes that all steps are equal", || {
         spoil::each_grant(|grant| {
             if grant.dt_before_epoch > 0.0 && grant.dt > 0.0 {
                 grant.dt_before_epoch = grant.dt;
@@ -78,7 +78,7 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must(
         "T-4a",
-        "the closing step brings velocities to the time of positions",
+        "the closing step brings velocities to the time of the positions",
         closing,
     )
     .after(&["T-1b"])
@@ -91,7 +91,7 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must("T-5a", "measured velocities are centred", centring)
         .after(&["T-1c"])
-        .mutant("measures some energy too much", || {
+        .mutant("adds to the measured energy", || {
             spoil::measured(|report| {
                 if report.next > 2 {
                     report.ledger.kinetic *= 1.0 + 1e-9;
@@ -100,7 +100,7 @@ pub const CLAUSES: &[Clause] = &[
         }),
     Clause::must("T-6a", "two runs give the same bits", twice)
         .needs(&["feature:fields"])
-        .mutant("is another one every time", || {
+        .mutant("has other bits in every run", || {
             let run = spoil::RUNS.fetch_add(1, Ordering::Relaxed);
             let ulps = 1 + run.wrapping_add(std::process::id()) % 31;
             spoil::states_of_grant(move |_, state| spoil::nudged(state, ulps))
@@ -108,16 +108,16 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("T-6b", "windows of 1 and 64 give the same bits", windows)
         .needs(&["feature:fields"])
         .after(&["T-6a"])
-        .mutant("is another one in windows of one step", || {
+        .mutant("has other bits in windows of one step", || {
             spoil::states_of_grant(|grant, state| spoil::nudged(state, u32::from(grant.steps == 1)))
         }),
     Clause::must(
         "T-1e",
-        "some cells further the motion is the same but for rounding",
+        "moved by some cells, the motion is the same except for rounding",
         elsewhere,
     )
     .after(&["T-1a"])
-    .mutant("feels more at the right and below", || {
+    .mutant("has larger forces on the right and below", || {
         let centre = Rc::new(Cell::new([0.0; 2]));
         let seen = Rc::clone(&centre);
         Flaw::forces(move |_, forces| {

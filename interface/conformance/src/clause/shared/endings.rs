@@ -17,7 +17,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("S-9a", "ends at Abort between windows", |bench| {
         ends(Run::begun(bench)?.into_lead().aborted()?)
     })
-    .mutant("overlooks Abort", || {
+    .mutant("ignores Abort", || {
         spoil::deaf_to(|order| matches!(order, Ok(Order::Abort(_))))
     }),
     Clause::must(
@@ -26,7 +26,7 @@ pub const CLAUSES: &[Clause] = &[
         |bench| ends(in_a_step(bench)?.into_lead().aborted()?),
     )
     .after(&["S-9a"])
-    .mutant("overlooks Abort within a step", || {
+    .mutant("ignores Abort within a step", || {
         let mut busy = false;
         Flaw::passing(move |message| {
             match message.kind() {
@@ -42,7 +42,7 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must("S-9c", "says nothing after Abort", silent)
         .after(&["S-9a", "S-9b"])
-        .mutant("complains of Abort", || {
+        .mutant("sends a notice after Abort", || {
             Flaw::passing(|message| match message.as_order() {
                 Ok(Order::Abort(_)) => vec![Message::order(&Order::Close)],
                 _ => vec![message],
@@ -66,26 +66,26 @@ pub const CLAUSES: &[Clause] = &[
     ),
     Clause::must(
         "S-11a",
-        "names the peer that is silent, at the deadline",
+        "names the peer that sends nothing, at the deadline",
         silent_peer,
     )
     .mutant("waits for ever", || {
         Flaw::configure(|configure| configure.deadline = 600.0)
     })
-    .mutant("does not say who is silent", || {
+    .mutant("does not name the party that sends nothing", || {
         spoil::words("dem", "other").with(spoil::words("mpm", "other"))
     }),
     Clause::must(
         "S-11b",
-        "names the coupler when it is silent, at the deadline",
+        "names the coupler when it sends nothing, at the deadline",
         silent_coupler,
     )
     .after(&["S-11a"])
     .mutant("waits for the coupler for ever", || {
         Flaw::process(|m| m.waits_for_ever = true)
     }),
-    Clause::must("D-2a", "lives until Close", lives_till_close)
-        .mutant("goes after Bye", || Flaw::process(|m| m.goes_at_bye = true)),
+    Clause::must("D-2a", "runs until Close", lives_till_close)
+        .mutant("ends after Bye", || Flaw::process(|m| m.goes_at_bye = true)),
     Clause::must("X-1a", "a failure names clause and step", named)
         .after(&["G-2a"])
         .mutant("does not say which clause", || {
@@ -100,7 +100,7 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must("X-2b", "ends with status 3 after a failure", failed)
         .of_processes()
-        .mutant("ends with status 0 though it failed", || {
+        .mutant("ends with status 0 although it failed", || {
             Flaw::process(|m| m.status_failed = Some(0))
         }),
     Clause::must(
@@ -109,15 +109,16 @@ pub const CLAUSES: &[Clause] = &[
         unjoined,
     )
     .of_processes()
-    .mutant("ends with status 0 though there is nothing to join", || {
-        Flaw::process(|m| m.status_unjoined = Some(0))
-    }),
-    Clause::must("X-5a", "goes on after Ctrl-C", interrupted)
+    .mutant(
+        "ends with status 0 although there is nothing to join",
+        || Flaw::process(|m| m.status_unjoined = Some(0)),
+    ),
+    Clause::must("X-5a", "continues after Ctrl-C", interrupted)
         .of_processes()
         .mutant("ends on Ctrl-C", || {
             Flaw::process(|m| m.ends_on_interrupt = true)
         }),
-    Clause::must("O-6a", "removes nothing of the run's", removes_nothing)
+    Clause::must("O-6a", "removes no file of the run", removes_nothing)
         .of_processes()
         .mutant("removes the run's lock", || {
             Flaw::process(|m| m.removes_the_lock = true)

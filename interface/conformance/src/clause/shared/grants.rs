@@ -10,7 +10,7 @@ use crate::verdict::Judgement;
 
 pub const CLAUSES: &[Clause] = &[
     Clause::must("G-1a", "refuses two grants in a message", two).mutant(
-        "takes the first of two grants",
+        "uses the first of two grants",
         || {
             Flaw::grants(|header, grants| {
                 grants.truncate(1);
@@ -21,7 +21,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("G-2a", "refuses a grant with a NaN", |bench| {
         wrong(bench, |grant| grant.epoch_start = f64::NAN)
     })
-    .mutant("takes a NaN for 0", || {
+    .mutant("uses 0 instead of a NaN", || {
         spoil::each_grant(|grant| {
             if grant.epoch_start.is_nan() {
                 grant.epoch_start = 0.0;
@@ -31,19 +31,19 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("G-3a", "refuses a step that it has done", |bench| {
         wrong(bench, |grant| grant.first -= 1)
     })
-    .mutant("takes a grant that it has had for the next one", || {
+    .mutant("accepts an old grant as the next one", || {
         spoil::next_grant(u64::max)
     }),
     Clause::must("G-3b", "refuses a grant that skips a step", |bench| {
         wrong(bench, |grant| grant.first += 1)
     })
-    .mutant("takes a grant that skips for the next one", || {
+    .mutant("accepts a grant that skips a step", || {
         spoil::next_grant(u64::min)
     }),
     Clause::must("G-3c", "refuses a grant of no steps", |bench| {
         wrong(bench, |grant| grant.steps = 0)
     })
-    .mutant("takes no steps for one", || {
+    .mutant("takes a grant of no steps as one step", || {
         spoil::each_grant(|grant| grant.steps = grant.steps.max(1))
     }),
 ];

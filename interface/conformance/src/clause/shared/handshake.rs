@@ -40,10 +40,10 @@ pub const CLAUSES: &[Clause] = &[
         }),
     Clause::must(
         "K-1a",
-        "capabilities are verbs, or members of the families that there are",
+        "every capability is a verb or a member of a known family",
         names,
     )
-    .mutant("makes up a capability", || {
+    .mutant("states an unknown capability", || {
         spoil::hello(|hello| hello.capabilities.0.push("does everything".into()))
     }),
     Clause::must("S-6a", "Ready repeats the scene hash", hash).mutant(
@@ -58,7 +58,7 @@ pub const CLAUSES: &[Clause] = &[
     ),
     Clause::must(
         "S-7a",
-        "opens its line before Hello, all channels before Ready",
+        "opens its control channels before Hello, all channels before Ready",
         opened,
     )
     .mutant("opens a channel only after Ready", || {
@@ -78,21 +78,17 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("S-1a", "refuses an order with a byte too many", |bench| {
         first_order(bench, |bytes| bytes.push(0))
     })
-    .mutant("overlooks bytes behind an order", || {
+    .mutant("ignores bytes after an order", || {
         spoil::orders(|bytes| {
             bytes.pop();
         })
     }),
-    Clause::must(
-        "M-1a",
-        "refuses an absurd length, does not believe it",
-        |bench| {
-            // The length of the hash, behind the variant's four bytes.
-            first_order(bench, |bytes| {
-                bytes[4..12].copy_from_slice(&u64::MAX.to_le_bytes());
-            })
-        },
-    )
+    Clause::must("M-1a", "refuses an impossible length", |bench| {
+        // The length of the hash, behind the variant's four bytes.
+        first_order(bench, |bytes| {
+            bytes[4..12].copy_from_slice(&u64::MAX.to_le_bytes());
+        })
+    })
     .mutant("waits for the rest of an order that is too short", || {
         let absurd = |bytes: &[u8]| bytes.len() > 12 && bytes[4..12] == [0xff; 8];
         Flaw::passing(move |message| match &message.payload {
@@ -105,7 +101,7 @@ pub const CLAUSES: &[Clause] = &[
         "refuses a first order other than Configure",
         no_configuration,
     )
-    .mutant("overlooks orders before Configure", || {
+    .mutant("ignores orders before Configure", || {
         let mut configured = false;
         spoil::deaf_to(move |order| {
             configured |= matches!(order, Ok(Order::Configure(_) | Order::Abort(_)) | Err(_));
@@ -115,7 +111,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("S-3a", "refuses a second Configure", |bench| {
         out_of_turn(bench, &Order::Configure(order(bench)))
     })
-    .mutant("overlooks a second Configure", || {
+    .mutant("ignores a second Configure", || {
         let mut configured = false;
         spoil::deaf_to(move |order| {
             let again = configured;
@@ -126,7 +122,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("S-3b", "refuses Close before Drain", |bench| {
         out_of_turn(bench, &Order::Close)
     })
-    .mutant("overlooks Close before Drain", || {
+    .mutant("ignores Close before Drain", || {
         let mut drained = false;
         spoil::deaf_to(move |order| {
             drained |= matches!(order, Ok(Order::Drain));
@@ -136,7 +132,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::should("J-1a", "refuses a field that it does not know", |bench| {
         unfit(bench, |config| config["buoyancy"] = json!(1.0))
     })
-    .mutant("overlooks fields that it does not know", || {
+    .mutant("ignores fields that it does not know", || {
         spoil::json_config(|config| {
             config.remove("buoyancy");
         })
@@ -150,7 +146,7 @@ pub const CLAUSES: &[Clause] = &[
             })
         },
     )
-    .mutant("makes up a missing field", || {
+    .mutant("uses a default for a missing field", || {
         spoil::json_config(|config| {
             config.entry("skin").or_insert(json!(1e-3));
         })
@@ -158,7 +154,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("S-5b", "refuses a field of the wrong type", |bench| {
         unfit(bench, |config| config["skin"] = json!("thick"))
     })
-    .mutant("takes a word for a number", || {
+    .mutant("accepts text as a number", || {
         spoil::json_config(|config| {
             if config.get("skin").is_some_and(Value::is_string) {
                 config.insert("skin".into(), json!(1e-3));
@@ -167,10 +163,10 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must(
         "S-8a",
-        "says Refused, with the key, to a value that nobody can honour",
+        "answers an impossible value with Refused and its key",
         refused,
     )
-    .mutant("takes nothing for something", || {
+    .mutant("uses a default instead of 0", || {
         spoil::json_config(|config| {
             for (key, some) in [("threads", json!(1)), ("cell", json!(0.05))] {
                 if config.get(key).and_then(Value::as_f64) == Some(0.0) {
@@ -243,7 +239,7 @@ fn opened(bench: &Bench) -> Judgement {
         format_args!("closed: {missing:?}"),
     )?;
     session.ready(&order(bench))?;
-    // Those that a capability is about are of who has it.
+    // Clauses about a capability apply to solvers that have it.
     let asked = |name: &&str| match name.rsplit('/').next() {
         Some("saved" | "restore") => bench.takes("save"),
         Some("contacts") => bench.takes("contacts"),
@@ -261,7 +257,7 @@ fn opened(bench: &Bench) -> Judgement {
 
 fn notices(bench: &Bench) -> Judgement {
     let mut run = Run::begun(bench)?;
-    // How long the kit listens for what should not be said.
+    // How long the kit waits for messages that must not come.
     let grace = Duration::from_millis(10);
     for close in [true, false] {
         if let Some(notice) = run.session.unexpected(Kind::Notice, grace)? {

@@ -15,13 +15,13 @@ use crate::verdict::{Judgement, Unmet, broken, require};
 pub const CLAUSES: &[Clause] = &[
     Clause::must(
         "X-6b",
-        "its memory grows by four times what crosses at most",
+        "its memory grows by at most four times the data that it receives",
         bounded,
     )
     .of_processes()
     .mutant("leaks 200 kB a step", || {
         let mut kept = Vec::new();
-        // Touched, or it takes no memory.
+        // Written to, because untouched memory is not allocated.
         Flaw::states(move |_, _| kept.push(vec![1u8; 200_000]))
     }),
     Clause::should(
@@ -31,13 +31,13 @@ pub const CLAUSES: &[Clause] = &[
     )
     .after(&["X-6b"])
     .of_processes()
-    .mutant("keeps all that it is told", || {
+    .mutant("keeps all messages", || {
         let mut kept = Vec::new();
         Flaw::each(move |message| kept.push(message.clone()))
     }),
-    Clause::should("G-10a", "answers at once, not after a nap", latency)
+    Clause::should("G-10a", "answers at once, without a sleep", latency)
         .alone()
-        .mutant("takes a nap before it answers many points", || {
+        .mutant("sleeps before it answers many points", || {
             Flaw::states(|_, states| nap_for_many(states.len()))
                 .with(Flaw::forces(|_, forces| nap_for_many(forces.len())))
         }),
@@ -47,12 +47,12 @@ pub const CLAUSES: &[Clause] = &[
 pub const fn naps(after: &'static [&'static str]) -> Clause {
     Clause::should(
         "G-10b",
-        "takes no nap in any of a thousand steps",
+        "does not sleep in any of a thousand steps",
         rare_naps,
     )
     .after(after)
     .alone()
-    .mutant("takes a nap of 5 ms in every thousandth step", || {
+    .mutant("sleeps for 5 ms in every thousandth step", || {
         let mut steps = 0;
         Flaw::states(move |header, _| {
             steps += u64::from(header.flags == 0);
@@ -162,7 +162,7 @@ fn grown(bench: &Bench, windows: &Windows) -> Result<(u64, u64), Unmet> {
     let crossing = POINTS as u64 * (WINDOW * exchanged + size_of::<ImpInfo>() as u64);
     let mut first = 0;
     watch(play.session.pid(), &mut || {
-        // Others each time: what is remembered of those before can go.
+        // Other points each time, so the solver can drop the state of the earlier ones.
         first += POINTS as u64;
         let points = ring(POINTS, first);
         play.set(&points.set);
@@ -190,7 +190,7 @@ fn flat(bench: &Bench) -> Judgement {
         counted: [20, 250],
     };
     let seen = grown(bench, &windows)?;
-    // A tenth of what crosses is ten times less than a solver takes that keeps what it is told.
+    // A tenth of the data is ten times less than the memory of a solver that keeps all messages.
     let kept = seen.0 <= (seen.1 / 10).max(ROOM);
     require(
         kept,
@@ -206,7 +206,7 @@ fn bounded(bench: &Bench) -> Judgement {
         counted: [20; 2],
     };
     let seen = grown(bench, &windows)?;
-    // Beyond what anybody needs who keeps each message in a form of his own.
+    // More than a solver needs that stores each message in its own format.
     let kept = seen.0 <= 4 * seen.1 + MUCH_ROOM;
     require(
         kept,

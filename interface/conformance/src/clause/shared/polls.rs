@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use crate::verdict::{Judgement, Unmet, require};
 
 /// What the clause says.
-pub const POLLS: &str = "that polls, finds a message at once though no bell rang";
+pub const POLLS: &str = "polls, and finds a message at once although no bell rang";
 /// Exchanges, of which the middle one counts: a machine that is busy delays some.
 pub const EXCHANGES: u64 = 40;
 /// Before each exchange: less than the 40 us of B-4.

@@ -49,12 +49,12 @@ pub const SAVED: Clause = Clause::must(
 pub const fn resumed(after: &'static [&'static str]) -> Clause {
     Clause::must(
         "K-4a",
-        "restored in a fresh process, goes on to the same bits",
+        "after a restore in a new process, continues with the same bits",
         resumes,
     )
     .after(after)
     .needs(SAVES)
-    .mutant("begins anew", begins_anew)
+    .mutant("starts from the beginning", begins_anew)
 }
 
 /// That it is looked at first; after the same, and K-4a.
@@ -62,7 +62,7 @@ pub const fn looked_at(after: &'static [&'static str]) -> Clause {
     Clause::must("K-4b", "refuses a state that is damaged", damaged)
         .after(after)
         .needs(SAVES)
-        .mutant("mends the hash of a damaged state", mends_the_hash)
+        .mutant("corrects the hash of a damaged state", mends_the_hash)
 }
 
 /// Changes the pieces of a saved state.
@@ -271,7 +271,7 @@ fn save(course: &mut Course, moment: Moment) -> Result<Saved, Unmet> {
 fn saves(bench: &Bench) -> Judgement {
     let mut course = Course::begun(bench, &order(bench))?;
     let saved = save(&mut course, Moment::Midway)?;
-    // Nothing is sent that nobody asked for.
+    // Nothing may be sent without a request.
     course.step(0, &mut Vec::new())?;
     let more = course.run.session.saved();
     require(more.is_err(), "no state without CHECKPOINT", "one")?;

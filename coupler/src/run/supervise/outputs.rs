@@ -1,0 +1,108 @@
+//! The files of a run that grow with it, and its recording.
+
+use interface::recording::Tape;
+
+use crate::record::background::Mark;
+use crate::record::course::Course;
+use crate::record::frames::{Frames, Listed, ReportedFields};
+use crate::record::history::History;
+use crate::record::progress::Progress;
+use crate::record::rundir::{RunDir, RunDirError};
+use crate::run::account::Account;
+use crate::run::options::RunOptions;
+use crate::scene::Scene;
+
+/// Bytes of a table that may wait for the disk.
+const BEHIND: u64 = 4 << 20;
+
+/// What a run writes while it runs.
+pub(crate) struct Outputs {
+    pub(super) history: History,
+    pub(super) course: Course,
+    /// `None` where the scene asks for no frames.
+    pub(super) frames: Option<Frames>,
+    /// The fields of frames that the solvers report besides positions.
+    pub(super) reported: ReportedFields,
+    /// The recording of all messages, if the run has one.
+    pub(crate) tape: Option<Tape>,
+    pub(super) progress: Progress,
+}
+
+impl Outputs {
+    /// New files. `listed` are frames that the run has already.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub(super) fn begin(
+        scene: &Scene,
+        options: &RunOptions,
+        dir: &RunDir,
+        account: &Account,
+        listed: Listed,
+    ) -> Result<Self, RunDirError> {
+        let history = History::begin(dir, &account.recorder.header())?;
+        Self::new(scene, options, dir, (history, Course::begin(dir)?), listed)
+    }
+
+    /// Files that exist up to `time` (s): `history` has so many bytes, and the frames are `listed`.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub(super) fn resume(
+        scene: &Scene,
+        options: &RunOptions,
+        dir: &RunDir,
+        (history, time): (u64, f64),
+        listed: Listed,
+    ) -> Result<Self, RunDirError> {
+        let history = History::resume(dir, history)?;
+        let course = Course::resume(dir, time)?;
+        Self::new(scene, options, dir, (history, course), listed)
+    }
+
+    fn new(
+        scene: &Scene,
+        options: &RunOptions,
+        dir: &RunDir,
+        (history, course): (History, Course),
+        listed: Listed,
+    ) -> Result<Self, RunDirError> {
+        let (mpm, dem) = (scene.mpm.is_some(), scene.dem.as_ref());
+        let frames = || Frames::resume(dir, mpm, dem, &scene.output.content, listed);
+        Ok(Self {
+            history,
+            course,
+            frames: scene.output.frames.map(|_| frames()).transpose()?,
+            reported: ReportedFields::default(),
+            tape: None,
+            progress: Progress::new(scene.time.end, options.progress, options.screen.clone()),
+        })
+    }
+
+    /// Whether so much waits for the disk that nothing should be added.
+    pub(super) fn is_behind(&self) -> bool {
+        self.history.behind().max(self.course.behind()) > BEHIND
+            || self.frames.as_ref().is_some_and(Frames::is_behind)
+            || self.tape.as_ref().is_some_and(Tape::is_behind)
+    }
+
+    /// Starts to write all rows so far; the marks that are reached when rows and frames are in their files.
+    ///
+    /// # Errors
+    /// [`RunDirError`].
+    pub(super) fn flush(&mut self) -> Result<Vec<Mark>, RunDirError> {
+        let mut marks = vec![self.history.flush()?, self.course.flush()?];
+        marks.extend(self.frames.as_ref().map(Frames::mark));
+        Ok(marks)
+    }
+
+    /// Waits until tables and frames are written; the results of both.
+    pub(super) fn finish(&mut self) -> [Result<(), RunDirError>; 2] {
+        self.progress.finish();
+        let tables = self.history.finish().and(self.course.finish());
+        let frames = self.frames.as_mut().map_or(Ok(()), Frames::finish);
+        // A checkpoint waits for the frames that it lists.
+        self.frames = None;
+        [tables, frames]
+    }
+}

@@ -1,0 +1,146 @@
+//! Which segments of a boundary chain are near which disc: a list that is made anew where it is needed.
+
+use interface::Vec2;
+use interface::message::wire::ImpInfo;
+
+use crate::body::bodies::Bodies;
+use crate::body::odometer::Odometer;
+use crate::contact::chain::Links;
+use crate::lists::neighbours::REACH;
+
+/// A disc with segments near it.
+#[derive(Debug, Clone, Copy)]
+pub struct Near {
+    /// Its body.
+    pub body: u32,
+    /// Its place in the outline of the body.
+    pub part: u32,
+    /// Its segments among all that are listed: the first, and how many.
+    segments: [u32; 2],
+}
+
+/// A segment that could be listed.
+#[derive(Debug, Clone, Copy)]
+struct Segment {
+    from: u32,
+    /// In m.
+    ends: [Vec2; 2],
+    /// Largest distance from a surface in m.
+    margin: f64,
+}
+
+impl Segment {
+    /// Whether it is near a disc of radius `r` (m) around `center` (m).
+    fn is_near(&self, center: Vec2, r: f64) -> bool {
+        let [a, b] = self.ends;
+        (mechanics::outline::foot(a, b, center).0 - center).norm() <= r + self.margin
+    }
+}
+
+/// The segments near each disc.
+#[derive(Debug, Default)]
+pub struct NearSegments {
+    skin: f64,
+    discs: Vec<Near>,
+    /// Slots at which segments begin, ascending for each disc.
+    segments: Vec<u32>,
+    built_at: Vec<Vec2>,
+    listed: bool,
+    odometer: Odometer,
+    /// All segments, and those around a body: kept from list to list, so that no step allocates.
+    room: [Vec<Segment>; 2],
+}
+
+impl NearSegments {
+    /// Nothing is listed yet. Segments are listed up to `skin` (m) farther away than they matter.
+    pub fn new(skin: f64) -> Self {
+        Self {
+            skin,
+            ..Self::default()
+        }
+    }
+
+    /// The list is of no use any more.
+    pub fn forget(&mut self) {
+        self.listed = false;
+    }
+
+    /// The bodies move on with surface speeds up to `speed` (m/s) for `dt` (s).
+    pub fn advance(&mut self, speed: f64, dt: f64) {
+        self.odometer.advance(speed, dt);
+    }
+
+    /// Makes the list anew if a segment that is not in it could matter to a disc, with the markers of `set` at `positions` (m).
+    pub fn update(&mut self, bodies: &Bodies, set: &[ImpInfo], links: &Links, positions: &[Vec2]) {
+        if self.listed {
+            let moved = positions.iter().zip(&self.built_at);
+            let moved = moved.map(|(now, at)| (now - at).norm_squared());
+            let left = self.skin - moved.fold(0.0, f64::max).sqrt();
+            if set.is_empty() || left > 0.0 && self.odometer.stays_below(left, bodies) {
+                return;
+            }
+        }
+        self.list(bodies, set, links, positions);
+        self.built_at.clear();
+        self.built_at.extend_from_slice(positions);
+        self.odometer.reset(bodies);
+        self.listed = true;
+    }
+
+    fn list(&mut self, bodies: &Bodies, set: &[ImpInfo], links: &Links, positions: &[Vec2]) {
+        let [all, around] = &mut self.room;
+        self.discs.clear();
+        self.segments.clear();
+        all.clear();
+        all.extend((0..set.len() as u32).filter_map(|from| {
+            let to = links.next(from)?;
+            Some(Segment {
+                from,
+                ends: [from, to].map(|slot| positions[slot as usize]),
+                margin: (1.0 + REACH) * set[from as usize].radius + self.skin,
+            })
+        }));
+        for body in 0..bodies.len() {
+            let (center, extent) = (bodies.state[body].center, bodies.state[body].extent);
+            around.clear();
+            around.extend(all.iter().filter(|s| s.is_near(center, extent)));
+            if around.is_empty() {
+                continue;
+            }
+            for (part, &at) in (0..).zip(bodies.outline_of(body)) {
+                let radius = bodies.radius_at(body, part);
+                let first = self.segments.len();
+                let near = around.iter().filter(|s| s.is_near(at, radius));
+                self.segments.extend(near.map(|s| s.from));
+                let count = self.segments.len() - first;
+                if count > 0 {
+                    self.discs.push(Near {
+                        body: body as u32,
+                        part,
+                        segments: [first, count].map(|n| n as u32),
+                    });
+                }
+            }
+        }
+    }
+
+    /// The discs with segments near them, in their order.
+    pub fn discs(&self) -> &[Near] {
+        &self.discs
+    }
+
+    /// Slots at which the segments near a disc begin, ascending; there is at least one.
+    pub fn of(&self, near: &Near) -> &[u32] {
+        let [first, count] = near.segments.map(|n| n as usize);
+        &self.segments[first..first + count]
+    }
+
+    /// Bytes of memory.
+    pub fn bytes(&self) -> usize {
+        let room: usize = self.room.iter().map(Vec::capacity).sum();
+        self.segments.capacity() * size_of::<u32>()
+            + self.discs.capacity() * size_of::<Near>()
+            + self.built_at.capacity() * size_of::<Vec2>()
+            + room * size_of::<Segment>()
+    }
+}

@@ -1,0 +1,81 @@
+//! Limits the first step where it begins with contacts that are let go at once.
+//!
+//! A force of leapfrog acts for half of the step before it and half of the one after it. If a contact opens within a
+//! step, its force has acted for too long: with the force `F` and the energy `E` of its spring at the beginning of the
+//! step, and surfaces that separate at `u`, it hands over `F u dt/2` instead of `E`. In a motion that began before, the
+//! overlap of that last step is at most `u dt`, so the error is of the order of `dt^2`. At the start of a run, or of a
+//! branch, any load may meet any velocity: a gate under sand is driven away from its first step on. Then the energy
+//! `P dt/2 - E` with the power `P = sum F u` of these contacts appears: four times what the springs had of a gate at
+//! 6 m/s (docs/energy.md).
+//!
+//! So the opening step asks for a step in which the contacts hand over a small part of their energy: `P dt/2 = E/N`,
+//! which is also a bound of what appears, since the forces decrease. If all contacts open in this way, the bound is
+//! not reached: `(1/N)^2/4` of the energy appears. The step then grows by a tenth every four steps, as at any start.
+
+use std::collections::BTreeMap;
+
+use interface::Vec2;
+use interface::message::wire::{ContactState, ImpState};
+use interface::step::Step;
+
+use crate::contact::frame_contacts::{POINT, POINTS};
+use crate::system::System;
+
+/// N above.
+const PARTS: f64 = 32.0;
+/// Contacts with less than this share of the energy of an impact at their speed are ignored: two that only just touch
+/// would ask for steps of any length.
+const NEGLIGIBLE: f64 = 1e-4;
+
+/// Of the contacts that open: power in W/m, and energy of an impact at the speeds at which they open in J/m.
+#[derive(Debug, Clone, Copy, Default)]
+struct Opening {
+    power: f64,
+    impact: f64,
+}
+
+impl System {
+    /// Squared frequency in 1/s^2 whose step `2 / omega` resolves how contacts are let go that open with the velocities of
+    /// the start; 0 if there are none. `step` is the opening step, and its contacts have been evaluated.
+    pub(crate) fn release(&self, step: &Step, imps: &[ImpState]) -> f64 {
+        let opening = self.opening_contacts(&self.frame_contacts(step, imps), imps);
+        if opening.power <= 0.0 {
+            return 0.0;
+        }
+        let of_bodies = self.pairs.as_ref();
+        let of_points = self.point_pairs.as_ref();
+        let energy = self.points.energy(&self.bodies, imps)
+            + of_bodies.map_or(0.0, |pairs| pairs.energy(&self.bodies))
+            + of_points.map_or(0.0, |pairs| pairs.energy(imps));
+        if energy > NEGLIGIBLE * opening.impact {
+            (PARTS * opening.power / energy).powi(2)
+        } else {
+            0.0
+        }
+    }
+
+    fn opening_contacts(&self, contacts: &[ContactState], imps: &[ImpState]) -> Opening {
+        let set = self.points.set().iter().zip(imps);
+        let points: BTreeMap<u64, _> = set
+            .map(|(info, state)| (info.id, (1.0 / info.mass, Vec2::from(state.velocity))))
+            .collect();
+        let mut sum = Opening::default();
+        for contact in contacts {
+            let body = |b: u64| {
+                let state = &self.bodies.state[b as usize];
+                let arm = Vec2::from(contact.position) - state.center;
+                (state.inverse_mass, state.velocity_at(arm))
+            };
+            let side = |id: u64, is_point: bool| if is_point { points[&id] } else { body(id) };
+            let (own_lightness, own) = side(contact.body, contact.with == POINTS);
+            let (lightness, other) = side(contact.other, [POINT, POINTS].contains(&contact.with));
+            let apart = own - other;
+            let power = Vec2::from(contact.force).dot(&apart);
+            if power > 0.0 {
+                sum.power += power;
+                sum.impact += 0.5 * apart.norm_squared() / (own_lightness + lightness);
+            }
+        }
+        sum
+    }
+}

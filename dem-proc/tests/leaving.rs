@@ -1,0 +1,145 @@
+//! A driven body that leaves what presses on it faster than the contacts can follow: its velocity jumps at the start of a
+//! run, or of a branch.
+
+mod small_scenes;
+
+use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion};
+use interface::solver::DemSolver;
+use small_scenes::*;
+
+const K: f64 = 1e5;
+const RADIUS: f64 = 5e-3;
+/// Overlap of the deepest point in m.
+const XI: f64 = 2e-4;
+
+/// A plate under points, which moves down at `speed` (m/s).
+fn plate(speed: f64, damping_ratio: f64) -> DemConfig {
+    let law = ContactLaw::Linear {
+        normal_stiffness: K,
+        tangential_stiffness: 0.0,
+        friction: 0.0,
+        damping_ratio,
+        damped_mass: 0.0,
+    };
+    let plate = BodyConfig {
+        velocity: [0.0, -speed],
+        motion: Motion::Driven,
+        ..body(
+            BodyShape::Segment {
+                ends: [[-1.0, 0.0], [1.0, 0.0]],
+            },
+            0.01,
+        )
+    };
+    scene(vec![plate], law)
+}
+
+/// Points of 0.1 kg/m that press on the plate, each a little less than the one before.
+fn pressed() -> Points {
+    let points: Vec<_> = (0..10)
+        .map(|i| {
+            let overlap = XI * (1.0 - 0.07 * f64::from(i));
+            let y = 0.01 + RADIUS - overlap;
+            (info(i as u64, RADIUS, 0.1), at(0.02 * f64::from(i), y))
+        })
+        .collect();
+    Points::new(&points)
+}
+
+/// Energy that appears until all contacts have opened over that in their springs, in steps of `dt` (s); without, of the
+/// length that the opening step asks for. And that step.
+fn created(config: &DemConfig, dt: Option<f64>) -> (f64, f64) {
+    let (mut dem, mut points) = (configured(config), pressed());
+    dem.imp_set(&points.set);
+    let limits = points.step(&mut dem, &OPENING).limits;
+    let held = dem.measurement().ledger.contact;
+    let dt = dt.unwrap_or_else(|| 2.0 / limits.omega_sq.sqrt());
+    for i in 0.. {
+        points.step(&mut dem, &step(if i == 0 { 0.0 } else { dt }, dt));
+        let books = dem.measurement().ledger;
+        if i > 1 && books.contacts == 0 {
+            let now = points.kinetic() + books.contact + books.viscous_work - books.driven_work;
+            return (now / held - 1.0, dt);
+        }
+        assert!(i < 10_000, "they never part");
+    }
+    unreachable!()
+}
+
+/// The dashpot holds back all of the spring, so no force acts and the spring's energy is the dashpot's loss, however far
+/// the plate goes in a step.
+#[test]
+fn a_dashpot_takes_no_more_than_the_spring_had() {
+    let speed = 6.0;
+    for way in [0.1, 0.9, 1.5, 8.0] {
+        let (created, _) = created(&plate(speed, 0.5), Some(way * XI / speed));
+        assert!(created.abs() < 1e-12, "{way} overlaps a step: {created:e}");
+    }
+}
+
+/// The contacts are resolved although nothing but their load and the plate's speed tells of them, and no more finely at one
+/// speed than at another.
+#[test]
+fn a_plate_that_is_driven_away_takes_no_more_than_the_springs_had() {
+    for speed in [0.5, 2.0, 6.0] {
+        let (created, dt) = created(&plate(speed, 0.0), None);
+        assert!(created.abs() < 5e-4, "{speed} m/s: {created:e}");
+        let per_overlap = XI / (speed * dt);
+        assert!(
+            (20.0..64.0).contains(&per_overlap),
+            "{speed} m/s: {per_overlap}"
+        );
+    }
+}
+
+/// Squared frequency that the opening step asks for, with points at `velocity` (m/s) whose overlaps are `share` of those.
+fn asked(config: &DemConfig, velocity: [f64; 2], share: f64) -> f64 {
+    let (mut dem, mut points) = (configured(config), pressed());
+    for state in &mut points.states {
+        let overlap = 0.01 + RADIUS - state.position[1];
+        state.position[1] = 0.01 + RADIUS - share * overlap;
+        state.velocity = velocity;
+    }
+    dem.imp_set(&points.set);
+    points.step(&mut dem, &OPENING).limits.omega_sq
+}
+
+#[test]
+fn only_contacts_that_open_under_load_shorten_the_first_step() {
+    let away = asked(&plate(6.0, 0.0), [0.0; 2], 1.0);
+    assert!(away > 0.0);
+    // The velocity of the whole does not matter.
+    let moving = asked(&plate(2.0, 0.0), [0.0, 4.0], 1.0);
+    assert!((moving / away - 1.0).abs() < 1e-12);
+    // Together, towards the points, along them, from points that only just touch, and where a dashpot holds them.
+    assert_eq!(asked(&plate(0.0, 0.0), [0.0; 2], 1.0), 0.0);
+    assert_eq!(asked(&plate(6.0, 0.0), [0.0, -6.0], 1.0), 0.0);
+    assert_eq!(asked(&plate(-6.0, 0.0), [0.0; 2], 1.0), 0.0);
+    assert_eq!(asked(&plate(0.0, 0.0), [3.0, 0.0], 1.0), 0.0);
+    assert_eq!(asked(&plate(6.0, 0.0), [0.0; 2], 1e-3), 0.0);
+    assert_eq!(asked(&plate(6.0, 0.5), [0.0; 2], 1.0), 0.0);
+}
+
+/// A disc on a driven floor, without points.
+#[test]
+fn bodies_on_a_floor_that_is_driven_away_are_let_go_in_many_steps() {
+    let mut config = plate(6.0, 0.0);
+    config.bodies.push(BodyConfig {
+        position: [0.0, 0.01 + 0.1 - XI],
+        ..body(BodyShape::Disc, 0.1)
+    });
+    let mut dem = configured(&config);
+    let first = |dem: &mut dem_proc::Sdem| dem.contact(&OPENING, &[], &mut []).unwrap().limits;
+    let dt = 2.0 / first(&mut dem).omega_sq.sqrt();
+    dem.advance(&OPENING).unwrap();
+    let held = dem.measurement().ledger.contact;
+    for i in 0..200 {
+        let step = step(if i == 0 { 0.0 } else { dt }, dt);
+        dem.contact(&step, &[], &mut []).unwrap();
+        dem.advance(&step).unwrap();
+    }
+    let books = dem.measurement().ledger;
+    assert_eq!(books.contact, 0.0);
+    let created = (books.kinetic - books.driven_work) / held - 1.0;
+    assert!(created.abs() < 1e-3, "{created:e}");
+}

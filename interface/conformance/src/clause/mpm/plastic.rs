@@ -1,0 +1,228 @@
+//! Clause R-5: the plastic strain that points have in frames and at the end.
+
+use std::collections::HashMap;
+
+use interface::config::capability::PLASTIC_STRAIN;
+use interface::config::material::{Frictional, Inertial};
+use interface::config::{CriticalState, MaterialConfig, MaterialModel, MpmConfig};
+use interface::message::wire::PointState;
+
+use super::ledger::framed;
+use super::scene::{DENSITY, DT, MODULI, SPACING, block, material, scene};
+use crate::bench::{Bench, ContinuumRun};
+use crate::clause::Clause;
+use crate::mutant::Flaw;
+use crate::verdict::{Judgement, Unmet, near, require};
+
+pub const CLAUSES: &[Clause] = &[
+    Clause::must(
+        "R-5c",
+        "the plastic strain of an elastic material is 0",
+        elastic,
+    )
+    .needs(&[PLASTIC_STRAIN])
+    .after(&["R-5a", "D-1a"])
+    .mutant("lets elastic material flow", || {
+        strains(|point| point.plastic_strain.max(1e-3))
+    }),
+    Clause::must(
+        "R-5d",
+        "plastic strain is finite and not below 0, grows where material flows and never falls",
+        remembered,
+    )
+    .needs(&[PLASTIC_STRAIN, "material:von_mises"])
+    .after(&["G-10a", "R-5c"])
+    .mutant("tells what plastic strain has grown by since the last frame", || {
+        let mut before = HashMap::new();
+        strains(move |point| {
+            let now = point.plastic_strain;
+            now - before.insert(point.id, now).unwrap_or_default()
+        })
+    })
+    .mutant("tells plastic strain below 0", || {
+        strains(|point| -point.plastic_strain)
+    })
+    .mutant("keeps no plastic strain", || strains(|_| 0.0))
+    .mutant("has no number for what has flowed", || {
+        strains(|point| match point.plastic_strain {
+            0.0 => 0.0,
+            _ => f32::NAN,
+        })
+    }),
+    Clause::must(
+        "R-5e",
+        "the plastic strain of von Mises' material is the equivalent one, whose work is the plastic work",
+        equivalent,
+    )
+    .needs(&[PLASTIC_STRAIN, "material:von_mises"])
+    .after(&["N-1b", "R-5d"])
+    .mutant("tells the plastic shear strain", || {
+        strains(|point| point.plastic_strain * 3.0_f32.sqrt())
+    }),
+];
+
+/// Tells another plastic strain of each point.
+fn strains(mut tells: impl FnMut(&PointState) -> f32 + 'static) -> Flaw {
+    Flaw::points(move |_, points| {
+        for point in points {
+            point.plastic_strain = tells(point);
+        }
+    })
+}
+
+/// Speed at which two blocks run into one another in m/s: strains of a few percent.
+const SPEED: f64 = 1.0;
+/// Frames of a run, and steps between two of them. Waves go to and fro in a block meanwhile.
+const FRAMES: u64 = 10;
+const BETWEEN: u64 = 10;
+/// Yield stress and hardening modulus in Pa.
+const STRENGTH: [f64; 2] = [5e3, 2e5];
+
+fn von_mises() -> MaterialModel {
+    MaterialModel::VonMises {
+        bulk_modulus: MODULI[0],
+        shear_modulus: MODULI[1],
+        yield_stress: STRENGTH[0],
+        hardening_modulus: STRENGTH[1],
+    }
+}
+
+/// A block of a material runs into an elastic one.
+fn collision(model: MaterialModel) -> MpmConfig {
+    let mut first = block([0.2, 0.4], [SPEED, 0.0]);
+    first.material = 1;
+    let mut config = scene(vec![first, block([0.4, 0.4], [-SPEED, 0.0])]);
+    config.materials.push(MaterialConfig {
+        name: "tested".into(),
+        model,
+        ..material(DENSITY, MODULI)
+    });
+    config
+}
+
+/// Materials that keep a plastic strain, as far as the solver says that it takes them.
+fn kept(bench: &Bench) -> Vec<MaterialModel> {
+    let [bulk_modulus, shear_modulus] = MODULI;
+    let sand = |separates: bool| Frictional {
+        bulk_modulus,
+        shear_modulus,
+        friction_angle: 30.0,
+        dilation_angle: 5.0,
+        cohesion: 0.0,
+        tensile_strength: 0.0,
+        critical_state: (!separates).then_some(CriticalState::ShearStrain(0.1)),
+        separates,
+    };
+    let grains = MaterialModel::MuI(Inertial {
+        bulk_modulus,
+        shear_modulus,
+        static_friction: 0.4,
+        limit_friction: 0.6,
+        inertial_number: 0.3,
+        grain_diameter: 1e-3,
+        grain_density: 2.0 * DENSITY,
+        volume_rate: 0.0,
+    });
+    let names = |family: &str, member: &str| {
+        let mut named = bench.capabilities.members(family);
+        named.any(|name| name == member)
+    };
+    let with = |feature: &str, model: MaterialModel| {
+        let taken = names("material", model.key()) && names("feature", feature);
+        taken.then_some(model)
+    };
+    let mut models = vec![von_mises()];
+    models.extend(names("material", "mu_i").then_some(grains));
+    models.extend(with(
+        "critical_state",
+        MaterialModel::DruckerPrager(sand(false)),
+    ));
+    models.extend(with("separates", MaterialModel::DruckerPrager(sand(true))));
+    models.extend(with("separates", MaterialModel::MohrCoulomb(sand(true))));
+    models
+}
+
+/// The points of each frame of a run, and those of its end.
+fn course(flow: &mut ContinuumRun) -> Result<Vec<Vec<PointState>>, Unmet> {
+    let mut frames = Vec::new();
+    for _ in 0..FRAMES {
+        frames.push(framed(flow, DT, BETWEEN)?.2);
+    }
+    flow.free_step(0.0)?;
+    frames.push(flow.drain()?.1);
+    Ok(frames)
+}
+
+/// Whether points of an elastic material have no plastic strain.
+fn unyielding<'a>(points: impl Iterator<Item = &'a PointState>) -> Result<(), Unmet> {
+    for point in points {
+        let strain = point.plastic_strain;
+        require(
+            strain == 0.0,
+            format_args!("no plastic strain of point {}, which is elastic", point.id),
+            strain,
+        )?;
+    }
+    Ok(())
+}
+
+fn elastic(bench: &Bench) -> Judgement {
+    let model = material(DENSITY, MODULI).model;
+    let mut flow = bench.run_continuum(&collision(model))?;
+    let frames = course(&mut flow)?;
+    unyielding(frames.iter().flatten())?;
+    Ok(format!("0 in {FRAMES} frames and at the end"))
+}
+
+fn remembered(bench: &Bench) -> Judgement {
+    let models = kept(bench);
+    let mut words = Vec::new();
+    for model in &models {
+        let mut flow = bench.run_continuum(&collision(*model))?;
+        let mut before = HashMap::new();
+        for points in course(&mut flow)? {
+            let (tested, elastic): (Vec<_>, Vec<_>) = points.iter().partition(|p| p.group == 0);
+            unyielding(elastic.into_iter())?;
+            for point in tested {
+                let strain = point.plastic_strain;
+                let least = before.insert(point.id, strain).unwrap_or_default();
+                require(
+                    strain.is_finite() && strain >= least,
+                    format_args!(
+                        "a plastic strain of point {} of {} that is not below {least}, which it had",
+                        point.id,
+                        model.key()
+                    ),
+                    strain,
+                )?;
+            }
+        }
+        let most = before.into_values().fold(0.0, f32::max);
+        require(
+            most > 1e-3,
+            format_args!("a plastic strain above 0.001 somewhere in {}", model.key()),
+            most,
+        )?;
+        words.push(format!("{} up to {most:.3}", model.key()));
+    }
+    Ok(words.join(", "))
+}
+
+/// The yield stress is `s + H a`, so flow up to `a` takes `s a + H a^2/2` of each volume, whatever the way there.
+fn equivalent(bench: &Bench) -> Judgement {
+    let mut flow = bench.run_continuum(&collision(von_mises()))?;
+    flow.coast(DT, FRAMES * BETWEEN)?;
+    // Steps of no length: nothing flows between the frame and the measurement.
+    let (_, _, points) = framed(&mut flow, 0.0, 1)?;
+    let (_, told) = flow.free_step(0.0)?;
+    let [yields, hardening] = STRENGTH;
+    let work = |point: &PointState| {
+        let strain = f64::from(point.plastic_strain);
+        (yields + 0.5 * hardening * strain) * strain * SPACING * SPACING
+    };
+    let expected: f64 = points.iter().map(work).sum();
+    let said = told.report.ledger.plastic_work;
+    // Volumes change by a few percent on the way, and back.
+    near("plastic work in J/m", said, expected, 0.02 * expected)?;
+    Ok(format!("{said:.4} J/m, {expected:.4} by the strains"))
+}
