@@ -36,7 +36,7 @@ def run(code, threads, advance, state):
     advance(d["steps"])
     used, wall = cpu() - began, time.perf_counter() - at
     x, v = state()
-    json.dump(
+    said = json.dumps(
         {
             "code": code,
             "threads": threads,
@@ -48,10 +48,11 @@ def run(code, threads, advance, state):
             # In thousandths of the mean radius: how far the centre of mass has sunk.
             "sunk": 1e3 * float(((first - x)[:, 1] * mass).sum() / mass.sum() / radius.mean()),
             "speed": float(np.sqrt((v**2).sum(axis=1).mean())),
-        },
-        sys.stdout,
+        }
     )
-    print()
+    # In one piece, as ranks of MPI share the output.
+    sys.stdout.write(said + "\n")
+    sys.stdout.flush()
 
 
 def contacts(x, radius, width):
