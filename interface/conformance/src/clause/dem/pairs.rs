@@ -67,24 +67,24 @@ pub const CLAUSES: &[Clause] = &[
 /// Judged after what frames say of the contacts of bodies.
 pub const IN_FRAMES: Clause = Clause::must(
     "R-6b",
-    "the contacts of a frame have those of two points, with their force and place",
+    "the contacts of a frame include those of two points, with force and position",
     told,
 )
 .needs(&["pairs", CONTACTS])
 .after(&["F-7y", "R-6a"])
-.mutant("tells contacts of bodies only", || {
+.mutant("reports contacts of bodies only", || {
     Flaw::contacts(|header, contacts| {
         contacts.retain(|contact| contact.with != POINTS);
         header.count = contacts.len() as u64;
     })
 })
-.mutant("takes the first point for a body", || {
+.mutant("reports the first point as a body", || {
     of_points(|contact| contact.with = 1)
 })
-.mutant("tells the force on the second point", || {
+.mutant("reports the force on the second point", || {
     of_points(|contact| contact.force = contact.force.map(|f| -f))
 })
-.mutant("tells where the first point is", || {
+.mutant("reports the position of the first point", || {
     of_points(|contact| contact.position = [0.0; 2])
 });
 

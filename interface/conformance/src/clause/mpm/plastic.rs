@@ -22,7 +22,7 @@ pub const CLAUSES: &[Clause] = &[
     )
     .needs(&[PLASTIC_STRAIN])
     .after(&["R-5a", "D-1a"])
-    .mutant("lets elastic material flow", || {
+    .mutant("reports plastic strain of an elastic material", || {
         strains(|point| point.plastic_strain.max(1e-3))
     }),
     Clause::must(
@@ -32,18 +32,18 @@ pub const CLAUSES: &[Clause] = &[
     )
     .needs(&[PLASTIC_STRAIN, "material:von_mises"])
     .after(&["G-10a", "R-5c"])
-    .mutant("tells what plastic strain has grown by since the last frame", || {
+    .mutant("reports the growth of plastic strain since the last frame", || {
         let mut before = HashMap::new();
         strains(move |point| {
             let now = point.plastic_strain;
             now - before.insert(point.id, now).unwrap_or_default()
         })
     })
-    .mutant("tells plastic strain below 0", || {
+    .mutant("reports negative plastic strain", || {
         strains(|point| -point.plastic_strain)
     })
     .mutant("keeps no plastic strain", || strains(|_| 0.0))
-    .mutant("has no number for what has flowed", || {
+    .mutant("reports NaN for points that have flowed", || {
         strains(|point| match point.plastic_strain {
             0.0 => 0.0,
             _ => f32::NAN,
@@ -56,7 +56,7 @@ pub const CLAUSES: &[Clause] = &[
     )
     .needs(&[PLASTIC_STRAIN, "material:von_mises"])
     .after(&["N-1b", "R-5d"])
-    .mutant("tells the plastic shear strain", || {
+    .mutant("reports the plastic shear strain", || {
         strains(|point| point.plastic_strain * 3.0_f32.sqrt())
     }),
 ];
