@@ -29,7 +29,7 @@ use crate::record::Record;
 const LOOK: Duration = Duration::from_secs(1);
 /// After a page nothing new is told for so many times as long as it took to make: a run may need the processor, and pages of
 /// large runs take long.
-const REST: u32 = 20;
+const REST: u32 = 60;
 /// Time between two signs of life to a browser that waits.
 const SIGN_OF_LIFE: Duration = Duration::from_secs(10);
 /// How long browsers have to fetch the last page.

@@ -141,10 +141,13 @@ mod tests {
         screen.text(b"later\n");
         drop(screen);
         let text = read.join().unwrap();
-        let left_out = text.split_once('(').unwrap().1.split_once(' ').unwrap().0;
+        // Where the pipe takes a text in between, what was left out before it is told there.
+        let left_out = |note: &str| note.split_once(' ')?.0.parse::<usize>().ok();
+        let left_out: usize = text.split('(').skip(1).filter_map(left_out).sum();
         let shown = text.matches('x').count() / 1024;
-        assert_eq!(left_out.parse::<usize>().unwrap() + shown, 2000);
-        assert!(text.ends_with("messages are not shown: nobody read them)\nlater\n"));
+        assert!(left_out > 0 && text.contains("messages are not shown: nobody read them)\n"));
+        assert_eq!(left_out + shown, 2000);
+        assert!(text.ends_with("later\n"));
     }
 
     #[test]
