@@ -6,8 +6,11 @@ use crate::verdict::{Judgement, Unmet, require};
 
 /// What the clause says.
 pub const POLLS: &str = "polls, and finds a message at once although no bell rang";
-/// Exchanges, of which the middle one counts: a machine that is busy delays some.
+/// Exchanges without a bell.
 pub const EXCHANGES: u64 = 40;
+/// So many of them must be fast. A busy machine takes the processor from a solver that polls, and most of the others are
+/// slow then. A solver that sleeps is never fast: its nap begins when the exchange does.
+const FAST: usize = 5;
 /// Before each exchange: less than the 40 us of B-4.
 const PAUSE: Duration = Duration::from_micros(20);
 /// Half a nap of B-3.
@@ -26,12 +29,14 @@ pub fn polls(mut exchange: impl FnMut() -> Result<(), Unmet>) -> Judgement {
         times.push(start.elapsed());
     }
     times.sort_unstable();
-    let middle = times[times.len() / 2];
-    let micros = middle.as_secs_f64() * 1e6;
+    let slowest = times[FAST - 1];
+    let micros = slowest.as_secs_f64() * 1e6;
     require(
-        middle < LIMIT,
-        format_args!("the middle one of {EXCHANGES} exchanges without a bell within {LIMIT:?}"),
+        slowest < LIMIT,
+        format_args!("{FAST} of {EXCHANGES} exchanges without a bell within {LIMIT:?} each"),
         format_args!("{micros:.0} us"),
     )?;
-    Ok(format!("an exchange without a bell takes {micros:.0} us"))
+    Ok(format!(
+        "an exchange without a bell takes {micros:.0} us where the machine lets it"
+    ))
 }
