@@ -16,13 +16,11 @@ use thiserror::Error;
 
 use crate::message::control::Party;
 use crate::transport::liveness::{Hold, hold_of};
-use crate::transport::orphans::orphans;
 
 /// Where the directories of runs are, if it is set: for tests, and for machines on which `/dev/shm` cannot hold sockets.
 pub const RUNTIME_DIR: &str = "TANDEM_RUNTIME_DIR";
 const DIRECTORY_PREFIX: &str = "tandem-";
 const SHARED_MEMORY: &str = "/dev/shm";
-const SEGMENT_PREFIX: &str = "tandem_";
 const LOCK: &str = "lock";
 /// What the file is called before the party's name that has the party's process.
 const PROCESS_PREFIX: &str = "pid-";
@@ -313,25 +311,7 @@ pub fn sweep() -> Vec<String> {
             swept.push(id.to_string());
         }
     }
-    swept.extend(sweep_orphans(me));
     swept
-}
-
-/// Removes segments of runs that have no directory any more; returns the runs' ids.
-fn sweep_orphans(me: Option<u32>) -> Vec<String> {
-    let run_of = |name: &str| {
-        let id = name.strip_prefix(SEGMENT_PREFIX)?.split('_').next()?;
-        is_id(id).then(|| id.to_owned())
-    };
-    let has_directory = |id: &str| fs::symlink_metadata(root_of(id)).is_ok();
-    let Some(me) = me else {
-        return Vec::new();
-    };
-    let found = orphans(Path::new(SHARED_MEMORY), me, run_of, has_directory);
-    for segment in found.values().flatten() {
-        let _ = fs::remove_file(segment);
-    }
-    found.into_keys().collect()
 }
 
 /// Whose it is; a link is its own, not that of what it leads to.
@@ -414,7 +394,7 @@ fn segments_of(id: &str) -> impl Iterator<Item = PathBuf> {
 }
 
 fn shared_memory_prefix(id: &str) -> String {
-    format!("{SEGMENT_PREFIX}{id}_")
+    format!("tandem_{id}_")
 }
 
 /// Where the process `pid` makes the directory of the run `id`.
@@ -553,10 +533,10 @@ mod tests {
         let owned = OwnedDomain::create().unwrap();
         let id = fresh_id();
         let planted = root_of(&id);
-        std::os::unix::fs::symlink(root_of(owned.domain().id()), &planted).unwrap();
         // A live run of the planted name: its segments went with the link.
         let segment = Path::new(SHARED_MEMORY).join(format!("{}x", shared_memory_prefix(&id)));
         fs::write(&segment, b"x").unwrap();
+        std::os::unix::fs::symlink(root_of(owned.domain().id()), &planted).unwrap();
         owned.release();
         sweep();
         assert!(segment.exists(), "a segment behind a link was removed");
@@ -599,27 +579,6 @@ mod tests {
         for id in [&notes, &full] {
             fs::remove_dir_all(root_of(id)).unwrap();
         }
-    }
-
-    /// Round 11177 of chaos with seed 23: a solver created a segment while its dead coupler's run was swept.
-    #[test]
-    fn a_segment_whose_run_has_been_swept_is_swept_too() {
-        let of = |id: &str| {
-            let name = format!("{}node.global_mgmt", shared_memory_prefix(id));
-            Path::new(SHARED_MEMORY).join(name)
-        };
-        let [late, used] = [(); 2].map(|()| fresh_id());
-        // Opened before it has its name: other tests sweep at the same time.
-        let being_made = Path::new(SHARED_MEMORY).join(format!("being-made-{used}"));
-        let open = File::create_new(&being_made).unwrap();
-        fs::rename(&being_made, of(&used)).unwrap();
-        fs::write(of(&late), b"x").unwrap();
-        sweep();
-        assert!(!of(&late).exists());
-        assert!(of(&used).exists(), "a run with its directory elsewhere");
-        drop(open);
-        sweep();
-        assert!(!of(&used).exists());
     }
 
     #[test]

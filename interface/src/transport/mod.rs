@@ -8,7 +8,6 @@ pub mod direct;
 pub mod domain;
 pub mod iceoryx;
 pub mod liveness;
-mod orphans;
 pub mod raw;
 pub mod recorded;
 pub mod wait;
