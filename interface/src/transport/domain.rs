@@ -419,12 +419,20 @@ fn fresh_id() -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::{Mutex, MutexGuard, PoisonError};
     use std::time::{Duration, Instant};
 
     use super::*;
 
+    /// Held by each test that sweeps, so that no other one sweeps what it has half made.
+    fn alone() -> MutexGuard<'static, ()> {
+        static SWEEPING: Mutex<()> = Mutex::new(());
+        SWEEPING.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     #[test]
     fn a_live_run_is_joined_and_survives_a_sweep_and_a_dropped_one_is_gone() {
+        let _alone = alone();
         let owned = OwnedDomain::create().unwrap();
         let id = owned.domain().id().to_string();
         let joined = Domain::join(&id).unwrap();
@@ -463,6 +471,7 @@ mod tests {
     /// D1: what a coupler left that was killed while it created its run stayed for ten seconds, or for ever.
     #[test]
     fn what_a_coupler_left_that_was_killed_while_it_began_is_swept_at_once() {
+        let _alone = alone();
         let mut over = std::process::Command::new("true").spawn().unwrap();
         over.wait().unwrap();
         let (id, mine) = (fresh_id(), draft_of(&fresh_id(), std::process::id()));
@@ -491,6 +500,7 @@ mod tests {
 
     #[test]
     fn what_a_killed_coupler_left_is_swept() {
+        let _alone = alone();
         let id = fresh_id();
         let segment = Path::new(SHARED_MEMORY).join(format!("{}x", shared_memory_prefix(&id)));
         fs::write(&segment, b"x").unwrap();
@@ -508,6 +518,7 @@ mod tests {
     /// D1: a sweep let go of the lock before it removed, so a run that began meanwhile lost its directory.
     #[test]
     fn runs_begin_while_others_sweep() {
+        let _alone = alone();
         let over = std::sync::atomic::AtomicBool::new(false);
         let relaxed = std::sync::atomic::Ordering::Relaxed;
         std::thread::scope(|scope| {
@@ -530,6 +541,7 @@ mod tests {
 
     #[test]
     fn a_link_is_not_followed_to_a_run_of_somebody() {
+        let _alone = alone();
         let owned = OwnedDomain::create().unwrap();
         let id = fresh_id();
         let planted = root_of(&id);
@@ -550,6 +562,7 @@ mod tests {
 
     #[test]
     fn what_no_run_has_made_is_not_swept() {
+        let _alone = alone();
         // Somebody's directory that begins as ours do, and one named like a run but with something in it.
         let [notes, full, empty, late] = [(); 4].map(|()| fresh_id());
         let notes = format!("notes-{notes}");
