@@ -86,6 +86,15 @@ impl Kick<'_> {
 }
 
 impl System {
+    /// Energy in all contact springs of the last evaluation in J/m.
+    pub(crate) fn contact_energy(&self, imps: &[ImpState]) -> f64 {
+        let of_points = self.point_pairs.as_ref();
+        let of_bodies = self.pairs.as_ref();
+        self.points.energy(&self.bodies, imps)
+            + of_points.map_or(0.0, |pairs| pairs.energy(imps))
+            + of_bodies.map_or(0.0, |pairs| pairs.energy(&self.bodies))
+    }
+
     /// The kick of this step, for the ledger.
     pub(crate) fn kick_of(&self, step: &Step) -> Kick<'_> {
         let pairs = self.pairs.as_ref();
@@ -109,14 +118,9 @@ impl System {
 
 /// The measurement at `t_n`, between kick and commit: `bodies.state` has the velocities before, `kicked` those after.
 pub fn measure(system: &System, step: &Step, imps: &[ImpState]) -> DemMeasurement {
-    let bodies = &system.bodies;
-    let pairs = system.pairs.as_ref();
-    let of_points = system.point_pairs.as_ref();
-    let contact = system.points.energy(bodies, imps)
-        + of_points.map_or(0.0, |pairs| pairs.energy(imps))
-        + pairs.map_or(0.0, |pairs| pairs.energy(bodies));
+    let contact = system.contact_energy(imps);
     let kick = system.kick_of(step);
     let totals = [&system.totals, &kick.after(&system.totals)];
-    let entries = (0..bodies.len()).map(|b| kick.entry(b));
+    let entries = (0..system.bodies.len()).map(|b| kick.entry(b));
     books::measure(step, system.gravity, contact, totals, entries)
 }

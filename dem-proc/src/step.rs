@@ -90,12 +90,7 @@ impl System {
         if step.measure {
             self.measurement = measure(self, step, imps); // docs/physics.md section 7
         }
-        let mut answer = self.answer(step); //            docs/physics.md section 4
-        if opening(step) {
-            let release = self.release(step, imps); //    crate::contact::release
-            answer.limits.omega_sq = answer.limits.omega_sq.max(release);
-        }
-        Ok(answer)
+        Ok(self.answer(step, imps)) //                    docs/physics.md section 4
     }
 
     /// Refuses numbers that are not finite before anything has changed.
@@ -268,7 +263,7 @@ impl System {
     }
 
     /// The limits for the next step, and the displacement of the surfaces at its end.
-    fn answer(&mut self, step: &Step) -> Answer {
+    fn answer(&mut self, step: &Step, imps: &[ImpState]) -> Answer {
         let (mut rate, mut mobility): (f64, f64) = (0.0, 0.0);
         if !self.points.set().is_empty() {
             // Bodies that forces do not move have no rate.
@@ -300,6 +295,9 @@ impl System {
         }
         if let Some(pairs) = &self.point_pairs {
             damping = f64::max(damping, pairs.damping_ratio());
+        }
+        if opening(step) {
+            omega_sq = omega_sq.max(self.release(step, imps));
         }
         // A quarter of the skin: below it nothing is rebuilt, so a coarse bound is enough.
         let gone = self.published.bound(0.25 * self.skin, &self.bodies);

@@ -42,11 +42,7 @@ impl System {
         if opening.power <= 0.0 {
             return 0.0;
         }
-        let of_bodies = self.pairs.as_ref();
-        let of_points = self.point_pairs.as_ref();
-        let energy = self.points.energy(&self.bodies, imps)
-            + of_bodies.map_or(0.0, |pairs| pairs.energy(&self.bodies))
-            + of_points.map_or(0.0, |pairs| pairs.energy(imps));
+        let energy = self.contact_energy(imps);
         if energy > NEGLIGIBLE * opening.impact {
             (PARTS * opening.power / energy).powi(2)
         } else {

@@ -566,24 +566,15 @@ mod tests {
         // Somebody's directory that begins as ours do, and one named like a run but with something in it.
         let [notes, full, empty, late] = [(); 4].map(|()| fresh_id());
         let notes = format!("notes-{notes}");
+        for id in [&notes, &full, &empty, &late] {
+            fs::create_dir(root_of(id)).unwrap();
+        }
         // A solver that opened its channels when the sweep had been there.
+        fs::create_dir(root_of(&late).join("services")).unwrap();
         let event = format!("{}1.event", shared_memory_prefix(&late));
-        // Other tests sweep at the same time, so each gets its name when it is complete.
-        for (id, folder, file) in [
-            (&notes, None, Some("dear.txt")),
-            (&full, None, Some("dear.txt")),
-            (&empty, None, None),
-            (&late, Some("services"), Some(&*event)),
-        ] {
-            let being_made = root_of(&format!("being-made-{id}"));
-            fs::create_dir(&being_made).unwrap();
-            if let Some(folder) = folder {
-                fs::create_dir(being_made.join(folder)).unwrap();
-            }
-            if let Some(file) = file {
-                fs::write(being_made.join(file), b"x").unwrap();
-            }
-            fs::rename(being_made, root_of(id)).unwrap();
+        fs::write(root_of(&late).join(event), b"x").unwrap();
+        for id in [&notes, &full] {
+            fs::write(root_of(id).join("dear.txt"), b"x").unwrap();
         }
         sweep();
         assert!(root_of(&notes).is_dir() && root_of(&full).is_dir());
