@@ -31,7 +31,7 @@ use std::time::Instant;
 use interface::core::SessionError;
 use interface::message::control::Party;
 use interface::message::{Channel, Kind};
-use interface::recording::{About, Recorder, Tap, Tape};
+use interface::recording::{About, Recorder, Tap, Tape, reaches};
 use interface::session::solver::Clocked;
 use interface::session::together::Together;
 use interface::session::turns::drive;
@@ -90,6 +90,13 @@ impl Resumed {
     pub fn find(scene: &Scene, dir: &RunDir) -> Result<Self, CheckpointError> {
         let ours = file::About::of(scene, &[], false);
         let (path, checkpoint, passed_over) = newest(dir.path(), &ours)?;
+        if let Some(party) = checkpoint.left_out(scene) {
+            let recording = dir.recording_path();
+            if let Err(error) = reaches(&recording, &recording_of(scene), checkpoint.moment()) {
+                let why = error.to_string();
+                return Err(CheckpointError::Unplayable { path, party, why });
+            }
+        }
         Ok(Self {
             path,
             checkpoint,
@@ -164,8 +171,7 @@ fn recorder(
     dir: &RunDir,
     from: &Origin,
 ) -> Result<Option<Recorder>, RunError> {
-    let made_by = concat!("tandem ", env!("CARGO_PKG_VERSION"));
-    let about = About::run(&scene.name, &scene.hash, made_by);
+    let about = recording_of(scene);
     if let Origin::Recording = from {
         let recorder = Recorder::rerun(&dir.recording()?, &about).map_err(SessionError::from)?;
         return Ok(Some(recorder));
@@ -175,6 +181,9 @@ fn recorder(
             return Ok(None);
         }
         let recorder = Recorder::resume(&dir.recording()?, &about, checkpoint.moment());
+        if checkpoint.left_out(scene).is_some() {
+            return Ok(Some(recorder.map_err(SessionError::from)?));
+        }
         if let Err(error) = &recorder {
             tracing::warn!("the run continues without its recording: {error}");
         }
@@ -185,6 +194,12 @@ fn recorder(
     }
     let recorder = Recorder::create(&dir.recording()?, &about).map_err(SessionError::from)?;
     Ok(Some(recorder))
+}
+
+/// What a recording of `scene` is of.
+fn recording_of(scene: &Scene) -> About {
+    let made_by = concat!("tandem ", env!("CARGO_PKG_VERSION"));
+    About::run(&scene.name, &scene.hash, made_by)
 }
 
 /// What a recording has: everything but states that are saved, which would be most of it.
@@ -214,7 +229,7 @@ fn processes(
     let segments = Segments::of(names, &channels);
     run.resources.shared_memory = Some(SharedMemory::new(names.clone(), segments.clone()));
     let caused = |error| told(error, &segments);
-    let coupler = iceoryx::join(
+    let mut coupler = iceoryx::join(
         Medium::Processes,
         names,
         Party::Coupler,
@@ -222,6 +237,18 @@ fn processes(
         SEND_TIMEOUT,
     )
     .map_err(|error| caused(error.into()))?;
+    // One that could not save its state does again what it did, before anybody else takes part.
+    let replayed = run.to_replay().map(|party| {
+        run.resources
+            .processes
+            .start(party, commands[&party], names)?;
+        run.replay(party, names, &mut *coupler)
+    });
+    let (mut verdict, standing) = match replayed.transpose() {
+        Ok(standing) => (Ok(()), standing),
+        Err(RunError::Session(error)) => (Err(caused(error)), None),
+        Err(error) => (Err(error), None),
+    };
     let mut tap = match &tape {
         Some(tape) if parties.len() == 2 => {
             let tap = Tap::open(Medium::Processes, names, tape.clone());
@@ -233,8 +260,8 @@ fn processes(
         Some(tape) => Box::new(Recorded::new(coupler, tape, noted)),
         None => coupler,
     };
-    let mut verdict = Ok(());
-    for &party in &parties {
+    let stands = |party| standing.as_ref().is_some_and(|s| s.party() == party);
+    for &party in parties.iter().filter(|party| !stands(**party)) {
         let command = commands[&party];
         verdict = verdict.and_then(|()| {
             run.resources
@@ -244,7 +271,10 @@ fn processes(
         });
     }
     if verdict.is_ok() {
-        let mut coupler = CouplerSide::new(&parties, run);
+        let mut coupler = match standing {
+            Some(standing) => CouplerSide::going_on(&parties, run, standing),
+            None => CouplerSide::new(&parties, run),
+        };
         drive(&mut coupler, &mut *transport);
         verdict = coupler.take_verdict().map_err(caused);
     }
@@ -265,6 +295,10 @@ fn in_process(
     dem: fn() -> Box<dyn DemSolver>,
     tape: Option<Tape>,
 ) -> Result<(), RunError> {
+    if let Some(party) = run.to_replay() {
+        let why = format!("it has no state of the {party}, a process of its own");
+        return Err(RunError::Checkpoint(why));
+    }
     let parties = run.parties().to_vec();
     let (mut continuum, mut bodies) = (mpm(), dem());
     let takes_part = |party| parties.contains(&party);

@@ -280,6 +280,14 @@ impl Tape {
         }
     }
 
+    /// In a run that goes on, `solver` has said hello where nothing is noted: what comes from it now is of the run.
+    pub fn has_greeted(&self, solver: Party) {
+        let mut state = self.0.lock();
+        state
+            .greetings
+            .retain(|(channel, _)| !channel.is_of(solver));
+    }
+
     /// Whether so much waits for the disk that nothing should be added.
     pub fn is_behind(&self) -> bool {
         let state = self.0.lock();

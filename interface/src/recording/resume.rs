@@ -51,6 +51,14 @@ pub(super) fn keep(path: &Path, about: &About, moment: Moment) -> Result<Kept, R
     Err(RecordingError::Short { path, step })
 }
 
+/// Whether the recording at `path` is of the run `about` and reaches up to `moment`.
+///
+/// # Errors
+/// [`RecordingError`]: why it does not.
+pub fn reaches(path: &Path, about: &About, moment: Moment) -> Result<(), RecordingError> {
+    keep(path, about, moment).map(|_| ())
+}
+
 /// The recording at `path`, which is of the run `about`.
 ///
 /// # Errors

@@ -21,7 +21,7 @@ pub(crate) enum Origin {
     Scene,
     /// The same, and its recording has what it did before.
     Recording,
-    /// The state of the same run.
+    /// The state of the same run; of a solver that could not save its own, what the recording has of it.
     Itself(Box<Checkpoint>),
     /// The state of another run.
     Another(Box<Branch>),
