@@ -39,9 +39,9 @@
 #![forbid(unsafe_code)]
 
 pub mod body;
-mod books;
 pub mod contact;
 pub mod law;
+mod ledger;
 pub mod lists;
 #[cfg(test)]
 mod reference;

@@ -6,10 +6,10 @@ use interface::solver::{Answer, Fault};
 use interface::step::Step;
 
 use crate::body::load::Load;
-use crate::books::measure;
 use crate::contact::impact::Impacts;
 use crate::contact::point_side::Interval;
 use crate::law::LastStep;
+use crate::ledger::measure;
 use crate::lists::watch::Ahead;
 use crate::system::System;
 
@@ -36,7 +36,7 @@ impl System {
     pub(crate) fn advance(&mut self, step: &Step) {
         self.keep_lists();
         if !opening(step) {
-            self.commit(step); //                         histories, books, v^{n+1/2}
+            self.commit(step); //                         histories, ledger, v^{n+1/2}
             self.drift(step.dt); //                       eq. 42, x^n -> x^{n+1}
         }
     }

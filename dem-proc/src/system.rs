@@ -3,7 +3,7 @@
 use interface::Vec2;
 use interface::message::wire::EnvelopeVertex;
 use interface::solver::DemMeasurement;
-use mechanics::books::Totals;
+use mechanics::ledger::Totals;
 
 use crate::body::bodies::{Bodies, Body, Rigid};
 use crate::body::load::{Load, PairLoad};

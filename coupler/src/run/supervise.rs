@@ -20,7 +20,7 @@ use self::outputs::Outputs;
 use crate::record::background::Mark;
 use crate::record::frames::{Instant as FrameInstant, Listed, ReportedFields};
 use crate::record::progress;
-use crate::record::quantity::{Books, Measured, Sample};
+use crate::record::quantity::{Ledgers, Measured, Sample};
 use crate::record::rundir::{RunDir, RunDirError};
 use crate::record::summary::state_hash;
 use crate::run::account::Account;
@@ -534,7 +534,7 @@ impl<'a> Run<'a> {
             .balance
             .take(&mpm, &dem, moving(&round.groups[..groups], &round.bodies));
         let measured = Measured {
-            books: Books {
+            ledgers: Ledgers {
                 time,
                 mpm,
                 dem,

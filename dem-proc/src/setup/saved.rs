@@ -7,7 +7,7 @@
 
 use interface::config::{BodyConfig, DemConfig};
 use interface::solver::Refusal;
-use mechanics::books::Totals;
+use mechanics::ledger::Totals;
 use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::SavedBody;
@@ -92,7 +92,7 @@ impl SavedSystem {
         // Driven bodies may have another speed than in the saved run.
         let speed = speed.max(bodies.initial_speed());
         finite(|| "the largest speed".into(), &[speed])?;
-        finite(|| "a sum of the books".into(), &numbers(totals))?;
+        finite(|| "a sum of the ledger".into(), &numbers(totals))?;
         let published = Odometer::restored(published, &bodies)?;
         match (&mut system.pairs, pairs) {
             (Some(here), Some(saved)) => here.restore(saved, &bodies)?,

@@ -33,7 +33,7 @@ pub enum Clocked {
     Process,
     /// The thread is.
     Thread,
-    /// All parties share a thread: who lets them take turns books their time.
+    /// All parties share a thread: whoever lets them take turns counts their time.
     Shared,
 }
 
@@ -255,7 +255,7 @@ impl<P: Perform> Side<P> {
         verdict.unwrap_or_else(|| Err(SessionError::Aborted("the session has not ended".into())))
     }
 
-    /// Books time that somebody else has measured, for a side that is [`Clocked::Shared`].
+    /// Adds time that somebody else has measured, for a side that is [`Clocked::Shared`].
     pub fn book(&mut self, computed: Duration) {
         self.watch.compute_ns += computed.as_nanos() as u64;
     }

@@ -37,7 +37,7 @@ impl Stopwatch {
         self.mark
     }
 
-    /// Books the time since the last lap on `activity`.
+    /// Adds the time since the last lap to `activity`.
     pub(crate) fn lap(&mut self, activity: Activity) {
         let Some(mark) = &mut self.mark else {
             return;

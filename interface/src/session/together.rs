@@ -184,7 +184,7 @@ impl Watch {
         }
     }
 
-    /// Books the rounds that are not divided.
+    /// Adds the time of the rounds that are not divided.
     fn close(&mut self, mpm: &mut Option<&mut MpmSide>, dem: &mut Option<&mut DemSide>) {
         if core::mem::take(&mut self.rounds) == 0 {
             return;

@@ -159,7 +159,7 @@ pub const CLAUSES: &[Clause] = &[
         }),
 ];
 
-/// What rests on the books and on motion besides.
+/// What depends on the ledger and on motion too.
 pub const TURNING: &[Clause] = &[
     Clause::must(
         "R-3g",

@@ -1,4 +1,4 @@
-//! Energies, momenta and impulses of the bodies' side (docs/physics.md section 7), by [`mechanics::books`].
+//! Energies, momenta and impulses of the bodies' side (docs/physics.md section 7), by [`mechanics::ledger`].
 //!
 //! Losses are trapezoid sums over the steps done.
 
@@ -6,7 +6,7 @@ use interface::Vec2;
 use interface::message::wire::{BodyState, ImpState};
 use interface::solver::DemMeasurement;
 use interface::step::Step;
-use mechanics::books::{self, Entry, Totals};
+use mechanics::ledger::{self, Entry, Totals};
 
 use crate::body::bodies::Bodies;
 use crate::body::load::{Load, PairLoad};
@@ -122,5 +122,5 @@ pub fn measure(system: &System, step: &Step, imps: &[ImpState]) -> DemMeasuremen
     let kick = system.kick_of(step);
     let totals = [&system.totals, &kick.after(&system.totals)];
     let entries = (0..system.bodies.len()).map(|b| kick.entry(b));
-    books::measure(step, system.gravity, contact, totals, entries)
+    ledger::measure(step, system.gravity, contact, totals, entries)
 }

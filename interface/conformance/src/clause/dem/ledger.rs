@@ -1,4 +1,4 @@
-//! Sections 5 and 9: reports, measurements, and books that balance.
+//! Sections 5 and 9: reports, measurements, and a ledger that balances.
 
 use interface::config::capability::CONTACTS;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion};
