@@ -43,10 +43,10 @@ pub mod contact;
 pub mod law;
 mod ledger;
 pub mod lists;
+pub mod parry;
 #[cfg(test)]
 mod reference;
 mod saved;
-pub mod seam;
 mod setup;
 mod solver;
 mod step;

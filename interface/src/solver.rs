@@ -91,7 +91,7 @@ impl Readiness {
     const MOST: u64 = 1 << 53;
 
     /// The first impossible value (clause S-6): a number that is negative or not finite, or a count beyond all memory.
-    pub fn nonsense(&self) -> Option<String> {
+    pub fn impossible_value(&self) -> Option<String> {
         let reals = [
             ("courant_time", self.courant_time),
             ("mass_min", self.mass_min),

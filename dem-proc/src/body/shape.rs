@@ -3,7 +3,7 @@
 use interface::Vec2;
 use interface::config::BodyShape;
 
-use crate::seam::{Bounds, BoxTree};
+use crate::parry::{Bounds, BoxTree};
 use mechanics::mass::{AreaMoments, cross, outward, swept, union_of_discs};
 
 /// Outlines with more edges than this are searched through a tree instead of edge by edge: below it, walking the

@@ -4,7 +4,7 @@ use interface::Vec2;
 use interface::message::wire::ImpInfo;
 
 use crate::body::bodies::Bodies;
-use crate::body::odometer::Odometer;
+use crate::body::displacement::Displacement;
 use crate::contact::chain::Links;
 use crate::lists::neighbours::REACH;
 
@@ -46,7 +46,7 @@ pub struct NearSegments {
     segments: Vec<u32>,
     built_at: Vec<Vec2>,
     listed: bool,
-    odometer: Odometer,
+    displacement: Displacement,
     /// All segments, and those around a body: kept from list to list, so that no step allocates.
     room: [Vec<Segment>; 2],
 }
@@ -67,7 +67,7 @@ impl NearSegments {
 
     /// The bodies move on with surface speeds up to `speed` (m/s) for `dt` (s).
     pub fn advance(&mut self, speed: f64, dt: f64) {
-        self.odometer.advance(speed, dt);
+        self.displacement.advance(speed, dt);
     }
 
     /// Makes the list anew if a segment that is not in it could matter to a disc, with the markers of `set` at `positions` (m).
@@ -76,14 +76,14 @@ impl NearSegments {
             let moved = positions.iter().zip(&self.built_at);
             let moved = moved.map(|(now, at)| (now - at).norm_squared());
             let left = self.skin - moved.fold(0.0, f64::max).sqrt();
-            if set.is_empty() || left > 0.0 && self.odometer.stays_below(left, bodies) {
+            if set.is_empty() || left > 0.0 && self.displacement.stays_below(left, bodies) {
                 return;
             }
         }
         self.list(bodies, set, links, positions);
         self.built_at.clear();
         self.built_at.extend_from_slice(positions);
-        self.odometer.reset(bodies);
+        self.displacement.reset(bodies);
         self.listed = true;
     }
 

@@ -14,7 +14,7 @@ use crate::body::bodies::Bodies;
 use crate::contact::approach::thickness;
 use crate::contact::convex::{Candidate, Measure, Spot};
 use crate::contact::passage::Passage;
-use crate::seam::{Gap, gap};
+use crate::parry::{Gap, gap};
 use mechanics::mass::cross;
 
 /// Smallest ratio of the width of an overlap to the root of its area for which the force has the right direction: half

@@ -27,8 +27,8 @@ use crate::law::history::SavedHistories;
 use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties, reduced};
 use crate::lists::cells::Cells;
 use crate::lists::neighbours::REACH;
+use crate::parry::Bounds;
 use crate::saved::{count, finite, refusal};
-use crate::seam::Bounds;
 use crate::threads::Threads;
 
 /// What the step needs from the contact between points, whatever the law.

@@ -8,8 +8,8 @@ use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::Bodies;
+use crate::body::displacement::SavedDisplacement;
 use crate::body::load::Load;
-use crate::body::odometer::SavedOdometer;
 use crate::contact::passage::Passed;
 use crate::contact::set::SavedChain;
 use crate::law::history::SavedHistories;
@@ -88,7 +88,7 @@ pub struct SavedPoints {
     pub(super) previous: Vec<[f64; 2]>,
     /// In m.
     pub(super) built_at: Vec<[f64; 2]>,
-    pub(super) odometer: SavedOdometer,
+    pub(super) displacement: SavedDisplacement,
     pub(super) histories: SavedHistories,
     /// Of contact with segments, in place of all but the set.
     pub(super) chain: Option<SavedChain>,

@@ -1,7 +1,7 @@
 //! Broad phase: finds overlapping boxes with a grid of cells for the many of similar size and a tree for the few that
 //! are much larger. A grid is built and searched in a fifth of the time of a tree, but a wall would fill all of it.
 
-use crate::seam::{Bounds, BoxTree};
+use crate::parry::{Bounds, BoxTree};
 
 /// Boxes with a longer side than this many times the median are kept out of the grid: the cells are as large as the
 /// largest box in it, and boxes of the median size would crowd them.

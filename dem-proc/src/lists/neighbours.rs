@@ -13,7 +13,7 @@ use crate::body::bodies::Bodies;
 use crate::body::edge::vertex_edge;
 use crate::lists::cells::Cells;
 use crate::lists::watch::Watch;
-use crate::seam::{Bounds, BoxTree};
+use crate::parry::{Bounds, BoxTree};
 
 /// A point is "in reach" of a body up to this distance beyond contact, as a fraction of the point's radius. In a step a
 /// point moves at most half its radius relative to a body (the kinematic limit), so every pair that touches in the next

@@ -11,8 +11,8 @@ use mechanics::ledger::Totals;
 use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::SavedBody;
+use crate::body::displacement::{Displacement, SavedDisplacement};
 use crate::body::load::{Load, PairLoad};
-use crate::body::odometer::{Odometer, SavedOdometer};
 use crate::contact::pairs::SavedPairs;
 use crate::contact::point_pairs::SavedPointPairs;
 use crate::contact::point_side::SavedPoints;
@@ -29,7 +29,7 @@ pub struct SavedSystem {
     bodies: Vec<SavedBody>,
     /// In m/s.
     speed: f64,
-    published: SavedOdometer,
+    published: SavedDisplacement,
     totals: Totals,
     points: SavedPoints,
     point_pairs: Option<SavedPointPairs>,
@@ -93,7 +93,7 @@ impl SavedSystem {
         let speed = speed.max(bodies.initial_speed());
         finite(|| "the largest speed".into(), &[speed])?;
         finite(|| "a sum of the ledger".into(), &numbers(totals))?;
-        let published = Odometer::restored(published, &bodies)?;
+        let published = Displacement::restored(published, &bodies)?;
         match (&mut system.pairs, pairs) {
             (Some(here), Some(saved)) => here.restore(saved, &bodies)?,
             (None, None) => {}

@@ -135,12 +135,12 @@ pub fn solver_part(saved: &[u8]) -> &[u8] {
 mod tests {
     use super::*;
 
-    fn carry(bytes: Vec<u8>, spoil: impl Fn(usize, &mut Vec<u8>)) -> Result<Vec<u8>, String> {
+    fn carry(bytes: Vec<u8>, change: impl Fn(usize, &mut Vec<u8>)) -> Result<Vec<u8>, String> {
         let (mut out, mut into) = (Outgoing::new(bytes), Incoming::default());
         for k in 0.. {
             let (piece, flags) = out.piece();
             let mut piece = piece.to_vec();
-            spoil(k, &mut piece);
+            change(k, &mut piece);
             let header = StepHeader {
                 count: piece.len() as u64,
                 flags,

@@ -306,10 +306,10 @@ each_kind!(define);
 
 fn check_all<T: Record>(records: &[T]) -> Result<(), (usize, &'static str)> {
     // Nearly always all are allowed.
-    let suspicion = records
+    let fault_bits = records
         .iter()
-        .fold(0, |all, record| all | record.suspicion());
-    if suspicion >> 63 == 0 {
+        .fold(0, |all, record| all | record.fault_bits());
+    if fault_bits >> 63 == 0 {
         return Ok(());
     }
     for (slot, record) in records.iter().enumerate() {

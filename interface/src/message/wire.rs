@@ -24,7 +24,7 @@ pub trait Record:
 
     /// Bit 63 is set if [`Self::check`] may say that a value is not allowed: without a branch for each value, so that
     /// the compiler can look at several at once. The other bits mean nothing.
-    fn suspicion(&self) -> u64;
+    fn fault_bits(&self) -> u64;
 
     /// Writes the record as it is on the wire to `bytes`, which are as many as it has.
     fn write(&self, bytes: &mut [u8]);
@@ -49,19 +49,19 @@ pub enum Number {
 trait Numbers: Sized {
     fn finite(&self) -> bool;
     /// Bit 63 is set if it is not finite.
-    fn suspicion(&self) -> u64;
+    fn fault_bits(&self) -> u64;
     fn write(&self, bytes: &mut [u8]);
     fn read(bytes: &[u8]) -> Self;
     fn visit(&self, name: &'static str, see: &mut dyn FnMut(&'static str, Number));
 }
 macro_rules! number {
-    ($type:ty, $kind:expr, $finite:expr, $suspicion:expr) => {
+    ($type:ty, $kind:expr, $finite:expr, $fault_bits:expr) => {
         impl Numbers for $type {
             fn finite(&self) -> bool {
                 $finite(*self)
             }
-            fn suspicion(&self) -> u64 {
-                $suspicion(*self)
+            fn fault_bits(&self) -> u64 {
+                $fault_bits(*self)
             }
             fn write(&self, bytes: &mut [u8]) {
                 bytes.copy_from_slice(&self.to_le_bytes());
@@ -88,9 +88,9 @@ impl<const N: usize> Numbers for [f64; N] {
     fn finite(&self) -> bool {
         self.iter().all(|x| x.is_finite())
     }
-    fn suspicion(&self) -> u64 {
+    fn fault_bits(&self) -> u64 {
         self.iter()
-            .fold(0, |suspicion, x| suspicion | x.suspicion())
+            .fold(0, |fault_bits, x| fault_bits | x.fault_bits())
     }
     fn write(&self, bytes: &mut [u8]) {
         for (x, bytes) in self.iter().zip(bytes.chunks_exact_mut(8)) {
@@ -141,8 +141,8 @@ macro_rules! record {
                 $($(if self.$bounded < 0.0 { return Err(stringify!($bounded)); })*)?
                 Ok(())
             }
-            fn suspicion(&self) -> u64 {
-                0 $(| Numbers::suspicion(&self.$field))* $($(| self.$bounded.to_bits())*)?
+            fn fault_bits(&self) -> u64 {
+                0 $(| Numbers::fault_bits(&self.$field))* $($(| self.$bounded.to_bits())*)?
             }
             fn write(&self, bytes: &mut [u8]) {
                 $(Numbers::write(&self.$field, &mut bytes[$offset..$offset + size_of::<$type>()]);)*
@@ -163,7 +163,7 @@ impl Record for u8 {
     fn check(&self) -> Result<(), &'static str> {
         Ok(())
     }
-    fn suspicion(&self) -> u64 {
+    fn fault_bits(&self) -> u64 {
         0
     }
     fn write(&self, bytes: &mut [u8]) {
@@ -397,8 +397,8 @@ macro_rules! nested {
             fn finite(&self) -> bool {
                 self.check().is_ok()
             }
-            fn suspicion(&self) -> u64 {
-                Record::suspicion(self)
+            fn fault_bits(&self) -> u64 {
+                Record::fault_bits(self)
             }
             fn write(&self, bytes: &mut [u8]) {
                 Record::write(self, bytes);

@@ -32,7 +32,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 pub use playback::{End, Message, Playback};
-pub use recorder::{Recorder, Tape};
+pub use recorder::{Recorder, RecordingSink};
 pub use resume::Moment;
 use serde::{Deserialize, Serialize};
 pub use tap::Tap;

@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use super::playback::Begin;
 use super::rerun::{Reference, closing};
-use super::resume::{Kept, keep, of_run, sift};
+use super::resume::{Kept, keep, of_run, select_before};
 use super::{About, BLOCK, FORMAT, MAGIC, MESSAGE_HEADER, Message, Moment, RecordingError, check};
 use crate::message::control::Party;
 use crate::message::wire::{Grant, Record, StepHeader};
@@ -21,11 +21,11 @@ const UNWRITTEN: Duration = Duration::from_millis(250);
 /// Bytes that may wait for the disk. Beyond, the run waits with them: a recording has everything.
 const WAITING: usize = 64 << 20;
 /// Longest wait until what has crossed is in the file, where somebody asks for that.
-const SETTLING: Duration = Duration::from_secs(10);
+const SYNC_LIMIT: Duration = Duration::from_secs(10);
 /// [`Shared::rounds`] of a recording without a tap.
 const NO_TAP: u64 = u64::MAX;
 /// Messages of each solver by which a run that goes on says hello once more: Configure, Hello and Ready.
-const GREETINGS: [(Kind, u32); 2] = [(Kind::Order, 1), (Kind::Notice, 2)];
+const HANDSHAKE: [(Kind, u32); 2] = [(Kind::Order, 1), (Kind::Notice, 2)];
 
 /// Writes a recording. Dropping it without [`Self::finish`] leaves a recording without an end.
 #[derive(Debug)]
@@ -36,7 +36,7 @@ pub struct Recorder {
 
 /// Where messages are noted.
 #[derive(Debug, Clone)]
-pub struct Tape(Arc<Shared>);
+pub struct RecordingSink(Arc<Shared>);
 
 #[derive(Debug)]
 struct Shared {
@@ -58,9 +58,9 @@ struct State {
     written: u64,
     synced: u64,
     /// Somebody waits until all of it is on disk.
-    settling: bool,
-    /// The run goes on: how many more messages of a channel are only its greetings.
-    greetings: Vec<(Channel, u32)>,
+    syncing: bool,
+    /// The run goes on: how many more messages of a channel are only its handshake.
+    handshake: Vec<(Channel, u32)>,
     /// And the state that the solvers take over is no message of the run.
     resumed: bool,
     /// What crossed when the run was done before.
@@ -91,9 +91,9 @@ impl State {
         true
     }
 
-    /// Whether a message of this channel is only of the greetings of a run that goes on.
-    fn is_greeting(&mut self, channel: Channel) -> bool {
-        let left = self.greetings.iter_mut().find(|(of, _)| *of == channel);
+    /// Whether a message of this channel is only of the handshake of a run that goes on.
+    fn is_handshake(&mut self, channel: Channel) -> bool {
+        let left = self.handshake.iter_mut().find(|(of, _)| *of == channel);
         match left {
             Some((_, left)) if *left > 0 => {
                 *left -= 1;
@@ -157,12 +157,12 @@ impl Recorder {
     /// [`RecordingError`], also when it does not reach so far; then the file is as it was.
     pub fn resume(path: &Path, about: &About, moment: Moment) -> Result<Self, RecordingError> {
         let output = cut(path, &keep(path, about, moment)?)?;
-        let greeting = |channel: &Channel| {
-            let of_kind = GREETINGS.iter().find(|(kind, _)| *kind == channel.kind);
+        let handshake = |channel: &Channel| {
+            let of_kind = HANDSHAKE.iter().find(|(kind, _)| *kind == channel.kind);
             of_kind.map(|(_, messages)| (*channel, *messages))
         };
         let state = State {
-            greetings: Channel::ALL.iter().filter_map(greeting).collect(),
+            handshake: Channel::ALL.iter().filter_map(handshake).collect(),
             resumed: true,
             ..State::default()
         };
@@ -179,7 +179,7 @@ impl Recorder {
             step: grant.first,
             epoch: grant.epoch,
         });
-        let (kept, _) = sift(&mut of_run(path, about)?, moment);
+        let (kept, _) = select_before(&mut of_run(path, about)?, moment);
         let output = cut(path, &kept)?;
         let end = Begin {
             byte: output.bytes,
@@ -216,8 +216,8 @@ impl Recorder {
     }
 
     /// Where messages are noted.
-    pub fn tape(&self) -> Tape {
-        Tape(Arc::clone(&self.shared))
+    pub fn sink(&self) -> RecordingSink {
+        RecordingSink(Arc::clone(&self.shared))
     }
 
     /// Writes what is left, and the end.
@@ -227,7 +227,7 @@ impl Recorder {
     pub fn finish(mut self) -> Result<(), RecordingError> {
         self.shared.lock().finished = true;
         self.close();
-        self.tape().failure().map_or(Ok(()), Err)
+        self.sink().failure().map_or(Ok(()), Err)
     }
 
     fn close(&mut self) {
@@ -248,7 +248,7 @@ impl Drop for Recorder {
     }
 }
 
-impl Tape {
+impl RecordingSink {
     /// Notes a message. Waits only when the disk is [`WAITING`] bytes behind.
     pub(crate) fn note(&self, channel: Channel, header: &StepHeader, records: Records<'_>) {
         let Shared { work, room, .. } = &*self.0;
@@ -259,7 +259,7 @@ impl Tape {
         if state.failure.is_some() {
             return; // it is told elsewhere
         }
-        if state.resumed && state.is_greeting(channel) {
+        if state.resumed && state.is_handshake(channel) {
             return;
         }
         if state.reference.is_some() {
@@ -297,12 +297,12 @@ impl Tape {
         })
     }
 
-    /// Waits until everything that has crossed is on disk, at most [`SETTLING`].
-    pub fn settle(&self) {
+    /// Waits until everything that has crossed is on disk, at most [`SYNC_LIMIT`].
+    pub fn sync(&self) {
         let Shared {
             work, room, rounds, ..
         } = &*self.0;
-        let until = Instant::now() + SETTLING;
+        let until = Instant::now() + SYNC_LIMIT;
         // The round that is under way may have been past a channel when something came; the next one has all of it.
         let after = rounds.load(Ordering::Acquire).saturating_add(2);
         while rounds.load(Ordering::Acquire) < after && Instant::now() < until {
@@ -315,7 +315,7 @@ impl Tape {
             if left.is_zero() {
                 return;
             }
-            state.settling = true;
+            state.syncing = true;
             work.notify_one();
             (state, _) = room
                 .wait_timeout(state, left)
@@ -349,23 +349,23 @@ fn write(shared: &Shared, output: &mut Output) -> Result<(), RecordingError> {
     let mut messages = Vec::new();
     loop {
         let mut state = shared.lock();
-        if state.pending.len() < BLOCK && !state.closed && !state.settling {
+        if state.pending.len() < BLOCK && !state.closed && !state.syncing {
             let waited = shared.work.wait_timeout(state, UNWRITTEN);
             (state, _) = waited.expect("no holder has panicked");
         }
         messages.clear();
         std::mem::swap(&mut messages, &mut state.pending);
         let (closed, finished) = (state.closed, state.finished);
-        let settling = std::mem::take(&mut state.settling);
+        let syncing = std::mem::take(&mut state.syncing);
         drop(state);
         shared.room.notify_all();
         output.write(&messages)?;
-        if settling {
+        if syncing {
             output.sync()?;
         }
         let mut state = shared.lock();
         state.written += messages.len() as u64;
-        if settling {
+        if syncing {
             state.synced = state.written;
         }
         drop(state);

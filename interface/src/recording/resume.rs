@@ -43,7 +43,7 @@ pub(super) struct Kept {
 /// [`RecordingError`], also when it does not reach so far.
 pub(super) fn keep(path: &Path, about: &About, moment: Moment) -> Result<Kept, RecordingError> {
     let mut playback = of_run(path, about)?;
-    let (kept, whole) = sift(&mut playback, moment);
+    let (kept, whole) = select_before(&mut playback, moment);
     if whole {
         return Ok(kept);
     }
@@ -66,8 +66,8 @@ pub(super) fn of_run(path: &Path, about: &About) -> Result<Playback, RecordingEr
 }
 
 /// What of a recording was before `moment`, and whether that is all of it.
-pub(super) fn sift(playback: &mut Playback, moment: Moment) -> (Kept, bool) {
-    let mut sieve = Sieve::new(moment);
+pub(super) fn select_before(playback: &mut Playback, moment: Moment) -> (Kept, bool) {
+    let mut filter = MomentFilter::new(moment);
     let (mut block, mut end, mut rest) = (Begin::default(), None, Vec::new());
     // What is damaged after the moment is not needed; whether all before is there is asked below.
     while let Ok(Some(message)) = playback.message() {
@@ -75,7 +75,7 @@ pub(super) fn sift(playback: &mut Playback, moment: Moment) -> (Kept, bool) {
             block = playback.begin;
             rest.clear();
         }
-        if sieve.keeps(&message) {
+        if filter.keeps(&message) {
             rest.push(message);
         } else {
             end.get_or_insert(block);
@@ -85,11 +85,11 @@ pub(super) fn sift(playback: &mut Playback, moment: Moment) -> (Kept, bool) {
         rest.clear();
     }
     let end = end.unwrap_or(playback.begin);
-    (Kept { end, rest }, sieve.is_whole())
+    (Kept { end, rest }, filter.is_whole())
 }
 
 /// Tells what was before a moment.
-struct Sieve {
+struct MomentFilter {
     moment: Moment,
     /// The coupler has granted the moment's step. What it notes itself has the order in which it happened.
     over: bool,
@@ -99,7 +99,7 @@ struct Sieve {
     answered: Option<u64>,
 }
 
-impl Sieve {
+impl MomentFilter {
     fn new(moment: Moment) -> Self {
         Self {
             moment,

@@ -6,7 +6,7 @@ use std::sync::mpsc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use super::{RecordingError, Tape};
+use super::{RecordingError, RecordingSink};
 use crate::message::{Channel, Kind, Payload};
 use crate::transport::domain::Domain;
 use crate::transport::iceoryx::{self, Medium};
@@ -42,7 +42,11 @@ impl Tap {
     ///
     /// # Errors
     /// [`RecordingError::Tap`].
-    pub fn open(medium: Medium, domain: &Domain, tape: Tape) -> Result<Self, RecordingError> {
+    pub fn open(
+        medium: Medium,
+        domain: &Domain,
+        sink: RecordingSink,
+    ) -> Result<Self, RecordingError> {
         let stop = Arc::new(AtomicBool::new(false));
         let (stopped, domain) = (Arc::clone(&stop), domain.clone());
         let (opened, listening) = mpsc::channel();
@@ -57,23 +61,23 @@ impl Tap {
                         return;
                     }
                 };
-                let mut ends = Recorded::new(ends, tape.clone(), |_| true);
-                tape.tapped(true);
+                let mut ends = Recorded::new(ends, sink.clone(), |_| true);
+                sink.tapped(true);
                 let _ = opened.send(Ok(()));
                 let kinds = [Kind::Envelopes, Kind::Set, Kind::States, Kind::Forces];
                 let mut buffers = kinds.map(Payload::empty);
                 loop {
                     let last = stopped.load(Ordering::Acquire);
                     match drain(&mut ends, &mut buffers) {
-                        Ok(true) => tape.round(),
-                        Ok(false) if last => return tape.tapped(false),
+                        Ok(true) => sink.round(),
+                        Ok(false) if last => return sink.tapped(false),
                         Ok(false) => {
-                            tape.round();
+                            sink.round();
                             std::thread::sleep(NAP);
                         }
                         Err(e) => {
-                            tape.tapped(false);
-                            return tape.fail(RecordingError::Tap(e.to_string()));
+                            sink.tapped(false);
+                            return sink.fail(RecordingError::Tap(e.to_string()));
                         }
                     }
                 }

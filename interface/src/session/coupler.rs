@@ -97,7 +97,7 @@ impl<'a> CouplerSide<'a> {
             Ok(Some(header)) => {
                 let event = Event::Received(channel, header, into.records());
                 self.action = self.machine.on(event);
-                self.welcome(channel.from());
+                self.report_hello(channel.from());
             }
             Err(error) => self.on(Event::Broken(error)),
         }
@@ -105,7 +105,7 @@ impl<'a> CouplerSide<'a> {
     }
 
     /// Tells the run of a hello that it has not heard of.
-    fn welcome(&mut self, party: Party) {
+    fn report_hello(&mut self, party: Party) {
         if let Some(hello) = self.machine.hello(party)
             && !self.joined.contains(&party)
         {

@@ -52,14 +52,14 @@ impl Queue {
 
 /// What is on its way between the parties of one thread.
 #[derive(Debug, Default)]
-struct Hub {
+struct Queues {
     queues: [Queue; CHANNELS],
     coupler_gone: bool,
 }
 
 /// One party's ends within the thread.
 #[derive(Debug, Clone, Default)]
-pub struct Direct(Rc<RefCell<Hub>>);
+pub struct Direct(Rc<RefCell<Queues>>);
 
 impl Direct {
     /// The ends of all parties: clones of one another.
@@ -88,8 +88,8 @@ impl Transport for Direct {
         header: &StepHeader,
         records: Records<'_>,
     ) -> Result<(), TransportError> {
-        let hub = &mut *self.0.borrow_mut();
-        hub.queues[channel.number()].push(header, records);
+        let shared = &mut *self.0.borrow_mut();
+        shared.queues[channel.number()].push(header, records);
         Ok(())
     }
 
@@ -98,8 +98,8 @@ impl Transport for Direct {
         channel: Channel,
         into: &mut Payload,
     ) -> Result<Option<StepHeader>, TransportError> {
-        let hub = &mut *self.0.borrow_mut();
-        Ok(hub.queues[channel.number()].pop(into))
+        let shared = &mut *self.0.borrow_mut();
+        Ok(shared.queues[channel.number()].pop(into))
     }
 
     fn ring(&mut self, _: Party) {}

@@ -10,7 +10,7 @@ pub const NAP: Duration = Duration::from_millis(10);
 
 /// How to wait.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Patience {
+pub struct WaitPolicy {
     /// How long to poll, yielding the processor between looks, before sleeping. Never a spin: with three processes on
     /// two cores a spin holds back the very process that is waited for.
     pub poll: Duration,
@@ -20,7 +20,7 @@ pub struct Patience {
     pub deadline: Duration,
 }
 
-impl Patience {
+impl WaitPolicy {
     /// Polls for 50 us, naps for 10 ms at most, gives up after `deadline`.
     pub fn until(deadline: Duration) -> Self {
         Self {
@@ -39,7 +39,7 @@ impl Patience {
 /// # Errors
 /// What `look`, `alarm` or `expired` say.
 pub fn wait<T, E>(
-    patience: Patience,
+    policy: WaitPolicy,
     mut look: impl FnMut() -> Result<Option<T>, E>,
     mut sleep: impl FnMut(Duration),
     mut alarm: impl FnMut() -> Result<(), E>,
@@ -51,17 +51,17 @@ pub fn wait<T, E>(
     let start = Instant::now();
     loop {
         let window = Instant::now();
-        while window.elapsed() < patience.poll {
+        while window.elapsed() < policy.poll {
             std::thread::yield_now();
             if let Some(found) = look()? {
                 return Ok(found);
             }
         }
         let waited = start.elapsed();
-        if waited >= patience.deadline {
+        if waited >= policy.deadline {
             return Err(expired(waited));
         }
-        sleep(patience.nap.min(patience.deadline.saturating_sub(waited)));
+        sleep(policy.nap.min(policy.deadline.saturating_sub(waited)));
         if let Some(found) = look()? {
             return Ok(found);
         }
@@ -74,10 +74,10 @@ mod tests {
     use super::*;
     use std::cell::Cell;
 
-    fn quick(deadline_ms: u64) -> Patience {
-        Patience {
+    fn quick(deadline_ms: u64) -> WaitPolicy {
+        WaitPolicy {
             poll: Duration::from_micros(10),
-            ..Patience::until(Duration::from_millis(deadline_ms))
+            ..WaitPolicy::until(Duration::from_millis(deadline_ms))
         }
     }
 

@@ -302,7 +302,7 @@ impl Coupler {
                     let message = format!("ready for scene {theirs}, the coupler's is {ours}");
                     return Err(line.broke("S-6", message));
                 }
-                if let Some(message) = ready.readiness.nonsense() {
+                if let Some(message) = ready.readiness.impossible_value() {
                     return Err(line.broke("S-6", message));
                 }
                 line.readiness = Some(ready.readiness);

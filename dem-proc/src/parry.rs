@@ -1,4 +1,4 @@
-//! The seam between nalgebra, which Tandem speaks, and glam, which parry speaks. The only file that names
+//! Converts between the vectors of nalgebra, which Tandem uses, and those of glam, which parry uses. The only file that names
 //! `parry2d_f64` (docs/decisions/0002-parry.md).
 
 use interface::Vec2;

@@ -34,7 +34,7 @@ impl Reference {
 /// The displacement of surfaces since a reference time: a cheap upper bound, and the exact value if the bound is too
 /// coarse.
 #[derive(Debug, Clone, Default)]
-pub struct Odometer {
+pub struct Displacement {
     start: Reference,
     /// Upper bound of the largest displacement since `start` in m: largest speed times step, summed, and replaced by
     /// the exact value when that sum is no longer good enough.
@@ -44,7 +44,7 @@ pub struct Odometer {
     found: Option<f64>,
 }
 
-impl Odometer {
+impl Displacement {
     /// Makes the present poses the reference.
     pub fn reset(&mut self, bodies: &Bodies) {
         self.start.set(bodies);
@@ -77,14 +77,14 @@ impl Odometer {
     }
 
     /// For a saved state.
-    pub fn save(&self) -> SavedOdometer {
+    pub fn save(&self) -> SavedDisplacement {
         let Self {
             start,
             bound,
             found: _, // of an evaluation that nothing has followed
         } = self;
         let poses = start.0.iter().map(|(c, angle)| [c.x, c.y, *angle]);
-        SavedOdometer {
+        SavedDisplacement {
             poses: poses.collect(),
             bound: *bound,
         }
@@ -94,8 +94,8 @@ impl Odometer {
     ///
     /// # Errors
     /// A refusal if it is not of these bodies.
-    pub fn restored(saved: &SavedOdometer, bodies: &Bodies) -> Result<Self, Refusal> {
-        let SavedOdometer { poses, bound } = saved;
+    pub fn restored(saved: &SavedDisplacement, bodies: &Bodies) -> Result<Self, Refusal> {
+        let SavedDisplacement { poses, bound } = saved;
         if !poses.is_empty() {
             count("poses", poses.len(), bodies.len())?;
         }
@@ -110,9 +110,9 @@ impl Odometer {
     }
 }
 
-/// An [`Odometer`] in a saved state.
+/// A [`Displacement`] in a saved state.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct SavedOdometer {
+pub struct SavedDisplacement {
     /// Reference centre (m) and angle (rad) of each body; empty if there is no reference yet.
     poses: Vec<[f64; 3]>,
     /// In m.
