@@ -20,7 +20,8 @@ impl Reference {
             .extend(bodies.state.iter().map(|s| (s.center, s.angle)));
     }
 
-    /// Upper bound of the displacement of any body's surface since, in m: `|c - c_ref| + R |theta - theta_ref|`.
+    /// Upper bound of the displacement of any body's surface since the reference time, in m: `|c - c_ref| + R |theta -
+    /// theta_ref|`.
     fn travelled(&self, bodies: &Bodies) -> f64 {
         let moved = bodies.state.iter().zip(&self.0);
         moved
@@ -36,8 +37,8 @@ impl Reference {
 #[derive(Debug, Clone, Default)]
 pub struct Displacement {
     start: Reference,
-    /// Upper bound of the largest displacement since `start` in m: largest speed times step, summed, and replaced by
-    /// the exact value when that sum is no longer good enough.
+    /// Upper bound of the largest displacement since `start` in m: the sum of largest speed times step. It is replaced
+    /// by the exact value when the sum is too coarse.
     bound: f64,
     /// The last answer. It replaces `bound` only when the bodies move, so that a step that is evaluated twice gets the
     /// same answer twice.
@@ -90,10 +91,10 @@ impl Displacement {
         }
     }
 
-    /// As it was saved.
+    /// Restores what was saved.
     ///
     /// # Errors
-    /// A refusal if it is not of these bodies.
+    /// A refusal if it was saved for other bodies.
     pub fn restored(saved: &SavedDisplacement, bodies: &Bodies) -> Result<Self, Refusal> {
         let SavedDisplacement { poses, bound } = saved;
         if !poses.is_empty() {

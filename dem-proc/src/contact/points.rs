@@ -33,9 +33,9 @@ use mechanics::mass::cross;
 struct Outcome {
     slot: u32,
     body: u32,
-    /// On the point, in N/m.
+    /// Force on the point in N/m.
     force: Vec2,
-    /// On the body, in N.
+    /// Torque on the body in N.
     torque: f64,
     /// `k_n` in N/m.
     stiffness: f64,
@@ -553,7 +553,7 @@ impl<L: Law> PointSide for PointContacts<L> {
                     fresh: _,
                     rebuilt: _,
                 },
-            // Of the configuration.
+            // These belong to the configuration.
             law: _,
             surfaces: _,
             skin: _,

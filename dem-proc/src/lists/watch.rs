@@ -35,7 +35,7 @@ impl Ahead {
         self.time
     }
 
-    /// Of a surface with this speed (m/s), in m.
+    /// Largest displacement of a surface with this speed (m/s), in m.
     pub fn way(&self, speed: f64) -> f64 {
         speed * self.time + self.gained
     }
@@ -94,7 +94,7 @@ impl Watch {
         self.margins.get(body).copied().unwrap_or(self.limit)
     }
 
-    /// Largest distance in m at which two bodies can meet within two steps, if each body has its own margin.
+    /// Largest distance in m at which two bodies can meet within two steps; `None` unless each body has its own margin.
     #[inline]
     pub fn closing(&self, [a, b]: [u32; 2]) -> Option<f64> {
         let own = |b: u32| self.margins.get(b as usize);
@@ -106,7 +106,7 @@ impl Watch {
         !self.margins.is_empty()
     }
 
-    /// The bodies move on with surface speeds up to `speed` (m/s) for `dt` (s).
+    /// The bodies move with surface speeds up to `speed` (m/s) for `dt` (s).
     pub fn advance(&mut self, speed: f64, dt: f64) {
         self.displacement.advance(speed, dt);
     }
@@ -117,10 +117,10 @@ impl Watch {
         (!poses.is_empty()).then(|| bodies.placed(poses.iter().copied()))
     }
 
-    /// For a saved state.
+    /// The data for a saved state.
     pub fn save(&self) -> SavedWatch {
         let Self {
-            skin: _, // of the configuration
+            skin: _, // belongs to the configuration
             limit,
             margins,
             displacement,
@@ -132,10 +132,10 @@ impl Watch {
         }
     }
 
-    /// With the skin of this one, as it was saved.
+    /// Restores what was saved, with the skin of this one.
     ///
     /// # Errors
-    /// A refusal if it is not of these bodies.
+    /// A refusal if it was saved for other bodies.
     pub fn restored(&self, saved: &SavedWatch, bodies: &Bodies) -> Result<Self, Refusal> {
         let SavedWatch {
             limit,
@@ -170,7 +170,7 @@ mod tests {
 
     #[test]
     fn the_displacement_ahead_is_two_steps_of_free_fall() {
-        // From rest: half a kick, a step, a kick, a step a tenth longer.
+        // From rest: half a kick, a step, a kick, and a step that is a tenth longer.
         let (dt, g) = (1e-3, 10.0);
         let first = 0.5 * dt * g;
         let second = first + g * 0.5 * (dt + 1.1 * dt);

@@ -16,15 +16,15 @@ use crate::message::control::Party;
 use crate::message::wire::{Grant, Record, StepHeader};
 use crate::message::{Channel, Kind, Records};
 
-/// Longest time that a message waits in memory while the run goes on: what a killed run loses at most.
+/// Longest time that a message waits in memory while the run continues. A killed run loses no more than this.
 const UNWRITTEN: Duration = Duration::from_millis(250);
-/// Bytes that may wait for the disk. Beyond, the run waits with them: a recording has everything.
+/// Bytes that may wait for the disk. If there are more, the run waits too, because a recording must be complete.
 const WAITING: usize = 64 << 20;
-/// Longest wait until what has crossed is in the file, where somebody asks for that.
+/// Longest wait of [`RecordingSink::sync`].
 const SYNC_LIMIT: Duration = Duration::from_secs(10);
 /// [`Shared::rounds`] of a recording without a tap.
 const NO_TAP: u64 = u64::MAX;
-/// Messages of each solver by which a run that goes on says hello once more: Configure, Hello and Ready.
+/// Messages of each solver that a continued run repeats at its start: Configure, Hello and Ready.
 const HANDSHAKE: [(Kind, u32); 2] = [(Kind::Order, 1), (Kind::Notice, 2)];
 
 /// Writes a recording. Dropping it without [`Self::finish`] leaves a recording without an end.
@@ -34,7 +34,7 @@ pub struct Recorder {
     writer: Option<JoinHandle<()>>,
 }
 
-/// Where messages are noted.
+/// Adds messages to a recording.
 #[derive(Debug, Clone)]
 pub struct RecordingSink(Arc<Shared>);
 
@@ -45,7 +45,7 @@ struct Shared {
     work: Condvar,
     /// There is room again, or something has been written.
     room: Condvar,
-    /// How often the tap has taken everything that there was.
+    /// How often the tap has read every channel to its end.
     rounds: AtomicU64,
 }
 
@@ -53,17 +53,17 @@ struct Shared {
 #[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 struct State {
     pending: Vec<u8>,
-    /// Bytes noted, written, and safely on disk so far.
+    /// Bytes that have been added, written, and are safely on disk.
     noted: u64,
     written: u64,
     synced: u64,
-    /// Somebody waits until all of it is on disk.
+    /// Somebody waits until everything is on disk.
     syncing: bool,
-    /// The run goes on: how many more messages of a channel are only its handshake.
+    /// In a continued run: the number of messages of a channel that still repeat the handshake.
     handshake: Vec<(Channel, u32)>,
-    /// And the state that the solvers take over is no message of the run.
+    /// In a continued run: the state that the solvers restore is not a message of the run.
     resumed: bool,
-    /// What crossed when the run was done before.
+    /// In a run that starts again: what was recorded before.
     reference: Option<Reference>,
     finished: bool,
     /// The recorder has been dropped.
@@ -72,7 +72,7 @@ struct State {
 }
 
 impl State {
-    /// Whether a message was recorded before. One that differs from what was ends the recording.
+    /// Whether a message was recorded before. If it differs from what was recorded, the recording ends.
     fn was_recorded(&mut self, channel: Channel, header: &StepHeader, payload: &[u8]) -> bool {
         let Some(reference) = &mut self.reference else {
             return false;
@@ -91,7 +91,7 @@ impl State {
         true
     }
 
-    /// Whether a message of this channel is only of the handshake of a run that goes on.
+    /// Whether a message of this channel only repeats the handshake in a continued run.
     fn is_handshake(&mut self, channel: Channel) -> bool {
         let left = self.handshake.iter_mut().find(|(of, _)| *of == channel);
         match left {
@@ -104,7 +104,7 @@ impl State {
     }
 }
 
-/// Adds a message as the file has it.
+/// Appends a message in the format of the file.
 fn put(
     bytes: &mut Vec<u8>,
     channel: Channel,
@@ -123,7 +123,7 @@ fn put(
 
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, State> {
-        // Nothing that holds it can panic but for want of memory.
+        // No holder of the lock can panic, unless memory runs out.
         self.state.lock().expect("no holder has panicked")
     }
 
@@ -134,7 +134,7 @@ impl Shared {
 }
 
 impl Recorder {
-    /// Begins a recording at `path`, in the place of what is there.
+    /// Begins a recording at `path`; a file that is there is replaced.
     ///
     /// # Errors
     /// [`RecordingError::File`].
@@ -151,10 +151,10 @@ impl Recorder {
         Self::begin(Output::new(file, path), State::default())
     }
 
-    /// Goes on with the recording at `path` of the same run from a checkpoint of this `moment`.
+    /// Continues the recording at `path` of the same run from a checkpoint at this `moment`.
     ///
     /// # Errors
-    /// [`RecordingError`], also when it does not reach so far; then the file is as it was.
+    /// [`RecordingError`], also if the recording ends before that moment; then the file is unchanged.
     pub fn resume(path: &Path, about: &About, moment: Moment) -> Result<Self, RecordingError> {
         let output = cut(path, &keep(path, about, moment)?)?;
         let handshake = |channel: &Channel| {
@@ -169,8 +169,8 @@ impl Recorder {
         Self::begin(output, state)
     }
 
-    /// Begins the run of the recording at `path` again: what crosses is compared with it as far as it reaches, and added
-    /// beyond. What ended that run is left out.
+    /// Starts the run of the recording at `path` again. Messages are compared with the recording up to its end, and
+    /// added to it after that. The steps that closed the recorded run are left out.
     ///
     /// # Errors
     /// [`RecordingError`].
@@ -215,12 +215,12 @@ impl Recorder {
         })
     }
 
-    /// Where messages are noted.
+    /// The sink to which messages are added.
     pub fn sink(&self) -> RecordingSink {
         RecordingSink(Arc::clone(&self.shared))
     }
 
-    /// Writes what is left, and the end.
+    /// Writes the rest and the end.
     ///
     /// # Errors
     /// The first error of any write.
@@ -249,7 +249,7 @@ impl Drop for Recorder {
 }
 
 impl RecordingSink {
-    /// Notes a message. Waits only when the disk is [`WAITING`] bytes behind.
+    /// Adds a message. It waits only if the disk is [`WAITING`] bytes behind.
     pub(crate) fn note(&self, channel: Channel, header: &StepHeader, records: Records<'_>) {
         let Shared { work, room, .. } = &*self.0;
         let mut state = self.0.lock();
@@ -257,7 +257,7 @@ impl RecordingSink {
             state = room.wait(state).expect("no holder has panicked");
         }
         if state.failure.is_some() {
-            return; // it is told elsewhere
+            return; // the failure is reported elsewhere
         }
         if state.resumed && state.is_handshake(channel) {
             return;
@@ -274,7 +274,7 @@ impl RecordingSink {
         put(pending, channel, header, |pending| records.write(pending));
         let end = pending.len();
         state.noted += (end - begin) as u64;
-        // The writer looks by itself when little is there.
+        // The writer wakes up by itself when there is less than a block.
         if begin < BLOCK && end >= BLOCK {
             work.notify_one();
         }
@@ -286,7 +286,7 @@ impl RecordingSink {
         state.pending.len() > WAITING / 2 && state.failure.is_none()
     }
 
-    /// Steps of the window that was granted next, in a run that begins again.
+    /// The length in steps of the recorded window that comes next, in a run that starts again.
     pub fn next_window(&self) -> Option<u64> {
         let mut state = self.0.lock();
         let reference = state.reference.as_mut()?;
@@ -297,13 +297,14 @@ impl RecordingSink {
         })
     }
 
-    /// Waits until everything that has crossed is on disk, at most [`SYNC_LIMIT`].
+    /// Waits until all messages so far are on disk, for at most [`SYNC_LIMIT`].
     pub fn sync(&self) {
         let Shared {
             work, room, rounds, ..
         } = &*self.0;
         let until = Instant::now() + SYNC_LIMIT;
-        // The round that is under way may have been past a channel when something came; the next one has all of it.
+        // The tap may already have passed a channel in its present round when a message came. The next round reads all
+        // of it.
         let after = rounds.load(Ordering::Acquire).saturating_add(2);
         while rounds.load(Ordering::Acquire) < after && Instant::now() < until {
             std::thread::sleep(Duration::from_micros(500));
@@ -323,13 +324,13 @@ impl RecordingSink {
         }
     }
 
-    /// A tap listens from now on, or no longer.
+    /// A tap begins or ceases to listen.
     pub(super) fn tapped(&self, listens: bool) {
         let rounds = if listens { 0 } else { NO_TAP };
         self.0.rounds.store(rounds, Ordering::Release);
     }
 
-    /// The tap has taken everything that there was.
+    /// The tap has read every channel to its end.
     pub(super) fn round(&self) {
         self.0.rounds.fetch_add(1, Ordering::AcqRel);
     }
@@ -344,7 +345,7 @@ impl RecordingSink {
     }
 }
 
-/// Writes what is noted until the recorder is closed.
+/// Writes the messages that are added until the recorder is closed.
 fn write(shared: &Shared, output: &mut Output) -> Result<(), RecordingError> {
     let mut messages = Vec::new();
     loop {
@@ -376,7 +377,7 @@ fn write(shared: &Shared, output: &mut Output) -> Result<(), RecordingError> {
     }
 }
 
-/// The recording at `path` without what does not stay, to go on with.
+/// Opens the recording at `path` to append to it, without the part that is not kept.
 fn cut(path: &Path, kept: &Kept) -> Result<Output, RecordingError> {
     let open = || {
         let mut file = OpenOptions::new().write(true).open(path)?;
@@ -399,7 +400,7 @@ fn cut(path: &Path, kept: &Kept) -> Result<Output, RecordingError> {
         } = message;
         put(&mut bytes, *channel, header, |bytes| bytes.extend(payload));
     }
-    // What comes after it in the file is damaged for a moment, and then gone.
+    // Until the file is shortened below, the part after it is damaged.
     output.write(&bytes)?;
     let shortened = output.file.set_len(output.bytes);
     shortened
@@ -411,7 +412,7 @@ fn cut(path: &Path, kept: &Kept) -> Result<Output, RecordingError> {
 struct Output {
     file: File,
     path: PathBuf,
-    /// Length of the file as far as it is written here.
+    /// Length of the file that has been written.
     bytes: u64,
     blocks: u64,
     messages: u64,
@@ -435,7 +436,7 @@ impl Output {
         synced.map_err(RecordingError::file("write", &self.path))
     }
 
-    /// Whole messages, in blocks of about [`BLOCK`] bytes.
+    /// Writes whole messages, in blocks of about [`BLOCK`] bytes.
     fn write(&mut self, messages: &[u8]) -> Result<(), RecordingError> {
         let (mut begin, mut at, mut count) = (0, 0, 0);
         while at < messages.len() {

@@ -13,20 +13,20 @@ use crate::transport::iceoryx::{self, Medium};
 use crate::transport::recorded::Recorded;
 use crate::transport::{Transport, TransportError};
 
-/// Sleep between two looks. A channel of a recorded run holds many more messages than cross in this time, so nobody
-/// waits for the tap; and nobody is kept from a processor by it.
+/// Sleep between two looks. A channel of a recorded run has room for many more messages than are sent in this time, so
+/// no solver waits for the tap, and the tap takes no processor from a solver.
 const NAP: Duration = Duration::from_micros(500);
 
-/// A second receiver of every channel between the solvers. Dropping it takes what is left in them first.
+/// A second receiver of every channel between the solvers. When it is dropped, it first reads what is left in them.
 pub struct Tap {
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// Takes everything that is there; whether there was anything. Receiving is recording.
+/// Reads everything that is there; returns whether there was anything. The transport records what it receives.
 fn drain(transport: &mut dyn Transport, buffers: &mut [Payload]) -> Result<bool, TransportError> {
     let mut any = false;
-    // In the order of a step, so that the file has nearly the order of the run.
+    // The order within a step, so that the order in the file is nearly that of the run.
     let kinds = [Kind::Envelopes, Kind::Set, Kind::States, Kind::Forces];
     for (kind, buffer) in kinds.into_iter().zip(buffers) {
         let channel = Channel::of(crate::message::control::Party::Mpm, kind);
@@ -38,7 +38,7 @@ fn drain(transport: &mut dyn Transport, buffers: &mut [Payload]) -> Result<bool,
 }
 
 impl Tap {
-    /// Listens from now on.
+    /// Begins to listen.
     ///
     /// # Errors
     /// [`RecordingError::Tap`].
@@ -53,7 +53,7 @@ impl Tap {
         let thread = std::thread::Builder::new()
             .name("tap".into())
             .spawn(move || {
-                // Ports stay in the thread that made them.
+                // Ports cannot leave the thread that made them.
                 let ends = match iceoryx::listen(medium, &domain) {
                     Ok(ends) => ends,
                     Err(e) => {

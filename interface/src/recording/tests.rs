@@ -28,7 +28,7 @@ fn state(step: u64) -> ImpState {
     }
 }
 
-/// A recording of so many messages, ended or not.
+/// Writes a recording of so many messages, with or without its end.
 fn write(path: &Path, messages: u64, ended: bool) {
     let recorder = Recorder::create(path, &about()).unwrap();
     for step in 0..messages {
@@ -59,7 +59,7 @@ fn assert_first(messages: &[Message]) {
         let [read] = message.records::<ImpState>().unwrap()[..] else {
             panic!("{message:?}");
         };
-        // NaN too: what crossed is recorded, not judged.
+        // NaN is recorded too: a recorder does not check what it records.
         let bits = |s: ImpState| [s.position, s.velocity].map(|v| v.map(f64::to_bits));
         assert_eq!(bits(read), bits(state(step)));
     }
@@ -135,7 +135,7 @@ fn every_flipped_byte_is_detected() {
         flipped[at] ^= 0x10;
         fs::write(&path, flipped).unwrap();
         let told = Playback::verify(&path);
-        // A longer description than there is looks like a file that is no recording.
+        // A description that is said to be longer than the file looks like a file that is not a recording.
         assert!(told.is_err(), "byte {at}: {told:?}");
     }
     let mut longer = whole.clone();
@@ -187,7 +187,7 @@ fn after_an_error_nothing_waits_for_the_disk() {
     assert!(recorder.finish().is_err());
 }
 
-/// D17: a block that announced 4 GiB, with the right sums, was allocated before it was read.
+/// D17: a block that announced 4 GiB, with correct checksums, was allocated before it was read.
 #[test]
 fn a_block_that_announces_more_than_follows_is_torn_or_damaged() {
     let dir = tempfile::tempdir().unwrap();
@@ -217,7 +217,8 @@ fn a_block_that_announces_more_than_follows_is_torn_or_damaged() {
     );
 }
 
-/// Steps `from..to` of a run in windows of `window`, what passes between the solvers noted a window late.
+/// Records steps `from..to` of a run in windows of `window`. The messages between the solvers are recorded a window
+/// late.
 fn steps(sink: &RecordingSink, (from, to): (u64, u64), window: u64) {
     let between = |first: u64, end: u64| {
         for step in first..end {
@@ -266,13 +267,13 @@ fn a_recording_goes_on_from_a_step_without_a_gap_or_a_step_twice() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("r");
     for (window, at) in [(1, 3000), (7, 3500), (64, 64), (64, 4992)] {
-        // The run was killed at step 5000, and goes on from a window before.
+        // The run was killed at step 5000 and continues from a window before.
         let recorder = Recorder::create(&path, &about()).unwrap();
         steps(&recorder.sink(), (0, 5000), window);
         drop(recorder);
         let moment = Moment { step: at, epoch: 0 };
         let recorder = Recorder::resume(&path, &about(), moment).unwrap();
-        // It says hello once more, and takes over its state.
+        // The handshake is repeated, and the state is restored.
         for (kind, records) in [
             (Kind::Order, Records::Order(&[1])),
             (Kind::Notice, Records::Notice(&[2])),
@@ -298,7 +299,7 @@ fn a_recording_goes_on_from_a_step_without_a_gap_or_a_step_twice() {
         let grants = of_kind(&messages, Kind::Grant);
         assert!(grants.is_sorted() && grants.len() == of_kind(&messages, Kind::Report).len());
     }
-    // It does not reach so far.
+    // The recording ends before this step.
     let far = Moment {
         step: 7000,
         epoch: 0,

@@ -9,7 +9,7 @@ use crate::message::{Channel, Payload, Records};
 use crate::recording::RecordingSink;
 use crate::transport::liveness::Hold;
 
-/// Notes every message that is sent or received through it, of the channels that it is to note.
+/// Records every message that is sent or received through it, on the channels that `notes` selects.
 pub struct Recorded<T> {
     inner: T,
     sink: RecordingSink,
@@ -17,7 +17,7 @@ pub struct Recorded<T> {
 }
 
 impl<T: Transport> Recorded<T> {
-    /// Wraps `inner` and records the channels that `notes` selects on `sink`.
+    /// Wraps `inner` and adds to `sink` the messages of the channels that `notes` selects.
     pub fn new(inner: T, sink: RecordingSink, notes: fn(Channel) -> bool) -> Self {
         Self { inner, sink, notes }
     }

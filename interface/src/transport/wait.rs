@@ -1,27 +1,27 @@
-//! Waiting for another process: poll and yield for a while, then sleep on its bell, look again, and give up at the
-//! deadline (docs/decisions/0006-waiting.md; measurements in MEASURED.md section 4).
+//! Waiting for another process: poll for a while, then sleep on its bell, look again, and give up at the deadline
+//! (docs/decisions/0006-waiting.md; measurements in MEASURED.md section 4).
 
 use std::time::{Duration, Instant};
 
-/// How long to poll, yielding the processor between looks, before sleeping.
+/// How long to look again and again before sleeping, yielding the processor between the looks.
 pub const POLL: Duration = Duration::from_micros(50);
-/// Longest sleep before looking again. iceoryx2 0.10 can lose a wakeup, so none is trusted.
+/// Longest sleep before looking again. iceoryx2 0.10 can lose a wakeup, so no wait relies on one.
 pub const NAP: Duration = Duration::from_millis(10);
 
 /// How to wait.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WaitPolicy {
-    /// How long to poll, yielding the processor between looks, before sleeping. Never a spin: with three processes on
-    /// two cores a spin holds back the very process that is waited for.
+    /// How long to look again and again before sleeping. Between the looks the processor is yielded: with three
+    /// processes on two cores a spin would hold back the process that is waited for.
     pub poll: Duration,
-    /// Longest sleep before looking again. iceoryx2 0.10 can lose a wakeup, so none is trusted.
+    /// Longest sleep before looking again. iceoryx2 0.10 can lose a wakeup, so no wait relies on one.
     pub nap: Duration,
     /// Longest wait in all.
     pub deadline: Duration,
 }
 
 impl WaitPolicy {
-    /// Polls for 50 us, naps for 10 ms at most, gives up after `deadline`.
+    /// Polls for 50 us, sleeps for at most 10 ms at a time, and gives up after `deadline`.
     pub fn until(deadline: Duration) -> Self {
         Self {
             poll: POLL,
@@ -33,11 +33,11 @@ impl WaitPolicy {
 
 /// Waits until `look` finds something.
 ///
-/// `sleep` blocks for at most the given time or until rung. After each sleep `alarm` may end the wait with an error:
-/// the place to notice an abort or a death. At the deadline the error is `expired(time waited)`.
+/// `sleep` blocks for at most the given time or until the bell rings. After each sleep `alarm` may end the wait with an
+/// error, for an abort or the end of a process. At the deadline the error is `expired(time waited)`.
 ///
 /// # Errors
-/// What `look`, `alarm` or `expired` say.
+/// The errors of `look`, `alarm` or `expired`.
 pub fn wait<T, E>(
     policy: WaitPolicy,
     mut look: impl FnMut() -> Result<Option<T>, E>,
