@@ -35,7 +35,7 @@ fn main() -> ExitCode {
         complain(format_args!("warning: {error}"));
     }
     let code = obey(Cli::parse().command);
-    logging::settle();
+    logging::sync();
     terminal::settled(code)
 }
 

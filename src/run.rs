@@ -214,7 +214,7 @@ fn finish(
     }
     say(format_args!("results in {}", place.display()));
     if scene.output.report {
-        logging::settle();
+        logging::sync();
         match dir.report() {
             Ok(_) => report::at_the_end_of(place),
             Err(error) => complain(format_args!("warning: no report: {error}")),

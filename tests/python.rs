@@ -491,9 +491,9 @@ fn yade_takes_discs_too() {
 }
 
 /// YADE's grid connections slide by another way (docs/solver-authors.md), so with friction the two differ by some
-/// percent; the books balance all the same.
+/// percent; the energies balance all the same.
 #[test]
-fn yade_with_friction_keeps_the_books_and_comes_near() {
+fn yade_with_friction_balances_its_energies_and_comes_near() {
     let Some(yade) = yade_dem() else { return };
     let rough = [&["--variant", "rough"], &COLLISION[..]].concat();
     let (_place, [rust, yade]) = both(TUMBLE, &yade, &rough);

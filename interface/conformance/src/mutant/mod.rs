@@ -3,8 +3,8 @@
 //! A mutant is a right solver that talks through a transport of its own. That passes every message on as it is, but for
 //! what its [`Flaw`] does.
 
+pub mod change;
 pub mod flaw;
-pub mod spoil;
 mod transport;
 
 use interface::core::SessionError;

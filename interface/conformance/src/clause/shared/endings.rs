@@ -10,7 +10,7 @@ use rustix::process::{Pid, Signal, kill_process};
 use super::run::{Run, order};
 use crate::bench::{Bench, Session, Start};
 use crate::clause::Clause;
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::part::notes;
 use crate::verdict::{Judgement, Unmet, broken, require};
 
@@ -19,7 +19,7 @@ pub const CLAUSES: &[Clause] = &[
         ends(Run::begun(bench)?.into_lead().aborted()?)
     })
     .mutant("ignores Abort", || {
-        spoil::deaf_to(|order| matches!(order, Ok(Order::Abort(_))))
+        change::ignoring(|order| matches!(order, Ok(Order::Abort(_))))
     }),
     Clause::must(
         "S-9b",
@@ -74,7 +74,7 @@ pub const CLAUSES: &[Clause] = &[
         Flaw::configure(|configure| configure.deadline = 600.0)
     })
     .mutant("does not name the party that sends nothing", || {
-        spoil::words("dem", "other").with(spoil::words("mpm", "other"))
+        change::words("dem", "other").with(change::words("mpm", "other"))
     }),
     Clause::must(
         "S-11b",
@@ -90,7 +90,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("X-1a", "a failure names clause and step", named)
         .after(&["G-2a"])
         .mutant("does not say which clause", || {
-            spoil::words("G-2", "a clause")
+            change::words("G-2", "a clause")
         }),
     Clause::must("X-2a", "ends with status 0 after Close", |bench| {
         status(Run::begun(bench)?.into_lead().closed()?, 0)
