@@ -29,9 +29,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use interface::core::SessionError;
+use interface::core::coupler::Standing;
 use interface::message::control::Party;
 use interface::message::{Channel, Kind};
-use interface::recording::{About, Recorder, Tap, Tape, reaches};
+use interface::recording::{About, Recorder, RecordingSink, Tap, reaches};
 use interface::session::solver::Clocked;
 use interface::session::together::Together;
 use interface::session::turns::drive;
@@ -39,7 +40,7 @@ use interface::session::{CouplerSide, DemSide, MpmSide};
 use interface::solver::{DemSolver, MpmSolver};
 use interface::transport::Transport;
 use interface::transport::direct::Direct;
-use interface::transport::domain::OwnedDomain;
+use interface::transport::domain::{Domain, OwnedDomain};
 use interface::transport::iceoryx::{self, Medium, SEND_TIMEOUT};
 use interface::transport::recorded::Recorded;
 
@@ -136,15 +137,15 @@ fn run_from(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Origin) -> 
     let shared_thread = matches!(options.solvers, Solvers::InProcess { .. });
     let mut account = Account::new(scene, shared_thread);
     let ended = recorder(scene, options, dir, &from).and_then(|recorder| {
-        let tape = recorder.as_ref().map(Recorder::tape);
+        let sink = recorder.as_ref().map(Recorder::sink);
         let ended = Run::new(scene, options, dir, &mut account, from).and_then(|mut run| {
-            run.outputs.tape.clone_from(&tape);
+            run.outputs.sink.clone_from(&sink);
             let outcome = match &options.solvers {
                 Solvers::Processes { mpm, dem } => {
                     let commands = BTreeMap::from([(Party::Mpm, mpm), (Party::Dem, dem)]);
-                    processes(&mut run, &commands, tape)
+                    processes(&mut run, &commands, sink)
                 }
-                Solvers::InProcess { mpm, dem } => in_process(&mut run, *mpm, *dem, tape),
+                Solvers::InProcess { mpm, dem } => in_process(&mut run, *mpm, *dem, sink),
             };
             run.end(outcome)
         });
@@ -211,7 +212,7 @@ fn noted(channel: Channel) -> bool {
 fn processes(
     run: &mut Run<'_>,
     commands: &BTreeMap<Party, &Vec<String>>,
-    tape: Option<Tape>,
+    sink: Option<RecordingSink>,
 ) -> Result<(), RunError> {
     let parties = run.parties().to_vec();
     // In the order in which they are dropped: ports before the channels, the channels before the directory.
@@ -224,7 +225,7 @@ fn processes(
         Some(cause) => RunError::SharedMemory { error, cause },
         None => RunError::from(error),
     };
-    let channels = iceoryx::create(Medium::Processes, names, &parties, tape.is_some())
+    let channels = iceoryx::create(Medium::Processes, names, &parties, sink.is_some())
         .map_err(|error| told(error.into(), &Segments::none()))?;
     let segments = Segments::of(names, &channels);
     run.resources.shared_memory = Some(SharedMemory::new(names.clone(), segments.clone()));
@@ -237,27 +238,20 @@ fn processes(
         SEND_TIMEOUT,
     )
     .map_err(|error| caused(error.into()))?;
-    // One that could not save its state does again what it did, before anybody else takes part.
-    let replayed = run.to_replay().map(|party| {
-        run.resources
-            .processes
-            .start(party, commands[&party], names)?;
-        run.replay(party, names, &mut *coupler)
-    });
-    let (mut verdict, standing) = match replayed.transpose() {
+    let (mut verdict, standing) = match replayed(run, commands, names, &mut *coupler) {
         Ok(standing) => (Ok(()), standing),
         Err(RunError::Session(error)) => (Err(caused(error)), None),
         Err(error) => (Err(error), None),
     };
-    let mut tap = match &tape {
-        Some(tape) if parties.len() == 2 => {
-            let tap = Tap::open(Medium::Processes, names, tape.clone());
+    let mut tap = match &sink {
+        Some(sink) if parties.len() == 2 => {
+            let tap = Tap::open(Medium::Processes, names, sink.clone());
             Some(tap.map_err(|error| caused(error.into()))?)
         }
         _ => None,
     };
-    let mut transport: Box<dyn Transport> = match tape {
-        Some(tape) => Box::new(Recorded::new(coupler, tape, noted)),
+    let mut transport: Box<dyn Transport> = match sink {
+        Some(sink) => Box::new(Recorded::new(coupler, sink, noted)),
         None => coupler,
     };
     let stands = |party| standing.as_ref().is_some_and(|s| s.party() == party);
@@ -288,12 +282,29 @@ fn processes(
     verdict
 }
 
+/// Starts the solver that could not save its state, if there is one, and brings it to the step of the checkpoint before the
+/// other one takes part.
+fn replayed(
+    run: &mut Run<'_>,
+    commands: &BTreeMap<Party, &Vec<String>>,
+    names: &Domain,
+    coupler: &mut dyn Transport,
+) -> Result<Option<Standing>, RunError> {
+    let Some(party) = run.to_replay() else {
+        return Ok(None);
+    };
+    run.resources
+        .processes
+        .start(party, commands[&party], names)?;
+    run.replay(party, names, coupler).map(Some)
+}
+
 /// The solvers in this thread.
 fn in_process(
     run: &mut Run<'_>,
     mpm: fn() -> Box<dyn MpmSolver>,
     dem: fn() -> Box<dyn DemSolver>,
-    tape: Option<Tape>,
+    sink: Option<RecordingSink>,
 ) -> Result<(), RunError> {
     if let Some(party) = run.to_replay() {
         let why = format!("it has no state of the {party}, a process of its own");
@@ -305,13 +316,13 @@ fn in_process(
     let mut mpm = takes_part(Party::Mpm).then(|| MpmSide::new(&mut *continuum, Clocked::Shared));
     let mut dem = takes_part(Party::Dem).then(|| DemSide::new(&mut *bodies, Clocked::Shared));
     let hub = Direct::new();
-    let [mut to_coupler, mut to_mpm, mut to_dem]: [Box<dyn Transport>; 3] = match tape {
-        Some(tape) => [
-            Box::new(Recorded::new(hub.clone(), tape.clone(), noted)),
+    let [mut to_coupler, mut to_mpm, mut to_dem]: [Box<dyn Transport>; 3] = match sink {
+        Some(sink) => [
+            Box::new(Recorded::new(hub.clone(), sink.clone(), noted)),
             // Every message once: the coupler records its own, the continuum those between the solvers.
             Box::new(Recorded::new(
                 hub.clone(),
-                tape,
+                sink,
                 Channel::is_between_solvers,
             )),
             Box::new(hub),

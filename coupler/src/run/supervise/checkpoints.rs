@@ -21,7 +21,7 @@ impl Run<'_> {
         let mut unable = self.parties.iter().filter(|p| !coupler.can(**p, SAVE));
         if let Some(party) = unable.next() {
             let other_can = self.parties.len() == 2 && unable.next().is_none();
-            if !other_can || self.outputs.tape.is_none() {
+            if !other_can || self.outputs.sink.is_none() {
                 if plan.is_some() {
                     tracing::warn!("no checkpoints: the {party} cannot save its state");
                 }
@@ -38,7 +38,7 @@ impl Run<'_> {
             plan,
             self.dir,
             time,
-            self.outputs.tape.clone(),
+            self.outputs.sink.clone(),
         ));
     }
 
@@ -95,7 +95,7 @@ impl Run<'_> {
         });
         let states: Vec<_> = states.collect();
         let saved: Vec<Party> = states.iter().map(|(party, _)| *party).collect();
-        let mut about = About::of(self.scene, &saved, self.outputs.tape.is_some());
+        let mut about = About::of(self.scene, &saved, self.outputs.sink.is_some());
         about.step = self.account.clock.index();
         about.time = self.account.clock.time();
         about.kept = self.checkpoints.kept;

@@ -54,8 +54,8 @@ impl Run<'_> {
         drive(&mut side, &mut transport);
         side.take_verdict()?;
         let standing = side.hand_over(party).expect("it was handed over");
-        if let Some(tape) = &self.outputs.tape {
-            tape.has_greeted(party);
+        if let Some(sink) = &self.outputs.sink {
+            sink.has_greeted(party);
         }
         let seconds = began.elapsed().as_secs_f64();
         tracing::info!(%party, steps = step, seconds, "the {party} is where it was");
