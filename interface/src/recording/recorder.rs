@@ -280,11 +280,11 @@ impl RecordingSink {
         }
     }
 
-    /// In a run that goes on, `solver` has said hello where nothing is noted: what comes from it now is of the run.
-    pub fn has_greeted(&self, solver: Party) {
+    /// In a continued run: the handshake with `solver` was not recorded, so all its messages from now on are of the run.
+    pub fn had_its_handshake(&self, solver: Party) {
         let mut state = self.0.lock();
         state
-            .greetings
+            .handshake
             .retain(|(channel, _)| !channel.is_of(solver));
     }
 

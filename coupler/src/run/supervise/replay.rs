@@ -55,7 +55,7 @@ impl Run<'_> {
         side.take_verdict()?;
         let standing = side.hand_over(party).expect("it was handed over");
         if let Some(sink) = &self.outputs.sink {
-            sink.has_greeted(party);
+            sink.had_its_handshake(party);
         }
         let seconds = began.elapsed().as_secs_f64();
         tracing::info!(%party, steps = step, seconds, "the {party} is where it was");
