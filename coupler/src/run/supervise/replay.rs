@@ -52,8 +52,9 @@ impl Run<'_> {
         };
         let mut side = CouplerSide::new(&[party], &mut replay);
         drive(&mut side, &mut transport);
+        let standing = side.hand_over(party);
         side.take_verdict()?;
-        let standing = side.hand_over(party).expect("it was handed over");
+        let standing = standing.expect("a session that ended well was handed over");
         if let Some(sink) = &self.outputs.sink {
             sink.had_its_handshake(party);
         }
