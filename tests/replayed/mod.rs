@@ -134,7 +134,7 @@ fn the_recording_is_played_to_a_solver_that_cannot_save_and_the_other_one_goes_o
         second.end();
         let from = step_of(checkpoints(&dir).last().unwrap());
         let ended = resume(&place, "killed").expect(0);
-        ended.says(&[&format!("the recording is played to the {unable}")]);
+        let ended = ended.says(&[&format!("the recording is played to the {unable}")]);
         place.assert_clean(&ended.runs);
         assert_same(&dir, &place.path("whole"));
         assert_eq!(recorded(&dir), recorded(&place.path("whole")));
