@@ -62,6 +62,24 @@ fn records_in_python_are_laid_out_as_in_rust() {
     assert_eq!(*hash, layout_hash());
 }
 
+/// The comparison with other codes ended in an `UnboundLocalError`, wherever the program was.
+#[test]
+fn the_comparison_with_peers_says_where_it_looked_for_the_program() {
+    if !python(&["-c", "pass"]) {
+        println!("skipped: there is no python3");
+        return;
+    }
+    let mut run = Command::new("python3");
+    run.arg(root().join("bench/peers/run"));
+    let ended = run.args(["--tandem", "/nowhere/tandem"]).output().unwrap();
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(1), "{said}");
+    assert!(
+        said.starts_with("there is no program at /nowhere/tandem"),
+        "{said}"
+    );
+}
+
 /// The configuration as `tandem_solver` fills it in.
 fn filled_in(side: &str, said: &str) -> String {
     let program = format!(

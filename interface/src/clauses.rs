@@ -79,6 +79,7 @@ pub const CLAUSES: &[Clause] = &[
     row("O-5", Must, ALL, "The coupler creates every channel and bell; a solver creates none", &[]),
     row("O-6", Must, ALL, "The coupler removes the run's files; a solver removes nothing", &[Kit]),
     row("O-7", Must, COUPLER, "The process ids of the parties are in the run's directory", &[]),
+    row("O-8", Should, SOLVERS, "A solver locks a file of its own in the run's directory before it makes anything in shared memory, until it has closed its ports", &[Kit]),
     row("C-1", Must, ALL, "Quality of service of every channel; a solver asks for these numbers as minimum values", &[Transport, Kit]),
     row("C-2", Must, ALL, "Type names, sizes and alignments of records and header", &[Transport]),
     row("C-3", Must, ALL, "Every channel carries the hash of the layout lines as an attribute, and a solver requires that attribute", &[Transport]),

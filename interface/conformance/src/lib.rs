@@ -42,6 +42,7 @@ pub mod bench;
 pub mod clause;
 pub mod mutant;
 mod options;
+mod part;
 pub mod profile;
 mod queue;
 pub mod replay;

@@ -8,8 +8,10 @@ pub mod direct;
 pub mod domain;
 pub mod iceoryx;
 pub mod liveness;
+mod names;
 pub mod raw;
 pub mod recorded;
+pub mod remains;
 pub mod wait;
 
 use std::time::Duration;

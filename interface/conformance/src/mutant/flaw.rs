@@ -63,6 +63,8 @@ pub struct ProcessFlaws {
     pub never_looks_up: bool,
     /// Does not look whether the coupler lives between a grant and the report.
     pub never_looks_up_in_a_step: bool,
+    /// Does not keep the file by which it notes that it takes part.
+    pub joins_without_note: bool,
     /// Removes the run's lock when it ends.
     pub removes_the_lock: bool,
     /// Waits for the next grant for ever.

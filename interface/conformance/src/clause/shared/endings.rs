@@ -11,6 +11,7 @@ use super::run::{Run, order};
 use crate::bench::{Bench, Session, Start};
 use crate::clause::Clause;
 use crate::mutant::{Flaw, change};
+use crate::part::notes;
 use crate::verdict::{Judgement, Unmet, broken, require};
 
 pub const CLAUSES: &[Clause] = &[
@@ -122,6 +123,11 @@ pub const CLAUSES: &[Clause] = &[
         .of_processes()
         .mutant("removes the run's lock", || {
             Flaw::process(|m| m.removes_the_lock = true)
+        }),
+    Clause::should("O-8a", "holds the lock that notes its part", noted)
+        .of_processes()
+        .mutant("removes its note", || {
+            Flaw::process(|m| m.joins_without_note = true)
         }),
 ];
 
@@ -311,4 +317,20 @@ fn removes_nothing(bench: &Bench) -> Judgement {
     // The channels are still there: what is sent waits for somebody to take it.
     session.send(&Message::order(&Order::Close))?;
     Ok("the run's directory, lock and channels are there".into())
+}
+
+fn noted(bench: &Bench) -> Judgement {
+    let run = Run::begun(bench)?;
+    let kit = std::process::id();
+    // The kit takes part as the peer.
+    let notes = notes(run.session.raw_run.domain());
+    let held = notes.filter(|note| note.pid != kit && note.is_locked());
+    let held: Vec<String> = held.map(|note| note.pid.to_string()).collect();
+    require(
+        !held.is_empty(),
+        "a locked file `joined-PID.X` in the run's directory",
+        "none but the kit's own",
+    )?;
+    run.into_lead().closed()?;
+    Ok(format!("locked by process {}", held.join(", ")))
 }
