@@ -180,7 +180,7 @@ pub enum Since {
     /// From the start of the first run.
     #[default]
     Ever,
-    /// From these values, of the continuum and of the bodies.
+    /// From the next measurement.
     Next,
     /// From these values, of the continuum and of the bodies.
     Here([Sums; 2]),
