@@ -1,4 +1,4 @@
-//! What the continuum says of the largest stable step (docs/physics.md section 4).
+//! The continuum's contribution to the largest stable step (docs/physics.md section 4).
 //!
 //! The grid's motion without contact is `M a = -K u`, `K = sum_p V_p B_p^T C_p B_p`, with lumped masses that split into
 //! those of the points, `M = sum_p M_p`, `(M_p)_II = m_p S_Ip`. By the element eigenvalue theorem the largest squared
@@ -15,7 +15,8 @@
 //! `g diag(1, 1, 2)` in the order xx, yy, xy, with `g` the largest value of either axis
 //! ([`Shape::stiffest`]): the bound is `g` times [`crate::material::Material::stiffness_over_density`].
 //!
-//! Sharper bounds were tried, from the masses that nodes really have; they do not pay (`docs/decisions/0012`).
+//! Sharper bounds from the actual masses of the nodes were tried; they cost more than they save
+//! (`docs/decisions/0012`).
 //!
 //! A scheme that keeps velocities on points applies `S M^-1 S^T M_p` between steps, whose eigenvalues lie between 0 and
 //! 1, so it can only lower these frequencies.
@@ -31,7 +32,7 @@ use crate::kernel::transfer::Transfer;
 use crate::state::contact::ContactLoad;
 use crate::state::continuum::Continuum;
 
-/// The limits for the next step, with what contact adds in this one.
+/// The limits for the next step, with the contribution of contact in this step.
 pub fn limits<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
     load: ContactLoad,

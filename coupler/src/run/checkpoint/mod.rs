@@ -14,15 +14,15 @@ pub(crate) use state::{CouplerState, Phase, UnderWay};
 
 use branch::Branch;
 
-/// What a run begins with.
+/// The state with which a run begins.
 #[derive(Debug)]
 pub(crate) enum Origin {
-    /// What its scene describes.
+    /// That of its scene.
     Scene,
-    /// The same, and its recording has what it did before.
+    /// The same; messages are compared with its recording.
     Recording,
-    /// The state of the same run.
+    /// A state of the same run.
     Itself(Box<Checkpoint>),
-    /// The state of another run.
+    /// A state of another run.
     Another(Box<Branch>),
 }
