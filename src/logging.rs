@@ -35,9 +35,9 @@ fn ours(level: Level) -> Targets {
 static LOG: OnceLock<LogFile> = OnceLock::new();
 
 /// Waits until every line of the log so far is in its file.
-pub fn settle() {
+pub fn sync() {
     if let Some(log) = LOG.get() {
-        log.settle();
+        log.sync();
     }
 }
 

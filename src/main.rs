@@ -35,7 +35,7 @@ fn main() -> ExitCode {
         complain(format_args!("warning: {error}"));
     }
     let code = obey(Cli::parse().command);
-    logging::settle();
+    logging::sync();
     terminal::settled(code)
 }
 
@@ -59,7 +59,7 @@ fn obey(command: Command) -> ExitCode {
         Command::Conformance(args) => conformance::judge(&args),
         Command::Plot(args) => studies::plot(&args),
         Command::Clean => {
-            let swept = interface::transport::domain::sweep();
+            let swept = interface::transport::remains::sweep();
             say(format_args!(
                 "removed the files of {} dead run(s)",
                 swept.len()

@@ -25,7 +25,7 @@ pub fn run(args: &ReplayArgs) -> ExitCode {
         Ok(subject) => subject,
         Err(error) => return complain(&error, BAD_INPUT),
     };
-    let interrupted = interface::transport::domain::sweep();
+    let interrupted = interface::transport::remains::sweep();
     if !interrupted.is_empty() {
         terminal::complain(format_args!(
             "removed the files of {} dead run(s)",

@@ -171,7 +171,7 @@ fn with_advice(error: &RunDirError) -> String {
 
 /// What is said and done before any run.
 fn begin(scene: &Scene, out: &Path) {
-    for id in interface::transport::domain::sweep() {
+    for id in interface::transport::remains::sweep() {
         tracing::info!("removed the files of the dead run {id}");
     }
     for warning in &scene.warnings {
@@ -214,7 +214,7 @@ fn finish(
     }
     say(format_args!("results in {}", place.display()));
     if scene.output.report {
-        logging::settle();
+        logging::sync();
         match dir.report() {
             Ok(_) => report::at_the_end_of(place),
             Err(error) => complain(format_args!("warning: no report: {error}")),

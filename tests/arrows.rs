@@ -163,8 +163,8 @@ fn wrong_arrows(arrows: &Arrows) -> Vec<String> {
 fn strangers_with_transport(arrows: &Arrows) -> Vec<String> {
     let mut wrong = Vec::new();
     for (name, dependencies) in arrows.iter().filter(|(name, _)| *name != "interface") {
-        for seam in ["iceoryx2", "bincode"] {
-            for dependency in dependencies.iter().filter(|d| d.starts_with(seam)) {
+        for outside in ["iceoryx2", "bincode"] {
+            for dependency in dependencies.iter().filter(|d| d.starts_with(outside)) {
                 wrong.push(format!("{name} depends on {dependency}"));
             }
         }
@@ -237,7 +237,7 @@ fn misplaced_names(sources: &[Source]) -> Vec<String> {
     for source in sources.iter().filter(|s| s.is_rust()) {
         let transport = TRANSPORT.contains(&source.path.as_str());
         let codec = source.path == "interface/src/message/codec.rs";
-        let parry = source.path == "dem-proc/src/seam.rs";
+        let parry = source.path == "dem-proc/src/parry.rs";
         let rules = [
             ("iceoryx2", transport),
             ("bincode", codec),
@@ -384,7 +384,7 @@ fn only_interface_depends_on_transport_and_codec() {
 fn transport_codec_and_parry_are_named_in_their_files_only() {
     let sources = sources();
     none(&misplaced_names(&sources));
-    let parry = |s: &Source| s.path == "dem-proc/src/seam.rs" && s.text.contains("parry2d");
+    let parry = |s: &Source| s.path == "dem-proc/src/parry.rs" && s.text.contains("parry2d");
     assert!(sources.iter().any(parry));
 }
 
@@ -548,7 +548,7 @@ mod the_rules_can_fail {
         assert_eq!(at("interface/src/transport/domain.rs", codec), 1);
         assert_eq!(at("interface/conformance/src/lib.rs", transport), 1);
         let parry = concat!("use parr", "y2d_f64::query::distance;");
-        assert_eq!(at("dem-proc/src/seam.rs", parry), 0);
+        assert_eq!(at("dem-proc/src/parry.rs", parry), 0);
         assert_eq!(at("dem-proc/src/contact/overlap.rs", parry), 1);
         assert_eq!(at("coupler/src/run.rs", transport), 1);
         assert_eq!(at("coupler/src/run.rs", codec), 1);
@@ -578,8 +578,8 @@ mod the_rules_can_fail {
         assert_eq!(unsafe_roots(&[bare]).len(), 1);
         let mentioned = Source::new("src/main.rs", "// #![forbid(unsafe_code)]\n");
         assert_eq!(unsafe_roots(&[mentioned]).len(), 1);
-        let seam = Source::new("interface/src/lib.rs", "//! A crate.\n");
-        assert_eq!(unsafe_roots(&[seam]).len(), 0);
+        let root = Source::new("interface/src/lib.rs", "//! A crate.\n");
+        assert_eq!(unsafe_roots(&[root]).len(), 0);
     }
 
     #[test]

@@ -77,7 +77,7 @@ name = "no energy is created"
 value = "energy.residual_relative"
 when = "max"
 at_most = 0.01
-source = "of the energy in play; the books begin with the run"
+source = "of the energy in play; the ledger begins with the run"
 
 [[check]]
 name = "momentum is conserved"

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use conformance::bench::{PATIENCE, Start, Subject};
 use conformance::clause::{self, Clause, NamedMutant};
-use conformance::mutant::{Flaw, Host, Pass, ProcessFlaws, serve, spoil};
+use conformance::mutant::{Flaw, Host, Pass, ProcessFlaws, change, serve};
 use conformance::profile::{Profile, profiles};
 use conformance::verdict::Verdict;
 use conformance::{Examination, Options, examine};
@@ -61,7 +61,7 @@ impl Of {
         let Some(profile) = self.profile else {
             return flaw;
         };
-        let modest = spoil::hello(move |hello| hello.capabilities = profile.capabilities());
+        let modest = change::hello(move |hello| hello.capabilities = profile.capabilities());
         Flaw {
             process: flaw.process,
             ..modest.with(flaw)
@@ -81,29 +81,31 @@ fn judge(subject: &Subject, only: Vec<String>) -> Examination {
     examine(subject, &options(only), |_| ()).expect("a kit that starts")
 }
 
-/// Which way a message passes.
+/// The direction in which a message passes.
 #[derive(Clone, Copy)]
-enum Way {
+enum Direction {
     In,
     Out,
 }
 
 /// What passed without a flaw in one session, in order.
-type Tape = Arc<Mutex<Vec<(Way, Message)>>>;
+type MessageLog = Arc<Mutex<Vec<(Direction, Message)>>>;
 
-/// Changes nothing and notes what passes on a tape of its own.
-fn listening(tapes: &Mutex<Vec<Tape>>) -> Flaw {
-    let tape = Tape::default();
-    tapes.lock().expect("no panic").push(tape.clone());
-    let note = |tape: Tape, way: Way| -> Pass {
+/// Changes nothing and adds what passes to a log of its own.
+fn listening(logs: &Mutex<Vec<MessageLog>>) -> Flaw {
+    let log = MessageLog::default();
+    logs.lock().expect("no panic").push(log.clone());
+    let note = |log: MessageLog, direction: Direction| -> Pass {
         Box::new(move |message| {
-            tape.lock().expect("no panic").push((way, message.clone()));
+            log.lock()
+                .expect("no panic")
+                .push((direction, message.clone()));
             vec![message]
         })
     };
     Flaw {
-        inbound: note(tape.clone(), Way::In),
-        outbound: note(tape, Way::Out),
+        inbound: note(log.clone(), Direction::In),
+        outbound: note(log, Direction::Out),
         ..Flaw::none()
     }
 }
@@ -114,7 +116,7 @@ const A_WHILE: Duration = Duration::from_millis(4);
 /// A clause that a solver without a flaw keeps, with the sessions in which that was seen.
 struct Kept {
     clause: &'static Clause,
-    sessions: Vec<Tape>,
+    sessions: Vec<MessageLog>,
 }
 
 impl Kept {
@@ -122,17 +124,21 @@ impl Kept {
     /// (T-6a), so where a flaw passes on all that passed without it, the mutant is told and answers what was told and
     /// answered without it, and the clause is kept: nothing has to be run to know that.
     fn is_touched_by(&self, mutant: &NamedMutant) -> bool {
-        self.sessions.iter().any(|tape| {
+        self.sessions.iter().any(|log| {
             let mut flaw = (mutant.mutant.flaw)();
             flaw.process != ProcessFlaws::default()
-                || tape.lock().expect("no panic").iter().any(|(way, message)| {
-                    let pass = match way {
-                        Way::In => &mut flaw.inbound,
-                        Way::Out => &mut flaw.outbound,
-                    };
-                    let start = Instant::now();
-                    pass(message.clone()) != [message.clone()] || start.elapsed() > A_WHILE
-                })
+                || log
+                    .lock()
+                    .expect("no panic")
+                    .iter()
+                    .any(|(direction, message)| {
+                        let pass = match direction {
+                            Direction::In => &mut flaw.inbound,
+                            Direction::Out => &mut flaw.outbound,
+                        };
+                        let start = Instant::now();
+                        pass(message.clone()) != [message.clone()] || start.elapsed() > A_WHILE
+                    })
         })
     }
 }
@@ -145,14 +151,14 @@ fn kept_by_the_flawless(of: Of) -> Vec<Kept> {
         .filter(|c| !c.of_processes)
         .collect();
     on_all_cores(&clauses, |clause| {
-        let tapes = Arc::new(Mutex::new(Vec::new()));
-        let heard = tapes.clone();
+        let logs = Arc::new(Mutex::new(Vec::new()));
+        let heard = logs.clone();
         let subject = flawed(of, move || listening(&heard));
         for judged in judge(&subject, vec![clause.id.into()]).judged {
             let kept = matches!(judged.verdict, Verdict::Pass { .. });
             assert!(kept, "{} without a flaw: {:?}", clause.id, judged.verdict);
         }
-        let sessions = std::mem::take(&mut *tapes.lock().expect("no panic"));
+        let sessions = std::mem::take(&mut *logs.lock().expect("no panic"));
         Kept { clause, sessions }
     })
 }
@@ -293,7 +299,7 @@ fn a_solver_that_refuses_everything_does_not_pass() {
             "threads"
         };
         let refusing = move || {
-            spoil::json_config(move |config| {
+            change::json_config(move |config| {
                 config.insert(key.into(), 0.into());
             })
         };

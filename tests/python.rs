@@ -62,6 +62,24 @@ fn records_in_python_are_laid_out_as_in_rust() {
     assert_eq!(*hash, layout_hash());
 }
 
+/// The comparison with other codes ended in an `UnboundLocalError`, wherever the program was.
+#[test]
+fn the_comparison_with_peers_says_where_it_looked_for_the_program() {
+    if !python(&["-c", "pass"]) {
+        println!("skipped: there is no python3");
+        return;
+    }
+    let mut run = Command::new("python3");
+    run.arg(root().join("bench/peers/run"));
+    let ended = run.args(["--tandem", "/nowhere/tandem"]).output().unwrap();
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert_eq!(ended.status.code(), Some(1), "{said}");
+    assert!(
+        said.starts_with("there is no program at /nowhere/tandem"),
+        "{said}"
+    );
+}
+
 /// The configuration as `tandem_solver` fills it in.
 fn filled_in(side: &str, said: &str) -> String {
     let program = format!(
@@ -491,9 +509,9 @@ fn yade_takes_discs_too() {
 }
 
 /// YADE's grid connections slide by another way (docs/solver-authors.md), so with friction the two differ by some
-/// percent; the books balance all the same.
+/// percent; the energies balance all the same.
 #[test]
-fn yade_with_friction_keeps_the_books_and_comes_near() {
+fn yade_with_friction_balances_its_energies_and_comes_near() {
     let Some(yade) = yade_dem() else { return };
     let rough = [&["--variant", "rough"], &COLLISION[..]].concat();
     let (_place, [rust, yade]) = both(TUMBLE, &yade, &rough);

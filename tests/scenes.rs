@@ -162,11 +162,11 @@ fn runs_and_reads_back(path: &Path) {
     assert_eq!(files.text("status"), "done");
     assert_eq!(files.summary["reason"], Value::Null);
     let checks = files.summary["checks"].as_array().unwrap();
-    // A body that only swings or spins has no momentum, of which an error could be a share, and the books of its energy swing by
-    // what its own checks say.
+    // A body that only swings or spins has no momentum, of which an error could be a share, and the energy in its ledger oscillates
+    // by what its own checks allow.
     let has = |name: &str| checks.iter().any(|check| check["name"] == name);
     let free = has("momentum stays none");
-    // Where a load grows from nothing, the first rows divide what a step is off by an energy that is hardly there.
+    // Where a load grows from nothing, the first rows divide what a step is off by an energy that is small.
     let from_nothing = has("energy is conserved, from a quarter of the ramp on");
     if !free {
         assert!(files.number("momentum_error") <= 1e-12);

@@ -37,7 +37,7 @@ def step():
         fx = x[p] * inverse - base.cast(float)
         w = [0.5 * (1.5 - fx) ** 2, 0.75 - (fx - 1.0) ** 2, 0.5 * (fx - 0.5) ** 2]
         f[p] = (ti.Matrix.identity(float, 2) + dt * c[p]) @ f[p]
-        # Small strains: the linear law, as the strains of the bar are 1e-4.
+        # Small strains: the linear law, as the strains of the bar are 1e-7.
         strain = 0.5 * (f[p] + f[p].transpose()) - ti.Matrix.identity(float, 2)
         stress = 2.0 * shear * strain
         affine = (-dt * volume * 4.0 * inverse * inverse) * stress + mass * c[p]

@@ -15,7 +15,7 @@
 //! | `d` | distance of `X` from the outline, negative inside | scalar | m | eq. 38 |
 //! | `xi` | overlap `<a_i + a_j - d>` | scalar | m | eqs. 38, 44 |
 //! | `N`, `T` | normal (away from the outline), `N` turned by +90 degrees | 2 | 1 | eq. 43 |
-//! | `p` | contact point `X - (a_V - xi/2) N` | 2 | m | eq. 41, sign mended |
+//! | `p` | contact point `X - (a_V - xi/2) N` | 2 | m | eq. 41, sign corrected |
 //! | `k_n`, `k_t` | stiffness | scalar | N/m per m | eq. 43 |
 //! | `mu` | friction | scalar | 1 | below eq. 43 |
 //! | `zeta` | damping as a fraction of critical | scalar | 1 | docs/physics.md 5 |
@@ -39,14 +39,14 @@
 #![forbid(unsafe_code)]
 
 pub mod body;
-mod books;
 pub mod contact;
 pub mod law;
+mod ledger;
 pub mod lists;
+pub mod parry;
 #[cfg(test)]
 mod reference;
 mod saved;
-pub mod seam;
 mod setup;
 mod solver;
 mod step;

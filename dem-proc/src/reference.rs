@@ -17,7 +17,7 @@ const K: f64 = 1e4;
 /// Force and torque on one body.
 type Wrench = (Vec2, f64);
 
-/// Frictionless forces on the points, and on the bodies by points and by bodies.
+/// Forces on the points, and on the bodies by points and by bodies, without friction.
 fn forces(
     bodies: &Bodies,
     set: &[ImpInfo],
@@ -94,7 +94,7 @@ impl Random {
     }
 }
 
-/// Stars, discs and segments in motion inside and around a fixed star of many edges, and points everywhere.
+/// Stars, discs and segments that move inside and around a fixed star with many edges, and points everywhere.
 fn crowd(random: &mut Random, skin: f64) -> (DemConfig, Vec<ImpInfo>, Vec<ImpState>) {
     let make = |shape, sphero_radius, position, motion| BodyConfig {
         name: "b".into(),
@@ -173,7 +173,8 @@ fn lists_and_trees_never_miss_a_contact() {
         let mut random = Random(seed);
         let (config, set, mut states) = crowd(&mut random, skin);
         let mut dem = Sdem::default();
-        // Stars with a sphero-radius of 0.02 have no notch narrow enough to be refused; if one has, choose a seed.
+        // Stars with a sphero-radius of 0.02 have no notch that is narrow enough to be refused. If one has, another
+        // seed must be chosen.
         dem.configure(&config).unwrap();
         dem.imp_set(&set);
         let mut got = vec![ImpForce::default(); set.len()];
@@ -186,8 +187,8 @@ fn lists_and_trees_never_miss_a_contact() {
                 dt,
                 measure: true,
             };
-            // Nothing holds these points back: one that goes through a body comes back elsewhere.
-            // Bodies lie in one another from the start, and their sum is to be right there too.
+            // Nothing holds these points back, so a point that passes through a body appears on its other side. Bodies
+            // overlap from the start, and their sums must be correct there too.
             loop {
                 dem.system.meet(&step, &states, &mut got);
                 let Some(passed) = dem.system.points.passed(dem.bodies(), &states) else {

@@ -2,7 +2,7 @@
 
 use interface::solver::Refusal;
 
-/// The refusal of a state.
+/// A refusal of a saved state.
 pub fn refusal(text: impl Into<String>) -> Refusal {
     Refusal::new("restore", text)
 }
@@ -10,7 +10,7 @@ pub fn refusal(text: impl Into<String>) -> Refusal {
 /// Refuses a wrong count.
 ///
 /// # Errors
-/// Both numbers.
+/// A refusal with both numbers.
 pub fn count(what: &str, found: usize, expected: usize) -> Result<(), Refusal> {
     if found == expected {
         return Ok(());
@@ -22,7 +22,7 @@ pub fn count(what: &str, found: usize, expected: usize) -> Result<(), Refusal> {
 /// Refuses numbers that are not finite.
 ///
 /// # Errors
-/// Of what they are.
+/// A refusal that names what they are.
 pub fn finite(what: impl Fn() -> String, numbers: &[f64]) -> Result<(), Refusal> {
     if numbers.iter().all(|x| x.is_finite()) {
         return Ok(());

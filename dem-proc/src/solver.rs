@@ -13,7 +13,7 @@ use crate::setup::configure::configure;
 use crate::setup::saved::{FORMAT, Marks, SavedSystem};
 use crate::system::System;
 
-/// The spheropolygon solver: without bodies until it is configured.
+/// The spheropolygon solver. It has no bodies until it is configured.
 #[derive(Debug, Default)]
 pub struct Sdem {
     pub(crate) system: System,

@@ -6,10 +6,10 @@ use interface::solver::{Answer, Fault};
 use interface::step::Step;
 
 use crate::body::load::Load;
-use crate::books::measure;
 use crate::contact::impact::Impacts;
 use crate::contact::point_side::Interval;
 use crate::law::LastStep;
+use crate::ledger::measure;
 use crate::lists::watch::Ahead;
 use crate::system::System;
 
@@ -19,7 +19,7 @@ fn opening(step: &Step) -> bool {
 }
 
 impl System {
-    /// Step 1 of section 4.2: contact lists, contact forces, forces on the bodies, and the velocities that they will have.
+    /// Step 1 of section 4.2: contact lists, contact forces, forces on the bodies, and the velocities after the kick.
     pub(crate) fn contact(
         &mut self,
         step: &Step,
@@ -36,13 +36,13 @@ impl System {
     pub(crate) fn advance(&mut self, step: &Step) {
         self.keep_lists();
         if !opening(step) {
-            self.commit(step); //                         histories, books, v^{n+1/2}
+            self.commit(step); //                         histories, ledger, v^{n+1/2}
             self.drift(step.dt); //                       eq. 42, x^n -> x^{n+1}
         }
     }
 
-    /// The contacts that press in the evaluation of this step: of bodies, of points with bodies, of pairs of points, each
-    /// as in its list.
+    /// The contacts that press in the evaluation of this step: of bodies, of points with bodies, and of pairs of
+    /// points, each in the order of its list.
     pub(crate) fn frame_contacts(&self, step: &Step, imps: &[ImpState]) -> Vec<ContactState> {
         let mut found = Vec::new();
         if let Some(pairs) = &self.pairs {
@@ -59,7 +59,7 @@ impl System {
         found
     }
 
-    /// The outlines of all bodies, from which their displacement is measured from now on.
+    /// The outlines of all bodies. Their displacement is measured from these positions on.
     pub(crate) fn publish(&mut self) -> &[EnvelopeVertex] {
         self.published.reset(&self.bodies);
         self.envelopes.clear();
@@ -75,7 +75,7 @@ impl System {
         &self.envelopes
     }
 
-    /// Contact forces at `t_n`, of bodies on one another and on the points.
+    /// Contact forces at `t_n` between bodies, and between bodies and points.
     pub(crate) fn meet(&mut self, step: &Step, imps: &[ImpState], forces: &mut [ImpForce]) {
         let ahead = Ahead::new(step.kick(), step.dt, self.constants.outer_acceleration);
         self.update_lists(&ahead, imps); //               Verlet lists of bodies and of points
@@ -138,7 +138,7 @@ impl System {
 
     fn point_contact(&mut self, step: &Step, imps: &[ImpState], forces: &mut [ImpForce]) {
         if imps.is_empty() && !self.loads.any_by_points {
-            return; // nothing to add up, and nothing left of the step before
+            return; // nothing to add, and nothing remains of the step before
         }
         self.loads.any_by_points = !imps.is_empty();
         self.loads.by_points.fill(Load::default());
@@ -163,7 +163,7 @@ impl System {
         }
     }
 
-    /// A fault if a point or a body is on the wrong side of a body.
+    /// Refuses a step in which a point or a body is on the wrong side of a body.
     fn none_passed(&self, imps: &[ImpState]) -> Result<(), Fault> {
         let bodies = &self.bodies;
         if let Some(passed) = self.pairs.as_ref().and_then(|pairs| pairs.passed(bodies)) {
@@ -176,7 +176,7 @@ impl System {
         of_points.map_or(Ok(()), Err)
     }
 
-    /// Newton and Euler for every free body; the others keep their velocity.
+    /// Newton's and Euler's equations for every free body; the other bodies keep their velocity.
     fn kick(&mut self, step: &Step) -> Result<(), Fault> {
         let kick = step.kick();
         let mut speed = self.kick_all(kick);
@@ -206,8 +206,8 @@ impl System {
         Ok(())
     }
 
-    /// Sums the contact loads of each body, part by part, and computes velocities and spins after a kick (s) by them
-    /// and by gravity. Returns the largest surface speed in m/s, NaN if one is not finite.
+    /// Sums the contact loads of each body, part by part. Computes the velocities and spins after a kick (s) by these
+    /// loads and by gravity. Returns the largest surface speed in m/s, or NaN if one is not finite.
     fn kick_all(&mut self, kick: f64) -> f64 {
         let part = self.threads.part(self.bodies.len());
         self.kicked.fastest.clear();
@@ -250,7 +250,7 @@ impl System {
                 *fastest = f64::NAN;
             }
         });
-        // Not `f64::max`, which would lose a NaN.
+        // `f64::max` would lose a NaN.
         let larger = |a: f64, &b: &f64| if a.is_nan() || a > b { a } else { b };
         self.kicked.fastest.iter().fold(0.0, larger)
     }
@@ -299,7 +299,7 @@ impl System {
         if opening(step) {
             omega_sq = omega_sq.max(self.release(step, imps));
         }
-        // A quarter of the skin: below it nothing is rebuilt, so a coarse bound is enough.
+        // While the displacement is below a quarter of the skin, nothing is rebuilt, so a coarse bound is enough.
         let gone = self.published.bound(0.25 * self.skin, &self.bodies);
         Answer {
             limits: Limits {
@@ -314,7 +314,7 @@ impl System {
         }
     }
 
-    /// Keeps the lists of the last evaluation, even if nothing moves: the next step would build the same lists.
+    /// Keeps the lists of the last evaluation even if nothing moves, because the next step would build the same lists.
     fn keep_lists(&mut self) {
         self.points.keep_list();
         if let Some(pairs) = &mut self.point_pairs {
@@ -338,7 +338,7 @@ impl System {
         }
     }
 
-    /// Velocities to `t_{n+1/2}`, positions to `t_{n+1}`.
+    /// Moves velocities to `t_{n+1/2}` and positions to `t_{n+1}`.
     fn drift(&mut self, dt: f64) {
         self.bodies
             .drift(dt, &self.kicked.velocities, &self.threads);

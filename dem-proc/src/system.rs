@@ -3,11 +3,11 @@
 use interface::Vec2;
 use interface::message::wire::EnvelopeVertex;
 use interface::solver::DemMeasurement;
-use mechanics::books::Totals;
+use mechanics::ledger::Totals;
 
 use crate::body::bodies::{Bodies, Body, Rigid};
+use crate::body::displacement::Displacement;
 use crate::body::load::{Load, PairLoad};
-use crate::body::odometer::Odometer;
 use crate::contact::pairs::BodySide;
 use crate::contact::point_pairs::PairSide;
 use crate::contact::point_side::PointSide;
@@ -16,7 +16,7 @@ use crate::law::contact::Contact;
 use crate::law::dashpot::Elastic;
 use crate::law::normal::Linear;
 use crate::law::tangent::Smooth;
-use crate::seam::BoxTree;
+use crate::parry::BoxTree;
 use crate::threads::Threads;
 
 /// A configured solver.
@@ -43,7 +43,7 @@ pub struct System {
     /// Upper bound of the speed of any surface over the last step, in m/s.
     pub(crate) speed: f64,
     /// Displacement of surfaces since the last call of `envelopes`.
-    pub(crate) published: Odometer,
+    pub(crate) published: Displacement,
     /// `V_d` in m.
     pub(crate) skin: f64,
     /// The envelopes.
@@ -121,7 +121,7 @@ impl Default for System {
                 per_resolution_sq: 1.0,
             },
             speed: 0.0,
-            published: Odometer::default(),
+            published: Displacement::default(),
             skin: 0.0,
             envelopes: Vec::new(),
             totals: Totals::default(),

@@ -11,22 +11,22 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 /// Elements of a chunk: its results stay in the first-level cache.
 pub const CHUNK: usize = 256;
 
-/// Below this many chunks a loop is done before other threads have woken up (a wake-up takes 5 to 20 us, a chunk
-/// about 4 us).
+/// With fewer chunks than this, a loop ends before other threads have woken up: a wake-up takes 5 to 20 us, a chunk
+/// about 4 us.
 const WORTH_SHARING: usize = 8;
 
-/// Turns of waiting (some 50 us) for other threads to end before the operating system is asked to wait.
-const PATIENCE: usize = 2000;
+/// Number of turns (some 50 us in all) in which a thread waits for the others before it sleeps.
+const SPINS: usize = 2000;
 
 /// How loops are run: by the calling thread alone, or together with a thread pool of this solver.
 #[derive(Debug, Default)]
 pub struct Threads(Option<ThreadPool>);
 
 impl Threads {
-    /// `count` threads, the caller's among them; 1 is a plain loop.
+    /// `count` threads, including the caller's; 1 is a plain loop.
     ///
     /// # Errors
-    /// What the operating system says.
+    /// The error message of the operating system.
     pub fn new(count: usize) -> Result<Self, String> {
         if count == 1 {
             return Ok(Self(None));
@@ -53,7 +53,7 @@ impl Threads {
         }
     }
 
-    /// Calls `f` for every task. The threads take the tasks one by one as they come free.
+    /// Calls `f` for every task. Each thread takes the next task when it is free.
     #[inline]
     pub fn each<T>(&self, tasks: impl ExactSizeIterator<Item = T> + Send, f: impl Fn(T) + Sync) {
         match &self.0 {
@@ -62,9 +62,9 @@ impl Threads {
         }
     }
 
-    /// Calls `f` for every chunk of `kept`, with the index of its first element, the chunk, and a scratch of its own;
-    /// then `take` for every scratch, in order. Scratches are kept between calls, so that nothing is allocated once
-    /// they have grown.
+    /// Calls `f` for every chunk of `kept`, with the index of its first element, the chunk, and a scratch buffer of its
+    /// own. Then calls `take` for every scratch buffer, in order. The buffers are kept between calls, so that nothing
+    /// is allocated once they have grown.
     #[inline]
     pub fn chunks<S: Send + Default, B: Send>(
         &self,
@@ -93,12 +93,12 @@ impl Threads {
     }
 }
 
-/// The calling thread works too: otherwise it would sleep, and waking it costs as much as a small loop.
+/// The calling thread works too. Otherwise it would sleep, and to wake it costs as much as a small loop.
 fn share<T>(pool: &ThreadPool, tasks: impl Iterator<Item = T> + Send, f: &(impl Fn(T) + Sync)) {
     let tasks = Mutex::new(tasks);
     let work = || {
         loop {
-            // The lock is given back before the task is done.
+            // The lock is released before the task is done.
             let task = tasks.lock().expect("no task is made in a panic").next();
             let Some(task) = task else { return };
             f(task);
@@ -115,7 +115,7 @@ fn share<T>(pool: &ThreadPool, tasks: impl Iterator<Item = T> + Send, f: &(impl 
         }
         work();
         let mut turns = 0;
-        while working.load(Ordering::Acquire) > 0 && turns < PATIENCE {
+        while working.load(Ordering::Acquire) > 0 && turns < SPINS {
             spin_loop();
             turns += 1;
         }

@@ -56,9 +56,9 @@ fn created(config: &DemConfig, dt: Option<f64>) -> (f64, f64) {
     let dt = dt.unwrap_or_else(|| 2.0 / limits.omega_sq.sqrt());
     for i in 0.. {
         points.step(&mut dem, &step(if i == 0 { 0.0 } else { dt }, dt));
-        let books = dem.measurement().ledger;
-        if i > 1 && books.contacts == 0 {
-            let now = points.kinetic() + books.contact + books.viscous_work - books.driven_work;
+        let ledger = dem.measurement().ledger;
+        if i > 1 && ledger.contacts == 0 {
+            let now = points.kinetic() + ledger.contact + ledger.viscous_work - ledger.driven_work;
             return (now / held - 1.0, dt);
         }
         assert!(i < 10_000, "they never part");
@@ -138,8 +138,8 @@ fn bodies_on_a_floor_that_is_driven_away_are_let_go_in_many_steps() {
         dem.contact(&step, &[], &mut []).unwrap();
         dem.advance(&step).unwrap();
     }
-    let books = dem.measurement().ledger;
-    assert_eq!(books.contact, 0.0);
-    let created = (books.kinetic - books.driven_work) / held - 1.0;
+    let ledger = dem.measurement().ledger;
+    assert_eq!(ledger.contact, 0.0);
+    let created = (ledger.kinetic - ledger.driven_work) / held - 1.0;
     assert!(created.abs() < 1e-3, "{created:e}");
 }

@@ -1,7 +1,7 @@
-//! Every clause of PROTOCOL.md, a row each: how binding it is, what it says in a line, whom it binds, who checks it.
+//! One row for each clause of PROTOCOL.md: how binding it is, what it says, whom it binds, and who checks it.
 //!
-//! The prose is PROTOCOL.md's. Its table of section 13 is made of these rows (`tests/clauses.rs`), the kit's cases refer
-//! to their ids, and so do the errors of the built-in parties.
+//! PROTOCOL.md has the full text. Its table of section 13 is generated from these rows (`tests/clauses.rs`). The cases
+//! of the kit and the errors of the built-in parties refer to the ids.
 
 use std::fmt::Write;
 
@@ -19,9 +19,9 @@ pub enum Level {
 pub enum Who {
     /// The coupler.
     Coupler,
-    /// The continuum; of checks, on receipt by the driver that every continuum in Rust has.
+    /// The continuum. As a checker: the driver of every continuum in Rust, when it receives a message.
     Mpm,
-    /// The bodies, likewise.
+    /// The bodies, in the same sense.
     Dem,
     /// iceoryx2, when a channel is opened.
     Transport,
@@ -40,7 +40,7 @@ pub struct Clause {
     pub text: &'static str,
     /// Whom it binds.
     pub binds: &'static [Who],
-    /// Who checks it; nobody: it is kept by reading.
+    /// Who checks it; empty for a clause that no program checks.
     pub checked_by: &'static [Who],
 }
 
@@ -69,8 +69,8 @@ const fn row(
     }
 }
 
-/// All of them, in the order of PROTOCOL.md's sections.
-#[rustfmt::skip] // A row is a line, as in the table that is made of it.
+/// All clauses, in the order of the sections of PROTOCOL.md.
+#[rustfmt::skip] // One row is one line, as in the table that is generated.
 pub const CLAUSES: &[Clause] = &[
     row("O-1", Must, SOLVERS, "A run has an id. A solver is started as COMMAND --join ID, and the process that is started lives until the session ends", &[Coupler, Kit]),
     row("O-2", Must, COUPLER, "The run's directory is T/tandem-ID, mode 0700", &[]),
@@ -79,6 +79,7 @@ pub const CLAUSES: &[Clause] = &[
     row("O-5", Must, ALL, "The coupler creates every channel and bell; a solver creates none", &[]),
     row("O-6", Must, ALL, "The coupler removes the run's files; a solver removes nothing", &[Kit]),
     row("O-7", Must, COUPLER, "The process ids of the parties are in the run's directory", &[]),
+    row("O-8", Should, SOLVERS, "A solver locks a file of its own in the run's directory before it makes anything in shared memory, until it has closed its ports", &[Kit]),
     row("C-1", Must, ALL, "Quality of service of every channel; a solver asks for these numbers as minimum values", &[Transport, Kit]),
     row("C-2", Must, ALL, "Type names, sizes and alignments of records and header", &[Transport]),
     row("C-3", Must, ALL, "Every channel carries the hash of the layout lines as an attribute, and a solver requires that attribute", &[Transport]),
@@ -182,7 +183,7 @@ pub const CLAUSES: &[Clause] = &[
     row("X-6", Should, SOLVERS, "A solver's memory does not grow with the number of steps", &[Kit]),
 ];
 
-/// The clause with an id, or of which `id` is a case: `F-7a` is one of `F-7`.
+/// The clause with the id `id`. `id` may also be a case of a clause: `F-7a` belongs to `F-7`.
 pub fn of(id: &str) -> Option<&'static Clause> {
     let id = id.trim_end_matches(|letter: char| letter.is_ascii_lowercase());
     CLAUSES.iter().find(|clause| clause.id == id)

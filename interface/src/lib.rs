@@ -11,7 +11,7 @@
 //! | [`step`] | one time step, and the clock |
 //! | [`core`] | the protocol as state machines without I/O |
 //! | [`transport`] | how messages cross: shared memory, direct calls, and the names and waits of a run |
-//! | [`session`] | does what the machines of the core say; a solver as a program |
+//! | [`session`] | carries out the actions of the machines of the core; a solver as a program |
 //! | [`recording`] | every message of a run in a file |
 //! | [`saved`] | the bytes of a saved state |
 //! | [`clauses`] | the registry of PROTOCOL.md's clauses |

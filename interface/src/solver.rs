@@ -32,7 +32,7 @@ impl Refusal {
     }
 }
 
-/// Why a solver cannot go on.
+/// Why a solver cannot continue.
 #[derive(Debug, Clone, PartialEq, Error, Serialize, Deserialize)]
 pub enum Fault {
     /// A number of the state is no longer finite.
@@ -90,8 +90,9 @@ impl Readiness {
     /// Largest number of items, and of bytes: the largest count that a double represents exactly.
     const MOST: u64 = 1 << 53;
 
-    /// The first impossible value (clause S-6): a number that is negative or not finite, or a count beyond all memory.
-    pub fn nonsense(&self) -> Option<String> {
+    /// The first impossible value (clause S-6): a number that is negative or not finite, or a count larger than any
+    /// memory.
+    pub fn impossible_value(&self) -> Option<String> {
         let reals = [
             ("courant_time", self.courant_time),
             ("mass_min", self.mass_min),
@@ -211,7 +212,8 @@ pub trait MpmSolver {
     /// Name and version, such as `tandem-mpm 0.1.0`.
     fn identity(&self) -> String;
 
-    /// What the solver can do and what it takes, for Hello. A solver that says nothing takes what it does not refuse.
+    /// What the solver can do and what it accepts, for Hello. A solver that lists nothing refuses in `configure` what
+    /// it does not accept.
     fn capabilities(&self) -> Capabilities {
         Capabilities::default()
     }
@@ -262,8 +264,8 @@ pub trait MpmSolver {
     /// end), stress and volume as they were last updated.
     fn points(&self) -> Vec<PointState>;
 
-    /// The state before the next step, whole, so that [`Self::restore`] in a fresh solver of the same configuration goes
-    /// on to the same bits. Called only where [`Capabilities`] have `save`.
+    /// The complete state before the next step. After [`Self::restore`], another solver with the same configuration
+    /// must continue to the same bits. Called only if [`Capabilities`] have `save`.
     ///
     /// # Errors
     /// A [`Fault`], after which the run ends.
@@ -283,13 +285,13 @@ pub trait MpmSolver {
     }
 }
 
-/// What the bodies' side answers in a step, besides the forces.
+/// The answer of the bodies' side in a step, apart from the forces.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Answer {
     /// Limits for the next step.
     pub limits: Limits,
-    /// Largest displacement of any body's surface that there will be at `t_{n+1}`, since the envelopes were last
-    /// asked for, in m.
+    /// Largest displacement that any body's surface will have at `t_{n+1}`, since the envelopes were last asked for, in
+    /// m.
     pub travel: f64,
 }
 
@@ -426,7 +428,8 @@ pub trait DemSolver {
     /// Name and version, such as `tandem-dem 0.1.0`.
     fn identity(&self) -> String;
 
-    /// What the solver can do and what it takes, for Hello. A solver that says nothing takes what it does not refuse.
+    /// What the solver can do and what it accepts, for Hello. A solver that lists nothing refuses in `configure` what
+    /// it does not accept.
     fn capabilities(&self) -> Capabilities {
         Capabilities::default()
     }
@@ -473,8 +476,8 @@ pub trait DemSolver {
         Vec::new()
     }
 
-    /// The state before the next step, whole, so that [`Self::restore`] in a fresh solver of the same configuration goes
-    /// on to the same bits. Called only where [`Capabilities`] have `save`.
+    /// The complete state before the next step. After [`Self::restore`], another solver with the same configuration
+    /// must continue to the same bits. Called only if [`Capabilities`] have `save`.
     ///
     /// # Errors
     /// A [`Fault`], after which the run ends.
@@ -482,7 +485,7 @@ pub trait DemSolver {
         Err(Fault::Other("this solver cannot save its state".into()))
     }
 
-    /// Takes over the state that [`Self::save`] gave. The solver has been configured and has done no step.
+    /// Restores the state that [`Self::save`] returned. The solver has been configured and has done no step.
     ///
     /// # Errors
     /// A [`Refusal`]: the bytes are not a state of this solver and configuration.

@@ -1,12 +1,12 @@
-//! Time: one step as granted, and the clock that makes steps. All time arithmetic of Tandem is in this file.
+//! Time: a granted step, and the clock that makes steps. All time arithmetic of Tandem is in this file.
 
 use serde::{Deserialize, Serialize};
 
 /// Most by which a step may be longer than the one before it, as a factor (PROTOCOL.md clause L-6).
 ///
-/// The coupler lengthens the step by at most 10 % from one step to the next, shortens it at once. A bodies' side relies on
-/// it for contacts that begin: the limits that it declares with one step have to hold for the next, whose length it does
-/// not know yet. The first step has none before it.
+/// The coupler lengthens the step by at most 10 % from one step to the next, and shortens it at once. A bodies' side
+/// relies on this for contacts that begin: the limits that it declares with one step have to hold for the next one,
+/// whose length it does not know yet. For the first step there is no such bound.
 pub const GROWTH: f64 = 1.1;
 
 /// One coupled step from `t_n` to `t_{n+1}`, as both solvers see it.
@@ -33,7 +33,7 @@ pub struct Step {
     pub dt_before: f64,
     /// `t_{n+1} - t_n` in s.
     pub dt: f64,
-    /// Energies, momenta, group and body states at `t_n` are wanted of this step.
+    /// Whether energies, momenta, and the states of groups and bodies at `t_n` are measured in this step.
     pub measure: bool,
 }
 
@@ -72,7 +72,7 @@ pub struct Clock {
 }
 
 impl Clock {
-    /// A clock that stands at `start` (s), before the opening step.
+    /// A clock at the time `start` (s), before the opening step.
     pub fn new(start: f64) -> Self {
         Self {
             index: 0,
@@ -83,8 +83,8 @@ impl Clock {
         }
     }
 
-    /// A clock in the middle of an epoch, from the fields of a grant: so both solvers compute the very times that
-    /// the coupler computes, whatever the window.
+    /// A clock in the middle of an epoch, from the fields of a grant. So both solvers compute exactly the times that
+    /// the coupler computes, for every window.
     pub fn within_epoch(
         index: u64,
         epoch_start: f64,
@@ -101,7 +101,8 @@ impl Clock {
         }
     }
 
-    /// Start of the epoch in s, steps done in it, and the interval before it in s: what a grant carries.
+    /// Start of the epoch in s, number of steps done in it, and the interval before it in s: the values that a grant
+    /// has.
     pub fn epoch(&self) -> (f64, u64, f64) {
         (self.epoch_start, self.steps_in_epoch, self.dt_before)
     }
@@ -131,14 +132,14 @@ impl Clock {
         self.steps_in_epoch += 1;
     }
 
-    /// Moves over `n` steps at once.
+    /// Moves to the end of `n` steps at once.
     pub fn advance_by(&mut self, n: u64) {
         self.index += n;
         self.steps_in_epoch += n;
     }
 
-    /// Declares that the present time is exactly `time` (s): an epoch was laid out to end there, and
-    /// `start + k dt` may differ from it by rounding.
+    /// Sets the present time to exactly `time` (s). The epoch was planned to end there, but `start + k dt` may differ
+    /// from it by rounding.
     pub fn land_on(&mut self, time: f64) {
         debug_assert!(self.is_at(time));
         self.dt_before = self.interval_behind();

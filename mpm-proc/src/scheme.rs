@@ -92,7 +92,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Continuum<W, S, T> {
     }
 
     fn measurement(&self) -> &MpmMeasurement {
-        &self.books.measurement
+        &self.totals.measurement
     }
 
     fn points(&self) -> Vec<PointState> {

@@ -13,7 +13,7 @@ use crate::pass::leaving::remove_left;
 use crate::pass::limits::limits;
 use crate::pass::loads::apply_loads;
 use crate::pass::markers::place_markers;
-use crate::pass::measure::{close_books, keep_books};
+use crate::pass::measure::{close_ledger, update_ledger};
 use crate::pass::points_to_grid::points_to_grid;
 use crate::pass::sort::keep_sorted;
 use crate::pass::stress_schemes::{update_stress_first, update_stress_last};
@@ -75,13 +75,13 @@ pub fn move_points<const W: usize, S: Shape<W>, T: Transfer>(
     step: &Step,
     load: ContactLoad,
 ) -> Result<Limits, Fault> {
-    keep_books(c, step); //                     impulses; energies if the step is measured
+    update_ledger(c, step); //                     impulses; energies if the step is measured
     if step.dt_before + step.dt > 0.0 {
         filter_velocities(c); //                with XPIC only
         update_stress_last(c, step.dt); //      with USL, MUSL and USAVG only
         grid_to_points(c, step.dt)?; //         v_p^{n+1/2}, B_p, x_p^{n+1}          (26) ... (28), (31)
     } // The opening step moves no points: a transfer without a kick would still smooth the velocities.
-    close_books(c, step);
+    close_ledger(c, step);
     let limits = limits(c, load);
     remove_left(c);
     keep_sorted(c);

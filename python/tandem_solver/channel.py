@@ -2,6 +2,7 @@
 
 import ctypes
 import fcntl
+import itertools
 import os
 import pathlib
 import time
@@ -38,9 +39,15 @@ class Run:
             raise SessionError(f"`{run_id}` is not the id of a run")
         root = os.path.join(os.environ.get("TANDEM_RUNTIME_DIR") or "/dev/shm", f"tandem-{run_id}")
         self.root, self.party = pathlib.Path(root), party
-        self.lock = os.path.join(root, "lock")
-        if not os.path.isfile(self.lock):
-            raise SessionError(f"there is no run `{run_id}` to join on this machine (it may be over)")
+        over = f"there is no run `{run_id}` to join on this machine (it may be over)"
+        try:
+            # Open until the end: the lock is right even after the file was removed (clause O-4).
+            self.lock = os.open(self.root / "lock", os.O_RDONLY)
+            self._take_part()
+        except (FileNotFoundError, BlockingIOError) as error:
+            raise SessionError(over) from error
+        except OSError as error:
+            raise SessionError(f"cannot join the run `{run_id}`: {error}") from error
         config = iox2.config.default()
         config.global_cfg.prefix = iox2.FileName.new(f"tandem_{run_id}_")
         config.global_cfg.root_path = iox2.Path.new(root)
@@ -51,15 +58,28 @@ class Run:
         builder = builder.signal_handling_mode(iox2.SignalHandlingMode.Disabled)
         self.node = builder.create(iox2.ServiceType.Ipc)
 
+    def _take_part(self):
+        """Clause O-8: notes that this process takes part, before it makes anything in shared memory, until it ends."""
+        for number in itertools.count():
+            try:
+                note = self.root / f"joined-{os.getpid()}.{number}"
+                self.joined = os.open(note, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600)
+                break
+            except FileExistsError:
+                continue
+        fcntl.flock(self.joined, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        # In this order: who removes the run takes this file away first and then looks for notes.
+        os.stat(self.root / "lock")
+
     def coupler_lives(self):
         """Clause O-4: the coupler holds the lock for as long as it lives."""
         try:
-            with open(self.lock, "rb") as lock:  # closing it releases a lock that was taken
-                fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
+            fcntl.flock(self.lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError:
             return True
         except OSError:
             return False
+        fcntl.flock(self.lock, fcntl.LOCK_UN)
         return False
 
     def held(self):

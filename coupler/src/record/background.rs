@@ -203,7 +203,7 @@ impl LogFile {
     }
 
     /// Waits until all lines so far are in the file, or cannot be written.
-    pub fn settle(&self) {
+    pub fn sync(&self) {
         let mark = self.0.lock().expect("who adds does not panic").mark();
         mark.is_reached();
     }

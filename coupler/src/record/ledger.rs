@@ -188,7 +188,7 @@ pub enum Since {
 type Sums = ([f64; 5], [[f64; 2]; 2]);
 
 impl Since {
-    /// The books of both sides with their sums since then.
+    /// The ledgers of both sides with their sums since then.
     pub fn count(&mut self, mut sides: [Ledger; 2]) -> [Ledger; 2] {
         if *self == Self::Next {
             *self = Self::Here(sides.map(|side| {
@@ -321,7 +321,7 @@ mod tests {
     /// A prestressed body does work of 3 J/m, of which its energy knows 2.
     #[test]
     fn work_that_is_not_stored_is_a_line_of_its_own() {
-        let books = |elastic: f64, stress_work: f64, kinetic: f64| Ledger {
+        let ledger = |elastic: f64, stress_work: f64, kinetic: f64| Ledger {
             elastic,
             stress_work,
             kinetic,
@@ -331,8 +331,8 @@ mod tests {
             keeps_stress_work: true,
             ..Balance::default()
         };
-        balance.take(&books(5.0, 0.0, 0.0), &Ledger::default(), 0.0);
-        balance.take(&books(3.0, -3.0, 3.0), &Ledger::default(), 0.0);
+        balance.take(&ledger(5.0, 0.0, 0.0), &Ledger::default(), 0.0);
+        balance.take(&ledger(3.0, -3.0, 3.0), &Ledger::default(), 0.0);
         assert_eq!(balance.work_gap(), Some(-1.0));
         assert_eq!(balance.work_gap_relative(), Some(-1.0 / 6.0));
         // What the law creates is in the residual too.

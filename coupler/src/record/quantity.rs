@@ -85,7 +85,7 @@ const fn row<T: ?Sized>(
 }
 
 /// Quantities that every scene has. The time is the first.
-const OF_RUN: &[Row<Books>] = &[
+const OF_RUN: &[Row<Ledgers>] = &[
     row("time", "s", "simulated time; `t` for short", |m| m.time),
     row(
         "energy.kinetic",
@@ -394,9 +394,9 @@ fn kinetic(b: &BodyState) -> f64 {
     0.5 * b.mass * speed_sq + 0.5 * b.inertia * b.spin.powi(2)
 }
 
-/// The books of both sides at one time.
+/// The ledgers of both sides at one time.
 #[derive(Debug, Clone, Copy)]
-pub struct Books {
+pub struct Ledgers {
     /// `t_n` in s.
     pub time: f64,
     /// The continuum's ledger; zeros where there is none.
@@ -411,7 +411,7 @@ pub struct Books {
 #[derive(Debug, Clone, Copy)]
 pub struct Measured<'a> {
     /// Ledgers and balance.
-    pub books: Books,
+    pub ledgers: Ledgers,
     /// One record for each point group, then for each probe, for each hold and for each chain, in the order of the
     /// scene.
     pub groups: &'a [GroupState],
@@ -548,7 +548,7 @@ impl Quantities {
         assert_eq!(measured.bodies.len(), count, "one record a body");
         let (bodies, mut filled) = measured.bodies.split_at(self.bodies);
         sample.values.clear();
-        sample.add(OF_RUN, &measured.books);
+        sample.add(OF_RUN, &measured.ledgers);
         for group in groups {
             sample.add(OF_GROUP, group);
         }

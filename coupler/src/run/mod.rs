@@ -31,7 +31,7 @@ use std::time::Instant;
 use interface::core::SessionError;
 use interface::message::control::Party;
 use interface::message::{Channel, Kind};
-use interface::recording::{About, Recorder, Tap, Tape};
+use interface::recording::{About, Recorder, RecordingSink, Tap};
 use interface::session::solver::Clocked;
 use interface::session::together::Together;
 use interface::session::turns::drive;
@@ -129,15 +129,15 @@ fn run_from(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Origin) -> 
     let shared_thread = matches!(options.solvers, Solvers::InProcess { .. });
     let mut account = Account::new(scene, shared_thread);
     let ended = recorder(scene, options, dir, &from).and_then(|recorder| {
-        let tape = recorder.as_ref().map(Recorder::tape);
+        let sink = recorder.as_ref().map(Recorder::sink);
         let ended = Run::new(scene, options, dir, &mut account, from).and_then(|mut run| {
-            run.outputs.tape.clone_from(&tape);
+            run.outputs.sink.clone_from(&sink);
             let outcome = match &options.solvers {
                 Solvers::Processes { mpm, dem } => {
                     let commands = BTreeMap::from([(Party::Mpm, mpm), (Party::Dem, dem)]);
-                    processes(&mut run, &commands, tape)
+                    processes(&mut run, &commands, sink)
                 }
-                Solvers::InProcess { mpm, dem } => in_process(&mut run, *mpm, *dem, tape),
+                Solvers::InProcess { mpm, dem } => in_process(&mut run, *mpm, *dem, sink),
             };
             run.end(outcome)
         });
@@ -196,7 +196,7 @@ fn noted(channel: Channel) -> bool {
 fn processes(
     run: &mut Run<'_>,
     commands: &BTreeMap<Party, &Vec<String>>,
-    tape: Option<Tape>,
+    sink: Option<RecordingSink>,
 ) -> Result<(), RunError> {
     let parties = run.parties().to_vec();
     // In the order in which they are dropped: ports before the channels, the channels before the directory.
@@ -209,7 +209,7 @@ fn processes(
         Some(cause) => RunError::SharedMemory { error, cause },
         None => RunError::from(error),
     };
-    let channels = iceoryx::create(Medium::Processes, names, &parties, tape.is_some())
+    let channels = iceoryx::create(Medium::Processes, names, &parties, sink.is_some())
         .map_err(|error| told(error.into(), &Segments::none()))?;
     let segments = Segments::of(names, &channels);
     run.resources.shared_memory = Some(SharedMemory::new(names.clone(), segments.clone()));
@@ -222,15 +222,15 @@ fn processes(
         SEND_TIMEOUT,
     )
     .map_err(|error| caused(error.into()))?;
-    let mut tap = match &tape {
-        Some(tape) if parties.len() == 2 => {
-            let tap = Tap::open(Medium::Processes, names, tape.clone());
+    let mut tap = match &sink {
+        Some(sink) if parties.len() == 2 => {
+            let tap = Tap::open(Medium::Processes, names, sink.clone());
             Some(tap.map_err(|error| caused(error.into()))?)
         }
         _ => None,
     };
-    let mut transport: Box<dyn Transport> = match tape {
-        Some(tape) => Box::new(Recorded::new(coupler, tape, noted)),
+    let mut transport: Box<dyn Transport> = match sink {
+        Some(sink) => Box::new(Recorded::new(coupler, sink, noted)),
         None => coupler,
     };
     let mut verdict = Ok(());
@@ -263,7 +263,7 @@ fn in_process(
     run: &mut Run<'_>,
     mpm: fn() -> Box<dyn MpmSolver>,
     dem: fn() -> Box<dyn DemSolver>,
-    tape: Option<Tape>,
+    sink: Option<RecordingSink>,
 ) -> Result<(), RunError> {
     let parties = run.parties().to_vec();
     let (mut continuum, mut bodies) = (mpm(), dem());
@@ -271,13 +271,13 @@ fn in_process(
     let mut mpm = takes_part(Party::Mpm).then(|| MpmSide::new(&mut *continuum, Clocked::Shared));
     let mut dem = takes_part(Party::Dem).then(|| DemSide::new(&mut *bodies, Clocked::Shared));
     let hub = Direct::new();
-    let [mut to_coupler, mut to_mpm, mut to_dem]: [Box<dyn Transport>; 3] = match tape {
-        Some(tape) => [
-            Box::new(Recorded::new(hub.clone(), tape.clone(), noted)),
+    let [mut to_coupler, mut to_mpm, mut to_dem]: [Box<dyn Transport>; 3] = match sink {
+        Some(sink) => [
+            Box::new(Recorded::new(hub.clone(), sink.clone(), noted)),
             // Every message once: the coupler records its own, the continuum those between the solvers.
             Box::new(Recorded::new(
                 hub.clone(),
-                tape,
+                sink,
                 Channel::is_between_solvers,
             )),
             Box::new(hub),

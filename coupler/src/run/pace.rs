@@ -175,7 +175,7 @@ impl Pace {
         self.so_far.last
     }
 
-    /// Books `steps` steps of an epoch.
+    /// Counts `steps` steps of an epoch.
     pub fn book(&mut self, epoch: &Epoch, steps: u64) {
         let so_far = &mut self.so_far;
         so_far.last = Some((epoch.dt, epoch.bound));

@@ -13,14 +13,14 @@ use interface::core::SessionError;
 use interface::core::coupler::{Coupler, Decision, Limits, Part, Question, Round};
 use interface::message::control::{Configure, Hello, Party};
 use interface::message::wire::{BodyState, Grant, GroupState, Ledger, flags};
-use interface::recording::Tape;
+use interface::recording::RecordingSink;
 use interface::session::{Stop, Supervisor};
 
 use self::outputs::Outputs;
 use crate::record::background::Mark;
 use crate::record::frames::{Instant as FrameInstant, Listed, ReportedFields};
 use crate::record::progress;
-use crate::record::quantity::{Books, Measured, Sample};
+use crate::record::quantity::{Ledgers, Measured, Sample};
 use crate::record::rundir::{RunDir, RunDirError};
 use crate::record::summary::state_hash;
 use crate::run::account::Account;
@@ -134,7 +134,7 @@ impl<'a> Run<'a> {
                 return Ok(Self::at_start(scene, options, dir, account, outputs));
             }
         };
-        if let Some(what) = state.nonsense(scene) {
+        if let Some(what) = state.impossible_value(scene) {
             return Err(RunError::Checkpoint(what.into()));
         }
         if let Some(as_before) = branch {
@@ -336,7 +336,7 @@ impl<'a> Run<'a> {
     /// The next grant, or the end of them.
     fn next(&mut self) -> Result<Decision, RunError> {
         self.resources.disk.wait(|| self.is_behind());
-        if let Some(error) = self.outputs.tape.as_ref().and_then(Tape::failure) {
+        if let Some(error) = self.outputs.sink.as_ref().and_then(RecordingSink::failure) {
             return Err(SessionError::from(error).into());
         }
         let under_way = match self.schedule.under_way {
@@ -445,7 +445,12 @@ impl<'a> Run<'a> {
 
     /// Steps that fit the time of a window; before anything is known of their cost, one.
     fn window(&self) -> u64 {
-        if let Some(recorded) = self.outputs.tape.as_ref().and_then(Tape::next_window) {
+        if let Some(recorded) = self
+            .outputs
+            .sink
+            .as_ref()
+            .and_then(RecordingSink::next_window)
+        {
             return recorded;
         }
         let most = self.options.window.unwrap_or(self.scene.coupling.window);
@@ -538,7 +543,7 @@ impl<'a> Run<'a> {
             .balance
             .take(&mpm, &dem, moving(&round.groups[..groups], &round.bodies));
         let measured = Measured {
-            books: Books {
+            ledgers: Ledgers {
                 time,
                 mpm,
                 dem,

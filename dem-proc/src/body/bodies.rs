@@ -58,9 +58,9 @@ pub struct Rigid {
     pub radius: f64,
     /// Largest distance of the surface from the centre of mass in m.
     pub extent: f64,
-    /// 1 for a body that falls, 0 for a fixed or driven one.
+    /// 1 for a body that gravity moves, 0 for a fixed or driven one.
     pub falls: f64,
-    /// Where its vertices begin in [`Bodies::outline`], and how many they are.
+    /// Index of its first vertex in [`Bodies::outline`], and number of its vertices.
     vertices: [u32; 2],
 }
 
@@ -110,7 +110,7 @@ impl SavedBody {
             velocity,
             angle,
             spin,
-            // What never changes follows from the configuration.
+            // Constants follow from the configuration.
             inverse_mass: _,
             inverse_inertia: _,
             radius: _,
@@ -151,7 +151,7 @@ pub struct Bodies {
     pub properties: Vec<Body>,
     /// Their states.
     pub state: Vec<Rigid>,
-    /// The same for the contact loops.
+    /// The data of the bodies that the contact loops read.
     pub frames: Vec<Frame>,
     /// Vertices of all bodies in world coordinates at `t_n`, body after body, in m.
     pub outline: Vec<Vec2>,
@@ -258,8 +258,8 @@ impl Bodies {
         Vec2::new(cos * d.x + sin * d.y, cos * d.y - sin * d.x)
     }
 
-    /// Drift of the leapfrog: velocities and spins become `kicked`, those of `t_{n+1/2}`, and positions go to `t_{n+1}`
-    /// with them, rotation exact.
+    /// Drift of the leapfrog: velocities and spins become `kicked`, those of `t_{n+1/2}`, and positions move with them
+    /// to `t_{n+1}`. The rotation is exact.
     pub fn drift(&mut self, dt: f64, kicked: &[(Vec2, f64)], threads: &Threads) {
         let part = threads.part(self.len());
         let (mut outline, mut local) = (&mut self.outline[..], &self.local[..]);
@@ -267,7 +267,7 @@ impl Bodies {
         let states = self.state.chunks_mut(part).enumerate();
         let frames = self.frames.chunks_mut(part).zip(kicked.chunks(part));
         let parts = states.zip(frames).map(|((i, state), (frames, kicked))| {
-            // The vertices of the part: up to where those of the next one begin.
+            // The vertices of this part end where those of the next part begin.
             let first = properties[i * part].first_vertex;
             let next = properties.get((i + 1) * part);
             let count = next.map_or(outline.len(), |next| next.first_vertex - first);
@@ -300,7 +300,7 @@ impl Bodies {
             state,
             frames,
             outline: _, // follows from the poses
-            // What never changes follows from the configuration.
+            // Constants follow from the configuration.
             properties: _,
             radii: _,
             local: _,
@@ -318,7 +318,7 @@ impl Bodies {
     /// velocity is that of the configuration, which may differ from that of the saved run.
     ///
     /// # Errors
-    /// A refusal if they are others, or a number is not finite.
+    /// A refusal if the saved state has other bodies, or a number that is not finite.
     pub fn restored(&self, saved: &[SavedBody]) -> Result<Self, Refusal> {
         count("bodies", saved.len(), self.len())?;
         for (body, is) in self.properties.iter().zip(saved) {

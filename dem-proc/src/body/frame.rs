@@ -23,13 +23,13 @@ pub struct Frame {
 const _: () = assert!(size_of::<Frame>() == 64);
 
 impl Frame {
-    /// Centre of mass and displacement in a row.
+    /// Centre of mass and displacement as four numbers.
     #[inline]
     pub fn place(&self) -> [f64; 4] {
         [self.center.x, self.center.y, self.shift.x, self.shift.y]
     }
 
-    /// Sine, versine, `1/m` and `1/I` in a row.
+    /// Sine, versine, `1/m` and `1/I` as four numbers.
     #[inline]
     pub fn turn(&self) -> [f64; 4] {
         [
@@ -45,8 +45,8 @@ impl Frame {
     pub(super) fn advance(&mut self, shift: Vec2, angle: f64) {
         let square = angle * angle;
         let (sin, versine) = if square < 1e-4 {
-            // The next terms of the series are below 1e-17 of the first: as exact as the library, and a step rarely
-            // turns a body by more than a hundredth.
+            // The next terms of the series are below 1e-17 of the first, so this is as exact as the library. A step
+            // rarely rotates a body by more than a hundredth.
             (
                 angle
                     * (1.0

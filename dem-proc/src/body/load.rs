@@ -31,7 +31,7 @@ pub struct PairLoad {
 }
 
 impl PairLoad {
-    /// Force, torque and rate in a row.
+    /// A load from force, torque and rate as four numbers.
     #[inline]
     pub fn from_row([x, y, torque, rate]: [f64; 4]) -> Self {
         Self {

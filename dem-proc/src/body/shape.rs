@@ -3,7 +3,7 @@
 use interface::Vec2;
 use interface::config::BodyShape;
 
-use crate::seam::{Bounds, BoxTree};
+use crate::parry::{Bounds, BoxTree};
 use mechanics::mass::{AreaMoments, cross, outward, swept, union_of_discs};
 
 /// Outlines with more edges than this are searched through a tree instead of edge by edge: below it, walking the
@@ -192,7 +192,7 @@ fn hidden_edge(vertices: &[Vec2], a: f64) -> Option<usize> {
         let (from, to) = (at(i), at(i + 1));
         let edge = to - from;
         let (length, normal) = (edge.norm(), outward(edge));
-        // The offset edge, cut back by the kites at reflex ends.
+        // The offset edge, shortened at reflex corners, where the offsets of two edges meet.
         let cut = |t: f64| if t < 0.0 { a * (-0.5 * t).tan() } else { 0.0 };
         let (begin, end) = (cut(turn(i)), length - cut(turn(i + 1)));
         if begin > end {

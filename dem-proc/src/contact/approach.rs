@@ -50,7 +50,7 @@ pub fn crossing_rate(bodies: &Bodies, kicked: &[(Vec2, f64)], near: &Near) -> f6
     let arms = [a, b].map(|b| near.point - bodies.state[b].center);
     let at = |b: usize, r: Vec2| kicked[b].0 + Vec2::new(-r.y, r.x) * kicked[b].1;
     let approach = (at(b, arms[1]) - at(a, arms[0])).dot(&near.normal).max(0.0);
-    // Rotation does not change a disc.
+    // Rotation does not move the outline of a disc.
     let turns = |b: usize, r: Vec2| {
         let round = bodies.outline_of(b).len() == 1;
         if round {

@@ -1,16 +1,17 @@
-//! A chain of markers as a disc sees it: where along the chain the distance from the disc's centre has its minima and maxima.
+//! Where along a chain of markers the distance from the centre of a disc has its minima and maxima.
 //!
-//! A disc presses where the distance has a local minimum: at a foot within a segment, or at a corner that sticks out. At a
-//! corner that is dented both segments have a foot near it, and the corner between is a local *maximum*. Counting the two
-//! minima alone would count a flat boundary twice wherever it is dented by a millionth of a degree, and let a contact come and
-//! go at full force. So the maximum between them counts too, with the sign -1. Along any stretch of the chain that is within
-//! reach, minima less maxima are one. A pair of them comes and goes with equal distances, so energy and force are continuous
-//! along any chain; and in a sharp corner, whose vertex the disc does not reach, the two walls are two contacts.
+//! A disc presses where the distance has a local minimum: at a foot within a segment, or at a convex corner of the
+//! chain. Near a reflex corner both segments have a foot, and the corner between them is a local *maximum*. If only the
+//! two minima counted, a flat boundary would count twice wherever a corner is reflex by a millionth of a degree, and a
+//! contact would appear and disappear at full force. So the maximum between them counts with the sign -1. Along any
+//! stretch of the chain within reach, the number of minima less that of maxima is one. A minimum and a maximum appear
+//! and disappear together, at equal distances, so energy and force are continuous along any chain. In a sharp corner
+//! whose vertex the disc does not reach, the two walls are two contacts.
 
 use interface::Vec2;
 use interface::message::wire::ImpInfo;
 
-/// Which slot follows which.
+/// The segments between slots: which slot follows which.
 #[derive(Debug, Clone, Default)]
 pub struct Links {
     next: Vec<Option<u32>>,
@@ -18,7 +19,8 @@ pub struct Links {
 }
 
 impl Links {
-    /// Those of a set. A link to nowhere, to itself, or to where another one leads is none.
+    /// The links of a set. A link is ignored if it leads to no slot, to its own slot, or to a slot to which another
+    /// link leads.
     pub fn of(set: &[ImpInfo]) -> Self {
         let mut links = Self {
             next: vec![None; set.len()],
@@ -48,17 +50,17 @@ impl Links {
     }
 }
 
-/// A place on a chain: `(1 - s)` of one slot and `s` of another.
+/// A place on a chain: `(1 - s)` times one slot plus `s` times another.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Foot {
-    /// Slots of the ends of the segment; the same twice at a vertex.
+    /// Slots of the ends of the segment; at a vertex, both are the same.
     pub slots: [u32; 2],
-    /// Share of the second; 0 at a vertex.
+    /// Share of the second slot; 0 at a vertex.
     pub s: f64,
 }
 
 impl Foot {
-    /// At a vertex.
+    /// The foot at a vertex.
     fn vertex(slot: u32) -> Self {
         Self {
             slots: [slot, slot],
@@ -71,7 +73,7 @@ impl Foot {
         [1.0 - self.s, self.s]
     }
 
-    /// What lies there of vectors that the slots have.
+    /// The value at the foot of vectors that are given at the slots.
     pub fn of(&self, vectors: &[Vec2]) -> Vec2 {
         let [a, b] = self.slots.map(|slot| vectors[slot as usize]);
         a * (1.0 - self.s) + b * self.s
@@ -81,24 +83,25 @@ impl Foot {
 /// A local minimum or maximum of the distance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extremum {
-    /// Where.
+    /// Its place on the chain.
     pub foot: Foot,
-    /// Its place in m.
+    /// Its position in m.
     pub point: Vec2,
-    /// Distance of the centre from it in m.
+    /// Distance from the centre of the disc in m.
     pub distance: f64,
-    /// Whether it is a minimum, which counts once, or a maximum, which counts once less.
+    /// Whether it is a minimum, which counts once, or a maximum, which is subtracted once.
     pub least: bool,
-    /// Whether the centre is on the outside of the chain there, to the right of it.
+    /// Whether the centre of the disc is on the outside of the chain there, which is its right side.
     pub outside: bool,
-    /// Whether no other place is nearer in some direction along the chain: of a maximum whose segments have their feet beyond
-    /// their other ends.
+    /// For a maximum: whether one of its two segments contains no minimum, because its foot lies beyond the segment's
+    /// other end.
     pub alone: bool,
-    /// Extrema with the same number hang together: the chain between them is within the contact distance.
+    /// Number of the stretch. Extrema with the same number are connected: the chain between them is within the contact
+    /// distance.
     pub stretch: u32,
 }
 
-/// A segment as the centre of a disc sees it.
+/// A segment, and where the foot of a disc's centre is on it.
 #[derive(Debug, Clone, Copy)]
 struct Seen {
     from: u32,
@@ -109,8 +112,8 @@ struct Seen {
     normal: Vec2,
 }
 
-/// Finds the extrema of the distance of `center` (m) along the segments that begin at the slots `segments`, ascending, of
-/// markers at `x` (m), in the order of the chain. `contact` is the distance (m) below which the two touch.
+/// Finds the extrema of the distance of `center` (m) along the segments that begin at the slots `segments` (ascending),
+/// in the order of the chain. Markers are at `x` (m). `contact` is the distance (m) below which disc and chain touch.
 pub fn extrema(
     links: &Links,
     x: &[Vec2],
@@ -125,7 +128,7 @@ pub fn extrema(
         let (a, b) = (x[from as usize], x[to as usize]);
         let along = b - a;
         let length_sq = along.norm_squared();
-        // A segment without length is its ends.
+        // On a segment without length every foot is right.
         let s = if length_sq > 0.0 {
             (center - a).dot(&along) / length_sq
         } else {
@@ -155,7 +158,7 @@ pub fn extrema(
     if walked == segments.len() {
         return;
     }
-    // A ring that is near all round has no beginning: it is walked from its lowest slot.
+    // A ring that is near everywhere has no beginning, so it begins at its lowest slot.
     let lowest = |start: u32| around(links, start).all(|slot| slot >= start);
     for &start in segments {
         if on_a_ring(links, start, &listed) && lowest(start) {
@@ -164,13 +167,13 @@ pub fn extrema(
     }
 }
 
-/// The slots from `start` on, as far as segments lead, or round a ring.
+/// The slots from `start` on, to the last one that segments lead to, or once round a ring.
 fn around(links: &Links, start: u32) -> impl Iterator<Item = u32> {
     let step = move |&slot: &u32| links.next(slot).filter(|&next| next != start);
     core::iter::successors(Some(start), step)
 }
 
-/// Whether segments lead back to `start`, all of them listed.
+/// Whether segments, all of them listed, lead back to `start`.
 fn on_a_ring(links: &Links, start: u32, listed: &impl Fn(u32) -> bool) -> bool {
     let mut last = start;
     for slot in around(links, start) {
@@ -192,7 +195,8 @@ struct Walk<'a> {
 }
 
 impl Walk<'_> {
-    /// From the segment that begins at `start` as far as segments are listed, once round a ring; how many there were.
+    /// Goes from the segment that begins at `start` to the last one that is listed, at most once round a ring. Returns
+    /// the number of segments.
     fn run(
         &mut self,
         start: u32,
@@ -237,7 +241,7 @@ impl Walk<'_> {
         count
     }
 
-    /// Once round a ring: the stretch at the end goes on in that at the beginning, and stands before it.
+    /// Joins the stretch at the end of a ring to that at its beginning, and moves its extrema to the front.
     fn join_ends(&mut self, begin: usize, of_begin: u32) {
         if self.stretch == of_begin {
             return;
@@ -249,7 +253,7 @@ impl Walk<'_> {
         of_ring.rotate_right(joined);
     }
 
-    /// The vertex between two segments.
+    /// Adds the vertex between two segments.
     fn corner(&mut self, before: &Seen, after: &Seen) {
         let [ends, begins] = [before.s >= 1.0, after.s <= 0.0];
         let bisector = unit(before.normal) + unit(after.normal);
@@ -276,19 +280,20 @@ impl Walk<'_> {
             alone,
             stretch: self.stretch,
         });
-        // Beyond a place that is not reached another stretch begins.
+        // After a place out of reach a new stretch begins.
         if !(least || outside && distance < self.contact) {
             self.stretch += 1;
         }
     }
 }
 
-/// A vector over its length; nothing of nothing.
+/// The unit vector in a direction; zero for a vector without length.
 fn unit(v: Vec2) -> Vec2 {
     v.try_normalize(0.0).unwrap_or_else(Vec2::zeros)
 }
 
-/// Calls `share` with the slots near a foot and the largest share that each can have of a foot within `way` (m) along the chain.
+/// Calls `share` with the slots near a foot, and with the largest share that each can have of any foot within `way` (m)
+/// along the chain.
 pub fn shares_within(
     links: &Links,
     x: &[Vec2],
@@ -306,7 +311,7 @@ pub fn shares_within(
         share(from, (first + way / own).min(1.0));
         share(to, (second + way / own).min(1.0));
     }
-    // Beyond the ends, as far as the way leads.
+    // Slots beyond the ends of the segment, as far as `way` leads.
     let walk = |mut at: u32, mut left: f64, forward: bool, share: &mut dyn FnMut(u32, f64)| {
         let mut steps = 0;
         while left > 0.0 && steps < 64 {
@@ -327,8 +332,8 @@ pub fn shares_within(
     walk(from, way - second * own, false, &mut share);
 }
 
-/// Whether the centre of a disc has come through the chain: it is on the inside of a foot within a segment, nearer than a point
-/// can go in a step.
+/// Whether the centre of a disc has passed through the chain: it is on the inside of a foot within a segment, and
+/// nearer to it than a point can move in a step.
 pub fn came_through(extremum: &Extremum, radius: f64) -> bool {
     let [a, b] = extremum.foot.slots;
     a != b && !extremum.outside && extremum.distance <= 0.5 * radius

@@ -30,12 +30,12 @@ use crate::lists::watch::{Ahead, Watch};
 use crate::saved::{count, finite};
 use mechanics::mass::cross;
 
-/// A possible contact: a part of one body, and another body. The order of the fields is that of the list.
+/// A possible contact: a part of one body, and another body. Candidates are sorted by the fields in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Candidate {
-    /// The body that `N` points to, the other.
+    /// The body that `N` points to, then the other one.
     pub bodies: [u32; 2],
-    /// Vertex of the first body in [`Bodies::outline`]; 0 if the whole body is meant.
+    /// Vertex of the first body in [`Bodies::outline`]; 0 if the candidate is the whole body.
     pub vertex: u32,
 }
 
@@ -48,7 +48,7 @@ pub struct Spot {
     pub gain: f64,
     /// Unit normal `N`, in the direction in which the first body is pushed.
     pub normal: Vec2,
-    /// A point of the force's line in m.
+    /// A point on the line of action of the force, in m.
     pub point: Vec2,
     /// Half the width of the contact in m: the largest offset of the line of force in the next step.
     pub half_width: f64,
@@ -64,8 +64,8 @@ pub trait Measure: Debug + Send + Sync {
     fn length(&self, bodies: &Bodies, candidate: Candidate) -> f64;
     /// The contact of a candidate; `None` if its distance is above `closing` (m).
     fn meet(&mut self, bodies: &Bodies, candidate: Candidate, closing: f64) -> Option<Spot>;
-    /// Whether a candidate that presses has gone too far ([`crate::contact::passage`]); `turned`: its normal has turned
-    /// since the step before, in the frame of the second body.
+    /// The criterion by which a candidate that presses has gone too far ([`crate::contact::passage`]). `turned`: its
+    /// normal has rotated since the last step, in the frame of the second body.
     fn passage(
         &self,
         bodies: &Bodies,
@@ -147,12 +147,12 @@ pub struct ConvexContacts<L: Law, M> {
     next_normals: Vec<Vec2>,
     /// Depths of the last evaluation in m, 0 where there is no contact.
     depths: Vec<f64>,
-    /// The candidates in reach.
+    /// The candidates in reach in the last evaluation.
     in_reach: Vec<Near>,
-    /// Force and stiffness of each of them.
+    /// Force and stiffness of each candidate in reach.
     pressing: Vec<Pressing>,
-    /// Those that press, for frames.
-    told: Vec<ContactState>,
+    /// The contacts that press, for frames.
+    contact_states: Vec<ContactState>,
     passed: Option<PassedBodies>,
     presses: usize,
     loss: Loss,
@@ -174,7 +174,7 @@ impl<L: Law, M: Measure> ConvexContacts<L, M> {
             depths: Vec::new(),
             in_reach: Vec::new(),
             pressing: Vec::new(),
-            told: Vec::new(),
+            contact_states: Vec::new(),
             passed: None,
             presses: 0,
             loss: Loss::default(),
@@ -230,7 +230,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         loads.fill(PairLoad::default());
         self.in_reach.clear();
         self.pressing.clear();
-        self.told.clear();
+        self.contact_states.clear();
         self.presses = 0;
         self.passed = None;
         self.loss = Loss::default();
@@ -266,7 +266,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
                 overlap: spot.depth,
                 force: 0.0,
                 stiffness: stiffness.normal,
-                // From one end of the smaller body to the other.
+                // The contact point may move from one end of the smaller body to the other.
                 width: 2.0 * spot.half_width,
             });
             if spot.depth <= 0.0 {
@@ -288,7 +288,8 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
                 pressing.force = spot.gain * response.normal;
             }
             let force = push(loads, pair, arms, &spot, &response);
-            self.told.push(between_bodies(pair, spot.point, force));
+            self.contact_states
+                .push(between_bodies(pair, spot.point, force));
             self.loss += response.loss;
             self.presses += 1;
             self.depths[k] = spot.depth;
@@ -296,7 +297,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         }
     }
 
-    /// `evaluate` has done this, for any number of threads.
+    /// [`Self::evaluate`] has already summed the loads, for any number of threads.
     fn sum(&self, _: usize, _: &mut [PairLoad]) {}
 
     /// As for pairs of vertices and edges: see [`crate::contact::pairs`].
@@ -348,7 +349,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
     }
 
     fn tell(&self, _: &Bodies, found: &mut Vec<ContactState>) {
-        found.extend_from_slice(&self.told);
+        found.extend_from_slice(&self.contact_states);
     }
 
     fn keep_list(&mut self) {
@@ -396,7 +397,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
                     fresh: _,
                     rebuilt: _,
                 },
-            // Of the configuration.
+            // These belong to the configuration.
             law: _,
             measure: _,
             // Results of an evaluation; the next one overwrites them.
@@ -405,7 +406,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
             depths: _,
             in_reach: _,
             pressing: _,
-            told: _,
+            contact_states: _,
             passed: _,
             presses: _,
             loss: _,
@@ -473,8 +474,8 @@ fn refill<T: Clone>(kept: &mut Vec<T>, count: usize, value: T) {
     kept.resize(count, value);
 }
 
-/// Contribution of a contact to a body's `Load::rate`, for a force anywhere on the contact's width and a gain of at
-/// most 1.
+/// Contribution of a contact to a body's `Load::rate`, for a force anywhere on the width of the contact and a gain of
+/// at most 1.
 fn rate(frame: &Frame, arm: Vec2, spot: &Spot, normal: f64, tangential: f64) -> f64 {
     let across = cross(arm, spot.normal).abs() + spot.half_width;
     let along = arm.dot(&spot.normal).abs() + spot.half_width;

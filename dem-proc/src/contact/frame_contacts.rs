@@ -1,9 +1,9 @@
-//! Contacts as frames have them: both bodies, position and force.
+//! Contacts as frames contain them: both bodies, position and force.
 
 use interface::Vec2;
 use interface::message::wire::ContactState;
 
-/// What [`ContactState::with`] is for a body and another body, for a body and a point, and for two points.
+/// The values of [`ContactState::with`] for two bodies, for a body and a point, and for two points.
 const BODY: u64 = 0;
 pub(crate) const POINT: u64 = 1;
 pub(crate) const POINTS: u64 = 2;

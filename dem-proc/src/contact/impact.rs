@@ -61,7 +61,7 @@ impl Impacts<'_> {
         let state = near.bodies.map(|b| &bodies.state[b as usize]);
         let kicked = near.bodies.map(|b| self.kicked[b as usize]);
         let arms = state.map(|s| near.point - s.center);
-        // Along the normal, of the first body less that of the second.
+        // The component along the normal, of the first body less that of the second.
         let along = |of: [(Vec2, f64); 2]| {
             let [a, b] = [0, 1].map(|i| {
                 let (velocity, spin) = of[i];

@@ -1,10 +1,11 @@
-//! Which segments of a boundary chain are near which disc: a list that is made anew where it is needed.
+//! A list of the segments of a boundary chain that are near each disc. It is rebuilt when it no longer holds all of
+//! them.
 
 use interface::Vec2;
 use interface::message::wire::ImpInfo;
 
 use crate::body::bodies::Bodies;
-use crate::body::odometer::Odometer;
+use crate::body::displacement::Displacement;
 use crate::contact::chain::Links;
 use crate::lists::neighbours::REACH;
 
@@ -13,9 +14,9 @@ use crate::lists::neighbours::REACH;
 pub struct Near {
     /// Its body.
     pub body: u32,
-    /// Its place in the outline of the body.
+    /// Index of its vertex in the outline of the body.
     pub part: u32,
-    /// Its segments among all that are listed: the first, and how many.
+    /// Its segments in [`NearSegments::segments`]: index of the first, and their number.
     segments: [u32; 2],
 }
 
@@ -30,7 +31,7 @@ struct Segment {
 }
 
 impl Segment {
-    /// Whether it is near a disc of radius `r` (m) around `center` (m).
+    /// Whether the segment is near a disc of radius `r` (m) around `center` (m).
     fn is_near(&self, center: Vec2, r: f64) -> bool {
         let [a, b] = self.ends;
         (mechanics::outline::foot(a, b, center).0 - center).norm() <= r + self.margin
@@ -46,13 +47,13 @@ pub struct NearSegments {
     segments: Vec<u32>,
     built_at: Vec<Vec2>,
     listed: bool,
-    odometer: Odometer,
-    /// All segments, and those around a body: kept from list to list, so that no step allocates.
+    displacement: Displacement,
+    /// Buffers for all segments, and for those around a body. They are kept, so that no step allocates.
     room: [Vec<Segment>; 2],
 }
 
 impl NearSegments {
-    /// Nothing is listed yet. Segments are listed up to `skin` (m) farther away than they matter.
+    /// An empty list. Segments are listed up to `skin` (m) farther away than they can matter.
     pub fn new(skin: f64) -> Self {
         Self {
             skin,
@@ -60,30 +61,31 @@ impl NearSegments {
         }
     }
 
-    /// The list is of no use any more.
+    /// Marks the list as out of date.
     pub fn forget(&mut self) {
         self.listed = false;
     }
 
-    /// The bodies move on with surface speeds up to `speed` (m/s) for `dt` (s).
+    /// The bodies move with surface speeds up to `speed` (m/s) for `dt` (s).
     pub fn advance(&mut self, speed: f64, dt: f64) {
-        self.odometer.advance(speed, dt);
+        self.displacement.advance(speed, dt);
     }
 
-    /// Makes the list anew if a segment that is not in it could matter to a disc, with the markers of `set` at `positions` (m).
+    /// Rebuilds the list if a segment that is not in it could matter to a disc. The markers of `set` are at `positions`
+    /// (m).
     pub fn update(&mut self, bodies: &Bodies, set: &[ImpInfo], links: &Links, positions: &[Vec2]) {
         if self.listed {
             let moved = positions.iter().zip(&self.built_at);
             let moved = moved.map(|(now, at)| (now - at).norm_squared());
             let left = self.skin - moved.fold(0.0, f64::max).sqrt();
-            if set.is_empty() || left > 0.0 && self.odometer.stays_below(left, bodies) {
+            if set.is_empty() || left > 0.0 && self.displacement.stays_below(left, bodies) {
                 return;
             }
         }
         self.list(bodies, set, links, positions);
         self.built_at.clear();
         self.built_at.extend_from_slice(positions);
-        self.odometer.reset(bodies);
+        self.displacement.reset(bodies);
         self.listed = true;
     }
 
@@ -124,7 +126,7 @@ impl NearSegments {
         }
     }
 
-    /// The discs with segments near them, in their order.
+    /// The discs with segments near them, in the order of the bodies.
     pub fn discs(&self) -> &[Near] {
         &self.discs
     }

@@ -12,7 +12,7 @@ use crate::contact::approach::thickness;
 use crate::contact::convex::{Candidate, Measure, Spot};
 use crate::contact::passage::{Passage, TIP, admissible_depth, goes_through};
 
-/// The measure.
+/// Measures a contact by the distance of a vertex from the nearest edge.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct NearestEdge;
 
@@ -23,7 +23,7 @@ impl Measure for NearestEdge {
         let edges = |b: u32| bodies.properties[b as usize].shape.has_edges;
         let [i, j] = pair;
         for [v, e] in [[i, j], [j, i]] {
-            // Discs have no edges: two of them have one contact, and their centres are the vertices against a polygon.
+            // Discs have no edges. Two of them have one contact; the centre of a disc is its vertex against a polygon.
             if !edges(e) && (edges(v) || v > e) {
                 continue;
             }
@@ -42,7 +42,7 @@ impl Measure for NearestEdge {
         }
     }
 
-    /// Up to the middle of the body that has the edges.
+    /// The depth at the middle of the body that has the edges.
     fn length(&self, bodies: &Bodies, candidate: Candidate) -> f64 {
         let [v, e] = candidate.bodies.map(|b| b as usize);
         let outline = bodies.outline_of(e);
@@ -77,7 +77,8 @@ impl Measure for NearestEdge {
             let now = bodies.outline[candidate.vertex as usize];
             let [own, other] = [v, e].map(|b| &bodies.frames[b]);
             let moved = own.displacement(now - own.center) - other.displacement(now - other.center);
-            // Sharp corners have no contact distance: the tip that they may cut off is small compared with both bodies.
+            // Bodies without a sphero-radius have no contact distance. The tip that may be cut off is small compared
+            // with both bodies.
             let thickness = [v, e].map(|b| thickness(bodies.outline_of(b)));
             let thinner = thickness.into_iter().filter(|t| *t > 0.0);
             let tip = TIP * thinner.reduce(f64::min).unwrap_or(0.0);

@@ -14,17 +14,17 @@ use crate::body::bodies::Bodies;
 use crate::contact::approach::thickness;
 use crate::contact::convex::{Candidate, Measure, Spot};
 use crate::contact::passage::Passage;
-use crate::seam::{Gap, gap};
+use crate::parry::{Gap, gap};
 use mechanics::mass::cross;
 
 /// Smallest ratio of the width of an overlap to the root of its area for which the force has the right direction: half
 /// of it is the root of `tan(alpha / 2)` for a corner of the angle `alpha`.
 const NARROW: f64 = 0.2;
 
-/// A vertex of an overlap, and whether the edge that begins there is of the second outline.
+/// A vertex of an overlap, and whether the edge that begins there belongs to the second outline.
 type Corner = (Vec2, bool);
 
-/// The measure.
+/// Measures a contact by the area of the overlap.
 #[derive(Debug, Clone, Default)]
 pub struct OverlapArea {
     corners: Vec<Corner>,
@@ -81,7 +81,7 @@ impl OverlapArea {
     }
 }
 
-/// Sums over the corners of an overlap, about the first of them.
+/// The sums over the corners of an overlap, relative to the first corner.
 fn measure(corners: &[Corner]) -> Option<Overlap> {
     let origin = corners.first()?.0;
     let (mut twice, mut first) = (0.0, Vec2::zeros());
@@ -93,7 +93,8 @@ fn measure(corners: &[Corner]) -> Option<Overlap> {
         twice += triangle;
         first += (p + q) * (triangle / 6.0);
         if of_second {
-            // Outward of the second, times its length: it pushes the first.
+            // The outward normal of the second polygon's edge times its length: its direction is that in which the
+            // first one is pushed.
             let push = Vec2::new(q.y - p.y, p.x - q.x);
             gradient += push;
             turning += cross((p + q) * 0.5, push);
@@ -129,7 +130,7 @@ impl Measure for OverlapArea {
         });
     }
 
-    /// Through the thinner of the two.
+    /// The depth at which the overlap reaches through the thinner body.
     fn length(&self, bodies: &Bodies, candidate: Candidate) -> f64 {
         let [a, b] = candidate.bodies;
         let [a, b] = [a, b].map(|b| thickness(bodies.outline_of(b as usize)));

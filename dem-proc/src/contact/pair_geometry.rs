@@ -398,7 +398,7 @@ impl Side {
         }
     }
 
-    /// Displacement of the material at the contact by the rotation of the last step, along `N` and `T`; exact for any
+    /// Displacement along `N` and `T` of the material at the contact by the rotation in the last step; exact for any
     /// angle.
     #[inline(always)]
     fn turned(&self) -> LaneVec {

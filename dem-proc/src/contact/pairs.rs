@@ -75,16 +75,16 @@ pub trait BodySide: Debug + Send + Sync {
     fn damping_ratio(&self) -> f64;
     /// Pairs that press at present.
     fn contacts(&self) -> usize;
-    /// The bodies move on with surface speeds up to `speed` (m/s) for `dt` (s).
+    /// The bodies move with surface speeds up to `speed` (m/s) for `dt` (s).
     fn advance(&mut self, speed: f64, dt: f64);
     /// Bytes of memory.
     fn bytes(&self) -> usize;
-    /// For a saved state.
+    /// The data for a saved state.
     fn save(&self) -> SavedPairs;
     /// Restores a saved state, with bodies of the same configuration. A refusal leaves everything unchanged.
     ///
     /// # Errors
-    /// A refusal if it is not of this configuration.
+    /// A refusal if it was not saved with this configuration.
     fn restore(&mut self, saved: &SavedPairs, bodies: &Bodies) -> Result<(), Refusal>;
 }
 
@@ -212,7 +212,7 @@ fn separation(bodies: &Bodies, pair: &VertexEdge) -> (Vec2, f64) {
 #[derive(Debug, Default)]
 struct Outcomes {
     count: usize,
-    /// Owner of the vertex, owner of the edge.
+    /// Owner of the vertex, then owner of the edge.
     pair_bodies: Vec<[u32; 2]>,
     /// Their indices within the chunk.
     numbers: Vec<u32>,
@@ -253,7 +253,7 @@ impl Outcomes {
         pair_bodies.zip(loads)
     }
 
-    /// Adds the first `count` lanes.
+    /// Adds the first `count` lanes of four evaluated pairs.
     #[inline(always)]
     fn add(
         &mut self,
@@ -521,8 +521,9 @@ impl<L: Law> BodySide for BodyContacts<L> {
 
     fn crossing(&self, bodies: &Bodies, kicked: &[(Vec2, f64)], speed: f64, known: f64) -> f64 {
         let now = self.lists.current();
-        // Twice the speed, and the same again for the curvature of paths under rotation, which is smaller as long as a
-        // step moves surfaces by less than the contact distance.
+        // The bound has twice the speed of a surface for the approach of two surfaces. It is doubled for the curvature
+        // of paths under rotation, which is smaller than that as long as a step moves surfaces by less than the contact
+        // distance.
         let most = 4.0 * (2.0 * 2.0 * speed) / now.list.smallest_reach;
         if most <= known || self.outcomes.iter().all(|found| found.count == 0) {
             return known;
@@ -633,7 +634,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
                     fresh: _,
                     rebuilt: _,
                 },
-            law: _, // of the configuration
+            law: _, // belongs to the configuration
             // Results of an evaluation; the next one overwrites them.
             next: _,
             separations: _,

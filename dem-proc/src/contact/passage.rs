@@ -69,7 +69,7 @@ pub enum Passage {
 }
 
 impl Passage {
-    /// The verb of the error message, before the name of the body.
+    /// What it has done, in the words of the error message that stand before the name of the body.
     fn words(self) -> &'static str {
         match self {
             Self::Through => "has passed through",
@@ -78,7 +78,7 @@ impl Passage {
     }
 }
 
-/// What the user can change.
+/// Advice for the user.
 const ADVICE: &str = "a contact force would push it to the wrong side; write a stiffer contact, a slower drive or a \
                       shorter time.max_step";
 
@@ -89,7 +89,7 @@ pub struct Passed {
     pub id: u64,
     /// Body.
     pub body: usize,
-    /// How.
+    /// The criterion that is met.
     pub passage: Passage,
     /// Overlap `xi` in m.
     pub overlap: f64,
@@ -113,7 +113,7 @@ impl Passed {
 pub struct PassedBodies {
     /// The owner of the vertex, and the other body.
     pub bodies: [u32; 2],
-    /// How.
+    /// The criterion that is met.
     pub passage: Passage,
     /// Overlap `xi` in m.
     pub overlap: f64,
@@ -162,7 +162,7 @@ pub fn goes_through(outline: &[Vec2], from: Vec2, to: Vec2, reach: f64) -> bool 
     (inside || (0..edge_count(n)).any(meets)) && leap(outline, &seen) > reach
 }
 
-/// The shorter way along a closed outline between two of its points in m; of a segment, round one of its ends.
+/// The shorter path along a closed outline between two of its points in m. For a segment it goes round one of its ends.
 fn leap(outline: &[Vec2], seen: &[Nearest; 2]) -> f64 {
     let n = outline.len();
     let length = |i: usize| (outline[(i + 1) % n] - outline[i]).norm();
@@ -171,7 +171,7 @@ fn leap(outline: &[Vec2], seen: &[Nearest; 2]) -> f64 {
         Feature::Vertex(i) => before(i),
         Feature::Edge(i) => before(i) + (seen[k].point - outline[i]).norm(),
     });
-    let all = before(n); // of a segment: there and back
+    let all = before(n); // a segment counts both ways
     let along = if n == 2 { a + b } else { (a - b).abs() };
     along.min(all - along)
 }
@@ -197,11 +197,11 @@ mod tests {
         assert!(through(&plate, v(0.3, 0.1), v(0.2, -0.1)));
         assert!(through(&plate, v(0.3, 0.005), v(0.2, -0.005)));
         assert!(!through(&plate, v(1.05, 0.1), v(1.05, -0.1)));
-        // A spike to the right, 23 degrees sharp: across its middle, and across its tip.
+        // A spike that points to the right, with an angle of 23 degrees: across its middle, and across its tip.
         let spike = [v(0.0, -0.2), v(1.0, 0.0), v(0.0, 0.2)];
         assert!(through(&spike, v(0.5, 0.01), v(0.5, -0.01)));
         assert!(!through(&spike, v(0.97, 0.001), v(0.97, -0.001)));
-        // A narrow notch from above: from one of its walls to the other.
+        // A narrow notch, open at the top: from one of its walls to the other.
         let notched = [
             v(-1.0, -1.0),
             v(1.0, -1.0),

@@ -1,14 +1,14 @@
-//! Contact between the material points of two groups (Chen 2023 section 3.3): each point carries a circle for contact, and
-//! two circles that overlap press on one another, by the same laws as a point and a body.
+//! Contact between the material points of two groups (Chen 2023 section 3.3). Each point has a circle for contact. Two
+//! circles that overlap press on one another, by the same laws as a point and a body.
 //!
 //! ```text
 //! N = (x_a - x_b) / |x_a - x_b|,   xi = r_a + r_b - |x_a - x_b|,   f_a = F_n N + F_t T,   f_b = -f_a
 //! ```
 //!
-//! The surfaces move as the points do; points have no rotation, so what the continuum turns by within a step counts as
+//! The surfaces move as the points do. Points have no rotation, so a rotation of the continuum within a step counts as
 //! motion along the contact, as in the paper.
 //!
-//! An evaluation commits nothing, as in [`crate::contact::points`].
+//! An evaluation does not change what is kept, as in [`crate::contact::points`].
 
 use std::fmt::Debug;
 
@@ -27,17 +27,17 @@ use crate::law::history::SavedHistories;
 use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties, reduced};
 use crate::lists::cells::Cells;
 use crate::lists::neighbours::REACH;
+use crate::parry::Bounds;
 use crate::saved::{count, finite, refusal};
-use crate::seam::Bounds;
 use crate::threads::Threads;
 
-/// What the step needs from the contact between points, whatever the law.
+/// What a step needs from the contact between points, for any law.
 pub trait PairSide: Debug + Send {
-    /// Slots are now ordered as `set`.
+    /// The set was replaced: slots are now in the order of `set`.
     fn imp_set(&mut self, set: &[ImpInfo]);
-    /// Points are at `states`: makes a list anew if a pair that is not in the one that is kept could touch.
+    /// The points are now at `states`. Builds a new list if a pair that is not in the present one could touch.
     fn update_list(&mut self, states: &[ImpState]);
-    /// Evaluates every pair of the list and adds the forces, and twice the stiffness at both ends (F-6), slot by slot.
+    /// Evaluates every pair of the list. Adds the forces, slot by slot, and twice the stiffness at both points (F-6).
     fn evaluate(
         &mut self,
         states: &[ImpState],
@@ -45,39 +45,39 @@ pub trait PairSide: Debug + Send {
         threads: &Threads,
         forces: &mut [ImpForce],
     );
-    /// The first pair, in the order of the list, of which the last evaluation found that it is too deep.
+    /// The first pair, in the order of the list, that was too deep in the last evaluation.
     fn passed(&self) -> Option<Fault>;
     /// Energy dissipated over the last step.
     fn loss(&self) -> Loss;
     /// Energy in the contact springs in J/m.
     fn energy(&self, states: &[ImpState]) -> f64;
-    /// Adds the pairs that press in the last evaluation, of these states, in the order of the list.
+    /// Appends the pairs of the last evaluation that press, with the points at `states`, in the order of the list.
     fn tell(&self, states: &[ImpState], last_step: LastStep, found: &mut Vec<ContactState>);
     /// Keeps the list that was evaluated.
     fn keep_list(&mut self);
-    /// Accepts what was evaluated as the history of the next step, and keeps the list.
+    /// Makes the result of the evaluation the history of the next step, and keeps the list.
     fn commit(&mut self);
-    /// Largest damping ratio of a contact in reach; 0 where there is none.
+    /// Largest damping ratio of a contact in reach; 0 if there is none.
     fn damping_ratio(&self) -> f64;
     /// Bytes of memory.
     fn bytes(&self) -> usize;
-    /// For a saved state.
+    /// The data for a saved state.
     fn save(&self) -> SavedPointPairs;
-    /// Takes over what was saved. After a refusal all is as it was.
+    /// Restores a saved state. A refusal leaves everything unchanged.
     ///
     /// # Errors
-    /// A refusal if it is not of this configuration.
+    /// A refusal if it was not saved with this configuration.
     fn restore(&mut self, saved: &SavedPointPairs) -> Result<(), Refusal>;
 }
 
 /// Which groups touch one another.
 #[derive(Debug, Clone, Default)]
 pub struct Touching {
-    /// One more than the last group that does.
+    /// One more than the largest index of a group that touches another one.
     groups: usize,
-    /// For each two groups.
+    /// For every two groups, whether they touch.
     pairs: Vec<bool>,
-    /// Surface of each group, where there is a table of laws; else empty.
+    /// Surface of each group; empty if there is no table of laws.
     surfaces: Vec<u32>,
 }
 
@@ -105,10 +105,10 @@ impl Touching {
     }
 }
 
-/// Contact between points in a saved state. The list follows from where the points were when it was built.
+/// Contact between points in a saved state. The list follows from the positions at which it was built.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct SavedPointPairs {
-    /// As records of the wire.
+    /// The records as on the wire.
     set: Vec<u8>,
     replaced: Option<Vec<u8>>,
     /// In m.
@@ -125,9 +125,9 @@ type Pair = [u32; 2];
 #[derive(Debug, Clone, Copy)]
 struct Outcome {
     pair: Pair,
-    /// On the first, in N/m; the second has its negative.
+    /// On the first point, in N/m; the second one has its negative.
     force: Vec2,
-    /// In N/m, of the normal or the tangential spring, whichever is stiffer.
+    /// Stiffness in N/m of the stiffer of the normal and the tangential spring.
     stiffness: f64,
     /// Dissipated over the last step.
     loss: Loss,
@@ -138,11 +138,11 @@ struct Outcome {
 /// What is kept from one step to the next.
 #[derive(Debug)]
 struct Kept<L: Law> {
-    /// In ascending order.
+    /// The pairs of the list, in ascending order.
     list: Vec<Pair>,
     constants: Vec<L::Pair>,
     history: Vec<L::History>,
-    /// Smallest reduced mass of a pair in kg/m; infinite where there is none.
+    /// Smallest reduced mass of a pair in kg/m; infinite if there is none.
     lightest: f64,
     /// Positions of the points one step before in m; empty if there was no step.
     previous: Vec<Vec2>,
@@ -164,9 +164,10 @@ impl<L: Law> Default for Kept<L> {
 }
 
 impl<L: Law> Kept<L> {
-    /// History and previous positions from an `old` list of the set `was`: they follow the ids to `set`.
+    /// Takes history and previous positions from an `old` list, which belongs to the set `was`. They are assigned to
+    /// the points of `set` by id.
     fn carry(&mut self, old: &Self, was: &[ImpInfo], set: &[ImpInfo]) {
-        // Slots are ordered by id, in this set and in that one.
+        // In both sets the slots are ordered by id.
         let slot_of = |id: u64| was.binary_search_by_key(&id, |info| info.id).ok();
         let history = |&[a, b]: &Pair| {
             let [a, b] = [a, b].map(|slot| slot_of(set[slot as usize].id));
@@ -181,7 +182,7 @@ impl<L: Law> Kept<L> {
         self.history.extend(histories);
         self.previous.clear();
         if !old.previous.is_empty() {
-            // A point that is new to the set touched nothing one step ago; where it was does not matter.
+            // A point that is new to the set touched nothing one step ago, so its previous position has no effect.
             let was_at = |(info, now): (&ImpInfo, &Vec2)| {
                 slot_of(info.id).map_or(*now, |slot| old.previous[slot])
             };
@@ -198,15 +199,15 @@ pub struct PointPairs<L: Law> {
     touching: Touching,
     skin: f64,
     set: Vec<ImpInfo>,
-    /// The set that what is kept is still ordered by, where it was replaced since.
+    /// The set to which the order of `kept` belongs, if it was replaced since.
     replaced: Option<Vec<ImpInfo>>,
     lists: Versions<Kept<L>>,
     next: Vec<L::History>,
-    /// Of the points in the last evaluation in m.
+    /// Positions of the points in the last evaluation in m.
     positions: Vec<Vec2>,
     buffers: Vec<Vec<Outcome>>,
     any_in_reach: bool,
-    /// The first pair that is too deep, with its overlap in m.
+    /// The first pair that is too deep, and its overlap in m.
     deep: Option<(Pair, f64)>,
     loss: Loss,
 }
@@ -233,7 +234,7 @@ impl<L: Law> PointPairs<L> {
     /// Builds a list for points of a set at these positions (m), with the constants of its pairs.
     fn listed(&self, fresh: &mut Kept<L>, set: &[ImpInfo], positions: &[Vec2]) {
         let mutual = |a: usize, b: usize| self.touching.touch(set[a].group, set[b].group);
-        // The box of a point has half of what two may be apart, with either's own share of it.
+        // Each of two points contributes half of the largest distance at which they are listed.
         let boxes: Vec<Bounds> = (set.iter().zip(positions))
             .map(|(info, &x)| {
                 let half = (1.0 + 0.5 * REACH) * info.radius + 0.5 * self.skin;
@@ -275,7 +276,7 @@ impl<L: Law> PointPairs<L> {
         fresh.built_at.extend_from_slice(positions);
     }
 
-    /// What an evaluation looks at.
+    /// The data that an evaluation reads.
     fn view<'a>(&'a self, states: &'a [ImpState]) -> View<'a, L> {
         View {
             law: &self.law,
@@ -299,7 +300,8 @@ struct View<'a, L: Law> {
 }
 
 impl<L: Law> View<'_, L> {
-    /// Overlap and unit normal from the second point of a pair to the first; along x where they are in one place.
+    /// Overlap of a pair, and the unit normal from its second point to the first; along x if both are at the same
+    /// place.
     #[inline]
     fn overlap(&self, [a, b]: Pair) -> (f64, Vec2) {
         let [a, b] = [a as usize, b as usize];
@@ -316,7 +318,7 @@ impl<L: Law> View<'_, L> {
         )
     }
 
-    /// One pair: geometry, law. `None` out of reach.
+    /// Evaluates one pair: geometry and law. `None` if it is out of reach.
     #[inline]
     fn pair(&self, interval: Interval, k: usize) -> Option<(Outcome, L::History)> {
         let Interval { last_step, closing } = interval;
@@ -332,7 +334,7 @@ impl<L: Law> View<'_, L> {
             ..Kinematics::default()
         };
         if L::MOTION {
-            // As between a point and a body: from positions, where there was a step.
+            // If there was a step, the velocity is computed from positions, as for a point and a body.
             let previous = &self.now.previous;
             if last_step.dt > 0.0 && !previous.is_empty() {
                 let [now_a, now_b] = [a, b].map(|slot| Vec2::from(self.states[slot].position));
@@ -378,7 +380,7 @@ impl<L: Law> PairSide for PointPairs<L> {
         if self.replaced.is_none() {
             let points = self.positions.iter().zip(&self.lists.kept.built_at);
             let points = points.map(|(now, at)| (now - at).norm_squared());
-            // Either point of a pair may have come by as much.
+            // Both points of a pair may have moved by this much towards one another.
             if 2.0 * points.fold(0.0, f64::max).sqrt() <= self.skin {
                 return;
             }
@@ -471,7 +473,7 @@ impl<L: Law> PairSide for PointPairs<L> {
 
     fn tell(&self, states: &[ImpState], last_step: LastStep, found: &mut Vec<ContactState>) {
         let view = self.view(states);
-        // What comes in the next step does not matter for the force.
+        // The closing distance of the next step affects only the stiffness, not the force.
         let interval = Interval {
             last_step,
             closing: 0.0,
@@ -534,11 +536,11 @@ impl<L: Law> PairSide for PointPairs<L> {
                     fresh: _,
                     rebuilt: _,
                 },
-            // Of the configuration.
+            // These belong to the configuration.
             law: _,
             touching: _,
             skin: _,
-            // Of an evaluation, which begins each of them anew.
+            // Results of an evaluation; the next one overwrites them.
             next: _,
             positions: _,
             buffers: _,

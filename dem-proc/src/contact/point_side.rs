@@ -1,5 +1,5 @@
-//! What the step needs from contact between points and bodies, whatever meets what: the points themselves
-//! ([`super::points`]) or the segments between the markers of a boundary ([`super::segments`]).
+//! What a step needs from the contact of bodies with the continuum: with the points themselves ([`super::points`]) or
+//! with the segments between the markers of a boundary ([`super::segments`]).
 
 use std::fmt::Debug;
 
@@ -8,34 +8,34 @@ use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::Bodies;
+use crate::body::displacement::SavedDisplacement;
 use crate::body::load::Load;
-use crate::body::odometer::SavedOdometer;
 use crate::contact::passage::Passed;
 use crate::contact::set::SavedChain;
 use crate::law::history::SavedHistories;
 use crate::law::{LastStep, Loss};
 use crate::threads::Threads;
 
-/// The intervals around `t_n`, as contact sees them.
+/// The intervals before and after `t_n`, as far as contact needs them.
 #[derive(Debug, Clone, Copy)]
 pub struct Interval {
-    /// The one behind.
+    /// The interval before.
     pub last_step: LastStep,
-    /// How far a point and a surface can come together in the one ahead, in m: a law whose stiffness grows with the
-    /// overlap declares what it may be by then.
+    /// Distance in m by which a point and a surface can approach in the interval after. A law whose stiffness grows
+    /// with the overlap declares the stiffness that it may then have.
     pub closing: f64,
 }
 
-/// What the step needs from the contact between points and bodies, whatever the law.
+/// What a step needs from the contact between points and bodies, for any law.
 pub trait PointSide: Debug + Send {
-    /// Slots are now ordered as `set`.
+    /// The set was replaced: slots are now in the order of `set`.
     fn imp_set(&mut self, set: &[ImpInfo]);
     /// The present set.
     fn set(&self) -> &[ImpInfo];
-    /// Points are at `states`: makes a list anew if a pair that is not in the one that is kept could touch.
+    /// The points are now at `states`. Builds a new list if a pair that is not in the present one could touch.
     fn update_list(&mut self, bodies: &Bodies, states: &[ImpState]);
-    /// Evaluates every pair of the list (eqs. 44, 43, 41) and sums the forces on the points slot by slot (eq. 46) and
-    /// the same numbers negated on the bodies (eqs. 49, 50).
+    /// Evaluates every pair of the list (eqs. 44, 43, 41). Sums the forces on the points slot by slot (eq. 46), and the
+    /// same numbers, negated, on the bodies (eqs. 49, 50).
     fn evaluate(
         &mut self,
         bodies: &Bodies,
@@ -45,13 +45,13 @@ pub trait PointSide: Debug + Send {
         forces: &mut [ImpForce],
         loads: &mut [Load],
     );
-    /// The first point, in the order of the list, that the last evaluation found too far inside a body.
+    /// The first point, in the order of the list, that was too far inside a body in the last evaluation.
     fn passed(&self, bodies: &Bodies, states: &[ImpState]) -> Option<Passed>;
     /// Energy dissipated over the last step.
     fn loss(&self) -> Loss;
     /// Energy in the contact springs in J/m.
     fn energy(&self, bodies: &Bodies, states: &[ImpState]) -> f64;
-    /// Adds the pairs of the last evaluation that press, after `last_step`, to those `found`, in the order of the list.
+    /// Appends the pairs of the last evaluation that press to `found`, in the order of the list.
     fn tell(
         &self,
         bodies: &Bodies,
@@ -61,41 +61,42 @@ pub trait PointSide: Debug + Send {
     );
     /// Keeps the list that was evaluated.
     fn keep_list(&mut self);
-    /// Accepts what was evaluated as the history of the next step, and keeps the list.
+    /// Makes the result of the evaluation the history of the next step, and keeps the list.
     fn commit(&mut self);
-    /// Largest damping ratio of a contact in reach; 0 where there is none.
+    /// Largest damping ratio of a contact in reach; 0 if there is none.
     fn damping_ratio(&self) -> f64;
-    /// The bodies move on with surface speeds up to `speed` (m/s) for `dt` (s).
+    /// The bodies move with surface speeds up to `speed` (m/s) for `dt` (s).
     fn advance(&mut self, speed: f64, dt: f64);
     /// Bytes of memory.
     fn bytes(&self) -> usize;
-    /// For a saved state.
+    /// The data for a saved state.
     fn save(&self) -> SavedPoints;
-    /// Takes over what was saved, with bodies of the same configuration. After a refusal all is as it was.
+    /// Restores a saved state, with bodies of the same configuration. A refusal leaves everything unchanged.
     ///
     /// # Errors
-    /// A refusal if it is not of this configuration.
+    /// A refusal if it was not saved with this configuration.
     fn restore(&mut self, saved: &SavedPoints, bodies: &Bodies) -> Result<(), Refusal>;
 }
 
-/// Contact with points in a saved state. The list follows from where points and bodies were when it was built.
+/// Contact with points in a saved state. The list follows from the positions of points and bodies at which it was
+/// built.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct SavedPoints {
-    /// As records of the wire.
+    /// The records as on the wire.
     pub(super) set: Vec<u8>,
     pub(super) replaced: Option<Vec<u8>>,
     /// In m.
     pub(super) previous: Vec<[f64; 2]>,
     /// In m.
     pub(super) built_at: Vec<[f64; 2]>,
-    pub(super) odometer: SavedOdometer,
+    pub(super) displacement: SavedDisplacement,
     pub(super) histories: SavedHistories,
-    /// Of contact with segments, in place of all but the set.
+    /// For contact with segments; then all other fields but the set are empty.
     pub(super) chain: Option<SavedChain>,
 }
 
 impl SavedPoints {
-    /// Contact with the segments of a chain of these markers.
+    /// The saved contact with the segments of a chain; `set` has its markers.
     pub fn of_chain(set: Vec<u8>, chain: SavedChain) -> Self {
         Self {
             set,

@@ -13,8 +13,8 @@ use interface::solver::Refusal;
 use mechanics::outline::{contact_point, see};
 
 use crate::body::bodies::Bodies;
+use crate::body::displacement::Displacement;
 use crate::body::load::Load;
-use crate::body::odometer::Odometer;
 use crate::body::shape::edge_count;
 use crate::contact::frame_contacts::POINT;
 use crate::contact::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
@@ -33,9 +33,9 @@ use mechanics::mass::cross;
 struct Outcome {
     slot: u32,
     body: u32,
-    /// On the point, in N/m.
+    /// Force on the point in N/m.
     force: Vec2,
-    /// On the body, in N.
+    /// Torque on the body in N.
     torque: f64,
     /// `k_n` in N/m.
     stiffness: f64,
@@ -65,7 +65,7 @@ struct Kept<L: Law> {
     previous: Vec<Vec2>,
     /// Positions of the points when the list was built in m.
     built_at: Vec<Vec2>,
-    odometer: Odometer,
+    displacement: Displacement,
 }
 
 impl<L: Law> Default for Kept<L> {
@@ -77,7 +77,7 @@ impl<L: Law> Default for Kept<L> {
             lightest: f64::INFINITY,
             previous: Vec::new(),
             built_at: Vec::new(),
-            odometer: Odometer::default(),
+            displacement: Displacement::default(),
         }
     }
 }
@@ -201,7 +201,7 @@ impl<L: Law> PointContacts<L> {
         let mut fresh = std::mem::take(&mut self.lists.fresh);
         self.listed(&mut fresh, bodies, &self.set, &self.positions);
         fresh.carry(&self.lists.kept, self.replaced.as_deref(), &self.set);
-        fresh.odometer.reset(bodies);
+        fresh.displacement.reset(bodies);
         self.lists.fresh = fresh;
         self.lists.rebuilt = true;
     }
@@ -380,7 +380,7 @@ impl<L: Law> PointSide for PointContacts<L> {
             let points = self.positions.iter().zip(&self.lists.kept.built_at);
             let points = points.map(|(now, at)| (now - at).norm_squared());
             let left = self.skin - points.fold(0.0, f64::max).sqrt();
-            if left > 0.0 && self.lists.kept.odometer.stays_below(left, bodies) {
+            if left > 0.0 && self.lists.kept.displacement.stays_below(left, bodies) {
                 return;
             }
         }
@@ -524,7 +524,7 @@ impl<L: Law> PointSide for PointContacts<L> {
     }
 
     fn advance(&mut self, speed: f64, dt: f64) {
-        self.lists.kept.odometer.advance(speed, dt);
+        self.lists.kept.displacement.advance(speed, dt);
     }
 
     fn bytes(&self) -> usize {
@@ -553,7 +553,7 @@ impl<L: Law> PointSide for PointContacts<L> {
                     fresh: _,
                     rebuilt: _,
                 },
-            // Of the configuration.
+            // These belong to the configuration.
             law: _,
             surfaces: _,
             skin: _,
@@ -566,13 +566,13 @@ impl<L: Law> PointSide for PointContacts<L> {
             loss: _,
         } = self;
         let Kept {
-            list: _,      // follows from `built_at`, the set of that time and the odometer's poses
+            list: _,      // follows from `built_at`, the set of that time and the displacement's poses
             constants: _, // follow from the list
             lightest: _,  // likewise
             history,
             previous,
             built_at,
-            odometer,
+            displacement,
         } = kept;
         let plain = |v: &Vec<Vec2>| v.iter().map(|&v| v.into()).collect();
         SavedPoints {
@@ -580,7 +580,7 @@ impl<L: Law> PointSide for PointContacts<L> {
             replaced: replaced.as_deref().map(save_set),
             previous: plain(previous),
             built_at: plain(built_at),
-            odometer: odometer.save(),
+            displacement: displacement.save(),
             histories: SavedHistories::of(history),
             chain: None,
         }
@@ -592,7 +592,7 @@ impl<L: Law> PointSide for PointContacts<L> {
             replaced,
             previous,
             built_at,
-            odometer,
+            displacement,
             histories,
             chain,
         } = saved;
@@ -602,7 +602,7 @@ impl<L: Law> PointSide for PointContacts<L> {
         let set = restored_set(set)?;
         let replaced = replaced.as_deref().map(restored_set).transpose()?;
         let listed = replaced.as_ref().unwrap_or(&set);
-        let odometer = Odometer::restored(odometer, bodies)?;
+        let displacement = Displacement::restored(displacement, bodies)?;
         finite(|| "a point".into(), previous.as_flattened())?;
         finite(|| "a point".into(), built_at.as_flattened())?;
         if !previous.is_empty() {
@@ -610,7 +610,7 @@ impl<L: Law> PointSide for PointContacts<L> {
         }
         let vectors = |v: &[[f64; 2]]| -> Vec<Vec2> { v.iter().map(|&v| v.into()).collect() };
         let mut kept = Kept::default();
-        if odometer.start().is_empty() && !bodies.is_empty() {
+        if displacement.start().is_empty() && !bodies.is_empty() {
             // No list has been built; the next step builds one for the set.
             count("points in no list", built_at.len(), 0)?;
             if !(listed.is_empty() && previous.is_empty()) {
@@ -618,11 +618,11 @@ impl<L: Law> PointSide for PointContacts<L> {
             }
         } else {
             count("points in a list", built_at.len(), listed.len())?;
-            let then = bodies.placed(odometer.start().iter().copied());
+            let then = bodies.placed(displacement.start().iter().copied());
             self.listed(&mut kept, &then, listed, &vectors(built_at));
         }
         kept.history = histories.restored(kept.list.pairs.len())?;
-        (kept.previous, kept.odometer) = (vectors(previous), odometer);
+        (kept.previous, kept.displacement) = (vectors(previous), displacement);
         self.lists.kept = kept;
         (self.set, self.replaced, self.lists.rebuilt) = (set, replaced, false);
         Ok(())

@@ -1,4 +1,4 @@
-//! Limits the first step where it begins with contacts that are let go at once.
+//! Limits the first step if it begins with contacts that open at once.
 //!
 //! A force of leapfrog acts for half of the step before it and half of the one after it. If a contact opens within a
 //! step, its force has acted for too long: with the force `F` and the energy `E` of its spring at the beginning of the
@@ -21,13 +21,13 @@ use interface::step::Step;
 use crate::contact::frame_contacts::{POINT, POINTS};
 use crate::system::System;
 
-/// N above.
+/// The number N of the module's documentation.
 const PARTS: f64 = 32.0;
-/// Contacts with less than this share of the energy of an impact at their speed are ignored: two that only just touch
-/// would ask for steps of any length.
+/// Contacts with less than this share of the energy of an impact at their speed are ignored. Otherwise two bodies that
+/// only just touch would require an arbitrarily short step.
 const NEGLIGIBLE: f64 = 1e-4;
 
-/// Of the contacts that open: power in W/m, and energy of an impact at the speeds at which they open in J/m.
+/// The contacts that open: their power in W/m, and the energy in J/m of an impact at the speeds at which they open.
 #[derive(Debug, Clone, Copy, Default)]
 struct Opening {
     power: f64,
@@ -35,8 +35,8 @@ struct Opening {
 }
 
 impl System {
-    /// Squared frequency in 1/s^2 whose step `2 / omega` resolves how contacts are let go that open with the velocities of
-    /// the start; 0 if there are none. `step` is the opening step, and its contacts have been evaluated.
+    /// Squared frequency in 1/s^2 for which a step of `2 / omega` resolves the contacts that open with the initial
+    /// velocities; 0 if there are none. `step` is the opening step, and its contacts have been evaluated.
     pub(crate) fn release(&self, step: &Step, imps: &[ImpState]) -> f64 {
         let opening = self.opening_contacts(&self.frame_contacts(step, imps), imps);
         if opening.power <= 0.0 {

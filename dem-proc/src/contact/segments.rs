@@ -1,13 +1,13 @@
 //! Contact between discs and the segments of a boundary chain (Singer 2022): one contact for each local minimum of the distance
 //! along the chain ([`crate::contact::chain`]), by the laws of points.
 //!
-//! The foot of a contact is a place between two markers, `(1 - s) x_a + s x_b`, and takes the part of a point of their contact
-//! radius. Its force is shared by the same shares, so that momentum is exact and the work of the force on the markers is that
-//! on the foot. What a contact remembers belongs to the stretch of the chain that presses ([`crate::contact::stretch`]), and goes along
-//! with it.
+//! The foot of a contact is a place between two markers, `(1 - s) x_a + s x_b`. It takes the part of a point with the
+//! markers' contact radius. The two markers get the force in the proportion `1 - s` to `s`. So momentum is exact, and
+//! the work of the forces on the markers equals that of the force on the foot. The history of a contact belongs to the
+//! stretch of the chain that presses ([`crate::contact::stretch`]), and moves with it.
 //!
-//! An evaluation commits nothing: `next` and `positions` are taken over by [`PointSide::commit`]. The list of segments near each
-//! disc does not change what comes out, so it is made where it is needed, and is not saved.
+//! An evaluation does not change what is kept: [`PointSide::commit`] takes over `next` and `positions`. The list of
+//! segments near each disc has no effect on the results. It is rebuilt when it is needed, and is not saved.
 
 use interface::Vec2;
 use interface::message::wire::{ContactState, ImpForce, ImpInfo, ImpState};
@@ -21,7 +21,7 @@ use crate::contact::near::{Near, NearSegments};
 use crate::contact::passage::{Passage, Passed, admissible_depth};
 use crate::contact::point_side::{Interval, PointSide, SavedPoints};
 use crate::contact::set::{SavedChain, restored_set, save_set};
-use crate::contact::stretch::{Handed, Held, Memory, Place};
+use crate::contact::stretch::{Held, Memory, Place, Transferred};
 use crate::law::history::SavedHistories;
 use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties};
 use crate::lists::neighbours::REACH;
@@ -35,22 +35,22 @@ use mechanics::outline::contact_point;
 struct Sums {
     loss: Loss,
     energy: f64,
-    /// Smallest reduced mass in reach in kg/m; infinite where there is none.
+    /// Smallest reduced mass of a pair in reach in kg/m; infinite if there is none.
     lightest: f64,
     passed: Option<Passed>,
-    /// Those that press, for frames; a maximum of the distance with its force taken back.
-    told: Vec<ContactState>,
+    /// The contacts that press, for frames; the force at a maximum of the distance is negated.
+    pressing: Vec<ContactState>,
 }
 
 /// Contact between discs and segments by the law `L`.
 #[derive(Debug)]
 pub struct SegmentContacts<L: Law> {
     law: L,
-    /// Surface of each point group; empty where the scene has no table of laws.
+    /// Surface of each point group; empty if the scene has no table of laws.
     surfaces: Vec<u32>,
     set: Vec<ImpInfo>,
     links: Links,
-    /// Positions one step before in m, slot by slot; none where a marker is new or there was no step.
+    /// Positions one step before in m, slot by slot; `None` for a new marker, or if there was no step.
     previous: Vec<Option<Vec2>>,
     kept: Memory<L::History>,
     next: Memory<L::History>,
@@ -60,12 +60,12 @@ pub struct SegmentContacts<L: Law> {
     room: Room<L>,
 }
 
-/// Room for the contacts of a disc, kept from disc to disc so that no step allocates.
+/// Buffers for the contacts of a disc. They are kept from disc to disc, so that no step allocates.
 #[derive(Debug)]
 struct Room<L: Law> {
     found: Vec<Extremum>,
-    heirs: Vec<Option<usize>>,
-    handed: Handed<L::History>,
+    successors: Vec<Option<usize>>,
+    transferred: Transferred<L::History>,
     places: Vec<Place<L::Pair>>,
 }
 
@@ -73,14 +73,14 @@ impl<L: Law> Default for Room<L> {
     fn default() -> Self {
         Self {
             found: Vec::new(),
-            heirs: Vec::new(),
-            handed: Handed::default(),
+            successors: Vec::new(),
+            transferred: Transferred::default(),
             places: Vec::new(),
         }
     }
 }
 
-/// Extrema in groups that hang together.
+/// Groups of extrema that are connected.
 fn stretches(found: &[Extremum]) -> impl Iterator<Item = &[Extremum]> {
     found.chunk_by(|a, b| a.stretch == b.stretch)
 }
@@ -103,19 +103,19 @@ impl<L: Law> SegmentContacts<L> {
         }
     }
 
-    /// Where a minimum of the last step is now in m; `None` if its markers are no more in the set.
+    /// Present position in m of a minimum of the last step; `None` if its markers are no longer in the set.
     fn place(&self, held: &Held) -> Option<Vec2> {
         let slots = [self.slot(held.ids[0])?, self.slot(held.ids[1])?];
         let slots = slots.map(|slot| slot as u32);
         Some(Foot { slots, s: held.s }.of(&self.positions))
     }
 
-    /// Slot of a marker.
+    /// Slot of a marker, by its id.
     fn slot(&self, id: u64) -> Option<usize> {
         self.set.binary_search_by_key(&id, |info| info.id).ok()
     }
 
-    /// Minima at which a disc pressed in the last step.
+    /// The minima at which a disc pressed in the last step.
     fn held_by(&self, near: &Near) -> &[Held] {
         let disc = (near.body, near.part);
         let all = &self.kept.held;
@@ -124,9 +124,10 @@ impl<L: Law> SegmentContacts<L> {
         &rest[..rest.partition_point(|h| (h.body, h.part) == disc)]
     }
 
-    /// For each minimum of the last step the stretch that has a minimum nearest to it, within the way that a foot goes in a step.
-    fn heirs(&self, held: &[Held], found: &[Extremum], heirs: &mut Vec<Option<usize>>) {
-        let heir = |held: &Held| {
+    /// For each minimum of the last step, the stretch whose minimum is nearest to it, within the distance that a foot
+    /// can move in a step.
+    fn successors(&self, held: &[Held], found: &[Extremum], successors: &mut Vec<Option<usize>>) {
+        let successor = |held: &Held| {
             let (at, old) = (self.place(held)?, self.slot(held.ids[0])?);
             let minima = stretches(found).enumerate().flat_map(|(i, stretch)| {
                 let minima = stretch.iter().filter(|e| e.least);
@@ -139,25 +140,31 @@ impl<L: Law> SegmentContacts<L> {
             });
             far.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i)
         };
-        heirs.clear();
-        heirs.extend(held.iter().map(heir));
+        successors.clear();
+        successors.extend(held.iter().map(successor));
     }
 
-    /// What each stretch of a disc goes on from. Friction takes what springs that end, part or join have held and leave to none.
-    fn go_on(&self, bodies: &Bodies, near: &Near, room: &mut Room<L>, sums: &mut Sums) {
+    /// Computes the histories with which the stretches of a disc continue. Energy of springs that end, part or join,
+    /// and that no stretch takes over, is lost to friction.
+    fn continue_springs(&self, bodies: &Bodies, near: &Near, room: &mut Room<L>, sums: &mut Sums) {
         let held = self.held_by(near);
         let Room {
             found,
-            heirs,
-            handed,
+            successors,
+            transferred,
             ..
         } = room;
-        self.heirs(held, found, heirs);
-        handed.hand_on(held, &self.kept.springs, heirs, stretches(found).count());
-        let ended = handed.ended.iter().map(|spring| (1.0, spring));
-        let begun = handed.begun.iter().map(|spring| (-1.0, spring));
+        self.successors(held, found, successors);
+        transferred.transfer(
+            held,
+            &self.kept.springs,
+            successors,
+            stretches(found).count(),
+        );
+        let ended = transferred.ended.iter().map(|spring| (1.0, spring));
+        let begun = transferred.begun.iter().map(|spring| (-1.0, spring));
         for (sign, (from, history)) in ended.chain(begun) {
-            // Markers leave the set where no disc is near, so those of a contact that pressed are there.
+            // Markers leave the set only where no disc is near, so those of a contact that pressed are still in it.
             let Some(slot) = self.slot(held[*from].ids[0]) else {
                 continue;
             };
@@ -173,18 +180,18 @@ impl<L: Law> SegmentContacts<L> {
         bodies.radius_at(near.body as usize, near.part) + own - e.distance
     }
 
-    /// A disc and the marker of a slot.
+    /// The constants of a disc and the marker of a slot.
     fn pair_properties(&self, bodies: &Bodies, near: &Near, slot: usize) -> PairProperties {
         let (info, body) = (&self.set[slot], near.body as usize);
         let of_group = self.surfaces.get(info.group as usize).copied().unwrap_or(0);
         PairProperties {
             mass: 1.0 / (1.0 / info.mass + bodies.state[body].inverse_mass),
-            radius: bodies.radius_at(body, near.part), // on a flat
+            radius: bodies.radius_at(body, near.part), // the chain is flat
             surfaces: [of_group, bodies.properties[body].surface],
         }
     }
 
-    /// Adds `share` of what two surfaces have moved relative to one another at a foot, along the normal and across.
+    /// Adds `share` of the relative displacement of the two surfaces at a foot, along the normal and the tangent.
     fn add_motion(
         &self,
         on: &Evaluation,
@@ -208,7 +215,7 @@ impl<L: Law> SegmentContacts<L> {
         let [a, b] = e.foot.slots.map(|slot| slot as usize);
         let [first, second] = e.foot.shares();
         if last_step.dt > 0.0 {
-            // As of points: from positions. A marker that is new touched nothing a step ago.
+            // From positions, as for points. A marker that is new touched nothing one step ago.
             let was = |slot: usize| self.previous[slot].unwrap_or(self.positions[slot]);
             let was = was(a) * first + was(b) * second;
             let moved = e.point - was - bodies.frames[body].displacement(*r);
@@ -226,7 +233,7 @@ impl<L: Law> SegmentContacts<L> {
         }
     }
 
-    /// An extremum of the distance of a disc as contact sees it. Adds what it may do until the next exchange.
+    /// The geometry and the constants of an extremum. Also adds the stiffness that it may have until the next exchange.
     fn seen(&self, on: &Evaluation, near: &Near, e: &Extremum, to: &mut Targets) -> Place<L::Pair> {
         let (bodies, body) = (on.bodies, near.body as usize);
         let info = &self.set[e.foot.slots[0] as usize];
@@ -273,7 +280,8 @@ impl<L: Law> SegmentContacts<L> {
         }
     }
 
-    /// Evaluates a stretch of a chain on a disc, which has its extrema at `places`, and adds what it does ([`crate::contact::stretch`]).
+    /// Evaluates the contact of a disc with a stretch of the chain whose extrema are `places`, and adds the results
+    /// ([`crate::contact::stretch`]).
     fn press(
         &self,
         on: &Evaluation,
@@ -285,7 +293,7 @@ impl<L: Law> SegmentContacts<L> {
         let minima = || places.iter().filter(|p| p.e.least);
         let deeper = |a: &&Place<L::Pair>, b: &&Place<L::Pair>| a.overlap.total_cmp(&b.overlap);
         let Some(deepest) = minima().max_by(deeper) else {
-            // All minima are on the inside: what is taken back has no share in friction.
+            // All minima are on the inside. What the maxima subtract has no part in friction.
             for place in places.iter().filter(|p| p.overlap > 0.0) {
                 let [spring, pull] = place.elastic;
                 self.exert(near, place, [pull - spring, 0.0], to);
@@ -329,11 +337,12 @@ impl<L: Law> SegmentContacts<L> {
         let mut history = response.history;
         for place in places.iter().filter(|p| p.overlap > 0.0) {
             let (share, sign, [spring, pull]) = (share(place), place.sign(), place.elastic);
-            // The share of what presses, and what its own spring does beyond its share.
+            // This extremum has its share of the law's normal force, and the difference between its own spring and its
+            // share of all springs.
             let normal = share * response.normal + (sign * spring - share * springs) - sign * pull;
             self.exert(near, place, [normal, share * response.tangential], to);
             to.loads[body].contacts += u32::from(place.e.least);
-            // The spring across is that of the first minimum in the sum.
+            // The energy of the tangential spring is added once, with the first minimum.
             let own = if place.e.least {
                 core::mem::take(&mut history)
             } else {
@@ -350,7 +359,7 @@ impl<L: Law> SegmentContacts<L> {
         next.springs.push(response.history);
     }
 
-    /// What is remembered of a minimum that presses.
+    /// The record of a minimum that presses, for the next step.
     fn held(&self, near: &Near, place: &Place<L::Pair>, spring: u32) -> Held {
         let foot = &place.e.foot;
         Held {
@@ -363,7 +372,8 @@ impl<L: Law> SegmentContacts<L> {
         }
     }
 
-    /// Shares a force (N/m, along the normal and across) by the foot, and takes it from the body.
+    /// Divides a force (N/m, along the normal and the tangent) between the markers of a foot, and applies the reaction
+    /// to the body.
     fn exert(&self, near: &Near, place: &Place<L::Pair>, [n, t]: [f64; 2], to: &mut Targets) {
         let force = place.normal * n + place.tangent * t;
         let load = &mut to.loads[near.body as usize];
@@ -376,7 +386,7 @@ impl<L: Law> SegmentContacts<L> {
             load.force -= part;
         }
         let nearer = foot.slots[usize::from(foot.s > 0.5)];
-        to.sums.told.push(ContactState {
+        to.sums.pressing.push(ContactState {
             body: near.body.into(),
             other: self.set[nearer as usize].id,
             with: POINT,
@@ -385,7 +395,7 @@ impl<L: Law> SegmentContacts<L> {
         });
     }
 
-    /// One disc.
+    /// Evaluates the contacts of one disc.
     fn disc(
         &self,
         on: &Evaluation,
@@ -425,14 +435,14 @@ impl<L: Law> SegmentContacts<L> {
             }
         }
         found.retain(|e| e.outside && e.distance > 0.0);
-        self.go_on(on.bodies, near, room, &mut to.sums);
+        self.continue_springs(on.bodies, near, room, &mut to.sums);
         let Room {
             found,
-            handed,
+            transferred,
             places,
             ..
         } = room;
-        for (stretch, history) in stretches(found).zip(&handed.histories) {
+        for (stretch, history) in stretches(found).zip(&transferred.histories) {
             places.clear();
             places.extend(stretch.iter().map(|e| self.seen(on, near, e, to)));
             self.press(on, near, (places, history), (&mut *to, &mut *next));
@@ -440,14 +450,14 @@ impl<L: Law> SegmentContacts<L> {
     }
 }
 
-/// What an evaluation looks at.
+/// The data that an evaluation reads.
 struct Evaluation<'a> {
     bodies: &'a Bodies,
     states: &'a [ImpState],
     interval: Interval,
 }
 
-/// Where an evaluation adds what it finds.
+/// Where an evaluation adds its results.
 struct Targets<'a> {
     forces: &'a mut [ImpForce],
     loads: &'a mut [Load],
@@ -502,14 +512,14 @@ impl<L: Law> PointSide for SegmentContacts<L> {
             states,
             interval,
         };
-        let mut told = std::mem::take(&mut self.sums.told);
-        told.clear();
+        let mut pressing = std::mem::take(&mut self.sums.pressing);
+        pressing.clear();
         let mut to = Targets {
             forces,
             loads,
             sums: Sums {
                 lightest: f64::INFINITY,
-                told,
+                pressing,
                 ..Sums::default()
             },
         };
@@ -538,7 +548,7 @@ impl<L: Law> PointSide for SegmentContacts<L> {
     }
 
     fn tell(&self, _: &Bodies, _: &[ImpState], _: LastStep, found: &mut Vec<ContactState>) {
-        found.extend_from_slice(&self.sums.told);
+        found.extend_from_slice(&self.sums.pressing);
     }
 
     fn keep_list(&mut self) {}
@@ -576,13 +586,13 @@ impl<L: Law> PointSide for SegmentContacts<L> {
             set,
             previous,
             kept,
-            // Of the configuration.
+            // These belong to the configuration.
             law: _,
             surfaces: _,
-            links: _, // of the set
-            // Nothing that comes out depends on the list: it is made anew.
+            links: _, // follows from the set
+            // The results do not depend on the list, so it is built again.
             near: _,
-            // Of an evaluation, which begins each of them anew.
+            // Results of an evaluation; the next one overwrites them.
             next: _,
             positions: _,
             sums: _,
@@ -625,7 +635,8 @@ impl<L: Law> PointSide for SegmentContacts<L> {
                 spring,
             });
         }
-        // Each spring has minima of one disc, and stands where they begin.
+        // Each spring belongs to minima of one disc, which follow one another. Springs are in the order of their first
+        // minima.
         let springs = held.chunk_by(|a, b| a.spring == b.spring);
         let numbered = (0..).zip(springs).all(|(k, minima)| {
             let first = &minima[0];

@@ -7,14 +7,14 @@ use serde::{Deserialize, Serialize};
 use crate::law::history::SavedHistories;
 use crate::saved::{count, refusal};
 
-/// What is remembered of a chain in a saved state, besides the set.
+/// The history of a chain in a saved state, without the set.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct SavedChain {
     /// Positions one step before in m, slot by slot.
     pub previous: Vec<Option<[f64; 2]>>,
-    /// Body, part, markers, share, normal force in N/m and spring of the minima that press.
+    /// Body, part, markers, share, normal force in N/m, and spring of each minimum that presses.
     pub held: Vec<(u32, u32, [u64; 2], f64, f64, u32)>,
-    /// Of the springs.
+    /// The histories of the springs.
     pub histories: SavedHistories,
 }
 
@@ -27,10 +27,10 @@ pub fn save_set(set: &[ImpInfo]) -> Vec<u8> {
     bytes
 }
 
-/// The set in these bytes.
+/// The set that these bytes encode.
 ///
 /// # Errors
-/// A refusal if they are no set.
+/// A refusal if they are not a set.
 pub fn restored_set(bytes: &[u8]) -> Result<Vec<ImpInfo>, Refusal> {
     let (records, rest) = bytes.as_chunks::<{ size_of::<ImpInfo>() }>();
     count("bytes beyond the set", rest.len(), 0)?;

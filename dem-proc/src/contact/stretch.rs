@@ -1,35 +1,39 @@
-//! Friction of a chain on a disc: one spring across for each stretch of the chain that presses.
+//! Friction of a chain on a disc: one tangential spring for each stretch of the chain that presses.
 //!
-//! A disc meets a stretch of chain at minima of the distance, less the maxima between them ([`crate::contact::chain`]). Of the normal
-//! springs that is right: the sum of the minima's energies less the maxima's is an energy, and the forces are its gradient.
-//! Friction has no energy of which a part could be taken back. With a spring across at each minimum and maximum, one at a maximum
-//! has the stiffness `-k_t`, and where it slips, which it does first, since it presses least, it gives `mu F` times the slip. So a
-//! dented chain that is dragged to and fro under a disc drives it.
+//! A disc is in contact with a stretch of the chain at the minima of the distance, less the maxima between them
+//! ([`crate::contact::chain`]). For the normal springs this is right: the sum of the energies at minima less that at
+//! maxima is an energy, and the forces are its gradient. Friction has no energy from which a part could be subtracted.
+//! With a tangential spring at each minimum and maximum, that at a maximum would have the stiffness `-k_t`. It would
+//! slip first, since it presses least, and slipping would then supply the work `mu F` times the slip. So a chain with
+//! reflex corners, dragged to and fro under a disc, would drive the disc.
 //!
-//! A stretch is one contact, and so has one spring across, of elongation `xi`. Let `w_i` be shares of the minima, each at least 0, their sum
-//! 1, and `u_i` what the surfaces have moved across at each. With
+//! So a stretch is one contact with one tangential spring of elongation `xi`. Let `w_i` be shares of the minima, each
+//! at least 0 and their sum 1. Let `u_i` be the tangential displacement of the surfaces at each minimum. With
 //!
 //! ```text
-//! u   = sum w_i u_i                 what the stretch has moved
+//! u   = sum w_i u_i                 displacement of the stretch
 //! f_i = -w_i k_t xi T_i             force at a minimum
 //! |k_t xi| <= mu N                  N = sum of minima of F_n - sum of maxima of F_n
 //! ```
 //!
-//! the work of all forces is `sum f_i . u_i T_i = -k_t xi u`, that of one spring which the law of one contact cuts to what friction
-//! carries. So nothing can be gained, whatever the shares are and however they change. `N` is at least the force of the deepest minimum,
-//! because a maximum has less overlap than either minimum beside it: go from the deepest outward, and take each maximum with
-//! the minimum behind it. By convexity `k_t u^2 <= sum w_i k_t u_i^2`, so the bound of the step (F-6), which counts each
-//! minimum by itself, holds for the shared spring too. What dashpots do goes the same way.
+//! the work of all forces is `sum f_i . u_i T_i = -k_t xi u`. This is the work of one spring that the law of a single
+//! contact limits by friction. So no energy can be gained, for any shares and any change of them. `N` is at least the
+//! force of the deepest minimum, because a maximum has less overlap than either minimum beside it: from the deepest
+//! minimum outward, each maximum can be paired with the minimum after it. By convexity `k_t u^2 <= sum w_i k_t u_i^2`.
+//! So the bound of the step (F-6), which counts each minimum by itself, holds for the shared spring too. The forces of
+//! dashpots are divided in the same way.
 //!
-//! The shares are those of the normal forces, `w_i = F_i / sum F_j`. On a flat chain, and wherever there is one minimum, all of this is the law
-//! of one contact. When a minimum comes or goes, the shares change at once; the force keeps its size and moves over by a part of the
-//! angle of the corner.
+//! The shares are those of the normal forces, `w_i = F_i / sum F_j`. On a flat chain, and wherever there is one
+//! minimum, this is the law of a single contact. When a minimum appears or disappears, the shares change at once. The
+//! force keeps its size and turns by a part of the angle of the corner.
 //!
-//! From step to step each minimum that pressed hands its part of the spring to the stretch that has come nearest to it
-//! ([`Handed::hand_on`]). A spring that parts goes to each stretch by the part `p` of the force of its minima that go there: the force
-//! goes on, the energy falls from 1 to `sum p^2`. Stretches that join have the mean of their springs by the forces that they bring, `q`. Both together:
-//! `xi' = sum q p xi`, for which `sum xi'^2 <= sum xi^2`, so a spring gives nothing away that it did not hold. What is
-//! missing is lost to friction, and booked. To add the elongations of stretches that join would keep the force, and could double the energy.
+//! From step to step each minimum that pressed passes its part of the spring to the stretch that has come nearest to it
+//! ([`Transferred::transfer`]). If a spring is divided, each stretch gets the share `p` that its minima had in the
+//! force. The force is kept, and the energy decreases from 1 to `sum p^2`. Stretches that join have the mean of their
+//! springs, weighted by the share `q` of the force that each contributes. Both together give `xi' = sum q p xi`, for
+//! which `sum xi'^2 <= sum xi^2`, so springs never supply energy that they did not hold. The difference is lost to
+//! friction, and counted. To add the elongations of stretches that join would keep the force, but could double the
+//! energy.
 
 use interface::Vec2;
 
@@ -41,29 +45,29 @@ use crate::law::history::Numbers;
 pub struct Held {
     /// The disc.
     pub body: u32,
-    /// Its place in the outline of the body.
+    /// Index of its vertex in the outline of the body.
     pub part: u32,
-    /// Identities of the markers between which it was.
+    /// Ids of the two markers between which it was.
     pub ids: [u64; 2],
-    /// Share of the second.
+    /// Share of the second marker.
     pub s: f64,
-    /// Force of its normal spring in N/m, by which it has its share.
+    /// Force of its normal spring in N/m, from which its share follows.
     pub force: f64,
     /// The spring of its stretch.
     pub spring: u32,
 }
 
-/// What stretches remember: minima, and the springs that these share.
+/// The history of stretches: the minima, and the springs that minima share.
 #[derive(Debug, Default)]
 pub struct Memory<H> {
-    /// In the order of discs, and for each of its stretches.
+    /// In the order of the discs, and of the stretches of each disc.
     pub held: Vec<Held>,
-    /// One for each stretch that pressed.
+    /// One spring for each stretch that pressed.
     pub springs: Vec<H>,
 }
 
 impl<H> Memory<H> {
-    /// Forgets all.
+    /// Removes all entries.
     pub fn clear(&mut self) {
         self.held.clear();
         self.springs.clear();
@@ -75,14 +79,14 @@ impl<H> Memory<H> {
     }
 }
 
-/// An extremum of the distance of a disc as contact sees it.
+/// An extremum of the distance from a disc, with the data for the contact law.
 #[derive(Debug)]
 pub struct Place<P> {
     /// Where.
     pub e: Extremum,
-    /// In m.
+    /// Overlap in m.
     pub overlap: f64,
-    /// From the disc to the chain.
+    /// Unit normal, from the disc to the chain.
     pub normal: Vec2,
     /// The normal turned by +90 degrees.
     pub tangent: Vec2,
@@ -90,32 +94,33 @@ pub struct Place<P> {
     pub r: Vec2,
     /// The centre of mass in m.
     pub center: Vec2,
-    /// Moments of unit forces along the normal and across in m.
+    /// Moments in m of unit forces along the normal and the tangent.
     pub arms: [f64; 2],
-    /// Of the law.
+    /// The constants of the law.
     pub constants: P,
-    /// Force of the normal spring and pull of adhesion in N/m; 0 where it does not press.
+    /// Force of the normal spring and pull of adhesion in N/m; 0 if it does not press.
     pub elastic: [f64; 2],
 }
 
 impl<P> Place<P> {
-    /// What it counts: a maximum less than nothing.
+    /// 1 for a minimum, -1 for a maximum.
     pub fn sign(&self) -> f64 {
         if self.e.least { 1.0 } else { -1.0 }
     }
 }
 
-/// What a disc's stretches go on from. It is kept from disc to disc, so that no step allocates.
+/// The histories with which the stretches of a disc continue. It is kept from disc to disc, so that no step allocates.
 #[derive(Debug, Default)]
-pub struct Handed<H> {
-    /// For each stretch.
+pub struct Transferred<H> {
+    /// One for each stretch.
     pub histories: Vec<H>,
-    /// Springs that have ended, parted or joined, each with a minimum (of those given) that had part in it: they count once.
+    /// Springs that have ended, were divided or joined. Each has the index of a minimum to which it belonged. Their
+    /// energies count once.
     pub ended: Vec<(usize, H)>,
-    /// Springs that came of these, likewise: they count once less.
+    /// The springs that they became, in the same form. Their energies are subtracted once.
     pub begun: Vec<(usize, H)>,
     flows: Vec<Flow>,
-    /// Numbers of a memory, and the sum of several.
+    /// Buffers for the numbers of a history, and for the sum of several.
     numbers: [Vec<f64>; 2],
 }
 
@@ -124,20 +129,20 @@ pub struct Handed<H> {
 struct Flow {
     spring: u32,
     stretch: usize,
-    /// Force in N/m of the minima that go there.
+    /// Force in N/m of the minima that go to the stretch.
     force: f64,
-    /// One of them.
+    /// Index of one of them.
     from: usize,
 }
 
-impl<H: Numbers> Handed<H> {
-    /// Hands the springs of minima that pressed to `stretches` stretches; `heirs` has where each minimum has gone, if
-    /// anywhere. Minima that have gone nowhere leave their part to the others of their spring.
-    pub fn hand_on(
+impl<H: Numbers> Transferred<H> {
+    /// Transfers the springs of minima that pressed to `stretches` stretches. `successors` has the stretch to which
+    /// each minimum goes, if any. Minima that go to none leave their part to the others of their spring.
+    pub fn transfer(
         &mut self,
         held: &[Held],
         springs: &[H],
-        heirs: &[Option<usize>],
+        successors: &[Option<usize>],
         stretches: usize,
     ) {
         let Self {
@@ -151,13 +156,13 @@ impl<H: Numbers> Handed<H> {
         begun.clear();
         histories.clear();
         histories.resize(stretches, H::default());
-        part(held, heirs, flows);
+        part(held, successors, flows);
         let of = |spring: u32| springs[spring as usize];
         let sum = |wanted: &dyn Fn(&Flow) -> bool| -> f64 {
             let flows = flows.iter().filter(|&f| wanted(f));
             flows.map(|f| f.force).sum()
         };
-        // A spring that goes to one stretch, and no other with it.
+        // Whether a spring goes as a whole to a stretch that gets no other spring.
         let whole = |flow: &Flow| {
             let others = |f: &&Flow| f.spring == flow.spring || f.stretch == flow.stretch;
             flows.iter().filter(others).count() == 1
@@ -190,11 +195,11 @@ impl<H: Numbers> Handed<H> {
     }
 }
 
-/// The parts of the springs of minima, and the stretches to which they go.
-fn part(held: &[Held], heirs: &[Option<usize>], flows: &mut Vec<Flow>) {
+/// Divides the springs of the minima between the stretches to which they go.
+fn part(held: &[Held], successors: &[Option<usize>], flows: &mut Vec<Flow>) {
     flows.clear();
-    for (from, (minimum, heir)) in held.iter().zip(heirs).enumerate() {
-        let Some(stretch) = *heir else { continue };
+    for (from, (minimum, successor)) in held.iter().zip(successors).enumerate() {
+        let Some(stretch) = *successor else { continue };
         let (spring, force) = (minimum.spring, minimum.force);
         let same = |f: &&mut Flow| f.spring == spring && f.stretch == stretch;
         match flows.iter_mut().find(same) {
@@ -209,8 +214,8 @@ fn part(held: &[Held], heirs: &[Option<usize>], flows: &mut Vec<Flow>) {
     }
 }
 
-/// The sum of memories, each times a factor. The energy of a spring is of second degree in what is remembered where its stiffness is
-/// constant, and of first degree where force and stiffness are remembered: for factors `q p` neither grows.
+/// The sum of histories, each times a factor. The energy of a spring is quadratic in its history if its stiffness is
+/// constant, and linear if force and stiffness are stored. For factors `q p` neither can grow.
 fn blend<H: Numbers>(
     parts: impl Iterator<Item = (f64, H)>,
     [numbers, sum]: &mut [Vec<f64>; 2],
@@ -232,15 +237,15 @@ mod tests {
     use super::*;
     use crate::law::tangent::{Coulomb, Elongation, Mindlin, Sheared, Tangent};
 
-    fn hand_on<H: Numbers>(
+    fn transfer<H: Numbers>(
         held: &[Held],
         springs: &[H],
-        heirs: &[Option<usize>],
+        successors: &[Option<usize>],
         stretches: usize,
-    ) -> Handed<H> {
-        let mut handed = Handed::default();
-        handed.hand_on(held, springs, heirs, stretches);
-        handed
+    ) -> Transferred<H> {
+        let mut transferred = Transferred::default();
+        transferred.transfer(held, springs, successors, stretches);
+        transferred
     }
 
     fn held(spring: u32, force: f64) -> Held {
@@ -255,33 +260,34 @@ mod tests {
     }
 
     #[test]
-    fn a_spring_that_goes_on_alone_is_the_same_to_the_bit() {
+    fn a_spring_that_continues_alone_is_the_same_to_the_bit() {
         let minima = [held(0, 3.0), held(0, 0.1), held(1, 7.0)];
         let springs = [Elongation(0.1), Elongation(-0.7)];
-        // One minimum of the first has gone.
-        let handed = hand_on(&minima, &springs, &[Some(2), None, Some(0)], 3);
+        // One minimum of the first spring has disappeared.
+        let transferred = transfer(&minima, &springs, &[Some(2), None, Some(0)], 3);
         let expected = [-0.7, 0.0, 0.1].map(Elongation);
-        assert_eq!(handed.histories, expected);
-        assert!(handed.ended.is_empty() && handed.begun.is_empty());
-        // All minima of the second have.
-        let handed = hand_on(&minima, &springs, &[Some(0), Some(0), None], 1);
-        assert_eq!(handed.histories, [Elongation(0.1)]);
-        assert_eq!(handed.ended, [(2, Elongation(-0.7))]);
-        assert!(handed.begun.is_empty());
+        assert_eq!(transferred.histories, expected);
+        assert!(transferred.ended.is_empty() && transferred.begun.is_empty());
+        // All minima of the second spring have disappeared.
+        let transferred = transfer(&minima, &springs, &[Some(0), Some(0), None], 1);
+        assert_eq!(transferred.histories, [Elongation(0.1)]);
+        assert_eq!(transferred.ended, [(2, Elongation(-0.7))]);
+        assert!(transferred.begun.is_empty());
     }
 
     #[test]
     fn a_spring_that_parts_keeps_its_force() {
         let minima = [held(0, 3.0), held(0, 1.0)];
-        let handed = hand_on(&minima, &[Elongation(0.8)], &[Some(0), Some(1)], 2);
-        let found = handed.histories.iter().map(|e| e.0);
+        let transferred = transfer(&minima, &[Elongation(0.8)], &[Some(0), Some(1)], 2);
+        let found = transferred.histories.iter().map(|e| e.0);
         assert!(found.zip([0.6, 0.2]).all(|(a, b)| (a - b).abs() < 1e-15));
-        assert_eq!((handed.ended.len(), handed.begun.len()), (1, 2));
+        assert_eq!((transferred.ended.len(), transferred.begun.len()), (1, 2));
     }
 
-    /// Whatever parts and joins, springs hold no more than before, be they of constant stiffness or of one that follows the load.
+    /// However springs are divided and joined, they hold no more energy than before, both with a constant stiffness and
+    /// with one that follows the load.
     #[test]
-    fn no_handing_on_gives_energy() {
+    fn no_transfer_gives_energy() {
         let mut seed = 1_u64;
         let mut random = move || {
             seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
@@ -302,7 +308,7 @@ mod tests {
                 spring += u32::from(random() < 0.5);
                 minima.push(held(spring, 1e-3 + random()));
             }
-            let heirs: Vec<Option<usize>> = minima
+            let successors: Vec<Option<usize>> = minima
                 .iter()
                 .map(|_| Some((random() * 4.0) as usize).filter(|&s| s < 3))
                 .collect();
@@ -315,21 +321,21 @@ mod tests {
                 })
                 .collect();
             let (after_a, after_b) = (
-                hand_on(&minima, &a, &heirs, 3),
-                hand_on(&minima, &b, &heirs, 3),
+                transfer(&minima, &a, &successors, 3),
+                transfer(&minima, &b, &successors, 3),
             );
             let sum_a = |all: &[Elongation]| all.iter().map(|e| constant.energy(e)).sum::<f64>();
             let sum_b = |all: &[Sheared]| all.iter().map(|e| following.energy(e)).sum::<f64>();
             assert!(sum_a(&after_a.histories) <= sum_a(&a) + 1e-15);
             assert!(sum_b(&after_b.histories) <= sum_b(&b) + 1e-15);
-            // What ended less what began is what is missing.
+            // The energy that ended less the energy that began is the energy that was lost.
             let lost = |all: &[(usize, Elongation)]| {
                 let of = all.iter().map(|(_, e)| constant.energy(e));
                 of.sum::<f64>()
             };
             let missing = sum_a(&a) - sum_a(&after_a.histories);
-            let told = lost(&after_a.ended) - lost(&after_a.begun);
-            assert!((missing - told).abs() < 1e-14);
+            let reported = lost(&after_a.ended) - lost(&after_a.begun);
+            assert!((missing - reported).abs() < 1e-14);
         }
     }
 }

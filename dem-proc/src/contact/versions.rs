@@ -4,16 +4,16 @@
 /// nothing that is kept, so a step can be evaluated again.
 #[derive(Debug, Default)]
 pub(super) struct Versions<T> {
-    /// What is kept.
+    /// The data that are kept.
     pub kept: T,
-    /// Replaces it if `rebuilt`.
+    /// Replaces `kept` if `rebuilt`.
     pub fresh: T,
     /// Whether the last evaluation built `fresh`.
     pub rebuilt: bool,
 }
 
 impl<T> Versions<T> {
-    /// What an evaluation uses.
+    /// The version that an evaluation uses.
     pub fn current(&self) -> &T {
         if self.rebuilt {
             &self.fresh
@@ -22,7 +22,7 @@ impl<T> Versions<T> {
         }
     }
 
-    /// Keeps what the last evaluation used. Returns whether it was new.
+    /// Keeps the version that the last evaluation used. Returns whether it was new.
     pub fn keep(&mut self) -> bool {
         if self.rebuilt {
             std::mem::swap(&mut self.kept, &mut self.fresh);

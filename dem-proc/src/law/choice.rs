@@ -21,7 +21,7 @@ pub trait ForLaw: Sized {
     fn build<L: Law>(self, law: L) -> Self::Output;
 }
 
-/// Builds from `law`, which has been checked.
+/// Builds something from `law`, which has been checked.
 pub fn with_law<F: ForLaw>(law: &ContactLaw, build: F) -> F::Output {
     match *law {
         ContactLaw::Linear { .. } | ContactLaw::Granular { .. } => {
@@ -69,9 +69,9 @@ pub fn with_law<F: ForLaw>(law: &ContactLaw, build: F) -> F::Output {
     }
 }
 
-/// Builds from a table of laws, which have been checked: `for_all`, and others for `pairs`. If all laws are of one
-/// kind, no loop branches on the kind. Every part that a kind of law can have is present; its number is zero for pairs
-/// that do not use it.
+/// Builds something from a table of laws, which have been checked: `for_all`, and others for `pairs`. If all laws are
+/// of one kind, no loop branches on the kind. Every part that a kind of law can have is present. Its number is zero for
+/// pairs that do not use it.
 pub fn with_table<F: ForLaw>(
     surfaces: &Surfaces,
     for_all: &ContactLaw,
@@ -109,7 +109,7 @@ struct Granular {
     rolling: f64,
 }
 
-/// A law for a table of mixed kinds.
+/// Message of an assertion that laws were matched by kind before.
 const KIND: &str = "a table's laws are of one kind";
 
 fn rolling(law: &ContactLaw) -> OfGrains {
@@ -166,7 +166,7 @@ impl Granular {
     }
 }
 
-/// Without friction there is no spring, as without a table.
+/// Without friction there is no spring, as for a law without a table.
 fn coulomb(stiffness: f64, friction: f64) -> Coulomb {
     if friction > 0.0 {
         Coulomb::new(stiffness, friction)

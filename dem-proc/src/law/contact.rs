@@ -123,7 +123,7 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
 
     #[inline]
     fn separate(&self, _: &Self::Pair, kinematics: &Kinematics, before: &Self::History) -> Loss {
-        // Where the contact ends so does the dashpot's force: what comes after costs nothing (docs/energy.md).
+        // When the contact opens, the force of the dashpot ends. Motion after that dissipates nothing (docs/energy.md).
         let held = kinematics.share_in_contact();
         let way = kinematics.moved.map(|u| u * held);
         let (viscous, _) = D::remember([0.0; 2], way, &before.dashpot);

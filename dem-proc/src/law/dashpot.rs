@@ -15,10 +15,10 @@ pub trait Dashpot: Plain {
     /// The constants of a pair of reduced mass `mass` (kg/m) whose stiffness in either direction is `stiffness` (N/m),
     /// if that is constant.
     fn pair(&self, stiffness: [f64; 2], mass: f64) -> Self::Pair;
-    /// Force in N/m of a relative velocity in m/s at the present stiffness.
+    /// Force in N/m for a relative velocity in m/s at the present stiffness.
     fn drag(&self, pair: &Self::Pair, stiffness: [f64; 2], velocity: [f64; 2]) -> [f64; 2];
     /// Energy dissipated over the last step in J/m, in which the surfaces `moved`, and the history for the next step,
-    /// from the forces `exerted` at its end.
+    /// from the forces `exerted` at the end of the step.
     fn remember(exerted: [f64; 2], moved: [f64; 2], before: &Self::State) -> (f64, Self::State);
 }
 
@@ -62,7 +62,8 @@ impl Dashpot for Viscous {
     type State = [f64; 2];
     type Pair = [f64; 2];
     const ACTIVE: bool = true;
-    /// The dashpots of a larger mass are more for the pair, by the root: `2 zeta sqrt(k M) = 2 zeta sqrt(M/m) sqrt(k m)`.
+    /// If the dashpots are those of a larger mass, their ratio for the pair is larger by the root: `2 zeta sqrt(k M) =
+    /// 2 zeta sqrt(M/m) sqrt(k m)`.
     fn ratio(&self, mass: f64) -> f64 {
         let larger = self.mass / mass;
         self.ratio * if larger > 1.0 { larger.sqrt() } else { 1.0 }

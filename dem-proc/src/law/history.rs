@@ -9,7 +9,7 @@ use crate::saved::{count, finite, refusal};
 pub trait Plain: Copy + Send + Sync + std::fmt::Debug + 'static {}
 impl<T: Copy + Send + Sync + std::fmt::Debug + 'static> Plain for T {}
 
-/// A part of the history of a law, with its count of numbers.
+/// A part of the history of a law, and the number of its values.
 pub type Part = (u32, u32);
 
 /// The tangential part of a law.
@@ -19,15 +19,15 @@ pub const DASHPOT: u32 = 2;
 /// The rolling part.
 pub const ROLLING: u32 = 3;
 
-/// The history of a law, as numbers: for a saved state.
+/// The history of a law as numbers, for a saved state.
 pub trait Numbers: Plain + Default {
-    /// Their count.
+    /// Number of values.
     const COUNT: usize;
-    /// Their parts in order. `which` is the part of plain numbers.
+    /// The parts of the history in their order. `which` is the part to which plain numbers belong.
     fn parts(which: u32) -> Vec<Part> {
         vec![(which, Self::COUNT as u32)]
     }
-    /// Appends them.
+    /// Appends the values.
     fn put(&self, numbers: &mut Vec<f64>);
     /// Reads the numbers; missing ones are zero.
     fn take(numbers: &mut impl Iterator<Item = f64>) -> Self;
@@ -69,7 +69,7 @@ pub struct SavedHistories {
 }
 
 impl SavedHistories {
-    /// Those of a list.
+    /// The histories of a list.
     pub fn of<H: Numbers>(histories: &[H]) -> Self {
         let mut saved = Self {
             pairs: histories.len() as u64,
@@ -79,7 +79,7 @@ impl SavedHistories {
         for (k, history) in (0..).zip(histories) {
             let from = saved.numbers.len();
             history.put(&mut saved.numbers);
-            // By bits: minus zero is not nothing.
+            // The comparison is by bits, since minus zero must be restored as minus zero.
             if saved.numbers[from..].iter().all(|x| x.to_bits() == 0) {
                 saved.numbers.truncate(from);
             } else {
@@ -89,11 +89,11 @@ impl SavedHistories {
         saved
     }
 
-    /// For a list of `pairs` pairs. If the law has other parts than the saved one, it takes the parts that both have;
-    /// the others start from zero.
+    /// The histories for a list of `pairs` pairs. If the law has other parts than the saved one, the parts that both
+    /// have are taken over, and the others start from zero.
     ///
     /// # Errors
-    /// A refusal if they are of another list.
+    /// A refusal if the list has another length.
     pub fn restored<H: Numbers>(&self, pairs: usize) -> Result<Vec<H>, Refusal> {
         let Self {
             pairs: length,
@@ -124,7 +124,7 @@ impl SavedHistories {
     }
 }
 
-/// For each number of the `own` parts its index among the `saved` ones, if it is there.
+/// The index among the `saved` numbers of each number of the `own` parts; `None` if it is not there.
 fn places(saved: &[Part], own: &[Part]) -> Vec<Option<usize>> {
     let mut places = Vec::new();
     for part in own {
@@ -162,7 +162,7 @@ mod tests {
         assert_eq!(without_damping[1].tangent, [3.0]);
         let smooth: Vec<Memory<(), [f64; 2]>> = saved.restored(2).unwrap();
         assert_eq!(smooth[1].dashpot, [4.0, 5.0]);
-        // A spring of two numbers is another law's.
+        // A tangential spring with two numbers belongs to another law.
         let other: Vec<Memory<[f64; 2], [f64; 2]>> = saved.restored(2).unwrap();
         assert_eq!((other[1].tangent, other[1].dashpot), ([0.0; 2], [4.0, 5.0]));
         let nothing: Vec<()> = saved.restored(2).unwrap();

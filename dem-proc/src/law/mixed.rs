@@ -44,7 +44,7 @@ pub enum AnyPair {
 /// The history of a contact of any kind; parts that its kind does not use are zero.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct AnyMemory {
-    /// Of a spring of constant stiffness.
+    /// Of a spring with constant stiffness.
     elongation: Elongation,
     /// Of a spring that stiffens.
     sheared: Sheared,
@@ -115,7 +115,7 @@ impl AnyMemory {
     }
 }
 
-/// The response of a law with the history `H`, with the history of any law.
+/// Turns the history `H` of a response into the history of any law.
 fn remembering<H>(
     response: Response<H>,
     memory: impl FnOnce(H) -> AnyMemory,
@@ -129,7 +129,8 @@ fn remembering<H>(
     }
 }
 
-/// Force of a contact of any kind, or of several whose normal springs press with `spring` (N/m) together.
+/// Force of a contact of any kind. Several contacts count as one if their normal springs together press with `spring`
+/// (N/m).
 #[inline]
 fn exert(
     pair: &AnyPair,
@@ -165,7 +166,7 @@ fn exert(
     }
 }
 
-/// The same of one kind.
+/// The same for one kind.
 #[inline]
 fn of_kind<L: Law>(
     law: &L,
@@ -204,7 +205,7 @@ impl Law for Mixed {
             AnyPair::Areas(law, pair) => law.stiffness(pair, overlap),
         }
     }
-    /// The largest of the table: the step limit uses one ratio for all contacts.
+    /// The largest ratio in the table, because the step limit uses one ratio for all contacts.
     fn damping_ratio(&self, mass: f64) -> f64 {
         let ratio = |law: &AnyLaw| match law {
             AnyLaw::Grains(law) => law.damping_ratio(mass),

@@ -35,13 +35,13 @@ pub struct Kinematics {
 }
 
 impl Kinematics {
-    /// Share of the last step that lies before the separation of two surfaces that are apart now and were in contact
-    /// before it: the way along `N` up to the separation over the whole way.
+    /// Share of the last step before two surfaces separated, which were in contact at its beginning and are apart now:
+    /// the distance along `N` up to the separation, divided by the whole distance.
     #[inline]
     pub fn share_in_contact(&self) -> f64 {
         let way = self.moved[0];
         let share = (way + self.overlap) / way;
-        // A normal that has turned may tell of an approach.
+        // If the normal has rotated, the distance may be that of an approach.
         let share = if way > 0.0 { share } else { 1.0 };
         if share > 0.0 { share } else { 0.0 }
     }
@@ -52,7 +52,7 @@ impl Kinematics {
 pub struct LastStep {
     /// `t_n - t_{n-1}` in s; 0 before the first step.
     pub dt: f64,
-    /// One over it, or 0.
+    /// `1 / dt`, or 0 before the first step.
     pub per_dt: f64,
 }
 
@@ -219,10 +219,11 @@ pub trait Law: Clone + Send + Sync + std::fmt::Debug + 'static {
     fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> Stiffness;
     /// Fraction of critical damping of pairs whose reduced mass is at least `mass` (kg/m).
     fn damping_ratio(&self, mass: f64) -> f64;
-    /// What presses and what pulls in a contact with positive overlap, in N/m: the force of the normal spring, and adhesion.
+    /// The normal forces in N/m of a contact with positive overlap: that of the spring, which presses, and that of
+    /// adhesion, which pulls.
     fn normal(&self, pair: &Self::Pair, overlap: f64) -> [f64; 2];
-    /// Force of a contact, or of several that bear together, whose normal springs press with `spring` (N/m). The normal force is
-    /// that without the pull of adhesion.
+    /// Force of a contact, or of several that count as one, whose normal springs press with `spring` (N/m) together.
+    /// The normal force is that without adhesion.
     fn response_to_spring(
         &self,
         pair: &Self::Pair,

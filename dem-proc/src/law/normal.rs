@@ -72,8 +72,8 @@ impl Normal for Hertz {
 /// `F = k_A A`, with `A` the area that the overlap cuts off a disc of the reduced radius (Chen 2023 eq. 18, area
 /// measure): a circular segment of height `xi`.
 ///
-/// The area in closed form instead of from two polygons' intersection: as a function of one distance it has a
-/// potential, and costs one arc cosine.
+/// The area is computed in closed form and not as the intersection of two polygons. As a function of one distance it
+/// has a potential, and it costs only one arc tangent.
 #[derive(Debug, Clone, Copy)]
 pub struct Area {
     /// `k_A` in N/m^2 per m.
@@ -141,7 +141,7 @@ impl<N: Normal> Normal for Adhesive<N> {
     fn pull(&self, pair: &Self::Pair, overlap: f64) -> f64 {
         pair.1 * overlap.sqrt()
     }
-    /// Adhesion only softens.
+    /// Adhesion only reduces the stiffness.
     #[inline]
     fn stiffness(&self, pair: &Self::Pair, overlap: f64) -> f64 {
         self.spring.stiffness(&pair.0, overlap)
@@ -155,7 +155,7 @@ impl<N: Normal> Normal for Adhesive<N> {
 mod tests {
     use super::*;
 
-    /// Simpson's rule over the overlap.
+    /// Integral of the force over the overlap, by Simpson's rule.
     fn integral<N: Normal>(law: &N, pair: &N::Pair, to: f64) -> f64 {
         let n = 2000;
         let h = to / f64::from(n);
@@ -177,7 +177,7 @@ mod tests {
         let pair = law.pair(properties);
         for xi in [1e-6, 1e-3, 0.01, 0.03] {
             let (energy, sum) = (law.energy(&pair, xi), integral(&law, &pair, xi));
-            // Simpson's rule on a square root at its branch point errs by about n^-1.5: 1e-5.
+            // The error of Simpson's rule at the branch point of a square root is about n^-1.5, which is 1e-5.
             assert!(
                 (energy - sum).abs() <= 3e-5 * sum.abs(),
                 "{law:?} {xi}: {energy} {sum}"

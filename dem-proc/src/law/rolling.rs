@@ -61,7 +61,7 @@ impl<H: Numbers> Numbers for Rolled<H> {
 }
 
 impl<L: Law> Rolling<L> {
-    /// Forces with the moment that belongs to them.
+    /// Adds the moment to the response of the law for the forces.
     #[inline]
     fn with_moment(
         &self,
@@ -100,7 +100,7 @@ impl<L: Law> Rolling<L> {
 
 impl<L: Law> Law for Rolling<L> {
     type History = Rolled<L::History>;
-    /// Constants of the forces, and `mu_r R*`.
+    /// Constants of the law for the forces, and `mu_r R*`.
     type Pair = (L::Pair, f64);
     const MOTION: bool = true;
 

@@ -16,7 +16,8 @@ pub struct Table<L> {
 }
 
 impl<L: Copy> Table<L> {
-    /// `pairs` have their own laws, all others `for_all`; `law` builds the type from a configured law.
+    /// A table in which `pairs` have their own laws and all others `for_all`. `law` builds the type from a configured
+    /// law.
     pub fn new(
         surfaces: &Surfaces,
         for_all: &ContactLaw,
@@ -59,7 +60,7 @@ impl<L: Law + Copy> Law for Table<L> {
     fn stiffness(&self, (law, pair): &Self::Pair, overlap: f64) -> Stiffness {
         law.stiffness(pair, overlap)
     }
-    /// The largest of the table: the step limit uses one ratio for all contacts.
+    /// The largest ratio in the table, because the step limit uses one ratio for all contacts.
     fn damping_ratio(&self, mass: f64) -> f64 {
         let ratios = self.laws.iter().map(|law| law.damping_ratio(mass));
         ratios.fold(0.0, f64::max)

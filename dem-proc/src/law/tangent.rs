@@ -39,8 +39,8 @@ pub struct Slide<S> {
     pub loss: f64,
 }
 
-/// `x` cut off at plus and minus `limit`. One instruction each; `f64::clamp` has a panic and `f64::max` a case for NaN.
-/// The numbers here are always finite.
+/// `x` limited to the range from `-limit` to `limit`. Each comparison is one instruction, while `f64::clamp` can panic
+/// and `f64::max` handles NaN. The numbers here are always finite.
 #[inline]
 pub(super) fn within(x: f64, limit: f64) -> f64 {
     let x = if x < limit { x } else { limit };
@@ -88,7 +88,7 @@ pub struct Coulomb {
 }
 
 impl Coulomb {
-    /// No friction, for a table of laws of which others have some.
+    /// No friction, for a table in which other laws have friction.
     pub const SMOOTH: Self = Self {
         stiffness: 0.0,
         compliance: 0.0,
@@ -174,7 +174,7 @@ pub struct Mindlin {
 }
 
 impl Mindlin {
-    /// No friction, for a table of laws of which others have some.
+    /// No friction, for a table in which other laws have friction.
     pub const SMOOTH: Self = Self {
         ratio: 0.0,
         friction: 0.0,

@@ -1,13 +1,13 @@
 //! Broad phase: finds overlapping boxes with a grid of cells for the many of similar size and a tree for the few that
 //! are much larger. A grid is built and searched in a fifth of the time of a tree, but a wall would fill all of it.
 
-use crate::seam::{Bounds, BoxTree};
+use crate::parry::{Bounds, BoxTree};
 
 /// Boxes with a longer side than this many times the median are kept out of the grid: the cells are as large as the
 /// largest box in it, and boxes of the median size would crowd them.
 const MUCH_LARGER: f64 = 3.0;
 
-/// Cells for each box at most, so that a few boxes far apart do not take much memory.
+/// Largest number of cells for each box, so that a few boxes far apart do not take much memory.
 const CELLS_PER_BOX: f64 = 4.0;
 
 /// Boxes, sorted by position.
@@ -21,7 +21,7 @@ pub struct Cells {
     starts: Vec<u32>,
     /// Boxes by cell, ascending within each.
     items: Vec<u32>,
-    /// The large ones, and their numbers in the order of the tree's leaves.
+    /// The large boxes, and their numbers in the order of the tree's leaves.
     large: Option<(BoxTree, Vec<u32>)>,
 }
 
@@ -54,7 +54,8 @@ impl Cells {
             (BoxTree::new(boxes), large)
         };
         let small = || numbered().filter(|(b, _)| !is_large(b));
-        // No cell is smaller than a box, so boxes that meet are in neighbouring cells.
+        // No cell is smaller than a box of the grid, so boxes that overlap are in the same cell or in neighbouring
+        // ones.
         let largest = small().map(|(b, _)| side(b)).fold(0.0, f64::max);
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for (b, _) in small() {
@@ -109,8 +110,8 @@ impl Cells {
         })
     }
 
-    /// Appends to `found`, in ascending order, the numbers above `i` of those among `boxes` (the same as were sorted)
-    /// that overlap box `i`, so that the results do not depend on cells or trees.
+    /// Appends to `found` the numbers above `i` of the boxes that overlap box `i`. `boxes` must be the boxes that were
+    /// sorted. The order is ascending, so that the results do not depend on cells or trees.
     pub fn above(&self, i: u32, boxes: &[Bounds], found: &mut Vec<u32>) {
         let from = found.len();
         let own = &boxes[i as usize];
@@ -123,7 +124,7 @@ impl Cells {
             is_large = large.binary_search(&i).is_ok();
         }
         let (low, high) = if is_large {
-            // From the cells of its lower corner to those of its upper one, and the neighbours of either.
+            // From the cell of its lower corner to that of its upper corner, and one more cell on each side.
             (
                 self.cell(&Bounds {
                     lower: own.lower,
@@ -147,7 +148,7 @@ impl Cells {
                 }
             }
         }
-        // In place: what is kept moves to the front.
+        // Works in place: the numbers that are kept move to the front.
         let mut kept = from;
         for at in from..found.len() {
             if found[at] > i {
@@ -190,7 +191,7 @@ mod tests {
             let boxes: Vec<Bounds> = boxes
                 .into_iter()
                 .map(|((x, y), (w, h), kind)| {
-                    // One in twenty is a wall; some are points.
+                    // One box in twenty is a wall, and some are points.
                     let size = match kind { 0 => Vec2::new(2.0, 0.1), 1 => Vec2::zeros(), _ => Vec2::new(w, h) };
                     let lower = Vec2::new(x * (1.0 + stretch), y);
                     Bounds { lower, upper: lower + size }

@@ -13,7 +13,7 @@ use crate::body::bodies::Bodies;
 use crate::body::edge::vertex_edge;
 use crate::lists::cells::Cells;
 use crate::lists::watch::Watch;
-use crate::seam::{Bounds, BoxTree};
+use crate::parry::{Bounds, BoxTree};
 
 /// A point is "in reach" of a body up to this distance beyond contact, as a fraction of the point's radius. In a step a
 /// point moves at most half its radius relative to a body (the kinematic limit), so every pair that touches in the next
@@ -33,7 +33,7 @@ pub struct PointPair {
     pub edges: [u32; 2],
 }
 
-/// Points against bodies.
+/// The points and the bodies that may touch.
 #[derive(Debug, Clone, Default)]
 pub struct PointList {
     /// Pairs in ascending order of slot, then body, then part.
@@ -77,7 +77,7 @@ impl PointList {
         let shape = &bodies.properties[b].shape;
         let n = outline.len();
         if !shape.has_edges {
-            // Each disc is a contact of its own: the sum over discs is smooth where the nearest disc changes.
+            // Each disc is a separate contact, so that the sum over discs is smooth where the nearest disc changes.
             for (part, center) in (0..).zip(outline) {
                 if (p - center).norm() <= bodies.radius_at(b, part) + margin {
                     let from = self.edges.len() as u32;
@@ -203,7 +203,7 @@ pub fn close_pairs(bodies: &Bodies, watch: &Watch, mut found: impl FnMut([u32; 2
         for &j in &near {
             let [a, b] = [i, j as usize].map(|b| &bodies.state[b]);
             let margin = watch.margin(i) + watch.margin(j as usize);
-            // This mostly removes boxes that overlap at a corner, while the bounding circles do not.
+            // This mainly removes bodies whose boxes overlap at a corner, while their bounding circles do not.
             let together = a.extent + b.extent + margin;
             let apart = (a.center - b.center).norm_squared() > together * together;
             if !apart && (free(i) || free(j as usize)) {
@@ -213,7 +213,7 @@ pub fn close_pairs(bodies: &Bodies, watch: &Watch, mut found: impl FnMut([u32; 2
     }
 }
 
-/// Bodies against bodies.
+/// The bodies that may touch.
 #[derive(Debug, Clone, Default)]
 pub struct BodyList {
     /// Vertex-edge pairs in the order of [`VertexEdge::key`].
@@ -247,7 +247,7 @@ impl BodyList {
         let outline = bodies.outline_of(e);
         let [of_vertex, of_edge] = [v, e].map(|b| &bodies.properties[b].shape);
         if of_vertex.has_edges && !of_edge.has_edges {
-            return; // discs have no edges; their centres are the vertices of the other sum
+            return; // discs have no edges; they are the vertices in the other sum
         }
         let reach = bodies.state[v].radius + bodies.state[e].radius + margin;
         let first = [v, e].map(|b| bodies.properties[b].first_vertex as u32);

@@ -5,7 +5,7 @@ use interface::step::GROWTH;
 use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::Bodies;
-use crate::body::odometer::{Odometer, SavedOdometer};
+use crate::body::displacement::{Displacement, SavedDisplacement};
 use crate::saved::{count, finite};
 
 /// The largest displacement of surfaces in the next two steps, as a function of their speed.
@@ -35,7 +35,7 @@ impl Ahead {
         self.time
     }
 
-    /// Of a surface with this speed (m/s), in m.
+    /// Largest displacement of a surface with this speed (m/s), in m.
     pub fn way(&self, speed: f64) -> f64 {
         speed * self.time + self.gained
     }
@@ -53,7 +53,7 @@ pub struct Watch {
     limit: f64,
     /// Margin of each body in m; empty if all margins are `limit`.
     margins: Vec<f64>,
-    odometer: Odometer,
+    displacement: Displacement,
 }
 
 impl Watch {
@@ -68,7 +68,7 @@ impl Watch {
     /// Whether the list still holds all pairs that may meet within two steps, with surfaces up to `speed` (m/s).
     pub fn holds(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64) -> bool {
         let left = self.limit - ahead.way(speed);
-        left > 0.0 && self.odometer.stays_below(left, bodies)
+        left > 0.0 && self.displacement.stays_below(left, bodies)
     }
 
     /// Makes the present poses the reference of a new list.
@@ -85,7 +85,7 @@ impl Watch {
                 .map(|s| s.surface_speed(s.velocity, s.spin));
             self.margins.extend(speed.map(|v| half + ahead.way(v)));
         }
-        self.odometer.reset(bodies);
+        self.displacement.reset(bodies);
     }
 
     /// Margin of a body beyond contact in m: a pair is listed if its distance is below the sum of both margins.
@@ -94,7 +94,7 @@ impl Watch {
         self.margins.get(body).copied().unwrap_or(self.limit)
     }
 
-    /// Largest distance in m at which two bodies can meet within two steps, if each body has its own margin.
+    /// Largest distance in m at which two bodies can meet within two steps; `None` unless each body has its own margin.
     #[inline]
     pub fn closing(&self, [a, b]: [u32; 2]) -> Option<f64> {
         let own = |b: u32| self.margins.get(b as usize);
@@ -106,41 +106,41 @@ impl Watch {
         !self.margins.is_empty()
     }
 
-    /// The bodies move on with surface speeds up to `speed` (m/s) for `dt` (s).
+    /// The bodies move with surface speeds up to `speed` (m/s) for `dt` (s).
     pub fn advance(&mut self, speed: f64, dt: f64) {
-        self.odometer.advance(speed, dt);
+        self.displacement.advance(speed, dt);
     }
 
     /// The bodies in the poses at which the list was built; `None` if there is no list yet.
     pub fn bodies_then(&self, bodies: &Bodies) -> Option<Bodies> {
-        let poses = self.odometer.start();
+        let poses = self.displacement.start();
         (!poses.is_empty()).then(|| bodies.placed(poses.iter().copied()))
     }
 
-    /// For a saved state.
+    /// The data for a saved state.
     pub fn save(&self) -> SavedWatch {
         let Self {
-            skin: _, // of the configuration
+            skin: _, // belongs to the configuration
             limit,
             margins,
-            odometer,
+            displacement,
         } = self;
         SavedWatch {
             limit: *limit,
             margins: margins.clone(),
-            odometer: odometer.save(),
+            displacement: displacement.save(),
         }
     }
 
-    /// With the skin of this one, as it was saved.
+    /// Restores what was saved, with the skin of this one.
     ///
     /// # Errors
-    /// A refusal if it is not of these bodies.
+    /// A refusal if it was saved for other bodies.
     pub fn restored(&self, saved: &SavedWatch, bodies: &Bodies) -> Result<Self, Refusal> {
         let SavedWatch {
             limit,
             margins,
-            odometer,
+            displacement,
         } = saved;
         finite(|| "a margin".into(), margins)?;
         finite(|| "a margin".into(), &[*limit])?;
@@ -151,7 +151,7 @@ impl Watch {
             skin: self.skin,
             limit: *limit,
             margins: margins.clone(),
-            odometer: Odometer::restored(odometer, bodies)?,
+            displacement: Displacement::restored(displacement, bodies)?,
         })
     }
 }
@@ -161,7 +161,7 @@ impl Watch {
 pub struct SavedWatch {
     limit: f64,
     margins: Vec<f64>,
-    odometer: SavedOdometer,
+    displacement: SavedDisplacement,
 }
 
 #[cfg(test)]
@@ -170,7 +170,7 @@ mod tests {
 
     #[test]
     fn the_displacement_ahead_is_two_steps_of_free_fall() {
-        // From rest: half a kick, a step, a kick, a step a tenth longer.
+        // From rest: half a kick, a step, a kick, and a step that is a tenth longer.
         let (dt, g) = (1e-3, 10.0);
         let first = 0.5 * dt * g;
         let second = first + g * 0.5 * (dt + 1.1 * dt);

@@ -78,11 +78,11 @@ impl ForLaw for PairsWith {
     }
 }
 
-/// Contact between the points of two groups, where there is any.
+/// Contact between the points of two groups, if there is a law for it.
 fn pair_side(config: &DemConfig) -> Option<Box<dyn PairSide>> {
     let pairs = &config.group_pairs;
     let law = &pairs.first()?.law;
-    // A group is a surface of its own, named after its number.
+    // Each group is a surface of its own, named after its number.
     let table: Vec<ContactPair> = (pairs.iter())
         .map(|pair| ContactPair {
             between: pair.between.map(|group| group.to_string()),
@@ -122,16 +122,16 @@ fn point_side(config: &DemConfig, surfaces_of: &Surfaces) -> Box<dyn PointSide> 
     }
 }
 
-/// Contact between bodies by `law` and the pairs of the table, as the scene measures it.
+/// Contact between bodies by `law` and the pairs of the table, with the measure of overlap that the scene chooses.
 fn body_side(config: &DemConfig, surfaces: &Surfaces, law: &ContactLaw) -> Box<dyn BodySide> {
     let table: Vec<&ContactPair> = config.body_pairs().map(|(_, pair)| pair).collect();
     let skin = config.skin;
     match config.overlap {
-        // If the table has no pair of bodies, contact has no cost from the table.
+        // Without pairs of bodies in the table, no loop pays for a table.
         OverlapMeasure::EachEdge if table.is_empty() => with_law(law, EdgesWith { skin }),
         OverlapMeasure::EachEdge => with_table(surfaces, law, &table, EdgesWith { skin }),
-        // The other measures always use the few types of the table, whose unused parts are zero: a type for every
-        // combination would double the compile time, for code that is not made for speed.
+        // The other measures always use the few types of the table, whose unused parts are zero. A type for every
+        // combination would double the compile time, for code that need not be fast.
         OverlapMeasure::NearestEdge => {
             let measure = NearestEdge;
             with_table(surfaces, law, &table, ConvexWith { measure, skin })
@@ -213,14 +213,14 @@ fn stiffest(config: &DemConfig, bodies: &Bodies) -> [f64; 2] {
         stiffness.fold(0.0, f64::max)
     };
     [
-        // Where the stiffness depends on the overlap: at a hundredth of the smallest sphero-radius.
+        // If the stiffness depends on the overlap, it is taken at a hundredth of the smallest sphero-radius.
         largest(&mut config.point_laws(), 0.01 * radius),
-        // The overlap of a first contact is not known; it is at most the smallest sphero-radius.
+        // The overlap in a first contact is not known; it is at most the smallest sphero-radius.
         largest(&mut config.body_laws(), radius),
     ]
 }
 
-/// Refuses what this solver does not do.
+/// Refuses what this solver cannot do.
 fn refuse_unbuilt(config: &DemConfig) -> Result<(), Refusal> {
     let disc = |b: &BodyConfig| matches!(b.shape, BodyShape::Disc | BodyShape::Cluster { .. });
     if config.interface == Interface::Segments

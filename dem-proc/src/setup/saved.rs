@@ -7,12 +7,12 @@
 
 use interface::config::{BodyConfig, DemConfig};
 use interface::solver::Refusal;
-use mechanics::books::Totals;
+use mechanics::ledger::Totals;
 use serde::{Deserialize, Serialize};
 
 use crate::body::bodies::SavedBody;
+use crate::body::displacement::{Displacement, SavedDisplacement};
 use crate::body::load::{Load, PairLoad};
-use crate::body::odometer::{Odometer, SavedOdometer};
 use crate::contact::pairs::SavedPairs;
 use crate::contact::point_pairs::SavedPointPairs;
 use crate::contact::point_side::SavedPoints;
@@ -29,7 +29,7 @@ pub struct SavedSystem {
     bodies: Vec<SavedBody>,
     /// In m/s.
     speed: f64,
-    published: SavedOdometer,
+    published: SavedDisplacement,
     totals: Totals,
     points: SavedPoints,
     point_pairs: Option<SavedPointPairs>,
@@ -47,7 +47,7 @@ impl SavedSystem {
             speed,
             published,
             totals,
-            // Of the configuration.
+            // These belong to the configuration.
             gravity: _,
             threads: _,
             constants: _,
@@ -55,7 +55,7 @@ impl SavedSystem {
             // Results of an evaluation; the next one overwrites them.
             loads: _,
             kicked: _,
-            // Answers that were already given.
+            // Answers that were already sent.
             envelopes: _,
             measurement: _,
         } = system;
@@ -92,8 +92,8 @@ impl SavedSystem {
         // Driven bodies may have another speed than in the saved run.
         let speed = speed.max(bodies.initial_speed());
         finite(|| "the largest speed".into(), &[speed])?;
-        finite(|| "a sum of the books".into(), &numbers(totals))?;
-        let published = Odometer::restored(published, &bodies)?;
+        finite(|| "a sum of the ledger".into(), &numbers(totals))?;
+        let published = Displacement::restored(published, &bodies)?;
         match (&mut system.pairs, pairs) {
             (Some(here), Some(saved)) => here.restore(saved, &bodies)?,
             (None, None) => {}
@@ -122,7 +122,7 @@ impl SavedSystem {
     }
 }
 
-/// The numbers of the ledger.
+/// The numbers of the totals.
 fn numbers(totals: &Totals) -> [f64; 7] {
     let Totals {
         friction_work,
@@ -139,7 +139,7 @@ fn numbers(totals: &Totals) -> [f64; 7] {
 /// the key that differs. Laws, gravity and motions may differ.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Marks {
-    /// One for each of [`KEYS`]; none without a configuration.
+    /// One for each of [`KEYS`]; empty without a configuration.
     keys: Vec<u64>,
     /// One for each body.
     bodies: Vec<u64>,
@@ -155,16 +155,16 @@ const KEYS: [&str; 5] = [
 ];
 
 impl Marks {
-    /// Those of `config`.
+    /// The marks of `config`.
     pub fn new(config: &DemConfig) -> Self {
         let DemConfig {
             gravity: _,
             bodies,
-            point_contact: _, // what contacts remember is told by itself
+            point_contact: _, // a saved history names its own parts
             body_contact,
             overlap,
-            contact_resolution: _, // of the step alone, which the coupler may choose anew
-            contact_pairs: _,      // as the laws
+            contact_resolution: _, // affects only the step, which the coupler may choose again
+            contact_pairs: _,      // as for the law above
             point_surfaces: _,
             group_pairs,
             interface,
@@ -189,14 +189,14 @@ impl Marks {
                 shape,
                 sphero_radius,
                 inertia,
-                position: _, // of the start, as angle, velocity and spin
+                position: _, // an initial value, as are angle, velocity and spin
                 angle: _,
                 velocity: _,
                 spin: _,
                 motion,
                 surface: _,
             } = body;
-            // Bodies of which neither is moved by forces are in no list.
+            // Two bodies that forces do not move are in no list.
             let listed = body_contact.is_some() && motion.yielding() != [0.0; 3];
             mark(&(name, shape, sphero_radius, inertia, listed))
         };
@@ -209,7 +209,7 @@ impl Marks {
     /// Refuses the state of another configuration.
     ///
     /// # Errors
-    /// The first key that differs.
+    /// A refusal with the first key that differs.
     pub fn check(&self, saved: &Self) -> Result<(), Refusal> {
         count("bodies", saved.bodies.len(), self.bodies.len())?;
         count("marks", saved.keys.len(), self.keys.len())?;

@@ -75,7 +75,7 @@ impl Alone {
         self.dt
     }
 
-    /// One step; `measure`: with the books.
+    /// One step; `measure`: with the ledger.
     pub fn step(&mut self, measure: bool) -> Result<(), Fault> {
         let step = Step {
             index: self.steps,

@@ -12,7 +12,7 @@ use interface::config::{ContactLaw, DemConfig, Motion};
 use interface::message::wire::{EnvelopeVertex, ImpForce, ImpInfo, ImpState, Limits};
 use interface::solver::{Answer, DemMeasurement, DemSolver, Fault, Readiness, Refusal};
 use interface::step::Step;
-use mechanics::books::{self, Totals};
+use mechanics::ledger::{self, Totals};
 use mechanics::rigid::{Body, Springs};
 use rapier2d_f64::prelude::*;
 
@@ -182,7 +182,7 @@ impl DemSolver for Rapier {
         if step.measure {
             let (energy, totals) = (self.springs.energy, [&self.totals, &self.next_totals]);
             let entries = self.bodies.iter().map(|b| b.entry);
-            self.measured = books::measure(step, self.gravity, energy, totals, entries);
+            self.measured = ledger::measure(step, self.gravity, energy, totals, entries);
         }
         Ok(self.answer(step))
     }

@@ -94,11 +94,11 @@ fn run(trials: bool) -> (Vec<String>, Ledger) {
 
 #[test]
 fn an_evaluation_leaves_no_trace() {
-    let (once, books) = run(false);
+    let (once, ledger) = run(false);
     let (often, _) = run(true);
     assert!(
-        books.friction_work > 0.0 && books.viscous_work != 0.0,
-        "{books:?}"
+        ledger.friction_work > 0.0 && ledger.viscous_work != 0.0,
+        "{ledger:?}"
     );
     for (i, (once, often)) in once.iter().zip(&often).enumerate() {
         assert_eq!(once, often, "step {i}");

@@ -9,7 +9,7 @@ use serde::Serialize;
 /// Direction of a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Way {
+pub enum Direction {
     /// From the kit.
     ToSolver,
     /// To the kit.
@@ -26,7 +26,7 @@ struct Line {
     run: u32,
     /// Time since the clause began in s.
     time: f64,
-    way: Way,
+    way: Direction,
     kind: Kind,
     epoch: u64,
     step: u64,
@@ -48,7 +48,7 @@ impl Trace {
     }
 
     /// Takes note of a message.
-    pub fn note(&mut self, run: u32, time: Duration, way: Way, message: &Message) {
+    pub fn note(&mut self, run: u32, time: Duration, direction: Direction, message: &Message) {
         let Some(lines) = &mut self.0 else {
             return;
         };
@@ -57,7 +57,7 @@ impl Trace {
         lines.push(Line {
             run,
             time: time.as_secs_f64(),
-            way,
+            way: direction,
             kind: message.kind(),
             epoch: header.epoch,
             step: header.step,

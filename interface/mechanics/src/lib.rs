@@ -5,16 +5,16 @@
 //! | [`outline`] | the nearest point of an outline, by which points and bodies touch |
 //! | [`mass`] | area, centre and second moments of outlines swept by a disc |
 //! | [`rigid`] | what a rigid-body solver owes the points whose own contact knows none |
-//! | [`books`] | the ledger of a bodies' side, whoever moves the bodies |
+//! | [`ledger`] | the ledger of a bodies' side, whoever moves the bodies |
 //! | [`impulse`] | compensated sums of impulses |
 //! | [`expression`] | formulas in a scene: fields, loads, checks |
 //! | [`generate`] | sets of bodies from a seed |
 #![forbid(unsafe_code)]
 
-pub mod books;
 pub mod expression;
 pub mod generate;
 pub mod impulse;
+pub mod ledger;
 pub mod mass;
 pub mod outline;
 pub mod rigid;

@@ -4,9 +4,9 @@
 //! surfaces have gone (F-9). Plain and for few bodies: every point looks at every edge.
 //!
 //! In a step: [`Springs::press`] for each point and body, [`Body::kick`], [`Body::entry`] into the
-//! [books](crate::books), then [`Body::drift`], or [`Body::moved_to`] where the solver has moved it.
+//! [ledger](crate::ledger), then [`Body::drift`], or [`Body::moved_to`] where the solver has moved it.
 
-use crate::books::Entry;
+use crate::ledger::Entry;
 use crate::mass::{cross, swept};
 use crate::outline::{contact_point, see};
 use interface::Vec2;
@@ -26,7 +26,7 @@ pub struct Body {
     pub radius: f64,
     /// Largest distance of its surface from the centre of mass in m.
     pub extent: f64,
-    /// What the books know of it: where it is and what the points do to it at `t_n`, velocities before and after the
+    /// What the ledger needs of it: where it is and what the points do to it at `t_n`, velocities before and after the
     /// kick.
     pub entry: Entry,
     /// Bound of the squared frequency that the contacts in reach give it, `sum k (1/m + (r x n)^2/I)`, in 1/s^2 (L-2).
@@ -189,7 +189,7 @@ impl Body {
         })
     }
 
-    /// The push on it from outside at `t_n` (N/m and N), for the books.
+    /// The push on it from outside at `t_n` (N/m and N), for the ledger.
     pub fn push(&self, step: &Step) -> (Vec2, f64) {
         self.motion.push(step.time)
     }

@@ -1,9 +1,9 @@
-//! What a solver gets that leaves points, kick and books to the contract crate, against closed forms.
+//! Contact with points, kick and ledger of this crate, compared with closed forms.
 
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, Motion};
 use interface::step::Step;
-use mechanics::books::{Totals, measure};
+use mechanics::ledger::{Totals, measure};
 use mechanics::rigid::{Body, Springs};
 
 const MASS: f64 = 1.5;
@@ -96,7 +96,7 @@ fn friction_is_a_spring_up_to_mu_f_n_and_what_slides_is_lost() {
 }
 
 #[test]
-fn the_kick_is_half_of_both_steps_and_the_books_close_over_it() {
+fn the_kick_is_half_of_both_steps_and_the_ledger_balances_over_it() {
     let gravity = Vec2::new(0.0, -9.81);
     let mut disc = Body::new(0, &config(BodyShape::Disc, Motion::Free)).unwrap();
     let mut law = springs(0.0, 0.0);

@@ -103,7 +103,7 @@ pub struct SessionOutcome {
     pub violations: Vec<Violation>,
     /// Faults that have occurred, and when.
     pub struck: Vec<(Fault, Time)>,
-    /// First steps that are not done, when the first fault struck: of the coupler's books, the continuum, the bodies.
+    /// First steps that are not done, when the first fault struck: as the coupler, the continuum and the bodies count.
     pub steps: [u64; 3],
     /// Things done.
     pub events: u64,

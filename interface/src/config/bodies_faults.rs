@@ -25,7 +25,7 @@ impl Faults {
 }
 
 impl DemConfig {
-    /// Everything that no bodies' solver could take, in the order of the configuration.
+    /// All values that no bodies' solver could accept, in the order of the configuration.
     pub fn faults(&self) -> Vec<ConfigFault> {
         let mut faults = Faults::default();
         faults.finite("dem.gravity", &self.gravity);
@@ -48,7 +48,8 @@ impl DemConfig {
                 faults.law(&key(i), &pair.law, Between::Bodies);
             }
             for (i, pair) in self.point_pairs() {
-                // Of a pair of both kinds, what bodies can have has been asked.
+                // A pair of both kinds has been checked above by the stricter rules for bodies. It is reported only
+                // once.
                 let of_bodies = self.body_pairs().any(|(k, _)| k == i);
                 if !of_bodies || pair.law.faults(Between::Bodies).is_empty() {
                     faults.law(&key(i), &pair.law, points);
@@ -74,7 +75,7 @@ impl DemConfig {
         faults.0
     }
 
-    /// Bodies and laws that the measure of overlap is not made for.
+    /// Finds bodies and laws for which the measure of overlap is not defined.
     fn overlap_faults(&self, faults: &mut Faults) {
         let measure = self.overlap;
         let name = measure.name();
@@ -112,7 +113,8 @@ impl DemConfig {
         }
     }
 
-    /// Two bodies without a sphero-radius that would never touch: the distance of a vertex from an edge is not below 0.
+    /// Finds two bodies without a sphero-radius. They would never touch, since the distance of a vertex from an edge is
+    /// never below 0.
     fn bare_faults(&self, faults: &mut Faults) {
         let bare = |body: &&BodyConfig| body.largest_radius() == 0.0;
         let free = |body: &BodyConfig| bare(&body) && body.motion.yielding() != [0.0; 3];
@@ -144,7 +146,7 @@ impl BodyConfig {
         }
     }
 
-    /// What of the body cannot be; `path` is its key.
+    /// The impossible values of the body; `path` is its key.
     fn faults(&self, path: &str) -> Vec<ConfigFault> {
         let mut faults = Faults::default();
         let key = |key: &str| format!("{path}.{key}");

@@ -27,7 +27,7 @@ pub const PLASTIC_STRAIN: &str = "plastic_strain";
 /// once more after that, before it sleeps. So the other solver may leave out a bell (clause B-4).
 pub const POLLS: &str = "polls";
 
-/// All single words.
+/// All capabilities that are single words.
 pub const VERBS: [&str; 8] = [
     SAVE,
     SEGMENTS,

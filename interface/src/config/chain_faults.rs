@@ -4,7 +4,7 @@ use super::fault::Faults;
 use super::{ContactForceScheme, Interface, MpmConfig, Wall};
 
 impl MpmConfig {
-    /// Whether bodies can meet the segments between the markers of its chains.
+    /// Refuses chains without segments, and segments in a configuration in which bodies cannot meet them.
     pub(super) fn chain_faults(&self, found: &mut Faults) {
         if self.interface == Interface::Points {
             if !self.chains.is_empty() {

@@ -18,7 +18,7 @@ pub const CELLS_MAX: f64 = 1.0e9;
 pub const POINTS_MAX: f64 = 2.0e9;
 
 impl MpmConfig {
-    /// Everything that is wrong with it, in the order of the configuration; empty if a solver can take it.
+    /// All faults of the configuration, in its order; empty if a solver can accept it.
     pub fn faults(&self) -> Vec<ConfigFault> {
         let mut found = Faults::default();
         let grid_is_sound = self.grid_faults(&mut found);
@@ -35,7 +35,7 @@ impl MpmConfig {
         found.0
     }
 
-    /// Returns whether cell and domain make sense.
+    /// Checks the cell and the domain; returns whether both can be used.
     fn grid_faults(&self, found: &mut Faults) -> bool {
         if !self.gravity.iter().all(|g| g.is_finite()) {
             let value = format!("{:?} m/s^2", self.gravity);
@@ -74,7 +74,7 @@ impl MpmConfig {
                 found.add("mpm.cell", cell.to_string(), expected, help);
                 return false;
             }
-            // Decimal lengths are not exact in binary: a millionth of a cell is rounding, more is a mistake.
+            // Decimal lengths are not exact in binary. So a millionth of a cell is rounding, and more is a mistake.
             if count < 1.0 || (exact - count).abs() > 1e-6 {
                 let whole = count.max(1.0);
                 let help = format!(
@@ -90,7 +90,7 @@ impl MpmConfig {
         sound
     }
 
-    /// Choices of the scheme, and which of them go together.
+    /// Checks the choices of the scheme and their combinations.
     fn transfer_faults(&self, found: &mut Faults) {
         let splines = [ShapeFunction::QuadraticBspline, ShapeFunction::CubicBspline];
         match self.transfer {
@@ -216,7 +216,7 @@ impl MpmConfig {
         }
     }
 
-    /// What does not go with walls across `axis` that move along themselves.
+    /// Refuses what cannot be combined with walls across `axis` that move along themselves.
     fn driven_faults(&self, found: &mut Faults, ends: [Wall; 2], axis: usize) {
         let w = &self.walls;
         let (names, across) = match axis {
@@ -229,7 +229,8 @@ impl MpmConfig {
             };
             let key = format!("mpm.walls.{name}.driven.speed");
             found.number(key, speed, true, "a velocity along the wall");
-            // Later rounds of the filter see what is left of velocities, which walls would have to hold at rest.
+            // The later passes of the filter act on what is left of the velocities, for which the walls would have to
+            // be at rest.
             if self.transfer.filters() {
                 let help = format!("xpic does not support the moving wall {name}: use flip");
                 found.add("mpm.transfer", "xpic", "another transfer", help);
@@ -244,7 +245,7 @@ impl MpmConfig {
                     found.add(key, "a closed wall", expected, help);
                 }
             }
-            // A node is then beyond one of the two walls at most.
+            // With four cells or more, a node is beyond at most one of the two walls.
             let cells = (self.domain[1][axis] - self.domain[0][axis]) / self.cell;
             if cells < 3.5 {
                 let value = format!("{cells:.0} cells from the wall {name} to the opposite wall");
@@ -309,8 +310,7 @@ impl MpmConfig {
         }
     }
 
-    /// Points that move as one have others to touch, one velocity and no stress.
-    /// What does not go with nodes that are given the group's spin.
+    /// Refuses what cannot be combined with nodes that get the spin of the group.
     fn spin_faults(&self, found: &mut Faults, group: &GroupConfig, path: &str) {
         if !group.keeps_spin {
             return;
@@ -366,7 +366,7 @@ impl MpmConfig {
         }
     }
 
-    /// Whether the region reaches out of the domain: over a periodic wall it may, once round.
+    /// Refuses a region that reaches out of the domain. Over a periodic wall it may reach, by at most one period.
     fn outside_faults(&self, found: &mut Faults, group: &GroupConfig, path: &str) {
         let [lower, upper] = group.fill.bounds();
         let [low, high] = self.domain;
@@ -387,7 +387,7 @@ impl MpmConfig {
         }
     }
 
-    /// How many boxes the region is filled with, and whether they are too wide for the shape function.
+    /// Checks how many boxes fill the region, and whether they are too wide for the shape function.
     fn box_faults(&self, found: &mut Faults, group: &GroupConfig, path: &str) {
         let sides = group.box_sides(self.cell);
         let [lower, upper] = group.fill.bounds();
@@ -405,7 +405,7 @@ impl MpmConfig {
                 "use a larger spacing or cell",
             );
         }
-        // The lattice of a disc has a corner at its centre.
+        // The centre of a disc is a corner of the lattice and not a point, so a small disc may get no point.
         let empty = match group.fill {
             Fill::Disc { radius, .. } if group.lattice == Lattice::Grid => {
                 radius * radius < 0.5 * sides[0] * sides[0]
@@ -533,13 +533,13 @@ impl MpmConfig {
     }
 }
 
-/// A rate of smoothing that is none.
+/// Refuses a rate of smoothing that is negative or not finite.
 fn rate_faults(found: &mut Faults, transfer: &str, rate: f64) {
     let key = format!("mpm.transfer.{transfer}.pic_rate");
     found.number(key, rate, rate >= 0.0, "a rate of 0 or more");
 }
 
-/// A region `[lower left, upper right]` that is none.
+/// Refuses a region `[lower left, upper right]` that is empty or not finite.
 fn region_faults(found: &mut Faults, path: &str, within: [[f64; 2]; 2]) {
     let [lower, upper] = within;
     if !(0..2).all(|a| lower[a] <= upper[a]) {
@@ -555,8 +555,8 @@ fn region_faults(found: &mut Faults, path: &str, within: [[f64; 2]; 2]) {
 }
 
 impl Drift {
-    /// What goes with the rest of the scheme: strains by the nodes' velocities after the kick want points to move with
-    /// the same, and contact on the grid does nothing to single points.
+    /// The default that fits the rest of the scheme. If strains are computed from the velocities of the nodes after the
+    /// kick, points have to move with the same velocities. Contact on the grid acts on nodes and not on single points.
     pub fn of(stress_update: StressUpdate, grid_contact: Option<GridContact>) -> Self {
         if stress_update == StressUpdate::Usl || grid_contact.is_some() {
             Self::Nodal
@@ -571,7 +571,7 @@ impl Drift {
 }
 
 impl GroupConfig {
-    /// Returns whether the spacing is a number at all.
+    /// Checks the spacing; returns whether it is a usable number.
     fn spacing_faults(&self, found: &mut Faults, path: &str) -> bool {
         let key = |key: &str| format!("{path}.spacing.{key}");
         match self.spacing {
@@ -609,7 +609,7 @@ impl GroupConfig {
         }
     }
 
-    /// Returns whether the region is one.
+    /// Checks the region; returns whether it can be filled.
     fn fill_faults(&self, found: &mut Faults, path: &str) -> bool {
         let before = found.0.len();
         let key = |key: &str| format!("{path}.fill.{key}");

@@ -36,7 +36,7 @@ pub(crate) fn marker_floor() -> f64 {
     0.1
 }
 
-/// Whether a number is that default.
+/// Whether a number is the default of `eta`.
 pub(crate) fn is_marker_floor(value: &f64) -> bool {
     *value == marker_floor()
 }

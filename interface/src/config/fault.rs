@@ -3,7 +3,7 @@
 
 use std::fmt::{self, Display};
 
-/// A value of a configuration that cannot be.
+/// An impossible value of a configuration.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ConfigFault {
     /// Dotted key, such as `dem.bodies[3].sphero_radius` or `mpm.points.0.spacing.per_cell`.
@@ -47,7 +47,7 @@ impl Faults {
         });
     }
 
-    /// Refuses a number unless it is finite and `holds`; whether it is taken.
+    /// Reports a number unless it is finite and `holds`; returns whether it is accepted.
     pub fn number(
         &mut self,
         key: impl Into<String>,
@@ -75,7 +75,7 @@ impl Faults {
         sound
     }
 
-    /// Refuses numbers that are not all finite.
+    /// Reports numbers that are not all finite.
     pub fn finite(&mut self, key: impl Into<String>, values: &[f64]) {
         if !values.iter().all(|x| x.is_finite()) {
             self.add(key, format!("{values:?}"), "finite numbers", "");

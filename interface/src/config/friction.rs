@@ -46,7 +46,7 @@ impl FrictionTest {
         Self::TriaxialExtension,
     ];
 
-    /// In words, behind "in".
+    /// The test in words, to follow "in".
     pub const fn words(self) -> &'static str {
         match self {
             Self::PlaneStrain => "plane strain",
@@ -67,7 +67,7 @@ pub fn cone_root(angle: f64) -> f64 {
     (9.0 + 12.0 * angle.tan().powi(2)).sqrt()
 }
 
-/// The angle in radians whose [`cone_slope`] is `q`, if there is one: slopes end at `sqrt(3)/2`.
+/// The angle in radians whose [`cone_slope`] is `q`; `None` above the largest slope, `sqrt(3)/2`.
 fn angle_of_slope(q: f64) -> Option<f64> {
     let rest = 9.0 - 12.0 * q * q;
     (rest > 0.0).then(|| (3.0 * q / rest.sqrt()).atan())
@@ -78,7 +78,7 @@ fn sine_of_repose(repose: f64, dilation: f64) -> f64 {
     repose.tan() / (dilation.cos() + repose.tan() * dilation.sin())
 }
 
-/// What a sine comes to as an angle in degrees; none where nothing fails.
+/// The angle in degrees of a sine; `None` if the material does not fail.
 fn degrees(sine: f64) -> Option<f64> {
     (0.0..1.0).contains(&sine).then(|| sine.asin().to_degrees())
 }
@@ -88,7 +88,7 @@ impl MaterialModel {
     /// that keeps the largest tension.
     ///
     /// # Errors
-    /// Below the model's own key: it has no friction, or none that fails so.
+    /// The fault, with a key below the model's own: the model has no friction, or it cannot fail at this angle.
     pub fn measured(self, test: FrictionTest) -> Result<Self, ConfigFault> {
         let (measured, cone) = match self {
             Self::DruckerPrager(numbers) => (numbers, true),
@@ -221,8 +221,8 @@ mod tests {
         }
     }
 
-    /// 30 degrees by eq. 35 without dilation are 28.7 in plane strain and a slope of 25.7; an angle of repose of 30
-    /// needs 37.76 there, or Mohr-Coulomb's 35.26.
+    /// Without dilation, 30 degrees in eq. 35 are 28.7 degrees in plane strain and an angle of repose of 25.7. An angle
+    /// of repose of 30 degrees needs 37.76 in eq. 35, or 35.26 with Mohr-Coulomb.
     #[test]
     fn thirty_degrees_are_not_thirty_degrees() {
         let printed = MaterialModel::DruckerPrager(sand(30.0, 0.0));
@@ -237,7 +237,7 @@ mod tests {
         assert!((cone - 37.761).abs() < 1e-3, "{cone}");
         let surface = angle(MaterialModel::MohrCoulomb(sand(30.0, 0.0)));
         assert!((surface - 35.264).abs() < 1e-3, "{surface}");
-        // With the dilation angle as large, eq. 35 is exact in plane strain.
+        // If the dilation angle equals the friction angle, eq. 35 is exact in plane strain.
         let associated = MaterialModel::DruckerPrager(sand(30.0, 30.0));
         let plane = associated.fails_at(FrictionTest::PlaneStrain).unwrap();
         assert!((plane - 30.0).abs() < 1e-12);

@@ -10,7 +10,7 @@ pub enum Following {
     Rings {
         /// How many, 1 or more.
         rings: u32,
-        /// Their common width in m, about: the areas of points are equal to the last digit, the widths are not.
+        /// Their width in m. It is approximate: all points have the same area, and the widths follow from that.
         width: f64,
     },
     /// Rows along an edge of a polygon and columns across it.
@@ -19,23 +19,23 @@ pub enum Following {
         corner: Vec2,
         /// Direction of the rows, a unit vector.
         along: Vec2,
-        /// Points in a row, and rows: as many as the polygon is wide and high, 1 or more.
+        /// Number of points in a row, and of rows: so many that they cover the polygon, each 1 or more.
         counts: [u32; 2],
         /// Distance along a row and from row to row, in m.
         distances: [f64; 2],
     },
 }
 
-/// Rings of a disc that are counted one by one: they hold more points than a group may have.
+/// Largest number of rings of a disc that are counted one by one. More rings have more points than a group may have.
 const MOST_RINGS: u32 = 1 << 16;
 
 impl Following {
-    /// Side in m of a square as large as what belongs to a point.
+    /// Side in m of the square whose area is that of a point.
     pub fn side(&self) -> f64 {
         match *self {
             Self::Rings { rings, width } => {
                 let radius = f64::from(rings) * width;
-                // More rings than points are allowed for are not counted: the group is refused.
+                // A disc with more rings is not counted: it has too many points, and its group is refused.
                 let area = core::f64::consts::PI * radius * radius;
                 let counted = (rings <= MOST_RINGS).then(|| (0..rings).map(points_of_ring).sum());
                 counted.map_or(width, |points: u64| (area / points as f64).sqrt())
@@ -45,14 +45,15 @@ impl Following {
     }
 }
 
-/// Points in a ring, counted from the centre: the multiple of four that is next to its area over the square of its width.
+/// Points in a ring; rings are counted from the centre. It is the multiple of four nearest to the ring's area divided
+/// by the square of its width.
 pub fn points_of_ring(ring: u32) -> u64 {
     4 * (core::f64::consts::FRAC_PI_4 * f64::from(2 * ring + 1)).round() as u64
 }
 
 impl GroupConfig {
-    /// The lattice that follows the outline, of a group that asks for it and has one; rectangles are filled along theirs
-    /// anyway. For points that are `distance` (m) apart.
+    /// The lattice that follows the outline, for points that are `distance` (m) apart. `None` if the group does not ask
+    /// for one, or if it is a rectangle, which is filled along its sides anyway.
     pub fn following(&self, distance: f64) -> Option<Following> {
         if self.lattice == Lattice::Grid {
             return None;
@@ -74,12 +75,12 @@ fn whole(n: f64) -> u32 {
     n.round().max(1.0) as u32
 }
 
-/// Rows along the first of the longest edges; `None` for what is no polygon.
+/// Rows along the first of the longest edges; `None` if the vertices form no polygon.
 fn rows(vertices: &[[f64; 2]], distance: f64) -> Option<Following> {
     let at = |i: usize| Vec2::from(vertices[i % vertices.len()]);
     let edges = (0..vertices.len()).map(|i| at(i + 1) - at(i));
     let longest = edges.reduce(|a, b| {
-        // Edges of the same length but for rounding count as equal.
+        // Edges whose lengths differ only by rounding count as equal, so that the first one is chosen.
         if b.norm() > a.norm() * (1.0 + 1e-9) {
             b
         } else {

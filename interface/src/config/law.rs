@@ -103,7 +103,7 @@ pub enum ContactLaw {
 }
 
 impl Default for ContactLaw {
-    /// No stiffness: things pass through one another.
+    /// No stiffness: nothing is in contact.
     fn default() -> Self {
         Self::Linear {
             normal_stiffness: 0.0,
@@ -115,10 +115,10 @@ impl Default for ContactLaw {
     }
 }
 
-/// Fraction of critical damping `zeta` that a contact which never pulls needs for the restitution `e`, from 1 (elastic, 0)
-/// down to any number above 0, which asks for more than critical damping below `exp(-2) = 0.135`.
+/// Fraction of critical damping `zeta` with which a contact that never pulls has the restitution `e`. It is 0 for e = 1
+/// (elastic) and above 1, more than critical, for e below `exp(-2) = 0.135`.
 ///
-/// Such a contact lets go where dashpot and spring cancel, before the overlap is gone (Schwager and Poeschel 2007,
+/// Such a contact ends when dashpot and spring cancel, before the overlap is zero (Schwager and Poeschel 2007,
 /// "Coefficient of restitution and linear-dashpot model revisited", eqs. 15 to 21), with
 ///
 /// ```text
@@ -127,9 +127,9 @@ impl Default for ContactLaw {
 ///   = exp(-2 t / tanh t)      with zeta = cosh t  beyond
 /// ```
 ///
-/// which falls all the way, so it is inverted by bisection. The dashpot of a Hertz contact that follows the root of the
-/// stiffness gives the same: with `y = xi^(5/4)` and `dtau = xi^(1/4) dt` its equation is the linear one, force included
-/// (Antypov and Elliott 2011).
+/// This decreases monotonically with zeta, so it is inverted by bisection. A Hertz contact whose dashpot is
+/// proportional to the root of the stiffness has the same restitution: with `y = xi^(5/4)` and `dtau = xi^(1/4) dt` its
+/// equation is the linear one, including the force (Antypov and Elliott 2011).
 pub fn ratio_of_restitution(e: f64) -> f64 {
     let half = -0.5 * e.ln();
     if half <= 0.0 {
@@ -143,8 +143,8 @@ pub fn ratio_of_restitution(e: f64) -> f64 {
     }
 }
 
-/// The end of the part of an interval in which `before` holds, to the last bit. It holds at the begin, where it is not
-/// asked.
+/// The end of the part of an interval in which `before` holds, to the last bit. It must hold at the beginning, where it
+/// is not evaluated.
 fn bisect([mut low, mut high]: [f64; 2], before: impl Fn(f64) -> bool) -> f64 {
     loop {
         let middle = 0.5 * (low + high);
@@ -165,8 +165,7 @@ mod tests {
 
     use super::*;
 
-    /// Schwager and Poeschel's formula, as they print it, up to critical damping; beyond, with the logarithm that the arc
-    /// tangent becomes.
+    /// Schwager and Poeschel's formula as printed, up to critical damping. Beyond, the arc tangent becomes a logarithm.
     fn restitution(zeta: f64) -> f64 {
         if zeta < 1.0 {
             let s = (1.0 - zeta * zeta).sqrt();

@@ -21,7 +21,7 @@ pub struct Parameter {
     pub expected: &'static str,
     /// The capability that any value but the default asks for.
     pub feature: Option<&'static str>,
-    /// Between whom alone it can be other than 0.
+    /// The only kind of contact for which it may differ from 0; `None` if it may for both.
     pub only: Option<Between>,
 }
 
@@ -32,7 +32,7 @@ pub struct LawRow {
     pub name: &'static str,
     /// The capability of a solver that takes it.
     pub capability: &'static str,
-    /// Laws of one kind may stand in one table of laws by surfaces: the contact loops are made for one kind.
+    /// Kind of the law. A table of laws by surfaces with a single kind needs a single contact loop.
     pub kind: &'static str,
     /// Its parameters; the first is the normal stiffness.
     pub parameters: &'static [Parameter],
@@ -66,7 +66,7 @@ const DAMPING: Parameter = Parameter {
     unit: "",
     default: Some(0.0),
     allows: |zeta| zeta >= 0.0,
-    // A restitution below exp(-2) needs more than critical damping: the contact never pulls.
+    // A restitution below exp(-2) needs more than critical damping, since the contact never pulls.
     expected: "0 (elastic) or more, where 1 is critical",
     feature: Some("feature:damping"),
     only: None,
@@ -78,7 +78,7 @@ const DAMPED_MASS: Parameter = Parameter {
     allows: |mass| mass >= 0.0,
     expected: "a mass of 0 or more",
     feature: Some("feature:damped_mass"),
-    // A body is rigid, and its mass is that of its pairs.
+    // Not between bodies: a body is rigid, so the mass of a pair of bodies is the mass that has to be damped.
     only: Some(Between::PointsAndBodies),
 };
 const ADHESION: Parameter = Parameter {
@@ -157,7 +157,7 @@ pub const LAWS: [LawRow; 4] = [
     },
 ];
 
-/// Whom a law is between.
+/// Who is in contact by a law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Between {
     /// Points and bodies.
@@ -166,7 +166,7 @@ pub enum Between {
     Bodies,
 }
 
-/// A parameter with a value that it cannot have.
+/// An impossible value of a parameter.
 #[derive(Debug, Clone, PartialEq)]
 pub struct LawFault {
     /// The parameter's key.
@@ -175,7 +175,7 @@ pub struct LawFault {
     pub value: String,
     /// What it may be.
     pub expected: String,
-    /// What to write instead; empty where that is plain.
+    /// What to write instead; empty where `expected` says it all.
     pub help: &'static str,
 }
 
@@ -248,7 +248,7 @@ impl ContactLaw {
         self.row().kind == other.row().kind
     }
 
-    /// The capabilities that its numbers ask for, each with the parameter that asks.
+    /// The capabilities that its values need, each with the parameter that needs it.
     pub fn features(&self) -> impl Iterator<Item = (&'static str, &'static str)> {
         let used = self
             .numbers()
@@ -273,8 +273,8 @@ impl ContactLaw {
         Some(normal.max(self.number("tangential_stiffness")?))
     }
 
-    /// The numbers that cannot be, in the order of the row. A law between points and bodies that is the default, without
-    /// any stiffness, is none, and has no fault.
+    /// The impossible values, in the order of the row. The default law between points and bodies has no stiffness. It
+    /// means no contact and has no fault.
     pub fn faults(&self, between: Between) -> Vec<LawFault> {
         let of_points = between == Between::PointsAndBodies;
         if of_points && *self == Self::default() {
@@ -309,7 +309,8 @@ impl ContactLaw {
                     let help = "friction acts through a tangential spring: set it, often to `normal_stiffness` / 20 to / 2";
                     refuse("a stiffness above 0, since `friction` is above 0", help);
                 }
-                // The force message carries one stiffness a point, and the step limit is made of it (PROTOCOL.md F-6).
+                // The force message has one stiffness for each point, from which the step limit follows (PROTOCOL.md
+                // F-6).
                 if let Some(normal) = self.number(STIFFNESS.name)
                     && value > normal
                 {

@@ -193,7 +193,7 @@ impl MaterialModel {
         }
     }
 
-    /// Whether its points keep the plastic strain: not where stress and volume are all that the model needs.
+    /// Whether its points keep the plastic strain. They do unless stress and volume are all that the model needs.
     pub fn keeps_plastic_strain(&self) -> bool {
         match self {
             Self::DruckerPrager(m) | Self::MohrCoulomb(m) => !m.is_plain(),
@@ -210,7 +210,7 @@ impl MaterialModel {
         )
     }
 
-    /// Numbers of granular models: key, value, whether it is allowed, and what is. Empty for other models.
+    /// The numbers of granular models: key, value, whether it is allowed, and what is allowed. Empty for other models.
     fn of_grains(&self) -> Vec<(&'static str, f64, bool, &'static str)> {
         const ANGLE: &str = "0 to below 90 degrees";
         const STRESS: &str = "a stress of 0 or more";
@@ -336,7 +336,7 @@ mod tests {
         separates: false,
     };
 
-    /// The format before the two models shared their numbers, which other solvers read.
+    /// The JSON is the same as before the two models shared their numbers, because other solvers read it.
     #[test]
     fn a_frictional_model_is_written_flat() {
         let json = serde_json::to_string(&MaterialModel::DruckerPrager(SAND)).unwrap();

@@ -34,7 +34,7 @@ impl Need {
         }
     }
 
-    /// Whether a solver with these capabilities has this one.
+    /// Whether a solver with these capabilities meets this need.
     pub fn is_met(&self, capabilities: &Capabilities) -> bool {
         capabilities.meets(&self.capability)
     }
@@ -241,12 +241,12 @@ fn features_of(laws: &[(String, ContactLaw)]) -> Vec<Need> {
     needs
 }
 
-/// The member that one key chooses.
+/// The need of the member that one key chooses.
 fn one<T: Serialize>(family: &str, choice: &T, key: &str) -> Need {
     Need::once(format!("{family}:{}", word(choice)), key)
 }
 
-/// The different members that the keys of a list choose, in the order of their first keys.
+/// The needs of the different members that the keys of a list choose, in the order of their first keys.
 fn each<'a, T: Serialize + 'a>(
     family: &str,
     choices: impl Iterator<Item = &'a T>,

@@ -5,7 +5,7 @@ use super::laws::Between;
 use super::{DemConfig, Interface, MpmConfig};
 
 impl MpmConfig {
-    /// Layers, and the groups that are to touch.
+    /// Checks layers, and the groups that touch.
     pub(super) fn layer_faults(&self, found: &mut Faults) {
         if self.layers && self.grid_contact.is_some() {
             let help =
@@ -25,7 +25,7 @@ impl MpmConfig {
 }
 
 impl DemConfig {
-    /// Laws between groups of points.
+    /// Checks the laws between groups of points.
     pub(super) fn group_pair_faults(&self, found: &mut Faults) {
         let pairs = self.group_pairs.iter().map(|pair| &pair.between);
         between_faults(found, "dem", pairs, None);
@@ -40,7 +40,8 @@ impl DemConfig {
     }
 }
 
-/// Pairs of a group with itself, of groups that there are not (of `groups`, where that is known), and pairs twice.
+/// Refuses a pair of a group with itself, a pair of groups that do not exist (`groups` is their number, where it is
+/// known), and a repeated pair.
 fn between_faults<'a>(
     found: &mut Faults,
     side: &str,

@@ -6,7 +6,7 @@ use super::fault::Faults;
 /// A point in m.
 type Point = [f64; 2];
 
-/// A polygon whose triangles have less than this share of the square of its extent in all is flat, up to rounding.
+/// A polygon is flat, up to rounding, if its triangles together have less than this share of the square of its extent.
 const FLAT: f64 = 1e-12;
 
 /// Lower left and upper right corner of points in m.
@@ -51,7 +51,7 @@ enum NotSimple {
 }
 
 impl Faults {
-    /// Refuses vertices that are not finite or form no simple polygon; `key` is theirs.
+    /// Refuses vertices that are not finite or form no simple polygon; `key` is the key of the vertices.
     pub fn polygon(&mut self, key: &str, vertices: &[Point]) {
         if !vertices.as_flattened().iter().all(|x| x.is_finite()) {
             return self.finite(key, vertices.as_flattened());
@@ -96,7 +96,7 @@ fn simple(vertices: &[Point]) -> Result<(), NotSimple> {
     if let Some(i) = (0..n).find(|&i| vertices[i] == vertices[(i + 1) % n]) {
         return Err(NotSimple::Repeated(i, (i + 1) % n));
     }
-    // A flat polygon folds back on itself too; that it is flat says more.
+    // A flat polygon also folds back on itself. To report it as flat says more.
     let [lower, upper] = bounds(vertices);
     let extent = (upper[0] - lower[0]).hypot(upper[1] - lower[1]);
     let off_the_line = edges(vertices).map(|(a, b)| cross(vertices[0], *a, *b).abs());
@@ -109,8 +109,7 @@ fn simple(vertices: &[Point]) -> Result<(), NotSimple> {
     }
 }
 
-/// The first two edges that cross or touch where they should not. Only edges above the same stretch of the x axis are
-/// compared.
+/// The first two edges that cross or touch where they should not. Only edges whose ranges in x overlap are compared.
 fn crossing(vertices: &[Point]) -> Option<(usize, usize)> {
     let n = vertices.len();
     let end = |i: usize| vertices[(i + 1) % n];

@@ -57,7 +57,7 @@ impl GroupConfig {
         }
     }
 
-    /// About how many points the group has on a grid of spacing `cell` in m.
+    /// Approximate number of points of the group on a grid of spacing `cell` in m.
     pub fn points_estimate(&self, cell: f64) -> f64 {
         let [dx, dy] = self.distances(cell);
         match (&self.fill, self.spacing) {

@@ -28,7 +28,7 @@ impl ContactPair {
 }
 
 impl DemConfig {
-    /// The surfaces of bodies, without the nameless one.
+    /// The surfaces of bodies that have one.
     pub fn body_surfaces(&self) -> impl Iterator<Item = &str> {
         let surfaces = self.bodies.iter().map(|body| body.surface.as_str());
         surfaces.filter(|name| !name.is_empty())
@@ -55,13 +55,13 @@ impl DemConfig {
         })
     }
 
-    /// Every law between points and bodies, that for all first.
+    /// Every law between points and bodies; the general law is first.
     pub fn point_laws(&self) -> impl Iterator<Item = ContactLaw> {
         let pairs = self.point_pairs().map(|(_, pair)| pair.law);
         std::iter::once(self.point_contact).chain(pairs)
     }
 
-    /// Every law between bodies, that for all first; none where bodies do not touch one another.
+    /// Every law between bodies; the general law is first. Empty if bodies do not touch one another.
     pub fn body_laws(&self) -> impl Iterator<Item = ContactLaw> {
         let pairs = self.body_pairs().map(|(_, pair)| pair.law);
         self.body_contact
@@ -69,8 +69,8 @@ impl DemConfig {
             .chain(pairs.filter(|_| self.body_contact.is_some()))
     }
 
-    /// The pairs whose law is of another kind than that for all, by their indices: solvers' contact loops may be made for
-    /// one kind, whose numbers differ from pair to pair.
+    /// The indices of the pairs whose law is of another kind than the general law. A solver may have contact loops that
+    /// are made for one kind of law, whose numbers differ from pair to pair.
     pub fn mixed_pairs(&self) -> impl Iterator<Item = usize> {
         let of_points = self
             .point_pairs()
@@ -84,7 +84,7 @@ impl DemConfig {
         of_points.chain(of_bodies).filter_map(other)
     }
 
-    /// What is wrong with the table: a surface that nothing has, a pair twice, a pair that nothing can meet by.
+    /// The faults of the table: a surface that nothing has, a repeated pair, a pair that no contact can have.
     pub(super) fn table_faults(&self) -> Vec<ConfigFault> {
         let mut known: Vec<&str> = self.body_surfaces().collect();
         known.extend(self.point_surfaces.iter().map(String::as_str));
@@ -94,7 +94,7 @@ impl DemConfig {
         pairs.filter_map(|i| self.pair_fault(i, &known)).collect()
     }
 
-    /// What is wrong with pair `i` of the table, where the surfaces `known` are those of bodies and points.
+    /// The fault of pair `i` of the table; `known` are the surfaces of bodies and points.
     fn pair_fault(&self, i: usize, known: &[&str]) -> Option<ConfigFault> {
         let pair = &self.contact_pairs[i];
         let [a, b] = &pair.between;

@@ -7,10 +7,10 @@ use crate::message::wire::{Limits, PointState};
 /// The skin rule and the kinematic limit.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Approach {
-    /// Travel of points and surfaces together after which the set is built anew, in m: the skin less half the largest
+    /// Travel of points and surfaces together at which a new set is chosen, in m. It is the skin less half the largest
     /// radius, so that whatever may begin to touch within a step is in the set, and in the step limit, before it does.
     allowed_travel: f64,
-    /// Whether points touch points: then either of two may come nearer, and the fastest counts twice.
+    /// Whether points touch points. Both points of a pair may then approach, so the fastest speed counts twice.
     among_points: bool,
     /// Smallest contact radius of any group in m; 0 where the configuration leaves radii to the solver.
     radius_min: f64,
@@ -54,13 +54,13 @@ impl Approach {
         self.points + others > self.allowed_travel
     }
 
-    /// The set has been chosen anew.
+    /// A new set has been chosen, so travels count from now.
     pub(crate) fn selected(&mut self) {
         self.points = 0.0;
         self.bodies = 0.0;
     }
 
-    /// What points of this speed (m/s) and others contribute to the speed at which a contact may close.
+    /// The contribution of points with this speed (m/s) to the speed at which a contact may close.
     fn approach_speed(&self, speed: f64) -> f64 {
         if self.among_points {
             2.0 * speed
@@ -69,10 +69,9 @@ impl Approach {
         }
     }
 
-    /// The points have gone on: their travel is now `travel` (m). Returns the solver's limits with what the kinematic
-    /// limit needs to know before there is an IMP: any point may become one, so the fastest of all counts, as far as its
-    /// travel tells, and the smallest radius of any. A travel that has become infinite asks for a new set and tells no
-    /// speed.
+    /// Takes the travel (m) of the points after a step. Returns the solver's limits with what the kinematic limit needs
+    /// before there is an IMP. Since any point may become one, it needs the speed of the fastest point, bounded by the
+    /// travel, and the smallest radius. An infinite travel asks for a new set and bounds no speed.
     pub(crate) fn moved(&mut self, limits: Limits, travel: f64, dt: f64) -> Limits {
         let travelled = travel - self.points;
         self.points = travel;
@@ -113,8 +112,8 @@ mod tests {
         Approach::new(&serde_json::from_str(&text).expect("a configuration"))
     }
 
-    /// Two points may both come nearer: the set is old at half the travel, and the speed at which contact closes is twice
-    /// that of the fastest.
+    /// Both points of a pair may approach. So the set is old after half the travel, and contact closes at twice the
+    /// speed of the fastest point.
     #[test]
     fn two_points_come_nearer_twice_as_fast_as_one() {
         for (pairs, factor) in [("[]", 1.0), ("[[0, 1]]", 2.0)] {

@@ -78,7 +78,7 @@ impl Bodies {
 
     /// IMPs at present: as many states and forces belong to a step.
     pub fn imps(&self) -> usize {
-        // A saved state may say anything of a run that has none.
+        // In an uncoupled run the number in a saved state has no meaning.
         if self.coupled {
             self.line.imps as usize
         } else {
@@ -97,9 +97,9 @@ impl Bodies {
         Ok(Action::Do(Task::Configure))
     }
 
-    /// The next step of the window, or its end.
+    /// Begins the next step of the window, or ends the window.
     fn begin(&mut self) -> Action {
-        // L-4, H-2, H-4: after the step whose forces said HALT_AFTER.
+        // L-4, H-2, H-4: the forces of the last step had HALT_AFTER.
         let halted = self.line.done > 0 && !self.line.grant.allows(&self.line.limits);
         if self.line.window_done() || halted {
             return self.finish();
@@ -123,7 +123,7 @@ impl Bodies {
         self.line.wait(channel, "the states of the points")
     }
 
-    /// I-1, then what the flags ask for.
+    /// Checks I-1, then does what the flags ask for.
     fn states(&mut self, header: StepHeader, states: &[ImpState]) -> Result<Action, SessionError> {
         let step = self.line.step;
         if header.step != step || header.epoch != self.line.grant.epoch {
@@ -156,7 +156,7 @@ impl Bodies {
         self.evaluate()
     }
 
-    /// I-2, I-8.
+    /// Checks I-2 and I-8.
     fn set(&mut self, header: &StepHeader, set: &[ImpInfo]) -> Result<Action, SessionError> {
         let (announced, next) = (self.states.0.set, self.line.set + 1);
         let counted = check::counted(header, Records::Set(set));
@@ -177,7 +177,7 @@ impl Bodies {
         Ok(Action::Do(Task::TakeSet))
     }
 
-    /// I-3, then the forces.
+    /// Checks I-3, then sends the forces.
     fn evaluate(&mut self) -> Result<Action, SessionError> {
         let (header, sent) = self.states;
         let (set, imps) = (self.line.set, self.line.imps);
@@ -226,7 +226,7 @@ impl Bodies {
         Ok(self.line.send(Kind::Envelopes, header))
     }
 
-    /// What the line knows.
+    /// Passes on an event that both sides handle alike.
     fn pass(&mut self, event: Event<'_>) -> Result<Action, SessionError> {
         match self.line.on(event)? {
             Next::Act(action) => Ok(action),
@@ -238,7 +238,7 @@ impl Bodies {
 
 impl Machine for Bodies {
     fn react(&mut self, event: Event<'_>) -> Result<Action, SessionError> {
-        // Events of a step are taken apart where they are: to hand one on is to copy it, which costs more than the rest.
+        // The events of a step are matched here, because handing one on copies it, which costs more than all the rest.
         match event {
             Event::Received(header, Records::States(states))
                 if self.exchange == Exchange::States =>

@@ -5,7 +5,7 @@ use crate::message::Records;
 use crate::message::control::Party;
 use crate::message::wire::{ImpForce, ImpInfo, Record, StepHeader};
 
-/// W-1: every number finite, and not negative where it may not be. `clause` is the one that asks for it here.
+/// W-1: every number is finite, and not negative where it may not be. `clause` is the clause that requires it here.
 pub(crate) fn numbers(
     who: Party,
     clause: &'static str,
@@ -19,7 +19,7 @@ pub(crate) fn numbers(
     })
 }
 
-/// The same of one record.
+/// The same for one record.
 pub(crate) fn number<T: Record>(
     who: Party,
     clause: &'static str,
@@ -37,7 +37,7 @@ pub(crate) fn counted(header: &StepHeader, records: Records<'_>) -> bool {
     header.count == records.len() as u64
 }
 
-/// I-2: numbers, positive radius and mass, rising ids.
+/// I-2: finite numbers, positive radius and mass, rising ids.
 pub(crate) fn set(set: &[ImpInfo], step: u64) -> Result<(), SessionError> {
     numbers(Party::Mpm, "I-2", step, Records::Set(set))?;
     let complain = |message| Err(broken(Party::Mpm, "I-2", step, message));
@@ -50,7 +50,7 @@ pub(crate) fn set(set: &[ImpInfo], step: u64) -> Result<(), SessionError> {
     Ok(())
 }
 
-/// I-2, for who looks at links (W-2): each leads to another slot of the set.
+/// I-2, for a side that uses links (W-2): each link leads to another slot of the set.
 pub(crate) fn links(set: &[ImpInfo], step: u64) -> Result<(), SessionError> {
     let leads_nowhere = |&(slot, imp): &(usize, &ImpInfo)| {
         imp.next as usize > set.len() || imp.next as usize == slot + 1
@@ -66,7 +66,7 @@ pub(crate) fn links(set: &[ImpInfo], step: u64) -> Result<(), SessionError> {
     Ok(())
 }
 
-/// F-4 and F-5: numbers, and the stiffness behind every force.
+/// F-4 and F-5: finite numbers, and a stiffness for every force.
 pub(crate) fn forces(
     header: &StepHeader,
     forces: &[ImpForce],

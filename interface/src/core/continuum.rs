@@ -95,7 +95,7 @@ impl Continuum {
         Ok(Action::Do(Task::Configure))
     }
 
-    /// The next step of the window, or its end.
+    /// Begins the next step of the window, or ends the window.
     fn begin(&mut self) -> Action {
         if self.line.window_done() || (self.line.done > 0 && self.halt_after) {
             self.exchange = Exchange::Idle;
@@ -122,7 +122,7 @@ impl Continuum {
         Action::Do(Task::States)
     }
 
-    /// A message without states.
+    /// Sends a message without states.
     fn say(&mut self, exchange: Exchange, flags: u64) -> Action {
         self.exchange = exchange;
         let header = self.line.header(flags, 0);
@@ -237,7 +237,7 @@ impl Continuum {
         Ok(self.begin())
     }
 
-    /// A task that is no part of a step.
+    /// Handles the result of a task that is not part of a step.
     fn task_done(&mut self, done: Done<'_>) -> Result<Action, SessionError> {
         match &done {
             Done::Configured { fastest, .. } => self.approach.fastest = *fastest,
@@ -253,7 +253,7 @@ impl Continuum {
         self.pass(Event::Done(done))
     }
 
-    /// What the line knows.
+    /// Passes on an event that both sides handle alike.
     fn pass(&mut self, event: Event<'_>) -> Result<Action, SessionError> {
         match self.line.on(event)? {
             Next::Act(action) => Ok(action),
@@ -268,7 +268,7 @@ impl Continuum {
 
 impl Machine for Continuum {
     fn react(&mut self, event: Event<'_>) -> Result<Action, SessionError> {
-        // Events of a step are taken apart where they are: to hand one on is to copy it, which costs more than the rest.
+        // The events of a step are matched here, because handing one on copies it, which costs more than all the rest.
         match event {
             Event::Received(header, Records::Envelopes(envelopes))
                 if self.exchange == Exchange::Envelopes =>

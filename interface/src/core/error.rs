@@ -15,7 +15,7 @@ pub enum SessionError {
     /// A channel could not be made, opened or used.
     #[error(transparent)]
     Channel(#[from] TransportError),
-    /// What crosses cannot be recorded.
+    /// The messages cannot be recorded.
     #[error(transparent)]
     Recording(#[from] RecordingError),
     /// The coupler ended the session.
@@ -61,7 +61,7 @@ pub enum SessionError {
         /// The numbers that show it.
         message: String,
     },
-    /// The own solver cannot go on.
+    /// The party's own solver cannot continue.
     #[error("step {step}: {fault}")]
     Fault {
         /// In which step.
@@ -77,12 +77,12 @@ pub enum SessionError {
         /// What and why.
         refusal: Refusal,
     },
-    /// A solver said why it cannot go on.
+    /// A solver reported why it cannot continue.
     #[error("the {who} stopped at step {}: {}", failure.step, failure.message)]
     Failed {
         /// Who.
         who: Party,
-        /// Its own words.
+        /// What it reported.
         failure: Failure,
     },
 }

@@ -40,8 +40,8 @@ pub enum Action<T = Task> {
         /// Also those to the other solver.
         coupled: bool,
     },
-    /// Send a message. The machine has its header; its records are the result of the last task, or those of the machine
-    /// itself.
+    /// Send a message. The machine has its header. Its records are the result of the last task, or the machine has them
+    /// too.
     Send(Channel),
     /// Wait for a message.
     Wait(Wait),
@@ -118,7 +118,7 @@ pub enum Done<'a> {
         /// Speed of the fastest point in m/s.
         fastest: f64,
     },
-    /// The configuration, or the saved state, is not taken.
+    /// The configuration, or the saved state, is refused.
     Refused(Box<Refusal>),
     /// The state is restored; this is the travel of the points since the last selection, in m.
     Restored(f64),
@@ -146,7 +146,7 @@ pub enum Done<'a> {
     Advanced,
     /// The contacts that pressed.
     Listed(&'a [ContactState]),
-    /// The solver cannot go on.
+    /// The solver cannot continue.
     Failed(Box<Fault>),
 }
 

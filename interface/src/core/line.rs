@@ -16,14 +16,14 @@ use crate::message::{Channel, Kind, Records};
 use crate::solver::{Readiness, Refusal};
 use crate::step::{Clock, Step};
 
-/// Longest wait for the coupler while the session is being set up: the other solver may be filling a large scene.
+/// Longest wait for the coupler before the first grant: the other solver may be filling a large scene.
 const SETUP: Duration = Duration::from_mins(2);
 
-/// Longest wait for the coupler's answer to Failed, if it blames the other solver for silence: without an answer the
-/// coupler is the silent party.
+/// Longest wait for the coupler's answer to a Failed that blames the other solver for its silence. If there is no
+/// answer, the coupler is the silent party.
 const ANSWER: Duration = Duration::from_millis(500);
 
-/// Largest number of a step, and of a set, in a saved state or a grant: numbers that are counted up from it do not overflow.
+/// Largest number of a step, and of a set, in a saved state or a grant, so that counting up from it does not overflow.
 const LATEST: u64 = 1 << 62;
 
 /// State of the session.
@@ -47,19 +47,19 @@ enum State {
     Ready,
     /// A grant is awaited, or Drain.
     Grant,
-    /// All points are on their way, before the window.
+    /// All points are being sent, before the window.
     Frame,
-    /// The state is on its way, before the window.
+    /// The state is being sent, before the window.
     Checkpoint,
     /// The steps of a window: the side's own states.
     Window,
-    /// The measurement is on its way.
+    /// The measurement is being sent.
     Measuring,
-    /// The contacts of a frame are on their way, after the window.
+    /// The contacts of a frame are being sent, after the window.
     Listing,
-    /// The report is on its way.
+    /// The report is being sent.
     Reporting,
-    /// All points are on their way, at the end.
+    /// All points are being sent, at the end.
     Draining,
     /// Bye is being sent.
     Bye,
@@ -71,16 +71,16 @@ enum State {
     Refused,
     /// Failed is being sent.
     Failing,
-    /// The Abort that answers Failed is awaited, where the other solver is blamed for silence.
+    /// The Abort that answers Failed is awaited; Failed blamed the other solver for its silence.
     Blaming,
     /// The session is over.
     Ended,
 }
 
-/// What follows an event: an action of the line, or a decision of the side.
+/// What follows an event: an action, or a decision of the side.
 #[derive(Debug, PartialEq)]
 pub(crate) enum Next {
-    /// This.
+    /// This action.
     Act(Action),
     /// The side reads its configuration.
     Parse,
@@ -95,7 +95,7 @@ pub struct Line {
     identity: String,
     capabilities: Capabilities,
     state: State,
-    /// What is waited for, in words, and from whom.
+    /// What is awaited, in words, and from whom.
     awaited: (&'static str, Party),
     configure: Option<Configure>,
     deadline: Duration,
@@ -112,15 +112,15 @@ pub struct Line {
     pub(crate) done: u64,
     /// Limits after the last step.
     pub(crate) limits: Limits,
-    /// IMPs at present, and sets so far.
+    /// Number of IMPs at present, and number of sets so far.
     pub(crate) imps: u64,
     pub(crate) set: u64,
-    /// What a saved state has of the side's own machine.
+    /// The part of a saved state that belongs to the side's own machine.
     pub(crate) carried: [f64; 2],
     notice: Vec<u8>,
     report: [Report; 1],
     outgoing: Outgoing,
-    /// Of the message that is to be sent.
+    /// Header of the message that is being sent.
     header_to_send: StepHeader,
     verdict: Option<Result<(), SessionError>>,
 }
@@ -169,12 +169,12 @@ impl Line {
         self.verdict.as_ref()
     }
 
-    /// How the session ended, given away.
+    /// Moves out how the session ended.
     pub fn take_verdict(&mut self) -> Option<Result<(), SessionError>> {
         self.verdict.take()
     }
 
-    /// Records of messages that the machine itself makes; `None` where the solver has them.
+    /// The records of messages that the machine itself makes; `None` if the solver makes them.
     pub fn ready_to_send(&self, kind: Kind) -> Option<Records<'_>> {
         match kind {
             Kind::Notice => Some(Records::Notice(&self.notice)),
@@ -199,7 +199,7 @@ impl Line {
         stamp(&mut self.report[0]);
     }
 
-    /// The configuration as it came.
+    /// The configuration as received.
     pub(crate) fn configuration(&self) -> &Configure {
         self.configure.as_ref().expect("Configure has come")
     }
@@ -221,7 +221,7 @@ impl Line {
         Action::Wait(Wait::on(channel, self.deadline))
     }
 
-    /// What the solver says first.
+    /// The solver's Hello.
     pub fn hello(&self) -> Hello {
         Hello {
             protocol: PROTOCOL,
@@ -237,7 +237,7 @@ impl Line {
         self.say(State::Hello, &hello)
     }
 
-    /// Ends the session with `error`, which is sent to the coupler unless it knows it.
+    /// Ends the session with `error`. The coupler is told, unless it knows already.
     pub(crate) fn fail(&mut self, error: SessionError) -> Action {
         let (fault, message) = match &error {
             SessionError::Fault { fault, .. } => (Some(fault.clone()), fault.to_string()),
@@ -250,7 +250,7 @@ impl Line {
             error,
             SessionError::Aborted(_) | SessionError::CouplerGone { .. }
         );
-        // The first reason is the one that counts.
+        // The first reason is the cause of all later ones.
         self.verdict.get_or_insert(Err(error));
         if told {
             self.state = State::Ended;
@@ -371,7 +371,7 @@ impl Line {
         Ok(self.checkpoint())
     }
 
-    /// The state, if it is asked for, then the steps.
+    /// Sends the state if the grant asks for it, and then begins the steps.
     fn checkpoint(&mut self) -> Next {
         if self.grant.flags & flags::CHECKPOINT != 0 {
             self.state = State::Checkpoint;
@@ -396,7 +396,7 @@ impl Line {
         }
     }
 
-    /// The step is done with these limits; whether the window goes on.
+    /// The step is done, with these limits for the next one.
     pub(crate) fn advanced(&mut self, limits: Limits) -> Result<(), SessionError> {
         check::number(self.party, "L-1", self.step, &limits)?;
         self.limits = limits;
@@ -429,7 +429,7 @@ impl Line {
             State::Draining => self.say(State::Bye, &Notice::Bye),
             State::Bye => {
                 self.state = State::Close;
-                // The coupler waits for the other solver's goodbye.
+                // The coupler still waits for the Bye of the other solver.
                 self.await_order("leave to close", SETUP + 2 * INDIRECT_WAIT_MARGIN)
             }
             State::Refusing => {
@@ -528,7 +528,7 @@ impl Line {
             return Ok(Next::Act(Action::End));
         }
         if self.state == State::Blaming {
-            // Nobody has answered: the coupler is the silent one, for which the other solver waits too.
+            // There was no answer, so the coupler is silent. The other solver waits for it too.
             self.verdict = None;
         }
         let (awaited, who) = self.awaited;
@@ -540,7 +540,7 @@ impl Line {
         })
     }
 
-    /// Whether the verdict is that the other solver has been silent.
+    /// Whether the verdict blames the other solver for its silence.
     fn blames_the_other(&self) -> bool {
         matches!(&self.verdict, Some(Err(SessionError::Late { who, .. })) if *who != Party::Coupler)
     }
@@ -552,14 +552,14 @@ impl Line {
         }))
     }
 
-    /// Opens what S-7 asks for; Ready follows.
+    /// Opens the channels that S-7 requires; Ready follows.
     fn open(&mut self) -> Action {
         self.state = State::Opening;
         let coupled = self.configuration().coupled;
         Action::Open { coupled }
     }
 
-    /// Where the run goes on that the saved state is of.
+    /// Takes from the saved state the step at which the run continues.
     fn take_mark(&mut self) -> Result<(), Refusal> {
         let whole = self.restored.as_deref().unwrap_or_default();
         let Some(mark) = Mark::read(whole) else {
@@ -617,8 +617,8 @@ impl Line {
     }
 
     fn await_grant(&mut self) -> Action {
-        // The first grant comes when the other solver is ready too; later the coupler waits for a solver that waits for
-        // the other one.
+        // The first grant comes when the other solver is ready too. Later the coupler may wait for the other solver,
+        // which waits for this one.
         let first = self.state == State::Ready;
         let at_most = 2 * INDIRECT_WAIT_MARGIN + if first { SETUP } else { self.deadline };
         self.state = State::Grant;

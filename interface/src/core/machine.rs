@@ -4,7 +4,7 @@ use super::error::SessionError;
 use super::event::{Action, Event};
 use super::line::Line;
 
-/// A solver's side of a session, whichever it is.
+/// The machine of a solver's side of a session, for either side.
 pub trait Machine {
     /// The first action.
     fn start(&mut self) -> Action {
@@ -22,12 +22,12 @@ pub trait Machine {
         }
     }
 
-    /// The same where a clause may be broken.
+    /// The same as [`Self::on`], but a broken clause is an error.
     ///
     /// # Errors
     /// Any [`SessionError`]; it ends the session.
     fn react(&mut self, event: Event<'_>) -> Result<Action, SessionError>;
-    /// No step of the exchange is under way any more.
+    /// Ends the exchange of a step that is under way.
     fn leave_exchange(&mut self);
     /// What both sides have in common.
     fn line(&self) -> &Line;

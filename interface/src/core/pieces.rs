@@ -2,7 +2,7 @@
 
 use crate::message::wire::{StepHeader, flags};
 
-/// Bytes of a piece, at most.
+/// Largest number of bytes in a piece.
 pub const PIECE: usize = 1 << 20;
 
 /// The hash that ends a saved state.
@@ -14,7 +14,7 @@ fn hash(bytes: &[u8]) -> [u8; 32] {
 #[derive(Debug, Default)]
 pub(crate) struct Outgoing {
     bytes: Vec<u8>,
-    /// Where the piece begins that is to be sent.
+    /// Where the piece that is being sent begins.
     from: usize,
     last: [u8; 32],
     ended: bool,
@@ -41,7 +41,7 @@ impl Outgoing {
         }
     }
 
-    /// It has been sent; whether there is another one.
+    /// The piece has been sent; returns whether there is another one.
     pub(crate) fn sent(&mut self) -> bool {
         self.ended = self.from >= self.bytes.len();
         self.from += PIECE;
@@ -59,10 +59,10 @@ pub(crate) struct Incoming {
 }
 
 impl Incoming {
-    /// Takes a piece; the whole state when it was the last one.
+    /// Takes a piece; returns the whole state if it was the last one.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// What is wrong with the piece.
     pub(crate) fn take(
         &mut self,
         header: &StepHeader,
@@ -135,12 +135,12 @@ pub fn solver_part(saved: &[u8]) -> &[u8] {
 mod tests {
     use super::*;
 
-    fn carry(bytes: Vec<u8>, spoil: impl Fn(usize, &mut Vec<u8>)) -> Result<Vec<u8>, String> {
+    fn carry(bytes: Vec<u8>, change: impl Fn(usize, &mut Vec<u8>)) -> Result<Vec<u8>, String> {
         let (mut out, mut into) = (Outgoing::new(bytes), Incoming::default());
         for k in 0.. {
             let (piece, flags) = out.piece();
             let mut piece = piece.to_vec();
-            spoil(k, &mut piece);
+            change(k, &mut piece);
             let header = StepHeader {
                 count: piece.len() as u64,
                 flags,

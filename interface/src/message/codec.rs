@@ -9,13 +9,13 @@ use thiserror::Error;
 /// Largest control message in bytes: a scene's part with ten thousand bodies takes a few MB.
 pub const MAX_BYTES: usize = 256 << 20;
 
-/// Bytes that are not the message they should be.
+/// Bytes that are not a valid message.
 #[derive(Debug, Error, PartialEq, Eq)]
 #[error("not a control message of this protocol: {0}")]
 pub struct DecodeError(String);
 
 impl DecodeError {
-    /// Bytes after the message.
+    /// There are bytes after the message.
     pub(crate) fn left_over(bytes: usize) -> Self {
         Self(format!("{bytes} bytes left over"))
     }
@@ -24,7 +24,7 @@ impl DecodeError {
 /// The bytes of a saved state, which may be larger than a control message.
 ///
 /// # Panics
-/// If `state` has a part that serde cannot serialise: an assertion, no state has.
+/// If serde cannot serialise a part of `state`. This is an assertion: every state can be serialised.
 pub fn encode_state<T: Serialize>(state: &T) -> Vec<u8> {
     bincode::serde::encode_to_vec(state, bincode::config::legacy()).expect("states serialise")
 }
@@ -40,9 +40,9 @@ pub fn decode_state<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, DecodeError>
     }
 }
 
-/// What is at the beginning of `bytes`, and how many of them it takes. bincode makes room for as many bytes as the length of
-/// a text announces before it looks whether they are there, unless they are beyond a limit, which has to be known when this
-/// is compiled: so there is one for each size of message, at most 64 times as large.
+/// The value at the beginning of `bytes`, and how many bytes it takes. For a text, bincode allocates the length that
+/// the bytes announce before it checks that so many are there, unless that exceeds a limit. The limit must be known at
+/// compile time, so there is one for each size of message, at most 64 times as large.
 fn decode_bounded<T: DeserializeOwned>(bytes: &[u8]) -> Result<(T, usize), DecodeError> {
     macro_rules! bounded {
         ($($bits:literal)*) => {
@@ -65,7 +65,8 @@ fn layout() -> impl bincode::config::Config {
 /// The bytes of `message`.
 ///
 /// # Panics
-/// If `message` has a part that serde cannot serialise or exceeds [`MAX_BYTES`]: an assertion, no message type does.
+/// If serde cannot serialise a part of `message`, or if it exceeds [`MAX_BYTES`]. This is an assertion: no message type
+/// does.
 pub fn encode<T: Serialize>(message: &T) -> Vec<u8> {
     bincode::serde::encode_to_vec(message, layout()).expect("control messages serialise")
 }
@@ -98,7 +99,7 @@ mod tests {
 
     #[test]
     fn the_layout_is_the_documented_one() {
-        // u32 variant, u64 length, bytes: as PROTOCOL.md section 3 writes it.
+        // u32 variant, u64 length, bytes, as in PROTOCOL.md section 3.
         #[derive(Serialize)]
         enum Two {
             #[expect(dead_code, reason = "only its number matters")]
@@ -121,11 +122,11 @@ mod tests {
             decode::<(u64, String)>(&longer).unwrap_err(),
             DecodeError("1 bytes left over".into())
         );
-        // A length that claims more than the limit must not be believed.
+        // A length above the limit must be refused before it is allocated.
         let mut lying = bytes;
         lying[8..16].copy_from_slice(&u64::MAX.to_le_bytes());
         assert!(decode::<(u64, String)>(&lying).is_err());
-        // Of a state there is no limit but its own length: this ended the process for want of memory.
+        // A state has no limit but its own length: this length once ended the process for lack of memory.
         lying[8..16].copy_from_slice(&(1_u64 << 46).to_le_bytes());
         assert!(decode_state::<(u64, String)>(&lying).is_err());
     }

@@ -14,7 +14,7 @@ pub const PROTOCOL: (u32, u32) = (3, 0);
 /// The parties of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Party {
-    /// Owns time.
+    /// It decides the step and when it is done.
     Coupler,
     /// The continuum.
     Mpm,
@@ -73,10 +73,10 @@ pub struct Configure {
 }
 
 impl Configure {
-    /// Longest deadline: thirty years, so that sums of times have no end in sight.
+    /// Longest deadline: thirty years, so that sums of times do not overflow.
     const LONGEST: f64 = 1e9;
 
-    /// The deadline; `None` if it is no time above zero, or longer than anybody waits.
+    /// The deadline; `None` if it is not a time above zero, or longer than the longest deadline.
     pub fn longest_wait(&self) -> Option<Duration> {
         let sensible = self.deadline > 0.0 && self.deadline <= Self::LONGEST;
         sensible.then(|| Duration::from_secs_f64(self.deadline))
@@ -99,7 +99,7 @@ pub enum Notice {
 }
 
 impl Notice {
-    /// The notice in `bytes`. A Hello may have more at its end than this version knows (clause V-2).
+    /// The notice in `bytes`. A Hello may end with fields that this version does not know (clause V-2).
     ///
     /// # Errors
     /// [`DecodeError`] when bytes are missing, left over or out of range.
@@ -112,7 +112,7 @@ impl Notice {
     }
 }
 
-/// A solver's first words.
+/// A solver's first message.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Hello {
     /// Protocol spoken, major and minor.
@@ -139,7 +139,7 @@ impl Hello {
 pub struct Ready {
     /// As received.
     pub scene_hash: String,
-    /// What the solver says of itself.
+    /// What the solver reports of itself.
     pub readiness: Readiness,
 }
 
@@ -159,7 +159,7 @@ mod tests {
     use super::*;
     use crate::message::codec::{decode, encode};
 
-    /// D17: these ended the process that read them.
+    /// D17: these values ended the process that read them.
     #[test]
     fn a_deadline_that_is_no_time_is_no_wait() {
         let wait = |deadline| {
@@ -208,7 +208,7 @@ mod tests {
         for notice in notices {
             let mut bytes = encode(&notice);
             assert_eq!(Notice::decode(&bytes).unwrap(), notice);
-            // What a later version adds at the end of Hello is not looked at.
+            // What a later version appends to Hello is ignored.
             bytes.extend([1, 2, 3]);
             let longer = Notice::decode(&bytes);
             assert_eq!(

@@ -36,7 +36,7 @@ pub enum Kind {
     Bodies,
     /// From the bodies to the coupler: contacts of a frame.
     Contacts,
-    /// From the continuum to the bodies: who the IMPs are.
+    /// From the continuum to the bodies: which points are IMPs.
     Set,
     /// From the continuum to the bodies: their states.
     States,
@@ -46,7 +46,8 @@ pub enum Kind {
     Envelopes,
 }
 
-/// One channel of a run: what it carries, and of which solver it is (for those between the solvers: of the continuum).
+/// One channel of a run: what it carries, and to which solver it belongs (for those between the solvers: to the
+/// continuum).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Channel {
     /// What it carries.
@@ -54,7 +55,7 @@ pub struct Channel {
     solver: Party,
 }
 
-/// How many channels there are.
+/// Number of channels.
 pub const CHANNELS: usize = 20;
 
 impl Channel {
@@ -158,7 +159,7 @@ impl Channel {
         Self::ALL.into_iter().find(|channel| channel.name() == name)
     }
 
-    /// Who sends.
+    /// The party that sends.
     pub const fn from(self) -> Party {
         match self.kind {
             Kind::Order | Kind::Grant | Kind::Restore => Party::Coupler,
@@ -168,7 +169,7 @@ impl Channel {
         }
     }
 
-    /// Who receives.
+    /// The party that receives.
     pub const fn to(self) -> Party {
         match self.kind {
             Kind::Order | Kind::Grant | Kind::Restore => self.solver,
@@ -191,7 +192,7 @@ impl Channel {
         )
     }
 
-    /// Whether a bell follows its messages (clause B-2): the others are followed at once by a message that has one.
+    /// Whether a bell follows its messages (clause B-2). The others are directly followed by a message that has one.
     pub const fn rings(self) -> bool {
         !matches!(
             self.kind,
@@ -220,7 +221,7 @@ impl Kind {
     ];
 }
 
-/// Does the same with the records of every kind.
+/// Repeats a macro with the record type of every kind.
 macro_rules! each_kind {
     ($do:ident) => {
         $do! {
@@ -247,12 +248,12 @@ macro_rules! define {
         }
 
         impl Records<'_> {
-            /// What they are.
+            /// What they carry.
             pub fn kind(&self) -> Kind {
                 match self { $(Self::$kind(_) => Kind::$kind),* }
             }
 
-            /// How many.
+            /// How many there are.
             pub fn len(&self) -> usize {
                 match self { $(Self::$kind(records) => records.len()),* }
             }
@@ -265,12 +266,12 @@ macro_rules! define {
             /// Whether every number is allowed on the wire (clause W-1).
             ///
             /// # Errors
-            /// The record and the name of the field that is not.
+            /// The index of the record, and the name of the field with a value that is not allowed.
             pub fn check(&self) -> Result<(), (usize, &'static str)> {
                 match self { $(Self::$kind(records) => check_all(records)),* }
             }
 
-            /// Their bytes, as on the wire, after what `bytes` has.
+            /// Appends their bytes, as on the wire, to `bytes`.
             pub fn write(&self, bytes: &mut Vec<u8>) {
                 match self { $(Self::$kind(records) => write_all(records, bytes)),* }
             }
@@ -287,7 +288,7 @@ macro_rules! define {
                 match self { $(Self::$kind(records) => Records::$kind(records)),* }
             }
 
-            /// Takes over a copy of `records`; the memory stays where the kind does.
+            /// Copies `records`. Memory is reused if the kind stays the same.
             pub fn copy_from(&mut self, records: Records<'_>) {
                 match (self, records) {
                     $((Self::$kind(own), Records::$kind(new)) => { own.clear(); own.extend_from_slice(new); })*
@@ -305,11 +306,11 @@ macro_rules! define {
 each_kind!(define);
 
 fn check_all<T: Record>(records: &[T]) -> Result<(), (usize, &'static str)> {
-    // Nearly always all are allowed.
-    let suspicion = records
+    // Nearly always all values are allowed, and this test is much cheaper than the exact one.
+    let fault_bits = records
         .iter()
-        .fold(0, |all, record| all | record.suspicion());
-    if suspicion >> 63 == 0 {
+        .fold(0, |all, record| all | record.fault_bits());
+    if fault_bits >> 63 == 0 {
         return Ok(());
     }
     for (slot, record) in records.iter().enumerate() {
@@ -335,7 +336,7 @@ fn read_all<T: Record>(bytes: &[u8]) -> Option<Vec<T>> {
 }
 
 impl Payload {
-    /// What it is.
+    /// What it carries.
     pub fn kind(&self) -> Kind {
         self.records().kind()
     }
@@ -361,9 +362,9 @@ impl Records<'_> {
 /// A message as it is on the wire.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Message {
-    /// As sent, or to be sent as it is: `count` may be wrong.
+    /// The header as sent, or to be sent without a check: `count` may be wrong.
     pub header: StepHeader,
-    /// What follows.
+    /// The records.
     pub payload: Payload,
 }
 
@@ -399,7 +400,7 @@ impl Message {
     /// The order in it.
     ///
     /// # Errors
-    /// Why it is none.
+    /// Why it is not an order.
     pub fn as_order(&self) -> Result<Order, String> {
         match &self.payload {
             Payload::Order(bytes) => decode(bytes).map_err(|e: DecodeError| e.to_string()),
@@ -410,7 +411,7 @@ impl Message {
     /// The notice in it.
     ///
     /// # Errors
-    /// Why it is none.
+    /// Why it is not a notice.
     pub fn as_notice(&self) -> Result<Notice, String> {
         match &self.payload {
             Payload::Notice(bytes) => Notice::decode(bytes).map_err(|e| e.to_string()),

@@ -22,14 +22,14 @@ pub trait Record:
     /// The name of the first field that has a NaN or infinite number, or a negative one where none may be.
     fn check(&self) -> Result<(), &'static str>;
 
-    /// Bit 63 is set if [`Self::check`] may say that a value is not allowed: without a branch for each value, so that
-    /// the compiler can look at several at once. The other bits mean nothing.
-    fn suspicion(&self) -> u64;
+    /// Bit 63 is set if [`Self::check`] may refuse a value. There is no branch for each value, so that the compiler can
+    /// test several at once. The other bits mean nothing.
+    fn fault_bits(&self) -> u64;
 
-    /// Writes the record as it is on the wire to `bytes`, which are as many as it has.
+    /// Writes the record as it is on the wire to `bytes`, whose length is that of the record.
     fn write(&self, bytes: &mut [u8]);
 
-    /// The record in `bytes`, which are as many as it has.
+    /// Reads the record from `bytes`, whose length is that of the record.
     fn read(bytes: &[u8]) -> Self;
 
     /// Shows every number with the name of its field, in the order of the layout.
@@ -39,29 +39,29 @@ pub trait Record:
 /// A number of a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Number {
-    /// An id, a count, bits.
+    /// An id, a count or bits.
     Count(u64),
-    /// Anything else.
+    /// Any other number.
     Real(f64),
 }
 
-/// What a field of a record may be made of.
+/// A type that a field of a record may have.
 trait Numbers: Sized {
     fn finite(&self) -> bool;
     /// Bit 63 is set if it is not finite.
-    fn suspicion(&self) -> u64;
+    fn fault_bits(&self) -> u64;
     fn write(&self, bytes: &mut [u8]);
     fn read(bytes: &[u8]) -> Self;
     fn visit(&self, name: &'static str, see: &mut dyn FnMut(&'static str, Number));
 }
 macro_rules! number {
-    ($type:ty, $kind:expr, $finite:expr, $suspicion:expr) => {
+    ($type:ty, $kind:expr, $finite:expr, $fault_bits:expr) => {
         impl Numbers for $type {
             fn finite(&self) -> bool {
                 $finite(*self)
             }
-            fn suspicion(&self) -> u64 {
-                $suspicion(*self)
+            fn fault_bits(&self) -> u64 {
+                $fault_bits(*self)
             }
             fn write(&self, bytes: &mut [u8]) {
                 bytes.copy_from_slice(&self.to_le_bytes());
@@ -75,12 +75,12 @@ macro_rules! number {
         }
     };
 }
-// The exponent of what is not finite is all ones: one more carries into the sign.
+// If a number is not finite, all bits of its exponent are one, and adding one carries into the sign bit.
 number!(f64, Number::Real, f64::is_finite, |x: f64| {
     const LOWEST: u64 = 1 << 52;
     (x.to_bits() & (0x7ff * LOWEST)) + LOWEST
 });
-// The plastic strain of a point, which only a solver with that capability means: clause R-5 checks it.
+// The plastic strain of a point. Only a solver with that capability gives it a meaning, so clause R-5 checks it.
 number!(f32, Number::Real, |_| true, |_| 0);
 number!(u64, Number::Count, |_| true, |_| 0);
 number!(u32, Number::Count, |_| true, |_| 0);
@@ -88,9 +88,9 @@ impl<const N: usize> Numbers for [f64; N] {
     fn finite(&self) -> bool {
         self.iter().all(|x| x.is_finite())
     }
-    fn suspicion(&self) -> u64 {
+    fn fault_bits(&self) -> u64 {
         self.iter()
-            .fold(0, |suspicion, x| suspicion | x.suspicion())
+            .fold(0, |fault_bits, x| fault_bits | x.fault_bits())
     }
     fn write(&self, bytes: &mut [u8]) {
         for (x, bytes) in self.iter().zip(bytes.chunks_exact_mut(8)) {
@@ -107,7 +107,7 @@ impl<const N: usize> Numbers for [f64; N] {
     }
 }
 
-/// A field as the layout has it: under the name and of the type after `as`, where they differ from Rust's.
+/// A field as the layout has it: with the name and the type after `as`, where they differ from those in Rust.
 macro_rules! laid_out {
     ($field:ident : $type:ty) => {
         concat!(stringify!($field), ":", stringify!($type))
@@ -123,7 +123,8 @@ macro_rules! record {
         $(#[$meta])*
         #[repr(C)]
         #[derive(Debug, Clone, Copy, Default, PartialEq, ZeroCopySend, Serialize, Deserialize)]
-        // A name of its own: the default is the path in this crate, which no other language has.
+        // The type has a name of its own, because its default name is the path in this crate, which no other language
+        // has.
         #[type_name($wire_name)]
         pub struct $name { $($(#[$field_meta])* pub $field: $type),* }
         const _: () = {
@@ -141,8 +142,8 @@ macro_rules! record {
                 $($(if self.$bounded < 0.0 { return Err(stringify!($bounded)); })*)?
                 Ok(())
             }
-            fn suspicion(&self) -> u64 {
-                0 $(| Numbers::suspicion(&self.$field))* $($(| self.$bounded.to_bits())*)?
+            fn fault_bits(&self) -> u64 {
+                0 $(| Numbers::fault_bits(&self.$field))* $($(| self.$bounded.to_bits())*)?
             }
             fn write(&self, bytes: &mut [u8]) {
                 $(Numbers::write(&self.$field, &mut bytes[$offset..$offset + size_of::<$type>()]);)*
@@ -163,7 +164,7 @@ impl Record for u8 {
     fn check(&self) -> Result<(), &'static str> {
         Ok(())
     }
-    fn suspicion(&self) -> u64 {
+    fn fault_bits(&self) -> u64 {
         0
     }
     fn write(&self, bytes: &mut [u8]) {
@@ -397,8 +398,8 @@ macro_rules! nested {
             fn finite(&self) -> bool {
                 self.check().is_ok()
             }
-            fn suspicion(&self) -> u64 {
-                Record::suspicion(self)
+            fn fault_bits(&self) -> u64 {
+                Record::fault_bits(self)
             }
             fn write(&self, bytes: &mut [u8]) {
                 Record::write(self, bytes);
@@ -509,7 +510,7 @@ record! {
 }
 
 impl Grant {
-    /// Whether a side with these limits may go on with the granted step.
+    /// Whether a side with these limits may continue with the granted step.
     pub fn allows(&self, limits: &Limits) -> bool {
         limits.omega_sq + limits.contact_omega_sq <= self.budget_omega_sq
             && limits.speed <= self.budget_speed

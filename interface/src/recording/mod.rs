@@ -32,7 +32,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 pub use playback::{End, Message, Playback};
-pub use recorder::{Recorder, Tape};
+pub use recorder::{Recorder, RecordingSink};
 pub use resume::Moment;
 use serde::{Deserialize, Serialize};
 pub use tap::Tap;
@@ -51,10 +51,10 @@ const CHECK: usize = 8;
 const BLOCK_HEADER: usize = 12;
 /// Bytes of a message before its payload.
 const MESSAGE_HEADER: usize = 1 + 4 + size_of::<StepHeader>();
-/// A block is closed when it has this many bytes. One message may be longer. What is lost of a torn file is a block.
+/// A block is closed when it has this many bytes. One message may be longer. A torn file loses at most its last block.
 const BLOCK: usize = 1 << 16;
 
-/// What a recording is of.
+/// The run that a recording belongs to.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct About {
     /// Name of the scene.
@@ -74,7 +74,7 @@ pub struct About {
 }
 
 impl About {
-    /// Of a run of this program's protocol.
+    /// The description of a run with this program's protocol.
     pub fn run(scene: &str, scene_hash: &str, made_by: &str) -> Self {
         Self {
             scene: scene.into(),
@@ -98,10 +98,10 @@ pub enum RecordingError {
         action: &'static str,
         /// Which file.
         path: PathBuf,
-        /// The system's words.
+        /// The error message of the system.
         reason: String,
     },
-    /// It does not reach the step before which its run goes on.
+    /// It ends before the step at which its run continues.
     #[error("the recording {path} ends before step {step}, from which the run goes on")]
     Short {
         /// Which file.
@@ -109,7 +109,7 @@ pub enum RecordingError {
         /// First step that is not done.
         step: u64,
     },
-    /// A run that begins again does not do what it did.
+    /// A run that starts again does not repeat what was recorded.
     #[error(
         "{channel}, step {step}: not what was recorded; the run cannot go on by its recording {path}"
     )]
@@ -121,7 +121,7 @@ pub enum RecordingError {
         /// In which step.
         step: u64,
     },
-    /// The transport does not let the recorder listen.
+    /// The transport does not let the recorder subscribe.
     #[error("cannot listen to the messages between the solvers: {0}")]
     Tap(String),
     /// It is not a recording, or not one that this program reads.
@@ -129,10 +129,10 @@ pub enum RecordingError {
     Foreign {
         /// Which file.
         path: PathBuf,
-        /// What is there, what was expected.
+        /// What was found and what was expected.
         reason: String,
     },
-    /// Bytes are not those that were written.
+    /// The bytes differ from those that were written.
     #[error("the recording {path} is damaged at byte {at}: {what}")]
     Damaged {
         /// Which file.

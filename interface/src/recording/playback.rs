@@ -8,7 +8,7 @@ use super::{About, BLOCK_HEADER, CHECK, FORMAT, MAGIC, MESSAGE_HEADER, Recording
 use crate::message::Channel;
 use crate::message::wire::{Record, StepHeader, layout_hash};
 
-/// Longest description of a run.
+/// Longest description of a run in bytes.
 const ABOUT: u32 = 1 << 20;
 
 /// A recording being read.
@@ -16,11 +16,11 @@ pub struct Playback {
     file: BufReader<File>,
     path: PathBuf,
     about: About,
-    /// Messages of the block at hand that are not read yet.
+    /// The messages of the present block that have not been read yet.
     block: Vec<u8>,
     next: usize,
     blocks: u64,
-    /// Where the block at hand begins.
+    /// Where the present block begins.
     pub(super) begin: Begin,
     /// Byte at which the next block begins.
     pub(super) offset: u64,
@@ -28,7 +28,7 @@ pub struct Playback {
     end: Option<End>,
 }
 
-/// Where a block begins: the byte, and how many blocks and messages are before.
+/// Where a block begins: the byte, and the number of blocks and messages before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Begin {
     pub byte: u64,
@@ -39,33 +39,33 @@ pub(super) struct Begin {
 /// How a recording ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum End {
-    /// As its run did.
+    /// Complete, as its run ended.
     Whole {
-        /// Messages in it.
+        /// Number of messages.
         messages: u64,
     },
-    /// In the middle: its run, or its writer, was killed.
+    /// Incomplete: its run, or its writer, was killed.
     Torn {
-        /// Messages up to there.
+        /// Number of messages that can be read.
         messages: u64,
-        /// Byte from which on nothing can be used.
+        /// Byte after which nothing can be used.
         at: u64,
     },
 }
 
-/// A message that crossed.
+/// A recorded message.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Message {
     /// Its channel.
     pub channel: Channel,
     /// Its header.
     pub header: StepHeader,
-    /// Its payload, as it was.
+    /// Its payload as sent.
     pub payload: Vec<u8>,
 }
 
 impl Message {
-    /// The records of the payload; `None` if it does not consist of whole ones.
+    /// The records of the payload; `None` if it is not a whole number of records.
     pub fn records<T: Record>(&self) -> Option<Vec<T>> {
         let records = self.payload.chunks_exact(size_of::<T>());
         (records.remainder().is_empty()).then(|| records.map(T::read).collect())
@@ -73,7 +73,7 @@ impl Message {
 }
 
 impl Playback {
-    /// Opens a recording and reads what it is of.
+    /// Opens a recording and reads its description.
     ///
     /// # Errors
     /// [`RecordingError`].
@@ -128,7 +128,7 @@ impl Playback {
         })
     }
 
-    /// Reads a recording through: whether it is undamaged, and how it ends.
+    /// Reads a whole recording; returns how it ends.
     ///
     /// # Errors
     /// [`RecordingError`].
@@ -143,7 +143,7 @@ impl Playback {
         &self.path
     }
 
-    /// Where the next message comes from: the byte at which its block begins.
+    /// The byte at which the block of the next message begins.
     pub(super) fn next_byte(&self) -> u64 {
         if self.next < self.block.len() {
             self.begin.byte
@@ -152,17 +152,17 @@ impl Playback {
         }
     }
 
-    /// What the recording is of.
+    /// The run that the recording belongs to.
     pub fn about(&self) -> &About {
         &self.about
     }
 
-    /// How it ends, once that has been read.
+    /// How it ends, once the end has been read.
     pub fn end(&self) -> Option<End> {
         self.end
     }
 
-    /// The next message; none at the end.
+    /// The next message; `None` at the end.
     ///
     /// # Errors
     /// [`RecordingError`].
@@ -237,7 +237,7 @@ impl Playback {
         if check(&[&body]) != sum[..] {
             return Err(self.damaged("a block"));
         }
-        // LZ4 makes at most 255 bytes of one.
+        // LZ4 makes at most 255 bytes of each byte.
         if u64::from(raw) > 255 * (u64::from(stored) + 1) {
             return Err(self.damaged("the length of a block"));
         }
@@ -284,7 +284,7 @@ pub(super) fn up_to(file: &mut impl Read, announced: usize) -> io::Result<Vec<u8
     Ok(bytes)
 }
 
-/// Reads until `bytes` are full or the file is over; how many were read.
+/// Reads until `bytes` are full or the file ends; returns how many were read.
 fn fill(file: &mut impl Read, bytes: &mut [u8]) -> io::Result<usize> {
     let mut got = 0;
     while got < bytes.len() {

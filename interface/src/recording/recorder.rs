@@ -10,22 +10,22 @@ use std::time::{Duration, Instant};
 
 use super::playback::Begin;
 use super::rerun::{Reference, closing};
-use super::resume::{Kept, keep, of_run, sift};
+use super::resume::{Kept, keep, of_run, select_before};
 use super::{About, BLOCK, FORMAT, MAGIC, MESSAGE_HEADER, Message, Moment, RecordingError, check};
 use crate::message::control::Party;
 use crate::message::wire::{Grant, Record, StepHeader};
 use crate::message::{Channel, Kind, Records};
 
-/// Longest time that a message waits in memory while the run goes on: what a killed run loses at most.
+/// Longest time that a message waits in memory while the run continues. A killed run loses no more than this.
 const UNWRITTEN: Duration = Duration::from_millis(250);
-/// Bytes that may wait for the disk. Beyond, the run waits with them: a recording has everything.
+/// Bytes that may wait for the disk. If there are more, the run waits too, because a recording must be complete.
 const WAITING: usize = 64 << 20;
-/// Longest wait until what has crossed is in the file, where somebody asks for that.
-const SETTLING: Duration = Duration::from_secs(10);
+/// Longest wait of [`RecordingSink::sync`].
+const SYNC_LIMIT: Duration = Duration::from_secs(10);
 /// [`Shared::rounds`] of a recording without a tap.
 const NO_TAP: u64 = u64::MAX;
-/// Messages of each solver by which a run that goes on says hello once more: Configure, Hello and Ready.
-const GREETINGS: [(Kind, u32); 2] = [(Kind::Order, 1), (Kind::Notice, 2)];
+/// Messages of each solver that a continued run repeats at its start: Configure, Hello and Ready.
+const HANDSHAKE: [(Kind, u32); 2] = [(Kind::Order, 1), (Kind::Notice, 2)];
 
 /// Writes a recording. Dropping it without [`Self::finish`] leaves a recording without an end.
 #[derive(Debug)]
@@ -34,9 +34,9 @@ pub struct Recorder {
     writer: Option<JoinHandle<()>>,
 }
 
-/// Where messages are noted.
+/// Adds messages to a recording.
 #[derive(Debug, Clone)]
-pub struct Tape(Arc<Shared>);
+pub struct RecordingSink(Arc<Shared>);
 
 #[derive(Debug)]
 struct Shared {
@@ -45,7 +45,7 @@ struct Shared {
     work: Condvar,
     /// There is room again, or something has been written.
     room: Condvar,
-    /// How often the tap has taken everything that there was.
+    /// How often the tap has read every channel to its end.
     rounds: AtomicU64,
 }
 
@@ -53,17 +53,17 @@ struct Shared {
 #[expect(clippy::struct_excessive_bools, reason = "each is a fact of its own")]
 struct State {
     pending: Vec<u8>,
-    /// Bytes noted, written, and safely on disk so far.
+    /// Bytes that have been added, written, and are safely on disk.
     noted: u64,
     written: u64,
     synced: u64,
-    /// Somebody waits until all of it is on disk.
-    settling: bool,
-    /// The run goes on: how many more messages of a channel are only its greetings.
-    greetings: Vec<(Channel, u32)>,
-    /// And the state that the solvers take over is no message of the run.
+    /// Somebody waits until everything is on disk.
+    syncing: bool,
+    /// In a continued run: the number of messages of a channel that still repeat the handshake.
+    handshake: Vec<(Channel, u32)>,
+    /// In a continued run: the state that the solvers restore is not a message of the run.
     resumed: bool,
-    /// What crossed when the run was done before.
+    /// In a run that starts again: what was recorded before.
     reference: Option<Reference>,
     finished: bool,
     /// The recorder has been dropped.
@@ -72,7 +72,7 @@ struct State {
 }
 
 impl State {
-    /// Whether a message was recorded before. One that differs from what was ends the recording.
+    /// Whether a message was recorded before. If it differs from what was recorded, the recording ends.
     fn was_recorded(&mut self, channel: Channel, header: &StepHeader, payload: &[u8]) -> bool {
         let Some(reference) = &mut self.reference else {
             return false;
@@ -91,9 +91,9 @@ impl State {
         true
     }
 
-    /// Whether a message of this channel is only of the greetings of a run that goes on.
-    fn is_greeting(&mut self, channel: Channel) -> bool {
-        let left = self.greetings.iter_mut().find(|(of, _)| *of == channel);
+    /// Whether a message of this channel only repeats the handshake in a continued run.
+    fn is_handshake(&mut self, channel: Channel) -> bool {
+        let left = self.handshake.iter_mut().find(|(of, _)| *of == channel);
         match left {
             Some((_, left)) if *left > 0 => {
                 *left -= 1;
@@ -104,7 +104,7 @@ impl State {
     }
 }
 
-/// Adds a message as the file has it.
+/// Appends a message in the format of the file.
 fn put(
     bytes: &mut Vec<u8>,
     channel: Channel,
@@ -123,7 +123,7 @@ fn put(
 
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, State> {
-        // Nothing that holds it can panic but for want of memory.
+        // No holder of the lock can panic, unless memory runs out.
         self.state.lock().expect("no holder has panicked")
     }
 
@@ -134,7 +134,7 @@ impl Shared {
 }
 
 impl Recorder {
-    /// Begins a recording at `path`, in the place of what is there.
+    /// Begins a recording at `path`; a file that is there is replaced.
     ///
     /// # Errors
     /// [`RecordingError::File`].
@@ -151,26 +151,26 @@ impl Recorder {
         Self::begin(Output::new(file, path), State::default())
     }
 
-    /// Goes on with the recording at `path` of the same run from a checkpoint of this `moment`.
+    /// Continues the recording at `path` of the same run from a checkpoint at this `moment`.
     ///
     /// # Errors
-    /// [`RecordingError`], also when it does not reach so far; then the file is as it was.
+    /// [`RecordingError`], also if the recording ends before that moment; then the file is unchanged.
     pub fn resume(path: &Path, about: &About, moment: Moment) -> Result<Self, RecordingError> {
         let output = cut(path, &keep(path, about, moment)?)?;
-        let greeting = |channel: &Channel| {
-            let of_kind = GREETINGS.iter().find(|(kind, _)| *kind == channel.kind);
+        let handshake = |channel: &Channel| {
+            let of_kind = HANDSHAKE.iter().find(|(kind, _)| *kind == channel.kind);
             of_kind.map(|(_, messages)| (*channel, *messages))
         };
         let state = State {
-            greetings: Channel::ALL.iter().filter_map(greeting).collect(),
+            handshake: Channel::ALL.iter().filter_map(handshake).collect(),
             resumed: true,
             ..State::default()
         };
         Self::begin(output, state)
     }
 
-    /// Begins the run of the recording at `path` again: what crosses is compared with it as far as it reaches, and added
-    /// beyond. What ended that run is left out.
+    /// Starts the run of the recording at `path` again. Messages are compared with the recording up to its end, and
+    /// added to it after that. The steps that closed the recorded run are left out.
     ///
     /// # Errors
     /// [`RecordingError`].
@@ -179,7 +179,7 @@ impl Recorder {
             step: grant.first,
             epoch: grant.epoch,
         });
-        let (kept, _) = sift(&mut of_run(path, about)?, moment);
+        let (kept, _) = select_before(&mut of_run(path, about)?, moment);
         let output = cut(path, &kept)?;
         let end = Begin {
             byte: output.bytes,
@@ -215,19 +215,19 @@ impl Recorder {
         })
     }
 
-    /// Where messages are noted.
-    pub fn tape(&self) -> Tape {
-        Tape(Arc::clone(&self.shared))
+    /// The sink to which messages are added.
+    pub fn sink(&self) -> RecordingSink {
+        RecordingSink(Arc::clone(&self.shared))
     }
 
-    /// Writes what is left, and the end.
+    /// Writes the rest and the end.
     ///
     /// # Errors
     /// The first error of any write.
     pub fn finish(mut self) -> Result<(), RecordingError> {
         self.shared.lock().finished = true;
         self.close();
-        self.tape().failure().map_or(Ok(()), Err)
+        self.sink().failure().map_or(Ok(()), Err)
     }
 
     fn close(&mut self) {
@@ -248,8 +248,8 @@ impl Drop for Recorder {
     }
 }
 
-impl Tape {
-    /// Notes a message. Waits only when the disk is [`WAITING`] bytes behind.
+impl RecordingSink {
+    /// Adds a message. It waits only if the disk is [`WAITING`] bytes behind.
     pub(crate) fn note(&self, channel: Channel, header: &StepHeader, records: Records<'_>) {
         let Shared { work, room, .. } = &*self.0;
         let mut state = self.0.lock();
@@ -257,9 +257,9 @@ impl Tape {
             state = room.wait(state).expect("no holder has panicked");
         }
         if state.failure.is_some() {
-            return; // it is told elsewhere
+            return; // the failure is reported elsewhere
         }
-        if state.resumed && state.is_greeting(channel) {
+        if state.resumed && state.is_handshake(channel) {
             return;
         }
         if state.reference.is_some() {
@@ -274,7 +274,7 @@ impl Tape {
         put(pending, channel, header, |pending| records.write(pending));
         let end = pending.len();
         state.noted += (end - begin) as u64;
-        // The writer looks by itself when little is there.
+        // The writer wakes up by itself when there is less than a block.
         if begin < BLOCK && end >= BLOCK {
             work.notify_one();
         }
@@ -286,7 +286,7 @@ impl Tape {
         state.pending.len() > WAITING / 2 && state.failure.is_none()
     }
 
-    /// Steps of the window that was granted next, in a run that begins again.
+    /// The length in steps of the recorded window that comes next, in a run that starts again.
     pub fn next_window(&self) -> Option<u64> {
         let mut state = self.0.lock();
         let reference = state.reference.as_mut()?;
@@ -297,13 +297,14 @@ impl Tape {
         })
     }
 
-    /// Waits until everything that has crossed is on disk, at most [`SETTLING`].
-    pub fn settle(&self) {
+    /// Waits until all messages so far are on disk, for at most [`SYNC_LIMIT`].
+    pub fn sync(&self) {
         let Shared {
             work, room, rounds, ..
         } = &*self.0;
-        let until = Instant::now() + SETTLING;
-        // The round that is under way may have been past a channel when something came; the next one has all of it.
+        let until = Instant::now() + SYNC_LIMIT;
+        // The tap may already have passed a channel in its present round when a message came. The next round reads all
+        // of it.
         let after = rounds.load(Ordering::Acquire).saturating_add(2);
         while rounds.load(Ordering::Acquire) < after && Instant::now() < until {
             std::thread::sleep(Duration::from_micros(500));
@@ -315,7 +316,7 @@ impl Tape {
             if left.is_zero() {
                 return;
             }
-            state.settling = true;
+            state.syncing = true;
             work.notify_one();
             (state, _) = room
                 .wait_timeout(state, left)
@@ -323,13 +324,13 @@ impl Tape {
         }
     }
 
-    /// A tap listens from now on, or no longer.
+    /// A tap begins or ceases to listen.
     pub(super) fn tapped(&self, listens: bool) {
         let rounds = if listens { 0 } else { NO_TAP };
         self.0.rounds.store(rounds, Ordering::Release);
     }
 
-    /// The tap has taken everything that there was.
+    /// The tap has read every channel to its end.
     pub(super) fn round(&self) {
         self.0.rounds.fetch_add(1, Ordering::AcqRel);
     }
@@ -344,28 +345,28 @@ impl Tape {
     }
 }
 
-/// Writes what is noted until the recorder is closed.
+/// Writes the messages that are added until the recorder is closed.
 fn write(shared: &Shared, output: &mut Output) -> Result<(), RecordingError> {
     let mut messages = Vec::new();
     loop {
         let mut state = shared.lock();
-        if state.pending.len() < BLOCK && !state.closed && !state.settling {
+        if state.pending.len() < BLOCK && !state.closed && !state.syncing {
             let waited = shared.work.wait_timeout(state, UNWRITTEN);
             (state, _) = waited.expect("no holder has panicked");
         }
         messages.clear();
         std::mem::swap(&mut messages, &mut state.pending);
         let (closed, finished) = (state.closed, state.finished);
-        let settling = std::mem::take(&mut state.settling);
+        let syncing = std::mem::take(&mut state.syncing);
         drop(state);
         shared.room.notify_all();
         output.write(&messages)?;
-        if settling {
+        if syncing {
             output.sync()?;
         }
         let mut state = shared.lock();
         state.written += messages.len() as u64;
-        if settling {
+        if syncing {
             state.synced = state.written;
         }
         drop(state);
@@ -376,7 +377,7 @@ fn write(shared: &Shared, output: &mut Output) -> Result<(), RecordingError> {
     }
 }
 
-/// The recording at `path` without what does not stay, to go on with.
+/// Opens the recording at `path` to append to it, without the part that is not kept.
 fn cut(path: &Path, kept: &Kept) -> Result<Output, RecordingError> {
     let open = || {
         let mut file = OpenOptions::new().write(true).open(path)?;
@@ -399,7 +400,7 @@ fn cut(path: &Path, kept: &Kept) -> Result<Output, RecordingError> {
         } = message;
         put(&mut bytes, *channel, header, |bytes| bytes.extend(payload));
     }
-    // What comes after it in the file is damaged for a moment, and then gone.
+    // Until the file is shortened below, the part after it is damaged.
     output.write(&bytes)?;
     let shortened = output.file.set_len(output.bytes);
     shortened
@@ -411,7 +412,7 @@ fn cut(path: &Path, kept: &Kept) -> Result<Output, RecordingError> {
 struct Output {
     file: File,
     path: PathBuf,
-    /// Length of the file as far as it is written here.
+    /// Length of the file that has been written.
     bytes: u64,
     blocks: u64,
     messages: u64,
@@ -435,7 +436,7 @@ impl Output {
         synced.map_err(RecordingError::file("write", &self.path))
     }
 
-    /// Whole messages, in blocks of about [`BLOCK`] bytes.
+    /// Writes whole messages, in blocks of about [`BLOCK`] bytes.
     fn write(&mut self, messages: &[u8]) -> Result<(), RecordingError> {
         let (mut begin, mut at, mut count) = (0, 0, 0);
         while at < messages.len() {

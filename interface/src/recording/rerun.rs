@@ -9,16 +9,16 @@ use super::{Message, Playback, RecordingError};
 use crate::message::wire::{Grant, StepHeader};
 use crate::message::{CHANNELS, Channel, Kind};
 
-/// Bytes of a report that depend on the machine and not on the run: times.
+/// Bytes of a report that depend on the machine and not on the run: its times.
 const OF_THE_MACHINE: std::ops::Range<usize> = 56..88;
 
-/// The first grant by which the recording at `path` has ended its run: its closing step.
+/// The grant with which the recording at `path` began to end its run: the closing step.
 ///
 /// # Errors
 /// [`RecordingError`].
 pub(super) fn closing(path: &Path) -> Result<Option<Grant>, RecordingError> {
     let mut playback = Playback::open(path)?;
-    // The first step of a run has no length either.
+    // The first step of a run has no length either, so it must not be mistaken for the closing step.
     let mut stepped = false;
     while let Some(message) = playback.message()? {
         if message.channel.kind == Kind::Grant
@@ -33,12 +33,12 @@ pub(super) fn closing(path: &Path) -> Result<Option<Grant>, RecordingError> {
     Ok(None)
 }
 
-/// What has crossed before.
+/// The recording that a run is compared with.
 pub(super) struct Reference {
     playback: Playback,
-    /// Where what is added begins.
+    /// Where new messages are added.
     end: Begin,
-    /// Read and not asked for yet, channel by channel.
+    /// Messages of each channel that have been read and not compared yet.
     ahead: [VecDeque<Message>; CHANNELS],
 }
 
@@ -49,7 +49,7 @@ impl std::fmt::Debug for Reference {
 }
 
 impl Reference {
-    /// A recording up to `end`.
+    /// Compares with a recording up to `end`.
     pub fn new(playback: Playback, end: Begin) -> Self {
         Self {
             playback,
@@ -63,7 +63,7 @@ impl Reference {
         self.playback.path()
     }
 
-    /// The next message of a channel, which stays the next; none where the recording is over.
+    /// The next message of a channel, without taking it; `None` at the end of the recording.
     pub fn peek(&mut self, channel: Channel) -> Result<Option<&Message>, RecordingError> {
         let number = channel.number();
         while self.ahead[number].is_empty() && self.playback.next_byte() < self.end.byte {
@@ -75,7 +75,7 @@ impl Reference {
         Ok(self.ahead[number].front())
     }
 
-    /// Whether a message is the one that was recorded; `None` where the recording is over.
+    /// Whether a message is the one that was recorded; `None` at the end of the recording.
     pub fn compare(
         &mut self,
         channel: Channel,
@@ -91,7 +91,7 @@ impl Reference {
 fn agrees(recorded: &Message, header: &StepHeader, payload: &[u8]) -> bool {
     let (then, now) = (&recorded.payload[..], payload);
     match recorded.channel.kind {
-        // Words: process ids, versions, threads.
+        // They contain process ids, versions and numbers of threads, which may differ.
         Kind::Order | Kind::Notice => true,
         Kind::Report => {
             let rest = OF_THE_MACHINE;

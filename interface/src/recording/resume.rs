@@ -8,7 +8,7 @@ use crate::message::Kind;
 use crate::message::control::Party;
 use crate::message::wire::Grant;
 
-/// Where a run goes on.
+/// The point at which a run continues.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Moment {
     /// First step that is not done.
@@ -18,7 +18,7 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// After all that a run can do.
+    /// After the end of every run.
     pub(super) const NEVER: Self = Self {
         step: u64::MAX,
         epoch: u64::MAX,
@@ -29,21 +29,21 @@ impl Moment {
     }
 }
 
-/// What stays.
+/// The part of a recording that is kept.
 pub(super) struct Kept {
-    /// The first block of which something goes.
+    /// The first block that is not kept whole.
     pub end: Begin,
-    /// What stays of this block and of those after it.
+    /// The messages that are kept of this block and of those after it.
     pub rest: Vec<Message>,
 }
 
-/// Reads the recording at `path` of the run `about` as far as it was before `moment`.
+/// Reads what the recording at `path` of the run `about` has before `moment`.
 ///
 /// # Errors
-/// [`RecordingError`], also when it does not reach so far.
+/// [`RecordingError`], also if the recording ends before that moment.
 pub(super) fn keep(path: &Path, about: &About, moment: Moment) -> Result<Kept, RecordingError> {
     let mut playback = of_run(path, about)?;
-    let (kept, whole) = sift(&mut playback, moment);
+    let (kept, whole) = select_before(&mut playback, moment);
     if whole {
         return Ok(kept);
     }
@@ -51,7 +51,7 @@ pub(super) fn keep(path: &Path, about: &About, moment: Moment) -> Result<Kept, R
     Err(RecordingError::Short { path, step })
 }
 
-/// The recording at `path`, which is of the run `about`.
+/// Opens the recording at `path`, which must belong to the run `about`.
 ///
 /// # Errors
 /// [`RecordingError`].
@@ -65,17 +65,17 @@ pub(super) fn of_run(path: &Path, about: &About) -> Result<Playback, RecordingEr
     Err(RecordingError::Foreign { path, reason })
 }
 
-/// What of a recording was before `moment`, and whether that is all of it.
-pub(super) fn sift(playback: &mut Playback, moment: Moment) -> (Kept, bool) {
-    let mut sieve = Sieve::new(moment);
+/// The messages of a recording before `moment`, and whether none is missing.
+pub(super) fn select_before(playback: &mut Playback, moment: Moment) -> (Kept, bool) {
+    let mut filter = MomentFilter::new(moment);
     let (mut block, mut end, mut rest) = (Begin::default(), None, Vec::new());
-    // What is damaged after the moment is not needed; whether all before is there is asked below.
+    // Damage after the moment does not matter; whether all messages before it are there is tested below.
     while let Ok(Some(message)) = playback.message() {
         if end.is_none() && playback.begin != block {
             block = playback.begin;
             rest.clear();
         }
-        if sieve.keeps(&message) {
+        if filter.keeps(&message) {
             rest.push(message);
         } else {
             end.get_or_insert(block);
@@ -85,21 +85,22 @@ pub(super) fn sift(playback: &mut Playback, moment: Moment) -> (Kept, bool) {
         rest.clear();
     }
     let end = end.unwrap_or(playback.begin);
-    (Kept { end, rest }, sieve.is_whole())
+    (Kept { end, rest }, filter.is_whole())
 }
 
-/// Tells what was before a moment.
-struct Sieve {
+/// Selects the messages before a moment.
+struct MomentFilter {
     moment: Moment,
-    /// The coupler has granted the moment's step. What it notes itself has the order in which it happened.
+    /// The coupler has granted the step of the moment. The coupler's own messages are recorded in the order in which
+    /// they were sent.
     over: bool,
-    /// First step that is not done, as each solver has reported last.
+    /// First step that is not done, by the last report of each solver.
     reported: [Option<u64>; 2],
-    /// The last step of which the bodies have answered.
+    /// The last step for which the bodies sent forces.
     answered: Option<u64>,
 }
 
-impl Sieve {
+impl MomentFilter {
     fn new(moment: Moment) -> Self {
         Self {
             moment,
@@ -130,7 +131,7 @@ impl Sieve {
         !self.over
     }
 
-    /// Whether all that was before the moment has come.
+    /// Whether all messages before the moment were found.
     fn is_whole(&self) -> bool {
         let step = self.moment.step;
         let reported = self.reported.iter().flatten();

@@ -6,27 +6,27 @@ use std::sync::mpsc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use super::{RecordingError, Tape};
+use super::{RecordingError, RecordingSink};
 use crate::message::{Channel, Kind, Payload};
 use crate::transport::domain::Domain;
 use crate::transport::iceoryx::{self, Medium};
 use crate::transport::recorded::Recorded;
 use crate::transport::{Transport, TransportError};
 
-/// Sleep between two looks. A channel of a recorded run holds many more messages than cross in this time, so nobody
-/// waits for the tap; and nobody is kept from a processor by it.
+/// Sleep between two looks. A channel of a recorded run has room for many more messages than are sent in this time, so
+/// no solver waits for the tap, and the tap takes no processor from a solver.
 const NAP: Duration = Duration::from_micros(500);
 
-/// A second receiver of every channel between the solvers. Dropping it takes what is left in them first.
+/// A second receiver of every channel between the solvers. When it is dropped, it first reads what is left in them.
 pub struct Tap {
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
 
-/// Takes everything that is there; whether there was anything. Receiving is recording.
+/// Reads everything that is there; returns whether there was anything. The transport records what it receives.
 fn drain(transport: &mut dyn Transport, buffers: &mut [Payload]) -> Result<bool, TransportError> {
     let mut any = false;
-    // In the order of a step, so that the file has nearly the order of the run.
+    // The order within a step, so that the order in the file is nearly that of the run.
     let kinds = [Kind::Envelopes, Kind::Set, Kind::States, Kind::Forces];
     for (kind, buffer) in kinds.into_iter().zip(buffers) {
         let channel = Channel::of(crate::message::control::Party::Mpm, kind);
@@ -38,18 +38,22 @@ fn drain(transport: &mut dyn Transport, buffers: &mut [Payload]) -> Result<bool,
 }
 
 impl Tap {
-    /// Listens from now on.
+    /// Begins to listen.
     ///
     /// # Errors
     /// [`RecordingError::Tap`].
-    pub fn open(medium: Medium, domain: &Domain, tape: Tape) -> Result<Self, RecordingError> {
+    pub fn open(
+        medium: Medium,
+        domain: &Domain,
+        sink: RecordingSink,
+    ) -> Result<Self, RecordingError> {
         let stop = Arc::new(AtomicBool::new(false));
         let (stopped, domain) = (Arc::clone(&stop), domain.clone());
         let (opened, listening) = mpsc::channel();
         let thread = std::thread::Builder::new()
             .name("tap".into())
             .spawn(move || {
-                // Ports stay in the thread that made them.
+                // Ports cannot leave the thread that made them.
                 let ends = match iceoryx::listen(medium, &domain) {
                     Ok(ends) => ends,
                     Err(e) => {
@@ -57,23 +61,23 @@ impl Tap {
                         return;
                     }
                 };
-                let mut ends = Recorded::new(ends, tape.clone(), |_| true);
-                tape.tapped(true);
+                let mut ends = Recorded::new(ends, sink.clone(), |_| true);
+                sink.tapped(true);
                 let _ = opened.send(Ok(()));
                 let kinds = [Kind::Envelopes, Kind::Set, Kind::States, Kind::Forces];
                 let mut buffers = kinds.map(Payload::empty);
                 loop {
                     let last = stopped.load(Ordering::Acquire);
                     match drain(&mut ends, &mut buffers) {
-                        Ok(true) => tape.round(),
-                        Ok(false) if last => return tape.tapped(false),
+                        Ok(true) => sink.round(),
+                        Ok(false) if last => return sink.tapped(false),
                         Ok(false) => {
-                            tape.round();
+                            sink.round();
                             std::thread::sleep(NAP);
                         }
                         Err(e) => {
-                            tape.tapped(false);
-                            return tape.fail(RecordingError::Tap(e.to_string()));
+                            sink.tapped(false);
+                            return sink.fail(RecordingError::Tap(e.to_string()));
                         }
                     }
                 }

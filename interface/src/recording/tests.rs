@@ -28,11 +28,11 @@ fn state(step: u64) -> ImpState {
     }
 }
 
-/// A recording of so many messages, ended or not.
+/// Writes a recording of so many messages, with or without its end.
 fn write(path: &Path, messages: u64, ended: bool) {
     let recorder = Recorder::create(path, &about()).unwrap();
     for step in 0..messages {
-        recorder.tape().note(
+        recorder.sink().note(
             states_channel(),
             &header(step),
             Records::States(&[state(step)]),
@@ -59,7 +59,7 @@ fn assert_first(messages: &[Message]) {
         let [read] = message.records::<ImpState>().unwrap()[..] else {
             panic!("{message:?}");
         };
-        // NaN too: what crossed is recorded, not judged.
+        // NaN is recorded too: a recorder does not check what it records.
         let bits = |s: ImpState| [s.position, s.velocity].map(|v| v.map(f64::to_bits));
         assert_eq!(bits(read), bits(state(step)));
     }
@@ -87,7 +87,7 @@ fn a_message_longer_than_a_block_is_one_block() {
     let states: Vec<_> = (0..100_000).map(state).collect();
     for _ in 0..3 {
         recorder
-            .tape()
+            .sink()
             .note(states_channel(), &header(0), Records::States(&states));
     }
     recorder.finish().unwrap();
@@ -135,7 +135,7 @@ fn every_flipped_byte_is_detected() {
         flipped[at] ^= 0x10;
         fs::write(&path, flipped).unwrap();
         let told = Playback::verify(&path);
-        // A longer description than there is looks like a file that is no recording.
+        // A description that is said to be longer than the file looks like a file that is not a recording.
         assert!(told.is_err(), "byte {at}: {told:?}");
     }
     let mut longer = whole.clone();
@@ -177,17 +177,17 @@ fn a_full_disk_is_reported_and_delays_nothing() {
 fn after_an_error_nothing_waits_for_the_disk() {
     let dir = tempfile::tempdir().unwrap();
     let recorder = Recorder::create(&dir.path().join("r"), &about()).unwrap();
-    let tape = recorder.tape();
-    tape.fail(RecordingError::Tap("deaf".into()));
+    let sink = recorder.sink();
+    sink.fail(RecordingError::Tap("deaf".into()));
     let states = vec![state(0); 1 << 20];
     for _ in 0..4 {
-        tape.note(states_channel(), &header(0), Records::States(&states));
+        sink.note(states_channel(), &header(0), Records::States(&states));
     }
-    assert!(tape.failure().unwrap().to_string().contains("deaf"));
+    assert!(sink.failure().unwrap().to_string().contains("deaf"));
     assert!(recorder.finish().is_err());
 }
 
-/// D17: a block that announced 4 GiB, with the right sums, was allocated before it was read.
+/// D17: a block that announced 4 GiB, with correct checksums, was allocated before it was read.
 #[test]
 fn a_block_that_announces_more_than_follows_is_torn_or_damaged() {
     let dir = tempfile::tempdir().unwrap();
@@ -227,15 +227,16 @@ fn memory_is_taken_for_what_is_there_and_not_for_what_is_announced() {
     assert_eq!(playback::up_to(longer, 3).unwrap(), b"two");
 }
 
-/// Steps `from..to` of a run in windows of `window`, what passes between the solvers noted a window late.
-fn steps(tape: &Tape, (from, to): (u64, u64), window: u64) {
+/// Records steps `from..to` of a run in windows of `window`. The messages between the solvers are recorded a window
+/// late.
+fn steps(sink: &RecordingSink, (from, to): (u64, u64), window: u64) {
     let between = |first: u64, end: u64| {
         for step in first..end {
             let states = Records::States(&[state(step)]);
-            tape.note(states_channel(), &header(step), states);
+            sink.note(states_channel(), &header(step), states);
             let forces = [ImpForce::default()];
             let channel = Channel::of(Party::Mpm, Kind::Forces);
-            tape.note(channel, &header(step), Records::Forces(&forces));
+            sink.note(channel, &header(step), Records::Forces(&forces));
         }
     };
     let (mut first, mut late) = (from, from);
@@ -249,7 +250,7 @@ fn steps(tape: &Tape, (from, to): (u64, u64), window: u64) {
                 ..Grant::default()
             };
             let channel = Channel::of(party, Kind::Grant);
-            tape.note(channel, &header(first), Records::Grant(&[grant]));
+            sink.note(channel, &header(first), Records::Grant(&[grant]));
         }
         between(late, first);
         late = first;
@@ -259,7 +260,7 @@ fn steps(tape: &Tape, (from, to): (u64, u64), window: u64) {
                 ..Report::default()
             };
             let channel = Channel::of(party, Kind::Report);
-            tape.note(channel, &header(end), Records::Report(&[report]));
+            sink.note(channel, &header(end), Records::Report(&[report]));
         }
         first = end;
     }
@@ -276,13 +277,13 @@ fn a_recording_goes_on_from_a_step_without_a_gap_or_a_step_twice() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("r");
     for (window, at) in [(1, 3000), (7, 3500), (64, 64), (64, 4992)] {
-        // The run was killed at step 5000, and goes on from a window before.
+        // The run was killed at step 5000 and continues from a window before.
         let recorder = Recorder::create(&path, &about()).unwrap();
-        steps(&recorder.tape(), (0, 5000), window);
+        steps(&recorder.sink(), (0, 5000), window);
         drop(recorder);
         let moment = Moment { step: at, epoch: 0 };
         let recorder = Recorder::resume(&path, &about(), moment).unwrap();
-        // It says hello once more, and takes over its state.
+        // The handshake is repeated, and the state is restored.
         for (kind, records) in [
             (Kind::Order, Records::Order(&[1])),
             (Kind::Notice, Records::Notice(&[2])),
@@ -290,10 +291,10 @@ fn a_recording_goes_on_from_a_step_without_a_gap_or_a_step_twice() {
             (Kind::Notice, Records::Notice(&[4])),
         ] {
             let channel = Channel::of(Party::Dem, kind);
-            recorder.tape().note(channel, &header(0), records);
+            recorder.sink().note(channel, &header(0), records);
         }
-        steps(&recorder.tape(), (at, 6000), 10);
-        recorder.tape().settle();
+        steps(&recorder.sink(), (at, 6000), 10);
+        recorder.sink().sync();
         let (settled, _) = read(&path);
         recorder.finish().unwrap();
         let (messages, end) = read(&path);
@@ -308,7 +309,7 @@ fn a_recording_goes_on_from_a_step_without_a_gap_or_a_step_twice() {
         let grants = of_kind(&messages, Kind::Grant);
         assert!(grants.is_sorted() && grants.len() == of_kind(&messages, Kind::Report).len());
     }
-    // It does not reach so far.
+    // The recording ends before this step.
     let far = Moment {
         step: 7000,
         epoch: 0,
@@ -330,14 +331,14 @@ fn a_run_that_begins_again_is_compared_and_then_added() {
     let path = dir.path().join("r");
     let begin = |to| {
         let recorder = Recorder::create(&path, &about()).unwrap();
-        steps(&recorder.tape(), (0, to), 7);
+        steps(&recorder.sink(), (0, to), 7);
         drop(recorder);
         Recorder::rerun(&path, &about()).unwrap()
     };
     let recorder = begin(700);
-    assert_eq!(recorder.tape().next_window(), Some(7));
-    steps(&recorder.tape(), (0, 1400), 7);
-    assert_eq!(recorder.tape().next_window(), None);
+    assert_eq!(recorder.sink().next_window(), Some(7));
+    steps(&recorder.sink(), (0, 1400), 7);
+    assert_eq!(recorder.sink().next_window(), None);
     recorder.finish().unwrap();
     let (messages, _) = read(&path);
     for kind in [Kind::States, Kind::Forces] {
@@ -345,9 +346,9 @@ fn a_run_that_begins_again_is_compared_and_then_added() {
     }
     let recorder = begin(700);
     let otherwise = [state(1000)];
-    let tape = recorder.tape();
-    tape.note(states_channel(), &header(0), Records::States(&otherwise));
-    let error = tape.failure().expect("it is not what was recorded");
+    let sink = recorder.sink();
+    sink.note(states_channel(), &header(0), Records::States(&otherwise));
+    let error = sink.failure().expect("it is not what was recorded");
     assert!(
         error.to_string().starts_with("imp/states, step 0"),
         "{error}"

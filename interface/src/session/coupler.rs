@@ -14,20 +14,20 @@ use crate::transport::Transport;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stop(pub String);
 
-/// Who decides what a session is about.
+/// The run that a session belongs to, which makes the decisions.
 pub trait Supervisor {
-    /// Answers a question of the machine, which has what the solvers have said.
+    /// Answers a question of the machine. The machine has the messages of the solvers.
     ///
     /// # Errors
     /// [`Stop`] ends the session.
     fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop>;
 
-    /// How long solvers are waited for before the first step.
+    /// Deadlines for the solvers before the first step.
     fn limits(&self) -> Limits {
         Limits::default()
     }
 
-    /// A solver has said hello.
+    /// A solver has sent Hello.
     fn joined(&mut self, _hello: &Hello) {}
 
     /// Asked during every long wait: a solver that is gone, and how it ended.
@@ -35,7 +35,7 @@ pub trait Supervisor {
         None
     }
 
-    /// Asked during every long wait: why the session is to end now. Before the first grant it is `arriving`.
+    /// Asked during every long wait: the reason why the session has to end now. `arriving`: no grant has been sent yet.
     fn interrupted(&mut self, _arriving: bool) -> Option<Stop> {
         None
     }
@@ -47,12 +47,12 @@ pub struct CouplerSide<'a> {
     supervisor: &'a mut dyn Supervisor,
     action: Action<Question>,
     inbox: Inbox,
-    /// Solvers that have said hello, in their order.
+    /// The solvers that have sent Hello, in the order of arrival.
     joined: Vec<Party>,
 }
 
 impl<'a> CouplerSide<'a> {
-    /// Leads a session with `solvers`, as `supervisor` decides.
+    /// A session with `solvers`, in which `supervisor` decides.
     pub fn new(solvers: &[Party], supervisor: &'a mut dyn Supervisor) -> Self {
         let mut machine = Coupler::new(solvers, supervisor.limits());
         let action = machine.start();
@@ -65,7 +65,7 @@ impl<'a> CouplerSide<'a> {
         }
     }
 
-    /// What the solvers have said.
+    /// The machine, with what the solvers have reported.
     pub fn coupler(&self) -> &Coupler {
         &self.machine
     }
@@ -79,7 +79,7 @@ impl<'a> CouplerSide<'a> {
         verdict.unwrap_or_else(|| Err(SessionError::Aborted("the session has not ended".into())))
     }
 
-    /// Ends the session for this reason, as soon as it gets a turn.
+    /// Ends the session for this reason at its next turn.
     pub fn stop(&mut self, reason: String) {
         if self.machine.verdict().is_none() {
             self.on(Event::Stopped(reason));
@@ -97,15 +97,15 @@ impl<'a> CouplerSide<'a> {
             Ok(Some(header)) => {
                 let event = Event::Received(channel, header, into.records());
                 self.action = self.machine.on(event);
-                self.welcome(channel.from());
+                self.report_hello(channel.from());
             }
             Err(error) => self.on(Event::Broken(error)),
         }
         true
     }
 
-    /// Tells the run of a hello that it has not heard of.
-    fn welcome(&mut self, party: Party) {
+    /// Reports a new Hello to the run.
+    fn report_hello(&mut self, party: Party) {
         if let Some(hello) = self.machine.hello(party)
             && !self.joined.contains(&party)
         {
@@ -114,7 +114,7 @@ impl<'a> CouplerSide<'a> {
         }
     }
 
-    /// Takes a notice that nobody waits for; whether there was one.
+    /// Takes a notice that is not awaited; returns whether there was one.
     fn take_notice(&mut self, transport: &mut dyn Transport) -> bool {
         let mut notices = self.machine.notices();
         let both = [notices.next(), notices.next()];
@@ -169,7 +169,7 @@ impl Turns for CouplerSide<'_> {
             self.on(Event::Stopped(reason));
             return true;
         }
-        // Last words before the end of a process: whoever has gone may have said why.
+        // A notice is looked for before the end of a process: a solver that has ended may have said why.
         if self.take_notice(transport) {
             return true;
         }

@@ -15,7 +15,7 @@ use crate::solver::{DemSolver, MpmSolver};
 use crate::transport::domain::Domain;
 use crate::transport::iceoryx::Medium;
 
-/// The session has failed; the coupler knows why.
+/// Exit status if the session has failed; the coupler reports why.
 const FAILED: u8 = 3;
 
 /// Joins the run that the arguments name (`--join RUN`) as the continuum.
@@ -36,7 +36,7 @@ pub fn serve_dem<D: DemSolver>(mut solver: D) -> ExitCode {
 pub fn join(id: &str, serve: impl FnOnce(&Domain) -> Result<(), SessionError>) -> ExitCode {
     join_as(id, false, |domain| match serve(domain) {
         Ok(()) => 0,
-        // The coupler has been told and tells the user.
+        // The coupler has received the error and reports it to the user.
         Err(error) => {
             tracing::debug!("{error}");
             FAILED
@@ -44,7 +44,7 @@ pub fn join(id: &str, serve: impl FnOnce(&Domain) -> Result<(), SessionError>) -
     })
 }
 
-/// The same for one that knows its exit status, and may end on Ctrl-C (X-5 says that it shall not).
+/// The same for a solver that chooses its exit status, and may end on Ctrl-C, which X-5 forbids.
 pub fn join_as(id: &str, ends_on_interrupt: bool, serve: impl FnOnce(&Domain) -> u8) -> ExitCode {
     let answer = if ends_on_interrupt {
         end_on_interrupt()
@@ -63,12 +63,13 @@ pub fn join_as(id: &str, ends_on_interrupt: bool, serve: impl FnOnce(&Domain) ->
     }
 }
 
-/// Clause X-5. The terminal's Ctrl-C does not reach a process group of its own, but `kill -INT` and some queues do.
+/// Clause X-5. Ctrl-C at the terminal does not reach another process group, but `kill -INT` and some queues do.
 fn leave_interrupts_to_the_coupler() -> io::Result<()> {
     signal_hook::flag::register(signal_hook::consts::SIGINT, Arc::default()).map(|_| ())
 }
 
-/// The opposite. It has to be said: a program that a shell started in the background inherits that SIGINT is ignored.
+/// Lets an interrupt end the process. This must be set, because a program that a shell starts in the background
+/// inherits that SIGINT is ignored.
 fn end_on_interrupt() -> io::Result<()> {
     use signal_hook::{consts::SIGINT, flag::register_conditional_shutdown};
     register_conditional_shutdown(SIGINT, 130, Arc::new(true.into())).map(|_| ())
@@ -90,18 +91,18 @@ fn with_run(
     }
 }
 
-/// In the environment of a solver: the party that it is started as (O-1).
+/// Environment variable of a solver that names the party as which it is started (O-1).
 const STARTED_AS: &str = "TANDEM_PARTY";
 
-/// The party that the coupler has started this process as, if it says so (O-1).
+/// The party as which the coupler started this process, if it says so (O-1).
 pub(crate) fn started_as() -> Option<Party> {
     let name = std::env::var(STARTED_AS).ok()?;
     let solvers = [Party::Mpm, Party::Dem];
     solvers.into_iter().find(|party| party.name() == name)
 }
 
-/// Starts `command --join RUN` as the solver `party`, as O-1 says: standard input closed, in a process group of its own,
-/// so that Ctrl-C at the terminal reaches the coupler alone.
+/// Starts `command --join RUN` as the solver `party` (O-1): with closed standard input and in its own process group, so
+/// that Ctrl-C at the terminal reaches only the coupler.
 ///
 /// # Errors
 /// Why it cannot be started.
@@ -129,7 +130,7 @@ pub fn start(
     Ok(child)
 }
 
-/// Kills a solver and whatever it has started: it leads a process group of its own.
+/// Kills a solver and every process that it has started, which are in its process group.
 pub fn kill(child: &mut Child) {
     let group = i32::try_from(child.id()).ok().and_then(Pid::from_raw);
     let ended = group.map(|group| kill_process_group(group, Signal::KILL));

@@ -19,21 +19,21 @@ use crate::transport::Transport;
 use crate::transport::domain::Domain;
 use crate::transport::iceoryx::{self, Medium, SEND_TIMEOUT};
 
-/// A bell may be left out if the other solver polls, and has not had its last message out for longer than this (clause
-/// B-4): less than [`crate::transport::wait::POLL`], for which it looks before it sleeps.
+/// Time within which a bell may be left out (clause B-4): the other solver polls, and its last message had not arrived
+/// this long ago. It is less than [`crate::transport::wait::POLL`], the time for which it looks before it sleeps.
 const BELL: Duration = Duration::from_micros(40);
 
-/// Longest that a solver on the wrong side waits for the coupler to end the session.
+/// Longest wait of a solver on the wrong side for the end of the session.
 const GRACE: Duration = Duration::from_secs(2);
 
-/// The owner of the CPU time in a report.
+/// Whose CPU time a report has.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Clocked {
-    /// The process is the solver's alone.
+    /// The process: it runs only the solver.
     Process,
-    /// The thread is.
+    /// The thread: it runs only the solver.
     Thread,
-    /// All parties share a thread: who lets them take turns books their time.
+    /// Nobody's: all parties share a thread, and the caller that lets them take turns measures their time.
     Shared,
 }
 
@@ -92,7 +92,7 @@ fn serve<P: Perform>(
     side.take_verdict()
 }
 
-/// Says Hello where the coupler listens for another party than this one is, and lives until that has been heard (O-1,
+/// Sends Hello on the channel on which the coupler expects another party, and waits until the session has ended (O-1,
 /// D-2).
 fn say_on_the_wrong_side(domain: &Domain, expected: Party, hello: Hello) -> SessionError {
     let own = hello.party;
@@ -125,34 +125,34 @@ pub struct Side<P: Perform> {
     inbox: Inbox,
     watch: Stopwatch,
     clocked: Clocked,
-    /// When the other solver's last message had not come yet; nothing if that is not known, or the other one sleeps
-    /// without polling, or the bell has been dealt with.
+    /// When the last message of the other solver had not arrived yet. `None` if that is not known, if the other solver
+    /// does not poll, or if the bell has been dealt with.
     looked: Option<Instant>,
 }
 
-/// What a solver can do whose waits are those of [`drive`].
+/// Adds the capability to poll, which every solver has whose waits are those of [`drive`].
 fn polling(mut capabilities: Capabilities) -> Capabilities {
     capabilities.0.insert(0, POLLS.into());
     capabilities
 }
 
-/// A machine and the solver that does what it asks for.
+/// A machine and the solver that does its tasks.
 pub trait Perform {
     /// The machine.
     type Machine: Machine;
     /// The machine.
     fn machine(&mut self) -> &mut Self::Machine;
-    /// Has the solver do a task with what has come, tells the machine, and sends what the solver has given if the
+    /// Lets the solver do a task with the messages received, passes the result to the machine, and sends it if the
     /// machine says so.
     fn perform(&mut self, task: Task, outbox: &mut Outbox<'_>) -> Action;
 }
 
-/// What a task may use: what has come, and where to send.
+/// What a task may use: the messages received, and the way to send.
 pub struct Outbox<'a> {
     inbox: &'a mut Inbox,
     transport: &'a mut dyn Transport,
     watch: &'a mut Stopwatch,
-    /// As [`Side::looked`].
+    /// See [`Side::looked`].
     looked: &'a mut Option<Instant>,
 }
 
@@ -185,7 +185,8 @@ impl Outbox<'_> {
         }
     }
 
-    /// The solver has given `records`, and the machine has said `action`: sends them if it is about them.
+    /// The solver has given `records`, and the machine has returned `action`. Sends the records if the action is to
+    /// send them.
     fn send(&mut self, machine: &mut impl Machine, action: Action, records: Records<'_>) -> Action {
         match action {
             Action::Send(channel) if channel.kind == records.kind() => {
@@ -201,7 +202,7 @@ impl Outbox<'_> {
     }
 }
 
-/// Sends a message, with its bell unless that is needless.
+/// Sends a message, and rings its bell unless the other solver polls.
 fn sent(
     transport: &mut dyn Transport,
     channel: Channel,
@@ -211,7 +212,8 @@ fn sent(
 ) -> Event<'static> {
     match transport.send(channel, header, records) {
         Ok(()) => {
-            // After the message is there, or it could come when the other one has looked for the last time (B-4).
+            // The time is taken after the message is there. Otherwise the message could arrive after the last look of
+            // the other solver (B-4).
             let polls = looked.is_some_and(|since| since.elapsed() < BELL);
             if channel.rings() && !polls {
                 transport.ring(channel.to());
@@ -255,7 +257,7 @@ impl<P: Perform> Side<P> {
         verdict.unwrap_or_else(|| Err(SessionError::Aborted("the session has not ended".into())))
     }
 
-    /// Books time that somebody else has measured, for a side that is [`Clocked::Shared`].
+    /// Adds computing time that the caller has measured, for a side that is [`Clocked::Shared`].
     pub fn book(&mut self, computed: Duration) {
         self.watch.compute_ns += computed.as_nanos() as u64;
     }
@@ -264,7 +266,7 @@ impl<P: Perform> Side<P> {
         self.action = self.performer.machine().on(event);
     }
 
-    /// Takes the next message of `channel`, if it is there; whether it was.
+    /// Takes the next message of `channel`; returns whether there was one.
     fn take(&mut self, channel: Channel, transport: &mut dyn Transport) -> bool {
         let into = self.inbox.of(channel.kind);
         match transport.receive(channel, into) {
@@ -295,7 +297,8 @@ impl<P: Perform> Side<P> {
                 report.cpu_ns = cpu;
             });
         }
-        // A message without records of a kind that the solver otherwise gives: HALT_BEFORE, WANT_ENVELOPES.
+        // A message without records, on a channel whose records otherwise come from the solver: HALT_BEFORE,
+        // WANT_ENVELOPES.
         let empty = Payload::empty(channel.kind);
         let records = line
             .ready_to_send(channel.kind)
@@ -364,7 +367,7 @@ impl<P: Perform> Turns for Side<P> {
         if transport.coupler_lives() {
             return false;
         }
-        // Last words: it may have said Abort between the two looks.
+        // An Abort may have arrived between the two looks, and it says why.
         if !self.take(orders, transport) {
             self.on(Event::CouplerGone);
         }
@@ -456,7 +459,7 @@ pub struct DemPerformer<'a> {
     machine: Bodies,
     solver: &'a mut dyn DemSolver,
     forces: Vec<ImpForce>,
-    /// Of the first step of the window, where a frame is asked for.
+    /// The contacts in the first step of the window, if a frame is asked for.
     contacts: Vec<ContactState>,
 }
 
@@ -504,7 +507,7 @@ impl Perform for DemPerformer<'_> {
                 Done::SetTaken
             }
             Task::Contact => {
-                // Forces never accumulate from one step to the next (F-8).
+                // Forces must not accumulate from one step to the next (F-8).
                 let forces = &mut self.forces;
                 forces.clear();
                 forces.resize(machine.imps(), ImpForce::default());

@@ -14,7 +14,7 @@ pub(crate) enum Activity {
 
 #[derive(Debug)]
 pub(crate) struct Stopwatch {
-    /// When the present lap began; nothing where somebody else measures.
+    /// When the present lap began; `None` if somebody else measures.
     mark: Option<Instant>,
     pub(crate) compute_ns: u64,
     pub(crate) exchange_ns: u64,
@@ -22,7 +22,7 @@ pub(crate) struct Stopwatch {
 }
 
 impl Stopwatch {
-    /// Starts; it runs if it is to measure by itself.
+    /// Starts. With `runs` it measures by itself.
     pub(crate) fn start(runs: bool) -> Self {
         Self {
             mark: runs.then(Instant::now),
@@ -37,7 +37,7 @@ impl Stopwatch {
         self.mark
     }
 
-    /// Books the time since the last lap on `activity`.
+    /// Adds the time since the last lap to `activity`.
     pub(crate) fn lap(&mut self, activity: Activity) {
         let Some(mark) = &mut self.mark else {
             return;
@@ -53,13 +53,13 @@ impl Stopwatch {
     }
 }
 
-/// CPU time of the calling thread: the coupler is one.
+/// CPU time of the calling thread, which is the coupler's.
 pub fn cpu_time() -> std::time::Duration {
     std::time::Duration::from_nanos(cpu_ns(false))
 }
 
-/// CPU time in ns that this party has used: its process's, or its thread's (then the threads of a solver's pool are not
-/// counted).
+/// CPU time in ns of this party: that of its process, or that of its thread, which leaves out the threads of a solver's
+/// pool.
 pub(crate) fn cpu_ns(whole_process: bool) -> u64 {
     let clock = if whole_process {
         ClockId::ProcessCPUTime

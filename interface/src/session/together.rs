@@ -1,4 +1,4 @@
-//! All parties of a session in one thread: they take turns, and messages change hands ([`crate::transport::direct`]).
+//! All parties of a session in one thread: they take turns, and messages are swapped ([`crate::transport::direct`]).
 
 use std::time::{Duration, Instant};
 
@@ -28,7 +28,7 @@ impl Together<'_, '_> {
         loop {
             let [coupler, mpm, dem] = &mut self.transports;
             let mut round = Round::default();
-            // While the solvers wait for one another there is nothing for the coupler.
+            // While the solvers wait for one another, the coupler has nothing to do.
             if asked {
                 watch.close(&mut self.mpm, &mut self.dem);
                 let took = round.add(turns(&mut *self.coupler, &mut **coupler));
@@ -47,7 +47,7 @@ impl Together<'_, '_> {
             if asked && round.ended {
                 return;
             }
-            // Nobody has anything to do: what nobody waits for, then the end of the waits.
+            // If no party has anything to do, look for messages that no party waits for, and then end the waits.
             still = if round.went || !asked { 0 } else { still + 1 };
             asked = round.asks || !round.went;
             if still > 0 {
@@ -66,7 +66,7 @@ impl Together<'_, '_> {
             up |= side.look_up(&mut **dem);
         }
         if expire && !up {
-            // In one thread nothing can still come: whoever waits would wait for ever.
+            // In one thread nothing can arrive any more, so a wait would never end.
             self.coupler.expire(Duration::ZERO);
             if let Some(side) = &mut self.mpm {
                 side.expire(Duration::ZERO);
@@ -84,7 +84,7 @@ struct Took {
     end: Turn,
 }
 
-/// Turns until there is nothing to do.
+/// Gives turns to a party until it has nothing to do.
 fn turns(party: &mut impl Turns, transport: &mut dyn Transport) -> Took {
     let mut went = false;
     loop {
@@ -95,11 +95,11 @@ fn turns(party: &mut impl Turns, transport: &mut dyn Transport) -> Took {
     }
 }
 
-/// What came of a round of turns.
+/// The result of a round of turns.
 struct Round {
     went: bool,
     ended: bool,
-    /// Somebody waits for the coupler, or has ended.
+    /// A party waits for the coupler, or has ended.
     asks: bool,
 }
 
@@ -127,21 +127,21 @@ impl Round {
     }
 }
 
-/// Two looks at the clock are a large part of a round that takes less than this.
+/// Reading the clock twice takes a large part of a round that is shorter than this.
 const SHORT: Duration = Duration::from_micros(2);
-/// So many short rounds are timed together.
+/// Number of short rounds that are timed together.
 const TOGETHER: u32 = 15;
 
-/// Whose time passes: the clock divides a round between the solvers. Short rounds that follow one another are timed together,
-/// and divided in proportion to the last one that was divided.
+/// Divides the time of a round between the solvers. Short rounds that follow one another are timed together, and their
+/// time is divided in the proportion of the last round that was timed by itself.
 struct Watch {
-    /// All is booked up to then.
+    /// Time up to which everything has been divided.
     mark: Instant,
-    /// Of the last round that was divided: the continuum's part and that of the bodies.
+    /// The parts of the continuum and of the bodies in the last round that was timed by itself.
     parts: [Duration; 2],
-    /// Rounds since the mark that are not divided.
+    /// Number of rounds since `mark` that have not been divided.
     rounds: u32,
-    /// Whether the present round is divided.
+    /// Whether the present round is timed by itself.
     divides: bool,
 }
 
@@ -155,8 +155,8 @@ impl Watch {
         }
     }
 
-    /// The coupler has had its turn: if it did anything, that time is nobody's. In the round that follows a solver may do more
-    /// than in others.
+    /// The coupler has had its turns. If it did anything, its time counts for no solver. The next round is timed by
+    /// itself, since a solver may do more in it than in others.
     fn led(&mut self, went: bool) {
         if went {
             self.lap();
@@ -184,7 +184,7 @@ impl Watch {
         }
     }
 
-    /// Books the rounds that are not divided.
+    /// Adds the time of the rounds that are not divided.
     fn close(&mut self, mpm: &mut Option<&mut MpmSide>, dem: &mut Option<&mut DemSide>) {
         if core::mem::take(&mut self.rounds) == 0 {
             return;

@@ -7,12 +7,12 @@ use crate::message::Payload;
 use crate::transport::Transport;
 use crate::transport::wait::{NAP, POLL};
 
-/// What came of a turn.
+/// The result of a turn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Turn {
-    /// Something was done; there is more.
+    /// Something was done, and there may be more to do.
     Went,
-    /// There is nothing to do until something comes.
+    /// There is nothing to do until a message arrives.
     Waits(Wait),
     /// The session of this party is over.
     Ended,
@@ -20,13 +20,14 @@ pub enum Turn {
 
 /// A party that takes turns.
 pub trait Turns {
-    /// Does one thing, or looks once for what it waits for.
+    /// Does one thing, or looks once for the message that it waits for.
     fn turn(&mut self, transport: &mut dyn Transport) -> Turn;
 
-    /// Looks, during a long wait, for what nobody waits for: an abort, a death. Whether there was something.
+    /// Looks during a long wait for what nobody waits for: an abort, or the end of a process. Returns whether there was
+    /// something.
     fn look_up(&mut self, transport: &mut dyn Transport) -> bool;
 
-    /// The time of the present wait is over.
+    /// The deadline of the present wait is over.
     fn expire(&mut self, waited: Duration);
 }
 
@@ -46,7 +47,7 @@ fn block(party: &mut dyn Turns, transport: &mut dyn Transport, wait: &Wait) {
     let mut silence = Silence::begin();
     loop {
         let window = Instant::now();
-        // The last look is one after the whole of it: B-4 rests on that.
+        // The last look comes after the whole time; clause B-4 relies on this.
         loop {
             std::thread::yield_now();
             let looks = window.elapsed();
@@ -68,20 +69,21 @@ fn block(party: &mut dyn Turns, transport: &mut dyn Transport, wait: &Wait) {
     }
 }
 
-/// For how long a party has been silent that could have spoken (clause S-11): time in which this process or another one of
-/// the run was stopped, frozen or blocked is not counted.
+/// How long a party has been silent that could have sent something (clause S-11). Time in which this process or another
+/// one of the run was stopped, frozen or blocked does not count.
 struct Silence {
-    /// Up to the last look at the others.
+    /// Silence up to the last test whether the others run.
     counted: Duration,
-    /// Since then.
+    /// Silence since then.
     since: Duration,
     mark: Instant,
 }
 
 impl Silence {
-    /// Longest time between two rounds of a wait that is counted. A round is a nap; who comes back later was held itself.
+    /// Longest time between two rounds of a wait that counts. A round is a short sleep, so a process that returns later
+    /// was itself held up.
     const ROUND: Duration = Duration::from_millis(100);
-    /// After so much silence it is looked whether the others run.
+    /// Silence after which the wait tests whether the others run.
     const LOOK: Duration = Duration::from_millis(50);
 
     fn begin() -> Self {
@@ -92,7 +94,7 @@ impl Silence {
         }
     }
 
-    /// The silence so far; `held` looks whether another party is held.
+    /// The silence so far; `held` tests whether another party is held up.
     fn so_far(&mut self, at_most: Duration, held: impl FnOnce() -> bool) -> Duration {
         let now = Instant::now();
         self.since += (now - self.mark).min(Self::ROUND);
@@ -107,7 +109,7 @@ impl Silence {
     }
 }
 
-/// Where messages are copied to: one buffer for each kind, so that memory is used again.
+/// Buffers for received messages, one for each kind, so that memory is reused.
 pub(crate) struct Inbox([Payload; crate::message::Kind::ALL.len()]);
 
 impl Inbox {

@@ -1,4 +1,4 @@
-//! Parties that take turns in one thread: a message is a vector that changes hands, a bell is nothing.
+//! Parties that take turns in one thread. A message is a vector that is swapped, and a bell does nothing.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -9,11 +9,11 @@ use crate::message::control::Party;
 use crate::message::wire::StepHeader;
 use crate::message::{CHANNELS, Channel, Payload, Records};
 
-/// The messages of a channel, in a ring of places that are used again with their memory.
+/// The messages of a channel, in a ring buffer whose memory is reused.
 #[derive(Debug, Default)]
 struct Queue {
     places: Vec<(StepHeader, Payload)>,
-    /// Place of the oldest message, and how many wait.
+    /// Index of the oldest message, and number of messages.
     first: usize,
     waiting: usize,
 }
@@ -35,7 +35,7 @@ impl Queue {
         self.waiting += 1;
     }
 
-    /// The oldest message goes to `into`, whose memory stays in its place.
+    /// Swaps the oldest message with `into`, whose memory is reused.
     fn pop(&mut self, into: &mut Payload) -> Option<StepHeader> {
         if self.waiting == 0 {
             return None;
@@ -50,24 +50,24 @@ impl Queue {
     }
 }
 
-/// What is on its way between the parties of one thread.
+/// The messages that have been sent and not received in one thread.
 #[derive(Debug, Default)]
-struct Hub {
+struct Queues {
     queues: [Queue; CHANNELS],
     coupler_gone: bool,
 }
 
-/// One party's ends within the thread.
+/// One party's ends of the channels in one thread.
 #[derive(Debug, Clone, Default)]
-pub struct Direct(Rc<RefCell<Hub>>);
+pub struct Direct(Rc<RefCell<Queues>>);
 
 impl Direct {
-    /// The ends of all parties: clones of one another.
+    /// The ends of all parties are clones of one another.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// To the others the coupler is gone from now on.
+    /// From now on the coupler counts as gone for the others.
     pub fn release(&self) {
         self.0.borrow_mut().coupler_gone = true;
     }
@@ -88,8 +88,8 @@ impl Transport for Direct {
         header: &StepHeader,
         records: Records<'_>,
     ) -> Result<(), TransportError> {
-        let hub = &mut *self.0.borrow_mut();
-        hub.queues[channel.number()].push(header, records);
+        let shared = &mut *self.0.borrow_mut();
+        shared.queues[channel.number()].push(header, records);
         Ok(())
     }
 
@@ -98,8 +98,8 @@ impl Transport for Direct {
         channel: Channel,
         into: &mut Payload,
     ) -> Result<Option<StepHeader>, TransportError> {
-        let hub = &mut *self.0.borrow_mut();
-        Ok(hub.queues[channel.number()].pop(into))
+        let shared = &mut *self.0.borrow_mut();
+        Ok(shared.queues[channel.number()].pop(into))
     }
 
     fn ring(&mut self, _: Party) {}

@@ -1,14 +1,16 @@
-//! The domain of a run: a directory and a name prefix that no other run shares, and their removal.
+//! The domain of a run: a directory and a name prefix that no other run shares.
 //!
 //! Two runs, of one user or of two, cannot interfere, because iceoryx2 only sees names below its root path and with its
 //! prefix. The coupler holds a file lock in the directory for as long as it lives. A process that can take that lock
-//! knows that the coupler is gone, and the next run (or `tandem clean`) removes the files of a killed one.
+//! knows that the coupler is gone, and the next run (or `tandem clean`) removes the files of a killed one
+//! ([`crate::transport::remains`]).
 
 use std::fs::{self, DirBuilder, File, OpenOptions, Permissions, TryLockError};
 use std::io;
-use std::os::unix::fs::{DirBuilderExt, MetadataExt, OpenOptionsExt, PermissionsExt};
+use std::os::unix::fs::{DirBuilderExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
 use iceoryx2::prelude::{Config, FileName, SemanticString};
 use rustix::fs::OFlags;
@@ -16,18 +18,16 @@ use thiserror::Error;
 
 use crate::message::control::Party;
 use crate::transport::liveness::{Hold, hold_of};
+use crate::transport::names::{
+    JOINED_PREFIX, LOCK, PROCESS_PREFIX, WAITS_FOR_DISK, draft_of, fresh_id, root_of, segments_of,
+    shared_memory_prefix,
+};
+use crate::transport::remains::remove;
 
-/// Where the directories of runs are, if it is set: for tests, and for machines on which `/dev/shm` cannot hold sockets.
-pub const RUNTIME_DIR: &str = "TANDEM_RUNTIME_DIR";
-const DIRECTORY_PREFIX: &str = "tandem-";
-const SHARED_MEMORY: &str = "/dev/shm";
-const LOCK: &str = "lock";
-/// What the file is called before the party's name that has the party's process.
-const PROCESS_PREFIX: &str = "pid-";
 /// What group and others may do with a file.
 const OTHERS: u32 = 0o7077;
-/// There while the coupler waits for its disk (clause O-7).
-const WAITS_FOR_DISK: &str = "waits-coupler";
+/// How long a run that ends waits for solvers to close their ports.
+const CLOSING: Duration = Duration::from_secs(1);
 
 /// Creating or joining a run's corner failed.
 #[derive(Debug, Error)]
@@ -35,6 +35,14 @@ pub enum DomainError {
     /// The directory or its lock cannot be made.
     #[error("cannot create the run's directory {path}: {source}")]
     Create {
+        /// Where.
+        path: PathBuf,
+        /// Why.
+        source: io::Error,
+    },
+    /// The file cannot be made by which a solver notes that it takes part.
+    #[error("cannot note in {path} that this process takes part in the run: {source}")]
+    Join {
         /// Where.
         path: PathBuf,
         /// Why.
@@ -75,6 +83,41 @@ impl Domain {
             }),
             _ => Err(DomainError::NoSuchRun(id.into())),
         }
+    }
+
+    /// Notes that this process takes part in the run (clause O-8), before it makes anything in shared memory: whoever
+    /// removes a dead run keeps its directory until this is dropped, and so finds what this process makes meanwhile.
+    ///
+    /// # Errors
+    /// [`DomainError::NoSuchRun`] when the run is over; [`DomainError::Join`].
+    pub(crate) fn take_part(&self) -> Result<Part, DomainError> {
+        let over = || DomainError::NoSuchRun(self.id.clone());
+        let name = format!("{JOINED_PREFIX}{}", std::process::id());
+        let (lock, path) = loop {
+            let path = self.root.join(format!("{name}.{}", fresh_id()));
+            let file = OpenOptions::new()
+                .create_new(true)
+                .write(true)
+                .mode(0o600)
+                .open(&path);
+            match file {
+                Ok(file) => break (file, path),
+                Err(e) if e.kind() == io::ErrorKind::NotFound => return Err(over()),
+                Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
+                Err(source) => return Err(DomainError::Join { path, source }),
+            }
+        };
+        match lock.try_lock() {
+            Ok(()) => {}
+            // Somebody looks whether this process takes part, which is done only while a run is removed.
+            Err(TryLockError::WouldBlock) => return Err(over()),
+            Err(TryLockError::Error(source)) => return Err(DomainError::Join { path, source }),
+        }
+        // In this order: who removes the run takes this lock away first and then looks for those that take part.
+        if !self.root.join(LOCK).exists() {
+            return Err(over());
+        }
+        Ok(Part { _lock: lock })
     }
 
     /// The run's segments in shared memory that are there now.
@@ -192,6 +235,12 @@ impl Domain {
     }
 }
 
+/// That a process takes part in a run; to be dropped after its ports.
+#[derive(Debug)]
+pub(crate) struct Part {
+    _lock: File,
+}
+
 /// While it is there, the coupler waits for its disk.
 #[derive(Debug)]
 pub struct WaitsForDisk(PathBuf);
@@ -271,67 +320,8 @@ impl OwnedDomain {
 
 impl Drop for OwnedDomain {
     fn drop(&mut self) {
-        remove(&self.domain.id);
+        remove(&self.domain.id, CLOSING);
     }
-}
-
-/// Removes what dead runs of this user left behind; returns their ids.
-pub fn sweep() -> Vec<String> {
-    let Ok(entries) = fs::read_dir(runtime_dir()) else {
-        return Vec::new();
-    };
-    let me = owner_of(Path::new("/proc/self/."));
-    let mut swept = Vec::new();
-    for entry in entries.flatten() {
-        let name = entry.file_name();
-        let Some(id) = name.to_str().and_then(|n| n.strip_prefix(DIRECTORY_PREFIX)) else {
-            continue;
-        };
-        // Other things may be called `tandem-...` too: only what a run can have made is removed.
-        if owner_of(&entry.path()) != me {
-            continue;
-        }
-        if let Some(pid) = maker_of_draft(id) {
-            if !Path::new("/proc").join(pid).exists() {
-                let _ = fs::remove_dir_all(entry.path());
-            }
-            continue;
-        }
-        if !is_id(id) {
-            continue;
-        }
-        // Held until everything is gone: a run that is just being created does not take what is about to be removed.
-        let lock = File::open(entry.path().join(LOCK));
-        let dead = match &lock {
-            Ok(lock) => lock.try_lock().is_ok(),
-            Err(_) => is_remains(id, &entry.path()),
-        };
-        if dead {
-            remove(id);
-            swept.push(id.to_string());
-        }
-    }
-    swept
-}
-
-/// Whose it is; a link is its own, not that of what it leads to.
-fn owner_of(path: &Path) -> Option<u32> {
-    let found = fs::symlink_metadata(path).ok();
-    found.filter(fs::Metadata::is_dir).map(|m| m.uid())
-}
-
-/// Whether all that is in the directory of the run `id` is what a run puts there: a sweep was killed before its last
-/// step, or a solver that had lost its coupler came to open a channel when the sweep was over.
-fn is_remains(id: &str, root: &Path) -> bool {
-    let prefix = shared_memory_prefix(id);
-    let is_ours = |name: &str| {
-        let made = ["services", "nodes", WAITS_FOR_DISK].contains(&name);
-        made || name.starts_with(PROCESS_PREFIX) || name.starts_with(&prefix)
-    };
-    fs::read_dir(root).is_ok_and(|inside| {
-        let mut names = inside.flatten().map(|entry| entry.file_name());
-        names.all(|name| name.to_str().is_some_and(is_ours))
-    })
 }
 
 /// A new lock, held.
@@ -345,107 +335,10 @@ fn lock_in(directory: &Path) -> io::Result<File> {
     Ok(lock)
 }
 
-/// Whether [`fresh_id`] can have made it.
-fn is_id(id: &str) -> bool {
-    id.len() == 8 && id.bytes().all(|b| b.is_ascii_hexdigit())
-}
-
-/// Removes the run's shared-memory segments and its directory, the lock last: who is killed in between leaves what the
-/// next sweep finds. Errors are left for it to meet too.
-fn remove(id: &str) {
-    for segment in segments_of(id) {
-        let _ = fs::remove_file(segment);
-    }
-    let root = root_of(id);
-    for entry in fs::read_dir(&root).into_iter().flatten().flatten() {
-        if entry.file_name() == LOCK {
-            continue;
-        }
-        let _ = if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
-            fs::remove_dir_all(entry.path())
-        } else {
-            fs::remove_file(entry.path())
-        };
-    }
-    let _ = fs::remove_file(root.join(LOCK));
-    let _ = fs::remove_dir(&root);
-}
-
-/// Where the directories of runs are: beside the shared memory of their channels. There a file costs no disk, the path is
-/// short enough for a socket, and what is left over is found wherever `TMPDIR` points to.
-fn runtime_dir() -> PathBuf {
-    match std::env::var_os(RUNTIME_DIR) {
-        Some(dir) if !dir.is_empty() => dir.into(),
-        _ => SHARED_MEMORY.into(),
-    }
-}
-
-fn root_of(id: &str) -> PathBuf {
-    runtime_dir().join(format!("{DIRECTORY_PREFIX}{id}"))
-}
-
-/// The segments of a run in shared memory.
-fn segments_of(id: &str) -> impl Iterator<Item = PathBuf> {
-    let prefix = shared_memory_prefix(id);
-    let entries = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
-    let ours =
-        entries.filter(move |entry| entry.file_name().to_string_lossy().starts_with(&prefix));
-    ours.map(|entry| entry.path())
-}
-
-fn shared_memory_prefix(id: &str) -> String {
-    format!("tandem_{id}_")
-}
-
-/// Where the process `pid` makes the directory of the run `id`.
-fn draft_of(id: &str, pid: u32) -> PathBuf {
-    runtime_dir().join(format!("{DIRECTORY_PREFIX}{id}.{pid}"))
-}
-
-/// The process that makes a run's directory in a draft, from what its name has after the prefix.
-fn maker_of_draft(name: &str) -> Option<&str> {
-    let (id, pid) = name.split_once('.')?;
-    let is_pid = !pid.is_empty() && pid.bytes().all(|b| b.is_ascii_digit());
-    (is_id(id) && is_pid).then_some(pid)
-}
-
-fn fresh_id() -> String {
-    use std::hash::{BuildHasher, Hasher};
-    // Seeded by the system's randomness; short, since socket paths are limited to 108 bytes.
-    let mut hasher = std::hash::RandomState::new().build_hasher();
-    hasher.write_u32(std::process::id());
-    format!("{:08x}", hasher.finish() & 0xffff_ffff)
-}
-
 #[cfg(test)]
 mod tests {
-    use std::sync::{Mutex, MutexGuard, PoisonError};
-    use std::time::{Duration, Instant};
-
     use super::*;
-
-    /// Held by each test that sweeps, so that no other one sweeps what it has half made.
-    fn alone() -> MutexGuard<'static, ()> {
-        static SWEEPING: Mutex<()> = Mutex::new(());
-        SWEEPING.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    #[test]
-    fn a_live_run_is_joined_and_survives_a_sweep_and_a_dropped_one_is_gone() {
-        let _alone = alone();
-        let owned = OwnedDomain::create().unwrap();
-        let id = owned.domain().id().to_string();
-        let joined = Domain::join(&id).unwrap();
-        assert!(joined.coupler_lives());
-        assert!(!sweep().contains(&id));
-        assert!(root_of(&id).is_dir());
-        owned.release();
-        assert!(!joined.coupler_lives());
-        drop(owned);
-        assert!(!root_of(&id).exists());
-        assert!(!joined.coupler_lives());
-        assert!(matches!(Domain::join(&id), Err(DomainError::NoSuchRun(_))));
-    }
+    use crate::transport::names::{SHARED_MEMORY, shared_memory_prefix};
 
     /// D3: systemd removes what a user has in shared memory when the user logs out.
     #[test]
@@ -468,24 +361,6 @@ mod tests {
         assert!(!joined.coupler_lives());
     }
 
-    /// D1: what a coupler left that was killed while it created its run stayed for ten seconds, or for ever.
-    #[test]
-    fn what_a_coupler_left_that_was_killed_while_it_began_is_swept_at_once() {
-        let _alone = alone();
-        let mut over = std::process::Command::new("true").spawn().unwrap();
-        over.wait().unwrap();
-        let (id, mine) = (fresh_id(), draft_of(&fresh_id(), std::process::id()));
-        let drafts = [draft_of(&id, over.id()), draft_of(&fresh_id(), over.id())];
-        for draft in drafts.iter().chain([&mine]) {
-            fs::create_dir(draft).unwrap();
-        }
-        File::create(drafts[0].join(LOCK)).unwrap();
-        sweep();
-        assert!(!drafts.iter().any(|draft| draft.exists()));
-        assert!(mine.is_dir(), "its process is still at it");
-        fs::remove_dir(mine).unwrap();
-    }
-
     #[test]
     fn a_coupler_that_waits_for_its_disk_is_held_until_it_goes_on() {
         let owned = OwnedDomain::create().unwrap();
@@ -496,93 +371,6 @@ mod tests {
         assert_eq!(owned.domain().held(Party::Coupler), None);
         drop(waits);
         assert_eq!(held(), None);
-    }
-
-    #[test]
-    fn what_a_killed_coupler_left_is_swept() {
-        let _alone = alone();
-        let id = fresh_id();
-        let segment = Path::new(SHARED_MEMORY).join(format!("{}x", shared_memory_prefix(&id)));
-        fs::write(&segment, b"x").unwrap();
-        fs::create_dir(root_of(&id)).unwrap();
-        File::create(root_of(&id).join(LOCK)).unwrap();
-        // Another test's sweep may be the one that finds it, and be at it.
-        let start = Instant::now();
-        while root_of(&id).exists() && start.elapsed() < Duration::from_secs(10) {
-            sweep();
-        }
-        assert!(!root_of(&id).exists());
-        assert!(!segment.exists());
-    }
-
-    /// D1: a sweep let go of the lock before it removed, so a run that began meanwhile lost its directory.
-    #[test]
-    fn runs_begin_while_others_sweep() {
-        let _alone = alone();
-        let over = std::sync::atomic::AtomicBool::new(false);
-        let relaxed = std::sync::atomic::Ordering::Relaxed;
-        std::thread::scope(|scope| {
-            let sweeps = scope.spawn(|| {
-                while !over.load(relaxed) {
-                    sweep();
-                }
-            });
-            let lives = |_| {
-                let owned = OwnedDomain::create().unwrap();
-                let joined = Domain::join(owned.domain().id());
-                joined.is_ok_and(|run| run.coupler_lives())
-            };
-            let lost = (0..2000).map(lives).filter(|lives| !lives).count();
-            over.store(true, relaxed);
-            assert_eq!(lost, 0);
-            sweeps.join().unwrap();
-        });
-    }
-
-    #[test]
-    fn a_link_is_not_followed_to_a_run_of_somebody() {
-        let _alone = alone();
-        let owned = OwnedDomain::create().unwrap();
-        let id = fresh_id();
-        let planted = root_of(&id);
-        // A live run of the planted name: its segments went with the link.
-        let segment = Path::new(SHARED_MEMORY).join(format!("{}x", shared_memory_prefix(&id)));
-        fs::write(&segment, b"x").unwrap();
-        std::os::unix::fs::symlink(root_of(owned.domain().id()), &planted).unwrap();
-        owned.release();
-        sweep();
-        assert!(segment.exists(), "a segment behind a link was removed");
-        fs::remove_file(&segment).unwrap();
-        assert!(
-            fs::symlink_metadata(&planted).is_ok(),
-            "the link is not ours"
-        );
-        fs::remove_file(&planted).unwrap();
-    }
-
-    #[test]
-    fn what_no_run_has_made_is_not_swept() {
-        let _alone = alone();
-        // Somebody's directory that begins as ours do, and one named like a run but with something in it.
-        let [notes, full, empty, late] = [(); 4].map(|()| fresh_id());
-        let notes = format!("notes-{notes}");
-        for id in [&notes, &full, &empty, &late] {
-            fs::create_dir(root_of(id)).unwrap();
-        }
-        // A solver that opened its channels when the sweep had been there.
-        fs::create_dir(root_of(&late).join("services")).unwrap();
-        let event = format!("{}1.event", shared_memory_prefix(&late));
-        fs::write(root_of(&late).join(event), b"x").unwrap();
-        for id in [&notes, &full] {
-            fs::write(root_of(id).join("dear.txt"), b"x").unwrap();
-        }
-        sweep();
-        assert!(root_of(&notes).is_dir() && root_of(&full).is_dir());
-        assert!(!root_of(&empty).exists(), "left by a sweep that was killed");
-        assert!(!root_of(&late).exists(), "made after a sweep");
-        for id in [&notes, &full] {
-            fs::remove_dir_all(root_of(id)).unwrap();
-        }
     }
 
     #[test]

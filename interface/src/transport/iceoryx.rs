@@ -27,7 +27,7 @@ use super::{Transport, TransportError};
 use crate::message::control::Party;
 use crate::message::wire::{Record, StepHeader, layout_hash};
 use crate::message::{CHANNELS, Channel, Kind, Payload, Records, each_kind};
-use crate::transport::domain::Domain;
+use crate::transport::domain::{Domain, Part};
 use crate::transport::liveness::Hold;
 
 /// Over what the parties talk.
@@ -443,12 +443,17 @@ struct Ends<S: Service> {
     receivers: [Option<Box<dyn Receiver>>; CHANNELS],
     notifiers: Vec<(Party, Notifier<S>)>,
     listeners: Vec<(Party, Listener<S>)>,
-    // Last: the node outlives its ports.
+    // The node outlives its ports.
     node: Node<S>,
+    // Last: after it this process makes nothing more in shared memory.
+    _part: Option<Part>,
 }
 
 impl<S: Service + 'static> Ends<S> {
     fn new(domain: &Domain, party: Party, send_timeout: Duration) -> Result<Self, TransportError> {
+        // The coupler removes the run itself.
+        let part = (party != Party::Coupler).then(|| domain.take_part());
+        let part = part.transpose()?;
         Ok(Self {
             party,
             domain: domain.clone(),
@@ -458,6 +463,7 @@ impl<S: Service + 'static> Ends<S> {
             notifiers: Vec::new(),
             listeners: Vec::new(),
             node: node::<S>(domain, party)?,
+            _part: part,
         })
     }
 

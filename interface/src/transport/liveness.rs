@@ -5,7 +5,7 @@ use std::fmt::{self, Display};
 use std::fs;
 use std::path::Path;
 
-/// Why a process that lives does not run.
+/// Why a process that is alive does not run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Hold {
     /// A signal (Ctrl-Z, SIGSTOP) or a debugger has stopped it.
@@ -14,7 +14,7 @@ pub enum Hold {
     Blocked,
     /// Its control group is frozen: a container that is paused.
     Frozen,
-    /// It waits until a disk has taken what it writes, as it has noted (clause O-7).
+    /// It waits until a disk has taken what it writes, and has said so (clause O-7).
     WaitsForDisk,
 }
 
@@ -39,7 +39,8 @@ pub fn hold_of(pid: u32) -> Option<Hold> {
     }
 }
 
-/// The state in a line of `/proc/PID/stat`: the letter behind the name, which may hold anything in its parentheses.
+/// The state in a line of `/proc/PID/stat`: the letter after the name. The name stands in parentheses and may contain
+/// anything.
 fn state(stat: &str) -> Option<char> {
     stat.rsplit_once(')')?.1.trim_start().chars().next()
 }

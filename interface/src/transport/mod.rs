@@ -8,8 +8,10 @@ pub mod direct;
 pub mod domain;
 pub mod iceoryx;
 pub mod liveness;
+mod names;
 pub mod raw;
 pub mod recorded;
+pub mod remains;
 pub mod wait;
 
 use std::time::Duration;
@@ -28,7 +30,7 @@ pub enum TransportError {
     /// The run's names cannot be used.
     #[error(transparent)]
     Domain(#[from] DomainError),
-    /// The transport refused; its own words follow.
+    /// The transport returned an error.
     #[error("channel {channel}: cannot {action}: {reason}")]
     Refused {
         /// Name of the channel.
@@ -63,11 +65,11 @@ pub trait Transport {
     /// [`TransportError`].
     fn open_exchange(&mut self) -> Result<(), TransportError>;
 
-    /// Sends `records` under `header` as it is. What has been sent is there for the receiver at once, and in order
-    /// with all that this party has sent to the same receiver before.
+    /// Sends `records` under `header`, which is not changed. The receiver can take the message at once, and in order
+    /// with everything that this party has sent to it before.
     ///
     /// # Errors
-    /// [`TransportError::Full`] when the receiver takes nothing.
+    /// [`TransportError::Full`] if the receiver takes nothing.
     fn send(
         &mut self,
         channel: Channel,
@@ -75,8 +77,8 @@ pub trait Transport {
         records: Records<'_>,
     ) -> Result<(), TransportError>;
 
-    /// Copies the next message of the channel, if there is one, to `into` and returns its header. A copy, because a peer
-    /// can write to shared memory at any time, and what has been checked must stay what it was (clause C-5).
+    /// Copies the next message of the channel, if there is one, to `into` and returns its header. It must be a copy,
+    /// because a peer can write to shared memory at any time, and what has been checked must not change (clause C-5).
     ///
     /// # Errors
     /// [`TransportError`].
@@ -95,8 +97,8 @@ pub trait Transport {
     /// Whether the coupler lives (for a solver; clause O-4).
     fn coupler_lives(&self) -> bool;
 
-    /// Another party of the run that lives and does not run, with why: while there is one, silence does not count (clause
-    /// S-11). In one thread there is none.
+    /// Another party of the run that is alive and does not run, with the reason. While there is one, silence does not
+    /// count (clause S-11). In one thread there is none.
     fn held(&self) -> Option<(Party, Hold)> {
         None
     }

@@ -16,21 +16,22 @@ use crate::transport::domain::{Domain, OwnedDomain};
 pub use crate::transport::iceoryx::Medium;
 use crate::transport::iceoryx::{Created, create, join};
 
-/// Longest wait of a send to a full channel. It is short so that the kit soon sees that a solver takes nothing.
+/// Longest wait of a send to a full channel. It is short, so that the kit soon notices that a solver takes nothing.
 const SEND_TIMEOUT: Duration = Duration::from_secs(1);
 
-/// The other ends of one solver's run: the coupler's and the peer's. Dropping it ends the run as a coupler's death does.
+/// The other ends of one solver's run: the coupler's and the peer's. When it is dropped, the run ends as if the coupler
+/// had died.
 pub struct RawRun {
     solver: Party,
     coupler: RefCell<Box<dyn Transport>>,
     peer: RefCell<Box<dyn Transport>>,
     created: Created,
-    // Last, so that the ports are gone before the directory is.
+    // The last field, so that the ports are dropped before the directory is removed.
     domain: OwnedDomain,
 }
 
 impl RawRun {
-    /// Creates every channel that `solver` may open, those of a coupled run included.
+    /// Creates every channel that `solver` may open, including those of a coupled run.
     ///
     /// # Errors
     /// [`ChannelError`].
@@ -56,12 +57,12 @@ impl RawRun {
         })
     }
 
-    /// The run's names, by which the solver joins.
+    /// The names of the run, with which the solver joins.
     pub fn domain(&self) -> &Domain {
         self.domain.domain()
     }
 
-    /// To the solver the coupler is gone from now on, though the channels are still there.
+    /// From now on the solver sees the coupler as gone, although the channels still exist.
     pub fn release(&self) {
         self.domain.release();
     }
@@ -81,7 +82,7 @@ impl RawRun {
     /// Sends a message as it is, without a bell.
     ///
     /// # Errors
-    /// [`ChannelError::Full`] when the solver takes nothing.
+    /// [`ChannelError::Full`] if the solver takes nothing.
     pub fn send_silently(&self, message: &Message) -> Result<(), ChannelError> {
         let channel = self.channel(message.kind());
         let mut ends = self.ends(channel).borrow_mut();
@@ -91,7 +92,7 @@ impl RawRun {
     /// Sends a message as it is, with the bell of B-2.
     ///
     /// # Errors
-    /// [`ChannelError::Full`] when the solver takes nothing.
+    /// [`ChannelError::Full`] if the solver takes nothing.
     pub fn send(&self, message: &Message) -> Result<(), ChannelError> {
         let channel = self.channel(message.kind());
         let mut ends = self.ends(channel).borrow_mut();
@@ -107,7 +108,7 @@ impl RawRun {
         self.ends(channel).borrow_mut().take(channel)
     }
 
-    /// Sleeps until the bell that goes with this kind rings, for `nap` at most; returns how often it rang.
+    /// Sleeps until the bell for this kind rings, for at most `nap`; returns how often it rang.
     pub fn sleep(&self, kind: Kind, nap: Duration) -> u64 {
         let channel = self.channel(kind);
         let mut ends = self.ends(channel).borrow_mut();

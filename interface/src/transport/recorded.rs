@@ -6,20 +6,20 @@ use super::{Transport, TransportError};
 use crate::message::control::Party;
 use crate::message::wire::StepHeader;
 use crate::message::{Channel, Payload, Records};
-use crate::recording::Tape;
+use crate::recording::RecordingSink;
 use crate::transport::liveness::Hold;
 
-/// Notes every message that is sent or received through it, of the channels that it is to note.
+/// Records every message that is sent or received through it, on the channels that `notes` selects.
 pub struct Recorded<T> {
     inner: T,
-    tape: Tape,
+    sink: RecordingSink,
     notes: fn(Channel) -> bool,
 }
 
 impl<T: Transport> Recorded<T> {
-    /// Wraps `inner` and records the channels that `notes` selects on `tape`.
-    pub fn new(inner: T, tape: Tape, notes: fn(Channel) -> bool) -> Self {
-        Self { inner, tape, notes }
+    /// Wraps `inner` and adds to `sink` the messages of the channels that `notes` selects.
+    pub fn new(inner: T, sink: RecordingSink, notes: fn(Channel) -> bool) -> Self {
+        Self { inner, sink, notes }
     }
 }
 
@@ -39,7 +39,7 @@ impl<T: Transport> Transport for Recorded<T> {
         records: Records<'_>,
     ) -> Result<(), TransportError> {
         if (self.notes)(channel) {
-            self.tape.note(channel, header, records);
+            self.sink.note(channel, header, records);
         }
         self.inner.send(channel, header, records)
     }
@@ -53,7 +53,7 @@ impl<T: Transport> Transport for Recorded<T> {
         if let Some(header) = &header
             && (self.notes)(channel)
         {
-            self.tape.note(channel, header, into.records());
+            self.sink.note(channel, header, into.records());
         }
         Ok(header)
     }

@@ -1,27 +1,27 @@
-//! Waiting for another process: poll and yield for a while, then sleep on its bell, look again, and give up at the
-//! deadline (docs/decisions/0006-waiting.md; measurements in MEASURED.md section 4).
+//! Waiting for another process: poll for a while, then sleep on its bell, look again, and give up at the deadline
+//! (docs/decisions/0006-waiting.md; measurements in MEASURED.md section 4).
 
 use std::time::{Duration, Instant};
 
-/// How long to poll, yielding the processor between looks, before sleeping.
+/// How long to look again and again before sleeping, yielding the processor between the looks.
 pub const POLL: Duration = Duration::from_micros(50);
-/// Longest sleep before looking again. iceoryx2 0.10 can lose a wakeup, so none is trusted.
+/// Longest sleep before looking again. iceoryx2 0.10 can lose a wakeup, so no wait relies on one.
 pub const NAP: Duration = Duration::from_millis(10);
 
 /// How to wait.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Patience {
-    /// How long to poll, yielding the processor between looks, before sleeping. Never a spin: with three processes on
-    /// two cores a spin holds back the very process that is waited for.
+pub struct WaitPolicy {
+    /// How long to look again and again before sleeping. Between the looks the processor is yielded: with three
+    /// processes on two cores a spin would hold back the process that is waited for.
     pub poll: Duration,
-    /// Longest sleep before looking again. iceoryx2 0.10 can lose a wakeup, so none is trusted.
+    /// Longest sleep before looking again. iceoryx2 0.10 can lose a wakeup, so no wait relies on one.
     pub nap: Duration,
     /// Longest wait in all.
     pub deadline: Duration,
 }
 
-impl Patience {
-    /// Polls for 50 us, naps for 10 ms at most, gives up after `deadline`.
+impl WaitPolicy {
+    /// Polls for 50 us, sleeps for at most 10 ms at a time, and gives up after `deadline`.
     pub fn until(deadline: Duration) -> Self {
         Self {
             poll: POLL,
@@ -33,13 +33,13 @@ impl Patience {
 
 /// Waits until `look` finds something.
 ///
-/// `sleep` blocks for at most the given time or until rung. After each sleep `alarm` may end the wait with an error:
-/// the place to notice an abort or a death. At the deadline the error is `expired(time waited)`.
+/// `sleep` blocks for at most the given time or until the bell rings. After each sleep `alarm` may end the wait with an
+/// error, for an abort or the end of a process. At the deadline the error is `expired(time waited)`.
 ///
 /// # Errors
-/// What `look`, `alarm` or `expired` say.
+/// The errors of `look`, `alarm` or `expired`.
 pub fn wait<T, E>(
-    patience: Patience,
+    policy: WaitPolicy,
     mut look: impl FnMut() -> Result<Option<T>, E>,
     mut sleep: impl FnMut(Duration),
     mut alarm: impl FnMut() -> Result<(), E>,
@@ -51,17 +51,17 @@ pub fn wait<T, E>(
     let start = Instant::now();
     loop {
         let window = Instant::now();
-        while window.elapsed() < patience.poll {
+        while window.elapsed() < policy.poll {
             std::thread::yield_now();
             if let Some(found) = look()? {
                 return Ok(found);
             }
         }
         let waited = start.elapsed();
-        if waited >= patience.deadline {
+        if waited >= policy.deadline {
             return Err(expired(waited));
         }
-        sleep(patience.nap.min(patience.deadline.saturating_sub(waited)));
+        sleep(policy.nap.min(policy.deadline.saturating_sub(waited)));
         if let Some(found) = look()? {
             return Ok(found);
         }
@@ -74,10 +74,10 @@ mod tests {
     use super::*;
     use std::cell::Cell;
 
-    fn quick(deadline_ms: u64) -> Patience {
-        Patience {
+    fn quick(deadline_ms: u64) -> WaitPolicy {
+        WaitPolicy {
             poll: Duration::from_micros(10),
-            ..Patience::until(Duration::from_millis(deadline_ms))
+            ..WaitPolicy::until(Duration::from_millis(deadline_ms))
         }
     }
 

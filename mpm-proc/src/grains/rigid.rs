@@ -19,7 +19,7 @@ use crate::kernel::transfer::{AffineState, Transfer};
 use crate::pass::check_points::check_points;
 use crate::pass::leaving::remove_left;
 use crate::pass::limits::limits;
-use crate::pass::measure::{close_books, keep_books};
+use crate::pass::measure::{close_ledger, update_ledger};
 use crate::state::contact::ContactLoad;
 use crate::state::continuum::Continuum;
 use crate::state::nodes::NodeTile;
@@ -147,7 +147,7 @@ pub fn move_rigidly<const W: usize, S: Shape<W>, T: Transfer>(
     step: &Step,
     motion: &mut RigidMotion,
 ) -> Result<Limits, Fault> {
-    keep_books(continuum, step);
+    update_ledger(continuum, step);
     if step.dt_before + step.dt > 0.0 {
         let kicked = motion.velocities_at_nodes(&continuum.grid.tiles, &continuum.grid.geometry);
         let given = core::mem::take(&mut motion.given).component_div(&motion.masses());
@@ -164,7 +164,7 @@ pub fn move_rigidly<const W: usize, S: Shape<W>, T: Transfer>(
         }
         check_points(continuum, step.dt)?;
     }
-    close_books(continuum, step);
+    close_ledger(continuum, step);
     let limits = limits(continuum, ContactLoad::default());
     remove_left(continuum);
     Ok(limits)

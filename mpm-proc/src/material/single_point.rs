@@ -15,7 +15,7 @@ pub struct Path<M: Material> {
     /// Plastic and viscous work per initial volume so far in Pa.
     pub plastic: f64,
     pub viscous: f64,
-    /// Work of the stress per initial volume so far in Pa, as the books sum it.
+    /// Work of the stress per initial volume so far in Pa, as the ledger sums it.
     pub work: f64,
 }
 

@@ -3,22 +3,22 @@
 
 use crate::kernel::tiles::NODES;
 use crate::state::images::Images;
-use crate::state::nodes::{MappedTile, NodeTile, WallBooks};
+use crate::state::nodes::{MappedTile, NodeTile, WallContribution};
 
 /// Nodes of a tile whose momenta become velocities.
 pub trait Momenta {
     /// Momenta in N s/m, then velocities in m/s; and what walls give to the points.
-    fn vectors(&mut self) -> (&mut [[f64; 2]; NODES], &mut WallBooks);
+    fn vectors(&mut self) -> (&mut [[f64; 2]; NODES], &mut WallContribution);
 }
 
 impl Momenta for NodeTile {
-    fn vectors(&mut self) -> (&mut [[f64; 2]; NODES], &mut WallBooks) {
+    fn vectors(&mut self) -> (&mut [[f64; 2]; NODES], &mut WallContribution) {
         (&mut self.before, &mut self.wall)
     }
 }
 
 impl Momenta for MappedTile {
-    fn vectors(&mut self) -> (&mut [[f64; 2]; NODES], &mut WallBooks) {
+    fn vectors(&mut self) -> (&mut [[f64; 2]; NODES], &mut WallContribution) {
         (&mut self.velocity, &mut self.wall)
     }
 }

@@ -30,9 +30,9 @@ pub fn remove_left<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Con
         let held =
             cloud.kinetic_of(lane) + elastic - cloud.mass * (gravity[0] * x[0] + gravity[1] * x[1]);
         let work = cloud.loads.as_ref().map_or(0.0, |l| l.last_work(lane, x));
-        continuum.books.applied_impulse += v.map(|v| -cloud.mass * v);
-        continuum.books.driven_work += work - held;
-        continuum.books.stress_work -= elastic;
+        continuum.totals.applied_impulse += v.map(|v| -cloud.mass * v);
+        continuum.totals.driven_work += work - held;
+        continuum.totals.stress_work -= elastic;
         let local = cloud.remove(lane);
         let number = number as u32;
         if continuum.imps.has_point(number, local) {

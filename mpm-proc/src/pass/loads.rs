@@ -1,4 +1,4 @@
-//! Loads on points go to the nodes, and their impulse and work to the books.
+//! Puts the loads on points onto the nodes, and their impulse and work into the ledger.
 //!
 //! Their impulse is counted as applied. Their work is the trapezoidal rule over the way of each point,
 //! `sum_p (f_p^n + f_p^{n+1}) / 2 . (x_p^{n+1} - x_p^n)`: exact for a dead load, and otherwise what the leapfrog pairs
@@ -45,12 +45,12 @@ pub fn apply_loads<const W: usize, S: Shape<W>, T: Transfer>(
         for report in &loads.reports {
             force[0] += report.force[0];
             force[1] += report.force[1];
-            continuum.books.driven_work += report.work;
+            continuum.totals.driven_work += report.work;
         }
         if !(force[0] + force[1]).is_finite() {
             return Err(fault(loads, &cloud.ids, cloud.first_id));
         }
-        continuum.books.applied_impulse += force.map(|f| step.kick() * f);
+        continuum.totals.applied_impulse += force.map(|f| step.kick() * f);
     }
     Ok(())
 }

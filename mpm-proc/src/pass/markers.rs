@@ -193,8 +193,8 @@ pub fn move_markers<const W: usize, S: Shape<W>, T: Transfer>(
     Ok(())
 }
 
-/// Books the angular momentum that the shift of the weights gives over a kick (s).
-pub fn book_shift<const W: usize, S: Shape<W>, T: Transfer>(
+/// Sums the angular momentum that the shift of the weights gives over a kick (s).
+pub fn add_shift<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
     kick: f64,
 ) {

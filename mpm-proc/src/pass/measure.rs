@@ -5,17 +5,17 @@ use interface::message::wire::GroupState;
 use interface::solver::MpmMeasurement;
 use interface::step::Step;
 
-use super::markers::book_shift;
+use super::markers::add_shift;
 use crate::kernel::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
 use crate::kernel::shape::Shape;
 use crate::kernel::transfer::{AffineState, Transfer};
-use crate::state::books::KickWork;
 use crate::state::constitutive::StressReport;
 use crate::state::continuum::Continuum;
 use crate::state::imps::Imps;
 use crate::state::markers::Markers;
 use crate::state::point_set::PointSet;
 use crate::state::points::Cloud;
+use crate::state::totals::KickWork;
 
 /// Sums over the points of a cloud.
 #[derive(Debug, Clone, Copy, Default)]
@@ -25,30 +25,30 @@ struct Motions {
 }
 
 /// Counts the impulses of the step; if it is measured, takes what belongs to `t_n` and to `t_{n-1/2}`.
-pub fn keep_books<const W: usize, S: Shape<W>, T: Transfer>(
+pub fn update_ledger<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
     step: &Step,
 ) {
     let kick = step.kick();
-    continuum.books.kick = KickWork::default();
+    continuum.totals.kick = KickWork::default();
     if step.dt_before + step.dt > 0.0 {
         let mass: f64 = continuum.clouds.iter().map(Cloud::total_mass).sum();
-        continuum.books.applied_impulse += continuum.grid.gravity.map(|g| kick * mass * g);
+        continuum.totals.applied_impulse += continuum.grid.gravity.map(|g| kick * mass * g);
         for tile in &continuum.grid.tiles {
-            continuum.books.applied_impulse += tile.wall.impulse;
-            continuum.books.kick.driven += tile.wall.work;
-            continuum.books.kick.friction += tile.friction_work;
-            continuum.books.kick.damping += tile.damping_work;
+            continuum.totals.applied_impulse += tile.wall.impulse;
+            continuum.totals.kick.driven += tile.wall.work;
+            continuum.totals.kick.friction += tile.friction_work;
+            continuum.totals.kick.damping += tile.damping_work;
         }
-        continuum.books.applied_impulse += continuum.holds.impulse;
+        continuum.totals.applied_impulse += continuum.holds.impulse;
     }
-    let ahead = core::mem::take(&mut continuum.books.ahead);
+    let ahead = core::mem::take(&mut continuum.totals.ahead);
     for [plastic, viscous, work] in
         core::iter::once(ahead).chain(losses_of_tiles(&continuum.clouds))
     {
-        continuum.books.plastic_work += plastic;
-        continuum.books.viscous_work += viscous;
-        continuum.books.stress_work += work - plastic - viscous;
+        continuum.totals.plastic_work += plastic;
+        continuum.totals.viscous_work += viscous;
+        continuum.totals.stress_work += work - plastic - viscous;
     }
     let mut contact_force = [0.0; 2];
     for f in &continuum.imps.forces {
@@ -56,8 +56,8 @@ pub fn keep_books<const W: usize, S: Shape<W>, T: Transfer>(
             contact_force[a] += f.force[a];
         }
     }
-    continuum.books.contact_impulse += contact_force.map(|f| kick * f);
-    book_shift(continuum, kick);
+    continuum.totals.contact_impulse += contact_force.map(|f| kick * f);
+    add_shift(continuum, kick);
     if step.measure {
         measure(continuum, contact_force, 1.0 - step.centring());
         measure_sets(continuum, kick, 1.0 - step.centring());
@@ -65,11 +65,11 @@ pub fn keep_books<const W: usize, S: Shape<W>, T: Transfer>(
 }
 
 /// Adds up the reports of a stress update at the end of the step, before the points are sorted into other tiles.
-pub fn book_stress_ahead<const W: usize, S: Shape<W>, T: Transfer>(
+pub fn sum_stress_ahead<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
 ) {
     let add = |sum: [f64; 3], told: [f64; 3]| core::array::from_fn(|i| sum[i] + told[i]);
-    continuum.books.ahead = losses_of_tiles(&continuum.clouds).fold([0.0; 3], add);
+    continuum.totals.ahead = losses_of_tiles(&continuum.clouds).fold([0.0; 3], add);
     for report in continuum
         .clouds
         .iter_mut()
@@ -80,23 +80,23 @@ pub fn book_stress_ahead<const W: usize, S: Shape<W>, T: Transfer>(
 }
 
 /// If the step is measured, takes what belongs to `t_{n+1/2}`.
-pub fn close_books<const W: usize, S: Shape<W>, T: Transfer>(
+pub fn close_ledger<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
     step: &Step,
 ) {
-    let kick = continuum.books.kick;
+    let kick = continuum.totals.kick;
     if step.measure {
         close_measurement(continuum, step.centring());
         // At t_n the kick counts by the same share as the velocities.
-        let ledger = &mut continuum.books.measurement.ledger;
-        ledger.applied_impulse = continuum.books.applied_impulse.value();
+        let ledger = &mut continuum.totals.measurement.ledger;
+        ledger.applied_impulse = continuum.totals.applied_impulse.value();
         ledger.friction_work += step.centring() * kick.friction;
         ledger.viscous_work += step.centring() * kick.damping;
         ledger.driven_work += step.centring() * kick.driven;
     }
-    continuum.books.friction_work += kick.friction;
-    continuum.books.viscous_work += kick.damping;
-    continuum.books.driven_work += kick.driven;
+    continuum.totals.friction_work += kick.friction;
+    continuum.totals.viscous_work += kick.damping;
+    continuum.totals.driven_work += kick.driven;
 }
 
 /// Takes what belongs to `t_{n+1/2}`; quantities of then count by `after`.
@@ -104,7 +104,7 @@ fn close_measurement<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
     after: f64,
 ) {
-    let MpmMeasurement { ledger, groups } = &mut continuum.books.measurement;
+    let MpmMeasurement { ledger, groups } = &mut continuum.totals.measurement;
     let (groups, sets) = groups.split_at_mut(continuum.clouds.len());
     let holds = continuum.holds.all.iter().map(|hold| &hold.points);
     for (set, state) in continuum.probes.iter().chain(holds).zip(sets) {
@@ -134,15 +134,15 @@ fn measure<const W: usize, S: Shape<W>, T: Transfer>(
     contact_force: [f64; 2],
     before: f64,
 ) {
-    let MpmMeasurement { ledger, groups } = &mut continuum.books.measurement;
+    let MpmMeasurement { ledger, groups } = &mut continuum.totals.measurement;
     *ledger = interface::message::wire::Ledger {
-        friction_work: continuum.books.friction_work,
-        driven_work: continuum.books.driven_work,
-        plastic_work: continuum.books.plastic_work,
-        viscous_work: continuum.books.viscous_work,
-        stress_work: continuum.books.stress_work,
-        applied_impulse: continuum.books.applied_impulse.value(),
-        contact_impulse: continuum.books.contact_impulse.value(),
+        friction_work: continuum.totals.friction_work,
+        driven_work: continuum.totals.driven_work,
+        plastic_work: continuum.totals.plastic_work,
+        viscous_work: continuum.totals.viscous_work,
+        stress_work: continuum.totals.stress_work,
+        applied_impulse: continuum.totals.applied_impulse.value(),
+        contact_impulse: continuum.totals.contact_impulse.value(),
         contact_force,
         ..Default::default()
     };
@@ -184,10 +184,10 @@ fn measure_sets<const W: usize, S: Shape<W>, T: Transfer>(
         imps,
         probes,
         holds,
-        books,
+        totals,
         ..
     } = continuum;
-    let groups = &mut books.measurement.groups;
+    let groups = &mut totals.measurement.groups;
     let mut tell = |set: &PointSet, support: Option<[f64; 2]>| {
         let cloud = &clouds[set.cloud as usize];
         let mut state = set.extent(cloud);

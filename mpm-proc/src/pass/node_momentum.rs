@@ -8,7 +8,7 @@ use crate::kernel::tiles::{NODES, first_node, node};
 use crate::kernel::transfer::AffineState;
 use crate::kernel::window::add_window;
 use crate::state::grid::Grid;
-use crate::state::nodes::{MappedTile, NodeTile, WallBooks};
+use crate::state::nodes::{MappedTile, NodeTile, WallContribution};
 use crate::state::points::Cloud;
 use crate::state::walls::WallNodes;
 
@@ -33,7 +33,7 @@ pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
             let window = &clouds[o.cloud as usize].mass_momentum[o.tile as usize];
             add_window::<W, 4>(&mut sum, &window.0, o.run);
         }
-        tile.wall = WallBooks::default();
+        tile.wall = WallContribution::default();
         tile.friction_work = 0.0;
         tile.damping_work = 0.0;
         for (i, sum) in sum.iter().enumerate() {
@@ -75,7 +75,7 @@ pub fn divide_mapped<const W: usize, S: Shape<W>, A: AffineState>(
         for (v, sum) in mapped.velocity.iter_mut().zip(&sum) {
             *v = [sum[1], sum[2]];
         }
-        mapped.wall = WallBooks::default();
+        mapped.wall = WallContribution::default();
         if !tile.imaged {
             mapped.divide_momentum(tile, walls);
         }

@@ -46,7 +46,7 @@ fn enter_again<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continu
             if cloud.ids[lane / LANES][lane % LANES] != NO_POINT {
                 crossed = true;
                 for a in 0..2 {
-                    continuum.books.driven_work -= cloud.mass * gravity[a] * (entered[a] - x[a]);
+                    continuum.totals.driven_work -= cloud.mass * gravity[a] * (entered[a] - x[a]);
                 }
             }
         }

@@ -3,7 +3,7 @@
 use interface::config::StressUpdate;
 
 use super::grid_to_points::transfer_pass;
-use super::measure::book_stress_ahead;
+use super::measure::sum_stress_ahead;
 use super::points_to_grid::points_to_grid;
 use super::stress::stress_pass;
 use super::volumes::map_volumes;
@@ -56,5 +56,5 @@ pub fn update_stress_last<const W: usize, S: Shape<W>, T: Transfer>(
         points_to_grid(continuum);
     }
     stress_pass(continuum, dt, (velocity, PositionsAt::Start), true, false);
-    book_stress_ahead(continuum);
+    sum_stress_ahead(continuum);
 }

@@ -47,7 +47,7 @@ pub fn filter_velocities<const W: usize, S: Shape<W>, T: Transfer>(
     });
     let share = transfer.filtered_share();
     for tile in &continuum.grid.mapped {
-        continuum.books.applied_impulse += tile.wall.impulse.map(|p| share * p);
+        continuum.totals.applied_impulse += tile.wall.impulse.map(|p| share * p);
     }
 }
 

@@ -30,7 +30,6 @@ use crate::setup::fields::Fields;
 use crate::setup::fill::{FilledRegion, fill, refuse_overlap};
 use crate::setup::notes;
 use crate::setup::region::points_within;
-use crate::state::books::Books;
 use crate::state::constitutive::{Constitutive, MaterialPoints};
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
@@ -40,6 +39,7 @@ use crate::state::outside::Outside;
 use crate::state::point_set::PointSet;
 use crate::state::points::{Cloud, Kind};
 use crate::state::stages::Stages;
+use crate::state::totals::Totals;
 use crate::state::walls::WallNodes;
 
 /// Builds the solver.
@@ -265,7 +265,7 @@ impl<'a> Parts<'a> {
             },
             touches: Vec::new(),
             loaded: Vec::new(),
-            books: Books::default(),
+            totals: Totals::default(),
             spread: self.spread.of(groups.clone()),
             outside: Outside::new(self.config.leaving),
             stress_update: self.config.stress_update,

@@ -5,7 +5,6 @@ use interface::config::{Drift, StressUpdate};
 use interface::solver::Refusal;
 use serde::{Deserialize, Serialize};
 
-use super::books::Books;
 use super::contact::{Loaded, Touch};
 use super::grid::Grid;
 use super::holds::Holds;
@@ -15,6 +14,7 @@ use super::point_set::PointSet;
 use super::points::{Cloud, SavedCloud};
 use super::saved::refusal;
 use super::stages::Stages;
+use super::totals::Totals;
 use crate::kernel::shape::Shape;
 use crate::kernel::spread::Spread;
 use crate::kernel::threads::Threads;
@@ -40,7 +40,7 @@ pub struct Continuum<const W: usize, S: Shape<W>, T: Transfer> {
     /// Points that leave the domain.
     pub outside: Outside,
     /// Sums that go on through the run, and the last measurement.
-    pub books: Books,
+    pub totals: Totals,
     /// When stresses are updated.
     pub stress_update: StressUpdate,
     /// With which velocity points move.
@@ -75,7 +75,7 @@ pub struct SavedContinuum<A> {
     pub(crate) clouds: Vec<SavedCloud<A>>,
     contact: bool,
     imps: SavedImps,
-    pub(crate) books: Books,
+    pub(crate) totals: Totals,
     moved: f64,
 }
 
@@ -94,7 +94,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T> {
             touches: _, // likewise; they only locate the forces of the last step
             spread: _,  // of the configuration
             outside: _, // of the configuration, and empty again at the end of a step
-            books,
+            totals,
             stress_update: _,  // of the configuration
             drift: _,          // likewise
             loads_of_nodes: _, // of one step
@@ -109,7 +109,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T> {
             clouds: clouds.iter().map(Cloud::save).collect(),
             contact: grid.save(),
             imps: imps.save(),
-            books: books.clone(),
+            totals: totals.clone(),
             moved: *moved,
         }
     }
@@ -123,7 +123,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T> {
             clouds,
             contact,
             imps,
-            books,
+            totals,
             moved,
         } = saved;
         let (groups, expected) = (clouds.len(), self.clouds.len());
@@ -147,7 +147,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T> {
         }
         self.loaded.clear();
         self.touches.clear();
-        (self.books, self.moved) = (books, moved);
+        (self.totals, self.moved) = (totals, moved);
         Ok(())
     }
 }

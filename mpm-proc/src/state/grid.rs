@@ -1,7 +1,7 @@
 //! The occupied part of the grid: the node tiles that some point's window reaches.
 
 use super::images::Images;
-use super::nodes::{ALL_NODES, ContactNodes, MappedTile, NodeTile, Overlap, WallBooks};
+use super::nodes::{ALL_NODES, ContactNodes, MappedTile, NodeTile, Overlap, WallContribution};
 use super::points::Cloud;
 use super::volumes::VolumeNodes;
 use super::walls::WallNodes;
@@ -100,7 +100,7 @@ impl Grid {
                 before: [[0.0; 2]; NODES],
                 after: [[0.0; 2]; NODES],
                 damping_work: 0.0,
-                wall: WallBooks::default(),
+                wall: WallContribution::default(),
                 friction_work: 0.0,
             });
             self.overlaps.extend(group.iter().map(|(_, o)| *o));
@@ -165,7 +165,7 @@ impl Grid {
             tile,
             wanted: 0,
             velocity: [[0.0; 2]; NODES],
-            wall: WallBooks::default(),
+            wall: WallContribution::default(),
         };
         let held = self.mapped.len() as u32;
         self.mapped

@@ -19,7 +19,7 @@
 //! the originals' own bookkeeping does not show: `-2 (m_image dv + (f_image + m_image g) kick)` in a kick, and
 //! `-2 (m_image v + p_image)` where velocities are set from momenta.
 
-use super::nodes::{NodeAt, NodeTile, WallBooks};
+use super::nodes::{NodeAt, NodeTile, WallContribution};
 use super::walls::WallNodes;
 use crate::kernel::tiles::{MARGIN, NODES, TILE, first_node, node};
 
@@ -143,7 +143,7 @@ impl Image {
     }
 
     /// Counts an impulse (N s/m) of the wall at the image.
-    pub fn count(&self, impulse: [f64; 2], wall: &mut WallBooks) {
+    pub fn count(&self, impulse: [f64; 2], wall: &mut WallContribution) {
         for a in 0..2 {
             wall.impulse[a] += impulse[a];
         }

@@ -1,6 +1,5 @@
 //! The data of the solver: points, nodes, and their state from step to step. Nothing here uses a pass.
 
-pub mod books;
 pub mod constitutive;
 pub mod contact;
 pub mod continuum;
@@ -16,5 +15,6 @@ pub mod point_set;
 pub mod points;
 pub mod saved;
 pub mod stages;
+pub mod totals;
 pub mod volumes;
 pub mod walls;

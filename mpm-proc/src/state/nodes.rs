@@ -32,7 +32,7 @@ pub struct NodeTile {
     /// Work of damping in the present step in J/m.
     pub damping_work: f64,
     /// What walls and damping give in the present step.
-    pub wall: WallBooks,
+    pub wall: WallContribution,
     /// Work of wall friction in the present step in J/m.
     pub friction_work: f64,
 }
@@ -58,12 +58,12 @@ pub struct MappedTile {
     /// Velocities of its nodes in m/s.
     pub velocity: [[f64; 2]; NODES],
     /// What the walls give.
-    pub wall: WallBooks,
+    pub wall: WallContribution,
 }
 
 /// What walls give to the nodes of a tile.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct WallBooks {
+pub struct WallContribution {
     /// Impulse in N s/m, as the points feel it.
     pub impulse: [f64; 2],
     /// Work of driven walls in J/m.

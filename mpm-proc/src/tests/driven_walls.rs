@@ -108,7 +108,7 @@ fn a_driven_wall_is_a_fixed_one_in_its_own_frame() {
             below.walls.bottom = Wall::Driven { speed: -SPEED };
             below.walls.top = Wall::Fixed;
             let steps = 200;
-            let ((a, books_a), (b, books_b)) = (run(&above, steps), run(&below, steps));
+            let ((a, ledger_a), (b, ledger_b)) = (run(&above, steps), run(&below, steps));
             let time = (steps + 1) as f64 * 1e-4;
             for (a, b) in a.points().iter().zip(b.points()) {
                 let way = a.position[0] - b.position[0] - SPEED * time;
@@ -119,14 +119,14 @@ fn a_driven_wall_is_a_fixed_one_in_its_own_frame() {
             }
             let mass = 1000.0 * HEIGHT * LENGTH;
             let at_start = [0.0, 0.5 * mass * SPEED * SPEED];
-            let [of_a, of_b] = [(books_a, at_start[0]), (books_b, at_start[1])]
+            let [of_a, of_b] = [(ledger_a, at_start[0]), (ledger_b, at_start[1])]
                 .map(|(l, start)| l.kinetic + l.elastic - l.driven_work - start);
-            assert!(books_a.driven_work > 0.01 * at_start[1], "nothing moved");
+            assert!(ledger_a.driven_work > 0.01 * at_start[1], "nothing moved");
             assert!(
                 (of_a - of_b).abs() < 1e-9 * at_start[1],
                 "{shape:?} {transfer:?} {stress_update:?}: {of_a:e} {of_b:e} J/m"
             );
-            for (l, start) in [(books_a, 0.0), (books_b, -mass * SPEED)] {
+            for (l, start) in [(ledger_a, 0.0), (ledger_b, -mass * SPEED)] {
                 let error = l.momentum[0] - start - l.applied_impulse[0];
                 assert!(error.abs() < 1e-12 * mass * SPEED, "{error:e}");
             }

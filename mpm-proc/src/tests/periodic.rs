@@ -78,7 +78,7 @@ fn a_disc_that_crosses_moves_as_one_that_does_not() {
     }
 }
 
-/// A fall that never ends: each round gravity does the same work again, and the books say so.
+/// A fall that never ends: each round gravity does the same work again, and the ledger shows it.
 #[test]
 fn energy_of_a_fall_through_periodic_walls_is_booked() {
     let mut config = disc(ShapeFunction::QuadraticBspline, Transfer::Apic, 0.3, 1);

@@ -21,8 +21,8 @@ use interface::solver::{Fault, MpmSolver};
 use super::{BULK, Random, SHEAR, Stepper, block, configured};
 use crate::Mpm;
 use crate::kernel::lanes::{Lanes, splat};
-use crate::state::books::Books;
 use crate::state::continuum::{SAVED, SavedContinuum};
+use crate::state::totals::Totals;
 
 /// Steps that a run which was taken up again is compared over.
 const COMPARED: usize = 100;
@@ -577,10 +577,10 @@ fn three_wrong_states_are_found_out() {
     assert_ne!(continues(&whole, false)[0], expected[0]);
     let sorted = continues(&right, true);
     assert!(sorted != expected, "the order of points does not matter");
-    let anew = tampered(&saved, |state| state.books = Books::default());
-    let books = continues(&anew, false);
+    let anew = tampered(&saved, |state| state.totals = Totals::default());
+    let sums = continues(&anew, false);
     // Told by the ledger of the next step that is measured, every third.
-    assert!(books[..3] != expected[..3]);
+    assert!(sums[..3] != expected[..3]);
 }
 
 #[test]

@@ -110,7 +110,7 @@ fn with_measured(act: impl FnOnce(&Quantities, &Measured, &[f64])) {
     balance.take(&Ledger::default(), &Ledger::default(), 0.0);
     balance.take(&mpm, &dem, 10.0);
     let measured = Measured {
-        books: Books {
+        ledgers: Ledgers {
             time: 0.25,
             mpm,
             dem,
@@ -192,7 +192,7 @@ fn a_slice_has_its_share_of_what_is_counted() {
 fn a_work_gap_without_the_capability_is_nan() {
     let quantities = Quantities::new([], [&[], &[], &[]], [], []);
     let silent = Measured {
-        books: Books {
+        ledgers: Ledgers {
             time: 0.0,
             mpm: Ledger::default(),
             dem: Ledger::default(),

@@ -52,7 +52,7 @@ pub(crate) struct CouplerState {
 
 impl CouplerState {
     /// Values that no run of `scene` can have. The hash of a checkpoint shows damage, but not who wrote it.
-    pub fn nonsense(&self, scene: &Scene) -> Option<&'static str> {
+    pub fn impossible_value(&self, scene: &Scene) -> Option<&'static str> {
         let bodies = scene.dem.as_ref().map_or(0, |dem| dem.bodies.len());
         let Epoch { dt, steps, .. } = self.under_way.epoch;
         let measures = [0, flags::MEASURE, flags::MEASURE | flags::FRAME];

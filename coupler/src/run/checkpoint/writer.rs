@@ -9,7 +9,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Instant;
 
 use super::file::{self, Checkpoint};
-use interface::recording::Tape;
+use interface::recording::RecordingSink;
 
 use crate::record::background::Mark;
 use crate::record::course::COURSE;
@@ -32,13 +32,18 @@ pub(crate) struct CheckpointWriter {
 }
 
 impl CheckpointWriter {
-    /// Writes checkpoints to `dir` from the simulated time `time` (s) on. `tape` is where the run is recorded.
-    pub fn begin(plan: CheckpointPlan, dir: &RunDir, time: f64, tape: Option<Tape>) -> Self {
+    /// Writes checkpoints to `dir` from the simulated time `time` (s) on. `sink` is where the run is recorded.
+    pub fn begin(
+        plan: CheckpointPlan,
+        dir: &RunDir,
+        time: f64,
+        sink: Option<RecordingSink>,
+    ) -> Self {
         let busy = Arc::new(AtomicUsize::new(0));
         let (queue, taken) = channel();
         let writer = WriterThread {
             dir: dir.clone(),
-            tape,
+            sink,
             busy: busy.clone(),
         };
         Self {
@@ -100,7 +105,7 @@ type Taken = (Box<Checkpoint>, Vec<Mark>);
 /// The writer's side.
 struct WriterThread {
     dir: RunDir,
-    tape: Option<Tape>,
+    sink: Option<RecordingSink>,
     busy: Arc<AtomicUsize>,
 }
 
@@ -115,8 +120,8 @@ impl WriterThread {
                 self.busy.fetch_sub(1, Ordering::AcqRel);
                 continue;
             }
-            if let Some(tape) = &self.tape {
-                tape.settle();
+            if let Some(sink) = &self.sink {
+                sink.sync();
             }
             let written = self.sync_outputs(synced..frames).and_then(|()| {
                 synced = frames;

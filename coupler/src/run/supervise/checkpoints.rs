@@ -33,7 +33,7 @@ impl Run<'_> {
             plan,
             self.dir,
             time,
-            self.outputs.tape.clone(),
+            self.outputs.sink.clone(),
         ));
     }
 
@@ -84,7 +84,7 @@ impl Run<'_> {
         ) else {
             return;
         };
-        let mut about = About::of(self.scene, &self.parties, self.outputs.tape.is_some());
+        let mut about = About::of(self.scene, &self.parties, self.outputs.sink.is_some());
         about.step = self.account.clock.index();
         about.time = self.account.clock.time();
         about.kept = self.checkpoints.kept;

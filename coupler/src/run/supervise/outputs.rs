@@ -1,6 +1,6 @@
 //! The files of a run that grow with it, and its recording.
 
-use interface::recording::Tape;
+use interface::recording::RecordingSink;
 
 use crate::record::background::Mark;
 use crate::record::course::Course;
@@ -24,7 +24,7 @@ pub(crate) struct Outputs {
     /// The fields of frames that the solvers report besides positions.
     pub(super) reported: ReportedFields,
     /// The recording of all messages, if the run has one.
-    pub(crate) tape: Option<Tape>,
+    pub(crate) sink: Option<RecordingSink>,
     pub(super) progress: Progress,
 }
 
@@ -74,7 +74,7 @@ impl Outputs {
             course,
             frames: scene.output.frames.map(|_| frames()).transpose()?,
             reported: ReportedFields::default(),
-            tape: None,
+            sink: None,
             progress: Progress::new(scene.time.end, options.progress, options.screen.clone()),
         })
     }
@@ -83,7 +83,7 @@ impl Outputs {
     pub(super) fn is_behind(&self) -> bool {
         self.history.behind().max(self.course.behind()) > BEHIND
             || self.frames.as_ref().is_some_and(Frames::is_behind)
-            || self.tape.as_ref().is_some_and(Tape::is_behind)
+            || self.sink.as_ref().is_some_and(RecordingSink::is_behind)
     }
 
     /// Starts to write all rows so far; the marks that are reached when rows and frames are in their files.

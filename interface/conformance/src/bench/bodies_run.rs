@@ -185,15 +185,15 @@ impl BodiesRun<'_> {
         self.send(flags::HALT_BEFORE, &[])
     }
 
-    /// Sends a set and states of the coming step under headers that may be wrong; `spoil` gets them as they would be
+    /// Sends a set and states of the coming step under headers that may be wrong; `change` gets them as they would be
     /// right.
     ///
     /// # Errors
     /// [`Unmet::Broken`] when the solver takes nothing.
-    pub fn send_spoilt(
+    pub fn send_changed(
         &mut self,
         points: &Points,
-        spoil: impl FnOnce(&mut Message, &mut Message),
+        change: impl FnOnce(&mut Message, &mut Message),
     ) -> Result<(), Unmet> {
         let header = StepHeader {
             flags: flags::NEW_SET,
@@ -202,7 +202,7 @@ impl BodiesRun<'_> {
         };
         let mut set = Message::new(header, Payload::Set(points.set.clone()));
         let mut states = Message::new(header, Payload::States(points.states.clone()));
-        spoil(&mut set, &mut states);
+        change(&mut set, &mut states);
         self.session.send(&set)?;
         self.session.send(&states)
     }

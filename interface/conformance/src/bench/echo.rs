@@ -8,7 +8,7 @@ use interface::message::wire::{ImpForce, ImpState, StepHeader};
 use interface::transport::domain::Domain;
 use interface::transport::iceoryx::join;
 use interface::transport::raw::{Channel, ChannelError, Kind, Medium, Message, Payload, RawRun};
-use interface::transport::wait::{Patience, wait};
+use interface::transport::wait::{WaitPolicy, wait};
 
 use super::session::PATIENCE;
 use crate::verdict::{Unmet, broken};
@@ -71,9 +71,9 @@ fn ask(raw_run: &RawRun, points: usize) -> Result<Duration, Unmet> {
         let sent = Instant::now();
         raw_run.send(&message)?;
         wait(
-            Patience {
+            WaitPolicy {
                 nap: NAP,
-                ..Patience::until(PATIENCE)
+                ..WaitPolicy::until(PATIENCE)
             },
             || raw_run.receive(Kind::Forces).map_err(Unmet::from),
             |nap| {

@@ -45,7 +45,7 @@ impl Session<'_> {
         }
     }
 
-    /// Hands over a configuration with a state to restore, whose hash `spoil` may change, and waits for what the solver
+    /// Hands over a configuration with a state to restore, whose hash `change` may change, and waits for what the solver
     /// says to it.
     ///
     /// # Errors
@@ -54,14 +54,14 @@ impl Session<'_> {
         &mut self,
         configure: &Configure,
         state: &[u8],
-        spoil: impl FnOnce(&mut [u8; 32]),
+        change: impl FnOnce(&mut [u8; 32]),
     ) -> Result<Reply, Unmet> {
         self.order(&Order::Configure(Configure {
             restore: true,
             ..configure.clone()
         }))?;
         let mut hash = *blake3::hash(state).as_bytes();
-        spoil(&mut hash);
+        change(&mut hash);
         let pieces = state.chunks(PIECE).map(|piece| (0, piece));
         for (flags, piece) in pieces.chain([(flags::LAST, &hash[..])]) {
             let header = StepHeader {

@@ -7,11 +7,11 @@ use interface::config::capability::Capabilities;
 use interface::message::control::{Configure, Failure, Hello, Notice, Order, Party, Ready};
 use interface::solver::Refusal;
 use interface::transport::raw::{Kind, Message, RawRun};
-use interface::transport::wait::Patience;
+use interface::transport::wait::WaitPolicy;
 
 use super::subject::{Instead, Subject, Worker};
 use crate::options::Options;
-use crate::trace::{Trace, Way};
+use crate::trace::{Direction, Trace};
 use crate::verdict::{Unmet, broken};
 
 /// Longest silence of a solver that is to answer.
@@ -144,7 +144,7 @@ impl Session<'_> {
     /// # Errors
     /// [`Unmet::Broken`] when the solver takes nothing.
     pub fn send(&mut self, message: &Message) -> Result<(), Unmet> {
-        self.note(Way::ToSolver, message);
+        self.note(Direction::ToSolver, message);
         Ok(self.raw_run.send(message)?)
     }
 
@@ -153,7 +153,7 @@ impl Session<'_> {
     /// # Errors
     /// [`Unmet::Broken`] when the solver takes nothing.
     pub fn send_silently(&mut self, message: &Message) -> Result<(), Unmet> {
-        self.note(Way::ToSolver, message);
+        self.note(Direction::ToSolver, message);
         Ok(self.raw_run.send_silently(message)?)
     }
 
@@ -172,7 +172,7 @@ impl Session<'_> {
     pub fn take(&mut self, kind: Kind) -> Result<Option<Message>, Unmet> {
         let message = self.raw_run.receive(kind)?;
         if let Some(message) = &message {
-            self.note(Way::FromSolver, message);
+            self.note(Direction::FromSolver, message);
         }
         Ok(message)
     }
@@ -201,11 +201,11 @@ impl Session<'_> {
     }
 
     fn expect_within(&mut self, kind: Kind, deadline: Duration) -> Result<Message, Unmet> {
-        let patience = Patience {
+        let policy = WaitPolicy {
             nap: Duration::from_micros(500),
-            ..Patience::until(deadline)
+            ..WaitPolicy::until(deadline)
         };
-        let message = self.worker.expect(&self.raw_run, kind, patience);
+        let message = self.worker.expect(&self.raw_run, kind, policy);
         let message = message.map_err(|instead| {
             let expected = format!("{kind:?}");
             match instead {
@@ -218,7 +218,7 @@ impl Session<'_> {
                 Instead::Channel(error) => error.into(),
             }
         })?;
-        self.note(Way::FromSolver, &message);
+        self.note(Direction::FromSolver, &message);
         Ok(message)
     }
 
@@ -342,9 +342,9 @@ impl Session<'_> {
         self.worker.pid()
     }
 
-    fn note(&self, way: Way, message: &Message) {
+    fn note(&self, direction: Direction, message: &Message) {
         let mut trace = self.bench.trace.borrow_mut();
-        trace.note(self.number, self.bench.elapsed(), way, message);
+        trace.note(self.number, self.bench.elapsed(), direction, message);
     }
 }
 

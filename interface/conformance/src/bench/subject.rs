@@ -9,7 +9,7 @@ use interface::message::control::Party;
 use interface::session::process;
 use interface::transport::domain::Domain;
 use interface::transport::raw::{ChannelError, Kind, Medium, Message, RawRun};
-use interface::transport::wait::{Patience, wait};
+use interface::transport::wait::{WaitPolicy, wait};
 
 /// Longest wait for a thread to end once its coupler is gone; one that is stuck ends with the program.
 const GRACE: Duration = Duration::from_secs(2);
@@ -98,11 +98,11 @@ impl Worker {
         &mut self,
         raw_run: &RawRun,
         kind: Kind,
-        patience: Patience,
+        policy: WaitPolicy,
     ) -> Result<Message, Instead> {
         let mut ended = None;
         wait(
-            patience,
+            policy,
             || raw_run.receive(kind).map_err(Instead::Channel),
             |nap| {
                 raw_run.sleep(kind, nap);

@@ -63,6 +63,8 @@ pub struct ProcessFlaws {
     pub never_looks_up: bool,
     /// Does not look whether the coupler lives between a grant and the report.
     pub never_looks_up_in_a_step: bool,
+    /// Does not keep the file by which it notes that it takes part.
+    pub joins_without_note: bool,
     /// Removes the run's lock when it ends.
     pub removes_the_lock: bool,
     /// Waits for the next grant for ever.
@@ -81,7 +83,7 @@ impl Flaw {
         }
     }
 
-    /// Spoils what comes in.
+    /// Changes what comes in.
     pub fn inbound(pass: impl FnMut(Message) -> Vec<Message> + 'static) -> Self {
         Self {
             inbound: Box::new(pass),
@@ -89,7 +91,7 @@ impl Flaw {
         }
     }
 
-    /// Spoils what goes out.
+    /// Changes what goes out.
     pub fn outbound(pass: impl FnMut(Message) -> Vec<Message> + 'static) -> Self {
         Self {
             outbound: Box::new(pass),
@@ -97,7 +99,7 @@ impl Flaw {
         }
     }
 
-    /// Spoils what passes, whichever way: a kind of message goes one way only.
+    /// Changes what passes, whichever way: a kind of message goes one way only.
     pub fn passing(pass: impl FnMut(Message) -> Vec<Message> + 'static) -> Self {
         let pass = Rc::new(RefCell::new(pass));
         let other = Rc::clone(&pass);
@@ -108,18 +110,18 @@ impl Flaw {
         }
     }
 
-    /// Spoils each message that passes.
-    pub fn each(mut spoil: impl FnMut(&mut Message) + 'static) -> Self {
+    /// Changes each message that passes.
+    pub fn each(mut change: impl FnMut(&mut Message) + 'static) -> Self {
         Self::passing(move |mut message| {
-            spoil(&mut message);
+            change(&mut message);
             vec![message]
         })
     }
 
     /// Behaves badly.
-    pub fn process(spoil: impl FnOnce(&mut ProcessFlaws)) -> Self {
+    pub fn process(change: impl FnOnce(&mut ProcessFlaws)) -> Self {
         let mut flaw = Self::none();
-        spoil(&mut flaw.process);
+        change(&mut flaw.process);
         flaw
     }
 
@@ -140,58 +142,58 @@ impl Flaw {
         }
     }
 
-    /// Spoils notices.
-    pub fn notices(mut spoil: impl FnMut(&mut Notice) + 'static) -> Self {
+    /// Changes notices.
+    pub fn notices(mut change: impl FnMut(&mut Notice) + 'static) -> Self {
         Self::outbound(move |message| match message.as_notice() {
             Ok(mut notice) => {
-                spoil(&mut notice);
+                change(&mut notice);
                 vec![Message::notice(message.header.step, &notice)]
             }
             Err(_) => vec![message],
         })
     }
 
-    /// Spoils the Configure that the solver gets to see.
-    pub fn configure(mut spoil: impl FnMut(&mut Configure) + 'static) -> Self {
+    /// Changes the Configure that the solver gets to see.
+    pub fn configure(mut change: impl FnMut(&mut Configure) + 'static) -> Self {
         Self::inbound(move |message| match message.as_order() {
             Ok(Order::Configure(mut configure)) => {
-                spoil(&mut configure);
+                change(&mut configure);
                 vec![Message::order(&Order::Configure(configure))]
             }
             _ => vec![message],
         })
     }
 
-    /// Spoils a configuration, where it parses; one that is left as it was keeps its bytes.
+    /// Changes a configuration, where it parses; one that is left as it was keeps its bytes.
     pub fn config<C: Clone + PartialEq + Serialize + DeserializeOwned>(
-        mut spoil: impl FnMut(&mut C) + 'static,
+        mut change: impl FnMut(&mut C) + 'static,
     ) -> Self {
         Self::configure(move |configure| {
             if let Ok(config) = serde_json::from_str::<C>(&configure.config) {
-                let mut spoilt = config.clone();
-                spoil(&mut spoilt);
-                if spoilt != config {
-                    configure.config = serde_json::to_string(&spoilt).expect("it was JSON before");
+                let mut changed = config.clone();
+                change(&mut changed);
+                if changed != config {
+                    configure.config = serde_json::to_string(&changed).expect("it was JSON before");
                 }
             }
         })
     }
 
-    /// Spoils the bodies' configuration, where it parses.
-    pub fn bodies_config(spoil: impl FnMut(&mut DemConfig) + 'static) -> Self {
-        Self::config(spoil)
+    /// Changes the bodies' configuration, where it parses.
+    pub fn bodies_config(change: impl FnMut(&mut DemConfig) + 'static) -> Self {
+        Self::config(change)
     }
 }
 
-/// One constructor for each kind of record that can be spoilt.
-macro_rules! spoil {
+/// One constructor for each kind of record that can be changed.
+macro_rules! change {
     ($($(#[$doc:meta])* $name:ident: $payload:ident of $record:ty;)*) => {
         impl Flaw {
             $($(#[$doc])*
-            pub fn $name(mut spoil: impl FnMut(&mut StepHeader, &mut Vec<$record>) + 'static) -> Self {
+            pub fn $name(mut change: impl FnMut(&mut StepHeader, &mut Vec<$record>) + 'static) -> Self {
                 Self::each(move |message| {
                     if let Payload::$payload(records) = &mut message.payload {
-                        spoil(&mut message.header, records);
+                        change(&mut message.header, records);
                     }
                 })
             })*
@@ -199,26 +201,26 @@ macro_rules! spoil {
     };
 }
 
-spoil! {
-    /// Spoils grants.
+change! {
+    /// Changes grants.
     grants: Grant of Grant;
-    /// Spoils sets.
+    /// Changes sets.
     set: Set of ImpInfo;
-    /// Spoils states.
+    /// Changes states.
     states: States of ImpState;
-    /// Spoils forces.
+    /// Changes forces.
     forces: Forces of ImpForce;
-    /// Spoils outlines.
+    /// Changes outlines.
     envelopes: Envelopes of EnvelopeVertex;
-    /// Spoils reports.
+    /// Changes reports.
     reports: Report of Report;
-    /// Spoils the states of bodies.
+    /// Changes the states of bodies.
     bodies: Bodies of BodyState;
-    /// Spoils the contacts of a frame.
+    /// Changes the contacts of a frame.
     contacts: Contacts of ContactState;
-    /// Spoils those of groups.
+    /// Changes those of groups.
     groups: Groups of GroupState;
-    /// Spoils those of all points.
+    /// Changes those of all points.
     points: Points of PointState;
 }
 

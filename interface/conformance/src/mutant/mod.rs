@@ -3,8 +3,8 @@
 //! A mutant is a right solver that talks through a transport of its own. That passes every message on as it is, but for
 //! what its [`Flaw`] does.
 
+pub mod change;
 pub mod flaw;
-pub mod spoil;
 mod transport;
 
 use interface::core::SessionError;
@@ -18,6 +18,7 @@ use interface::transport::raw::Medium;
 
 pub use flaw::{Flaw, Mutant, Pass, ProcessFlaws, nap_for_many};
 
+use crate::part::notes;
 use transport::Flawed;
 
 /// Makes the right solver that a mutant is but for its flaw.
@@ -62,6 +63,11 @@ fn through<P: Perform>(
 ) -> Result<(), SessionError> {
     let party = side.party();
     let ends = join(medium, domain, party, &[], SEND_TIMEOUT)?;
+    if flaw.process.joins_without_note {
+        for note in notes(domain).filter(|note| note.pid == std::process::id()) {
+            let _ = std::fs::remove_file(note.path);
+        }
+    }
     drive(&mut side, &mut Flawed::new(ends, party, flaw));
     side.take_verdict()
 }

@@ -1,4 +1,4 @@
-//! A transport around another one that spoils what passes.
+//! A transport around another one that changes what passes.
 
 use std::collections::VecDeque;
 use std::time::Duration;

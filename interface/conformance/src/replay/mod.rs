@@ -15,7 +15,7 @@ use interface::message::control::{Configure, Notice, Order, Party};
 use interface::message::wire::{Grant, flags};
 use interface::recording::{End, Playback};
 use interface::transport::raw::{Kind, Message, Payload, RawRun};
-use interface::transport::wait::{Patience, wait};
+use interface::transport::wait::{WaitPolicy, wait};
 
 pub use compare::{Comparison, Difference};
 pub use error::ReplayError;
@@ -348,8 +348,8 @@ impl Replay<'_> {
     }
 
     fn await_message(&mut self, kind: Kind, patience: Duration) -> Result<Message, Stop> {
-        let patience = Patience::until(patience);
-        match self.worker.expect(&self.raw_run, kind, patience) {
+        let policy = WaitPolicy::until(patience);
+        match self.worker.expect(&self.raw_run, kind, policy) {
             Ok(message) => Ok(message),
             Err(Instead::Channel(error)) => Err(error.into()),
             Err(Instead::End(how)) => Err(self.solver(how)),
@@ -363,7 +363,13 @@ impl Replay<'_> {
                     .as_notice()
                     .map_err(|e| self.solver(format!("a notice that does not decode: {e}")))?;
                 let recorded = self.script.next(Kind::Notice)?;
-                Err(self.failed(recorded.as_ref(), &replayed))
+                Err(match (recorded, replayed) {
+                    // It fails where it did not: what the recording has instead says more than its words alone.
+                    (None, Notice::Failed(now)) => {
+                        self.solver(format!("{} ({kind:?} expected of it)", now.message))
+                    }
+                    (recorded, replayed) => self.failed(recorded.as_ref(), &replayed),
+                })
             }
         }
     }
@@ -372,7 +378,7 @@ impl Replay<'_> {
     fn await_end(&mut self) -> Result<(), Stop> {
         let worker = &mut self.worker;
         let how = wait(
-            Patience::until(ARRIVAL),
+            WaitPolicy::until(ARRIVAL),
             || Ok(worker.ended()),
             std::thread::sleep,
             || Ok(()),

@@ -11,7 +11,8 @@ use crate::message::wire::{Grant, Report};
 use crate::message::{Channel, Kind};
 use crate::solver::Readiness;
 
-/// Longest wait for a solver to take its configuration, unless the run says otherwise: it may fill millions of points.
+/// Longest wait for a solver to take its configuration, unless the run sets another one: the solver may have to fill
+/// millions of points.
 pub(super) const CONFIGURATION: Duration = Duration::from_mins(2);
 
 /// The coupler's line to one solver.

@@ -18,13 +18,13 @@ use crate::message::wire::{Grant, Report, StepHeader, flags};
 use crate::message::{Channel, Kind, Records};
 use crate::solver::Readiness;
 
-/// Longest wait for a solver to start and send Hello, unless the run says otherwise.
+/// Longest wait for a solver to start and send Hello, unless the run sets another one.
 const ARRIVAL: Duration = Duration::from_secs(30);
 
 /// Deadlines of the coupler for the messages before the first step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
-    /// For a solver to come and say hello.
+    /// For a solver to join and send Hello.
     pub hello: Duration,
     /// For a solver to take its configuration.
     pub ready: Duration,
@@ -51,17 +51,17 @@ enum State {
     Restoring(usize),
     /// Readies are awaited.
     Ready,
-    /// The run takes note that all are ready.
+    /// The run is told that all solvers are ready.
     Beginning,
-    /// The run decides what next.
+    /// The run decides what comes next.
     Deciding,
     /// The grant is being sent to this solver.
     Granting(usize),
     /// The report of this solver is awaited.
     Report(usize),
-    /// What this solver has sent before its report is taken.
+    /// The messages that this solver sent before its report are taken.
     Taking(usize),
-    /// The run takes note of the reports.
+    /// The run is told of the reports.
     Collecting,
     /// Drain is being sent to this solver.
     Draining(usize),
@@ -69,7 +69,7 @@ enum State {
     Bye,
     /// All points are taken.
     Points,
-    /// The run takes note of them.
+    /// The run is told that all points have arrived.
     Noting,
     /// Close is being sent to this solver.
     Closing(usize),
@@ -87,9 +87,9 @@ pub struct Coupler {
     state: State,
     order: Vec<u8>,
     round: Round,
-    /// What is still to be taken that was sent before the report.
+    /// Channels of messages that were sent before the report and have not been taken yet.
     to_take: Vec<Channel>,
-    /// Of the message that is to be sent.
+    /// Header of the message that is being sent.
     header_to_send: StepHeader,
     verdict: Option<Result<(), SessionError>>,
 }
@@ -119,7 +119,7 @@ impl Coupler {
         self.verdict.as_ref()
     }
 
-    /// How the session ended, given away.
+    /// Moves out how the session ended.
     pub fn take_verdict(&mut self) -> Option<Result<(), SessionError>> {
         self.verdict.take()
     }
@@ -139,7 +139,7 @@ impl Coupler {
         matches!(self.state, State::Hello | State::Ready)
     }
 
-    /// What `party` has said of itself first.
+    /// The Hello of `party`.
     pub fn hello(&self, party: Party) -> Option<&Hello> {
         self.line(party).and_then(|line| line.hello.as_ref())
     }
@@ -150,7 +150,7 @@ impl Coupler {
         hello.is_some_and(|hello| hello.capabilities.has(capability))
     }
 
-    /// What `party` has said when it was ready.
+    /// What `party` reported with Ready.
     pub fn readiness(&self, party: Party) -> Option<&Readiness> {
         self.line(party).and_then(|line| line.readiness.as_ref())
     }
@@ -171,7 +171,7 @@ impl Coupler {
         self.line(party).map_or(0, |line| line.step)
     }
 
-    /// What the solvers have said of the last grant.
+    /// The answers of the solvers to the last grant.
     pub fn round(&mut self) -> &mut Round {
         &mut self.round
     }
@@ -193,7 +193,7 @@ impl Coupler {
         self.lines.iter().find(|line| line.party == party)
     }
 
-    /// What to do now that this has happened.
+    /// The next action after an event.
     pub fn on(&mut self, event: Event<'_>) -> Action<Question> {
         if self.state == State::Ended {
             return Action::End;
@@ -302,7 +302,7 @@ impl Coupler {
                     let message = format!("ready for scene {theirs}, the coupler's is {ours}");
                     return Err(line.broke("S-6", message));
                 }
-                if let Some(message) = ready.readiness.nonsense() {
+                if let Some(message) = ready.readiness.impossible_value() {
                     return Err(line.broke("S-6", message));
                 }
                 line.readiness = Some(ready.readiness);
@@ -320,7 +320,7 @@ impl Coupler {
         Ok(self.await_notices())
     }
 
-    /// Continues to wait for notices, or continues with the next phase after all have arrived.
+    /// Waits for notices until all have arrived, and then begins the next phase.
     fn await_notices(&mut self) -> Action<Question> {
         let missing = self.missing().map(|line| line.party);
         match (self.state, missing) {
@@ -358,7 +358,7 @@ impl Coupler {
         }
     }
 
-    /// The first solver that has not said what is awaited.
+    /// The first solver whose notice is still missing.
     fn missing(&self) -> Option<&Line> {
         let state = self.state;
         self.lines.iter().find(|line| match state {
@@ -382,7 +382,7 @@ impl Coupler {
                 for (line, part) in self.lines.iter_mut().zip(parts) {
                     line.scene_hash.clone_from(&part.configure.scene_hash);
                     line.measured = part.measured;
-                    // A solver waits for the other one.
+                    // A solver may itself wait for the other one, which has this deadline.
                     line.deadline =
                         Duration::from_secs_f64(part.configure.deadline) + INDIRECT_WAIT_MARGIN;
                     line.restore = part.restore.map(Outgoing::new);

@@ -12,17 +12,17 @@ use crate::transport::TransportError;
 pub enum Event<'a> {
     /// A message has arrived.
     Received(Channel, StepHeader, Records<'a>),
-    /// A message that should have been there ([`Action::Take`](crate::core::Action::Take)) is not.
+    /// A message that should have been sent before ([`Action::Take`](crate::core::Action::Take)) is missing.
     Absent(Channel),
     /// The message has been sent.
     Sent,
-    /// The time of a [`Wait`](crate::core::Wait) is over.
+    /// The deadline of a [`Wait`](crate::core::Wait) is over.
     Expired(Duration),
-    /// A solver is gone; how.
+    /// A solver's process has ended, with how it ended.
     Gone(Party, String),
     /// A channel failed.
     Broken(TransportError),
-    /// The run cannot go on, for this reason.
+    /// The run cannot continue, for this reason.
     Stopped(String),
     /// The run has answered the question.
     Done(Decision),
@@ -35,11 +35,11 @@ pub enum Question {
     Configure,
     /// All solvers are ready.
     Ready,
-    /// What next?
+    /// What comes next?
     Next,
     /// The reports on the last grant have come.
     Collected,
-    /// All points are there, at the end.
+    /// All points have arrived, at the end.
     Drained,
 }
 
@@ -48,11 +48,11 @@ pub enum Question {
 pub enum Decision {
     /// The configuration of each solver, in the order of the solvers.
     Configure(Vec<Part>),
-    /// Steps; and the budgets of each solver, in their order.
+    /// Steps, and the budgets of each solver in the order of the solvers.
     Grant(Grant, Vec<[f64; 3]>),
     /// No more steps.
     Drain,
-    /// Noted.
+    /// The run has taken note.
     Noted,
 }
 
@@ -74,7 +74,7 @@ pub struct Round {
     pub grant: Grant,
     /// Steps that both have done.
     pub steps: u64,
-    /// Whether both may go on with the same step (clause L-5).
+    /// Whether both may continue with the same step (clause L-5).
     pub within: bool,
     /// Point groups, if measured.
     pub groups: Vec<GroupState>,

@@ -10,7 +10,7 @@ use crate::message::wire::{PointState, Report, StepHeader, flags};
 use crate::message::{Channel, Kind, Records};
 
 impl Coupler {
-    /// then what was sent before the report.
+    /// Checks, and then takes what was sent before the report.
     pub(super) fn reported(
         &mut self,
         i: usize,
@@ -99,7 +99,7 @@ impl Coupler {
         }
     }
 
-    /// the step, the number of records, the numbers.
+    /// checks the step, the number of records and the numbers.
     pub(super) fn measured(
         &self,
         i: usize,
@@ -137,7 +137,7 @@ impl Coupler {
         check::numbers(party, clause, step, records)
     }
 
-    /// R-5 and D-1: all points that are left, in order of their ids.
+    /// R-5 and D-1: all points that remain, in the order of their ids.
     pub(super) fn points(
         &mut self,
         i: usize,
@@ -189,7 +189,7 @@ impl Coupler {
         Ok(Action::Do(Question::Drained))
     }
 
-    /// the sides stop at one boundary.
+    /// both sides stop before the same step.
     pub(super) fn stopped_alike(&self) -> Result<u64, SessionError> {
         let mut ends = self.lines.iter().map(|line| line.report.next);
         let first = self.round.grant.first;

@@ -9,7 +9,7 @@ use crate::message::control::Party;
 use crate::message::wire::{Report, StepHeader, flags};
 
 impl Line {
-    /// The window is over, or the side has halted: measurement if asked for, then the report.
+    /// The window is over, or the side has halted: sends the measurement if it is asked for, then the report.
     pub(crate) fn finish(&mut self) -> Action {
         let measured = self.grant.flags & flags::MEASURE != 0;
         self.report = [Report {
@@ -41,7 +41,7 @@ impl Line {
         self.done == 0 && self.tells_contacts()
     }
 
-    /// The contacts, if they are asked for, then the report.
+    /// Sends the contacts if they are asked for, then the report.
     pub(super) fn list_contacts(&mut self) -> Action {
         if self.tells_contacts() {
             self.state = State::Listing;

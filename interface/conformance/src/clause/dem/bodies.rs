@@ -9,7 +9,7 @@ use super::limits::touching;
 use super::scene::{MASS, SPHERO, STIFFNESS, block_or_disc, disc, elastic, one_disc, scene};
 use crate::bench::{Bench, Points};
 use crate::clause::Clause;
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, near, require};
 
 pub const CLAUSES: &[Clause] = &[
@@ -40,13 +40,13 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must("J-1b", "a fixed body does not move", fixed)
         .mutant("lets fixed bodies fall", || {
-            spoil::motion(|motion| matches!(motion, Motion::Fixed).then_some(Motion::Free))
+            change::motion(|motion| matches!(motion, Motion::Fixed).then_some(Motion::Free))
         }),
     Clause::must("J-1c", "a driven body keeps its velocity and spin", driven)
         .needs(&["motion:driven"])
         .after(&["T-1a"])
         .mutant("lets driven bodies fall", || {
-            spoil::motion(|motion| matches!(motion, Motion::Driven).then_some(Motion::Free))
+            change::motion(|motion| matches!(motion, Motion::Driven).then_some(Motion::Free))
         }),
     Clause::must(
         "J-1d",
@@ -56,7 +56,7 @@ pub const CLAUSES: &[Clause] = &[
     .needs(&["motion:guided"])
     .after(&["T-1a", "T-1b"])
     .mutant("lets guided bodies move freely", || {
-        spoil::motion(|motion| matches!(motion, Motion::Guided { .. }).then_some(Motion::Free))
+        change::motion(|motion| matches!(motion, Motion::Guided { .. }).then_some(Motion::Free))
     }),
     Clause::must(
         "J-1e",
@@ -66,7 +66,7 @@ pub const CLAUSES: &[Clause] = &[
     .needs(&["motion:pushed"])
     .after(&["T-1a", "T-1b", "T-4a"])
     .mutant("ignores the external force", || {
-        spoil::motion(|motion| matches!(motion, Motion::Pushed { .. }).then_some(Motion::Free))
+        change::motion(|motion| matches!(motion, Motion::Pushed { .. }).then_some(Motion::Free))
     }),
     Clause::must(
         "J-1f",

@@ -6,7 +6,7 @@ use interface::message::wire::ImpForce;
 use super::scene::{RADIUS, SPHERO, STIFFNESS, block_or_disc, body, elastic, scene};
 use crate::bench::{Bench, Points};
 use crate::clause::Clause;
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Largest, Unmet, near, require};
 
 pub const CLAUSES: &[Clause] = &[
@@ -19,14 +19,14 @@ pub const CLAUSES: &[Clause] = &[
         // Later, points would be pulled through bodies, which ends the run.
         Flaw::forces(|header, forces| {
             if header.step == 0 {
-                spoil::scale(forces, -1.0);
+                change::scale(forces, -1.0);
             }
         })
     }),
     Clause::must("F-7b", "it is linear in k_n", linear)
         .after(&["F-7a"])
         .mutant("limits the stiffness to 100 kN/m", || {
-            spoil::law(|k, _, _, _| *k = k.min(1e5))
+            change::law(|k, _, _, _| *k = k.min(1e5))
         }),
     Clause::must("F-7c", "forces of two bodies add up", two_bodies)
         .after(&["F-7a"])
@@ -70,7 +70,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("F-8b", "forces do not accumulate from step to step", again)
         .after(&["F-7a", "J-1b", "T-6a", "T-6b"])
         .mutant("adds to the forces of points that stay", || {
-            let (count, stayed) = spoil::shared(0);
+            let (count, stayed) = change::shared(0);
             let mut last = Vec::new();
             let flaw = Flaw::states(move |_, states| {
                 let stays = !states.is_empty() && *states == last;
@@ -79,7 +79,7 @@ pub const CLAUSES: &[Clause] = &[
             });
             flaw.with(Flaw::forces(move |_, forces| {
                 if stayed.get() >= 2 {
-                    spoil::scale(forces, 1.0 + 1e-9);
+                    change::scale(forces, 1.0 + 1e-9);
                 }
             }))
         }),
@@ -106,13 +106,13 @@ pub const CLAUSES: &[Clause] = &[
     )
     .after(&["F-7a"])
     .mutant("loses digits far from the origin", || {
-        let (far, lost) = spoil::shared(false);
+        let (far, lost) = change::shared(false);
         let flaw = Flaw::states(move |_, states| {
             far.set(states.iter().any(|s| s.position[0].abs() > 100.0));
         });
         flaw.with(Flaw::forces(move |_, forces| {
             if lost.get() {
-                spoil::scale(forces, 1.001);
+                change::scale(forces, 1.001);
             }
         }))
     }),
@@ -133,7 +133,7 @@ pub const CLAUSES: &[Clause] = &[
         stiffness_positive,
     )
     .mutant("gives no stiffness to a point that is pushed", || {
-        spoil::stiffness(|force| force.force != [0.0; 2])
+        change::stiffness(|force| force.force != [0.0; 2])
     }),
     Clause::must(
         "F-6a",
@@ -143,7 +143,7 @@ pub const CLAUSES: &[Clause] = &[
     .after(&["F-5a"])
     .mutant(
         "gives no stiffness to a point that is not yet pushed",
-        || spoil::stiffness(|force| force.force == [0.0; 2]),
+        || change::stiffness(|force| force.force == [0.0; 2]),
     ),
     Clause::must("I-9a", "slots follow each new set", slots)
         .after(&["F-7a", "F-7d"])

@@ -11,7 +11,7 @@ use super::scene::{
 };
 use crate::bench::{Answer, Bench, BodiesRun, Points, WindowReport};
 use crate::clause::Clause;
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, near, require};
 
 /// Clauses that these rest on: the force itself, of its own step, on a body that stays.
@@ -29,7 +29,7 @@ pub const CLAUSES: &[Clause] = &[
     )
     .after(ROOTS)
     .needs(RUBS)
-    .mutant("doubles friction", || spoil::law(|_, _, mu, _| *mu *= 2.0))
+    .mutant("doubles friction", || change::law(|_, _, mu, _| *mu *= 2.0))
     .mutant("reverses friction", || {
         rubbing(|points| {
             let [normal, along] = points.contact.parts(points.force.force);
@@ -44,7 +44,7 @@ pub const CLAUSES: &[Clause] = &[
     .after(&["F-7a", "F-7d", "J-1b", "F-7k"])
     .needs(RUBS)
     .mutant("has a stiffer tangential spring", || {
-        spoil::law(|_, k_t, _, _| *k_t *= 1.1)
+        change::law(|_, k_t, _, _| *k_t *= 1.1)
     }),
     Clause::must(
         "F-7s",
@@ -75,7 +75,7 @@ pub const CLAUSES: &[Clause] = &[
     )
     .after(ROOTS)
     .mutant("has friction although mu is 0", || {
-        spoil::law(|_, k_t, mu, _| {
+        change::law(|_, k_t, mu, _| {
             if *k_t > 0.0 && *mu == 0.0 {
                 *mu = 0.1;
             }
@@ -131,7 +131,7 @@ pub const CLAUSES: &[Clause] = &[
         .after(&["F-7a", "F-7d", "J-1b"])
         .needs(DAMPS)
         .mutant("damps half as much", || {
-            spoil::law(|_, _, _, zeta| *zeta *= 0.5)
+            change::law(|_, _, _, zeta| *zeta *= 0.5)
         }),
     Clause::must(
         "F-7r",
@@ -151,7 +151,7 @@ pub const CLAUSES: &[Clause] = &[
         .after(&["F-8a", "F-7a", "F-7o"])
         .needs(DAMPS)
         .mutant("pulls points that leave fast", || {
-            spoil::answers(|states, forces| {
+            change::answers(|states, forces| {
                 if states.iter().any(|state| state.velocity[1] > 5.0) {
                     forces.iter_mut().for_each(|force| force.force[1] -= 1.0);
                 }
@@ -159,7 +159,7 @@ pub const CLAUSES: &[Clause] = &[
         }),
 ];
 
-/// What rests on the books and on motion besides.
+/// What depends on the ledger and on motion too.
 pub const TURNING: &[Clause] = &[
     Clause::must(
         "R-3g",
@@ -208,7 +208,7 @@ fn configuration(message: &Message) -> Option<DemConfig> {
 }
 
 /// Changes the force on the only point where it slides on a ground of this law.
-fn sliding(law: ContactLaw, mut spoil: impl FnMut(Sliding) + 'static) -> Flaw {
+fn sliding(law: ContactLaw, mut change: impl FnMut(Sliding) + 'static) -> Flaw {
     let grounds = [Ground::Floor, Ground::Hill];
     let mut ground = None;
     let (mut now, mut last): (Option<ImpState>, Option<ImpState>) = (None, None);
@@ -234,7 +234,7 @@ fn sliding(law: ContactLaw, mut spoil: impl FnMut(Sliding) + 'static) -> Flaw {
                 let unseen = contact
                     .parts(unseen)
                     .map(|x| if x.abs() > 1e-9 { x } else { 0.0 });
-                spoil(Sliding {
+                change(Sliding {
                     contact,
                     force: &mut forces[0],
                     unseen,
@@ -246,12 +246,12 @@ fn sliding(law: ContactLaw, mut spoil: impl FnMut(Sliding) + 'static) -> Flaw {
 }
 
 /// The same where there is friction.
-fn rubbing(spoil: impl FnMut(Sliding) + 'static) -> Flaw {
-    sliding(frictional(TANGENTIAL, MU), spoil)
+fn rubbing(change: impl FnMut(Sliding) + 'static) -> Flaw {
+    sliding(frictional(TANGENTIAL, MU), change)
 }
 
 /// Changes what is measured of the only body, a free disc that a point has rubbed, given that point's last force.
-fn on_free_disc(spoil: fn(&ImpForce, &mut BodyState)) -> Flaw {
+fn on_free_disc(change: fn(&ImpForce, &mut BodyState)) -> Flaw {
     let (mut rubbed, mut last) = (false, ImpForce::default());
     Flaw::each(move |message| {
         if let Some(config) = configuration(message) {
@@ -263,7 +263,7 @@ fn on_free_disc(spoil: fn(&ImpForce, &mut BodyState)) -> Flaw {
             Payload::Forces(forces) if forces.len() == 1 => last = forces[0],
             Payload::Bodies(bodies) => {
                 if let (true, [body]) = (rubbed, &mut bodies[..]) {
-                    spoil(&last, body);
+                    change(&last, body);
                 }
             }
             _ => {}

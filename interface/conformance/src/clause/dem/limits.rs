@@ -9,13 +9,13 @@ use super::scene::{
 };
 use crate::bench::{Bench, Budget, Points};
 use crate::clause::Clause;
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, broken, require};
 
 pub const CLAUSES: &[Clause] = &[
     Clause::must("L-1a", "limits are finite and not negative", sane)
         .mutant("has a negative frequency", || {
-            spoil::limits(|l| l.omega_sq = -1.0)
+            change::limits(|l| l.omega_sq = -1.0)
         }),
     Clause::must(
         "L-2a",
@@ -25,7 +25,7 @@ pub const CLAUSES: &[Clause] = &[
     .needs(&["motion:free"])
     .after(&["L-1a"])
     .mutant("reports half its contact frequency", || {
-        spoil::limits(|l| l.contact_omega_sq *= 0.5)
+        change::limits(|l| l.contact_omega_sq *= 0.5)
     }),
     Clause::should(
         "L-2b",
@@ -35,7 +35,7 @@ pub const CLAUSES: &[Clause] = &[
     .needs(&["motion:free"])
     .after(&["L-2a"])
     .mutant("reports ten times its contact frequency", || {
-        spoil::limits(|l| l.contact_omega_sq *= 10.0)
+        change::limits(|l| l.contact_omega_sq *= 10.0)
     }),
     Clause::must(
         "L-2c",
@@ -45,7 +45,7 @@ pub const CLAUSES: &[Clause] = &[
     .needs(&["feature:body_contact", "motion:free"])
     .after(&["J-1f", "L-1a"])
     .mutant("forgets contact between bodies in its limits", || {
-        spoil::limits(|l| l.omega_sq = 0.0)
+        change::limits(|l| l.omega_sq = 0.0)
     }),
     Clause::must(
         "L-2d",
@@ -55,7 +55,7 @@ pub const CLAUSES: &[Clause] = &[
     .needs(&["motion:free"])
     .after(&["L-1a"])
     .mutant("reports half its speed", || {
-        spoil::limits(|l| l.speed *= 0.5)
+        change::limits(|l| l.speed *= 0.5)
     }),
     Clause::must(
         "L-2e",
@@ -65,7 +65,7 @@ pub const CLAUSES: &[Clause] = &[
     .needs(&["feature:damping", "motion:free"])
     .after(&["F-7o", "L-1a"])
     .mutant("does not report damping", || {
-        spoil::limits(|l| l.damping = 0.0)
+        change::limits(|l| l.damping = 0.0)
     }),
     Clause::must(
         "H-2a",
@@ -91,7 +91,7 @@ pub const CLAUSES: &[Clause] = &[
     .needs(&["motion:free"])
     .after(&["H-2a"])
     .mutant("halts on the last step too", || {
-        let (budget, short) = spoil::shared(f64::MAX);
+        let (budget, short) = change::shared(f64::MAX);
         let flaw = Flaw::grants(move |_, grants| {
             grants.iter().for_each(|g| budget.set(g.budget_speed));
         });
@@ -107,7 +107,7 @@ pub const CLAUSES: &[Clause] = &[
         other_halts,
     )
     .mutant("does not report a halt of the other side", || {
-        let (halted, hidden) = spoil::shared(false);
+        let (halted, hidden) = change::shared(false);
         let flaw =
             Flaw::states(move |header, _| halted.set(header.flags & flags::HALT_BEFORE != 0));
         flaw.with(Flaw::reports(move |_, reports| {
@@ -124,7 +124,7 @@ pub const CLAUSES: &[Clause] = &[
     .needs(&["motion:free"])
     .after(&["T-6a", "T-6b", "H-2a"])
     .mutant("uses another step length after a halt", || {
-        let (halted, next) = spoil::shared(false);
+        let (halted, next) = change::shared(false);
         let flaw = Flaw::grants(move |_, grants| {
             for grant in grants.iter_mut().filter(|_| next.get()) {
                 grant.dt *= 1.0 + 1e-6;

@@ -1,10 +1,10 @@
 //! The clauses of a bodies' side, besides those of both sides.
 
 mod bodies;
-mod books;
 mod force;
 mod friction;
 mod laws;
+mod ledger;
 mod limits;
 mod motion;
 mod order;
@@ -29,7 +29,7 @@ pub const CLAUSES: &[&[Clause]] = &[
     segments::CLAUSES,
     motion::CLAUSES,
     limits::CLAUSES,
-    books::CLAUSES,
+    ledger::CLAUSES,
     &[pairs::IN_FRAMES],
     friction::TURNING,
     time::OPENING,

@@ -5,7 +5,7 @@ use interface::config::{BodyConfig, ContactLaw};
 use super::scene::{MASS, RADIUS, SPHERO, STIFFNESS, block, disc, elastic, scene};
 use crate::bench::{Bench, Points};
 use crate::clause::Clause;
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Largest, Unmet, near};
 
 pub const CLAUSES: &[Clause] = &[
@@ -17,7 +17,7 @@ pub const CLAUSES: &[Clause] = &[
     .needs(&["motion:free"])
     .after(ROOTS)
     .mutant("pushes moving points harder than it is pushed", || {
-        spoil::moving(
+        change::moving(
             |v| v > 0.5,
             |force| force.force = force.force.map(|f| 1.001 * f),
         )
@@ -36,13 +36,13 @@ pub const CLAUSES: &[Clause] = &[
         .needs(&["motion:free"])
         .after(&["F-7a", "F-7d", "T-1a", "F-7i"])
         .mutant("adds a drag to fast points", || {
-            spoil::moving(|v| v > 30.0, |force| force.force[0] -= 1.0)
+            change::moving(|v| v > 30.0, |force| force.force[0] -= 1.0)
         }),
     Clause::must("T-1d", "an elastic impact keeps the speed: e = 1", bounce)
         .needs(&["motion:free"])
         .after(&["F-7a", "F-7d", "T-1a", "T-1b", "T-4a", "F-7i"])
         .mutant("damps a little without a dashpot", || {
-            spoil::law(|_, k_t, mu, zeta| {
+            change::law(|_, k_t, mu, zeta| {
                 if *zeta == 0.0 && *mu == 0.0 && *k_t == 0.0 {
                     *zeta = 0.002;
                 }

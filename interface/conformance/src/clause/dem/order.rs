@@ -9,7 +9,7 @@ use interface::transport::raw::{Kind, Message, Payload};
 use super::scene::{RADIUS, SPHERO, one_disc};
 use crate::bench::{Answer, Bench, BodiesRun, Points};
 use crate::clause::{Clause, shared};
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, broken, near, require};
 
 pub const CLAUSES: &[Clause] = &[
@@ -17,7 +17,7 @@ pub const CLAUSES: &[Clause] = &[
         refuses(bench, |_, states| states.header.step += 1)
     })
     .mutant("does not look at the step of states", || {
-        spoil::in_step(|message, now| {
+        change::in_step(|message, now| {
             if message.kind() == Kind::States {
                 message.header.step = now.step;
             }
@@ -27,7 +27,7 @@ pub const CLAUSES: &[Clause] = &[
         refuses(bench, |_, states| states.header.epoch += 1)
     })
     .mutant("does not look at the epoch of states", || {
-        spoil::in_step(|message, now| {
+        change::in_step(|message, now| {
             if message.kind() == Kind::States {
                 message.header.epoch = now.epoch;
             }
@@ -37,7 +37,7 @@ pub const CLAUSES: &[Clause] = &[
         refuses(bench, |set, _| set_of(set)[1].id = 0)
     })
     .mutant("accepts ids in any order", || {
-        spoil::sets(|set| {
+        change::sets(|set| {
             if set.windows(2).any(|pair| pair[0].id >= pair[1].id) {
                 (0..).zip(set).for_each(|(k, info)| info.id = k);
             }
@@ -47,7 +47,7 @@ pub const CLAUSES: &[Clause] = &[
         refuses(bench, |set, _| set_of(set)[1].radius = 0.0)
     })
     .mutant("accepts a point without radius", || {
-        spoil::sets(|set| {
+        change::sets(|set| {
             set.iter_mut()
                 .for_each(|info| info.radius = info.radius.max(1e-6));
         })
@@ -56,7 +56,7 @@ pub const CLAUSES: &[Clause] = &[
         refuses(bench, |set, _| set_of(set)[1].mass = 0.0)
     })
     .mutant("accepts a point without mass", || {
-        spoil::sets(|set| {
+        change::sets(|set| {
             set.iter_mut()
                 .for_each(|info| info.mass = info.mass.max(1e-6));
         })
@@ -185,11 +185,11 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("W-2a", "ignores fields that a message does not use", unused).mutant(
         "reads a reserved field",
         || {
-            let (seen, used) = spoil::shared(false);
-            let flaw = spoil::sets(move |set| seen.set(set.iter().any(|info| info.next != 0)));
+            let (seen, used) = change::shared(false);
+            let flaw = change::sets(move |set| seen.set(set.iter().any(|info| info.next != 0)));
             flaw.with(Flaw::forces(move |_, forces| {
                 if used.get() {
-                    spoil::scale(forces, 2.0);
+                    change::scale(forces, 2.0);
                 }
             }))
         },
@@ -263,11 +263,11 @@ fn begun(bench: &Bench) -> Result<BodiesRun<'_>, Unmet> {
     Ok(play)
 }
 
-/// Sends a set and states after `spoil` in step 1; the solver shall say Failed and no forces.
-fn refuses(bench: &Bench, spoil: impl FnOnce(&mut Message, &mut Message)) -> Judgement {
+/// Sends a set and states after `change` in step 1; the solver shall say Failed and no forces.
+fn refuses(bench: &Bench, change: impl FnOnce(&mut Message, &mut Message)) -> Judgement {
     let mut play = begun(bench)?;
     play.grant(1e-4, 1, false)?;
-    play.send_spoilt(&pressed(), spoil)?;
+    play.send_changed(&pressed(), change)?;
     let failure = play.session.failure()?;
     while let Some(forces) = play.session.take(Kind::Forces)? {
         let got = format_args!("forces, then {}", failure.message);
@@ -319,10 +319,10 @@ fn other_generation(bench: &Bench) -> Judgement {
 
 fn unused(bench: &Bench) -> Judgement {
     let points = pressed();
-    let answer = |spoil: fn(&mut Message, &mut Message)| -> Result<Answer, Unmet> {
+    let answer = |change: fn(&mut Message, &mut Message)| -> Result<Answer, Unmet> {
         let mut play = bench.run_bodies(&one_disc(bench))?;
         play.grant(0.0, 1, false)?;
-        play.send_spoilt(&points, spoil)?;
+        play.send_changed(&points, change)?;
         play.set(&points.set);
         play.forces()
     };

@@ -91,13 +91,13 @@ pub const IN_FRAMES: Clause = Clause::must(
 /// What `with` is of a contact of two points.
 const POINTS: u64 = 2;
 
-/// Spoils the contacts of two points.
-fn of_points(spoil: fn(&mut ContactState)) -> Flaw {
+/// Changes the contacts of two points.
+fn of_points(change: fn(&mut ContactState)) -> Flaw {
     Flaw::contacts(move |_, contacts| {
         let pairs = contacts.iter_mut();
         pairs
             .filter(|contact| contact.with == POINTS)
-            .for_each(spoil);
+            .for_each(change);
     })
 }
 
@@ -105,11 +105,11 @@ fn is_of_a_pair(force: &ImpForce) -> bool {
     force.stiffness == 2.0 * K_PAIR
 }
 
-/// Spoils the forces of the two points of a pair.
-fn of_pairs(spoil: fn(&mut [ImpForce])) -> Flaw {
+/// Changes the forces of the two points of a pair.
+fn of_pairs(change: fn(&mut [ImpForce])) -> Flaw {
     Flaw::forces(move |_, forces| {
         if forces.len() >= 2 && forces.iter().all(is_of_a_pair) {
-            spoil(forces);
+            change(forces);
         }
     })
 }

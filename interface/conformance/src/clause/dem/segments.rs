@@ -6,7 +6,7 @@ use interface::message::wire::ImpState;
 use super::scene::{OVERLAP, RADIUS, SPHERO, STIFFNESS, body, elastic, frictional, scene};
 use crate::bench::{Bench, Points};
 use crate::clause::Clause;
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Largest};
 
 const NEEDS: &[&str] = &["segments", "shape:disc"];
@@ -70,7 +70,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("I-2i", "refuses a link that is not another slot", nowhere)
         .needs(NEEDS)
         .mutant("ignores links to slots that do not exist", || {
-            spoil::sets(|set| {
+            change::sets(|set| {
                 let slots = set.len();
                 (1..).zip(set).for_each(|(slot, info)| {
                     if info.next as usize > slots || info.next == slot {
@@ -81,9 +81,9 @@ pub const CLAUSES: &[Clause] = &[
         }),
 ];
 
-/// Spoils the forces on three markers of a chain.
+/// Changes the forces on three markers of a chain.
 fn on_segments(mut change: impl FnMut(&mut [[f64; 2]; 3]) + 'static) -> Flaw {
-    let (links, linked) = spoil::shared(false);
+    let (links, linked) = change::shared(false);
     let flaw = Flaw::set(move |_, set| links.set(set.iter().any(|info| info.next > 0)));
     flaw.with(Flaw::forces(move |_, forces| {
         if let [a, b, c] = &mut forces[..]

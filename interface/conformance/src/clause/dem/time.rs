@@ -12,7 +12,7 @@ use super::scene::{
 };
 use crate::bench::{Bench, Points};
 use crate::clause::Clause;
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Largest, Unmet, require};
 
 pub const CLAUSES: &[Clause] = &[
@@ -69,7 +69,7 @@ pub const CLAUSES: &[Clause] = &[
             })
         })
         .mutant("kicks by the step before", || {
-            spoil::each_grant(|grant| {
+            change::each_grant(|grant| {
                 if grant.dt > 0.0 && grant.dt_before_epoch > 0.0 && grant.steps_in_epoch == 0 {
                     let twice = 2.0 * grant.dt_before_epoch - grant.dt;
                     grant.dt_before_epoch = twice.max(0.0);
@@ -94,7 +94,7 @@ pub const CLAUSES: &[Clause] = &[
         .needs(&["motion:free"])
         .after(&["T-1b", "T-1c", "T-4a"])
         .mutant("measures velocities half a step late", || {
-            let (dt, kick) = spoil::shared(0.0);
+            let (dt, kick) = change::shared(0.0);
             let flaw = Flaw::grants(move |_, grants| {
                 grants
                     .iter()
@@ -114,7 +114,7 @@ pub const CLAUSES: &[Clause] = &[
         Flaw::forces(|_, forces| {
             let now = SystemTime::now().duration_since(UNIX_EPOCH);
             if now.is_ok_and(|now| now.subsec_micros() % 2 == 1) {
-                spoil::next_up(forces);
+                change::next_up(forces);
             }
         })
     }),
@@ -122,13 +122,13 @@ pub const CLAUSES: &[Clause] = &[
         .needs(&["motion:free"])
         .after(&["T-6a", "T-1b"])
         .mutant("rounds differently for other windows", || {
-            let (window, steps) = spoil::shared(0);
+            let (window, steps) = change::shared(0);
             let flaw = Flaw::grants(move |_, grants| {
                 grants.iter().for_each(|g| window.set(g.steps));
             });
             flaw.with(Flaw::forces(move |_, forces| {
                 if steps.get() > 1 {
-                    spoil::next_up(forces);
+                    change::next_up(forces);
                 }
             }))
         }),

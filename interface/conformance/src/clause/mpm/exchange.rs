@@ -10,7 +10,7 @@ use interface::transport::raw::{Kind, Message, Payload};
 use super::scene::{DT, IN_BLOCK, block, push, scene, single};
 use crate::bench::{Bench, ContinuumRun};
 use crate::clause::{Clause, shared};
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, broken, require};
 
 pub const CLAUSES: &[Clause] = &[
@@ -74,19 +74,19 @@ pub const CLAUSES: &[Clause] = &[
         forces(bench, |message| message.header.step -= 1)
     })
     .mutant("accepts forces of any step", || {
-        spoil::forces_of_states(|states, header, _| header.step = states.step)
+        change::forces_of_states(|states, header, _| header.step = states.step)
     }),
     Clause::must("F-2c", "refuses forces of another epoch", |bench| {
         forces(bench, |message| message.header.epoch += 1)
     })
     .mutant("accepts forces of any epoch", || {
-        spoil::forces_of_states(|states, header, _| header.epoch = states.epoch)
+        change::forces_of_states(|states, header, _| header.epoch = states.epoch)
     }),
     Clause::must("F-3b", "refuses forces of another set", |bench| {
         forces(bench, |message| message.header.set += 1)
     })
     .mutant("accepts forces of any set", || {
-        spoil::forces_of_states(|states, header, _| header.set = states.set)
+        change::forces_of_states(|states, header, _| header.set = states.set)
     }),
     Clause::must("F-3c", "refuses fewer forces than points", |bench| {
         forces(bench, |message| {
@@ -97,7 +97,7 @@ pub const CLAUSES: &[Clause] = &[
         })
     })
     .mutant("uses zero for missing forces", || {
-        spoil::forces_of_states(|states, header, forces| {
+        change::forces_of_states(|states, header, forces| {
             if header.count == forces.len() as u64 {
                 forces.resize(states.count as usize, ImpForce::default());
                 header.count = states.count;
@@ -246,7 +246,7 @@ fn once(bench: &Bench) -> Judgement {
     Ok("8 messages in 8 steps".into())
 }
 
-fn outlines(bench: &Bench, spoil: fn(&mut Message)) -> Judgement {
+fn outlines(bench: &Bench, change: fn(&mut Message)) -> Judgement {
     let mut flow = bench.run_continuum(&single([0.0; 2]))?;
     flow.grant(DT, 1, false)?;
     let (header, _) = flow.next_states()?;
@@ -261,7 +261,7 @@ fn outlines(bench: &Bench, spoil: fn(&mut Message)) -> Judgement {
         ..flow.header()
     };
     let mut message = Message::new(header, Payload::Envelopes(flow.outlines.clone()));
-    spoil(&mut message);
+    change(&mut message);
     flow.session.send(&message)?;
     refusal(&mut flow)
 }
@@ -274,19 +274,19 @@ fn refusal(flow: &mut ContinuumRun) -> Judgement {
     Ok(failure.message)
 }
 
-/// Step 1 is answered with spoilt forces; the run and the step of it are returned.
-fn answered(bench: &Bench, spoil: fn(&mut Message)) -> Result<(ContinuumRun<'_>, u64), Unmet> {
+/// Step 1 is answered with changed forces; the run and the step of it are returned.
+fn answered(bench: &Bench, change: fn(&mut Message)) -> Result<(ContinuumRun<'_>, u64), Unmet> {
     let mut flow = bench.run_continuum(&scene(vec![block([0.4; 2], [0.0; 2])]))?;
     flow.grant(DT, 4, false)?;
     flow.exchange()?;
     let step = flow.states()?.step.index;
     let forces = vec![push([0.0, 1e-3], 10.0); flow.imps().len()];
     let mut message = Message::new(flow.header(), Payload::Forces(forces));
-    spoil(&mut message);
+    change(&mut message);
     flow.send_forces(&message)?;
     Ok((flow, step))
 }
 
-fn forces(bench: &Bench, spoil: fn(&mut Message)) -> Judgement {
-    refusal(&mut answered(bench, spoil)?.0)
+fn forces(bench: &Bench, change: fn(&mut Message)) -> Judgement {
+    refusal(&mut answered(bench, change)?.0)
 }

@@ -3,19 +3,19 @@
 use super::scene::{DT, MASS, block, push, scene, single};
 use crate::bench::Bench;
 use crate::clause::Clause;
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Largest, Unmet, broken, near};
 
 pub const CLAUSES: &[Clause] = &[
     Clause::must("F-1a", "a force acts in its step", in_its_step)
         .after(&["T-1b"])
         .mutant("applies forces one step late", || {
-            spoil::after_others(|before, now| now.copy_from_slice(before))
+            change::after_others(|before, now| now.copy_from_slice(before))
         }),
     Clause::must("F-1b", "a force acts in no other step", once)
         .after(&["F-1a"])
         .mutant("keeps a tenth of a force for the next step", || {
-            spoil::after_others(|before, now| {
+            change::after_others(|before, now| {
                 for (now, before) in now.iter_mut().zip(before) {
                     if before.force != [0.0; 2] {
                         now.force = [0, 1].map(|i| now.force[i] + 0.1 * before.force[i]);

@@ -7,7 +7,7 @@ use interface::transport::raw::{Message, Payload};
 use super::scene::{DT, block, push, scene, single};
 use crate::bench::{Bench, Budget, ContinuumRun, configure};
 use crate::clause::Clause;
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, require};
 
 pub const CLAUSES: &[Clause] = &[
@@ -18,7 +18,7 @@ pub const CLAUSES: &[Clause] = &[
     )
     .after(&["L-2d"])
     .mutant("ignores the budget of speed", || {
-        spoil::each_grant(|grant| grant.budget_speed = f64::MAX)
+        change::each_grant(|grant| grant.budget_speed = f64::MAX)
     }),
     Clause::must(
         "L-5a",
@@ -27,10 +27,10 @@ pub const CLAUSES: &[Clause] = &[
     )
     .after(&["H-1a"])
     .mutant("halts in windows of one step", || {
-        spoil::at_report(|window, message| {
-            let report = spoil::reported(&message);
+        change::at_report(|window, message| {
+            let report = change::reported(&message);
             let beyond = report.limits.speed > window.grant.budget_speed;
-            spoil::halts(message, beyond && window.grant.steps == 1)
+            change::halts(message, beyond && window.grant.steps == 1)
         })
     }),
     Clause::must(
@@ -53,18 +53,18 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("H-2c", "HALT_AFTER on the last step has no effect", last).mutant(
         "halts at the end of the window",
         || {
-            spoil::at_report(|window, message| {
+            change::at_report(|window, message| {
                 let ends =
-                    spoil::reported(&message).next == window.grant.first + window.grant.steps;
-                spoil::halts(message, window.bodies_halt && ends)
+                    change::reported(&message).next == window.grant.first + window.grant.steps;
+                change::halts(message, window.bodies_halt && ends)
             })
         },
     ),
     Clause::must("H-3a", "HALT_AFTER holds where both sides halt", both)
         .after(&["H-1a", "H-2b"])
         .mutant("sends HALT_BEFORE after HALT_AFTER", || {
-            spoil::at_report(|window, message| {
-                let report = spoil::reported(&message);
+            change::at_report(|window, message| {
+                let report = change::reported(&message);
                 if !window.bodies_halt || report.limits.speed <= window.grant.budget_speed {
                     return vec![message];
                 }
@@ -101,10 +101,10 @@ pub const CLAUSES: &[Clause] = &[
         .mutant("has other bits after a halt", || {
             let mut halted = false;
             Flaw::outbound(move |mut message| {
-                halted |= spoil::reported(&message).halted == 1;
+                halted |= change::reported(&message).halted == 1;
                 if let Payload::States(states) = &mut message.payload {
                     for state in states.iter_mut().filter(|_| halted) {
-                        spoil::nudged(state, 1);
+                        change::nudged(state, 1);
                     }
                 }
                 vec![message]

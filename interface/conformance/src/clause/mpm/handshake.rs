@@ -5,13 +5,13 @@ use interface::config::{Fill, GroupConfig, MpmConfig};
 use super::scene::{DENSITY, MASS, MODULI, SPACING, block, group, material, points, scene};
 use crate::bench::{Bench, Reply, configure};
 use crate::clause::Clause;
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, broken, near, require};
 
 pub const CLAUSES: &[Clause] = &[
     Clause::must("S-2c", "Ready has the number of points", items)
         .mutant("counts one point too many", || {
-            spoil::ready(|ready| ready.items += 1)
+            change::ready(|ready| ready.items += 1)
         }),
     Clause::must(
         "S-2d",
@@ -19,11 +19,11 @@ pub const CLAUSES: &[Clause] = &[
         courant,
     )
     .mutant("reports another time", || {
-        spoil::ready(|ready| ready.courant_time *= 1.01)
+        change::ready(|ready| ready.courant_time *= 1.01)
     }),
     Clause::must("S-2e", "Ready has the mass of the lightest point", lightest)
         .mutant("reports the mass of two points", || {
-            spoil::ready(|ready| ready.mass_min *= 2.0)
+            change::ready(|ready| ready.mass_min *= 2.0)
         }),
     Clause::must(
         "S-8b",

@@ -11,7 +11,7 @@ use super::scene::{
 };
 use crate::bench::{Bench, ContinuumRun, around_all, outline};
 use crate::clause::Clause;
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, near, require};
 
 pub const CLAUSES: &[Clause] = &[
@@ -89,7 +89,7 @@ pub const CLAUSES: &[Clause] = &[
         let inbound = Flaw::config(|config: &mut interface::config::MpmConfig| {
             for group in &mut config.groups {
                 if let Some(radius) = &mut group.contact_radius {
-                    let shrunk = *radius / spoil::SHRUNK;
+                    let shrunk = *radius / change::SHRUNK;
                     config.skin = config.skin.max(0.02 + *radius - shrunk);
                     *radius = shrunk;
                 }
@@ -97,10 +97,12 @@ pub const CLAUSES: &[Clause] = &[
         });
         let outbound = Flaw::outbound(|mut message| {
             match &mut message.payload {
-                Payload::Set(set) => set.iter_mut().for_each(|info| info.radius *= spoil::SHRUNK),
+                Payload::Set(set) => set
+                    .iter_mut()
+                    .for_each(|info| info.radius *= change::SHRUNK),
                 Payload::Report(reports) => reports
                     .iter_mut()
-                    .for_each(|report| report.limits.radius_min *= spoil::SHRUNK),
+                    .for_each(|report| report.limits.radius_min *= change::SHRUNK),
                 _ => {}
             }
             vec![message]

@@ -7,7 +7,7 @@ use interface::message::wire::{GroupState, Ledger, PointState, StepHeader, flags
 use super::scene::{DT, IN_BLOCK, MASS, MODULI, SPACING, block, points, push, scene, single};
 use crate::bench::{Bench, ContinuumRun, Shown, WindowReport};
 use crate::clause::Clause;
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Largest, Unmet, broken, near, require};
 
 pub const CLAUSES: &[Clause] = &[
@@ -21,12 +21,12 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must("R-1b", "a report counts points, IMPs and sets", counts)
         .mutant("counts one IMP too many", || {
-            spoil::report(|report| report.imps += 1)
+            change::report(|report| report.imps += 1)
         }),
     Clause::must("R-3b", "measures nothing when not asked", unmeasured).mutant(
         "reports an energy that was not asked for",
         || {
-            spoil::report(|report| {
+            change::report(|report| {
                 if report.measured == 0 {
                     report.ledger.kinetic = 1e-3;
                 }
@@ -70,7 +70,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("N-1a", "momentum less applied impulse is kept", momentum)
         .after(&["T-1b"])
         .mutant("adds to the impulse of gravity", || {
-            spoil::measured(|report| report.ledger.applied_impulse[1] *= 1.0 + 1e-6)
+            change::measured(|report| report.ledger.applied_impulse[1] *= 1.0 + 1e-6)
         }),
     Clause::must(
         "N-1f",
@@ -79,29 +79,29 @@ pub const CLAUSES: &[Clause] = &[
     )
     .after(&["F-1b", "F-1c", "T-1c"])
     .mutant("adds to the impulse of contact", || {
-        spoil::measured(|report| report.ledger.contact_impulse[0] *= 1.0 + 1e-6)
+        change::measured(|report| report.ledger.contact_impulse[0] *= 1.0 + 1e-6)
     }),
     Clause::must("N-1g", "elastic energy of a uniform stress", elastic)
         .needs(&["feature:fields"])
         .mutant("adds to the elastic energy", || {
-            spoil::measured(|report| report.ledger.elastic *= 1.01)
+            change::measured(|report| report.ledger.elastic *= 1.01)
         }),
     Clause::must("N-1h", "potential energy is that of all points", potential)
         .mutant("adds to the potential energy", || {
-            spoil::measured(|report| report.ledger.gravity *= 1.0 + 1e-6)
+            change::measured(|report| report.ledger.gravity *= 1.0 + 1e-6)
         }),
     Clause::must("N-1b", "the sum of energies is kept", closure)
         .needs(&["feature:fields"])
         .after(&["N-1g", "T-5a"])
         .mutant("loses energy", || {
-            spoil::measured(|report| report.ledger.plastic_work = 0.2 * report.ledger.kinetic)
+            change::measured(|report| report.ledger.plastic_work = 0.2 * report.ledger.kinetic)
         }),
     Clause::must("N-1i", "the work of the stress is what is stored", work)
         .needs(&["feature:fields", STRESS_WORK])
         .after(&["N-1b"])
         .mutant(
             "reports twice the stored energy as the work of the stress",
-            || spoil::measured(|report| report.ledger.stress_work = 2.0 * report.ledger.elastic),
+            || change::measured(|report| report.ledger.stress_work = 2.0 * report.ledger.elastic),
         ),
 ];
 

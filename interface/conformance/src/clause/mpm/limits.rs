@@ -6,14 +6,14 @@ use interface::message::wire::Limits;
 use super::scene::{DT, IN_BLOCK, MASS, RADIUS, block, push, scene, single};
 use crate::bench::{Bench, ContinuumRun};
 use crate::clause::Clause;
-use crate::mutant::spoil;
+use crate::mutant::change;
 use crate::verdict::{Judgement, Unmet, require};
 
 pub const CLAUSES: &[Clause] = &[
     Clause::must("L-2a", "contact_omega_sq bounds what contact adds", contact)
         .after(&["I-9b", "F-1a"])
         .mutant("halves what contact adds", || {
-            spoil::report(|report| report.limits.contact_omega_sq *= 0.5)
+            change::report(|report| report.limits.contact_omega_sq *= 0.5)
         }),
     Clause::must(
         "L-2f",
@@ -23,7 +23,7 @@ pub const CLAUSES: &[Clause] = &[
     .after(&["L-2a"])
     .mutant("keeps the last contact frequency", || {
         let mut touched = false;
-        spoil::report(move |report| {
+        change::report(move |report| {
             touched |= report.limits.contact_omega_sq > 0.0;
             if touched && report.limits.contact_omega_sq == 0.0 {
                 report.limits.contact_omega_sq = 1e-3;
@@ -37,7 +37,7 @@ pub const CLAUSES: &[Clause] = &[
     )
     .after(&["L-2a"])
     .mutant("reports five times its contact_omega_sq", || {
-        spoil::report(|report| report.limits.contact_omega_sq *= 5.0)
+        change::report(|report| report.limits.contact_omega_sq *= 5.0)
     }),
     Clause::must(
         "L-2d",
@@ -46,7 +46,7 @@ pub const CLAUSES: &[Clause] = &[
     )
     .after(&["T-1a"])
     .mutant("reports half of its speed", || {
-        spoil::report(|report| report.limits.speed *= 0.5)
+        change::report(|report| report.limits.speed *= 0.5)
     }),
     Clause::must(
         "L-2g",
@@ -54,7 +54,7 @@ pub const CLAUSES: &[Clause] = &[
         radius_min,
     )
     .mutant("reports twice its radius", || {
-        spoil::report(|report| report.limits.radius_min *= 2.0)
+        change::report(|report| report.limits.radius_min *= 2.0)
     }),
     Clause::must(
         "L-2c",
@@ -64,7 +64,7 @@ pub const CLAUSES: &[Clause] = &[
     .needs(&["feature:fields"])
     .after(&["T-1a"])
     .mutant("reports a hundredth of its stiffness", || {
-        spoil::report(|report| report.limits.omega_sq *= 0.01)
+        change::report(|report| report.limits.omega_sq *= 0.01)
     }),
     Clause::should(
         "L-2h",
@@ -74,7 +74,7 @@ pub const CLAUSES: &[Clause] = &[
     .needs(&["feature:fields"])
     .after(&["L-2c"])
     .mutant("reports four hundred times its stiffness", || {
-        spoil::report(|report| report.limits.omega_sq *= 400.0)
+        change::report(|report| report.limits.omega_sq *= 400.0)
     }),
 ];
 

@@ -10,7 +10,7 @@ use interface::message::wire::ImpState;
 use super::scene::{CELL, DT, IN_BLOCK, MASS, block, push, scene, single};
 use crate::bench::{Bench, ContinuumRun};
 use crate::clause::Clause;
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Largest, Unmet, broken, near, require};
 
 pub const CLAUSES: &[Clause] = &[
@@ -30,7 +30,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("T-2a", "the first kick is half a step", first_kick)
         .after(&["T-1a"])
         .mutant("kicks by a whole step at first", || {
-            spoil::each_grant(|grant| {
+            change::each_grant(|grant| {
                 if grant.dt_before_epoch == 0.0 {
                     grant.dt_before_epoch = grant.dt;
                 }
@@ -56,7 +56,7 @@ pub const CLAUSES: &[Clause] = &[
     )
     .after(&["T-1b"])
     .mutant("assumes that all steps are equal", || {
-        spoil::each_grant(|grant| {
+        change::each_grant(|grant| {
             if grant.dt_before_epoch > 0.0 && grant.dt > 0.0 {
                 grant.dt_before_epoch = grant.dt;
             }
@@ -70,7 +70,7 @@ pub const CLAUSES: &[Clause] = &[
     .needs(&["feature:fields"])
     .after(&["T-1a"])
     .mutant("drifts in the opening step", || {
-        spoil::each_grant(|grant| {
+        change::each_grant(|grant| {
             if grant.first == 0 && grant.dt == 0.0 {
                 grant.dt = 1e-9;
             }
@@ -83,7 +83,7 @@ pub const CLAUSES: &[Clause] = &[
     )
     .after(&["T-1b"])
     .mutant("leaves out the last half kick", || {
-        spoil::each_grant(|grant| {
+        change::each_grant(|grant| {
             if grant.dt == 0.0 {
                 grant.dt_before_epoch = 0.0;
             }
@@ -92,7 +92,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("T-5a", "measured velocities are centred", centring)
         .after(&["T-1c"])
         .mutant("adds to the measured energy", || {
-            spoil::measured(|report| {
+            change::measured(|report| {
                 if report.next > 2 {
                     report.ledger.kinetic *= 1.0 + 1e-9;
                 }
@@ -101,15 +101,17 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("T-6a", "two runs give the same bits", twice)
         .needs(&["feature:fields"])
         .mutant("has other bits in every run", || {
-            let run = spoil::RUNS.fetch_add(1, Ordering::Relaxed);
+            let run = change::RUNS.fetch_add(1, Ordering::Relaxed);
             let ulps = 1 + run.wrapping_add(std::process::id()) % 31;
-            spoil::states_of_grant(move |_, state| spoil::nudged(state, ulps))
+            change::states_of_grant(move |_, state| change::nudged(state, ulps))
         }),
     Clause::must("T-6b", "windows of 1 and 64 give the same bits", windows)
         .needs(&["feature:fields"])
         .after(&["T-6a"])
         .mutant("has other bits in windows of one step", || {
-            spoil::states_of_grant(|grant, state| spoil::nudged(state, u32::from(grant.steps == 1)))
+            change::states_of_grant(|grant, state| {
+                change::nudged(state, u32::from(grant.steps == 1));
+            })
         }),
     Clause::must(
         "T-1e",

@@ -10,7 +10,8 @@ use rustix::process::{Pid, Signal, kill_process};
 use super::run::{Run, order};
 use crate::bench::{Bench, Session, Start};
 use crate::clause::Clause;
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
+use crate::part::notes;
 use crate::verdict::{Judgement, Unmet, broken, require};
 
 pub const CLAUSES: &[Clause] = &[
@@ -18,7 +19,7 @@ pub const CLAUSES: &[Clause] = &[
         ends(Run::begun(bench)?.into_lead().aborted()?)
     })
     .mutant("ignores Abort", || {
-        spoil::deaf_to(|order| matches!(order, Ok(Order::Abort(_))))
+        change::ignoring(|order| matches!(order, Ok(Order::Abort(_))))
     }),
     Clause::must(
         "S-9b",
@@ -73,7 +74,7 @@ pub const CLAUSES: &[Clause] = &[
         Flaw::configure(|configure| configure.deadline = 600.0)
     })
     .mutant("does not name the party that sends nothing", || {
-        spoil::words("dem", "other").with(spoil::words("mpm", "other"))
+        change::words("dem", "other").with(change::words("mpm", "other"))
     }),
     Clause::must(
         "S-11b",
@@ -89,7 +90,7 @@ pub const CLAUSES: &[Clause] = &[
     Clause::must("X-1a", "a failure names clause and step", named)
         .after(&["G-2a"])
         .mutant("does not say which clause", || {
-            spoil::words("G-2", "a clause")
+            change::words("G-2", "a clause")
         }),
     Clause::must("X-2a", "ends with status 0 after Close", |bench| {
         status(Run::begun(bench)?.into_lead().closed()?, 0)
@@ -122,6 +123,11 @@ pub const CLAUSES: &[Clause] = &[
         .of_processes()
         .mutant("removes the run's lock", || {
             Flaw::process(|m| m.removes_the_lock = true)
+        }),
+    Clause::should("O-8a", "holds the lock that notes its part", noted)
+        .of_processes()
+        .mutant("removes its note", || {
+            Flaw::process(|m| m.joins_without_note = true)
         }),
 ];
 
@@ -311,4 +317,20 @@ fn removes_nothing(bench: &Bench) -> Judgement {
     // The channels are still there: what is sent waits for somebody to take it.
     session.send(&Message::order(&Order::Close))?;
     Ok("the run's directory, lock and channels are there".into())
+}
+
+fn noted(bench: &Bench) -> Judgement {
+    let run = Run::begun(bench)?;
+    let kit = std::process::id();
+    // The kit takes part as the peer.
+    let notes = notes(run.session.raw_run.domain());
+    let held = notes.filter(|note| note.pid != kit && note.is_locked());
+    let held: Vec<String> = held.map(|note| note.pid.to_string()).collect();
+    require(
+        !held.is_empty(),
+        "a locked file `joined-PID.X` in the run's directory",
+        "none but the kit's own",
+    )?;
+    run.into_lead().closed()?;
+    Ok(format!("locked by process {}", held.join(", ")))
 }

@@ -5,7 +5,7 @@ use interface::message::wire::Grant;
 use super::run::Run;
 use crate::bench::Bench;
 use crate::clause::Clause;
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::Judgement;
 
 pub const CLAUSES: &[Clause] = &[
@@ -22,7 +22,7 @@ pub const CLAUSES: &[Clause] = &[
         wrong(bench, |grant| grant.epoch_start = f64::NAN)
     })
     .mutant("uses 0 instead of a NaN", || {
-        spoil::each_grant(|grant| {
+        change::each_grant(|grant| {
             if grant.epoch_start.is_nan() {
                 grant.epoch_start = 0.0;
             }
@@ -32,27 +32,27 @@ pub const CLAUSES: &[Clause] = &[
         wrong(bench, |grant| grant.first -= 1)
     })
     .mutant("accepts an old grant as the next one", || {
-        spoil::next_grant(u64::max)
+        change::next_grant(u64::max)
     }),
     Clause::must("G-3b", "refuses a grant that skips a step", |bench| {
         wrong(bench, |grant| grant.first += 1)
     })
     .mutant("accepts a grant that skips a step", || {
-        spoil::next_grant(u64::min)
+        change::next_grant(u64::min)
     }),
     Clause::must("G-3c", "refuses a grant of no steps", |bench| {
         wrong(bench, |grant| grant.steps = 0)
     })
     .mutant("takes a grant of no steps as one step", || {
-        spoil::each_grant(|grant| grant.steps = grant.steps.max(1))
+        change::each_grant(|grant| grant.steps = grant.steps.max(1))
     }),
 ];
 
 /// A grant after step 0 that is wrong; the solver shall say Failed.
-fn wrong(bench: &Bench, spoil: fn(&mut Grant)) -> Judgement {
+fn wrong(bench: &Bench, change: fn(&mut Grant)) -> Judgement {
     let mut run = Run::begun(bench)?;
     let mut grant = run.next_step();
-    spoil(&mut grant);
+    change(&mut grant);
     run.send_grants(&[grant])?;
     Ok(run.session.failure()?.message)
 }

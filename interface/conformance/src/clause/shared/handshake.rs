@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use super::run::{Run, order};
 use crate::bench::{Bench, HASH, Session};
 use crate::clause::Clause;
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, broken, require};
 use interface::config::capability::{FAMILIES, VERBS};
 
@@ -21,7 +21,7 @@ pub const CLAUSES: &[Clause] = &[
         hello,
     )
     .mutant("says that it is the other side", || {
-        spoil::hello(|hello| {
+        change::hello(|hello| {
             hello.party = if hello.party == Party::Dem {
                 Party::Mpm
             } else {
@@ -31,12 +31,12 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must("V-1a", "speaks this major version", version)
         .mutant("speaks another major version", || {
-            spoil::hello(|hello| hello.protocol.0 += 1)
+            change::hello(|hello| hello.protocol.0 += 1)
         }),
     Clause::must("O-1a", "the process that was started says Hello", pid)
         .of_processes()
         .mutant("gives another process's id", || {
-            spoil::hello(|hello| hello.pid += 1)
+            change::hello(|hello| hello.pid += 1)
         }),
     Clause::must(
         "K-1a",
@@ -44,7 +44,7 @@ pub const CLAUSES: &[Clause] = &[
         names,
     )
     .mutant("states an unknown capability", || {
-        spoil::hello(|hello| hello.capabilities.0.push("does everything".into()))
+        change::hello(|hello| hello.capabilities.0.push("does everything".into()))
     }),
     Clause::must("S-6a", "Ready repeats the scene hash", hash).mutant(
         "repeats another scene's hash",
@@ -79,7 +79,7 @@ pub const CLAUSES: &[Clause] = &[
         first_order(bench, |bytes| bytes.push(0))
     })
     .mutant("ignores bytes after an order", || {
-        spoil::orders(|bytes| {
+        change::orders(|bytes| {
             bytes.pop();
         })
     }),
@@ -103,7 +103,7 @@ pub const CLAUSES: &[Clause] = &[
     )
     .mutant("ignores orders before Configure", || {
         let mut configured = false;
-        spoil::deaf_to(move |order| {
+        change::ignoring(move |order| {
             configured |= matches!(order, Ok(Order::Configure(_) | Order::Abort(_)) | Err(_));
             !configured
         })
@@ -113,7 +113,7 @@ pub const CLAUSES: &[Clause] = &[
     })
     .mutant("ignores a second Configure", || {
         let mut configured = false;
-        spoil::deaf_to(move |order| {
+        change::ignoring(move |order| {
             let again = configured;
             configured |= matches!(order, Ok(Order::Configure(_)));
             again && matches!(order, Ok(Order::Configure(_)))
@@ -124,7 +124,7 @@ pub const CLAUSES: &[Clause] = &[
     })
     .mutant("ignores Close before Drain", || {
         let mut drained = false;
-        spoil::deaf_to(move |order| {
+        change::ignoring(move |order| {
             drained |= matches!(order, Ok(Order::Drain));
             !drained && matches!(order, Ok(Order::Close))
         })
@@ -133,7 +133,7 @@ pub const CLAUSES: &[Clause] = &[
         unfit(bench, |config| config["buoyancy"] = json!(1.0))
     })
     .mutant("ignores fields that it does not know", || {
-        spoil::json_config(|config| {
+        change::json_config(|config| {
             config.remove("buoyancy");
         })
     }),
@@ -147,7 +147,7 @@ pub const CLAUSES: &[Clause] = &[
         },
     )
     .mutant("uses a default for a missing field", || {
-        spoil::json_config(|config| {
+        change::json_config(|config| {
             config.entry("skin").or_insert(json!(1e-3));
         })
     }),
@@ -155,7 +155,7 @@ pub const CLAUSES: &[Clause] = &[
         unfit(bench, |config| config["skin"] = json!("thick"))
     })
     .mutant("accepts text as a number", || {
-        spoil::json_config(|config| {
+        change::json_config(|config| {
             if config.get("skin").is_some_and(Value::is_string) {
                 config.insert("skin".into(), json!(1e-3));
             }
@@ -167,7 +167,7 @@ pub const CLAUSES: &[Clause] = &[
         refused,
     )
     .mutant("uses a default instead of 0", || {
-        spoil::json_config(|config| {
+        change::json_config(|config| {
             for (key, some) in [("threads", json!(1)), ("cell", json!(0.05))] {
                 if config.get(key).and_then(Value::as_f64) == Some(0.0) {
                     config.insert(key.into(), some);
@@ -283,13 +283,13 @@ fn rejection(session: &mut Session) -> Judgement {
 }
 
 /// Sends bytes as the first order.
-fn first_order(bench: &Bench, spoil: fn(&mut Vec<u8>)) -> Judgement {
+fn first_order(bench: &Bench, change: fn(&mut Vec<u8>)) -> Judgement {
     let mut session = bench.greeted()?;
     let right = Message::order(&Order::Configure(order(bench)));
     let Payload::Order(mut bytes) = right.payload else {
         unreachable!("an order is one");
     };
-    spoil(&mut bytes);
+    change(&mut bytes);
     session.send(&Message::new(StepHeader::default(), Payload::Order(bytes)))?;
     rejection(&mut session)
 }
@@ -306,27 +306,27 @@ fn out_of_turn(bench: &Bench, order: &Order) -> Judgement {
     Ok(run.session.failure()?.message)
 }
 
-/// Hands over a configuration after `spoil`.
-fn spoilt(bench: &Bench, spoil: fn(&mut Value)) -> Result<Session<'_>, Unmet> {
+/// Hands over a configuration after `change`.
+fn changed(bench: &Bench, change: fn(&mut Value)) -> Result<Session<'_>, Unmet> {
     let mut session = bench.greeted()?;
     let mut order = order(bench);
     let mut config = serde_json::from_str(&order.config).expect("a configuration is JSON");
-    spoil(&mut config);
+    change(&mut config);
     order.config = config.to_string();
     session.order(&Order::Configure(order))?;
     Ok(session)
 }
 
-fn unfit(bench: &Bench, spoil: fn(&mut Value)) -> Judgement {
-    rejection(&mut spoilt(bench, spoil)?)
+fn unfit(bench: &Bench, change: fn(&mut Value)) -> Judgement {
+    rejection(&mut changed(bench, change)?)
 }
 
 fn refused(bench: &Bench) -> Judgement {
-    let (key, spoil): (_, fn(&mut Value)) = match bench.subject.party {
+    let (key, change): (_, fn(&mut Value)) = match bench.subject.party {
         Party::Mpm => ("cell", |config| config["cell"] = json!(0.0)),
         _ => ("threads", |config| config["threads"] = json!(0)),
     };
-    match spoilt(bench, spoil)?.notice()? {
+    match changed(bench, change)?.notice()? {
         Notice::Refused(refusal) => {
             let named = refusal.key.contains(key) && !refusal.message.is_empty();
             require(

@@ -10,7 +10,7 @@ use crate::clause::Clause;
 use crate::clause::dem::scene::{MASS, OVERLAP, RADIUS, SPHERO, STIFFNESS, elastic, frictional};
 use crate::clause::dem::scene::{disc, one_disc, scene as bodies};
 use crate::clause::mpm::scene::{DT, block, push, scene as continuum};
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, broken, require};
 
 const SAVES: &[&str] = &["save"];
@@ -62,21 +62,21 @@ pub const fn looked_at(after: &'static [&'static str]) -> Clause {
     Clause::must("K-4b", "refuses a state that is damaged", damaged)
         .after(after)
         .needs(SAVES)
-        .mutant("corrects the hash of a damaged state", mends_the_hash)
+        .mutant("corrects the hash of a damaged state", corrects_the_hash)
 }
 
 /// Changes the pieces of a saved state.
-fn pieces(mut spoil: impl FnMut(&StepHeader, &mut Vec<u8>) + 'static) -> Flaw {
+fn pieces(mut change: impl FnMut(&StepHeader, &mut Vec<u8>) + 'static) -> Flaw {
     Flaw::each(move |message| {
         if let Payload::Saved(piece) = &mut message.payload {
-            spoil(&message.header, piece);
+            change(&message.header, piece);
         }
     })
 }
 
 /// Configures as if there were nothing to restore, and counts steps from 0.
 fn begins_anew() -> Flaw {
-    let (first, known) = spoil::shared(None::<u64>);
+    let (first, known) = change::shared(None::<u64>);
     let back = move |step: &mut u64| *step -= known.get().unwrap_or(0).min(*step);
     let mut restoring = false;
     Flaw::passing(move |mut message| match &mut message.payload {
@@ -105,7 +105,7 @@ fn begins_anew() -> Flaw {
 }
 
 /// Gives every state that comes the hash that it has.
-fn mends_the_hash() -> Flaw {
+fn corrects_the_hash() -> Flaw {
     let mut state = Vec::new();
     Flaw::each(move |message| {
         if let Payload::Restore(piece) = &mut message.payload {

@@ -20,7 +20,8 @@ impl Reference {
             .extend(bodies.state.iter().map(|s| (s.center, s.angle)));
     }
 
-    /// Upper bound of the displacement of any body's surface since, in m: `|c - c_ref| + R |theta - theta_ref|`.
+    /// Upper bound of the displacement of any body's surface since the reference time, in m: `|c - c_ref| + R |theta -
+    /// theta_ref|`.
     fn travelled(&self, bodies: &Bodies) -> f64 {
         let moved = bodies.state.iter().zip(&self.0);
         moved
@@ -34,17 +35,17 @@ impl Reference {
 /// The displacement of surfaces since a reference time: a cheap upper bound, and the exact value if the bound is too
 /// coarse.
 #[derive(Debug, Clone, Default)]
-pub struct Odometer {
+pub struct Displacement {
     start: Reference,
-    /// Upper bound of the largest displacement since `start` in m: largest speed times step, summed, and replaced by
-    /// the exact value when that sum is no longer good enough.
+    /// Upper bound of the largest displacement since `start` in m: the sum of largest speed times step. It is replaced
+    /// by the exact value when the sum is too coarse.
     bound: f64,
     /// The last answer. It replaces `bound` only when the bodies move, so that a step that is evaluated twice gets the
     /// same answer twice.
     found: Option<f64>,
 }
 
-impl Odometer {
+impl Displacement {
     /// Makes the present poses the reference.
     pub fn reset(&mut self, bodies: &Bodies) {
         self.start.set(bodies);
@@ -77,25 +78,25 @@ impl Odometer {
     }
 
     /// For a saved state.
-    pub fn save(&self) -> SavedOdometer {
+    pub fn save(&self) -> SavedDisplacement {
         let Self {
             start,
             bound,
             found: _, // of an evaluation that nothing has followed
         } = self;
         let poses = start.0.iter().map(|(c, angle)| [c.x, c.y, *angle]);
-        SavedOdometer {
+        SavedDisplacement {
             poses: poses.collect(),
             bound: *bound,
         }
     }
 
-    /// As it was saved.
+    /// Restores what was saved.
     ///
     /// # Errors
-    /// A refusal if it is not of these bodies.
-    pub fn restored(saved: &SavedOdometer, bodies: &Bodies) -> Result<Self, Refusal> {
-        let SavedOdometer { poses, bound } = saved;
+    /// A refusal if it was saved for other bodies.
+    pub fn restored(saved: &SavedDisplacement, bodies: &Bodies) -> Result<Self, Refusal> {
+        let SavedDisplacement { poses, bound } = saved;
         if !poses.is_empty() {
             count("poses", poses.len(), bodies.len())?;
         }
@@ -110,9 +111,9 @@ impl Odometer {
     }
 }
 
-/// An [`Odometer`] in a saved state.
+/// A [`Displacement`] in a saved state.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-pub struct SavedOdometer {
+pub struct SavedDisplacement {
     /// Reference centre (m) and angle (rad) of each body; empty if there is no reference yet.
     poses: Vec<[f64; 3]>,
     /// In m.

@@ -1,4 +1,4 @@
-//! What a mutant can spoil, in a word each.
+//! What a mutant can change, in a word each.
 
 use std::cell::Cell;
 use std::rc::Rc;
@@ -22,19 +22,19 @@ pub fn shared<T>(value: T) -> (Rc<Cell<T>>, Rc<Cell<T>>) {
 }
 
 /// Changes Hello.
-pub fn hello(mut spoil: impl FnMut(&mut Hello) + 'static) -> Flaw {
+pub fn hello(mut change: impl FnMut(&mut Hello) + 'static) -> Flaw {
     Flaw::notices(move |notice| {
         if let Notice::Hello(hello) = notice {
-            spoil(hello);
+            change(hello);
         }
     })
 }
 
 /// Changes what is said with Ready.
-pub fn ready(spoil: fn(&mut Readiness)) -> Flaw {
+pub fn ready(change: fn(&mut Readiness)) -> Flaw {
     Flaw::notices(move |notice| {
         if let Notice::Ready(ready) = notice {
-            spoil(&mut ready.readiness);
+            change(&mut ready.readiness);
         }
     })
 }
@@ -62,7 +62,7 @@ pub fn orders(mut mend: impl FnMut(&mut Vec<u8>) + 'static) -> Flaw {
 }
 
 /// Orders that the hosted solver does not get to see.
-pub fn deaf_to(mut hide: impl FnMut(Result<Order, String>) -> bool + 'static) -> Flaw {
+pub fn ignoring(mut hide: impl FnMut(Result<Order, String>) -> bool + 'static) -> Flaw {
     Flaw::passing(move |message| {
         let order = matches!(message.payload, Payload::Order(_));
         if order && hide(message.as_order()) {
@@ -73,17 +73,17 @@ pub fn deaf_to(mut hide: impl FnMut(Result<Order, String>) -> bool + 'static) ->
 }
 
 /// Changes the configuration's JSON.
-pub fn json_config(mut spoil: impl FnMut(&mut serde_json::Map<String, Value>) + 'static) -> Flaw {
+pub fn json_config(mut change: impl FnMut(&mut serde_json::Map<String, Value>) + 'static) -> Flaw {
     Flaw::config(move |config| {
         if let Value::Object(fields) = config {
-            spoil(fields);
+            change(fields);
         }
     })
 }
 
 /// Changes every grant.
-pub fn each_grant(mut spoil: impl FnMut(&mut Grant) + 'static) -> Flaw {
-    Flaw::grants(move |_, grants| grants.iter_mut().for_each(&mut spoil))
+pub fn each_grant(mut change: impl FnMut(&mut Grant) + 'static) -> Flaw {
+    Flaw::grants(move |_, grants| grants.iter_mut().for_each(&mut change))
 }
 
 /// Changes the first step of a grant, given it and the step that is next.
@@ -103,7 +103,7 @@ pub struct Now {
 }
 
 /// Changes what passes, knowing where the run is.
-pub fn in_step(mut spoil: impl FnMut(&mut Message, Now) + 'static) -> Flaw {
+pub fn in_step(mut change: impl FnMut(&mut Message, Now) + 'static) -> Flaw {
     let mut now = Now::default();
     Flaw::each(move |message| match &message.payload {
         Payload::Grant(grants) => {
@@ -113,26 +113,26 @@ pub fn in_step(mut spoil: impl FnMut(&mut Message, Now) + 'static) -> Flaw {
             });
         }
         Payload::Forces(_) => now.step = message.header.step + 1,
-        _ => spoil(message, now),
+        _ => change(message, now),
     })
 }
 
 /// Changes the records of sets.
-pub fn sets(mut spoil: impl FnMut(&mut Vec<ImpInfo>) + 'static) -> Flaw {
-    Flaw::set(move |_, set| spoil(set))
+pub fn sets(mut change: impl FnMut(&mut Vec<ImpInfo>) + 'static) -> Flaw {
+    Flaw::set(move |_, set| change(set))
 }
 
 /// Changes how bodies move.
-pub fn motion(mut spoil: impl FnMut(Motion) -> Option<Motion> + 'static) -> Flaw {
+pub fn motion(mut change: impl FnMut(Motion) -> Option<Motion> + 'static) -> Flaw {
     Flaw::bodies_config(move |config| {
         for body in &mut config.bodies {
-            body.motion = spoil(body.motion).unwrap_or(body.motion);
+            body.motion = change(body.motion).unwrap_or(body.motion);
         }
     })
 }
 
 /// Changes k_n, k_t, mu and zeta of the law between points and bodies.
-pub fn law(mut spoil: impl FnMut(&mut f64, &mut f64, &mut f64, &mut f64) + 'static) -> Flaw {
+pub fn law(mut change: impl FnMut(&mut f64, &mut f64, &mut f64, &mut f64) + 'static) -> Flaw {
     Flaw::bodies_config(move |config: &mut DemConfig| {
         if let ContactLaw::Linear {
             normal_stiffness,
@@ -142,7 +142,7 @@ pub fn law(mut spoil: impl FnMut(&mut f64, &mut f64, &mut f64, &mut f64) + 'stat
             ..
         } = &mut config.point_contact
         {
-            spoil(
+            change(
                 normal_stiffness,
                 tangential_stiffness,
                 friction,
@@ -176,59 +176,59 @@ pub fn stiffness(which: fn(&ImpForce) -> bool) -> Flaw {
 }
 
 /// Changes forces, knowing the states that they answer.
-pub fn answers(mut spoil: impl FnMut(&[ImpState], &mut [ImpForce]) + 'static) -> Flaw {
+pub fn answers(mut change: impl FnMut(&[ImpState], &mut [ImpForce]) + 'static) -> Flaw {
     let mut states = Vec::new();
     Flaw::each(move |message| match &mut message.payload {
         Payload::States(now) if !now.is_empty() => states.clone_from(now),
-        Payload::Forces(forces) => spoil(&states, forces),
+        Payload::Forces(forces) => change(&states, forces),
         _ => {}
     })
 }
 
 /// Changes the forces that press on points whose speed (m/s) `which` picks.
-pub fn moving(which: fn(f64) -> bool, spoil: fn(&mut ImpForce)) -> Flaw {
+pub fn moving(which: fn(f64) -> bool, change: fn(&mut ImpForce)) -> Flaw {
     answers(move |states, forces| {
         for (force, state) in forces.iter_mut().zip(states) {
             let [x, y] = state.velocity;
             if force.force != [0.0; 2] && which(x.hypot(y)) {
-                spoil(force);
+                change(force);
             }
         }
     })
 }
 
 /// Changes every report.
-pub fn report(mut spoil: impl FnMut(&mut Report) + 'static) -> Flaw {
-    Flaw::reports(move |_, reports| reports.iter_mut().for_each(&mut spoil))
+pub fn report(mut change: impl FnMut(&mut Report) + 'static) -> Flaw {
+    Flaw::reports(move |_, reports| reports.iter_mut().for_each(&mut change))
 }
 
 /// Changes the reports on measured steps.
-pub fn measured(mut spoil: impl FnMut(&mut Report) + 'static) -> Flaw {
+pub fn measured(mut change: impl FnMut(&mut Report) + 'static) -> Flaw {
     report(move |report| {
         if report.measured == 1 {
-            spoil(report);
+            change(report);
         }
     })
 }
 
 /// Changes limits.
-pub fn limits(spoil: fn(&mut Limits)) -> Flaw {
-    report(move |report| spoil(&mut report.limits))
+pub fn limits(change: fn(&mut Limits)) -> Flaw {
+    report(move |report| change(&mut report.limits))
 }
 
 /// Changes books.
-pub fn ledger(spoil: fn(&mut Ledger)) -> Flaw {
-    report(move |report| spoil(&mut report.ledger))
+pub fn ledger(change: fn(&mut Ledger)) -> Flaw {
+    report(move |report| change(&mut report.ledger))
 }
 
 /// Forces on a continuum, knowing the header of the states that they answer.
 pub fn forces_of_states(
-    mut spoil: impl FnMut(&StepHeader, &mut StepHeader, &mut Vec<ImpForce>) + 'static,
+    mut change: impl FnMut(&StepHeader, &mut StepHeader, &mut Vec<ImpForce>) + 'static,
 ) -> Flaw {
     let mut last = StepHeader::default();
     Flaw::each(move |message| match &mut message.payload {
         Payload::States(_) => last = message.header,
-        Payload::Forces(forces) => spoil(&last, &mut message.header, forces),
+        Payload::Forces(forces) => change(&last, &mut message.header, forces),
         _ => {}
     })
 }
@@ -242,24 +242,24 @@ pub fn right(forces: &[ImpForce]) -> bool {
 }
 
 /// Forces on a continuum, knowing those before them.
-pub fn after_others(mut spoil: impl FnMut(&[ImpForce], &mut [ImpForce]) + 'static) -> Flaw {
+pub fn after_others(mut change: impl FnMut(&[ImpForce], &mut [ImpForce]) + 'static) -> Flaw {
     let mut before: Vec<ImpForce> = Vec::new();
     Flaw::forces(move |_, forces| {
         if right(forces) {
             let now = forces.clone();
             before.resize(forces.len(), ImpForce::default());
-            spoil(&before, forces);
+            change(&before, forces);
             before = now;
         }
     })
 }
 
 /// States, knowing the grant that they belong to.
-pub fn states_of_grant(mut spoil: impl FnMut(&Grant, &mut ImpState) + 'static) -> Flaw {
+pub fn states_of_grant(mut change: impl FnMut(&Grant, &mut ImpState) + 'static) -> Flaw {
     let mut grant = Grant::default();
     Flaw::each(move |message| match &mut message.payload {
         Payload::Grant(grants) => grant = grants.first().copied().unwrap_or(grant),
-        Payload::States(states) => states.iter_mut().for_each(|state| spoil(&grant, state)),
+        Payload::States(states) => states.iter_mut().for_each(|state| change(&grant, state)),
         _ => {}
     })
 }
@@ -274,7 +274,7 @@ pub struct Window {
 }
 
 /// Whatever goes out with a report, knowing its window.
-pub fn at_report(mut spoil: impl FnMut(&Window, Message) -> Vec<Message> + 'static) -> Flaw {
+pub fn at_report(mut change: impl FnMut(&Window, Message) -> Vec<Message> + 'static) -> Flaw {
     let mut window = Window::default();
     Flaw::passing(move |message| {
         match &message.payload {
@@ -287,7 +287,7 @@ pub fn at_report(mut spoil: impl FnMut(&Window, Message) -> Vec<Message> + 'stat
             Payload::Forces(_) => {
                 window.bodies_halt = message.header.flags & flags::HALT_AFTER != 0;
             }
-            Payload::Report(_) => return spoil(&window, message),
+            Payload::Report(_) => return change(&window, message),
             _ => {}
         }
         vec![message]

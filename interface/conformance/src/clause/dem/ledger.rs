@@ -1,4 +1,4 @@
-//! Sections 5 and 9: reports, measurements, and books that balance.
+//! Sections 5 and 9: reports, measurements, and a ledger that balances.
 
 use interface::config::capability::CONTACTS;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion};
@@ -11,7 +11,7 @@ use super::scene::{
 };
 use crate::bench::{Answer, Bench, Points, WindowReport};
 use crate::clause::Clause;
-use crate::mutant::{Flaw, spoil};
+use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Largest, Unmet, broken, near, require};
 
 const ROOTS: &[&str] = &["F-7a", "F-7d", "T-1a", "T-1b", "F-7i"];
@@ -27,7 +27,7 @@ pub const CLAUSES: &[Clause] = &[
     }),
     Clause::must("R-2a", "the numbers of a report are finite", finite)
         .after(&["L-1a"])
-        .mutant("reports a NaN", || spoil::limits(|l| l.mobility = f64::NAN)),
+        .mutant("reports a NaN", || change::limits(|l| l.mobility = f64::NAN)),
     Clause::must(
         "R-3a",
         "sends a measurement when asked: one record for each body or group, of the measured step, before the report",
@@ -86,13 +86,13 @@ pub const CLAUSES: &[Clause] = &[
         .needs(&["motion:free"])
         .after(ROOTS)
         .mutant("leaves out a share of the impulse of gravity", || {
-            spoil::ledger(|l| l.applied_impulse = l.applied_impulse.map(|p| 0.9 * p))
+            change::ledger(|l| l.applied_impulse = l.applied_impulse.map(|p| 0.9 * p))
         }),
     Clause::must("N-1b", "the sum of energies is kept", energy)
         .needs(&["motion:free"])
         .after(ROOTS)
         .mutant("leaves out the energy in springs", || {
-            spoil::ledger(|l| l.contact = 0.0)
+            change::ledger(|l| l.contact = 0.0)
         }),
     Clause::must("N-1c", "the ledger has the energy dissipated by sliding", friction_work)
         .needs(&["feature:friction"])
@@ -100,19 +100,19 @@ pub const CLAUSES: &[Clause] = &[
             "F-7a", "F-7d", "T-1a", "T-1b", "F-7i", "N-1b", "F-7k", "F-7l", "J-1b",
         ])
         .mutant("counts half of the energy dissipated by sliding", || {
-            spoil::ledger(|l| l.friction_work *= 0.5)
+            change::ledger(|l| l.friction_work *= 0.5)
         }),
     Clause::must("N-1d", "the ledger has the energy dissipated by a dashpot", viscous_work)
         .needs(&["feature:damping"])
         .after(&["F-7a", "F-7d", "T-1a", "T-1b", "F-7i", "N-1b", "F-7o"])
         .mutant("counts half of the energy dissipated by dashpots", || {
-            spoil::ledger(|l| l.viscous_work *= 0.5)
+            change::ledger(|l| l.viscous_work *= 0.5)
         }),
     Clause::must("N-1e", "the ledger has the work of an external force", driven_work)
         .needs(&["motion:pushed"])
         .after(&["T-1a", "T-1b", "N-1b", "J-1e"])
         .mutant("counts half of the work of external forces", || {
-            spoil::ledger(|l| l.driven_work *= 0.5)
+            change::ledger(|l| l.driven_work *= 0.5)
         }),
     Clause::must(
         "N-1f",
@@ -122,7 +122,7 @@ pub const CLAUSES: &[Clause] = &[
     .needs(&["motion:free"])
     .after(ROOTS)
     .mutant("counts the contact forces on the points", || {
-        spoil::ledger(|l| l.contact_force = l.contact_force.map(|f| -f))
+        change::ledger(|l| l.contact_force = l.contact_force.map(|f| -f))
     }),
 ];
 

@@ -1,5 +1,5 @@
-//! The seam between nalgebra, which Tandem speaks, and glam, which parry speaks. The only file that names
-//! `parry2d_f64` (docs/decisions/0002-parry.md).
+//! Converts between the vectors of nalgebra, which Tandem uses, and those of glam, which parry uses. This is the only
+//! file that names `parry2d_f64` (docs/decisions/0002-parry.md).
 
 use interface::Vec2;
 use parry2d_f64::bounding_volume::Aabb;
@@ -61,7 +61,7 @@ impl Bounds {
     }
 }
 
-/// A tree of boxes: which of them meet a given one.
+/// A tree of boxes, which finds the boxes that overlap a given one.
 #[derive(Clone)]
 pub struct BoxTree(Bvh);
 
@@ -81,8 +81,8 @@ impl BoxTree {
         Self(Bvh::from_iter(BvhBuildStrategy::Binned, leaves))
     }
 
-    /// Appends the numbers of the boxes that meet `query` to `found`, in ascending order, so that nothing downstream
-    /// depends on the shape of the tree.
+    /// Appends the numbers of the boxes that overlap `query` to `found`, in ascending order, so that no result depends
+    /// on the shape of the tree.
     pub fn meeting(&self, query: &Bounds, found: &mut Vec<u32>) {
         let from = found.len();
         let aabb = Aabb::new(glam(query.lower), glam(query.upper));
@@ -96,12 +96,12 @@ impl BoxTree {
     }
 }
 
-/// What is between two convex polygons.
+/// The gap between two convex polygons.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Gap {
-    /// More than was asked for.
+    /// It is larger than the margin.
     Beyond,
-    /// Their nearest points in m; the same point twice where they touch.
+    /// Their nearest points in m; twice the same point if they touch.
     Within([Vec2; 2]),
 }
 

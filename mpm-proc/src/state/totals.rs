@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 /// Sums that go on through the run, and the last measurement.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
-pub struct Books {
+pub struct Totals {
     /// Impulse of gravity, walls, loads and damping so far, less the momentum of points removed, in N s/m.
     pub applied_impulse: Impulse,
     /// Impulse of the bodies so far in N s/m.

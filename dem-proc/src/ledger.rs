@@ -1,12 +1,12 @@
-//! Energies, momenta and impulses of the bodies' side (docs/physics.md section 7), by [`mechanics::books`].
+//! Energies, momenta and impulses of the bodies' side (docs/physics.md section 7), computed with [`mechanics::ledger`].
 //!
-//! Losses are trapezoid sums over the steps done.
+//! Losses are sums over all steps so far, by the trapezoidal rule.
 
 use interface::Vec2;
 use interface::message::wire::{BodyState, ImpState};
 use interface::solver::DemMeasurement;
 use interface::step::Step;
-use mechanics::books::{self, Entry, Totals};
+use mechanics::ledger::{self, Entry, Totals};
 
 use crate::body::bodies::Bodies;
 use crate::body::load::{Load, PairLoad};
@@ -26,19 +26,19 @@ pub struct Kick<'a> {
     pub bodies: &'a Bodies,
     /// In m/s^2.
     pub gravity: Vec2,
-    /// Whether there are points; without, their loads are zero.
+    /// Whether there are points; if not, their loads are zero.
     pub coupled: bool,
     /// Loads by points.
     pub point_loads: &'a [Load],
     /// Loads by bodies.
     pub body_loads: &'a [PairLoad],
-    /// Dissipated over the step before by each kind of contact.
+    /// Energy dissipated over the last step by each kind of contact.
     pub losses: [Loss; 3],
 }
 
 impl Kick<'_> {
-    /// The totals at the end of the kick, from those at its beginning. Free bodies, which only contact and gravity
-    /// move, are summed together.
+    /// The totals after the kick, from those before it. Free bodies, which only contact and gravity move, are summed
+    /// together.
     #[must_use]
     pub fn after(&self, totals: &Totals) -> Totals {
         let mut after = *totals;
@@ -95,7 +95,7 @@ impl System {
             + of_bodies.map_or(0.0, |pairs| pairs.energy(&self.bodies))
     }
 
-    /// The kick of this step, for the ledger.
+    /// The kick of this step as the ledger needs it.
     pub(crate) fn kick_of(&self, step: &Step) -> Kick<'_> {
         let pairs = self.pairs.as_ref();
         Kick {
@@ -116,11 +116,12 @@ impl System {
     }
 }
 
-/// The measurement at `t_n`, between kick and commit: `bodies.state` has the velocities before, `kicked` those after.
+/// The measurement at `t_n`, between kick and commit: `bodies.state` still has the velocities before the kick, `kicked`
+/// has those after it.
 pub fn measure(system: &System, step: &Step, imps: &[ImpState]) -> DemMeasurement {
     let contact = system.contact_energy(imps);
     let kick = system.kick_of(step);
     let totals = [&system.totals, &kick.after(&system.totals)];
     let entries = (0..system.bodies.len()).map(|b| kick.entry(b));
-    books::measure(step, system.gravity, contact, totals, entries)
+    ledger::measure(step, system.gravity, contact, totals, entries)
 }
