@@ -14,7 +14,7 @@ use crate::record::ledger::{Balance, Since};
 use crate::record::summary::Criteria;
 use crate::record::summary::{EnergyLedger, Status, Summary, WallParts};
 use crate::run::failure::RunError;
-use crate::run::pace::{Pace, SoFar};
+use crate::run::pace::{Epoch, Pace, SoFar};
 use crate::scene::Scene;
 
 /// Time used, in s.
@@ -45,6 +45,9 @@ struct Moment {
     cpu: BTreeMap<Party, f64>,
 }
 
+/// Largest of the counts of a run.
+const MOST: u64 = 1 << 62;
+
 /// The part of an account that continues in another process.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Kept {
@@ -71,6 +74,17 @@ impl Kept {
     /// The steps planned so far.
     pub fn so_far(&self) -> &SoFar {
         &self.so_far
+    }
+
+    /// Whether a run can have counted this: epochs before it are among all, and no count overflows soon.
+    pub fn is_countable(&self) -> bool {
+        let [epochs, before] = self.epochs;
+        let outputs = self.so_far.outputs();
+        let steps = self.so_far.bound_by.values();
+        let steps = steps.fold(0, |sum: u64, &steps| sum.saturating_add(steps));
+        let index = self.clock.index();
+        let counts = [index, steps, outputs, self.imps_max, self.grants, epochs];
+        before <= epochs && counts.iter().all(|&count| count <= MOST)
     }
 }
 
@@ -247,6 +261,14 @@ impl Account {
         self.pace.branch(&kept.so_far, self.clock.time());
         (self.epochs, self.epochs_before) = (kept.epochs[0], kept.epochs[0]);
         self.since = Since::Next;
+    }
+
+    /// Whether the run can be within this epoch with so many steps done: the clock is in it, and it ends at an output if
+    /// it says so.
+    pub fn can_go_on(&self, epoch: &Epoch, done: u64) -> bool {
+        let left = epoch.steps.saturating_sub(done);
+        let landing = epoch.lands.then(|| (self.pace.next_output(), left));
+        self.clock.can_go_on(epoch.dt, done, landing)
     }
 
     /// Time used by this process and by earlier ones.

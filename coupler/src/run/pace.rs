@@ -62,6 +62,13 @@ pub struct SoFar {
     pub range: Option<(f64, f64)>,
 }
 
+impl SoFar {
+    /// Outputs done.
+    pub fn outputs(&self) -> u64 {
+        self.outputs
+    }
+}
+
 impl Pace {
     /// Steps for `plan` with an output each `every` s.
     pub fn new(plan: TimePlan, every: f64) -> Self {

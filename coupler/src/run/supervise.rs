@@ -146,6 +146,10 @@ impl<'a> Run<'a> {
                 "it has another number of checks or quantities".into(),
             ));
         }
+        let UnderWay { epoch, done, .. } = state.under_way;
+        if !account.can_go_on(&epoch, done) {
+            return Err(RunError::Checkpoint("its clock is not in its epoch".into()));
+        }
         let written = (state.history, account.clock.time());
         let outputs = Outputs::resume(scene, options, dir, written, state.frames)?;
         let mut run = Self::at_start(scene, options, dir, account, outputs);

@@ -266,7 +266,8 @@ fn unpack(rest: &mut &[u8]) -> Result<Vec<u8>, String> {
         let packed = take(rest, length)?;
         let (size, packed) =
             lz4_flex::block::uncompressed_size(packed).map_err(|e| e.to_string())?;
-        if size > BLOCK {
+        // LZ4 makes at most 255 bytes of one.
+        if size > BLOCK.min(255 * packed.len()) {
             return Err(format!("a block of {size} bytes"));
         }
         state.extend(lz4_flex::block::decompress(packed, size).map_err(|e| e.to_string())?);
@@ -426,6 +427,9 @@ mod tests {
         assert!(lie(&[u64::MAX, 4], &[0; 3]).contains("4 bytes are announced, 3 follow"));
         assert!(lie(&[1, u64::MAX], &[0; 9]).contains("are announced"));
         assert!(lie(&[1, 5], &[255, 255, 255, 255, 0]).contains("a block of 4294967295 bytes"));
+        // 16 MiB were taken for this one byte.
+        let short = [&(BLOCK as u32).to_le_bytes()[..], &[0]].concat();
+        assert!(lie(&[1, 5], &short).contains("a block of 16777216 bytes"));
     }
 
     #[test]

@@ -61,8 +61,10 @@ impl CouplerState {
             Some("it asks for what no grant can")
         } else if other_bodies(&self.bodies) || other_bodies(&self.frames.start) {
             Some("it has another number of bodies")
-        } else if !(dt.is_finite() && dt >= 0.0) || self.under_way.done > steps {
+        } else if !(dt.is_finite() && dt >= 0.0) || self.under_way.done >= steps {
             Some("its epoch is none")
+        } else if !self.account.is_countable() {
+            Some("no run has so many steps or epochs")
         } else {
             None
         }
