@@ -8,6 +8,7 @@
 //! `TANDEM_SHORTEST=3` those that take less than 3 s.
 
 mod harness;
+mod replayed;
 
 use std::collections::BTreeMap;
 use std::fs;

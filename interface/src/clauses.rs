@@ -115,7 +115,7 @@ pub const CLAUSES: &[Clause] = &[
     row("G-1", Must, COUPLER, "A grant message holds one Grant", &[Mpm, Dem, Kit]),
     row("G-2", Must, COUPLER, "The numbers of a grant are finite", &[Mpm, Dem, Kit]),
     row("G-3", Must, COUPLER, "A grant begins with the solver's next step and has at least one step", &[Mpm, Dem, Kit]),
-    row("G-4", Must, COUPLER, "All solvers get the same grant, except for the budgets", &[]),
+    row("G-4", Must, COUPLER, "All solvers get the same grant, except for the budgets and for CHECKPOINT", &[]),
     row("G-5", Must, COUPLER, "The next grant is sent after all reports have arrived", &[]),
     row("G-6", Must, COUPLER, "Epochs count from 1; the step length is constant within an epoch", &[]),
     row("G-7", Must, COUPLER, "dt is 0 only in opening and closing steps", &[]),

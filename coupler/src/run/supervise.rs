@@ -2,16 +2,17 @@
 
 mod branch;
 mod checkpoints;
+mod configure;
 mod outputs;
+mod replay;
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use interface::config::capability::STRESS_WORK;
-use interface::config::{DemConfig, MpmConfig};
 use interface::core::SessionError;
-use interface::core::coupler::{Coupler, Decision, Limits, Part, Question, Round};
-use interface::message::control::{Configure, Hello, Party};
+use interface::core::coupler::{Coupler, Decision, Limits, Question, Round};
+use interface::message::control::{Hello, Party};
 use interface::message::wire::{BodyState, Grant, GroupState, Ledger, flags};
 use interface::recording::RecordingSink;
 use interface::session::{Stop, Supervisor};
@@ -34,7 +35,7 @@ use crate::run::pace::{Collapsed, Epoch};
 use crate::run::pause::Pauses;
 use crate::run::resources::{REMOVED, SharedMemory};
 use crate::run::stability::{Bound, Budgets, Sides, Stability};
-use crate::scene::{Scene, unmet};
+use crate::scene::Scene;
 
 /// A window takes about this long, so that the bar moves and Ctrl-C has an effect.
 const WINDOW_TIME: Duration = Duration::from_millis(200);
@@ -64,6 +65,8 @@ pub(crate) struct Run<'a> {
     stability: Option<Stability>,
     /// The saved states with which the solvers begin.
     restored: Vec<(Party, Vec<u8>)>,
+    /// A solver that has none of them: the recording is played to it.
+    replayed: Option<Party>,
     failure: Option<RunError>,
 }
 
@@ -88,6 +91,8 @@ struct Checkpoints {
     pending: Option<(CouplerState, Vec<Mark>)>,
     /// Whether that checkpoint is kept for other scenes.
     kept: bool,
+    /// Whether they have the state of one solver only: the other one cannot save its own.
+    in_part: bool,
     /// Whether an interrupted run has asked for its last checkpoint.
     last_asked: bool,
 }
@@ -127,6 +132,10 @@ impl<'a> Run<'a> {
         account: &'a mut Account,
         from: Origin,
     ) -> Result<Self, RunError> {
+        let left_out = match &from {
+            Origin::Itself(checkpoint) => checkpoint.left_out(scene),
+            _ => None,
+        };
         let (branch, Checkpoint { state, solvers, .. }) = match from {
             Origin::Itself(checkpoint) => (None, *checkpoint),
             Origin::Another(branch) => (Some(branch.as_before), branch.checkpoint),
@@ -162,6 +171,7 @@ impl<'a> Run<'a> {
         // A recording that continues must not have a message twice.
         run.schedule.touches = 0;
         run.restored = solvers;
+        run.replayed = left_out;
         Ok(run)
     }
 
@@ -172,9 +182,6 @@ impl<'a> Run<'a> {
         account: &'a mut Account,
         outputs: Outputs,
     ) -> Self {
-        let mut parties = Vec::new();
-        parties.extend(scene.mpm.is_some().then_some(Party::Mpm));
-        parties.extend(scene.dem.is_some().then_some(Party::Dem));
         let asked = if outputs.frames.is_some() {
             flags::MEASURE | flags::FRAME
         } else {
@@ -185,7 +192,7 @@ impl<'a> Run<'a> {
             options,
             account,
             dir,
-            parties,
+            parties: scene.parties(),
             resources: Resources {
                 processes: Processes::new(dir.clone(), options.screen.clone()),
                 pauses: Pauses::new(options.patience),
@@ -208,6 +215,7 @@ impl<'a> Run<'a> {
             latest: Latest::default(),
             stability: None,
             restored: Vec::new(),
+            replayed: None,
             failure: None,
         }
     }
@@ -259,47 +267,6 @@ impl<'a> Run<'a> {
         };
         let names = dem.bodies.iter().map(|body| body.name.as_str());
         self.dir.write_bodies(names, &self.latest.bodies)
-    }
-
-    fn parts(&mut self) -> Vec<Part> {
-        let (threads, coupled) = (self.options.threads, self.parties.len() == 2);
-        let mut restored = std::mem::take(&mut self.restored).into_iter();
-        let mut part = |config: String, measured| Part {
-            configure: Configure {
-                scene_hash: self.scene.hash.clone(),
-                config,
-                coupled,
-                deadline: self.scene.coupling.deadline.as_secs_f64(),
-                restore: false,
-                other_polls: false,
-            },
-            measured,
-            // In the order of the parties, in which they were saved.
-            restore: restored.next().map(|(_, state)| state),
-        };
-        let mpm = self.scene.mpm.clone().map(|config| {
-            // Probes, holds and chains are reported like groups, and after them.
-            let sets = config.probes.len() + config.forcing.holds.len() + config.chains.len();
-            let told = config.groups.len() + sets;
-            part(to_json(&MpmConfig { threads, ..config }), told)
-        });
-        let dem = self.scene.dem.clone().map(|config| {
-            let bodies = config.bodies.len();
-            part(to_json(&DemConfig { threads, ..config }), bodies)
-        });
-        mpm.into_iter().chain(dem).collect()
-    }
-
-    fn configure(&mut self, coupler: &Coupler) -> Result<Vec<Part>, RunError> {
-        for &party in &self.parties {
-            let hello = coupler.hello(party).expect("all have said hello");
-            // K-2.
-            if let Some(unmet) = unmet(self.scene, party, &hello.identity, &hello.capabilities) {
-                return Err(RunError::Unmet(unmet.to_string()));
-            }
-        }
-        self.keep_checkpoints(coupler);
-        Ok(self.parts())
     }
 
     /// All solvers are ready, so that the run begins: its files take the place of an earlier run's.
@@ -689,8 +656,4 @@ fn moving(groups: &[GroupState], bodies: &[BodyState]) -> f64 {
     let bodies = bodies.iter().map(|b| (b.mass, b.velocity));
     let all = groups.chain(bodies);
     all.map(|(mass, [x, y])| mass * x.hypot(y)).sum()
-}
-
-fn to_json<T: serde::Serialize>(config: &T) -> String {
-    serde_json::to_string(config).expect("configurations have string keys only")
 }

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use interface::config::{DemConfig, MpmConfig};
 use interface::core::coupler::Limits;
+use interface::message::control::Party;
 
 use super::document;
 use crate::record::check::{Check, Column};
@@ -69,6 +70,13 @@ pub struct Start {
 }
 
 impl Scene {
+    /// The solvers that take part.
+    pub fn parties(&self) -> Vec<Party> {
+        let mpm = self.mpm.is_some().then_some(Party::Mpm);
+        let dem = self.dem.is_some().then_some(Party::Dem);
+        mpm.into_iter().chain(dem).collect()
+    }
+
     /// `start.from` and `start.state`, of a scene that begins with a run whose state is known.
     pub fn begins_with(&self) -> Option<[String; 2]> {
         let start = self.start.as_ref()?;

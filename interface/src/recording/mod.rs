@@ -26,6 +26,7 @@ mod playback;
 mod recorder;
 mod rerun;
 mod resume;
+mod script;
 mod tap;
 
 use std::io;
@@ -33,7 +34,8 @@ use std::path::{Path, PathBuf};
 
 pub use playback::{End, Message, Playback};
 pub use recorder::{Recorder, RecordingSink};
-pub use resume::Moment;
+pub use resume::{Moment, reaches};
+pub use script::Script;
 use serde::{Deserialize, Serialize};
 pub use tap::Tap;
 use thiserror::Error;

@@ -280,6 +280,14 @@ impl RecordingSink {
         }
     }
 
+    /// In a continued run: the handshake with `solver` was not recorded, so all its messages from now on are of the run.
+    pub fn had_its_handshake(&self, solver: Party) {
+        let mut state = self.0.lock();
+        state
+            .handshake
+            .retain(|(channel, _)| !channel.is_of(solver));
+    }
+
     /// Whether so much waits for the disk that nothing should be added.
     pub fn is_behind(&self) -> bool {
         let state = self.0.lock();

@@ -1,16 +1,19 @@
-//! A run that starts again, because one of its solvers cannot save its state: its messages are compared with its
-//! recording as far as that reaches, and later messages are added to it.
+//! A run that does again what it did, because one of its solvers cannot save its state: its messages are compared with
+//! its recording. A run that starts again adds later messages to it.
 
 use std::collections::VecDeque;
 use std::path::Path;
 
 use super::playback::Begin;
 use super::{Message, Playback, RecordingError};
-use crate::message::wire::{Grant, StepHeader};
+use crate::message::control::Party;
+use crate::message::wire::{Grant, StepHeader, flags};
 use crate::message::{CHANNELS, Channel, Kind};
 
 /// Bytes of a report that depend on the machine and not on the run: its times.
 const OF_THE_MACHINE: std::ops::Range<usize> = 56..88;
+/// Bytes of the flags of a grant.
+const FLAGS: std::ops::Range<usize> = 24..32;
 
 /// The grant with which the recording at `path` began to end its run: the closing step.
 ///
@@ -38,6 +41,8 @@ pub(super) struct Reference {
     playback: Playback,
     /// Where new messages are added.
     end: Begin,
+    /// Only what this solver sends or receives, if it is one's.
+    of: Option<Party>,
     /// Messages of each channel that have been read and not compared yet.
     ahead: [VecDeque<Message>; CHANNELS],
 }
@@ -54,7 +59,20 @@ impl Reference {
         Self {
             playback,
             end,
+            of: None,
             ahead: std::array::from_fn(|_| VecDeque::new()),
+        }
+    }
+
+    /// All of a recording, for what one solver sends and receives. Its orders are left out: nobody asks for them.
+    pub fn of(solver: Party, playback: Playback) -> Self {
+        let end = Begin {
+            byte: u64::MAX,
+            ..Begin::default()
+        };
+        Self {
+            of: Some(solver),
+            ..Self::new(playback, end)
         }
     }
 
@@ -70,9 +88,19 @@ impl Reference {
             let Some(message) = self.playback.message()? else {
                 break;
             };
-            self.ahead[message.channel.number()].push_back(message);
+            let channel = message.channel;
+            let concerns = |solver| channel.is_of(solver) && channel.kind != Kind::Order;
+            if self.of.is_none_or(concerns) {
+                self.ahead[channel.number()].push_back(message);
+            }
         }
         Ok(self.ahead[number].front())
+    }
+
+    /// The next message of a channel.
+    pub fn take(&mut self, channel: Channel) -> Result<Option<Message>, RecordingError> {
+        self.peek(channel)?;
+        Ok(self.ahead[channel.number()].pop_front())
     }
 
     /// Whether a message is the one that was recorded; `None` at the end of the recording.
@@ -82,8 +110,7 @@ impl Reference {
         header: &StepHeader,
         payload: &[u8],
     ) -> Result<Option<bool>, RecordingError> {
-        self.peek(channel)?;
-        let recorded = self.ahead[channel.number()].pop_front();
+        let recorded = self.take(channel)?;
         Ok(recorded.map(|recorded| agrees(&recorded, header, payload)))
     }
 }
@@ -99,6 +126,19 @@ fn agrees(recorded: &Message, header: &StepHeader, payload: &[u8]) -> bool {
                 && then.get(..rest.start) == now.get(..rest.start)
                 && then.get(rest.end..) == now.get(rest.end..)
         }
+        Kind::Grant => {
+            recorded.header == *header && without_checkpoint(then) == without_checkpoint(now)
+        }
         _ => recorded.header == *header && then == now,
     }
+}
+
+/// A grant but for whether it asks for a saved state, which may depend on the time of day.
+fn without_checkpoint(grant: &[u8]) -> Option<(&[u8], u64, &[u8])> {
+    let asked = u64::from_le_bytes(grant.get(FLAGS)?.try_into().ok()?);
+    Some((
+        &grant[..FLAGS.start],
+        asked & !flags::CHECKPOINT,
+        &grant[FLAGS.end..],
+    ))
 }

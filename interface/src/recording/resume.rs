@@ -51,6 +51,14 @@ pub(super) fn keep(path: &Path, about: &About, moment: Moment) -> Result<Kept, R
     Err(RecordingError::Short { path, step })
 }
 
+/// Whether the recording at `path` is of the run `about` and reaches up to `moment`.
+///
+/// # Errors
+/// [`RecordingError`]: why it does not.
+pub fn reaches(path: &Path, about: &About, moment: Moment) -> Result<(), RecordingError> {
+    keep(path, about, moment).map(|_| ())
+}
+
 /// Opens the recording at `path`, which must belong to the run `about`.
 ///
 /// # Errors

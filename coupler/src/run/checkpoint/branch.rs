@@ -48,6 +48,12 @@ impl Branch {
             let help = "`output.checkpoint = { end = true }` or `{ at = [...] }` keeps states for other scenes";
             of_from(&error.to_string(), help)
         })?;
+        if let Some(party) = checkpoint.left_out(&parent) {
+            let message = format!(
+                "the {party} of {run} could not save its state, so nothing can begin with it"
+            );
+            return Err(of_from(&message, "use another solver for that run"));
+        }
         let state = checkpoint.state_hash();
         if let Some(expected) = start.state.as_ref().filter(|expected| **expected != state) {
             let message =

@@ -61,7 +61,8 @@ pub struct About {
     pub step: u64,
     /// Simulated time in s.
     pub time: f64,
-    /// The solvers that take part.
+    /// The solvers whose states it has: all that take part, but for one that cannot save its state and gets the recording
+    /// played to it instead.
     pub solvers: Vec<Party>,
     /// Whether the run was recorded.
     pub recorded: bool,
@@ -133,6 +134,18 @@ pub enum CheckpointError {
         /// What differs.
         what: String,
     },
+    /// It has no state of a solver, and the recording that would be played to that solver cannot be used.
+    #[error(
+        "{path} has no state of the {party}, which cannot save it, and the recording cannot be played to it instead: {why}; without the folder `checkpoints` the run starts again"
+    )]
+    Unplayable {
+        /// Where.
+        path: PathBuf,
+        /// Which solver.
+        party: Party,
+        /// What is wrong with the recording.
+        why: String,
+    },
     /// There is no checkpoint.
     #[error(
         "{0} has no checkpoint (its scene has no `output.checkpoint`, it ended before the first, or a solver cannot save its state) and no recording to continue from"
@@ -151,6 +164,12 @@ pub enum CheckpointError {
 }
 
 impl Checkpoint {
+    /// The solver whose state it lacks, of those that take part in `scene`.
+    pub fn left_out(&self, scene: &Scene) -> Option<Party> {
+        let mut parties = scene.parties().into_iter();
+        parties.find(|party| !self.about.solvers.contains(party))
+    }
+
     /// The point at which its run continues.
     pub fn moment(&self) -> Moment {
         Moment {

@@ -21,7 +21,7 @@ pub(crate) enum Origin {
     Scene,
     /// The same; messages are compared with its recording.
     Recording,
-    /// A state of the same run.
+    /// A state of the same run; what a solver that cannot save its own did is in the recording.
     Itself(Box<Checkpoint>),
     /// A state of another run.
     Another(Box<Branch>),

@@ -14,18 +14,23 @@ use crate::run::checkpoint::{Checkpoint, CouplerState, Phase, UnderWay};
 use crate::run::failure::RunError;
 
 impl Run<'_> {
-    /// Keeps checkpoints when the scene or a signal asks for them, if all solvers can save their states.
+    /// Keeps checkpoints when the scene or a signal asks for them, if all solvers can save their states. One of two may be
+    /// unable to where the run is recorded: the recording is played to it when the run goes on.
     pub(super) fn keep_checkpoints(&mut self, coupler: &Coupler) {
         let plan = self.scene.output.checkpoint.clone();
-        let saves = |party: &&Party| {
-            let hello = coupler.hello(**party).expect("all have said hello");
-            hello.capabilities.has(SAVE)
-        };
-        if let Some(party) = self.parties.iter().find(|party| !saves(party)) {
-            if plan.is_some() {
-                tracing::warn!("no checkpoints: the {party} cannot save its state");
+        let mut unable = self.parties.iter().filter(|p| !coupler.can(**p, SAVE));
+        if let Some(party) = unable.next() {
+            let other_can = self.parties.len() == 2 && unable.next().is_none();
+            if !other_can || self.outputs.sink.is_none() {
+                if plan.is_some() {
+                    tracing::warn!("no checkpoints: the {party} cannot save its state");
+                }
+                return;
             }
-            return;
+            tracing::info!(
+                "the {party} cannot save its state: to resume the run, its recording is played to it"
+            );
+            self.checkpoints.in_part = true;
         }
         let time = self.account.clock.time();
         let plan = plan.unwrap_or_default();
@@ -84,18 +89,20 @@ impl Run<'_> {
         ) else {
             return;
         };
-        let mut about = About::of(self.scene, &self.parties, self.outputs.sink.is_some());
-        about.step = self.account.clock.index();
-        about.time = self.account.clock.time();
-        about.kept = self.checkpoints.kept;
         let states = self.parties.iter().filter_map(|&party| {
             let state = coupler.take_saved(party)?;
             Some((party, state))
         });
+        let states: Vec<_> = states.collect();
+        let saved: Vec<Party> = states.iter().map(|(party, _)| *party).collect();
+        let mut about = About::of(self.scene, &saved, self.outputs.sink.is_some());
+        about.step = self.account.clock.index();
+        about.time = self.account.clock.time();
+        about.kept = self.checkpoints.kept;
         let checkpoint = Checkpoint {
             about,
             state,
-            solvers: states.collect(),
+            solvers: states,
         };
         writer.take(checkpoint, relies_on);
     }

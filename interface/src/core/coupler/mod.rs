@@ -11,6 +11,7 @@ use self::line::{CONFIGURATION, Line};
 pub use self::question::{Decision, Event, Part, Question, Round};
 use super::pieces::Outgoing;
 use super::{Action, Wait, check};
+use crate::config::capability::SAVE;
 use crate::core::error::{INDIRECT_WAIT_MARGIN, SessionError};
 use crate::message::codec::encode;
 use crate::message::control::{Configure, Hello, Notice, Order, Party};
@@ -79,6 +80,17 @@ enum State {
     Ended,
 }
 
+/// A solver at the end of a session that another one goes on with: configured, and waiting for its next grant.
+#[derive(Debug)]
+pub struct Standing(Line);
+
+impl Standing {
+    /// Which solver.
+    pub fn party(&self) -> Party {
+        self.0.party
+    }
+}
+
 /// The coupler's side of a session.
 #[derive(Debug)]
 pub struct Coupler {
@@ -107,6 +119,23 @@ impl Coupler {
             header_to_send: StepHeader::default(),
             verdict: None,
         }
+    }
+
+    /// A session with these solvers, of which one comes from a session before: it is neither greeted nor configured again.
+    pub fn going_on(solvers: &[Party], limits: Limits, standing: Standing) -> Self {
+        let mut machine = Self::new(solvers, limits);
+        let mut lines = machine.lines.iter_mut();
+        if let Some(line) = lines.find(|line| line.party == standing.party()) {
+            *line = standing.0;
+        }
+        machine
+    }
+
+    /// This solver, once the session has been handed over.
+    pub fn hand_over(&mut self, party: Party) -> Option<Standing> {
+        let at = self.lines.iter().position(|line| line.party == party)?;
+        (self.state == State::Ended && matches!(self.verdict, Some(Ok(()))))
+            .then(|| Standing(self.lines.swap_remove(at)))
     }
 
     /// What to do first.
@@ -380,6 +409,9 @@ impl Coupler {
                     .map(|line| line.party)
                     .collect();
                 for (line, part) in self.lines.iter_mut().zip(parts) {
+                    if line.readiness.is_some() {
+                        continue; // it was configured in the session before
+                    }
                     line.scene_hash.clone_from(&part.configure.scene_hash);
                     line.measured = part.measured;
                     // A solver may itself wait for the other one, which has this deadline.
@@ -389,7 +421,8 @@ impl Coupler {
                     line.grant = [Grant::default()];
                     let configure = Configure {
                         restore: line.restore.is_some(),
-                        other_polls: polling.iter().any(|&party| party != line.party),
+                        other_polls: part.configure.other_polls
+                            || polling.iter().any(|&party| party != line.party),
                         ..part.configure
                     };
                     line.configure(configure)?;
@@ -403,7 +436,13 @@ impl Coupler {
             (State::Deciding, Decision::Grant(grant, budgets)) => {
                 self.round.grant = grant;
                 for (line, [omega_sq, speed, damping]) in self.lines.iter_mut().zip(budgets) {
+                    let flags = if line.has(SAVE) {
+                        grant.flags
+                    } else {
+                        grant.flags & !flags::CHECKPOINT
+                    };
                     line.grant = [Grant {
+                        flags,
                         budget_omega_sq: omega_sq,
                         budget_speed: speed,
                         budget_damping: damping,
@@ -416,6 +455,11 @@ impl Coupler {
             (State::Deciding, Decision::Drain) => {
                 self.order = encode(&Order::Drain);
                 Ok(self.drain(0))
+            }
+            (State::Deciding, Decision::HandOver) => {
+                self.verdict = Some(Ok(()));
+                self.state = State::Ended;
+                Ok(Action::End)
             }
             (State::Noting, Decision::Noted) => {
                 self.order = encode(&Order::Close);
@@ -452,6 +496,9 @@ impl Coupler {
         if i == self.lines.len() {
             self.state = State::Ready;
             return self.await_notices();
+        }
+        if self.lines[i].told.is_empty() {
+            return self.tell(i + 1);
         }
         self.state = State::Telling(i);
         self.order = core::mem::take(&mut self.lines[i].told);

@@ -1,0 +1,66 @@
+//! The configuration of each solver.
+
+use interface::config::{DemConfig, MpmConfig};
+use interface::core::coupler::{Coupler, Part};
+use interface::message::control::{Configure, Party};
+
+use super::Run;
+use crate::run::failure::RunError;
+use crate::scene::unmet;
+
+impl Run<'_> {
+    pub(super) fn configure(&mut self, coupler: &Coupler) -> Result<Vec<Part>, RunError> {
+        for party in self.parties.clone() {
+            self.check_needs(party, coupler)?;
+        }
+        self.keep_checkpoints(coupler);
+        let parties = self.parties.clone();
+        Ok(parties.into_iter().map(|party| self.part(party)).collect())
+    }
+
+    /// K-2.
+    pub(super) fn check_needs(&self, party: Party, coupler: &Coupler) -> Result<(), RunError> {
+        let hello = coupler.hello(party).expect("it has said hello");
+        match unmet(self.scene, party, &hello.identity, &hello.capabilities) {
+            Some(unmet) => Err(RunError::Unmet(unmet.to_string())),
+            None => Ok(()),
+        }
+    }
+
+    /// What a solver is told, with the state that it begins with.
+    pub(super) fn part(&mut self, party: Party) -> Part {
+        let threads = self.options.threads;
+        let (config, measured) = match party {
+            Party::Mpm => {
+                let config = self.scene.mpm.clone().expect("it takes part");
+                // Probes, holds and chains are reported like groups, after them.
+                let sets = config.probes.len() + config.forcing.holds.len() + config.chains.len();
+                let told = config.groups.len() + sets;
+                (to_json(&MpmConfig { threads, ..config }), told)
+            }
+            Party::Dem => {
+                let config = self.scene.dem.clone().expect("it takes part");
+                let bodies = config.bodies.len();
+                (to_json(&DemConfig { threads, ..config }), bodies)
+            }
+            Party::Coupler => unreachable!("the coupler is told nothing"),
+        };
+        let restored = self.restored.iter().position(|(of, _)| *of == party);
+        Part {
+            configure: Configure {
+                scene_hash: self.scene.hash.clone(),
+                config,
+                coupled: self.parties.len() == 2,
+                deadline: self.scene.coupling.deadline.as_secs_f64(),
+                restore: false,
+                other_polls: false,
+            },
+            measured,
+            restore: restored.map(|at| self.restored.swap_remove(at).1),
+        }
+    }
+}
+
+fn to_json<T: serde::Serialize>(config: &T) -> String {
+    serde_json::to_string(config).expect("configurations have string keys only")
+}
