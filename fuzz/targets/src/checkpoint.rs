@@ -1,7 +1,5 @@
 //! Checkpoints with the right hash, and the saved states in them, as `tandem resume` takes them.
 
-use std::cell::RefCell;
-
 use coupler::record::rundir::RunDir;
 use coupler::run::Resumed;
 use coupler::run::checkpoint::file::solver_states;
@@ -179,33 +177,24 @@ const STEP: Step = Step {
 };
 
 fn mpm(input: &[u8]) {
-    thread_local! {
-        static SOLVER: RefCell<Option<mpm_proc::Mpm>> = const { RefCell::new(None) };
-    }
     let config = LEFT.scene.mpm.as_ref().expect("a continuum");
-    SOLVER.with_borrow_mut(|kept| {
-        // A solver is configured anew once it has taken a state.
-        let mut solver = kept.take().unwrap_or_else(|| {
-            let mut solver = mpm_proc::Mpm::default();
-            solver
-                .configure(config)
-                .expect("the configuration of the small run");
-            solver
-        });
-        if solver.restore(input).is_err() {
-            *kept = Some(solver);
-            return;
-        }
-        let imps = solver.imp_states().len();
-        let forces = vec![interface::message::wire::ImpForce::default(); imps];
-        if solver.step(&STEP, &forces).is_ok() {
-            let _ = (
-                solver.points(),
-                solver.measurement().ledger,
-                solver.save().is_ok(),
-            );
-        }
-    });
+    // One of its own: a solver that has refused a state takes no other.
+    let mut solver = mpm_proc::Mpm::default();
+    solver
+        .configure(config)
+        .expect("the configuration of the small run");
+    if solver.restore(input).is_err() {
+        return;
+    }
+    let imps = solver.imp_states().len();
+    let forces = vec![interface::message::wire::ImpForce::default(); imps];
+    if solver.step(&STEP, &forces).is_ok() {
+        let _ = (
+            solver.points(),
+            solver.measurement().ledger,
+            solver.save().is_ok(),
+        );
+    }
 }
 
 fn dem(input: &[u8]) {
