@@ -1,5 +1,5 @@
-//! Bodies that have not met yet bind the step in time, by nothing but the limits that the solver declares: no cap, no
-//! point, no help.
+//! Bodies that have not met yet limit the step in time, only by the limits that the solver declares: without a longest
+//! step and without points.
 
 mod small_scenes;
 
@@ -8,7 +8,8 @@ use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig, Motion, O
 use interface::solver::DemSolver;
 use small_scenes::*;
 
-/// The steps that a coupler takes by docs/physics.md section 4, until `end` (s) or a fault: the longest, and what was said.
+/// Takes the steps that a coupler takes by docs/physics.md section 4, until `end` (s) or a fault. Keeps the longest
+/// step and the fault.
 struct Uncapped {
     dem: Sdem,
     longest: f64,
@@ -81,7 +82,7 @@ fn square(half: f64) -> BodyShape {
     }
 }
 
-/// From near, from far, from rest and in rotation, with steps that would carry a body through the floor hundreds of times.
+/// From near, from far, from rest and in rotation, with steps that would carry a body far through the floor.
 #[test]
 fn a_fast_body_bounces_off_a_thin_floor_whatever_its_way_there() {
     for (speed, gravity, stiffness) in [(100.0, 0.0, 1e10), (3.0, 9.81, 1e8), (0.0, 9.81, 1e8)] {
@@ -129,7 +130,7 @@ fn a_fast_body_bounces_off_a_thin_floor_whatever_its_way_there() {
     }
 }
 
-/// Too soft to be stopped: the run ends with a reason, before the body is on the other side.
+/// The contact is too soft to stop the body: the run ends with a reason before the body is on the other side.
 #[test]
 fn a_body_that_a_soft_contact_cannot_hold_is_named() {
     for (speed, stiffness) in [(100.0, 1e6), (100.0, 1e4), (1000.0, 1e8), (3.0, 100.0)] {
@@ -181,7 +182,7 @@ fn other_measures_bind_the_step_as_well() {
     }
 }
 
-/// The step is as long as the run where nobody meets; slow neighbours do not mind a fast one far away.
+/// The step is as long as the run if no bodies meet, and slow neighbours are not limited by a fast body far away.
 #[test]
 fn bodies_that_are_far_or_slow_do_not_limit_the_step() {
     let disc = |x: f64, speed: f64| BodyConfig {
@@ -189,8 +190,8 @@ fn bodies_that_are_far_or_slow_do_not_limit_the_step() {
         velocity: [speed, 0.0],
         ..body(BodyShape::Disc, 0.01)
     };
-    // Separations by less than the skin, and slowly coming together: they meet after 0.4 s. The stable step in contact is 0.1 ms,
-    // and one that grows all the time is an eleventh of the run at last.
+    // The distances are below the skin, and the bodies approach slowly: they meet after 0.4 s. The stable step in
+    // contact is 0.1 ms. A step that grows all the time is at most an eleventh of the run.
     let mut slow = scene(vec![disc(0.0, 5e-4), disc(0.0204, -5e-4)], spring(1e8));
     slow.skin = 1e-3;
     let alone = uncapped(&slow, 0.8, 0.3).longest;
@@ -198,7 +199,7 @@ fn bodies_that_are_far_or_slow_do_not_limit_the_step() {
     slow.bodies.push(disc(-1e3, 100.0));
     let with_another = uncapped(&slow, 0.8, 0.3).longest;
     assert!(with_another > 0.02, "{with_another}");
-    // On the way they bind it as they meet, not before.
+    // They limit the step when they meet, not before.
     let mut meeting = scene(vec![disc(0.0, 1.0), disc(1.02, -1.0)], spring(1e8));
     meeting.skin = 1e-3;
     let ended = uncapped(&meeting, 0.8, 0.45);
@@ -207,7 +208,7 @@ fn bodies_that_are_far_or_slow_do_not_limit_the_step() {
     assert!(ended.dem.bodies().state[0].velocity.x < -0.9);
 }
 
-/// A rod that sweeps past a disc comes nearer by its rotation only: `4 v / l` with the speed of its tip.
+/// A rod that rotates past a disc approaches it only by its rotation: `4 v / l` with the speed of its tip.
 #[test]
 fn rotation_is_an_approach() {
     let (spin, a) = (1e3, 1e-3);
@@ -234,7 +235,7 @@ fn rotation_is_an_approach() {
     let omega = 4.0 * spin * 0.09 / (2.0 * a);
     let ratio = answer.limits.omega_sq.sqrt() / omega;
     assert!((1.0..1.1).contains(&ratio), "{ratio}");
-    // Away from it nothing is asked for, and along it neither.
+    // Motion away from the disc, or along it, does not limit the step.
     config.bodies[0].spin = -spin;
     config.bodies[0].velocity = [50.0, 0.0];
     let mut dem = configured(&config);

@@ -1,4 +1,4 @@
-//! What the solver says that it takes is what it takes.
+//! The solver accepts exactly what it lists as its capabilities.
 
 mod capability_samples;
 

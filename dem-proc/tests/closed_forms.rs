@@ -1,4 +1,4 @@
-//! Bodies on bodies against closed forms.
+//! Bodies in contact with bodies, compared with closed forms.
 
 mod small_scenes;
 
@@ -11,7 +11,7 @@ use interface::solver::DemSolver;
 use mechanics::generate::{open_box, stack, wall};
 use small_scenes::*;
 
-/// Does `n` steps of `dt`, the first of them as the first of the run.
+/// Does `n` steps of `dt`; the first is the first step of a run.
 fn run(dem: &mut Sdem, n: usize, dt: f64) {
     for i in 0..n {
         let mut step = step(if i == 0 { 0.0 } else { dt }, dt);
@@ -61,8 +61,8 @@ fn after_bounce(config: &DemConfig, dt: f64) -> (Vec2, f64) {
     panic!("it never came back");
 }
 
-/// A dashpot that never pulls lets go before the overlap is gone; Schwager and Poeschel 2007 eq. 15 has the
-/// restitution of that: `exp(-b/w (pi - atan(2 b w / (w^2 - b^2))))` with `b = zeta w_0`, `w^2 = w_0^2 - b^2`.
+/// A contact with a dashpot that never pulls ends before the overlap is zero. Schwager and Poeschel 2007 eq. 15 give
+/// its restitution: `exp(-b/w (pi - atan(2 b w / (w^2 - b^2))))` with `b = zeta w_0`, `w^2 = w_0^2 - b^2`.
 #[test]
 fn restitution_of_the_linear_dashpot() {
     let (k, m): (f64, f64) = (1e6, 1.0);
@@ -80,8 +80,8 @@ fn restitution_of_the_linear_dashpot() {
     }
 }
 
-/// Restitution of two free discs of radius 0.1 and these masses (kg/m) that meet head-on at 1 m/s, and how many steps they
-/// touched.
+/// Restitution of two free discs of radius 0.1 and these masses (kg/m) that meet head-on at 1 m/s, and the number of
+/// steps in contact.
 fn restitution_of_discs(masses: [f64; 2], law: ContactLaw, dt: f64) -> (f64, u32) {
     let disc = |x: f64, velocity: f64, mass: f64| BodyConfig {
         position: [x, 0.0],
@@ -114,7 +114,7 @@ fn restitution_of_discs(masses: [f64; 2], law: ContactLaw, dt: f64) -> (f64, u32
     panic!("they never parted");
 }
 
-/// What is asked for is what one gets, whatever the masses, below critical damping and above it (e = 0.1), for both laws.
+/// The restitution is the one asked for, for any masses, below and above critical damping (e = 0.1), and for both laws.
 #[test]
 fn a_contact_has_the_restitution_that_is_asked_for() {
     for e in [
@@ -132,7 +132,7 @@ fn a_contact_has_the_restitution_that_is_asked_for() {
                 restitution: e,
                 adhesion: 0.0,
             };
-            // Overlap of an elastic impact at 1 m/s over that speed: 1/omega of the linear spring.
+            // Overlap of an elastic impact at 1 m/s divided by that speed: 1/omega of the linear spring.
             let times = [(reduced / k).sqrt(), (1.25 * reduced / constant).powf(0.4)];
             for (law, time) in [linear, hertz].into_iter().zip(times) {
                 let (given, steps) = restitution_of_discs([1.0, ratio], law, 5e-4 * time);
@@ -207,14 +207,14 @@ fn oblique_impact_that_sticks() {
     assert!((v.x - (v_t - 2.0 * v_t / 3.0)).abs() < 2e-3, "{}", v.x);
 }
 
-/// Displacement down a slope of `tan` after `time`, of a body that was let come to rest on the level.
+/// Displacement down a slope of `tan` after `time`, of a body that first came to rest on level ground.
 fn down_slope(mut config: DemConfig, tan: f64, time: f64, dt: f64) -> (f64, f64) {
     let g = 9.81;
     let cos = 1.0 / (1.0 + tan * tan).sqrt();
     config.gravity = [0.0, -g * cos];
     let mut dem = configured(&config);
     run(&mut dem, (0.5 / dt) as usize, dt);
-    // Same bodies, tilted gravity: begin again where they are.
+    // The same bodies continue from where they are, with tilted gravity.
     let state = dem.bodies().state[1];
     config.bodies[1].position = state.center.into();
     config.bodies[1].angle = state.angle;
@@ -443,12 +443,12 @@ fn guided_and_pushed_bodies_move_as_told_and_their_holders_work_is_counted() {
     let state = dem.bodies().state[0];
     assert_eq!((state.velocity.x, state.spin), (0.5, 0.0));
     let l = dem.measurement().ledger;
-    // The guide takes back what gravity does along x: -4 N over 0.5 m.
+    // The guide removes the work of gravity along x: -4 N over 0.5 m.
     assert!((l.driven_work + 2.0).abs() < 1e-9, "{}", l.driven_work);
     let start = 0.5 * 0.25;
     // The mean of the squares at two half steps is above the square at t_n by (g dt / 2)^2: 1.2e-5 J/m here.
     assert!((l.kinetic + l.gravity - l.driven_work - start).abs() < 2e-5);
-    // Of momentum only the start is not an applied impulse.
+    // Only the initial momentum is not an applied impulse.
     assert!((l.momentum[0] - l.applied_impulse[0] - 0.5).abs() < 1e-12);
 }
 

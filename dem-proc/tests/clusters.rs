@@ -114,7 +114,7 @@ fn two_cluster_blocks_rest_on_one_another() {
     }
 }
 
-/// Clusters, discs and polygons fly into one another: energy and momentum stay.
+/// Clusters, discs and polygons collide; energy and momentum are conserved.
 #[test]
 fn a_cluster_collides_without_losing_energy() {
     let a = 0.1;
@@ -159,8 +159,8 @@ fn a_cluster_with_a_disc_twice_is_refused() {
     assert_eq!(refusal.key, "dem.bodies[0].shape.cluster.centers");
 }
 
-/// Area, centroid and polar moment about the centroid of what is covered, by a million random points; and how far they
-/// may be off: four standard deviations.
+/// Area, centroid and polar moment about the centroid of the covered region, from a million random points, and their
+/// tolerance of four standard deviations.
 fn by_chance(centers: &[[f64; 2]], radii: &[f64], random: &mut Random) -> ([f64; 4], [f64; 4]) {
     let n = 1_000_000;
     let lower = [0, 1].map(|k| {
@@ -207,7 +207,7 @@ fn unequal_discs_that_overlap_count_once() {
         let dem = configured(&scene(vec![config], spring(1.0)));
         let b = &dem.bodies().properties[0];
         let c = b.shape.moments.centroid;
-        // About the origin, where chance measures.
+        // About the origin, as in the random measurement.
         let exact = [
             b.mass,
             b.mass * c.x,

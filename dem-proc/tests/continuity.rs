@@ -1,4 +1,4 @@
-//! Nothing jumps: as the nearest feature changes, at a list rebuild, round a corner.
+//! Forces do not jump: when the nearest feature changes, at the rebuild of a list, and at a corner.
 
 mod small_scenes;
 
@@ -81,7 +81,7 @@ fn the_force_between_bodies_does_not_jump_as_one_slides_past_the_other() {
     }
 }
 
-/// The same bits whatever the skin, hence whenever lists are rebuilt: with friction, damping, points and bodies.
+/// The bits do not depend on the skin, and so not on when lists are rebuilt: with friction, damping, points and bodies.
 #[test]
 fn lists_leave_no_trace() {
     let run = |skin: f64| {

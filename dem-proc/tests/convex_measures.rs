@@ -1,4 +1,4 @@
-//! Other measures of the overlap of two convex bodies: the nearest edge of every vertex, and the area in common.
+//! Other measures of the overlap of two convex bodies: the nearest edge of every vertex, and the common area.
 
 mod small_scenes;
 
@@ -81,7 +81,7 @@ fn how_often_a_pair_counts() {
     }
 }
 
-/// Two convex polygons fly into one another and apart.
+/// Two convex polygons collide and separate.
 fn collision(measure: OverlapMeasure, sphero_radius: f64, seed: u64) -> DemConfig {
     let mut random = Random(seed);
     let mut make = |n, x: f64, v: [f64; 2], spin| BodyConfig {
@@ -178,7 +178,7 @@ fn a_vertex_past_the_outline_is_pushed_back() {
     assert!((force[1] - 1e4 * 0.05).abs() < 1e-6, "{force:?}");
 }
 
-/// A disc is driven along an edge and past the corner: the same contact goes round, and friction forgets nothing.
+/// A disc is driven along an edge and past the corner. The contact stays the same one, and friction keeps its spring.
 #[test]
 fn friction_goes_round_a_corner_with_its_vertex() {
     let disc = BodyConfig {
@@ -219,8 +219,9 @@ fn vectors(vertices: &[[f64; 2]]) -> Vec<Vec2> {
     vertices.iter().map(|&v| v.into()).collect()
 }
 
-/// The area that two convex polygons have in common, by horizontal slabs between all heights at which an outline turns
-/// or two outlines cross: within a slab the width is linear, so the trapezoidal rule is exact. Nothing of it is cut.
+/// The common area of two convex polygons, by horizontal slabs between all heights at which an outline has a corner or
+/// two outlines cross. Within a slab the width is linear, so the trapezoidal rule is exact. This method cuts no
+/// polygon, unlike the tested one.
 fn area_by_slabs(a: &[Vec2], b: &[Vec2]) -> f64 {
     let edges = |p: &[Vec2]| -> Vec<(Vec2, Vec2)> {
         (0..p.len()).map(|i| (p[i], p[(i + 1) % p.len()])).collect()
@@ -251,7 +252,7 @@ fn area_by_slabs(a: &[Vec2], b: &[Vec2]) -> f64 {
         (s[1].min(t[1]) - s[0].max(t[0])).max(0.0)
     };
     let slabs = heights.array_windows();
-    // Linear within the slab: its middle is its mean.
+    // The width is linear within a slab, so the value at its middle is its mean.
     slabs
         .map(|[low, high]| (high - low) * width(0.5 * (low + high)))
         .sum()
@@ -270,7 +271,7 @@ fn two_squares_overlap_by_a_rectangle() {
     assert!((overlap.area - w * h).abs() < 1e-15);
     assert!((overlap.gradient - Vec2::new(-h, -w)).norm() < 1e-15);
     assert!((overlap.centroid - Vec2::new(0.45, 0.35)).norm() < 1e-14);
-    // The chord's middle is the rectangle's: no turning about it.
+    // The middle of the chord is that of the rectangle, so there is no moment about it.
     assert!(overlap.turning.abs() < 1e-15);
     assert_eq!(
         OverlapArea::default().overlap(&at(0.0, 0.0), &at(1.1, 0.0)),
@@ -335,11 +336,11 @@ fn a_thousand_random_overlaps_agree_with_slabs_and_push_along_the_gradient() {
     assert!(apart > 300, "{apart}");
 }
 
-/// Along a path through a contact, corners and flush edges included, the force does not jump: its largest change falls
-/// with the length of a step. And it grows no faster than the stiffness that the step limit is told.
+/// Along a path through a contact, including corners and flush edges, the force does not jump: its largest change
+/// decreases with the length of a step. And it grows no faster than the stiffness that the step limit uses.
 ///
-/// Where two edges that face the same way coincide it does jump, by `k A / l` times the depth over `l`: a block that
-/// leaves a table level with its edge. So the path along the edge is not taken at angle 0.
+/// Where two edges that face the same way coincide, the force does jump, by `k A / l` times the depth over `l`: an
+/// example is a block that leaves a table with its edge flush. So the path along the edge is not taken at angle 0.
 #[test]
 fn the_force_of_the_area_is_continuous() {
     let k = 1e4;

@@ -1,4 +1,4 @@
-//! The contacts that a frame tells add up to what the bodies get, whatever measures the overlap.
+//! The contacts in a frame add up to the loads of the bodies, for every measure of the overlap.
 
 mod small_scenes;
 
@@ -11,7 +11,7 @@ use small_scenes::*;
 /// A floor, a block askew on it and a disc on the block, with two points that press on block and disc, after some steps: friction
 /// has a history.
 fn pile(overlap: OverlapMeasure) -> (Sdem, Points) {
-    // The area in common is that of sharp corners: the same outlines without rounding, and a square in the disc's place.
+    // The measure by area needs sharp corners: the same outlines without rounding, and a square in place of the disc.
     let sharp = overlap == OverlapMeasure::Area;
     let (rounding, grown) = if sharp { (0.0, 0.2) } else { (0.1, 0.0) };
     let rectangle = |width, height| BodyShape::Rectangle {

@@ -1,4 +1,4 @@
-//! Impacts between bodies are resolved, and what rests is not.
+//! Impacts between bodies are resolved; contacts at rest do not shorten the step.
 
 mod alone;
 mod small_scenes;
@@ -53,7 +53,7 @@ const PENTAGONS: [(OverlapMeasure, f64); 4] = [
     (OverlapMeasure::Area, 0.0),
 ];
 
-/// Share of its energy that a pentagon has gained after some bounces, the largest on the way, and how many steps it took.
+/// The relative gain of energy of a pentagon after some bounces, the largest on the way, and the number of steps.
 fn bounces(config: &DemConfig, count: usize) -> (f64, f64, u64) {
     let mut run = Alone::new(config, 0.02);
     let begin = run.kinetic(0);
@@ -83,7 +83,8 @@ fn a_thousand_bounces_keep_the_energy_at_the_default_step() {
     }
 }
 
-/// A disc that falls onto a floor: its blow is resolved, its rest has the step of stability; with `damping_ratio`.
+/// A disc that falls onto a floor. Its impact is resolved, and at rest the step is that of stability; with
+/// `damping_ratio`.
 fn dropped(resolution: Option<f64>, damping_ratio: f64) -> DemConfig {
     let disc = BodyConfig {
         position: [0.0, 0.11],
@@ -125,7 +126,7 @@ fn a_blow_is_resolved_and_what_rests_is_not() {
         let mut run = Alone::new(&dropped(resolution, damping), 1e-2);
         let zeta: f64 = damping;
         let allowed = 0.97 * 0.8 * (zeta.hypot(1.0) - zeta) / omega;
-        // From the first touch to the first parting, no step is longer.
+        // From the first contact to the first separation, no step is longer than that of the resolution.
         while run.dem.contacts() == 0 {
             run.step(false).unwrap();
         }
@@ -135,12 +136,12 @@ fn a_blow_is_resolved_and_what_rests_is_not() {
             run.step(false).unwrap();
         }
         let ratio = longest / (asked * allowed);
-        // Less where the step was still growing when they met.
+        // The ratio is smaller if the step was still growing when they met.
         assert!(ratio > 0.7 && ratio < 1.0 + 1e-9, "{asked}: {ratio}");
         if damping == 0.0 {
             continue;
         }
-        // At rest the step is that of stability again, whatever is asked of impacts.
+        // At rest the step is that of stability again, for any resolution of impacts.
         while run.time < 3.0 {
             run.step(false).unwrap();
         }

@@ -1,5 +1,5 @@
-//! A driven body that leaves what presses on it faster than the contacts can follow: its velocity jumps at the start of a
-//! run, or of a branch.
+//! A driven body leaves the contacts that press on it faster than they can follow: its velocity jumps at the start of a
+//! run or a branch.
 
 mod small_scenes;
 
@@ -46,8 +46,8 @@ fn pressed() -> Points {
     Points::new(&points)
 }
 
-/// Energy that appears until all contacts have opened over that in their springs, in steps of `dt` (s); without, of the
-/// length that the opening step asks for. And that step.
+/// Energy that is created until all contacts have opened, divided by the energy in their springs, in steps of `dt` (s),
+/// or of the length that the opening step asks for. Also returns that length.
 fn created(config: &DemConfig, dt: Option<f64>) -> (f64, f64) {
     let (mut dem, mut points) = (configured(config), pressed());
     dem.imp_set(&points.set);
@@ -66,8 +66,8 @@ fn created(config: &DemConfig, dt: Option<f64>) -> (f64, f64) {
     unreachable!()
 }
 
-/// The dashpot holds back all of the spring, so no force acts and the spring's energy is the dashpot's loss, however far
-/// the plate goes in a step.
+/// The dashpot cancels the whole spring, so no force acts. The energy of the spring is the loss of the dashpot, however
+/// far the plate moves in a step.
 #[test]
 fn a_dashpot_takes_no_more_than_the_spring_had() {
     let speed = 6.0;
@@ -77,8 +77,8 @@ fn a_dashpot_takes_no_more_than_the_spring_had() {
     }
 }
 
-/// The contacts are resolved although nothing but their load and the plate's speed tells of them, and no more finely at one
-/// speed than at another.
+/// The contacts are resolved, although only their load and the speed of the plate show that they open. They are
+/// resolved equally well at all speeds.
 #[test]
 fn a_plate_that_is_driven_away_takes_no_more_than_the_springs_had() {
     for speed in [0.5, 2.0, 6.0] {
@@ -92,7 +92,8 @@ fn a_plate_that_is_driven_away_takes_no_more_than_the_springs_had() {
     }
 }
 
-/// Squared frequency that the opening step asks for, with points at `velocity` (m/s) whose overlaps are `share` of those.
+/// Squared frequency that the opening step asks for. Points have `velocity` (m/s), and their overlaps are multiplied by
+/// `share`.
 fn asked(config: &DemConfig, velocity: [f64; 2], share: f64) -> f64 {
     let (mut dem, mut points) = (configured(config), pressed());
     for state in &mut points.states {
@@ -108,10 +109,11 @@ fn asked(config: &DemConfig, velocity: [f64; 2], share: f64) -> f64 {
 fn only_contacts_that_open_under_load_shorten_the_first_step() {
     let away = asked(&plate(6.0, 0.0), [0.0; 2], 1.0);
     assert!(away > 0.0);
-    // The velocity of the whole does not matter.
+    // A common velocity of plate and points has no effect.
     let moving = asked(&plate(2.0, 0.0), [0.0, 4.0], 1.0);
     assert!((moving / away - 1.0).abs() < 1e-12);
-    // Together, towards the points, along them, from points that only just touch, and where a dashpot holds them.
+    // No resolution is needed if both move together, if the plate moves towards the points or along them, if points
+    // only just touch, or if a dashpot holds them.
     assert_eq!(asked(&plate(0.0, 0.0), [0.0; 2], 1.0), 0.0);
     assert_eq!(asked(&plate(6.0, 0.0), [0.0, -6.0], 1.0), 0.0);
     assert_eq!(asked(&plate(-6.0, 0.0), [0.0; 2], 1.0), 0.0);

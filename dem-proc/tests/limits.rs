@@ -1,4 +1,4 @@
-//! The declared limits really are stable, and are not absurdly low (C07, C20).
+//! The declared limits are stable, and they are not far too low (C07, C20).
 
 mod small_scenes;
 
@@ -116,7 +116,7 @@ fn damping_and_readiness_are_declared() {
     assert_eq!(forces(&far, 0.1, &[at(1.12, 0.0)]).2.limits.damping, 0.25);
 }
 
-/// Dashpots of the mass that a point carries of a block, and not of its own, are more for the point.
+/// Dashpots for the mass of a block that a point carries are a larger share of critical damping for the point itself.
 #[test]
 fn dashpots_of_a_block_are_declared_as_what_they_are_to_a_point() {
     let law = |damped_mass| interface::config::ContactLaw::Linear {
@@ -133,7 +133,7 @@ fn dashpots_of_a_block_are_declared_as_what_they_are_to_a_point() {
     };
     let own = declared(0.0);
     assert_eq!(own, 0.25);
-    // `forces` has points of 1 kg/m.
+    // The points of `forces` have 1 kg/m.
     assert!((declared(16.0) - 1.0).abs() < 1e-15);
     assert_eq!(declared(0.1), 0.25);
 }

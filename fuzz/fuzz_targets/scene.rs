@@ -1,5 +1,3 @@
 #![no_main]
 
-use libfuzzer_sys::fuzz_target;
-
-fuzz_target!(|input: &[u8]| (fuzzing::target("scene").expect("a target of this name").run)(input));
+tandem_fuzz::fuzz!();

@@ -1,11 +1,11 @@
-//! PROTOCOL.md and the registry of its clauses say the same.
+//! PROTOCOL.md and the registry of its clauses agree.
 
 use std::collections::BTreeSet;
 use std::path::Path;
 
 use interface::clauses::{CLAUSES, table};
 
-/// Where the table of section 13 stands.
+/// The lines around the table of section 13.
 const BEGIN: &str = "<!-- clauses: made of interface/src/clauses.rs; UPDATE_CLAUSES=1 cargo test -p interface --test clauses -->\n";
 const END: &str = "<!-- end of clauses -->\n";
 
@@ -56,7 +56,8 @@ fn is_id(text: &str) -> bool {
     letter && number.parse::<u32>().is_ok()
 }
 
-/// The machines name clauses that there are, and those that the registry says a built-in party checks are named there.
+/// The machines name only clauses that exist, and they name every clause that a built-in party checks according to the
+/// registry.
 #[test]
 fn the_machines_check_what_the_registry_says() {
     let core = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/core");

@@ -1,5 +1,5 @@
-//! A configuration says what differs from its defaults and nothing else, and reads back as it was (clause J-2); what it
-//! asks of a solver is told with the key that asks for it.
+//! A configuration contains only what differs from its defaults, and is read back unchanged (clause J-2). Its needs are
+//! reported with the keys that need them.
 
 mod plain;
 
@@ -73,7 +73,7 @@ fn laws_and_motions_leave_their_defaults_out_too() {
     assert_eq!(text(&floor), r#"{"bottom":"slip"}"#);
 }
 
-/// -0.0 is equal to the default and is another number: what it becomes in a sum may differ by its sign.
+/// -0.0 equals the default but is another number: a sum with it may have another sign.
 #[test]
 fn a_negative_zero_stays_one() {
     let mut bodies = plain_bodies();

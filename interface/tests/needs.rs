@@ -1,4 +1,4 @@
-//! What a configuration asks of a solver.
+//! The capabilities that a configuration needs from a solver.
 
 mod plain;
 
@@ -143,7 +143,7 @@ fn laws_of_different_kinds_are_asked_for() {
     assert_eq!(asks(&config), Some(("dem.contact_pairs[1].law".into(), 1)));
     config.contact_pairs.pop();
     assert_eq!(asks(&config), None);
-    // Between bodies it is the law of bodies that counts.
+    // Between bodies, the law of bodies is used.
     config.body_contact = Some(hertz);
     config.contact_pairs.push(pair("ball", "floor", hertz));
     assert_eq!(asks(&config), None);
@@ -254,7 +254,7 @@ fn what_is_missing_is_what_a_named_family_has_not_and_every_verb_that_is_not_sai
             .map(|need| need.capability.clone())
             .collect::<Vec<_>>()
     };
-    // Who says nothing takes what it does not refuse; verbs have to be said.
+    // A family that a solver does not list is not checked before Configure, but single words have to be listed.
     assert_eq!(found(&[]), ["segments"]);
     assert_eq!(found(&["segments", "shape:disc"]), ["shape:rectangle"]);
     assert_eq!(

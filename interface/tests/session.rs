@@ -21,7 +21,7 @@ use toys::{Course, HalfPlane, Points};
 
 const BOTH: [Party; 2] = [Party::Mpm, Party::Dem];
 
-/// How the parties of a test talk.
+/// How the parties of a test communicate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Way {
     Over(Medium),
@@ -36,7 +36,7 @@ struct Outcome {
     reports: Vec<(Report, Report)>,
 }
 
-/// A test that hangs is a failure, not a night of waiting.
+/// Runs a test with a deadline, so that a test that hangs fails.
 fn watched(test: impl FnOnce() + Send + 'static) {
     let (done, wait) = mpsc::channel();
     let worker = std::thread::spawn(move || {
@@ -56,7 +56,7 @@ fn on_every_transport(test: fn(Way)) {
     between_threads_and_processes(test);
 }
 
-/// Where time on the wall matters.
+/// For tests that depend on wall time.
 fn between_threads_and_processes(test: fn(Way)) {
     watched(move || test(Way::Over(Medium::Threads)));
     watched(move || test(Way::Over(Medium::Processes)));
@@ -231,7 +231,7 @@ fn a_number_that_is_not_finite_is_refused_where_it_is_sent() {
     });
 }
 
-/// What a field of points says is looked at where it is said to be one.
+/// Plastic strain is checked if the solver reports it.
 #[test]
 fn a_plastic_strain_that_cannot_be_ends_the_session() {
     on_every_transport(|way| {
@@ -289,7 +289,7 @@ fn a_refusal_names_the_key_and_does_not_wait_for_the_other_solver() {
     });
 }
 
-/// A solver that refuses and goes while the coupler waits for another is still quoted.
+/// A solver refuses and exits while the coupler waits for the other one. Its refusal is still reported.
 #[test]
 fn a_refusal_is_heard_though_the_other_solver_never_comes() {
     watched(|| {
@@ -330,7 +330,7 @@ fn a_refusal_is_heard_though_the_other_solver_never_comes() {
     });
 }
 
-/// D18: such numbers were taken, and what the coupler computes from them was not finite either.
+/// D18: such numbers were accepted, and the coupler computed numbers from them that were not finite.
 #[test]
 fn a_ready_with_numbers_that_cannot_be_ends_the_session() {
     on_every_transport(|way| {
@@ -375,7 +375,7 @@ fn a_ready_with_numbers_that_cannot_be_ends_the_session() {
     });
 }
 
-/// D13: anybody could write to a segment of every run, and so keep solvers from joining it.
+/// D13: every user could write to a segment of every run, and so keep solvers from joining it.
 #[test]
 fn nothing_of_a_run_is_open_to_other_users() {
     use std::os::unix::fs::PermissionsExt;

@@ -1,4 +1,4 @@
-//! A program of its own, since a umask is that of the whole process.
+//! A separate program, since a umask applies to the whole process.
 
 use std::os::unix::fs::PermissionsExt;
 
@@ -6,7 +6,8 @@ use interface::transport::domain::OwnedDomain;
 use rustix::fs::Mode;
 use rustix::process::umask;
 
-/// iceoryx2 sets a umask of 0177 while it binds a socket. A directory that another thread made meanwhile could not be entered.
+/// iceoryx2 sets a umask of 0177 while it binds a socket. A directory that another thread made at that time could not
+/// be entered.
 #[test]
 fn a_run_belongs_to_its_owner_whatever_the_umask() {
     let before = umask(Mode::from_raw_mode(0o177));

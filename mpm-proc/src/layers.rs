@@ -32,7 +32,7 @@ pub struct Layers<const W: usize, S: Shape<W>, T: Transfer> {
     all: Vec<Continuum<W, S, T>>,
     /// Groups whose points touch.
     pairs: Vec<[usize; 2]>,
-    /// The IMPs of all layers, by id; those of a layer stand together.
+    /// The IMPs of all layers by id; those of one layer follow one another.
     infos: Vec<ImpInfo>,
     states: Vec<ImpState>,
     measurement: MpmMeasurement,
@@ -50,7 +50,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Layers<W, S, T> {
         }
     }
 
-    /// Makes one list of the IMPs of all layers.
+    /// Makes one list from the IMPs of all layers.
     fn write_infos(&mut self) {
         self.infos.clear();
         for (group, layer) in (0..).zip(&self.all) {
@@ -60,7 +60,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Layers<W, S, T> {
         }
     }
 
-    /// The slots of the layers.
+    /// The slots of each layer.
     fn slots(&self) -> Vec<Range<usize>> {
         let mut end = 0;
         let of = |layer: &Continuum<W, S, T>| {
@@ -186,11 +186,11 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Layers<W, S, T> {
     }
 }
 
-/// What of layers is saved.
+/// The saved part of layers.
 #[derive(Serialize, Deserialize)]
 struct SavedLayers<A> {
     all: Vec<SavedContinuum<A>>,
 }
 
-/// The mark of their bytes.
+/// The name of their format.
 const SAVED: &str = "layers";

@@ -81,15 +81,15 @@ pub struct Reference {
 
 const RIM: i64 = 3;
 
-/// A node that is free or held, and all places where it stands, with the sign of its velocity there: its own, and those
-/// beyond walls where it is an image.
+/// A node that is free or held, and all positions at which it appears, with the sign of its velocity there: its own
+/// position, and those beyond walls where it is an image.
 #[derive(Debug, Clone)]
 struct Node {
     at: [i64; 2],
     places: Vec<([i64; 2], [f64; 2])>,
 }
 
-/// A number along an axis, and all numbers at which it stands, with signs.
+/// An index along an axis, and all indices at which it appears, with signs.
 type Along = (i64, Vec<(i64, [f64; 2])>);
 
 impl Reference {
@@ -309,7 +309,7 @@ impl Reference {
         }
     }
 
-    /// The share of an interval that mapped velocities strain from its end, and from its start.
+    /// The share of an interval that mapped velocities strain from its end, and the share from its start.
     fn shares(&self) -> [f64; 2] {
         match self.stress_update {
             StressUpdate::Usf => [1.0, 0.0],

@@ -16,7 +16,7 @@ use crate::state::nodes::NodeTile;
 use crate::state::points::{Cloud, NO_POINT};
 use crate::step;
 
-/// What the solver asks of a continuum, whatever its shape function and transfer.
+/// The functions of a continuum that the solver needs, for any shape function and transfer.
 pub trait Scheme: Send {
     /// The part of a step that needs no contact force.
     fn predict(&mut self, step: &Step) -> Result<(), Fault>;
@@ -45,10 +45,10 @@ pub trait Scheme: Send {
     /// The state before the next step.
     fn save(&self) -> Vec<u8>;
 
-    /// Takes over what [`Self::save`] gave.
+    /// Restores what [`Self::save`] returned.
     ///
     /// # Errors
-    /// A [`Refusal`] of what is not a state of this configuration; the scheme is then of no more use.
+    /// A [`Refusal`] if the bytes are not a state of this configuration; the scheme can then not be used any more.
     fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal>;
 
     /// Sorts the points whether they need it or not.

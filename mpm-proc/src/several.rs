@@ -9,7 +9,7 @@ use crate::kernel::transfer::Transfer;
 use crate::scheme::Scheme;
 use crate::state::continuum::Continuum;
 
-/// Limits of both: the narrowest.
+/// The narrower limits of two.
 pub fn narrowest(a: &Limits, b: &Limits) -> Limits {
     Limits {
         omega_sq: a.omega_sq.max(b.omega_sq),
@@ -21,7 +21,8 @@ pub fn narrowest(a: &Limits, b: &Limits) -> Limits {
     }
 }
 
-/// The measurement of all: sums, and the records of groups, of probes and of holds, each in the order of the scene.
+/// The measurement of all continua: sums, and the records of groups, of probes and of holds, each in the order of the
+/// scene.
 pub fn measure<'a, const W: usize, S: Shape<W>, T: Transfer>(
     into: &mut MpmMeasurement,
     continua: impl Iterator<Item = &'a Continuum<W, S, T>>,

@@ -36,7 +36,7 @@ impl Mpm {
         &mut **self.scheme.as_mut().expect("configured")
     }
 
-    /// What the numbers of a saved state mean, likewise.
+    /// The meaning of the numbers of a saved state, for tests too.
     #[cfg(test)]
     pub(crate) fn form(&self) -> &Form {
         &self.form

@@ -12,10 +12,10 @@ use std::time::Duration;
 use super::error::{RunDirError, fail};
 use super::rundir::RunDir;
 
-/// Time between two looks of who waits for a writer.
+/// Time between two looks of a thread that waits for a writer.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// How far a writer has come, in what it counts.
+/// How much a writer has written, in bytes or frames.
 #[derive(Debug, Default)]
 pub(crate) struct Written {
     count: AtomicU64,
@@ -23,7 +23,7 @@ pub(crate) struct Written {
 }
 
 impl Written {
-    /// With what was there before.
+    /// Begins with what was written before.
     pub fn from(count: u64) -> Arc<Self> {
         Arc::new(Self {
             count: count.into(),
@@ -31,27 +31,27 @@ impl Written {
         })
     }
 
-    /// So much is in its file.
+    /// The amount that is in the file.
     pub fn count(&self) -> u64 {
         self.count.load(Ordering::Acquire)
     }
 
-    /// Whether nothing more will be written: all was, or the writer has failed.
+    /// Whether nothing more will be written, because everything has been or because the writer has failed.
     pub fn has_ended(&self) -> bool {
         self.ended.load(Ordering::Acquire)
     }
 
-    /// So much is in its file now.
+    /// Sets the amount that is in the file.
     pub fn reach(&self, count: u64) {
         self.count.store(count, Ordering::Release);
     }
 
-    /// The end of the writer is seen, however it comes.
+    /// A guard that marks the end of the writer, whether it returns or panics.
     pub fn until_the_end(self: &Arc<Self>) -> Ends {
         Ends(self.clone())
     }
 
-    /// What is to be written before something else that relies on it.
+    /// A mark that is reached when the first `until` have been written.
     pub fn mark(self: &Arc<Self>, until: u64) -> Mark {
         Mark {
             written: self.clone(),
@@ -60,7 +60,7 @@ impl Written {
     }
 }
 
-/// The writer has ended when this is dropped.
+/// Marks the writer as ended when it is dropped.
 pub(crate) struct Ends(Arc<Written>);
 
 impl Drop for Ends {
@@ -69,7 +69,7 @@ impl Drop for Ends {
     }
 }
 
-/// What is to be written before something else that relies on it.
+/// An amount that must be written before something else that relies on it.
 #[derive(Debug)]
 pub(crate) struct Mark {
     written: Arc<Written>,
@@ -77,10 +77,10 @@ pub(crate) struct Mark {
 }
 
 impl Mark {
-    /// Waits until that is written; false if the writer has failed before.
+    /// Waits until it is written; false if the writer has failed before.
     pub fn is_reached(&self) -> bool {
         loop {
-            // In this order: after its end the writer writes nothing more.
+            // The order matters: after its end the writer writes nothing more.
             let ended = self.written.has_ended();
             if self.written.count() >= self.until {
                 return true;
@@ -93,18 +93,18 @@ impl Mark {
     }
 }
 
-/// A file to which a thread adds. What reaches it in part, because the disk is full, is taken back.
+/// A file to which a thread appends. A piece that is written only in part, because the disk is full, is removed again.
 #[derive(Debug)]
 pub(crate) struct BackgroundWriter {
     queue: Option<Sender<Vec<u8>>>,
     written: Arc<Written>,
-    /// Bytes of the file once everything has reached it.
+    /// Length of the file in bytes when everything is written.
     bytes: u64,
     writer: Option<JoinHandle<Result<(), RunDirError>>>,
 }
 
 impl BackgroundWriter {
-    /// Adds to `file`, which has `bytes` bytes and ends there. `path` is for messages.
+    /// Appends to `file`, which has `bytes` bytes. `path` is for messages.
     pub fn begin(file: File, path: PathBuf, bytes: u64) -> Self {
         let (queue, taken) = channel();
         let written = Written::from(bytes);
@@ -119,11 +119,11 @@ impl BackgroundWriter {
         }
     }
 
-    /// Takes what is to be added. It is in the file soon.
+    /// Takes a piece that is to be appended; the thread writes it soon.
     ///
     /// # Errors
-    /// [`RunDirError`] when something before could not be written; then the file ends with the last piece that it has as
-    /// a whole.
+    /// [`RunDirError`] if an earlier piece could not be written. The file then ends with the last piece that was
+    /// written whole.
     pub fn add(&mut self, piece: Vec<u8>) -> Result<(), RunDirError> {
         self.bytes += piece.len() as u64;
         match self.queue.as_ref().map(|queue| queue.send(piece)) {
@@ -133,12 +133,12 @@ impl BackgroundWriter {
         }
     }
 
-    /// Bytes of the file once everything has reached it.
+    /// Length of the file in bytes when everything is written.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// Bytes that have not reached the file and still will.
+    /// Bytes that are not written yet and still will be.
     pub fn behind(&self) -> u64 {
         if self.written.has_ended() {
             return 0;
@@ -146,12 +146,12 @@ impl BackgroundWriter {
         self.bytes - self.written.count()
     }
 
-    /// Everything that was taken so far.
+    /// The mark of everything that was taken so far.
     pub fn mark(&self) -> Mark {
         self.written.mark(self.bytes)
     }
 
-    /// Everything that was taken is in the file.
+    /// Waits until everything that was taken is in the file.
     ///
     /// # Errors
     /// [`RunDirError`], once.
@@ -190,7 +190,7 @@ fn write_all(mut file: File, taken: &Receiver<Vec<u8>>, written: &Arc<Written>) 
 pub struct LogFile(Arc<Mutex<BackgroundWriter>>);
 
 impl LogFile {
-    /// The log of a run, to be written from its start, or after what is there.
+    /// The log of a run, which begins anew or is appended to.
     ///
     /// # Errors
     /// [`RunDirError`].
@@ -230,7 +230,7 @@ mod tests {
     use std::io::Read;
     use std::time::Instant;
 
-    /// A pipe that nobody reads, as a disk that does not answer.
+    /// A pipe that nobody reads, in place of a disk that does not answer.
     fn stuck() -> (io::PipeReader, BackgroundWriter) {
         let (reader, writer) = io::pipe().unwrap();
         let file = File::from(std::os::fd::OwnedFd::from(writer));

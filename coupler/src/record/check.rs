@@ -22,7 +22,7 @@ pub struct Column {
     pub value: Expression,
 }
 
-/// What a run must show.
+/// A condition that a run must meet.
 #[derive(Debug, Clone)]
 pub struct Check {
     /// What is checked.
@@ -104,32 +104,32 @@ pub enum Reference {
     Table(Vec<[f64; 2]>),
 }
 
-/// The verdict on a check, as `summary.json` has it. Numbers that could not be had are NaN, which JSON writes as null.
+/// The verdict on a check, as in `summary.json`. Numbers that could not be computed are NaN, which JSON writes as null.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CheckResult {
     /// What was checked.
     pub name: String,
-    /// What the run shows. Of `max_error`: the value where the distance is largest.
+    /// The value of the run. For `max_error`: the value where the distance is largest.
     pub value: f64,
     /// What the scene expects, in its own terms.
     pub expected: Meant,
-    /// The one number that the error counts from: reference or bound; the middle of `between`.
+    /// The number from which the error is counted: the reference, the bound, or the middle of `between`.
     pub reference: f64,
-    /// How far the value is off: from the reference, or beyond the bound; 0 within it.
+    /// Distance of the value from the reference, or beyond the bound; 0 within the bound.
     pub error: f64,
-    /// Largest error that passes; 0 for bounds, since their error is what lies beyond them.
+    /// Largest error that passes. It is 0 for bounds, since their error is the distance beyond them.
     pub tolerance: f64,
     /// Whether it passes. A NaN never does.
     pub pass: bool,
     /// Where the expected figure comes from.
     pub source: String,
-    /// Why it fails, where the numbers do not say: for people, not in the summary.
+    /// Why it fails, if the numbers do not show it. It is for people and not in the summary.
     #[serde(skip)]
     pub reason: Option<String>,
 }
 
-/// What a check expects, under the keys that the scene has for it and with its expressions as numbers: one of `at_least`,
-/// `at_most`, `between` and `reference`, and with the last one its tolerance. Empty where the run has no sample.
+/// What a check expects, under the keys of the scene and with its expressions as numbers: one of `at_least`, `at_most`,
+/// `between` and `reference`, and with `reference` also the tolerance. Empty if the run has no sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Meant {
@@ -142,7 +142,7 @@ pub struct Meant {
     /// Within these two.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub between: Option<[Option<f64>; 2]>,
-    /// Near this; of a reference that moves: where the value was taken.
+    /// Near this. If the reference depends on time, its value at the time of the check's value.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<f64>,
     /// Largest distance in the value's unit, or with `scale` as a share of it.
@@ -157,7 +157,7 @@ pub struct Meant {
 }
 
 impl Meant {
-    /// As it is read from the summary, where JSON has null for a number that is not finite.
+    /// The same as it is read from the summary, in which JSON has null for numbers that are not finite.
     #[must_use]
     pub fn finite(self) -> Self {
         let finite = |number: Option<f64>| number.filter(|number| number.is_finite());
@@ -173,7 +173,7 @@ impl Meant {
     }
 }
 
-/// Takes samples, gives rows and verdicts.
+/// Takes samples; returns rows of the history and verdicts.
 #[derive(Debug, Clone)]
 pub struct Recorder {
     columns: Vec<Column>,
@@ -181,12 +181,12 @@ pub struct Recorder {
     /// The present sample, then the first.
     slots: Vec<f64>,
     row: Vec<f64>,
-    /// Times nearer than this to a window's end count as in it (s): output times carry rounding.
+    /// Times that are nearer than this (s) to an end of a window count as within it, because output times are rounded.
     time_slack: f64,
 }
 
 impl Recorder {
-    /// A recorder of these columns and checks that has seen nothing, of a run that ends at `end` (s).
+    /// A recorder of these columns and checks without samples, for a run that ends at `end` (s).
     pub fn new(columns: &[Column], checks: &[Check], end: f64) -> Self {
         let checks = checks.iter().cloned();
         Self {
@@ -198,7 +198,7 @@ impl Recorder {
         }
     }
 
-    /// What has been recorded so far, as far as more records depend on it.
+    /// The part of what was recorded on which later records depend.
     pub fn so_far(&self) -> Recorded {
         let progress = self.checks.iter().map(|(_, progress)| progress.clone());
         Recorded {
@@ -207,8 +207,8 @@ impl Recorder {
         }
     }
 
-    /// Goes on where another recorder of the same scene has been; whether it was of as many checks, and of samples of as
-    /// many quantities.
+    /// Continues from another recorder of the same scene. Returns whether that recorder had as many checks and
+    /// quantities.
     pub fn resume(&mut self, recorded: Recorded, quantities: usize) -> bool {
         let slots = recorded.slots.len();
         let fits =
@@ -231,7 +231,7 @@ impl Recorder {
             .collect()
     }
 
-    /// Takes a sample. The first one is that of `t_0`, which `initial.` quantities refer to.
+    /// Takes a sample. The first one is that of `t_0`, to which the `initial.` quantities refer.
     pub fn record(&mut self, sample: &Sample) {
         let values = sample.values();
         if self.slots.is_empty() {
@@ -267,12 +267,12 @@ impl Recorder {
         &self.slots[self.slots.len() / 2..]
     }
 
-    /// Whether there was a sample yet.
+    /// Whether there has been a sample.
     pub fn has_begun(&self) -> bool {
         !self.slots.is_empty()
     }
 
-    /// The verdicts on what a run that has come to `time` (s) has shown whole: later samples cannot change them.
+    /// The verdicts that later samples cannot change, for a run that has reached `time` (s).
     pub fn so_far_at(&self, time: f64) -> Vec<CheckResult> {
         let over = |check: &Check| match check.when {
             When::At(at) => at,
@@ -296,7 +296,7 @@ impl Recorder {
     }
 }
 
-/// What a recorder has taken so far.
+/// What a recorder must keep of its samples.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Recorded {
     slots: Vec<f64>,
@@ -317,16 +317,16 @@ impl Point {
     }
 }
 
-/// What a check keeps of the history so far: a few numbers, whatever the length of the run.
+/// What a check must keep of the history so far: a few numbers, for any length of the run.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Progress {
     /// Last sample, in the window or not.
     before: Option<Point>,
     /// Last sample of the window.
     last: Option<Point>,
-    /// The sample that the check is about, where it is one.
+    /// The sample that decides the check, if there is a single one.
     chosen: Option<Point>,
-    /// The least value of the window so far, where the check is about rises.
+    /// The least value in the window so far, if the check is about rises.
     least: Option<f64>,
     /// Time in the window so far, and integrals over it of value, value^2, reference^2, distance^2.
     span: f64,
@@ -371,7 +371,7 @@ impl Progress {
         }
     }
 
-    /// What the value has risen by since it was least.
+    /// The rise of the value above its least value so far.
     fn risen(&mut self, point: Point) -> Point {
         let least = self.least.map_or(point.value, |l| l.min(point.value));
         self.least = Some(least);
@@ -422,10 +422,10 @@ impl Progress {
         }
     }
 
-    /// Value, reference and distance, if the window saw what the check needs.
+    /// Value, reference and distance, if the window has the samples that the check needs.
     fn outcome(&self, when: When) -> Option<(f64, f64, f64)> {
         let last = self.last;
-        // A window of one sample has no span; its mean is that sample.
+        // A window with one sample has no length; its mean is that sample.
         let mean = |k: usize, single: f64| {
             if self.span > 0.0 {
                 self.integrals[k] / self.span
@@ -458,7 +458,7 @@ impl Progress {
 }
 
 impl Expected {
-    /// The reference at a time; NaN where there is a bound instead.
+    /// The reference at a time; NaN if there is a bound instead.
     fn reference(&self, slots: &[f64], time: f64) -> f64 {
         match self {
             Self::Near { reference, .. } => reference.at(slots, time),
@@ -466,7 +466,7 @@ impl Expected {
         }
     }
 
-    /// The same in numbers, with the reference that the value is compared with.
+    /// The expectation in numbers, with the reference with which the value is compared.
     fn meant(&self, slots: &[f64], reference: f64) -> Meant {
         let number = |expression: &Expression| Some(expression.evaluate(slots));
         let mut meant = Meant::default();
@@ -501,7 +501,7 @@ impl Reference {
     }
 }
 
-/// Linear between the rows of `table`, constant outside; NaN of no rows.
+/// Linear between the rows of `table` and constant outside; NaN if there are no rows.
 fn interpolate(table: &[[f64; 2]], time: f64) -> f64 {
     let after = table.partition_point(|row| row[0] < time);
     match (after.checked_sub(1).map(|i| table[i]), table.get(after)) {
@@ -540,7 +540,7 @@ fn judge(check: &Check, progress: &Progress, slots: &[f64]) -> CheckResult {
     }
     let meant = result.expected;
     let number = |meant: Option<f64>| meant.unwrap_or(f64::NAN);
-    // An infinite bound or scale would pass whatever the run shows.
+    // An infinite bound or scale would pass for any run.
     let mut bounds = Vec::new();
     match &check.expected {
         Expected::AtLeast(_) => {
@@ -583,7 +583,7 @@ fn judge(check: &Check, progress: &Progress, slots: &[f64]) -> CheckResult {
     result
 }
 
-/// `excess` where it is positive, else 0; NaN of NaN, which `f64::max` would lose.
+/// `excess` if it is positive, else 0. It is NaN for NaN, which `f64::max` would lose.
 fn beyond(excess: f64) -> f64 {
     if excess <= 0.0 { 0.0 } else { excess }
 }

@@ -18,17 +18,18 @@ pub const COURSE: &str = "course.csv";
 #[derive(Debug)]
 pub(crate) struct Course {
     rows: History,
-    /// The last step in s, then how many steps what has bound, when the moment came that is measured next.
+    /// The last step in s, and the number of steps by each limit, at the moment that is measured next.
     steps: [f64; 1 + Bound::ALL.len()],
 }
 
 impl Course {
-    /// Of a run that begins.
+    /// The file of a new run.
     pub fn begin(dir: &RunDir) -> Result<Self, RunDirError> {
         Ok(Self::of(History::begin_table(dir, COURSE, &header())?))
     }
 
-    /// Of a run that goes on at `time` (s): a row of that time or a later one comes again, but for that of the start.
+    /// The file of a run that continues at `time` (s). Rows at that time or later are removed, except the first,
+    /// because they are written again.
     pub fn resume(dir: &RunDir, time: f64) -> Result<Self, RunDirError> {
         // A run of an older build has no course file; it begins here.
         let Ok(text) = fs::read_to_string(dir.path().join(COURSE)) else {
@@ -45,7 +46,7 @@ impl Course {
         }
     }
 
-    /// Notes the steps before those of a grant. What a grant measures is of its begin, whatever the number of its steps.
+    /// Stores the steps before a grant. A grant measures its begin, whatever the number of its steps.
     pub fn before(&mut self, pace: &Pace) {
         let bound_by = &pace.so_far().bound_by;
         let [step, counts @ ..] = &mut self.steps;
@@ -55,7 +56,7 @@ impl Course {
         }
     }
 
-    /// Adds the row of `time` (s), the begin of the last grant.
+    /// Adds the row for `time` (s), the begin of the last grant.
     pub fn row(&mut self, time: f64, energies: &Energies) -> Result<(), RunDirError> {
         let mut row = vec![time];
         row.extend(self.steps);
@@ -63,12 +64,12 @@ impl Course {
         self.rows.row(&row)
     }
 
-    /// Every row is given to the writer; it is in the file when the mark is reached.
+    /// Gives every row to the writer. When the mark is reached, the rows are in the file.
     pub fn flush(&mut self) -> Result<Mark, RunDirError> {
         self.rows.flush()
     }
 
-    /// Every row is in the file.
+    /// Waits until every row is in the file.
     pub fn finish(&mut self) -> Result<(), RunDirError> {
         self.rows.finish()
     }
@@ -96,7 +97,7 @@ fn kept(text: &str, time: f64) -> usize {
     length
 }
 
-/// Steps are counted from the start; `step` is the last one.
+/// The names of the columns. Steps are counted from the start; `step` is the last one.
 fn header() -> Vec<String> {
     let bounds = Bound::ALL.map(|bound| format!("steps by {} [1]", bound.name()));
     let energies = Energies::default()

@@ -11,11 +11,11 @@ pub enum RunDirError {
     /// A file or folder cannot be written, or read back.
     #[error("cannot {action} {}: {source}", path.display())]
     File {
-        /// What was to be done.
+        /// What was tried.
         action: &'static str,
-        /// With what.
+        /// The file or folder.
         path: PathBuf,
-        /// The system's answer.
+        /// The error of the system.
         source: io::Error,
     },
     /// Another run uses the directory.
@@ -52,7 +52,7 @@ impl RunDirError {
     }
 }
 
-/// Words an error of the system as one of a run directory.
+/// Turns an error of the system into one of a run directory.
 pub(crate) fn fail(action: &'static str, path: &Path) -> impl FnOnce(io::Error) -> RunDirError {
     let path = path.to_path_buf();
     move |source| RunDirError::File {

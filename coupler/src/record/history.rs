@@ -8,17 +8,17 @@ use std::time::{Duration, Instant};
 use super::background::{BackgroundWriter, Mark};
 use super::rundir::{HISTORY, RunDir, RunDirError, fail};
 
-/// Room for rows that have not reached the file.
+/// Buffer for rows that are not in the file yet, in bytes.
 const ROWS: usize = 64 << 10;
 /// Longest time that a row waits in memory while others follow.
 const UNWRITTEN: Duration = Duration::from_secs(1);
 
-/// `history.csv` being written, by a thread of its own. Rows reach the file as a whole and within [`UNWRITTEN`]; what
-/// reaches it in part, because the disk is full, is taken back.
+/// `history.csv`, written by a separate thread. Rows are written whole and within [`UNWRITTEN`]. A row that is written
+/// only in part, because the disk is full, is removed again.
 #[derive(Debug)]
 pub struct History {
     file: BackgroundWriter,
-    /// Whole rows that nobody writes yet.
+    /// Whole rows that the writer does not have yet.
     rows: Vec<u8>,
     /// When rows were last given to the writer.
     flushed: Instant,
@@ -33,7 +33,7 @@ impl History {
         Self::begin_table(dir, HISTORY, header)
     }
 
-    /// Begins the table `name`, which is written as `history.csv` is.
+    /// Begins the table `name`, which is written like `history.csv`.
     pub(crate) fn begin_table(
         dir: &RunDir,
         name: &str,
@@ -53,15 +53,15 @@ impl History {
         Ok(history)
     }
 
-    /// Goes on with `history.csv` after its first `bytes` bytes.
+    /// Continues `history.csv` after its first `bytes` bytes.
     ///
     /// # Errors
-    /// [`RunDirError`], also when there are not as many.
+    /// [`RunDirError`], also if the file is shorter.
     pub fn resume(dir: &RunDir, bytes: u64) -> Result<Self, RunDirError> {
         Self::resume_table(dir, HISTORY, bytes)
     }
 
-    /// Goes on with such a table after its first `bytes` bytes.
+    /// Continues such a table after its first `bytes` bytes.
     pub(crate) fn resume_table(dir: &RunDir, name: &str, bytes: u64) -> Result<Self, RunDirError> {
         let path = dir.path().join(name);
         let open = || {
@@ -85,7 +85,7 @@ impl History {
         }
     }
 
-    /// Length in bytes of the file once all rows have reached it.
+    /// Length of the file in bytes when all rows are written.
     pub fn bytes(&self) -> u64 {
         self.file.bytes() + self.rows.len() as u64
     }
@@ -95,7 +95,7 @@ impl History {
         self.file.behind()
     }
 
-    /// Adds a row. Numbers are written so that they read back to the same bits.
+    /// Adds a row. Numbers are written so that they are read back to the same bits.
     ///
     /// # Errors
     /// [`RunDirError`].
@@ -111,10 +111,10 @@ impl History {
         Ok(())
     }
 
-    /// Everything so far is given to the writer; it is in the file when the mark is reached.
+    /// Gives all rows to the writer. When the mark is reached, they are in the file.
     ///
     /// # Errors
-    /// [`RunDirError`] of something before; then the file ends with the last row that it has as a whole.
+    /// [`RunDirError`] of an earlier row; the file then ends with the last row that was written whole.
     pub(crate) fn flush(&mut self) -> Result<Mark, RunDirError> {
         self.flushed = Instant::now();
         if !self.rows.is_empty() {
@@ -124,7 +124,7 @@ impl History {
         Ok(self.file.mark())
     }
 
-    /// Everything is in the file.
+    /// Waits until all rows are in the file.
     ///
     /// # Errors
     /// As [`Self::row`], of all rows.
@@ -147,7 +147,7 @@ mod tests {
         let mut history = History::begin(&run, &["time [s]".into(), "x [m]".into()]).unwrap();
         let mut sizes = std::collections::BTreeSet::new();
         let began = std::time::Instant::now();
-        // For at least so many rows, and until the thread that writes has been seen at rest in between.
+        // Writes at least so many rows, and until the writing thread has been seen idle in between.
         for k in 0.. {
             if k >= 20_000 && (sizes.len() > 2 || began.elapsed().as_secs() > 30) {
                 break;
@@ -156,7 +156,7 @@ mod tests {
                 std::thread::sleep(std::time::Duration::from_millis(1));
             }
             history.row(&[f64::from(k) / 3.0, 1e-300 / 7.0]).unwrap();
-            // A file that is being written may be seen with half of a piece.
+            // While a file is being written, it may contain half of a piece.
             if history.behind() > 0 {
                 continue;
             }

@@ -24,10 +24,12 @@ pub struct Energies {
     pub plastic: f64,
     /// Work put in by driven bodies and boundaries.
     pub driven: f64,
-    /// What is conserved but for the transfer scheme's residual: energies held, plus dissipated, minus put in.
+    /// Conserved except for the residual of the transfer scheme: energies held, plus energies dissipated, minus work
+    /// put in.
     pub total: f64,
-    /// Work of the stress of the points so far, less what plastic flow and viscous stress took; 0 of a continuum without
-    /// the capability `stress_work`. No part of the total: where the law has an energy it grows as `elastic` does.
+    /// Work of the stress of the points so far, less what plastic flow and viscous stress took; 0 for a continuum
+    /// without the capability `stress_work`. It is not part of the total: if the law has an energy, it grows as
+    /// `elastic` does.
     pub stress_work: f64,
 }
 
@@ -66,8 +68,8 @@ impl Energies {
         ]
     }
 
-    /// Energy in play: everything, with gravity counted from where it was at the start, so that the choice of the
-    /// origin does not matter.
+    /// Energy in play: all energies, with gravity counted from its value at the start, so that the choice of the origin
+    /// does not matter.
     fn in_play(&self, start: &Self) -> f64 {
         let held = self.kinetic + self.rotation + self.elastic + self.contact;
         let lost = self.friction + self.viscous + self.plastic;
@@ -103,11 +105,11 @@ pub struct Balance {
     pub scale: f64,
     /// Largest positive residual so far relative to [`Self::scale`].
     pub residual_max: f64,
-    /// Largest momentum seen so far in N s/m: of all groups and bodies, each by itself, so that what cancels counts too;
-    /// and handed over by contact or from outside.
+    /// Largest momentum so far in N s/m. It is the sum over all groups and bodies of their magnitudes, so that momenta
+    /// that cancel count too, or the impulse of contact or from outside.
     momentum_scale: f64,
-    /// Momentum of the whole at the last measurement minus the initial one and the applied impulses, relative to the
-    /// largest momentum seen so far.
+    /// Total momentum at the last measurement, minus the initial one and the applied impulses, relative to the largest
+    /// momentum so far.
     pub momentum_error: f64,
     /// Largest of these so far.
     pub momentum_error_max: f64,
@@ -146,8 +148,8 @@ impl Balance {
         self.start.map(|(energies, _)| energies).unwrap_or_default()
     }
 
-    /// Work of the stress that is neither stored nor dissipated, in J/m: above 0 the law has taken it from the motion, below
-    /// 0 it has created it. `None` if the continuum does not keep that work.
+    /// Work of the stress that is neither stored nor dissipated, in J/m. If it is positive, the law has taken it from
+    /// the motion; if it is negative, the law has created it. `None` if the continuum does not report that work.
     pub fn work_gap(&self) -> Option<f64> {
         let start = self.start();
         let stored = self.now.elastic - start.elastic;
@@ -171,20 +173,20 @@ impl Balance {
     }
 }
 
-/// From where sums are counted that go on from run to run: those of a scene that begins with the state of another run
-/// begin anew with its first measurement, under its own laws.
+/// The point from which sums are counted. If a scene begins with the state of another run, its sums begin with its
+/// first measurement, under its own laws.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub enum Since {
-    /// From the first run's start.
+    /// From the start of the first run.
     #[default]
     Ever,
-    /// From the measurement that comes next.
+    /// From the next measurement.
     Next,
-    /// From where they were so, of the continuum and of the bodies.
+    /// From these values, of the continuum and of the bodies.
     Here([Sums; 2]),
 }
 
-/// What a side adds up: work of friction, viscosity, plastic flow, drives and stress in J/m, then the two impulses.
+/// The sums of a side: work of friction, viscosity, plastic flow, drives and stress in J/m, then the two impulses.
 type Sums = ([f64; 5], [[f64; 2]; 2]);
 
 impl Since {
@@ -287,7 +289,7 @@ mod tests {
         assert_eq!(balance.momentum_error_max, 0.2);
     }
 
-    /// Two equal bodies fly apart or together: the momentum of their side is rounding, and so is its change.
+    /// Two equal bodies fly apart or together. The momentum of their side is only rounding, and so is its change.
     #[test]
     fn rounding_of_momenta_that_cancel_is_no_error() {
         let bodies = |rounding: f64| Ledger {
@@ -298,12 +300,12 @@ mod tests {
         balance.take(&Ledger::default(), &bodies(1e-16), 2.0 * 3.0);
         balance.take(&Ledger::default(), &bodies(-4e-16), 2.0 * 3.0);
         assert!(balance.momentum_error_max < 1e-16);
-        // Energy that is really lost still shows.
+        // Energy that is really lost is still found.
         balance.take(&Ledger::default(), &bodies(6e-3), 2.0 * 3.0);
         assert!((balance.momentum_error - 1e-3).abs() < 1e-15);
     }
 
-    /// A load at rest on points: momenta of rounding, impulses of weight and support that balance.
+    /// A load rests on points. Momenta are only rounding, and the impulses of weight and support balance.
     #[test]
     fn rounding_of_impulses_that_balance_is_no_error() {
         let side = |impulse: f64, rounding: f64| Ledger {
@@ -318,7 +320,7 @@ mod tests {
         assert!(balance.momentum_error_max < 1e-15);
     }
 
-    /// A prestressed body does work of 3 J/m, of which its energy knows 2.
+    /// A prestressed body does work of 3 J/m, of which its energy contains 2.
     #[test]
     fn work_that_is_not_stored_is_a_line_of_its_own() {
         let ledger = |elastic: f64, stress_work: f64, kinetic: f64| Ledger {
@@ -335,7 +337,7 @@ mod tests {
         balance.take(&ledger(3.0, -3.0, 3.0), &Ledger::default(), 0.0);
         assert_eq!(balance.work_gap(), Some(-1.0));
         assert_eq!(balance.work_gap_relative(), Some(-1.0 / 6.0));
-        // What the law creates is in the residual too.
+        // Energy that the law creates is in the residual too.
         assert_eq!(balance.residual, 1.0);
         balance.keeps_stress_work = false;
         assert_eq!(balance.work_gap(), None);

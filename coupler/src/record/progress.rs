@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::screen::Screen;
 
-/// Where the run stands.
+/// The progress of a run at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
     /// Steps done.
@@ -16,24 +16,24 @@ pub struct State {
     pub time: f64,
     /// Step in s.
     pub dt: f64,
-    /// What binds it.
+    /// The limit that determines it.
     pub bound: &'static str,
 }
 
 /// Progress of a run towards its end.
 #[derive(Debug)]
 pub struct Progress {
-    /// Hidden where there is no terminal; it also estimates the time left.
+    /// Hidden if there is no terminal; it also estimates the remaining time.
     bar: ProgressBar,
-    /// Where the bar is drawn, if it is.
+    /// Where the bar is drawn, if there is one.
     screen: Option<Screen>,
-    /// When this process took its first step, and which it was.
+    /// Time at which this process did its first step, and the number of that step.
     begun: Option<(Instant, u64)>,
     end: f64,
     shown: Instant,
 }
 
-/// The bar counts simulated time in this many parts.
+/// Number of parts into which the bar divides simulated time.
 const PARTS: f64 = 1e6;
 /// Time between two states of the bar.
 const DRAW_EVERY: Duration = Duration::from_millis(125);
@@ -57,7 +57,7 @@ impl Progress {
         }
     }
 
-    /// Shows where the run stands.
+    /// Shows the progress of the run.
     pub fn show(&mut self, state: &State) {
         let every = if self.screen.is_some() {
             DRAW_EVERY
@@ -109,8 +109,8 @@ impl Progress {
         });
     }
 
-    /// Does something to the bar, on the screen's thread where it is drawn, for this one waits for no terminal. Where there
-    /// is no room it is left out: the next state is newer.
+    /// Calls `act` with the bar, on the screen's thread if the bar is drawn there, because the run must not wait for a
+    /// terminal. If the queue is full, the call is left out: the next one shows a newer state.
     fn at_bar(&self, act: impl FnOnce(&ProgressBar) + Send + 'static) {
         let bar = self.bar.clone();
         match &self.screen {
@@ -119,13 +119,13 @@ impl Progress {
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn finish(&mut self) {
         let bar = self.bar.clone();
         if let Some(screen) = self.screen.take()
             && let Some(unseen) = screen.draw(Box::new(move || bar.finish_and_clear()))
         {
-            // A bar draws when it is dropped, and this thread waits for no terminal.
+            // A bar draws when it is dropped, and this thread must not wait for a terminal.
             std::mem::forget(unseen);
         }
     }
@@ -154,7 +154,7 @@ mod tests {
 
     use super::*;
 
-    /// A terminal that notes which threads write to it.
+    /// A terminal that records the threads that write to it.
     #[derive(Debug, Clone, Default)]
     struct Noting(Arc<Mutex<Vec<ThreadId>>>);
 
@@ -202,7 +202,8 @@ mod tests {
         }
     }
 
-    /// A terminal that somebody has stopped must not stop the run: its first state drew the bar in the run's own thread.
+    /// A terminal that was stopped must not stop the run: the first state of the bar was drawn in the thread of the
+    /// run.
     #[test]
     fn the_bar_is_never_drawn_by_the_thread_of_the_run() {
         let terminal = Noting::default();

@@ -19,8 +19,8 @@ struct Row<T: ?Sized> {
     value: fn(&T) -> f64,
 }
 
-/// Unit of a slice's share of a quantity that is of a metre of thickness in this `unit`, such as a mass (kg/m), a force
-/// (N/m) or a moment of inertia (kg m); none of those that have nothing to do with the thickness.
+/// Unit of a quantity of a slice that is in `unit` per metre of thickness, such as a mass (kg/m), a force (N/m) or a
+/// moment of inertia (kg m). `None` for units that do not depend on the thickness.
 ///
 /// # Panics
 /// For a unit that no row has.
@@ -38,8 +38,8 @@ pub fn slice_unit(unit: &str) -> Option<&'static str> {
     }
 }
 
-/// Unit of a quantity of any scene, per metre of thickness, by its name; `initial.` may stand before it. `None` of what is
-/// no name of one.
+/// Unit of a quantity of any scene, per metre of thickness, by its name, also after `initial.`. `None` if it is not the
+/// name of a quantity.
 pub fn unit_of(name: &str) -> Option<&'static str> {
     fn find<T: ?Sized>(rows: &[Row<T>], name: &str) -> Option<&'static str> {
         let row = rows.iter().find(|row| row.name == name);
@@ -65,7 +65,7 @@ pub fn unit_of(name: &str) -> Option<&'static str> {
     })
 }
 
-/// The name of a quantity of the run for one that may be short.
+/// The full name of a quantity of the run, which may be abbreviated.
 fn whole_name(name: &str) -> &str {
     if name == "t" { "time" } else { name }
 }
@@ -424,17 +424,17 @@ pub struct Measured<'a> {
 pub struct Quantities {
     names: Vec<String>,
     groups: usize,
-    /// They follow the groups.
+    /// Number of probes, which follow the groups.
     probes: usize,
-    /// They follow the probes.
+    /// Number of holds, which follow the probes.
     holds: usize,
-    /// They follow the holds.
+    /// Number of chains, which follow the holds.
     chains: usize,
-    /// Bodies written one by one.
+    /// Number of bodies that are written one by one.
     bodies: usize,
-    /// Bodies of each set, which follow them.
+    /// Number of bodies of each set; the sets follow these bodies.
     fills: Vec<usize>,
-    /// Where the values are that are of a slice, if it is not 1 m thick.
+    /// Indices of the values that are those of the slice, if it is not 1 m thick.
     sliced: Vec<usize>,
     /// Its thickness in m.
     thickness: f64,
@@ -498,8 +498,8 @@ impl Quantities {
         self.names.extend(names);
     }
 
-    /// The same of a slice of this thickness (m): masses, forces, momenta and energies are its own and not those of a
-    /// metre.
+    /// The same for a slice of this thickness (m): masses, forces, momenta and energies are those of the slice and not
+    /// of a metre.
     #[must_use]
     pub fn of_slice(self, thickness: f64) -> Self {
         Self { thickness, ..self }
@@ -510,7 +510,7 @@ impl Quantities {
         self.names.len()
     }
 
-    /// Never: every scene has a time.
+    /// Always false: every scene has a time.
     pub fn is_empty(&self) -> bool {
         self.names.is_empty()
     }
@@ -520,7 +520,7 @@ impl Quantities {
         self.names.iter().map(String::as_str)
     }
 
-    /// Place of a quantity in a [`Sample`].
+    /// Index of a quantity in a [`Sample`].
     pub fn index(&self, name: &str) -> Option<usize> {
         let name = whole_name(name);
         self.names.iter().position(|known| known == name)

@@ -34,16 +34,16 @@ pub const REPORT: &str = "report.html";
 pub const FRAME_LIST: &str = "frames/frames.pvd";
 const BODIES: &str = "bodies.csv";
 const RECORDING: &str = "recording.tandem";
-/// What the run in the directory has open, and who that is.
+/// The file that the run in the directory keeps locked, with its process and command.
 const LOCK: &str = ".tandem.lock";
-/// Where a new run is built while an earlier one has its place.
+/// Folder of a new run, while the files of an earlier one are still there.
 const NEXT: &str = ".tandem.next";
-/// Where the files of the earlier run are put while they are replaced.
+/// Folder of the files of the earlier run while they are replaced.
 const EARLIER: &str = ".tandem.earlier";
-/// What a run has left that failed to start, beside the result of an earlier one.
+/// Folder of a run that failed to start, beside the result of an earlier one.
 pub(crate) const FAILED_START: &str = "failed-start";
 
-/// Looks at a lock that somebody has, and the time between them.
+/// Number of tests of a lock that is held, and the time between them.
 const LOOKS: usize = 5;
 const LOOK: Duration = Duration::from_millis(20);
 
@@ -56,29 +56,29 @@ pub struct RunDir {
 
 #[derive(Debug)]
 struct Inner {
-    /// Where files go: the directory, or a folder in it.
+    /// The folder of the files: the directory, or a folder in it.
     place: PathBuf,
     /// Names of the files of this run.
     ours: Written,
-    /// Names of the files of the run whose place this one takes.
+    /// Names of the files of the run that this one replaces.
     earlier: BTreeSet<String>,
     /// Locked as long as it is open.
     _lock: File,
 }
 
 impl RunDir {
-    /// The directory of a new run, with its scene, before anything is started. Where an earlier run has left files they
-    /// stay until [`Self::take_place`].
+    /// The directory of a new run, with its scene, before anything is started. Files of an earlier run stay there until
+    /// [`Self::take_place`].
     ///
     /// # Errors
-    /// [`RunDirError`]: another run uses the directory, it cannot be written, or something in it is in the way. Then all
-    /// is as it was.
+    /// [`RunDirError`]: another run uses the directory, it cannot be written, or it contains a file that is in the way.
+    /// Then nothing is changed.
     pub fn create(path: &Path, scene: &str) -> Result<Self, RunDirError> {
         let existed = path.exists();
         fs::create_dir_all(path).map_err(fail("create the run directory", path))?;
         let locked_before = path.join(LOCK).exists();
         let made = Self::create_in(path, scene);
-        // A directory that another run uses has the lock of that run.
+        // If another run uses the directory, the lock belongs to that run.
         if !locked_before && !matches!(made, Ok(_) | Err(RunDirError::InUse { .. })) {
             let _ = fs::remove_file(path.join(LOCK));
             if !existed {
@@ -117,10 +117,10 @@ impl RunDir {
         Ok(dir)
     }
 
-    /// The directory of a run that is to go on.
+    /// The directory of a run that continues.
     ///
     /// # Errors
-    /// [`RunDirError`] when another run uses it, or nothing can be written there.
+    /// [`RunDirError`] if another run uses it, or if it cannot be written.
     pub fn reopen(path: &Path) -> Result<Self, RunDirError> {
         let lock = lock(path)?;
         roll_back(path)?;
@@ -136,7 +136,7 @@ impl RunDir {
         })
     }
 
-    /// Where it is.
+    /// Path of the directory.
     pub fn path(&self) -> &Path {
         &self.root
     }
@@ -145,7 +145,7 @@ impl RunDir {
         self.inner.lock().expect("no thread panics with the lock")
     }
 
-    /// Whether the files of an earlier run still have their place.
+    /// Whether the files of an earlier run are still in their place.
     pub fn is_beside(&self) -> bool {
         self.inner().place != self.root
     }
@@ -155,7 +155,7 @@ impl RunDir {
         self.inner().ours.names.contains(name)
     }
 
-    /// Notes that this run writes a file of this name, and says where.
+    /// Notes that this run writes a file of this name; returns its path.
     ///
     /// # Errors
     /// [`RunDirError`].
@@ -166,7 +166,7 @@ impl RunDir {
         Ok(path)
     }
 
-    /// Opens a file, empty or to go on at its end.
+    /// Opens a file, empty or to append.
     ///
     /// # Errors
     /// [`RunDirError`].
@@ -180,7 +180,7 @@ impl RunDir {
         options.open(&path).map_err(fail("create", &path))
     }
 
-    /// Where everything that crosses is recorded, if that is asked for.
+    /// Path of the recording of all messages, if one is asked for.
     ///
     /// # Errors
     /// [`RunDirError`].
@@ -198,7 +198,7 @@ impl RunDir {
         self.path().join(RECORDING)
     }
 
-    /// Where the run's page is written, if that is asked for.
+    /// Path of the run's page, if one is asked for.
     ///
     /// # Errors
     /// [`RunDirError`].
@@ -206,7 +206,7 @@ impl RunDir {
         self.claim(REPORT)
     }
 
-    /// Opens the log, to be written from its start or after what is there: the file and where it is.
+    /// Opens the log, empty or to append; returns the file and its path.
     ///
     /// # Errors
     /// [`RunDirError`].
@@ -214,8 +214,8 @@ impl RunDir {
         Ok((self.open(LOG, append)?, self.root.join(LOG)))
     }
 
-    /// The run has started: it takes the place of the earlier one, whose files are removed. What others have put into the
-    /// directory stays.
+    /// The run has started. It replaces the earlier one, whose files are removed. Files that others have put into the
+    /// directory stay.
     ///
     /// # Errors
     /// [`RunDirError`].
@@ -245,8 +245,9 @@ impl RunDir {
         Ok(())
     }
 
-    /// The run has ended, started or not; says where its files are. One that never started leaves the result of the earlier
-    /// run as it is, and its own files in a folder beside it; if there was no result, it takes the place all the same.
+    /// The run has ended, started or not; returns the path of its files. A run that never started leaves the result of
+    /// the earlier run as it is, with its own files in a folder beside it. If there was no result, it replaces the
+    /// earlier run anyway.
     ///
     /// # Errors
     /// [`RunDirError`].
@@ -262,7 +263,7 @@ impl RunDir {
         let list = fs::read_to_string(self.root.join(WRITTEN)).unwrap_or_default();
         let mut known: BTreeSet<String> = list.lines().map(str::to_owned).collect();
         known.extend(inner.earlier.iter().cloned());
-        // Of an attempt before this one.
+        // Removes files of an earlier attempt.
         for name in known
             .iter()
             .filter(|name| Path::new(name).starts_with(FAILED_START))
@@ -289,8 +290,8 @@ impl RunDir {
         self.write_whole(SUMMARY, &json)
     }
 
-    /// Writes `bodies.csv`: where the bodies are at the end, one row each, in the order of the scene. Position is that of
-    /// the centre of mass.
+    /// Writes `bodies.csv`: the bodies at the end, one row each, in the order of the scene. The position is that of the
+    /// centre of mass.
     ///
     /// # Errors
     /// [`RunDirError`].
@@ -307,7 +308,7 @@ impl RunDir {
         self.write_whole(BODIES, text.as_bytes())
     }
 
-    /// Writes a file as a whole: a reader sees the old one or the new one, never half of either.
+    /// Writes a whole file: a reader sees the old one or the new one, never a part.
     pub(crate) fn write_whole(&self, name: &str, bytes: &[u8]) -> Result<(), RunDirError> {
         self.replace(name, bytes, false)
     }
@@ -397,8 +398,8 @@ pub fn in_use(dir: &Path) -> bool {
         .is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
-/// The names of the files in a run directory that Tandem has written. A directory without a list that has a scene and a log
-/// is of an earlier version: what is named as a file of a run there is one.
+/// The names of the files in a run directory that Tandem has written. A directory with a scene and a log but without a
+/// list comes from an earlier version; there all files count that have the name of a file of a run.
 fn written(dir: &Path) -> BTreeSet<String> {
     match fs::read_to_string(dir.join(WRITTEN)) {
         Ok(list) => list
@@ -411,7 +412,7 @@ fn written(dir: &Path) -> BTreeSet<String> {
     }
 }
 
-/// A name that leads nowhere else, whoever has written the list.
+/// Whether a name stays inside the directory, whoever has written the list.
 fn is_inside(name: &str) -> bool {
     let parts = Path::new(name).components();
     !name.is_empty()
@@ -420,7 +421,7 @@ fn is_inside(name: &str) -> bool {
             .all(|part| matches!(part, std::path::Component::Normal(_)))
 }
 
-/// What has the name of a file of a run.
+/// The files that have the name of a file of a run.
 fn named_as_ours(dir: &Path) -> BTreeSet<String> {
     let own = [SUMMARY, SCENE, LOG, HISTORY, BODIES, RECORDING];
     let all = own.iter().chain(&["course.csv", "mpm.log", "dem.log"]);
@@ -455,13 +456,13 @@ fn is_number(text: &str) -> bool {
     !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_digit())
 }
 
-/// Something that a run would replace and that no run has written.
+/// A file that a run would replace and that no run has written.
 fn in_the_way(dir: &Path, earlier: &BTreeSet<String>) -> Option<String> {
     let mut names = named_as_ours(dir).into_iter();
     names.find(|name| !earlier.contains(name))
 }
 
-/// Whether a run that made a step has left what it came to.
+/// Whether a run that did a step has left a result.
 fn has_result(dir: &Path) -> bool {
     let summary = fs::read_to_string(dir.join(SUMMARY)).unwrap_or_default();
     let summary: Option<serde_json::Value> = serde_json::from_str(&summary).ok();
@@ -471,14 +472,15 @@ fn has_result(dir: &Path) -> bool {
     steps.map_or_else(rows, |steps| steps > 0)
 }
 
-/// A run that was killed while it took the place of another has done nothing yet: the other gets its place back.
+/// Undoes the exchange of a run that was killed while it replaced another one. That run had done nothing yet, so the
+/// other one gets its place back.
 fn roll_back(dir: &Path) -> Result<(), RunDirError> {
     let (next, away) = (dir.join(NEXT), dir.join(EARLIER));
-    // If the folder of the new run is gone, the exchange was complete.
+    // If the folder of the new run does not exist, the exchange was complete.
     if next.exists() && away.exists() {
         let mut names = files_below(&away);
         let listed = written(dir);
-        // The new list goes first, so from then on it is the one in the directory.
+        // The new list is moved first, and from then on it is the list of the directory.
         if next.join(WRITTEN).exists() {
             names.extend(listed);
         } else {
@@ -510,7 +512,7 @@ fn files_below(folder: &Path) -> BTreeSet<String> {
     names
 }
 
-/// Moves a file within the directory; what is not there needs no moving.
+/// Moves a file within the directory; a missing file is ignored.
 fn displace(from: &Path, to: &Path) -> Result<(), RunDirError> {
     let folder = to.parent().expect("a file is in a folder");
     fs::create_dir_all(folder).map_err(fail("create", folder))?;
@@ -583,7 +585,7 @@ mod tests {
         new
     }
 
-    /// Killed at any moment of the exchange: one of the two runs is there as a whole, and nothing of the other.
+    /// Killed at any moment of the exchange: one of the two runs is there as a whole, and no file of the other one.
     #[test]
     fn an_exchange_that_is_cut_short_is_rolled_back() {
         let text = |path: &Path| fs::read_to_string(path).unwrap_or_default();
@@ -592,7 +594,7 @@ mod tests {
             let root = place.path();
             drop(exchange(root));
             let (next, away) = (root.join(NEXT), root.join(EARLIER));
-            // As `take_place` does it, up to that moment.
+            // The same steps as in `take_place`, up to that moment.
             displace(&root.join(SCENE), &away.join(SCENE)).unwrap();
             if moment > 0 {
                 for name in [BODIES, "frames/points_0000.vtu"] {

@@ -8,19 +8,19 @@ use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Pieces of text that wait to be shown.
+/// Largest number of texts that wait to be shown.
 const WAITING: usize = 256;
 /// Time between two looks at the end.
 const LOOK: Duration = Duration::from_millis(1);
 
 /// Something to be shown.
 enum Shown {
-    /// Text, and how many were left out before it.
+    /// A text, and the number of texts that were left out before it.
     Text(Vec<u8>, u64),
     Drawing(Box<dyn FnOnce() + Send>),
 }
 
-/// What shows text on standard error.
+/// Shows text on standard error.
 #[derive(Debug, Clone)]
 pub struct Screen {
     queue: SyncSender<Shown>,
@@ -35,7 +35,7 @@ struct Counts {
 }
 
 impl Screen {
-    /// Standard error of this process. There should be one.
+    /// Standard error of this process. Create only one.
     pub fn begin() -> Self {
         Self::of(stderr())
     }
@@ -48,7 +48,7 @@ impl Screen {
         Self { queue, counts }
     }
 
-    /// Shows text, soon or not at all.
+    /// Shows a text soon, or leaves it out.
     pub fn text(&self, text: &[u8]) {
         let before = self.counts.left_out.swap(0, Ordering::Relaxed);
         if self.give(Shown::Text(text.to_vec(), before)).is_some() {
@@ -57,7 +57,7 @@ impl Screen {
         }
     }
 
-    /// Draws something, soon or not at all; then the drawing is given back.
+    /// Draws something soon; if there is no room, returns the drawing.
     pub(crate) fn draw(
         &self,
         drawing: Box<dyn FnOnce() + Send>,
@@ -77,7 +77,7 @@ impl Screen {
         Some(shown)
     }
 
-    /// Waits until everything is shown, or nothing of it has been for `patience`.
+    /// Waits until everything is shown, or nothing has been shown for `patience`.
     pub fn finish(&self, patience: Duration) {
         let mut moved = (self.counts.shown.load(Ordering::Acquire), Instant::now());
         while moved.0 < self.counts.given.load(Ordering::Acquire) && moved.1.elapsed() < patience {
@@ -141,7 +141,7 @@ mod tests {
         screen.text(b"later\n");
         drop(screen);
         let text = read.join().unwrap();
-        // Where the pipe takes a text in between, what was left out before it is told there.
+        // Where the pipe takes a text in between, the number of texts left out before it is shown there.
         let left_out = |note: &str| note.split_once(' ')?.0.parse::<usize>().ok();
         let left_out: usize = text.split('(').skip(1).filter_map(left_out).sum();
         let shown = text.matches('x').count() / 1024;

@@ -12,17 +12,17 @@ use crate::record::ledger::{Balance, Energies};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// To the end, every check holds.
+    /// It reached its end, and every check holds.
     Done,
-    /// To the end, a check does not hold.
+    /// It reached its end, and a check does not hold.
     CheckFailed,
-    /// A solver failed, vanished or refused.
+    /// A solver failed, ended or refused its configuration.
     Failed,
     /// An unstable or non-finite state stopped the run.
     Unstable,
-    /// Interrupted, drained in order.
+    /// It was interrupted and ended in order.
     Interrupted,
-    /// The coupler was killed, or the machine stopped: written afterwards, from what was left.
+    /// The coupler was killed, or the machine stopped. The summary is written afterwards from the files.
     Killed,
 }
 
@@ -51,7 +51,7 @@ impl Status {
     }
 }
 
-/// Where a process's wall time went, in s.
+/// How a process spent its wall time, in s.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct WallParts {
     /// Computing.
@@ -76,34 +76,34 @@ pub struct EnergyLedger {
     pub work_gap: Option<f64>,
 }
 
-/// Steps in s that criteria would allow a run, to compare them by: safety factors included, the scene's `step_factor`,
-/// cap and outputs left out. Absent where nothing binds.
+/// Steps in s that several criteria would allow, for comparison. They include safety factors, and leave out the scene's
+/// `step_factor`, cap and outputs. `None` if nothing limits the step.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Criteria {
-    /// Shortest that the composed criterion asked for (docs/physics.md section 4): that of the hardest contact.
+    /// Shortest step of the composed criterion (docs/physics.md section 4) in the run.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub composed: Option<f64>,
     /// Jiang 2020 eq. 51, the scene's own factors or those of the paper's scenes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub jiang2020: Option<f64>,
-    /// `min(kappa_1 L/c, 2 kappa sqrt(m_p/k_n))` with the mass of the lightest point and the safety factor kappa:
-    /// what one does who knows that a point is the lightest partner of its contact.
+    /// `min(kappa_1 L/c, 2 kappa sqrt(m_p/k_n))` with the mass of the lightest point and the safety factor kappa: the
+    /// choice of someone who knows that a point is the lightest partner in its contact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub lightest_point: Option<f64>,
-    /// `sqrt(m/k_n)`, as it stands: m of the lightest point, without points of the lightest free body. Knows of no waves
-    /// and has no safety factor; half the limit of one mass on one spring.
+    /// `sqrt(m/k_n)` without a factor. m is the mass of the lightest point, or of the lightest free body if there are
+    /// no points. It ignores waves and has no safety factor; it is half the limit of one mass on one spring.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub contact_alone: Option<f64>,
 }
 
-/// What a run has shown.
+/// The results of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
     /// Name of the scene.
     pub scene: String,
     /// Hash of the scene as resolved.
     pub scene_hash: String,
-    /// What the run began with, where that was another run: `from` and `state` of its scene.toml.
+    /// The state of another run with which the run began: `from` and `state` of its scene.toml.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub start: Option<[String; 2]>,
     /// How the run ended.

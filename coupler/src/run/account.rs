@@ -14,10 +14,10 @@ use crate::record::ledger::{Balance, Since};
 use crate::record::summary::Criteria;
 use crate::record::summary::{EnergyLedger, Status, Summary, WallParts};
 use crate::run::failure::RunError;
-use crate::run::pace::{Pace, SoFar};
+use crate::run::pace::{Epoch, Pace, SoFar};
 use crate::scene::Scene;
 
-/// Time spent, in s.
+/// Time used, in s.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Spent {
     wall: f64,
@@ -25,11 +25,11 @@ struct Spent {
     cpu: f64,
     /// Computing, exchanging, waiting and CPU time of each solver.
     solvers: BTreeMap<Party, [f64; 4]>,
-    /// Of it all, what came after the first grant.
+    /// The part of it that came after the first grant.
     stepping: Stepping,
 }
 
-/// Time of stepping in s: without start-up, which ends when the reports on the first grant are there.
+/// Time of stepping: without start-up, which ends when the reports on the first grant arrive.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 struct Stepping {
     wall: f64,
@@ -37,7 +37,7 @@ struct Stepping {
     cpu: BTreeMap<Party, f64>,
 }
 
-/// What had been spent at a moment.
+/// The time used up to a moment.
 #[derive(Debug, Clone)]
 struct Moment {
     at: Instant,
@@ -45,36 +45,50 @@ struct Moment {
     cpu: BTreeMap<Party, f64>,
 }
 
-/// What of an account goes on in another process.
+/// Largest of the counts of a run.
+const MOST: u64 = 1 << 62;
+
+/// The part of an account that continues in another process.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Kept {
     recorded: Recorded,
     balance: Balance,
     so_far: SoFar,
-    /// Of [`Criteria`], which leaves out what it has not.
+    /// The values of [`Criteria`], which leaves out missing ones.
     criteria: [Option<f64>; 4],
     clock: Clock,
     imps_max: u64,
     grants: u64,
-    /// So far, and before the run began.
+    /// Number of epochs so far, and before the run began.
     epochs: [u64; 2],
     since: Since,
     spent: Spent,
 }
 
 impl Kept {
-    /// The epoch under way.
+    /// The present epoch.
     pub fn epoch(&self) -> u64 {
         self.epochs[0]
     }
 
-    /// What has been laid out so far.
+    /// The steps planned so far.
     pub fn so_far(&self) -> &SoFar {
         &self.so_far
     }
+
+    /// Whether a run can have counted this: epochs before it are among all, and no count overflows soon.
+    pub fn is_countable(&self) -> bool {
+        let [epochs, before] = self.epochs;
+        let outputs = self.so_far.outputs();
+        let steps = self.so_far.bound_by.values();
+        let steps = steps.fold(0, |sum: u64, &steps| sum.saturating_add(steps));
+        let index = self.clock.index();
+        let counts = [index, steps, outputs, self.imps_max, self.grants, epochs];
+        before <= epochs && counts.iter().all(|&count| count <= MOST)
+    }
 }
 
-/// What is known of a run at any time: enough for a summary, however it ends.
+/// The data of a run at any time, enough for a summary however the run ends.
 pub(crate) struct Account {
     pub scene: String,
     pub scene_hash: String,
@@ -94,16 +108,16 @@ pub(crate) struct Account {
     pub cpu_at_start: Duration,
     pub state_hash: Option<String>,
     pub interrupted: bool,
-    /// The coupler was killed: this is what a later one knows.
+    /// The coupler was killed, and a later process writes this.
     pub cut_short: bool,
-    /// What the solver at which the run has failed said last.
+    /// The last output of the solver at which the run failed.
     pub last_words: Option<(Party, String)>,
-    /// When this process began, and what others have spent before it.
+    /// When this process began, and the time that earlier processes used.
     started: Instant,
     earlier: Spent,
-    /// When the first reports were there, and when the last ones were.
+    /// When the first reports arrived, and when the last ones did.
     stepping: [Option<Moment>; 2],
-    /// The solvers compute in the coupler's thread.
+    /// Whether the solvers compute in the coupler's thread.
     shared_thread: bool,
 }
 
@@ -137,20 +151,21 @@ impl Account {
         }
     }
 
-    /// The reports on a grant are there. The first grant is the opening step, in which nothing moves: solvers lay out what
-    /// they need in it, so it belongs to start-up. (Of a run that goes on it is a window of steps.)
+    /// The reports on a grant have arrived. The first grant is the opening step, in which nothing moves. In it solvers
+    /// allocate their memory, so it belongs to start-up. (In a run that continues, the first grant is a window of
+    /// steps.)
     pub fn reported(&mut self) {
         if self.stepping[0].is_none() {
             self.stepping[0] = Some(self.moment());
         }
     }
 
-    /// No more grants come.
+    /// There are no more grants.
     pub fn drained(&mut self) {
         self.stepping[1] = Some(self.moment());
     }
 
-    /// Whether this process has been stepping for as long as that.
+    /// Whether this process has been stepping for this long.
     pub fn is_stepping_for(&self, most: Duration) -> bool {
         let [first, _] = &self.stepping;
         first
@@ -177,7 +192,7 @@ impl Account {
         }
     }
 
-    /// Time of stepping, of this process and those before it.
+    /// Time of stepping, of this process and of earlier ones.
     fn stepped(&self) -> Stepping {
         let mut sum = self.earlier.stepping.clone();
         let [Some(first), last] = &self.stepping else {
@@ -192,7 +207,7 @@ impl Account {
         sum
     }
 
-    /// What goes on in another process.
+    /// The part that continues in another process.
     pub fn keep(&self) -> Kept {
         let criteria = self.criteria;
         Kept {
@@ -214,7 +229,8 @@ impl Account {
         }
     }
 
-    /// Goes on where another process has been; whether that was of this scene, which has so many quantities.
+    /// Continues the account of another process. Returns whether that account belongs to this scene, which has so many
+    /// quantities.
     pub fn resume(&mut self, kept: Kept, quantities: usize) -> bool {
         let [composed, jiang2020, lightest_point, contact_alone] = kept.criteria;
         self.criteria = Criteria {
@@ -234,8 +250,8 @@ impl Account {
         self.recorder.resume(kept.recorded, quantities)
     }
 
-    /// Begins where a run of another scene has been; the clock shows 0 if `from_zero`. Epochs and steps are numbered on, as
-    /// the solvers expect.
+    /// Begins with the account of a run of another scene. The clock shows 0 if `from_zero`. The numbers of epochs and
+    /// steps continue, as the solvers expect.
     pub fn branch(&mut self, kept: &Kept, from_zero: bool) {
         self.clock = kept.clock;
         if from_zero {
@@ -247,7 +263,15 @@ impl Account {
         self.since = Since::Next;
     }
 
-    /// Time spent, by this process and those before it.
+    /// Whether the run can be within this epoch with so many steps done: the clock is in it, and it ends at an output if
+    /// it says so.
+    pub fn can_go_on(&self, epoch: &Epoch, done: u64) -> bool {
+        let left = epoch.steps.saturating_sub(done);
+        let landing = epoch.lands.then(|| (self.pace.next_output(), left));
+        self.clock.can_go_on(epoch.dt, done, landing)
+    }
+
+    /// Time used by this process and by earlier ones.
     fn spent(&self, wall: Duration) -> Spent {
         let seconds = |ns: u64| ns as f64 * 1e-9;
         let mut spent = self.earlier.clone();
@@ -275,7 +299,7 @@ impl Account {
         spent
     }
 
-    /// Why the run has not reached its end, what to do, and what the solver said last.
+    /// Why the run did not reach its end, the advice, and the last output of the solver.
     fn reason(&self, error: &RunError) -> String {
         let mut reason = match error.advice() {
             "" => error.to_string(),

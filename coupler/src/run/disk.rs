@@ -9,20 +9,20 @@ use interface::transport::domain::{Domain, WaitsForDisk};
 
 /// Time between two looks.
 const LOOK: Duration = Duration::from_millis(1);
-/// A disk that has been waited for so long is named.
+/// A wait of this length is reported.
 const NOTICE: Duration = Duration::from_secs(3);
 
-/// The disk of a run, and the shared memory in which solvers see that the run waits for it.
+/// The disk of a run, and the directory in which solvers see that the run waits for it.
 #[derive(Debug, Default)]
 pub(crate) struct Disk {
     domain: Option<Domain>,
-    /// The run has not begun, and may take longer to do so than solvers wait by themselves.
+    /// The run has not begun. That may take longer than solvers wait by themselves.
     starting: Option<WaitsForDisk>,
 }
 
 impl Disk {
-    /// Of a run whose solvers are processes. With limits of its own it may take longer to start than a solver that is ready
-    /// would wait.
+    /// The disk of a run whose solvers are processes. If the run has start limits of its own, it may take longer to
+    /// start than a solver that is ready would wait.
     pub fn of(domain: Domain, start: Limits) -> Self {
         let usual = Limits::default();
         let longer = start.hello > usual.hello || start.ready > usual.ready;
@@ -43,7 +43,7 @@ impl Disk {
         self.starting = None;
     }
 
-    /// Waits as long as something `is_behind`.
+    /// Waits while something `is_behind`.
     pub fn wait(&self, is_behind: impl Fn() -> bool) {
         if !is_behind() {
             return;
@@ -64,7 +64,7 @@ impl Disk {
         });
     }
 
-    /// Does what may take a while because it writes.
+    /// Does something that may take long because it writes.
     pub fn during<T>(&self, write: impl FnOnce() -> T) -> T {
         let _waits = self.domain.as_ref().map(Domain::waiting_for_disk);
         write()

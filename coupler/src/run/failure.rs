@@ -31,14 +31,14 @@ pub enum RunError {
         time: f64,
         /// Step.
         step: u64,
-        /// What binds.
+        /// The limit that requires it.
         bound: Bound,
         /// Step asked for in s.
         dt: f64,
         /// The scene's shortest in s.
         min_step: f64,
     },
-    /// Energy has appeared from nowhere.
+    /// The computation has created energy.
     #[error(
         "at t = {time:.6e} s (step {step}) {percent:.0} % of the energy in play was created numerically: the computation is {} with dt = {dt:.3e} s ({bound})",
         if *.stable { "stable, but not resolved," } else { "unstable" }
@@ -52,33 +52,33 @@ pub enum RunError {
         percent: f64,
         /// Step in s.
         dt: f64,
-        /// What bound it.
+        /// The limit that determined it.
         bound: &'static str,
-        /// Whether the step was within the composed limit, so that nothing grows by itself: what opens and closes, or
-        /// waves shorter than a few cells, take too few steps.
+        /// Whether the step was within the composed limit. Then the computation is stable, but contacts that open and
+        /// close, or waves of a few cells, take too few steps.
         stable: bool,
     },
-    /// The session has ended because of what has become of shared memory.
+    /// The session ended because of what happened to shared memory.
     #[error("{cause}; {error}")]
     SharedMemory {
         /// How the session ended.
         error: SessionError,
-        /// What has become of shared memory.
+        /// What happened to shared memory.
         cause: String,
     },
-    /// The scene needs what a solver has not said that it takes (clause K-2).
+    /// The scene needs a capability that a solver does not list (clause K-2).
     #[error("{0}")]
     Unmet(String),
-    /// A defect of this program, met where the solvers share its thread.
+    /// A defect of this program: a panic while the solvers share its thread.
     #[error("this program has a defect: {0}")]
     Panicked(String),
-    /// The run cannot go on from its checkpoint.
+    /// The run cannot continue from its checkpoint.
     #[error("the checkpoint is not of this run: {0}")]
     Checkpoint(String),
-    /// Asked to end before the solvers were ready.
+    /// The run was asked to end before the solvers were ready.
     #[error("interrupted before the first step")]
     Interrupted,
-    /// Asked to end while something had stopped a solver.
+    /// The run was asked to end while a solver was stopped.
     #[error("interrupted while the {0} solver was {1}")]
     InterruptedHeld(Party, Hold),
     /// The run directory cannot be written any more.
@@ -152,7 +152,7 @@ impl RunError {
         }
     }
 
-    /// The solver at which the run has failed, if it is one's.
+    /// The solver at which the run failed, if it is a solver's error.
     pub fn party(&self) -> Option<Party> {
         match self {
             Self::Session(
@@ -166,7 +166,7 @@ impl RunError {
         }
     }
 
-    /// How a run ends that ends with this error.
+    /// The status of a run that ends with this error.
     pub fn status(&self) -> Status {
         match self {
             Self::Collapsed { .. } | Self::BlowUp { .. } => Status::Unstable,
@@ -213,7 +213,7 @@ mod tests {
         assert!(!blow_up(false).advice().contains("resolution"));
     }
 
-    /// D12, D14: "raise coupling.deadline" for what it has no effect on, "make room" whatever could not be written.
+    /// D12, D14: "raise coupling.deadline" was advised where it has no effect, and "make room" for any write error.
     #[test]
     fn advice_is_for_the_error_at_hand() {
         let late = |awaited| {

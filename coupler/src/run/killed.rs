@@ -11,10 +11,10 @@ use crate::run::account::Account;
 use crate::run::checkpoint::file::{About, newest};
 use crate::scene::Scene;
 
-/// How far a run came that has ended without a summary.
+/// The progress of a run that ended without a summary.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Killed {
-    /// Steps, as far as the log says.
+    /// Number of steps, as far as the log shows.
     pub steps: u64,
     /// Time of the last row of the history in s.
     pub time: f64,
@@ -23,7 +23,7 @@ pub struct Killed {
 }
 
 impl Killed {
-    /// Of a run directory; `None` if there is a summary, no run, or a run that lives.
+    /// Looks at a run directory. `None` if there is a summary, no run, or a run that is alive.
     pub fn find(dir: &Path) -> Option<Self> {
         let ended = dir.join(SCENE).is_file() && !dir.join(SUMMARY).exists() && !in_use(dir);
         ended.then(|| Self::read(dir))
@@ -31,7 +31,7 @@ impl Killed {
 
     fn read(dir: &Path) -> Self {
         let history = fs::read_to_string(dir.join(HISTORY)).unwrap_or_default();
-        // Only rows that end are whole.
+        // A row without a line end is incomplete.
         let whole = history.rfind('\n').map_or("", |end| &history[..end]);
         let time = whole.lines().last().and_then(|row| row.split(',').next());
         let mut killed = Self {
@@ -55,7 +55,7 @@ impl Killed {
         killed
     }
 
-    /// In one sentence.
+    /// One sentence for the user.
     pub fn words(&self) -> String {
         let mut words = format!(
             "the run ended without a summary (its coupler was killed, the machine stopped, or the disk was full); its history ends at t = {:.6e} s",

@@ -25,28 +25,28 @@ pub struct StartError {
     pub party: Party,
     /// What was to be started.
     pub command: String,
-    /// Why it did not.
+    /// Why it did not start.
     pub source: io::Error,
 }
 
 /// Time for a solver to end by itself once the session is over.
 const GRACE: Duration = Duration::from_secs(2);
-/// Time for the last words of a solver that has ended to be read.
+/// Longest wait for the last output of a solver that has ended.
 const READING: Duration = Duration::from_millis(500);
-/// Bytes of what a solver has said that are kept in memory.
+/// Bytes of a solver's output that are kept in memory.
 const KEPT: usize = 8 << 10;
-/// Number of their last lines that are quoted when a run fails.
+/// Number of its last lines that are quoted when a run fails.
 const LAST_LINES: usize = 20;
 
 /// The solvers of a run. Dropping it ends those that still run.
 #[derive(Debug, Default)]
 pub struct Processes {
     all: Vec<Process>,
-    /// Where what they say goes, besides standard error.
+    /// Directory for the output of the solvers, besides standard error.
     dir: Option<RunDir>,
-    /// What shows standard error.
+    /// The screen that shows standard error.
     screen: Option<Screen>,
-    /// What those that have ended said last.
+    /// The last output of solvers that have ended.
     last_words: Vec<(Party, String)>,
 }
 
@@ -55,12 +55,13 @@ struct Process {
     party: Party,
     child: Child,
     said: Said,
-    /// Its end has been seen once: its last message, sent before, gets one more chance to be read.
+    /// Whether its end has been seen once. Its last message was sent before, so it gets one more chance to be read.
     seen_ended: bool,
 }
 
 impl Process {
-    /// How it ended, if it has. It stays a zombie, so that its group keeps its number until that is killed.
+    /// How it ended, if it has. It remains a zombie, so that the number of its group stays reserved until the group is
+    /// killed.
     fn ended(&self) -> io::Result<Option<ExitStatus>> {
         let pid = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw);
         let pid = pid.ok_or_else(|| io::Error::other("no such process id"))?;
@@ -78,7 +79,7 @@ impl Process {
 }
 
 impl Processes {
-    /// None yet. What they say on standard error will also go to `mpm.log` and `dem.log` in `dir`.
+    /// No processes yet. Their output on standard error will also go to `mpm.log` and `dem.log` in `dir`.
     pub fn new(dir: RunDir, screen: Option<Screen>) -> Self {
         let mut none = Self::default();
         none.dir = Some(dir);
@@ -120,7 +121,7 @@ impl Processes {
         process.map(|process| process.child.id())
     }
 
-    /// A solver that has ended, and how, when it is looked at for the second time.
+    /// A solver that has ended, and how. It is reported the second time that its end is seen.
     pub fn ended(&mut self) -> Option<(Party, String)> {
         for process in &mut self.all {
             let how = match process.ended() {
@@ -136,14 +137,14 @@ impl Processes {
         None
     }
 
-    /// A solver that lives and does not run, with why.
+    /// A solver that is alive and does not run, and why.
     pub fn held(&self) -> Option<(Party, Hold)> {
         let mut all = self.all.iter();
         all.find_map(|process| Some((process.party, hold_of(process.child.id())?)))
     }
 
-    /// Waits for all solvers to end, for [`GRACE`] at most; those that have not, or that a signal has stopped, are killed,
-    /// and so is whatever a solver has started and left behind.
+    /// Waits for all solvers to end, for at most [`GRACE`]. Then kills those that have not ended, or that a signal has
+    /// stopped, and every process that a solver has started and left.
     pub fn end_all(&mut self) {
         let deadline = Instant::now() + GRACE;
         for mut process in self.all.drain(..) {
@@ -162,7 +163,7 @@ impl Processes {
         }
     }
 
-    /// The last lines that the solver of this side has said, once all have ended.
+    /// The last lines of output of this side's solver, after all have ended.
     pub fn last_words(&self, party: Party) -> Option<&str> {
         let mut all = self.last_words.iter();
         let words = all.find(|(of, _)| *of == party).map(|(_, words)| words)?;
@@ -176,7 +177,7 @@ impl Drop for Processes {
     }
 }
 
-/// What a solver says on standard error: passed on, kept in a file, and the last of it in memory.
+/// The standard error of a solver. It is passed on and written to a file, and its end is kept in memory.
 #[derive(Debug)]
 struct Said {
     tail: Arc<Mutex<Vec<u8>>>,
@@ -212,7 +213,7 @@ impl Said {
                     let name = format!("{}.log", party.name());
                     file = dir.as_ref().and_then(|dir| dir.open(&name, true).ok());
                 }
-                // Where it cannot be written, standard error still has it.
+                // If the file cannot be written, standard error still shows the output.
                 if let Some(file) = &mut file {
                     let _ = file.write_all(said);
                 }
@@ -221,7 +222,8 @@ impl Said {
         Self { tail, reader }
     }
 
-    /// The last lines, after the end of the process. Somebody who has left its group may still hold the other end.
+    /// The last lines, after the process has ended. A process that has left its group may still hold the other end of
+    /// the pipe, so the wait is limited.
     fn last(&self) -> String {
         let deadline = Instant::now() + READING;
         while !self.reader.is_finished() && Instant::now() < deadline {
@@ -231,7 +233,7 @@ impl Said {
     }
 }
 
-/// Adds to what is kept, of which only the end stays.
+/// Appends to the output in memory, of which only the end is kept.
 fn keep(tail: &mut Vec<u8>, said: &[u8]) {
     tail.extend(said);
     let over = tail.len().saturating_sub(KEPT);
@@ -249,7 +251,7 @@ mod tests {
     use super::*;
     use interface::transport::domain::OwnedDomain;
 
-    /// A signal takes effect a little later; a process that nobody has reaped yet is a zombie, which does not run either.
+    /// A signal takes effect a little later. A process that has not been reaped is a zombie, which does not run either.
     #[track_caller]
     fn assert_ends(pid: &str) {
         let start = Instant::now();
@@ -331,7 +333,7 @@ mod tests {
         );
     }
 
-    /// D15: the leader of the group has ended long before the solvers are seen off.
+    /// D15: the leader of the group has ended long before the solvers are removed.
     #[test]
     fn what_a_solver_that_has_exited_has_started_ends_too() {
         let owned = OwnedDomain::create().unwrap();

@@ -57,25 +57,26 @@ use crate::run::resources::{Segments, SharedMemory};
 use crate::run::supervise::Run;
 use crate::scene::Scene;
 
-/// What a run has come to.
+/// The result of a run.
 #[derive(Debug)]
 pub struct Finished {
-    /// As `summary.json` has it.
+    /// The content of `summary.json`.
     pub summary: Summary,
-    /// Where its files are: the run directory, or a folder in it if the run failed to start beside the result of another.
+    /// Path of its files: the run directory, or a folder in it if the run failed to start beside the result of another
+    /// one.
     pub place: PathBuf,
     /// Why `summary.json` could not be written.
     pub unwritten: Option<RunDirError>,
 }
 
-/// Runs `scene`, which begins with `branch` where it begins with another run, and writes what it shows to `dir`. A run that
-/// fails has a summary too: its status and reason.
+/// Runs `scene` and writes the results to `dir`. With `branch` it begins with the state of another run. A run that
+/// fails has a summary too, with status and reason.
 pub fn run(scene: &Scene, options: &RunOptions, dir: &RunDir, branch: Option<Branch>) -> Finished {
     let from = branch.map_or(Origin::Scene, |branch| Origin::Another(branch.into()));
     run_from(scene, options, dir, from)
 }
 
-/// A run that goes on from the newest good checkpoint of its directory.
+/// A run that continues from the newest usable checkpoint of its directory.
 #[derive(Debug)]
 pub struct Resumed {
     path: PathBuf,
@@ -84,7 +85,7 @@ pub struct Resumed {
 }
 
 impl Resumed {
-    /// Looks for the newest good checkpoint of `scene` in `dir`.
+    /// Finds the newest usable checkpoint of `scene` in `dir`.
     ///
     /// # Errors
     /// [`CheckpointError`].
@@ -105,29 +106,29 @@ impl Resumed {
         })
     }
 
-    /// Where the checkpoint is.
+    /// Path of the checkpoint.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Of what it is.
+    /// The description of the checkpoint.
     pub fn about(&self) -> &file::About {
         &self.checkpoint.about
     }
 
-    /// What is wrong with newer ones.
+    /// The errors of newer checkpoints.
     pub fn passed_over(&self) -> &[CheckpointError] {
         &self.passed_over
     }
 
-    /// Goes on.
+    /// Continues the run.
     pub fn run(self, scene: &Scene, options: &RunOptions, dir: &RunDir) -> Finished {
         run_from(scene, options, dir, Origin::Itself(self.checkpoint.into()))
     }
 }
 
 /// Runs `scene` again in the directory of a recorded run of it that has no checkpoint, because a solver cannot save its
-/// state. What crosses is compared with the recording as far as it reaches; the run fails where it differs.
+/// state. Its messages are compared with the recording up to its end. The run fails if they differ.
 pub fn rerun(scene: &Scene, options: &RunOptions, dir: &RunDir) -> Finished {
     run_from(scene, options, dir, Origin::Recording)
 }
@@ -165,7 +166,7 @@ fn run_from(scene: &Scene, options: &RunOptions, dir: &RunDir, from: Origin) -> 
     }
 }
 
-/// The recording of a run that is to have one: a new one, or that of a run that goes on.
+/// The recording of a run, if it has one: a new one, or that of a run that continues.
 fn recorder(
     scene: &Scene,
     options: &RunOptions,
@@ -203,19 +204,19 @@ fn recording_of(scene: &Scene) -> About {
     About::run(&scene.name, &scene.hash, made_by)
 }
 
-/// What a recording has: everything but states that are saved, which would be most of it.
+/// Whether a channel is recorded: all are except saved states, which would be most of the file.
 fn noted(channel: Channel) -> bool {
     channel.kind != Kind::Saved
 }
 
-/// The solvers in processes of their own.
+/// Runs the session with the solvers in separate processes.
 fn processes(
     run: &mut Run<'_>,
     commands: &BTreeMap<Party, &Vec<String>>,
     sink: Option<RecordingSink>,
 ) -> Result<(), RunError> {
     let parties = run.parties().to_vec();
-    // In the order in which they are dropped: ports before the channels, the channels before the directory.
+    // Values are dropped in reverse order: first the ports, then the channels, then the directory.
     let domain = OwnedDomain::create().map_err(|e| SessionError::Channel(e.into()))?;
     let names = domain.domain();
     run.resources.disk = Disk::of(names.clone(), run.start_limits());
@@ -272,7 +273,7 @@ fn processes(
         drive(&mut coupler, &mut *transport);
         verdict = coupler.take_verdict().map_err(caused);
     }
-    // What is in the channels between the solvers is still recorded, before their senders end (D-2).
+    // The messages that are still in the channels between the solvers are recorded before their senders end (D-2).
     tap.take();
     if verdict.is_err() {
         // A solver that had not opened its channels missed the Abort (S-7), so it checks whether the coupler lives.
@@ -299,7 +300,7 @@ fn replayed(
     run.replay(party, names, coupler).map(Some)
 }
 
-/// The solvers in this thread.
+/// Runs the session with the solvers in this thread.
 fn in_process(
     run: &mut Run<'_>,
     mpm: fn() -> Box<dyn MpmSolver>,
@@ -319,7 +320,7 @@ fn in_process(
     let [mut to_coupler, mut to_mpm, mut to_dem]: [Box<dyn Transport>; 3] = match sink {
         Some(sink) => [
             Box::new(Recorded::new(hub.clone(), sink.clone(), noted)),
-            // Every message once: the coupler records its own, the continuum those between the solvers.
+            // Each message is recorded once: the coupler records its own, and the continuum those between the solvers.
             Box::new(Recorded::new(
                 hub.clone(),
                 sink,

@@ -1,4 +1,4 @@
-//! Options of a run; none of them changes a bit of the result.
+//! Options of a run. None of them changes a bit of the result.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -15,15 +15,15 @@ pub struct RunOptions {
     pub solvers: Solvers,
     /// Threads of each solver.
     pub threads: usize,
-    /// Most steps granted at once; the scene's own where absent.
+    /// Most steps granted at once; `None`: the number in the scene.
     pub window: Option<u32>,
-    /// Whether everything that crosses is recorded in the run directory.
+    /// Whether all messages are recorded in the run directory.
     pub record: bool,
     /// Whether a bar is wanted on a terminal.
     pub progress: bool,
-    /// What shows that bar, and what solvers say on standard error. Without it they say it there themselves.
+    /// Shows that bar and the output of the solvers on standard error. Without it, solvers write there themselves.
     pub screen: Option<Screen>,
-    /// How long to wait for a solver that lives and does not run, because something has stopped it.
+    /// How long to wait for a solver that is alive and does not run, because something has stopped it.
     pub patience: Duration,
     /// Wall time of stepping after which the run ends in order, as if it had been interrupted.
     pub stepping: Option<Duration>,

@@ -9,13 +9,13 @@ use serde::{Deserialize, Serialize};
 use crate::run::stability::{Bound, Sides, Stability, StepLimit};
 use crate::scene::TimePlan;
 
-/// Steps after which the limits are asked again although nobody complained.
+/// Steps after which the limits are asked for again although none was exceeded.
 const EPOCH: u64 = 64;
 /// The same while the step is still growing towards its limit.
 const EPOCH_WHILE_GROWING: u64 = 4;
-/// A new step takes this much of its limit, so that a limit that fluctuates does not end every epoch at once.
+/// A new step uses this share of its limit, so that a limit that fluctuates does not end every epoch at once.
 const HEADROOM: f64 = 0.97;
-/// A step shortened to meet an output by more than this counts as bound by the output.
+/// A step that is shortened by more than this to meet an output counts as limited by the output.
 const OUTPUT_SHARE: f64 = 0.95;
 
 /// An interval of equal steps.
@@ -27,20 +27,20 @@ pub struct Epoch {
     pub steps: u64,
     /// Whether the last of these steps ends on the next output.
     pub lands: bool,
-    /// What binds the step.
+    /// The limit that determines the step.
     pub bound: Bound,
 }
 
-/// Why no step can be laid out.
+/// Why no step can be planned.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Collapsed {
     /// The step that the limits allow, in s.
     pub dt: f64,
-    /// What binds it.
+    /// The limit that requires it.
     pub bound: Bound,
 }
 
-/// Lays out epochs and counts what bound them.
+/// Plans epochs, and counts the steps by the limit that determined them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pace {
     plan: TimePlan,
@@ -48,18 +48,25 @@ pub struct Pace {
     so_far: SoFar,
 }
 
-/// What has been laid out so far.
+/// The steps planned so far.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct SoFar {
     /// Outputs done; the next is due at `(outputs + 1) every`.
     outputs: u64,
     dt_last: Option<f64>,
-    /// The last step that was taken in s, and what bound it.
+    /// The last step in s, and the limit that determined it.
     last: Option<(f64, Bound)>,
-    /// Steps by what bound them.
+    /// Number of steps by each limit.
     pub bound_by: BTreeMap<Bound, u64>,
     /// Shortest and longest step so far in s.
     pub range: Option<(f64, f64)>,
+}
+
+impl SoFar {
+    /// Outputs done.
+    pub fn outputs(&self) -> u64 {
+        self.outputs
+    }
 }
 
 impl Pace {
@@ -72,17 +79,18 @@ impl Pace {
         }
     }
 
-    /// What has been laid out so far.
+    /// The steps planned so far.
     pub fn so_far(&self) -> &SoFar {
         &self.so_far
     }
 
-    /// Goes on where another run has been.
+    /// Continues the plan of another process.
     pub fn resume(&mut self, so_far: SoFar) {
         self.so_far = so_far;
     }
 
-    /// Goes on at `time` (s) where a run of another scene has been: steps grow from its last one, and are counted anew.
+    /// Continues at `time` (s) the plan of a run of another scene: steps grow from its last one, and the counts begin
+    /// at zero.
     pub fn branch(&mut self, from: &SoFar, time: f64) {
         self.so_far = SoFar {
             outputs: (time / self.every + 1e-9) as u64,
@@ -95,7 +103,8 @@ impl Pace {
     /// Time of the next output in s: a multiple of the interval, or the end.
     pub fn next_output(&self) -> f64 {
         let due = (self.so_far.outputs + 1) as f64 * self.every;
-        // If the interval does not divide the run, the last one is shorter; a rounding error makes no interval.
+        // If the interval does not divide the run, the last interval is shorter. A rounding error must not become an
+        // interval.
         if due > self.plan.end - 1e-9 * self.every {
             self.plan.end
         } else {
@@ -116,7 +125,7 @@ impl Pace {
     /// The next epoch from `time` (s) on.
     ///
     /// # Errors
-    /// [`Collapsed`] when the limits ask for a step below the scene's shortest.
+    /// [`Collapsed`] if the limits require a step below the shortest one of the scene.
     pub fn epoch(
         &mut self,
         time: f64,
@@ -163,7 +172,7 @@ impl Pace {
         })
     }
 
-    /// The last step that was taken in s, and what bound it.
+    /// The last step in s, and the limit that determined it.
     pub fn last(&self) -> Option<(f64, Bound)> {
         self.so_far.last
     }

@@ -9,11 +9,11 @@ use interface::transport::liveness::Hold;
 
 /// Time between two looks.
 const LOOK: Duration = Duration::from_millis(250);
-/// Longest time between two looks that counts: who looks later was stopped too.
+/// Longest time between two looks that counts: if it is longer, this process was stopped too.
 const ROUND: Duration = Duration::from_secs(1);
-/// Who is held for so long is so for more than a moment, such as that of a write to a disk.
+/// A solver that is held for longer than this is not just writing to a disk.
 const MOMENT: Duration = Duration::from_millis(500);
-/// A solver that has been held for so long is named.
+/// A wait of this length for a held solver is reported.
 const NOTICE: Duration = Duration::from_secs(3);
 
 /// Which solver is held, and since when.
@@ -33,7 +33,7 @@ struct Held {
 }
 
 impl Pauses {
-    /// Of a run that waits for `patience` at most.
+    /// For a run that waits for at most `patience`.
     pub fn new(patience: Duration) -> Self {
         Self {
             patience,
@@ -55,7 +55,7 @@ impl Pauses {
         self.after(round.min(ROUND), held())
     }
 
-    /// The solver that is held for more than a moment, and why.
+    /// The solver that is held for more than a moment, with the reason.
     pub fn held_now(&self) -> Option<(Party, Hold)> {
         let held = self.held.as_ref()?;
         (held.lasted >= MOMENT).then_some((held.party, held.hold))

@@ -16,15 +16,15 @@ use thiserror::Error;
 
 use crate::scene::Scene;
 
-/// Where channels are.
+/// The directory in which channels are.
 const SHARED_MEMORY: &str = "/dev/shm";
-/// What the channels of a run take before anything has crossed, in bytes; measured.
+/// Bytes that the channels of a run need before any message was sent; measured.
 const CHANNELS: u64 = 1 << 20;
-/// The same of pieces of saved states, at most: two pieces of 1 MiB of each solver.
+/// Largest number of bytes for pieces of saved states: two pieces of 1 MiB for each solver.
 const SAVED: u64 = 4 << 20;
-/// Files that a process of a run has open at most; measured, with some to spare.
+/// Largest number of open files of a process of a run; measured, with a margin.
 const FILES: u64 = 256;
-/// With less than this free, shared memory is full.
+/// If less than this is free, shared memory counts as full.
 const FULL: u64 = 256 << 10;
 
 /// The machine lacks a resource that a run needs.
@@ -38,7 +38,7 @@ pub enum ResourceError {
         /// In bytes.
         free: u64,
     },
-    /// Files may not be as long as those of shared memory.
+    /// Files may not be as long as the run needs in shared memory.
     #[error("the system allows files of {free} at most, and shared memory needs files of {about}", free = Bytes(*.allowed), about = Bytes(*.needed))]
     FileSize {
         /// In bytes.
@@ -66,7 +66,7 @@ impl ResourceError {
     }
 }
 
-/// A number of bytes as people read it.
+/// A number of bytes, formatted for people.
 struct Bytes(u64);
 
 impl Display for Bytes {
@@ -80,7 +80,7 @@ impl Display for Bytes {
     }
 }
 
-/// About how much shared memory a run of this scene takes, in bytes.
+/// Estimate of the shared memory in bytes that a run of this scene needs.
 pub fn needed(scene: &Scene) -> u64 {
     // All points are sent at the end, in one of two buffers.
     let points = scene.points_estimate().ceil() as u64;
@@ -99,7 +99,7 @@ pub fn free_memory() -> Option<u64> {
     Some(found.f_bavail.saturating_mul(found.f_frsize))
 }
 
-/// One line: the shared memory that a run of this scene needs, and what is free.
+/// One line: the shared memory that a run of this scene needs, and how much is free.
 pub fn in_words(scene: &Scene) -> String {
     let free = free_memory().map_or_else(|| "unknown".to_owned(), |free| Bytes(free).to_string());
     format!(
@@ -108,8 +108,8 @@ pub fn in_words(scene: &Scene) -> String {
     )
 }
 
-/// Whether the machine has the resources for a run of this scene with solvers in processes. Raises the limit of open files as far as
-/// the system allows.
+/// Checks whether the machine has the resources for a run of this scene with solvers in processes. Raises the limit of
+/// open files as far as the system allows.
 ///
 /// # Errors
 /// [`ResourceError`].
@@ -139,10 +139,10 @@ pub fn check(scene: &Scene) -> Result<(), ResourceError> {
     }
 }
 
-/// Time between two looks at shared memory while solvers arrive.
+/// Time between two looks at shared memory while solvers join.
 const LOOK: Duration = Duration::from_millis(250);
 
-/// In which all files of a run are removed, once somebody has begun.
+/// Time in which all files of a run are removed, once somebody has begun to remove them.
 const MOMENT: Duration = Duration::from_millis(100);
 
 /// The message for removed files.
@@ -152,9 +152,9 @@ pub const REMOVED: &str = "somebody has removed the run's files from shared memo
 /// The segments of a run in shared memory.
 #[derive(Clone)]
 pub struct Segments {
-    /// Those that were there once its channels had been created.
+    /// The segments that existed after its channels had been created.
     found: Vec<PathBuf>,
-    /// Whether that was one for each channel.
+    /// Whether there was one for each channel.
     complete: bool,
 }
 
@@ -167,7 +167,7 @@ impl Segments {
         }
     }
 
-    /// Those of a run whose channels have just been created.
+    /// The segments of a run whose channels have just been created.
     pub fn of(domain: &Domain, channels: &Created) -> Self {
         Self {
             found: domain.segments(),
@@ -175,13 +175,13 @@ impl Segments {
         }
     }
 
-    /// Whether nobody has removed one.
+    /// Whether none has been removed.
     fn are_there(&self, domain: &Domain) -> bool {
         self.complete && domain.is_intact(&self.found)
     }
 }
 
-/// The shared memory of a run whose solvers are still to be reached through it.
+/// The shared memory of a run while its solvers join.
 pub struct SharedMemory {
     domain: Domain,
     segments: Segments,
@@ -189,7 +189,7 @@ pub struct SharedMemory {
 }
 
 impl SharedMemory {
-    /// Of a run with these segments.
+    /// For a run with these segments.
     pub fn new(domain: Domain, segments: Segments) -> Self {
         Self {
             domain,
@@ -198,8 +198,8 @@ impl SharedMemory {
         }
     }
 
-    /// Looks now and then; whether somebody has removed what a solver may still have to open. Nobody would hear of it:
-    /// what is sent is there, and the solver waits for it.
+    /// Looks from time to time; returns whether a file was removed that a solver may still have to open. No error would
+    /// show this: messages are sent, and the solver waits for them.
     pub fn is_lost(&mut self) -> bool {
         if self.looked.is_some_and(|at| at.elapsed() < LOOK) {
             return false;
@@ -209,12 +209,12 @@ impl SharedMemory {
     }
 }
 
-/// What has become of shared memory, if that may be why a session has failed so.
+/// What happened to shared memory, if it may be the cause of this end of a session.
 pub fn cause(error: &SessionError, domain: &Domain, segments: &Segments) -> Option<String> {
     if !may_be_of_memory(error) {
         return None;
     }
-    // Somebody may still be removing files: the first missing file can end a run.
+    // The removal may still be in progress, because the first missing file can end a run.
     let are_gone = || !segments.are_there(domain);
     let are_going = || {
         thread::sleep(MOMENT);
@@ -228,13 +228,13 @@ pub fn cause(error: &SessionError, domain: &Domain, segments: &Segments) -> Opti
     full.then(|| format!("{SHARED_MEMORY} is full: {} are free", Bytes(free)))
 }
 
-/// A process has touched shared memory for which there was no room.
+/// Whether a process has used shared memory for which there was no space.
 fn is_bus_error(error: &SessionError) -> bool {
     matches!(error, SessionError::Vanished { how, .. } if how == "was killed by signal 7")
 }
 
-/// Whether a session can end so because its files in shared memory are gone or have no room. A solver that somebody has
-/// killed, that refuses its configuration or says what its state suffers from has a reason of its own.
+/// Whether a session can end in this way because its files in shared memory are missing or have no space. A solver that
+/// was killed by somebody, that refused its configuration, or that reported its own fault has another reason.
 fn may_be_of_memory(error: &SessionError) -> bool {
     match error {
         SessionError::Vanished { how, .. } => {
@@ -272,7 +272,7 @@ mod tests {
         }
     }
 
-    /// D3: the message named clause K-3, "ended with exit status 3" or others instead.
+    /// D3: the message named clause K-3, "ended with exit status 3" or another consequence instead.
     #[test]
     fn removed_files_are_the_cause_of_whatever_they_may_cause() {
         let owned = OwnedDomain::create().unwrap();
@@ -313,9 +313,9 @@ mod tests {
         }
     }
 
-    /// Channels exist as long as they are held, so a segment that is not found was removed: also before all were looked
-    /// for, where the coupler said "cannot open it: DoesNotExist" only (`tandem chaos --seed 22 --first 582 --only
-    /// unlink`).
+    /// Channels exist as long as they are held, so a segment that is not found was removed. It may have been removed
+    /// before the segments were listed; the coupler then only said "cannot open it: DoesNotExist" (`tandem chaos --seed
+    /// 22 --first 582 --only unlink`).
     #[test]
     fn a_segment_that_is_removed_at_once_is_the_cause_too() {
         let owned = OwnedDomain::create().unwrap();

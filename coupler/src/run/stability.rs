@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 use crate::record::summary::Criteria;
 use crate::scene::{Criterion, TimePlan};
 
-/// What binds the step.
+/// The limit that determines the step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Bound {
     /// Waves in the continuum.
@@ -64,7 +64,7 @@ impl Bound {
     }
 }
 
-/// What both sides say of themselves at one time.
+/// The limits of both sides at one time.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Sides {
     /// The continuum's limits; zeros where there is none.
@@ -73,7 +73,7 @@ pub struct Sides {
     pub dem: Limits,
 }
 
-/// What a side may use of the step's allowance before it must halt.
+/// The part of the allowed step that a side may use before it must halt.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Budget {
     /// Squared frequencies, own and contact, in 1/s^2.
@@ -94,7 +94,7 @@ pub struct Budgets {
 }
 
 impl Budget {
-    /// Nothing makes the side halt. Finite, since nothing else crosses the wire.
+    /// No limit: the side never halts. The numbers are finite, because others must not be sent.
     pub const UNLIMITED: Self = Self {
         omega_sq: f64::MAX,
         speed: f64::MAX,
@@ -102,7 +102,7 @@ impl Budget {
     };
 }
 
-/// The scene's way to the step limit.
+/// How a scene computes the step limit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stability {
     safety: f64,
@@ -111,23 +111,23 @@ pub struct Stability {
     criterion: Criterion,
     /// Step of Jiang 2020 eq. 51 in s, if its parts are known; constant in a run.
     jiang2020: f64,
-    /// Step of eq. 51 with the mass of the lightest point in s, likewise.
+    /// Step of eq. 51 with the mass of the lightest point in s, in the same way.
     lightest_point: f64,
-    /// Step of the contact alone in s, likewise.
+    /// Step of the contact alone in s, in the same way.
     contact_alone: f64,
 }
 
 /// A step and the budgets within which it stays stable.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepLimit {
-    /// Longest step in s; infinite where nothing binds.
+    /// Longest step in s; infinite if nothing limits it.
     pub dt: f64,
-    /// What binds it.
+    /// The limit that determines it.
     pub bound: Bound,
 }
 
 impl Stability {
-    /// The criterion of a scene with solvers of this readiness.
+    /// The criterion of a scene, with what the solvers reported as ready.
     pub fn new(plan: &TimePlan, mpm: Option<&Readiness>, dem: Option<&Readiness>) -> Self {
         let eq_51 = match plan.criterion {
             Criterion::Composed => Criterion::EQ_51,
@@ -156,7 +156,7 @@ impl Stability {
         }
     }
 
-    /// The longest step by the composed criterion in s, and what binds it.
+    /// The longest step by the composed criterion in s, and the limit that determines it.
     fn composed(&self, sides: &Sides) -> StepLimit {
         StepLimit {
             dt: self.safety * allowance(sides) / omega_sq(sides).sqrt(),
@@ -164,7 +164,7 @@ impl Stability {
         }
     }
 
-    /// Takes these limits into what the criteria would have allowed so far.
+    /// Adds the steps that the criteria allow with these limits.
     pub fn compare(&self, sides: &Sides, criteria: &mut Criteria) {
         let bound = |dt: f64| (dt.is_finite() && dt > 0.0).then_some(dt);
         let composed = self.composed(sides).dt;
@@ -200,8 +200,8 @@ impl Stability {
         }
     }
 
-    /// How far each side may go with steps of `dt` before both limits together would forbid it: what is left between
-    /// the allowance and the present state is shared evenly.
+    /// The budget of each side for steps of `dt`. The difference between the allowed step and the present state is
+    /// divided evenly, so that both sides together stay within the limit.
     pub fn budgets(&self, sides: &Sides, dt: f64) -> Budgets {
         if dt == 0.0 {
             return Budgets {
@@ -240,7 +240,7 @@ fn own(limits: &Limits) -> f64 {
     limits.omega_sq + limits.contact_omega_sq
 }
 
-/// Bound of the largest squared frequency of the whole in 1/s^2: stiffnesses add.
+/// Bound of the largest squared frequency of the coupled system in 1/s^2: stiffnesses add.
 fn omega_sq(sides: &Sides) -> f64 {
     own(&sides.mpm) + own(&sides.dem)
 }
@@ -412,7 +412,7 @@ mod tests {
         slow.mpm.speed = 0.0;
         let dt = forced.limit(&slow).dt;
         assert!((dt / plain.limit(&slow).dt - 3.0).abs() < 1e-12);
-        // Neither side halts at once: the budget is at least what it uses now.
+        // Neither side halts at once: the budget is at least what the side uses now.
         let budgets = forced.budgets(&slow, 0.97 * dt);
         assert!(budgets.mpm.omega_sq > own(&slow.mpm));
         // The factor applies to the limit of stability only.
@@ -450,7 +450,7 @@ mod tests {
             1.6 * (2.5e-4f64 / 6e9).sqrt()
         ));
         assert!(near(criteria.contact_alone, (2.5e-4f64 / 6e9).sqrt()));
-        // Without points the lightest partner of a contact is a body.
+        // Without points, the lightest partner of a contact is a body.
         Stability::new(&plan, None, Some(&dem)).compare(&sides(), &mut criteria);
         assert!(near(criteria.contact_alone, (2.5f64 / 6e9).sqrt()));
         assert_eq!(criteria.lightest_point, None);

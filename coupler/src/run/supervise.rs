@@ -37,11 +37,12 @@ use crate::run::resources::{REMOVED, SharedMemory};
 use crate::run::stability::{Bound, Budgets, Sides, Stability};
 use crate::scene::Scene;
 
-/// A window is cut so that it takes about this long: the bar moves and Ctrl-C is heard.
+/// A window takes about this long, so that the bar moves and Ctrl-C has an effect.
 const WINDOW_TIME: Duration = Duration::from_millis(200);
-/// A positive energy residual beyond this share of the energy in play is an instability, not an error of the scheme.
+/// A positive energy residual above this share of the energy in play is an instability, and not an error of the scheme.
 const BLOW_UP: f64 = 0.5;
-/// The opening and the closing step have no length: forces, limits and energies of the start and of the end.
+/// The opening and the closing step have no length. They give the forces, limits and energies at the start and at the
+/// end.
 const STANDSTILL: Epoch = Epoch {
     dt: 0.0,
     steps: 1,
@@ -69,11 +70,11 @@ pub(crate) struct Run<'a> {
     failure: Option<RunError>,
 }
 
-/// What can stop or delay a run from outside.
+/// The external causes that can stop or delay a run.
 pub(crate) struct Resources {
     /// The solvers that are processes.
     pub processes: Processes,
-    /// Solvers that something has stopped.
+    /// Solvers that are alive and do not run.
     pauses: Pauses,
     /// The disk that the run may have to wait for.
     pub disk: Disk,
@@ -88,11 +89,11 @@ struct Checkpoints {
     writer: Option<CheckpointWriter>,
     /// The coupler's own state at a checkpoint whose window is in progress.
     pending: Option<(CouplerState, Vec<Mark>)>,
-    /// Whether that one is kept for other scenes.
+    /// Whether that checkpoint is kept for other scenes.
     kept: bool,
-    /// They have the state of one solver only: the other one cannot save its own.
+    /// Whether they have the state of one solver only: the other one cannot save its own.
     in_part: bool,
-    /// An interrupted run has asked for its last checkpoint.
+    /// Whether an interrupted run has asked for its last checkpoint.
     last_asked: bool,
 }
 
@@ -103,8 +104,8 @@ struct Schedule {
     under_way: Option<UnderWay>,
     /// Flags of the next grant.
     asked: u64,
-    /// More flags of the first grant. It asks for a frame, so that the memory for all points exists, and both sides know
-    /// it, before anything is computed. At the end of the run all points cross in it.
+    /// More flags of the first grant. It asks for a frame, so that the memory for all points exists, and both sides
+    /// know it, before anything is computed. At the end of the run all points are sent in that memory.
     touches: u64,
     /// When the last grant was decided.
     granted: Instant,
@@ -118,7 +119,7 @@ struct Latest {
     sides: Sides,
     sample: Sample,
     bodies: Vec<BodyState>,
-    /// The bodies where the scene puts them.
+    /// The bodies at their initial positions.
     origin: Vec<BodyState>,
 }
 
@@ -154,6 +155,10 @@ impl<'a> Run<'a> {
                 "it has another number of checks or quantities".into(),
             ));
         }
+        let UnderWay { epoch, done, .. } = state.under_way;
+        if !account.can_go_on(&epoch, done) {
+            return Err(RunError::Checkpoint("its clock is not in its epoch".into()));
+        }
         let written = (state.history, account.clock.time());
         let outputs = Outputs::resume(scene, options, dir, written, state.frames)?;
         let mut run = Self::at_start(scene, options, dir, account, outputs);
@@ -163,7 +168,7 @@ impl<'a> Run<'a> {
         run.schedule.phase = state.phase;
         run.schedule.under_way = Some(state.under_way);
         run.schedule.asked = state.asked;
-        // A recording that continues has no message twice.
+        // A recording that continues must not have a message twice.
         run.schedule.touches = 0;
         run.restored = solvers;
         run.replayed = left_out;
@@ -215,7 +220,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// How long solvers are waited for before the first step.
+    /// Deadlines for the solvers before the first step.
     pub(crate) fn start_limits(&self) -> Limits {
         self.scene.coupling.start
     }
@@ -225,13 +230,13 @@ impl<'a> Run<'a> {
         &self.parties
     }
 
-    /// The session has ended so; finishes what is written meanwhile.
+    /// Ends the run with the outcome of the session, after all files are written.
     pub(crate) fn end(mut self, outcome: Result<(), RunError>) -> Result<(), RunError> {
         let written = self.outputs.finish();
         if let Some(writer) = &mut self.checkpoints.writer {
             writer.finish();
         }
-        // An error of the run itself comes first, because it ended the session.
+        // An error of the run itself has precedence, because it ended the session.
         let ended = match self.failure.take() {
             Some(failure) => Err(failure),
             None => outcome,
@@ -350,7 +355,7 @@ impl<'a> Run<'a> {
         under_way
     }
 
-    /// The epoch that comes next, if there is one.
+    /// The next epoch, if there is one.
     fn next_epoch(&mut self) -> Result<Option<Epoch>, RunError> {
         if self.schedule.phase == Phase::Stepping {
             let time = self.account.clock.time();
@@ -384,7 +389,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Interrupted, and the last checkpoint has been asked for where there are any.
+    /// Whether the run is interrupted, and its last checkpoint, if it writes any, has been asked for.
     fn ends_early(&mut self) -> bool {
         self.interrupted() && (self.checkpoints.last_asked || self.checkpoints.writer.is_none())
     }
@@ -397,7 +402,7 @@ impl<'a> Run<'a> {
         self.account.interrupted
     }
 
-    /// What is asked for at an output, as flags of its grant: the measurement, and a frame if one is `due`.
+    /// The flags of a grant at an output: the measurement, and a frame if one is `due`.
     fn asked_at_output(&self, due: bool) -> u64 {
         if due && self.outputs.frames.is_some() {
             flags::MEASURE | flags::FRAME
@@ -406,7 +411,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Steps that fit the time of a window; before anything is known of their cost, one.
+    /// Number of steps that fit into the time of a window; one, as long as the time of a step is not known.
     fn window(&self) -> u64 {
         if let Some(recorded) = self
             .outputs
@@ -472,7 +477,7 @@ impl<'a> Run<'a> {
     fn land(&mut self) {
         self.account.clock.land_on(self.account.pace.next_output());
         self.account.pace.output_done();
-        // At the end the closing step measures.
+        // At the end the closing step is measured instead.
         let every = self.scene.output.frames;
         let due = every.is_some_and(|rows| self.account.pace.outputs().is_multiple_of(rows));
         if self.account.clock.time() < self.scene.time.end {
@@ -538,7 +543,7 @@ impl<'a> Run<'a> {
         let residual = account.balance.residual_relative();
         // A sum of finite numbers can still be infinite.
         if residual > BLOW_UP || !residual.is_finite() {
-            // The opening and the closing step have no length: the last step that had one led here.
+            // The opening and the closing step have no length, so the last step with a length is the cause.
             let (dt, bound) = account.pace.last().unwrap_or((epoch.dt, epoch.bound));
             return Err(RunError::BlowUp {
                 time,
@@ -572,7 +577,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// All points are there, at the end.
+    /// All points have arrived, at the end.
     fn drained(&mut self, round: &Round) -> Result<(), RunError> {
         self.account.drained();
         if !self.account.interrupted {
@@ -616,8 +621,8 @@ impl Supervisor for Run<'_> {
             .or_else(|| pauses.look(|| processes.held()))
     }
 
-    /// Before the first step there is nothing to drain yet, so an interrupt ends the session. Later it ends in order, but
-    /// not with a solver that something has stopped (D16).
+    /// Before the first step there is nothing to finish, so an interrupt ends the session. Later the run ends in order,
+    /// unless something has stopped a solver (D16).
     fn interrupted(&mut self, arriving: bool) -> Option<Stop> {
         if arriving
             && self

@@ -9,7 +9,7 @@ use super::needs::scene_key;
 use super::problems::Problems;
 use super::written::{BodyWritten, DemWritten, SceneWritten};
 
-/// A fixed or driven body's mass moves nothing; its density where the scene does not say, in kg/m^3.
+/// Density in kg/m^3 of a fixed or driven body if the scene has none. Its mass has no effect on any motion.
 const DENSITY_OF_UNMOVED: f64 = 1000.0;
 
 /// The bodies' configuration, unless something was refused. The skin is set later.
@@ -29,7 +29,7 @@ pub(super) fn bodies(
     }
     let sets_are_sound = problems.count() == before;
     contact(problems, written, scene);
-    // Bodies of a set with impossible numbers cannot be made.
+    // Bodies of a set cannot be made from impossible numbers.
     if !sets_are_sound {
         return None;
     }
@@ -45,7 +45,7 @@ pub(super) fn bodies(
     (!problems.any()).then_some(config)
 }
 
-/// The configuration of what is written, possible or not.
+/// The configuration as written, whether possible or not.
 fn config(written: &DemWritten, scene: &SceneWritten) -> DemConfig {
     let points = scene.mpm.iter().flat_map(|mpm| &mpm.points);
     let law_for_points = scene.contact.or(scene.body_contact);
@@ -135,7 +135,7 @@ fn all_bodies(written: &DemWritten) -> Vec<BodyConfig> {
     bodies
 }
 
-/// Most bodies of a set: a hundred times what runs in an hour.
+/// Largest number of bodies in a set: a hundred times what can be computed in an hour.
 const BODIES_LIMIT: u32 = 1_000_000;
 
 fn fill(problems: &mut Problems, path: &str, fill: &BodyFill) {
@@ -238,8 +238,8 @@ fn body_config(body: &BodyWritten) -> BodyConfig {
     }
 }
 
-/// The skin where the scene does not say: twice the largest contact radius; without points, a tenth of the smallest
-/// body's size, so that lists live long and stay short.
+/// The skin if the scene has none. It is twice the largest contact radius. Without points it is a tenth of the smallest
+/// body's size, so that lists stay short and are rebuilt rarely.
 pub(super) fn default_skin(mpm: Option<&MpmConfig>, dem: Option<&DemConfig>) -> f64 {
     let radius = mpm
         .iter()

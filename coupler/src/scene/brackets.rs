@@ -1,7 +1,7 @@
-//! Which bracket of a text that is not TOML is open where a parser gives up.
+//! Finds the bracket that is still open where a parser stops in a text that is not TOML.
 
-/// Where the innermost bracket was opened that is still open at `end`: all in bytes from the start. Brackets in strings and
-/// comments are none.
+/// Position at which the innermost bracket was opened that is still open at `end`, both in bytes from the start.
+/// Brackets in strings and comments do not count.
 pub(super) fn open_at(text: &str, end: usize) -> Option<usize> {
     let bytes = &text.as_bytes()[..end.min(text.len())];
     let mut open = Vec::new();
@@ -29,7 +29,7 @@ fn line_end(bytes: &[u8], from: usize) -> usize {
     end.map_or(bytes.len(), |length| from + length)
 }
 
-/// Behind the string that begins here; behind the line of one that lacks its end.
+/// Position after the string that begins here, or after its line if the string does not end.
 fn string_end(bytes: &[u8], from: usize) -> usize {
     let quote = bytes[from];
     let long = [quote; 3];

@@ -15,7 +15,7 @@ use super::needs::scene_key;
 use super::problems::Problems;
 use crate::scene::diagnostic::{SceneErrors, shorten};
 
-/// Keys of the configurations that may be others in a branch. `*` stands for one part of a key, `**` for any number.
+/// Keys of the configurations that may differ in a branch. `*` stands for one part of a key, `**` for any number.
 const MAY_CHANGE: &[&str] = &[
     "mpm.gravity.**",
     "mpm.walls.**",
@@ -39,7 +39,7 @@ const MAY_CHANGE: &[&str] = &[
     "dem.bodies.*.surface",
 ];
 
-/// Keys that say where and how fast things are at the start: here they have no effect.
+/// Keys of initial positions and velocities, which have no effect in a branch.
 const OF_THE_START: &[&str] = &[
     "mpm.groups.*.velocity.**",
     "mpm.groups.*.fields.**",
@@ -77,7 +77,7 @@ fn differences(key: &str, here: Option<&Value>, there: Option<&Value>, found: &m
                 differences(&format!("{key}.{name}"), a.get(name), b.get(name), found);
             }
         }
-        // What acts on single points is left out of a configuration where there is nothing.
+        // A configuration omits what acts on single points if there is none.
         (Some(Value::Object(a)), None) | (None, Some(Value::Object(a)))
             if key == "mpm.forcing" || fits(key, "mpm.groups.*.fields") =>
         {
@@ -111,7 +111,7 @@ fn between<T: Serialize>(side: &str, here: Option<&T>, there: Option<&T>) -> Dif
     found
 }
 
-/// Whether a body's velocity along `i` (x, y, angle) is what its configuration says for good.
+/// Whether the velocity of a body along `i` (x, y, angle) is always that of its configuration.
 fn driven(body: &BodyConfig, i: usize) -> bool {
     body.motion.yielding()[i] == 0.0
 }
@@ -120,7 +120,7 @@ impl Scene {
     /// Checks whether this scene can continue from a state of a run of `parent`. Messages name that run `run`.
     ///
     /// # Errors
-    /// Every key that is another there and may not be, with both values.
+    /// Every key that differs and may not, with both values.
     pub(crate) fn branches_off(&self, parent: &Self, run: &str) -> Result<(), SceneErrors> {
         let mut problems = Problems::new(&self.document);
         let mut differ = between("mpm", self.mpm.as_ref(), parent.mpm.as_ref());
@@ -149,7 +149,8 @@ impl Scene {
         problems.finish().map(|_| ())
     }
 
-    /// A body may be driven otherwise: its velocity and spin are no longer those of the start alone.
+    /// Whether the key is the velocity or spin of a body that is driven; for such a body it is more than an initial
+    /// value.
     fn drives(&self, key: &str) -> bool {
         let mut parts = key.split('.').skip(2);
         let body = parts.next().and_then(|number| number.parse::<usize>().ok());
@@ -166,7 +167,7 @@ impl Scene {
         }
     }
 
-    /// Points beyond a periodic wall are those of the other end.
+    /// Refuses other periodic walls, because points beyond a periodic wall are those at the other end.
     fn periodic_as(&self, parent: &Self, run: &str, problems: &mut Problems) {
         let (Some(here), Some(there)) = (&self.mpm, &parent.mpm) else {
             return;
@@ -190,7 +191,8 @@ impl Scene {
         }
     }
 
-    /// Where bodies touch one another, their contacts are listed if forces move one of the two.
+    /// Refuses bodies that forces move in only one of the two runs: the contact of two bodies is listed if forces move
+    /// one of them.
     fn moved_as(&self, parent: &Self, run: &str, problems: &mut Problems) {
         let (Some(here), Some(there)) = (&self.dem, &parent.dem) else {
             return;
@@ -217,7 +219,7 @@ impl Scene {
         }
     }
 
-    /// The key of the scene that a dotted key of a configuration comes from.
+    /// The key of the scene from which a key of a configuration comes.
     fn key_of(&self, key: &str) -> String {
         match key {
             "mpm.skin" | "dem.skin" => return "coupling.skin".to_owned(),
@@ -242,8 +244,8 @@ impl Scene {
         SceneErrors(vec![told])
     }
 
-    /// Notes the state that the scene begins with: of the time `at` (s), with the hash `state`. A run of the resolved
-    /// scene begins with the same one or not at all.
+    /// Notes the state with which the scene begins: its time `at` (s) and its hash `state`. A run of the resolved scene
+    /// begins with the same state or fails.
     ///
     /// # Panics
     /// If the scene has no start.

@@ -8,7 +8,7 @@ use super::forcing::group_named;
 use super::problems::Problems;
 use super::written::{ChainWritten, MpmWritten};
 
-/// The chains of a scene whose bodies meet segments; none where they meet points.
+/// The chains of a scene whose bodies are in contact with segments; empty if they are in contact with points.
 pub(super) fn chains(
     problems: &mut Problems,
     written: &MpmWritten,
@@ -31,7 +31,7 @@ pub(super) fn chains(
         }
     });
     let chains: Vec<Chain> = chains.collect();
-    // So that both couplings run on the same scene.
+    // Chains are ignored, so that the same scene can run with either interface.
     if written.interface == Interface::Points {
         Vec::new()
     } else {
@@ -39,11 +39,11 @@ pub(super) fn chains(
     }
 }
 
-/// Most markers of a chain: a hundred times what runs in an hour.
+/// Largest number of markers in a chain: a hundred times what can be computed in an hour.
 const MARKERS_LIMIT: usize = 1_000_000;
 const COARSER: &str = "a chain as fine as the cells shows what the grid can";
 
-/// Where the markers are, in m, and whether the last is followed by the first.
+/// The positions of the markers in m, and whether a segment goes from the last to the first.
 fn markers(
     problems: &mut Problems,
     path: &str,
@@ -119,7 +119,7 @@ fn circle(center: [f64; 2], radius: f64, spacing: f64) -> Vec<[f64; 2]> {
     (0..count).map(at).collect()
 }
 
-/// In how many parts of at most `spacing` a length is cut; rounding makes no part more.
+/// Number of parts of at most `spacing` into which a length is divided. Rounding must not add a part.
 fn parts(length: f64, spacing: f64) -> usize {
     ((length / spacing - 1e-9).ceil() as usize).max(1)
 }
@@ -132,7 +132,7 @@ fn counter_clockwise(vertices: &[[f64; 2]]) -> Vec<[f64; 2]> {
     vertices
 }
 
-/// The outline with every edge moved in by `shift`; none if an edge vanishes or turns round.
+/// The outline with every edge moved inwards by `shift`; `None` if an edge vanishes or reverses.
 fn shrunk(outline: &[[f64; 2]], shift: f64) -> Option<Vec<[f64; 2]>> {
     let n = outline.len();
     let along = |i: usize, of: &[[f64; 2]]| {

@@ -106,17 +106,17 @@ fn material(problems: &mut Problems, path: &str, written: &MaterialWritten) -> M
         density: written.density,
         model: written.model,
     };
-    // With both above 0 Poisson's ratio lies within its limits, -1 and 1/2.
+    // If both moduli are above 0, Poisson's ratio lies within its limits, -1 and 1/2.
     let model = written.model.key();
     let (bulk, shear) = written.model.moduli();
     let poisson = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear));
-    // Rounding of K = E/3, G = E/2 is far below this.
+    // The rounding of K = E/3, G = E/2 is far below this.
     if bulk > 0.0 && shear > 0.0 && poisson < -1e-6 {
         problems.warn(format!(
             "`{path}.model.{model}` has a negative Poisson's ratio ({poisson:.4}): are K and G exchanged?"
         ));
     }
-    // Faults of the numbers are reported when all of them are known.
+    // Faults of the numbers are reported when all numbers are known.
     if let Some(test) = written
         .friction_test
         .filter(|_| written.model.impossible().is_empty())
@@ -162,7 +162,7 @@ fn group(
     }
 }
 
-/// Warns where the scene's contact radius is out of Jiang 2020 eq. 45, and fills it in where the scene has none.
+/// Warns if the scene's contact radius is out of the range of Jiang 2020 eq. 45, and fills it in if the scene has none.
 fn radius(problems: &mut Problems, path: &str, group: &mut GroupConfig, cell: f64) {
     if let (Some(radius), Some([low, high])) =
         (group.contact_radius, group.radius_out_of_range(cell))

@@ -12,7 +12,7 @@ pub(super) const FAULTS_LIMIT: usize = 100;
 const LINE_LIMIT: usize = 240;
 /// Longest word that may be a typing error of another one.
 const WORD_LIMIT: usize = 60;
-/// Most candidates that a message lists.
+/// Largest number of candidates that a message lists.
 const CANDIDATES_LIMIT: usize = 100;
 
 /// One thing that is wrong with a scene.
@@ -24,7 +24,7 @@ pub struct Diagnostic {
     pub key: String,
     /// The value as written; empty where there is none.
     pub value: String,
-    /// Where it stands.
+    /// Its position.
     pub place: Place,
     /// What to do about it.
     pub help: Option<String>,
@@ -38,7 +38,7 @@ pub enum Place {
         /// Path as given.
         file: String,
     },
-    /// A stretch of one line of the file.
+    /// A part of one line of the file.
     Line {
         /// Path as given.
         file: String,
@@ -48,7 +48,7 @@ pub enum Place {
         column: usize,
         /// Characters that the caret underlines, at least 1.
         width: usize,
-        /// The line itself, or of a long one the part that is meant.
+        /// The line itself. Of a long line only the part to which the message refers.
         text: String,
         /// Characters of the line before that part.
         skipped: usize,
@@ -63,7 +63,7 @@ pub enum Place {
 }
 
 impl Place {
-    /// The place of a byte range of `text`; of its first line where it spans several.
+    /// The place of a byte range of `text`; if it spans several lines, that on the first line.
     pub fn in_text(file: &str, text: &str, span: &Range<usize>) -> Self {
         let start = floor_boundary(text, span.start);
         let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
@@ -179,7 +179,7 @@ pub fn shorten(value: &str) -> String {
     format!("{head}...")
 }
 
-/// The candidate that `word` was probably meant to be, if any is near.
+/// The candidate for which `word` is probably a typing error, if one is similar.
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     if word.len() > WORD_LIMIT {
         return None;
@@ -193,12 +193,12 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
             (distance, candidate)
         })
         .min_by_key(|(distance, _)| *distance)
-        // With up to a third of the letters wrong it is a typing error, with more another word.
+        // A word with up to a third of its letters wrong is a typing error; with more it is another word.
         .filter(|(distance, candidate)| *distance <= candidate.len().max(word.len()).div_ceil(3))
         .map(|(_, candidate)| candidate)
 }
 
-/// "did you mean `x`? `what`: a, b, c", the first half only where something is near.
+/// "did you mean `x`? `what`: a, b, c". The first half is left out if no candidate is similar.
 pub fn suggestion<'a>(
     word: &str,
     what: &str,
@@ -257,7 +257,7 @@ mod tests {
         );
     }
 
-    /// A scene may be one line: each message about it had all of it.
+    /// A scene may be one long line, and each message repeated all of it.
     #[test]
     fn of_a_long_line_the_part_that_is_meant_is_shown() {
         let text = format!("{}here{}", "ü".repeat(1000), " ".repeat(1000) + "x");

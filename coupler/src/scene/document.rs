@@ -1,4 +1,4 @@
-//! A TOML document that stores the position of every value, through variants and `--set`.
+//! A TOML document that stores the position of every value, also of values from variants and `--set`.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -11,7 +11,7 @@ use toml::{Spanned, Table, Value};
 use super::brackets::open_at;
 use crate::scene::diagnostic::{Diagnostic, FAULTS_LIMIT, Place, SceneErrors, shorten, suggestion};
 
-/// Sections that hold one law each, so that nothing but another law is gained or lost by replacing all of one.
+/// Sections that contain one law each. An override that writes another law replaces the whole section.
 const ONE_LAW: [&str; 2] = ["contact", "body_contact"];
 
 /// A scene file with its overrides applied.
@@ -23,7 +23,7 @@ pub(super) struct Document {
     pub root: Table,
     /// Names of the variants of the file.
     pub variants: Vec<String>,
-    /// Dotted path of every key and array element but those of variants, and where it was set.
+    /// Dotted path of every key and array element except those of variants, with the place where it was set.
     origins: BTreeMap<String, Origin>,
     /// Shared by all scenes of the file: there may be thousands of variants.
     written: Arc<Variants>,
@@ -35,7 +35,7 @@ struct Variants {
     tables: BTreeMap<String, Table>,
     /// As [`Document::origins`].
     origins: BTreeMap<String, Origin>,
-    /// What is wrong with the table of variants itself.
+    /// Faults of the table of variants itself.
     faults: Vec<Diagnostic>,
 }
 
@@ -52,10 +52,10 @@ enum Origin {
     },
 }
 
-/// What of a key a message is about.
+/// The part of a key to which a message refers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Part {
-    /// The key itself: it should not be there, or something is missing in its table.
+    /// The key itself: it is not allowed, or something is missing in its table.
     Key,
     /// Its value.
     Value,
@@ -75,7 +75,7 @@ impl Document {
     /// The document with a variant and then the `--set` arguments, in their order.
     ///
     /// # Errors
-    /// The variant does not exist, or an override has no place.
+    /// The variant does not exist, or an override has a path that cannot exist.
     pub fn with(&self, variant: Option<&str>, set: &[String]) -> Result<Self, SceneErrors> {
         let mut document = self.clone();
         let mut errors = self.written.faults.clone();
@@ -130,7 +130,7 @@ impl Document {
         Err(SceneErrors(told.into_iter().collect()))
     }
 
-    /// The error in the text; its consequences are not reported.
+    /// The message for an error of syntax; errors that follow from it are not reported.
     fn not_toml(&self, fault: &toml::de::Error) -> Diagnostic {
         let span = fault.span();
         let open = span
@@ -194,7 +194,7 @@ impl Document {
         });
     }
 
-    /// Where exactly this path was set.
+    /// Where exactly this path was set; `None` if only something above it was.
     fn exact(&self, path: &str) -> Option<&Origin> {
         let own = self.origins.get(path);
         own.or_else(|| self.written.origins.get(path))
@@ -270,8 +270,8 @@ impl Document {
         }
     }
 
-    /// Puts `value` at a dotted path, in place of all that was there. Tables on the way are made, array elements must
-    /// exist or be the next one.
+    /// Sets the value at a dotted path, replacing what was there. Missing tables on the path are made. An array element
+    /// must exist or be the next one.
     fn put(&mut self, path: &str, value: Value, origin: Origin) -> Result<(), (String, String)> {
         let segments: Vec<&str> = path.split('.').collect();
         let (last, parents) = segments
@@ -301,12 +301,12 @@ impl Document {
         Ok(())
     }
 
-    /// The value at a path was replaced by the program (a CSV file by its numbers): messages still point at what was
-    /// written.
+    /// Replaces the value at a path by one that the program has computed (a CSV file by its numbers). Messages still
+    /// refer to what was written.
     pub fn replace(&mut self, path: &str, value: Value) {
         let origin = self.origin(path).cloned();
         if let Some(origin) = origin {
-            // The path was just read from this very tree, so there is a place for it.
+            // The path was just read from this tree, so setting it cannot fail.
             let _ = self.put(path, value, origin);
         }
     }
@@ -317,7 +317,7 @@ impl Document {
         }
     }
 
-    /// Where a path was set: its own origin, or that of the nearest thing above it.
+    /// Where a path was set: its own origin, or that of the nearest part of the path above it.
     fn origin(&self, path: &str) -> Option<&Origin> {
         let mut path = path;
         loop {
@@ -358,7 +358,7 @@ impl Document {
         place
     }
 
-    /// Whether what is at a path stands in the file, and not on the command line.
+    /// Whether the value at a path comes from the file and not from the command line.
     pub fn is_of_file(&self, path: &str) -> bool {
         matches!(self.origin(path), Some(Origin::File { .. }))
     }
@@ -368,7 +368,7 @@ impl Document {
         self.origins.contains_key(path)
     }
 
-    /// The elements of the list at a path; none where there is no list.
+    /// The elements of the list at a path; empty if there is no list.
     pub fn list(&self, path: &[&str]) -> &[Value] {
         let mut keys = path.iter();
         let first = keys.next().and_then(|key| self.root.get(*key));
@@ -376,7 +376,7 @@ impl Document {
         found.and_then(Value::as_array).map_or(&[], Vec::as_slice)
     }
 
-    /// The value at a path as it was written, shortened; empty where it was not.
+    /// The value at a path as it was written, shortened; empty if it was not written.
     pub fn as_written(&self, path: &str) -> String {
         match self.exact(path) {
             Some(Origin::File { value, .. }) => {
@@ -415,7 +415,7 @@ impl Document {
         let mut diagnostic = self.diagnostic(path, Part::Value, message, help);
         if let Some(Origin::File { value, variant, .. }) = self.exact(path) {
             let written = self.text.get(value.clone()).unwrap_or_default();
-            // Escapes and multi-line strings shift the bytes; then the caret stays under the whole string.
+            // Escapes and multi-line strings change the positions of bytes. Then the caret marks the whole string.
             let plain = written.starts_with(['"', '\''])
                 && !written.starts_with("\"\"\"")
                 && !written.starts_with("'''")
@@ -430,7 +430,7 @@ impl Document {
     }
 }
 
-/// A table or an array on the way of a dotted path.
+/// A table or an array on a dotted path.
 enum Container<'a> {
     Table(&'a mut Table),
     Array(&'a mut Vec<Value>),
@@ -502,7 +502,7 @@ fn past_the_end(segment: &str, length: usize, here: &str) -> (String, String) {
     )
 }
 
-/// The value of a `--set` argument: TOML if it is, else the text itself, since shells eat quotes.
+/// The value of a `--set` argument: TOML if it is valid, else the text itself, because shells remove quotes.
 fn argument_value(written: &str) -> Value {
     toml::from_str::<Table>(&format!("value = {written}"))
         .ok()
@@ -592,7 +592,7 @@ pub(super) fn join(prefix: &str, key: &str) -> String {
     }
 }
 
-/// Line and column of a letter of a text, both from 1.
+/// Line and column of a byte of a text, both from 1.
 fn line_and_column(text: &str, at: usize) -> (usize, usize) {
     let before = &text[..at];
     let line_start = before.rfind('\n').map_or(0, |end| end + 1);

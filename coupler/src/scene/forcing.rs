@@ -55,7 +55,7 @@ pub(super) fn forcing(
     }
 }
 
-/// The points that are followed.
+/// The probes of a scene.
 pub(super) fn probes(problems: &mut Problems, written: &MpmWritten) -> Vec<Probe> {
     let probes = written.probe.iter().map(|probe| probe.name.as_str());
     names(problems, "probe", "probes", probes);
@@ -67,7 +67,7 @@ pub(super) fn probes(problems: &mut Problems, written: &MpmWritten) -> Vec<Probe
     probes.collect()
 }
 
-/// Refuses names of `[[mpm.LIST]]` that cannot stand in a quantity, or occur twice.
+/// Refuses names of `[[mpm.LIST]]` that cannot be part of a quantity, or that occur twice.
 pub(super) fn names<'a>(
     problems: &mut Problems,
     list: &str,
@@ -81,7 +81,7 @@ pub(super) fn names<'a>(
     problems.distinct(what, names.enumerate().map(|(i, name)| (paths(i), name)));
 }
 
-/// Number of the group of points called `name`, which `path.points` asks for.
+/// Index of the group of points called `name`, to which `path.points` refers.
 pub(super) fn group_named(
     problems: &mut Problems,
     written: &MpmWritten,
@@ -122,7 +122,7 @@ pub(super) fn initial(
     (velocity, fields)
 }
 
-/// Components as the solver compiles them, refused unless they do compile.
+/// The components as texts that the solver compiles again; refused if they do not compile.
 fn field<const N: usize>(
     problems: &mut Problems,
     path: &str,

@@ -5,7 +5,8 @@ use interface::config::GroupPair;
 use super::problems::Problems;
 use super::written::SceneWritten;
 
-/// The pairs by the indices of their groups; those of names that there are not are refused and left out.
+/// The pairs by the indices of their groups. Pairs with the name of a group that does not exist are refused and left
+/// out.
 pub(super) fn group_pairs(problems: &mut Problems, written: &SceneWritten) -> Vec<GroupPair> {
     let groups = written.mpm.as_ref().map_or(&[][..], |mpm| &mpm.points);
     let known: Vec<&str> = groups.iter().map(|group| group.name.as_str()).collect();

@@ -45,11 +45,11 @@ pub use schema::schema;
 pub use solvers::solver_override;
 pub use written::VERSION;
 
-/// A scene file that has been read, for those who want several of its variants.
+/// A scene file that has been read once, to make several of its variants.
 #[derive(Debug)]
 pub struct SceneFile {
     document: document::Document,
-    /// Where files are looked for that the scene names.
+    /// Directory of the files that the scene names.
     directory: PathBuf,
 }
 
@@ -65,7 +65,7 @@ impl SceneFile {
         })
     }
 
-    /// The same of a text. `name` stands for the file in messages; files that the scene names are looked for in `directory`.
+    /// The same from a text. `name` stands for the file in messages; files that the scene names are in `directory`.
     ///
     /// # Errors
     /// It is not TOML.
@@ -90,14 +90,14 @@ impl Scene {
     /// keys), the later winning.
     ///
     /// # Errors
-    /// Everything that is wrong with the scene, as far as it can be told at once: its [`Display`](std::fmt::Display)
-    /// is for people, with file, line, key, value, what was expected and the nearest valid key.
+    /// All faults of the scene that can be found at once. Their [`Display`](std::fmt::Display) is for people, with
+    /// file, line, key, value, what was expected and the nearest valid key.
     pub fn load(path: &Path, variant: Option<&str>, set: &[String]) -> Result<Self, SceneErrors> {
         SceneFile::read(path)?.scene(variant, set)
     }
 
-    /// The programs that the scene's file names as solvers, and a run would start: side and command. Those of the command
-    /// line are the user's own and are not among them.
+    /// The programs that the scene file names as solvers and that a run would start, with their sides. Those of the
+    /// command line are the user's own and are left out.
     pub fn programs(&self) -> Vec<(&'static str, String)> {
         let named = solvers::commands(&self.solvers);
         named

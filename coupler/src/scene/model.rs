@@ -19,7 +19,7 @@ use crate::record::quantity::Quantities;
 pub struct Scene {
     /// Name: letters, digits, `_` and `-`.
     pub name: String,
-    /// What to look for.
+    /// What to look at in the results.
     pub about: String,
     /// Another run whose state the scene begins with.
     pub start: Option<Start>,
@@ -48,7 +48,7 @@ pub struct Scene {
     pub hash: String,
     /// Names of the file's variants.
     pub variants: Vec<String>,
-    /// What `tandem study` does with the scene; no part of its runs, of the resolved text or the hash.
+    /// The settings of `tandem study`. They are not part of the resolved text or the hash.
     pub study: Study,
     /// Things that are allowed but probably not meant.
     pub warnings: Vec<String>,
@@ -59,13 +59,13 @@ pub struct Scene {
 /// Another run whose state a scene begins with.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Start {
-    /// Its directory, a whole path.
+    /// Its directory, as an absolute path.
     pub run: PathBuf,
     /// The latest time in s of the checkpoint; `None`: the newest.
     pub at: Option<f64>,
-    /// Whether the clock begins at 0, and not where that run was.
+    /// Whether the clock begins at 0, and not at the time of that run.
     pub from_zero: bool,
-    /// Hash of the state ([`Scene::begun_with`]); `None`: whatever is there.
+    /// Hash of the state ([`Scene::begun_with`]); `None`: any state.
     pub state: Option<String>,
 }
 
@@ -85,7 +85,7 @@ impl Scene {
 }
 
 impl Start {
-    /// As `start.from` has it.
+    /// The value of `start.from`.
     pub fn from(&self) -> String {
         let run = self.run.display();
         self.at
@@ -98,29 +98,29 @@ impl Start {
 pub struct TimePlan {
     /// End of the run, which begins at 0 or where [`Scene::start`] says.
     pub end: f64,
-    /// The scene's own cap of the step.
+    /// The longest step that the scene allows.
     pub max_step: Option<f64>,
     /// A step below this stops the run.
     pub min_step: f64,
     /// kappa of docs/physics.md section 4, in (0, 1].
     pub safety: f64,
-    /// The step is this multiple of what the criterion allows: 1 but for experiments with instability.
+    /// The step is this multiple of what the criterion allows: 1, except in experiments with instability.
     pub step_factor: f64,
-    /// How the step limit is made.
+    /// How the step limit is computed.
     pub criterion: Criterion,
 }
 
 impl TimePlan {
-    /// Whether every step is within the limit of stability: of what the composed criterion knows.
+    /// Whether every step is within the limit of stability, as far as the composed criterion covers it.
     pub fn is_stable(&self) -> bool {
         self.criterion == Criterion::Composed && self.safety * self.step_factor <= 1.0
     }
 }
 
-/// How the step limit is made.
+/// How the step limit is computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Criterion {
-    /// Composed of both sides' stiffness and mobility (docs/physics.md section 4).
+    /// From the stiffness and mobility of both sides (docs/physics.md section 4).
     Composed,
     /// Jiang 2020 eq. 51 as printed, for comparison.
     Jiang2020 {
@@ -132,14 +132,14 @@ pub enum Criterion {
 }
 
 impl Criterion {
-    /// Eq. 51 with the factors that the paper's scenes are given here unless they say otherwise.
+    /// Eq. 51 with the factors that the scenes of the paper have here, unless a scene has others.
     pub const EQ_51: Self = Self::Jiang2020 {
         kappa_1: 0.8,
         kappa_2: 0.1,
     };
 }
 
-/// Programs and their arguments in the place of the built-in solvers; `--join RUN` is added to them.
+/// Programs and their arguments that replace the built-in solvers; `--join RUN` is added to them.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Solvers {
     /// The continuum; `None`: the built-in one.
@@ -174,12 +174,12 @@ pub struct Study {
     pub vary: Vec<(String, Vec<String>)>,
 }
 
-/// What the error of a run is taken of.
+/// The quantity from which the error of a run is computed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Measurand {
     /// The check of this name, which has a reference.
     Check(String),
-    /// These columns of the history, or checks, against the finest run.
+    /// These columns of the history, or checks, compared with the finest run.
     Finer(Vec<String>),
 }
 
@@ -192,7 +192,7 @@ pub struct Output {
     pub frames: Option<u64>,
     /// What frames hold.
     pub content: Content,
-    /// Whether the run ends with a page of what it has shown.
+    /// Whether the run writes a page with its results at its end.
     pub report: bool,
     /// When the run saves its state; `None`: never.
     pub checkpoint: Option<CheckpointPlan>,
@@ -207,14 +207,14 @@ pub struct CheckpointPlan {
     pub wall: Option<Duration>,
     /// Simulated time between checkpoints in s.
     pub time: Option<f64>,
-    /// Outputs, counted from t = 0, at which one is kept for other runs.
+    /// Numbers of the outputs, counted from t = 0, at which a checkpoint is kept for other runs.
     pub at: BTreeSet<u64>,
-    /// Whether one of the end is kept, likewise.
+    /// Whether a checkpoint at the end is kept too.
     pub end: bool,
 }
 
 impl Study {
-    /// What a scene varies along a curve unless it says so.
+    /// The keys that a study varies along a curve by default.
     pub fn along(resolution: &str) -> Vec<String> {
         vec!["variant".to_owned(), resolution.to_owned()]
     }

@@ -10,8 +10,8 @@ use super::Scene;
 use super::document::{Document, Part};
 use crate::scene::diagnostic::SceneErrors;
 
-/// What `scene` needs of the solver `identity` of `party` and it has not: the reason to refuse it before Configure.
-/// `None`: it has all that it says anything of.
+/// The refusal of the solver `identity` of `party`, because it lacks a capability that `scene` needs. `None` if it has
+/// all capabilities of the families that it lists.
 pub fn unmet(
     scene: &Scene,
     party: Party,
@@ -82,8 +82,8 @@ fn help(need: &Need, party: Party) -> String {
     format!("{more}change the scene, or use another solver (`--{party}`, `solvers.{party}`)")
 }
 
-/// The key of the scene that a key of the configuration comes from: the lists have other names there, sets of bodies are
-/// written as one, and the law between points and bodies is that between bodies where there are no points.
+/// The key of the scene from which a key of the configuration comes. Lists have other names there, and a set of bodies
+/// is one entry. Without points, the law between points and bodies is that between bodies.
 pub(super) fn scene_key(key: &str, document: &Document) -> String {
     let key = key.replace('[', ".").replace(']', "");
     let Some((side, below)) = key.split_once('.') else {

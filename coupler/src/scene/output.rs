@@ -1,4 +1,4 @@
-//! Constants, columns and checks: every expression compiled, every name resolved, every reference read.
+//! Constants, columns and checks: compiles every expression, resolves every name, and reads every reference.
 
 use std::collections::BTreeMap;
 use std::io::{self, Read as _};
@@ -21,7 +21,7 @@ use super::written::{
 /// Largest table of a reference in bytes.
 const CSV_LIMIT: u64 = 64 << 20;
 
-/// The constants as numbers. Each may use the others, whatever their order.
+/// The constants as numbers. Each may use the others, in any order.
 pub(super) fn constants(
     problems: &mut Problems,
     written: &BTreeMap<String, NumberOrExpression>,
@@ -38,7 +38,7 @@ pub(super) fn constants(
             NumberOrExpression::Expression(source) => pending.push((name, source)),
         }
     }
-    // Each waits for its first unknown name, so that none is read again without need.
+    // Each expression waits for its first unknown name, so that it is not compiled again without need.
     let mut waiting: BTreeMap<String, Vec<(&String, &String)>> = BTreeMap::new();
     let mut stuck = Vec::new();
     while let Some((name, source)) = pending.pop() {
@@ -99,7 +99,7 @@ fn constant_name(problems: &mut Problems, path: &str, name: &str) {
 fn compile_constant(source: &str, known: &BTreeMap<String, f64>) -> Result<f64, ExpressionError> {
     let meaning = |name: &str| known.get(name).copied().map(Meaning::Number);
     let compiled = Expression::compile(source, &meaning)?;
-    // Every name was a number, so the expression is one.
+    // Every name was a number, so the expression has no variables.
     Ok(compiled.evaluate(&[]))
 }
 
@@ -115,24 +115,24 @@ pub(super) fn suggestion_for<'n>(
     }
 }
 
-/// What columns and checks are compiled with.
+/// The names with which columns and checks are compiled.
 pub(super) struct Context<'a> {
     pub constants: &'a BTreeMap<String, f64>,
     pub quantities: &'a Quantities,
     /// End of the run in s.
     pub end: f64,
-    /// Where CSV files are looked for.
+    /// Directory of CSV files.
     pub directory: &'a Path,
 }
 
-/// What an expression may depend on.
+/// The names on which an expression may depend.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Scope {
     /// Constants.
     Constants,
-    /// Constants and initial quantities: what does not change within a run.
+    /// Constants and initial quantities, which do not change within a run.
     Unchanging,
-    /// Everything.
+    /// All names.
     All,
 }
 
@@ -530,7 +530,7 @@ fn read_csv(file: &Path, time: &str, value: &str) -> Result<Vec<[f64; 2]>, (Stri
         let help = "CSV files are looked for beside the scene file";
         (format!("cannot read {shown}: {error}"), help.to_owned())
     };
-    // A device or a pipe may never end.
+    // A device or a pipe might never end.
     let about = std::fs::metadata(file).map_err(unreadable)?;
     if !about.is_file() || about.len() > CSV_LIMIT {
         let help = format!("expected a file of at most {CSV_LIMIT} bytes");
@@ -572,7 +572,7 @@ fn read_csv(file: &Path, time: &str, value: &str) -> Result<Vec<[f64; 2]>, (Stri
     Ok(rows)
 }
 
-/// Plastic strain that is asked for is there.
+/// Refuses plastic strain in frames if no material has it.
 pub(super) fn plastic_strain<'a>(
     problems: &mut Problems,
     written: &OutputWritten,

@@ -27,14 +27,14 @@ use crate::record::frames::Content;
 use crate::record::quantity::Quantities;
 use crate::scene::diagnostic::{FAULTS_LIMIT, SceneErrors};
 
-/// Most rows of a history: beyond, the file is of no use to anyone.
+/// Largest number of rows of a history: a longer file is of no use.
 const ROWS_LIMIT: f64 = 1e7;
-/// Frames of a run whose page needs some while the scene asks for none.
+/// Number of frames of a run whose page needs some, if the scene asks for none.
 const FRAMES_OF_REPORT: f64 = 100.0;
-/// Longest silence of a process, unless the scene says otherwise.
+/// Longest wait for a process, unless the scene has another one.
 const DEADLINE: Duration = Duration::from_secs(30);
 
-/// The scene of a document; CSV references and solvers are looked for from `directory` on.
+/// The scene of a document. Paths of CSV files and of solvers are relative to `directory`.
 pub(super) fn scene(mut document: Document, directory: &Path) -> Result<Scene, SceneErrors> {
     static SCHEMA: LazyLock<serde_json::Value> = LazyLock::new(schema);
     let mut faults = structure::faults(&document, &SCHEMA);
@@ -69,7 +69,8 @@ pub(super) fn hash(resolved: &str) -> String {
     blake3::hash(resolved.as_bytes()).to_hex().to_string()
 }
 
-/// The document as typed. Its structure has been checked, so a fault here is one that the schema cannot express.
+/// The document as a typed value. Its structure has been checked, so a fault here is one that the schema cannot
+/// express.
 fn typed(document: &Document) -> Result<SceneWritten, SceneErrors> {
     let root = Value::Table(document.root.clone());
     let mut track = serde_path_to_error::Track::new();
@@ -121,8 +122,8 @@ fn not_finite(document: &Document) -> Vec<crate::scene::diagnostic::Diagnostic> 
     found.into_iter().take(FAULTS_LIMIT).map(fault).collect()
 }
 
-/// What the scene says of the side of the bodies, if it has one: where there are bodies, so that a variant can leave them
-/// out, or groups of points that touch.
+/// The bodies' side of the scene, if it has one: if there are bodies, which a variant can remove, or groups of points
+/// that touch.
 fn bodies_written<'a>(
     written: &'a SceneWritten,
     no_bodies: &'a DemWritten,
@@ -204,7 +205,7 @@ fn checked(problems: &mut Problems, written: &SceneWritten, directory: &Path) ->
     })
 }
 
-/// What can be asked of a run of the scene.
+/// The quantities that columns and checks of the scene may use.
 fn quantities(written: &SceneWritten, bodies_written: Option<&DemWritten>) -> Quantities {
     let body_list = bodies_written.map_or(&[][..], |dem| &dem.body);
     let fills = bodies_written.map_or(&[][..], |dem| &dem.fill);
@@ -226,7 +227,7 @@ fn quantities(written: &SceneWritten, bodies_written: Option<&DemWritten>) -> Qu
     .of_slice(written.thickness.unwrap_or(1.0))
 }
 
-/// What is recorded.
+/// The outputs of the run.
 fn output(problems: &mut Problems, written: &OutputWritten, context: &Context) -> Output {
     let every = history_interval(problems, written.every, context.end);
     let frames = frame_interval(problems, written.frames, every).or_else(|| {
@@ -256,7 +257,7 @@ fn output(problems: &mut Problems, written: &OutputWritten, context: &Context) -
     }
 }
 
-/// What the run must show.
+/// The checks of the run.
 fn checks(problems: &mut Problems, written: &SceneWritten, context: &Context) -> Vec<Check> {
     let mut checks = Vec::new();
     for (i, check) in written.check.iter().enumerate() {
@@ -273,7 +274,7 @@ fn checks(problems: &mut Problems, written: &SceneWritten, context: &Context) ->
     checks
 }
 
-/// Which sides there are, and whether they go together; `bodies`: whether there is one.
+/// Checks which sides there are, and whether they can be combined. `bodies`: whether there is a bodies' side.
 fn sides(problems: &mut Problems, written: &SceneWritten, bodies: bool) {
     if bodies
         && written
@@ -384,7 +385,7 @@ fn history_interval(problems: &mut Problems, every: f64, end: f64) -> f64 {
     every
 }
 
-/// Intervals of the history between frames where only a page needs them: about a hundred frames of so many rows.
+/// Intervals of the history between frames that only the page needs: about a hundred frames for so many rows.
 fn frames_of_report(rows: f64) -> u64 {
     (rows / FRAMES_OF_REPORT).round().max(1.0) as u64
 }
@@ -394,7 +395,7 @@ fn frame_interval(problems: &mut Problems, written: Option<f64>, every: f64) -> 
     let between = written?;
     problems.above_zero("output.frames", between, "a time");
     let rows = (between / every).round();
-    // The largest error of a multiple by rounding of the two numbers.
+    // The quotient of the two rounded numbers differs from a whole number by at most this.
     if between > 0.0 && every > 0.0 && (rows < 1.0 || (between / every - rows).abs() > 1e-9 * rows)
     {
         problems.refuse(
@@ -459,7 +460,7 @@ fn coupling(
     }
 }
 
-/// Writes the numbers of CSV references into the document, so that the resolved scene stands alone.
+/// Writes the numbers of CSV references into the document, so that the resolved scene needs no other file.
 fn inline_tables(document: &mut Document, checks: &[Check]) {
     let numbers = |row: &[f64; 2]| Value::Array(row.iter().map(|x| Value::Float(*x)).collect());
     for (i, check) in checks.iter().enumerate() {

@@ -30,21 +30,21 @@ const CORNER_STIFFNESS: f64 = 8.0;
 pub struct Plan {
     /// Name of the scene.
     pub scene: String,
-    /// What to look for.
+    /// What to look at in the results.
     pub about: String,
     /// What will run, a line each.
     pub runs: Vec<String>,
     /// What is left out, and why.
     pub left_out: Vec<LeftOut>,
-    /// About how many material points.
+    /// Approximate number of material points.
     pub points: f64,
-    /// About how much memory the solvers' states take, in bytes.
+    /// Approximate memory of the solvers' states in bytes.
     pub memory: f64,
     /// Upper limits of the step in s, smallest first; safety factors included.
     pub limits: Vec<StepLimit>,
-    /// The step while bodies meet or part, where they do.
+    /// The step while bodies collide or separate, if they can.
     pub impacts: Option<Impacts>,
-    /// About how many steps, those of impacts left out: how many there will be is not known.
+    /// Approximate number of steps, without those of impacts, whose number is not known.
     pub steps: f64,
     /// Rows of the history.
     pub rows: f64,
@@ -61,12 +61,12 @@ pub struct LeftOut {
     pub why: String,
 }
 
-/// What it costs to resolve impacts between bodies.
+/// The cost of resolving impacts between bodies.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Impacts {
     /// Step in s while one contact of the lightest body opens or closes.
     pub step: f64,
-    /// How many of them an impact takes.
+    /// Number of such steps in an impact.
     pub steps: f64,
 }
 
@@ -75,7 +75,7 @@ pub struct Impacts {
 pub struct StepLimit {
     /// Where it comes from.
     pub name: String,
-    /// In s.
+    /// The step in s.
     pub step: f64,
 }
 
@@ -91,7 +91,8 @@ impl Plan {
             points: scene.points_estimate(),
             memory: memory(scene),
             steps: (scene.time.end / step).ceil(),
-            // One at the start and one at the end, whether or not the interval divides the run; 1e-9 allows for rounding.
+            // One row at the start and one at the end, whether or not the interval divides the run. The term 1e-9
+            // allows for rounding.
             rows: (scene.time.end / scene.output.every - 1e-9).ceil() + 1.0,
             impacts: impacts(scene),
             limits,
@@ -101,13 +102,14 @@ impl Plan {
 }
 
 impl Scene {
-    /// What its numbers mean, a line each: at which angle each material with friction fails in which test.
+    /// Explanations of its numbers, one a line: for each material with friction, the angle at which it fails in each
+    /// test.
     pub fn notes(&self) -> Vec<String> {
         let materials = self.mpm.iter().flat_map(|mpm| &mpm.materials);
         materials.filter_map(friction_in_words).collect()
     }
 
-    /// About how many material points it has.
+    /// Approximate number of material points.
     pub(crate) fn points_estimate(&self) -> f64 {
         self.mpm.as_ref().map_or(0.0, points)
     }
@@ -201,7 +203,7 @@ fn runs(scene: &Scene) -> Vec<String> {
     runs
 }
 
-/// At which angles a material fails, if it has friction.
+/// The angles at which a material fails, if it has friction.
 fn friction_in_words(material: &MaterialConfig) -> Option<String> {
     let angles = FrictionTest::ALL.map(|test| {
         let angle = material.model.fails_at(test);
@@ -235,7 +237,7 @@ fn other(command: Option<&Vec<String>>) -> String {
     command.map_or_else(String::new, |words| format!(" `{}`", words.join(" ")))
 }
 
-/// A value as a scene file spells it, as JSON where it is a table.
+/// A value as in a scene file; as JSON if it is a table.
 fn spelling(value: &impl Serialize) -> String {
     let json = serde_json::to_string(value).unwrap_or_default();
     json.trim_matches('"').to_owned()
@@ -298,7 +300,7 @@ fn left_out(scene: &Scene) -> Vec<LeftOut> {
     list.0
 }
 
-/// What is left out, as far as it has been found.
+/// What is left out, as found so far.
 #[derive(Default)]
 struct List(Vec<LeftOut>);
 
@@ -409,7 +411,7 @@ fn limits(scene: &Scene) -> Vec<StepLimit> {
     match scene.time.criterion {
         Criterion::Composed => {
             let kappa = scene.time.safety * scene.time.step_factor;
-            // Damping costs: docs/physics.md section 4.
+            // A dashpot shortens the step (docs/physics.md section 4).
             let damping = scene
                 .dem
                 .as_ref()
@@ -459,7 +461,7 @@ fn limits(scene: &Scene) -> Vec<StepLimit> {
     limits
 }
 
-/// The step of impacts, where the criterion is one of resolution at all.
+/// The step of impacts, if the criterion resolves them.
 fn impacts(scene: &Scene) -> Option<Impacts> {
     let dem = scene.dem.as_ref()?;
     dem.body_contact?;
@@ -470,13 +472,13 @@ fn impacts(scene: &Scene) -> Option<Impacts> {
     let angle = scene.time.safety * scene.time.step_factor * dem.resolution();
     let cap = scene.time.max_step.unwrap_or(f64::INFINITY);
     let step = (angle / omega).min(cap);
-    // Half a period of an elastic contact.
+    // Number of steps in half a period of an elastic contact.
     let steps = (std::f64::consts::PI / (omega * step)).ceil();
     (step.is_finite() && step > 0.0).then_some(Impacts { step, steps })
 }
 
 fn stiffest(laws: impl Iterator<Item = ContactLaw>) -> f64 {
-    // A stiffness that grows with the overlap is not known beforehand.
+    // A stiffness that grows with the overlap is not known in advance.
     let stiffness = laws.filter_map(|law| law.constant_stiffness());
     stiffness.fold(0.0, f64::max)
 }
@@ -491,8 +493,8 @@ fn courant_time(mpm: &MpmConfig) -> f64 {
 }
 
 /// The continuum's bound of its largest squared frequency in 1/s^2, as the built-in solver declares it for the material
-/// at rest (the derivation is in its `limits`): the stiffest place of the shape function times the plane stiffness. For
-/// linear hats, which have no such bound, the value of a filled grid.
+/// at rest (derived in its file `limits`): the bound of the shape function times the plane stiffness. Linear hats have
+/// no such bound; for them it is the value of a filled grid.
 fn elastic_omega_sq(mpm: &MpmConfig) -> f64 {
     let boxes = mpm.groups.iter().map(|g| {
         let [dx, dy] = g.distances(mpm.cell);

@@ -49,7 +49,7 @@ impl<'a> Problems<'a> {
         self.found
     }
 
-    /// Notes a fault unless there are more than anybody reads; `fault` is made only then.
+    /// Adds a fault, unless there are too many to report; `fault` is called only if it is added.
     fn push(&mut self, fault: impl FnOnce(&Document) -> Diagnostic) {
         self.found += 1;
         if self.errors.len() < FAULTS_LIMIT {
@@ -66,13 +66,13 @@ impl<'a> Problems<'a> {
         self.warnings.push(warning.into());
     }
 
-    /// A value that cannot be.
+    /// Refuses a value.
     pub fn refuse(&mut self, path: &str, message: impl AsRef<str>, help: impl Into<String>) {
         let help = Some(help.into());
         self.push(|document| document.diagnostic(path, Part::Value, message.as_ref(), help));
     }
 
-    /// A value that a configuration cannot have, unless its key was refused before; `help` may be empty.
+    /// Refuses a value that a configuration cannot have, unless its key was refused before; `help` may be empty.
     pub fn impossible(&mut self, path: &str, message: &str, help: String) {
         let help = Some(help).filter(|help| !help.is_empty());
         if self.errors.iter().all(|known| known.key != path) {
@@ -80,13 +80,13 @@ impl<'a> Problems<'a> {
         }
     }
 
-    /// A key that should be there, or should not.
+    /// Refuses a key that is missing or not allowed.
     pub fn refuse_key(&mut self, path: &str, message: impl AsRef<str>, help: impl Into<String>) {
         let help = Some(help.into());
         self.push(|document| document.diagnostic(path, Part::Key, message.as_ref(), help));
     }
 
-    /// A part of a text that cannot be.
+    /// Refuses a part of a text.
     pub fn refuse_within(
         &mut self,
         path: &str,
@@ -116,7 +116,7 @@ impl<'a> Problems<'a> {
         for fault in faults {
             let key = &fault.key;
             let written = self.document.as_written(key);
-            // A number is shown as the scene has it, such as 1e-3.
+            // A number is shown as written in the scene, such as 1e-3.
             let is_number = fault.value.parse::<f64>().is_ok() && !written.is_empty();
             let value = if is_number { &written } else { &fault.value };
             let message = format!("`{key}` is {value}, expected {}", fault.expected);
@@ -133,7 +133,7 @@ impl<'a> Problems<'a> {
         self.number(path, value, value >= 0.0, &format!("{what} of 0 or more"));
     }
 
-    /// Refuses a name that could not stand in an expression.
+    /// Refuses a name that cannot be part of an expression.
     pub fn name(&mut self, path: &str, name: &str) {
         let mut letters = name.chars();
         let good = letters.next().is_some_and(|c| c.is_ascii_alphabetic())
@@ -147,7 +147,7 @@ impl<'a> Problems<'a> {
         }
     }
 
-    /// Refuses names that occur twice; `paths` are those of the keys `name`.
+    /// Refuses names that occur twice; `paths` are the paths of their keys.
     pub fn distinct<'b>(&mut self, what: &str, names: impl Iterator<Item = (String, &'b str)>) {
         let mut seen: BTreeMap<&str, String> = BTreeMap::new();
         for (path, name) in names {

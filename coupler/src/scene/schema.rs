@@ -12,8 +12,8 @@ pub fn schema() -> Value {
     schema
 }
 
-/// Takes out what TOML has no word for, `null`, so that an editor tells of a mistake and not of an alternative; and gives the
-/// one key of a choice the description of the choice.
+/// Removes `null`, which TOML cannot express, so that an editor reports a mistake and not an alternative. Gives the
+/// single key of a choice the description of the choice.
 fn simplify(schema: &mut Value) {
     match schema {
         Value::Array(all) => all.iter_mut().for_each(simplify),
@@ -57,7 +57,7 @@ fn without_null(schema: &mut Value) {
     }
 }
 
-/// A choice such as `{"properties": {"disc": ...}}` has its description beside the properties.
+/// Finds the description of a choice such as `{"properties": {"disc": ...}}` beside its properties.
 fn describe_choice(schema: &mut Value) {
     let description = schema.get("description").cloned();
     let Some(Value::Object(properties)) = schema.get_mut("properties") else {

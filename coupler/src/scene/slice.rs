@@ -7,7 +7,7 @@ use interface::config::{ContactLaw, Motion};
 use super::problems::Problems;
 use super::written::SceneWritten;
 
-/// Divides what the scene says of the whole slice by its thickness.
+/// Divides the numbers of the whole slice by its thickness.
 pub(super) fn per_metre(problems: &mut Problems, written: &mut SceneWritten) {
     let Some(thickness) = written.thickness else {
         return;
@@ -89,7 +89,7 @@ mod tests {
     use super::*;
     use crate::scene::{Scene, SceneFile};
 
-    /// A pushed body, a held one, a loaded block, and three laws; `whole` times what is said of the whole slice.
+    /// A pushed body, a held one, a loaded block, and three laws. Numbers of the whole slice are multiplied by `whole`.
     fn scene(thickness: &str, whole: f64) -> Scene {
         let text = format!(
             r#"
@@ -170,7 +170,7 @@ value = "body.ball.mass"
         assert_ne!(plain.dem, scene("", 0.25).dem);
     }
 
-    /// Every parameter whose unit has a metre of thickness in it is divided, and no other.
+    /// Every parameter is divided whose unit is per metre of thickness, and no other one.
     #[test]
     fn what_is_divided_follows_from_the_units() {
         for law in laws() {
@@ -184,7 +184,7 @@ value = "body.ball.mass"
         }
     }
 
-    /// A law of every row of the table, all of whose numbers are other than 0.
+    /// One law for every row of the table, with all numbers other than 0.
     fn laws() -> Vec<ContactLaw> {
         let law = |row: &interface::config::laws::LawRow| {
             let numbers = row.parameters.iter().enumerate();

@@ -8,12 +8,12 @@ use super::Solvers;
 use super::problems::Problems;
 use super::written::SolversWritten;
 
-/// What stands for the solver that comes with Tandem.
+/// The name of the solver that comes with Tandem.
 const BUILT_IN: &str = "built-in";
 
-/// The words of a command, as a shell splits them; those that begin with `./` or `../` are paths from `directory`, made
-/// absolute, so that the command means the same wherever it is read again. `None`: there is no word, or a quotation
-/// does not end.
+/// The words of a command, as a shell splits them. Those that begin with `./` or `../` are paths relative to
+/// `directory`. They are made absolute, so that the command means the same when it is read from another directory.
+/// `None` if there is no word, or if a quotation does not end.
 fn words(command: &str, directory: &Path) -> Option<Vec<String>> {
     let from_here = |word: String| {
         if !word.starts_with("./") && !word.starts_with("../") {
@@ -29,16 +29,16 @@ fn words(command: &str, directory: &Path) -> Option<Vec<String>> {
     (!words.is_empty()).then(|| words.into_iter().map(from_here).collect())
 }
 
-/// Words as one command again.
+/// Joins words into one command.
 fn joined(words: &[String]) -> String {
     shlex::try_join(words.iter().map(String::as_str)).expect("split off a text without zero bytes")
 }
 
-/// What `--dem COMMAND` and `--mpm COMMAND` are as `--set`: `side` is `dem` or `mpm`, paths are from the working
-/// directory.
+/// The `--set` argument for `--dem COMMAND` or `--mpm COMMAND`. `side` is `dem` or `mpm`; paths are relative to the
+/// working directory.
 ///
 /// # Errors
-/// A message, where `command` is none.
+/// A message, if `command` is not a command.
 pub fn solver_override(side: &str, command: &str) -> Result<String, String> {
     let words = words(command, Path::new(".")).ok_or(format!("--{side}: not a command"))?;
     Ok(format!("solvers.{side}={}", Value::String(joined(&words))))
@@ -75,7 +75,7 @@ pub(super) fn solvers(
     }
 }
 
-/// The commands with whole paths, each with its key.
+/// The commands with absolute paths, each with its key.
 pub(super) fn commands(solvers: &Solvers) -> impl Iterator<Item = (&'static str, String)> {
     [("solvers.mpm", &solvers.mpm), ("solvers.dem", &solvers.dem)]
         .into_iter()

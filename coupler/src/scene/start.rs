@@ -10,7 +10,7 @@ use super::problems::Problems;
 use super::written::{CheckpointWritten, StartWritten};
 use super::{CheckpointPlan, Start};
 
-/// The start as written; paths are from `directory`.
+/// The start as written; paths are relative to `directory`.
 pub(super) fn start(
     problems: &mut Problems,
     written: Option<&StartWritten>,
@@ -39,19 +39,19 @@ pub(super) fn start(
     })
 }
 
-/// The run and the time of `RUN@TIME`. What follows an `@` and is no number belongs to the path.
+/// The run and the time in `RUN@TIME`. If the text after the `@` is not a number, it belongs to the path.
 fn split(from: &str) -> (&str, Option<f64>) {
     from.rsplit_once('@')
         .and_then(|(run, at)| Some((run, Some(at.trim().parse().ok()?))))
         .unwrap_or((from, None))
 }
 
-/// The start with a whole path, for the resolved scene.
+/// The start with an absolute path, for the resolved scene.
 pub(super) fn resolved(start: Option<&Start>) -> Option<(&'static str, Value)> {
     start.map(|start| ("start.from", Value::String(start.from())))
 }
 
-/// When the run saves its state, of one with an output every `every` s up to `end` (s).
+/// The times at which the run saves its state, if it has an output every `every` s up to `end` (s).
 pub(super) fn checkpoint(
     problems: &mut Problems,
     written: Option<&CheckpointWritten>,
@@ -90,7 +90,7 @@ pub(super) fn checkpoint(
         if (at - end).abs() <= 1e-9 * end {
             plan.end = true;
         } else if (at / every - outputs).abs() > 1e-9 * outputs.max(1.0) {
-            // Steps end on rows of the history; elsewhere a checkpoint would change them.
+            // Steps end on rows of the history. Elsewhere a checkpoint would change them.
             problems.refuse(
                 &path,
                 format!(

@@ -1,4 +1,5 @@
-//! The shape of a scene compared with its JSON Schema: every unknown, missing or mistyped key, not only the first.
+//! Compares the structure of a scene with its JSON Schema. Finds every unknown, missing or mistyped key, not only the
+//! first.
 //!
 //! The schema is made from the types that parse the scene ([`super::written`]), so the two cannot disagree; serde alone
 //! would stop at the first fault.
@@ -46,7 +47,8 @@ impl<'a> Walk<'a> {
         schema
     }
 
-    /// The alternatives of a schema with all references followed, flat, without null; itself where it has none.
+    /// The alternatives of a schema as a flat list, with all references followed and without null; the schema itself if
+    /// it has none.
     fn alternatives(&self, schema: &'a Schema) -> Vec<&'a Schema> {
         let schema = self.resolve(schema);
         let options = schema["oneOf"].as_array().or(schema["anyOf"].as_array());
@@ -108,7 +110,7 @@ impl<'a> Walk<'a> {
     fn table(&mut self, schema: &'a Schema, table: &Table, path: &str) {
         let properties = schema["properties"].as_object();
         let known = || properties.into_iter().flatten().map(|(k, _)| k.as_str());
-        // If an unknown key was probably meant to be a required one, that one is not reported as missing too.
+        // If an unknown key is probably a typing error of a required one, that one is not reported as missing too.
         let mut meant = Vec::new();
         for (key, value) in table {
             let below = join(path, key);
@@ -152,7 +154,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// A table that chooses a variant of an enumeration by its only key.
+    /// Checks a table that chooses a variant of an enumeration by its single key.
     fn tagged(&mut self, alternatives: &[&'a Schema], table: &Table, path: &str) {
         let tags: Vec<&str> = alternatives.iter().filter_map(|a| tag(a)).collect();
         let plain = alternatives.iter().flat_map(|a| words(a));
@@ -198,7 +200,7 @@ impl<'a> Walk<'a> {
         self.fault(path, Part::Value, &message, None);
     }
 
-    /// What a schema asks for, in words.
+    /// What a schema expects, in words.
     fn describe(&self, schema: &'a Schema) -> String {
         let alternatives = self.alternatives(schema);
         let [schema] = alternatives[..] else {
@@ -264,7 +266,7 @@ fn kinds(schema: &Schema) -> Vec<&str> {
 }
 
 fn accepts(schema: &Schema, value: &Value) -> bool {
-    // A value that belongs to another key, such as the values that a study gives to a key.
+    // A value that belongs to another key, such as one that a study gives to a key, may be of any type.
     if schema == &Schema::Bool(true) {
         return true;
     }

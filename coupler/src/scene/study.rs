@@ -1,4 +1,4 @@
-//! `[study]`: what `tandem study` varies, and what it takes for the error of a run.
+//! `[study]`: what `tandem study` varies, and how it computes the error of a run.
 
 use super::problems::Problems;
 use super::written::StudyWritten;
@@ -28,7 +28,7 @@ pub(super) fn study(
     if let Some(written) = written {
         if let Some(name) = &written.error {
             let known = with_reference().any(|known| known == name);
-            // If `--set check=[]` has removed the checks, the study is not needed.
+            // If `--set check=[]` has removed the checks, the study is not used.
             if !known && !checks.is_empty() {
                 problems.refuse(
                     "study.error",
@@ -67,7 +67,7 @@ pub(super) fn study(
         if let Some(resolution) = &written.resolution {
             study.resolution.clone_from(resolution);
         }
-        // As `--set` takes them: a text without its quotes.
+        // The values as `--set` takes them: texts without quotes.
         let spelt = |value: &toml::Value| match value {
             toml::Value::String(text) => text.clone(),
             other => other.to_string(),

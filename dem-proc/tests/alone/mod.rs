@@ -1,5 +1,5 @@
-//! Bodies alone with the steps that the coupler would give them: composed with the default safety, in epochs of equal steps,
-//! longer by a tenth at most.
+//! Bodies without points, with the steps that the coupler would choose: composed with the default safety, in epochs of
+//! equal steps, each at most a tenth longer than the last.
 #![allow(dead_code)] // every test binary uses its own part of this
 
 use dem_proc::Sdem;
@@ -16,7 +16,7 @@ const HEADROOM: f64 = 0.97;
 const EPOCH: u32 = 64;
 const EPOCH_WHILE_GROWING: u32 = 4;
 
-/// A run of bodies alone.
+/// A run of bodies without points.
 pub struct Alone {
     pub dem: Sdem,
     pub time: f64,
@@ -29,14 +29,14 @@ pub struct Alone {
     left: u32,
 }
 
-/// Largest `omega dt` that is allowed.
+/// Largest allowed `omega dt`.
 fn allowance(limits: &Limits) -> f64 {
     let zeta = limits.damping;
     SAFETY * 2.0 * (zeta.hypot(1.0) - zeta)
 }
 
 impl Alone {
-    /// With steps up to `longest` (s).
+    /// A run with steps up to `longest` (s).
     pub fn new(config: &DemConfig, longest: f64) -> Self {
         let mut dem = configured(config);
         let opening = Step {
@@ -75,7 +75,7 @@ impl Alone {
         self.dt
     }
 
-    /// One step; `measure`: with the ledger.
+    /// One step; `measure`: whether the ledger is measured.
     pub fn step(&mut self, measure: bool) -> Result<(), Fault> {
         let step = Step {
             index: self.steps,

@@ -1,6 +1,6 @@
-//! A scene for each thing that a configuration can ask of a bodies' side, and the comparison of what a solver takes with
-//! what it says that it takes. The names are those of the configuration's own schema, so a variant that is new is asked for
-//! here.
+//! A scene for each feature that a configuration can need from a bodies' side, and the comparison of what a solver
+//! accepts with its list of capabilities. The names are those of the configuration's own schema, so a new variant needs
+//! a scene here.
 
 use interface::config::surfaces::ContactPair;
 use interface::config::{
@@ -155,7 +155,7 @@ fn met(point_contact: ContactLaw, body_contact: ContactLaw) -> DemConfig {
     }
 }
 
-/// A law whose dashpots damp another mass than the pair's, without any, so that it asks for nothing else.
+/// A law whose `damped_mass` differs from the pair's mass, without damping, so that it needs no other capability.
 fn block_on_points() -> ContactLaw {
     ContactLaw::Linear {
         normal_stiffness: 1e4,
@@ -227,7 +227,7 @@ fn overlap(measure: OverlapMeasure) -> DemConfig {
     config
 }
 
-/// Everything by family and member, and a scene that asks for it and for little else.
+/// Every feature by family and member, with a scene that needs it and few others.
 fn samples() -> Vec<(&'static str, String, DemConfig)> {
     let mut samples = Vec::new();
     for name in variants::<BodyShape>() {

@@ -1,7 +1,5 @@
 //! Checkpoints with the right hash, and the saved states in them, as `tandem resume` takes them.
 
-use std::cell::RefCell;
-
 use coupler::record::rundir::RunDir;
 use coupler::run::Resumed;
 use coupler::run::checkpoint::file::solver_states;
@@ -20,8 +18,9 @@ pub const TARGET: Target = Target {
     run: |input| drop(solver_states(&sealed(input))),
     seeds,
     change: |changer, input, seeds| changer.bytes(input, seeds),
-    // A block of 16 MiB before it is packed, and what the test packs itself.
-    base: 64 << 20,
+    // Room for lists whose length is a lie: serde makes 1 MiB for each at most. A byte of a block becomes at most 255; what
+    // the target packs itself is there beside it.
+    base: 4 << 20,
     per_byte: 1024,
 };
 
@@ -29,6 +28,8 @@ pub const TARGET: Target = Target {
 pub const RESUME: Target = Target {
     name: "resume",
     run: resume,
+    // And the solvers of the small run.
+    base: 16 << 20,
     ..TARGET
 };
 
@@ -55,13 +56,13 @@ pub const DEM: Target = Target {
 /// before it is looked at. Three times in four.
 fn change_within(changer: &mut Changer, input: &mut Vec<u8>, seeds: &[Vec<u8>]) {
     let number = |at: usize| {
-        let bytes = input.get(at..at + 8)?;
+        let bytes = input.get(at..at.checked_add(8)?)?;
         Some(u64::from_le_bytes(bytes.try_into().ok()?) as usize)
     };
     // The name of the format, the form, the state: each behind its length.
     let form = number(0).and_then(|name| name.checked_add(8));
     let state = form.and_then(|at| number(at)?.checked_add(at + 8));
-    match state.filter(|at| at + 8 < input.len()) {
+    match state.filter(|at| at.saturating_add(8) < input.len()) {
         Some(at) if changer.below(4) > 0 => {
             let mut state = input.split_off(at + 8);
             changer.bytes(&mut state, &[]);
@@ -139,22 +140,23 @@ fn seeds() -> Vec<Vec<u8>> {
     vec![as_it_is, open]
 }
 
-/// Goes on from it in a copy of the run's directory, and is interrupted at once.
+/// Goes on from it.
 fn resume(input: &[u8]) {
+    drop(resumed(input));
+}
+
+/// Goes on from it in a copy of the run's directory, and is interrupted at once; the reason that the summary gives.
+fn resumed(input: &[u8]) -> Option<String> {
     let bytes = sealed(input);
-    if solver_states(&bytes).is_err() {
-        return;
-    }
+    solver_states(&bytes).ok()?;
     let dir = directory();
     LEFT.put(dir.path());
     let folder = dir.path().join("checkpoints");
     std::fs::write(folder.join("999999999999.tandem"), bytes).expect("room for a checkpoint");
-    let Ok(run) = RunDir::reopen(dir.path()) else {
-        return;
-    };
-    if let Ok(resumed) = Resumed::find(&LEFT.scene, &run) {
-        let _ = resumed.run(&LEFT.scene, &options(false, true), &run);
-    }
+    let run = RunDir::reopen(dir.path()).ok()?;
+    let resumed = Resumed::find(&LEFT.scene, &run).ok()?;
+    let finished = resumed.run(&LEFT.scene, &options(false, true), &run);
+    finished.summary.reason
 }
 
 /// What this party has saved in the checkpoint of the small run, without the session's part at its beginning.
@@ -175,33 +177,24 @@ const STEP: Step = Step {
 };
 
 fn mpm(input: &[u8]) {
-    thread_local! {
-        static SOLVER: RefCell<Option<mpm_proc::Mpm>> = const { RefCell::new(None) };
-    }
     let config = LEFT.scene.mpm.as_ref().expect("a continuum");
-    SOLVER.with_borrow_mut(|kept| {
-        // A solver is configured anew once it has taken a state.
-        let mut solver = kept.take().unwrap_or_else(|| {
-            let mut solver = mpm_proc::Mpm::default();
-            solver
-                .configure(config)
-                .expect("the configuration of the small run");
-            solver
-        });
-        if solver.restore(input).is_err() {
-            *kept = Some(solver);
-            return;
-        }
-        let imps = solver.imp_states().len();
-        let forces = vec![interface::message::wire::ImpForce::default(); imps];
-        if solver.step(&STEP, &forces).is_ok() {
-            let _ = (
-                solver.points(),
-                solver.measurement().ledger,
-                solver.save().is_ok(),
-            );
-        }
-    });
+    // One of its own: a solver that has refused a state takes no other.
+    let mut solver = mpm_proc::Mpm::default();
+    solver
+        .configure(config)
+        .expect("the configuration of the small run");
+    if solver.restore(input).is_err() {
+        return;
+    }
+    let imps = solver.imp_states().len();
+    let forces = vec![interface::message::wire::ImpForce::default(); imps];
+    if solver.step(&STEP, &forces).is_ok() {
+        let _ = (
+            solver.points(),
+            solver.measurement().ledger,
+            solver.save().is_ok(),
+        );
+    }
 }
 
 fn dem(input: &[u8]) {
@@ -232,6 +225,20 @@ mod tests {
         for seed in seeds() {
             assert_eq!(solver_states(&sealed(&seed)).unwrap(), whole);
         }
+    }
+
+    /// A clock that is not in its epoch was taken, and the run landed on an output at another time.
+    #[test]
+    fn a_clock_and_counts_that_no_run_has_are_refused() {
+        let kept = include_bytes!("../../corpus/resume/clock_beside_its_epoch");
+        let reason = resumed(kept).unwrap();
+        assert!(reason.contains("its clock is not in its epoch"), "{reason}");
+        // More epochs before it than in all: the number of its own wrapped.
+        let kept = include_bytes!("../../corpus/resume/more_epochs_before_than_in_all");
+        let reason = resumed(kept).unwrap();
+        assert!(reason.contains("no run has so many"), "{reason}");
+        let whole = resumed(&seeds()[0]).unwrap();
+        assert!(whole.contains("interrupted"), "{whole}");
     }
 
     #[test]

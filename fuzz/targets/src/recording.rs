@@ -19,8 +19,8 @@ pub const TARGET: Target = Target {
     run,
     seeds,
     change: |changer, input, seeds| changer.bytes(input, seeds),
-    // A buffered file; a block makes at most 255 bytes of each of its own.
-    base: 1 << 20,
+    // Files with buffers; a block makes at most 255 bytes of each of its own.
+    base: 1 << 16,
     per_byte: 600,
 };
 

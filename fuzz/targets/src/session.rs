@@ -415,4 +415,26 @@ mod tests {
         play(&mut side, &mut received(Party::Dem));
         side.take_verdict().unwrap();
     }
+
+    /// The number of a step in its epoch overflowed: a panic, or times of another epoch.
+    #[test]
+    fn a_grant_of_more_steps_than_a_run_has_is_refused() {
+        let of_dem = LEFT
+            .messages
+            .iter()
+            .filter(|m| m.channel.to() == Party::Dem);
+        let mut messages: Vec<Sent> = of_dem
+            .map(|m| (m.channel, m.header, m.payload.clone()))
+            .collect();
+        let granted = |sent: &&mut Sent| sent.0.kind == Kind::Grant;
+        let (_, _, payload) = messages.iter_mut().filter(granted).nth(2).unwrap();
+        let mut grant = Grant::read(payload);
+        grant.steps_in_epoch = u64::MAX;
+        grant.write(payload);
+        let mut dem = dem_proc::Sdem::default();
+        let mut side = DemSide::new(&mut dem, Clocked::Shared);
+        play(&mut side, &mut Script::of(messages));
+        let said = side.take_verdict().unwrap_err().to_string();
+        assert!(said.contains("G-3"), "{said}");
+    }
 }

@@ -11,8 +11,8 @@
 //! Names may hold dots (`body.target.vx`). NaN is never lost: `min` and `max` of NaN are NaN, so that a check on them
 //! fails.
 //!
-//! Written here and not taken from the crate exmex, because three of its rules make wrong numbers out of right looking
-//! formulas: `-2^2` is 4, a `min` within a `max` does not parse, and `min(NaN, 1)` is 1.
+//! This is our own code and not the crate exmex, because three rules of that crate compute wrong numbers from formulas
+//! that look right: `-2^2` is 4, a `min` within a `max` does not parse, and `min(NaN, 1)` is 1.
 
 use std::ops::Range;
 
@@ -33,11 +33,11 @@ pub enum Meaning {
 /// Why a text is not an expression.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ExpressionError {
-    /// Bytes of the text that are at fault.
+    /// The bytes of the text with the fault.
     pub at: Range<usize>,
     /// What is wrong.
     pub message: String,
-    /// The name that means nothing, where that is the fault.
+    /// The unknown name, if that is the fault.
     pub unknown_name: Option<String>,
 }
 
@@ -57,7 +57,7 @@ enum Node {
 }
 
 impl Expression {
-    /// Compiles `source`; `meaning` says what a name stands for.
+    /// Compiles `source`; `meaning` returns the meaning of a name.
     ///
     /// # Errors
     /// [`ExpressionError`] with the part of the text that is at fault.
@@ -107,7 +107,7 @@ impl Expression {
         }
     }
 
-    /// Whether a slot for which `is` holds appears.
+    /// Whether it contains a slot for which `is` holds.
     pub fn uses(&self, is: &dyn Fn(usize) -> bool) -> bool {
         self.root.uses(is)
     }
@@ -180,7 +180,7 @@ const FUNCTIONS: [(&str, Unary); 15] = [
 const FUNCTIONS_OF_TWO: [(&str, Binary); 3] =
     [("min", smaller), ("max", larger), ("atan2", f64::atan2)];
 
-/// Unlike `f64::min`, NaN if either is.
+/// NaN if either number is NaN, unlike `f64::min`.
 fn smaller(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() {
         f64::NAN
@@ -189,7 +189,7 @@ fn smaller(a: f64, b: f64) -> f64 {
     }
 }
 
-/// Unlike `f64::max`, NaN if either is.
+/// NaN if either number is NaN, unlike `f64::max`.
 fn larger(a: f64, b: f64) -> f64 {
     if a.is_nan() || b.is_nan() {
         f64::NAN
@@ -198,7 +198,7 @@ fn larger(a: f64, b: f64) -> f64 {
     }
 }
 
-/// -1, 0 or 1; NaN of NaN. Unlike `f64::signum`, 0 has no sign.
+/// -1, 0 or 1, or NaN for NaN. The sign of 0 is 0, unlike that of `f64::signum`.
 fn sign(a: f64) -> f64 {
     if a == 0.0 { 0.0 } else { a.signum() }
 }
@@ -331,7 +331,7 @@ impl Parser<'_> {
         }
     }
 
-    /// One more operator in a row.
+    /// Counts one more operator.
     fn operator(&mut self) -> Result<(), ExpressionError> {
         self.operators += 1;
         if self.operators > OPERATORS_LIMIT {
@@ -499,7 +499,7 @@ mod tests {
         assert_eq!(value("sqrt(abs(-16)) + exp(0) + ln(1)"), 5.0);
         assert!((value("sin(pi/2) - cos(0)")).abs() < 1e-15);
         assert_eq!(value("sign(-3) + sign(0)"), -1.0);
-        // exp(-t^2/2) is the formula that a tightly bound minus would ruin.
+        // This formula would be wrong if the minus were applied before the power.
         assert_eq!(value("exp(-t^2/2)"), (-4.5f64).exp());
     }
 

@@ -1,5 +1,5 @@
-//! An impulse summed over a run without losing digits: a resting block takes up a million small kicks of gravity and
-//! of the floor that cancel, and what is left must still tell whether momentum is conserved.
+//! Sums an impulse over a run without losing digits. A block at rest gets a million small kicks of gravity and of the
+//! floor that cancel, and the remainder must still show whether momentum is conserved.
 
 use core::ops::AddAssign;
 

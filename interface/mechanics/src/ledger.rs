@@ -1,11 +1,12 @@
-//! The ledger of a bodies' side (PROTOCOL.md section 9): what any rigid-body solver has to report of its bodies.
+//! The ledger of a bodies' side (PROTOCOL.md section 9): what every rigid-body solver has to report of its bodies.
 //!
-//! A solver makes an [`Entry`] of each body when it has kicked it, adds it to its [`Totals`], and where a step is
-//! measured hands all entries to [`measure`]. Only what it alone knows is left to it: energy in springs, losses.
+//! After a kick, a solver makes an [`Entry`] of each body and adds it to its [`Totals`]. If the step is measured, it
+//! passes all entries to [`measure`]. The solver itself only has to supply what it alone knows: the energy in springs,
+//! and the losses.
 //!
-//! Order: kinetic energies are the weighted mean of the two half-step values (T-5). Work from outside is force at
-//! `t_n` times the mean of the velocities before and after the kick, half a kick of which belongs to the time before
-//! `t_n`: all second order in the step (docs/physics.md section 7).
+//! Kinetic energies are the weighted mean of the two half-step values (T-5). External work is the force at `t_n` times
+//! the mean of the velocities before and after the kick; half of a kick belongs to the time before `t_n`. All this is
+//! of second order in the step (docs/physics.md section 7).
 
 use serde::{Deserialize, Serialize};
 
@@ -34,8 +35,8 @@ impl Entry {
         self.yielding != [0.0; 3]
     }
 
-    /// Force (N/m) on the body by what is outside: its weight if forces move it, in `gravity` (m/s^2), a push (N/m and
-    /// N) and what guides or holds it; and the power (W/m) of all of it but the weight over the kick.
+    /// External force (N/m) on the body: its weight if forces move it, in `gravity` (m/s^2), a push (N/m and N), and
+    /// the force that guides or holds it. Also the power (W/m) over the kick of all of these except the weight.
     fn outside_force(&self, gravity: Vec2, (push, torque): (Vec2, f64)) -> (Vec2, f64) {
         let b = &self.body;
         let weight = gravity * if self.yields() { b.mass } else { 0.0 };
@@ -80,7 +81,7 @@ pub struct Totals {
     pub friction_work: f64,
     /// Dissipated by dashpots in J/m, up to `t_n`.
     pub viscous_work: f64,
-    /// Put in by driven bodies and pushes in J/m.
+    /// Work of driven bodies and pushes in J/m.
     pub driven_work: f64,
     /// By gravity and pushes on the bodies that forces move, and by what guides and holds bodies, in N s/m.
     pub applied_impulse: Impulse,
@@ -89,13 +90,14 @@ pub struct Totals {
 }
 
 impl Totals {
-    /// Adds what a body takes up in a kick of `length` (s), in `gravity` (m/s^2), with a push (N/m and N).
+    /// Adds the impulse and the work for a body in a kick of `length` (s), in `gravity` (m/s^2), with a push (N/m and
+    /// N).
     pub fn add(&mut self, entry: &Entry, gravity: Vec2, push: (Vec2, f64), length: f64) {
         self.contact_impulse += Vec2::from(entry.body.point_force) * length;
         self.add_outside(entry, gravity, push, length);
     }
 
-    /// The same without what the points do, where that is summed otherwise.
+    /// The same without the impulse of the points, for a solver that sums it in another way.
     pub fn add_outside(&mut self, entry: &Entry, gravity: Vec2, push: (Vec2, f64), length: f64) {
         let (force, power) = entry.outside_force(gravity, push);
         self.applied_impulse += force * length;
@@ -103,8 +105,8 @@ impl Totals {
     }
 }
 
-/// The measurement at `t_n` of `step`, of the entries of all bodies in the order of the configuration: `contact` is the
-/// energy in springs (J/m), `totals` those before and after this step's kick, `gravity` in m/s^2.
+/// The measurement at `t_n` of `step`, from the entries of all bodies in the order of the configuration. `contact` is
+/// the energy in springs (J/m), the totals are those before and after the kick of this step, and `gravity` is in m/s^2.
 pub fn measure(
     step: &Step,
     gravity: Vec2,

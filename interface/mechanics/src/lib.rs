@@ -4,8 +4,8 @@
 //! | --- | --- |
 //! | [`outline`] | the nearest point of an outline, by which points and bodies touch |
 //! | [`mass`] | area, centre and second moments of outlines swept by a disc |
-//! | [`rigid`] | what a rigid-body solver owes the points whose own contact knows none |
-//! | [`ledger`] | the ledger of a bodies' side, whoever moves the bodies |
+//! | [`rigid`] | contact with points, for a rigid-body solver whose own contact has none |
+//! | [`ledger`] | the ledger of a bodies' side, for any integrator |
 //! | [`impulse`] | compensated sums of impulses |
 //! | [`expression`] | formulas in a scene: fields, loads, checks |
 //! | [`generate`] | sets of bodies from a seed |

@@ -1,5 +1,5 @@
-//! Area, centroid and moment of inertia of a swept shape (docs/physics.md section 5): what mass and inertia of a body are by
-//! PROTOCOL.md section 10, for every solver that is given a density.
+//! Area, centroid and moment of inertia of a swept shape (docs/physics.md section 5). They define mass and inertia of a
+//! body in PROTOCOL.md section 10, for every solver that gets a density.
 //!
 //! The Minkowski sum of a simple polygon and a disc of radius `a` is cut into the polygon, a rectangle `L x a` on the
 //! outside of every edge, a circular sector at every convex corner, and at every reflex corner a kite that the two
@@ -42,7 +42,7 @@ impl AreaMoments {
     }
 }
 
-/// Area, first moment and polar moment about a common origin, which pieces add up.
+/// Area, first moment and polar moment about a common origin, so that pieces can be added.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sum {
     area: f64,
@@ -72,10 +72,11 @@ impl Sum {
 /// Moments of the shape swept by a disc of radius `a` (m) along the polygon `vertices` (m), which is simple and in
 /// counter-clockwise order (one vertex: a disc; two: a rounded segment).
 ///
-/// Exact while no piece of the outline is hidden by another, as a sphero-radius too large for a notch does.
+/// It is exact unless a part of the outline is covered by another one, as with a sphero-radius that is too large for a
+/// notch.
 pub fn swept(vertices: &[Vec2], a: f64) -> AreaMoments {
     let n = vertices.len();
-    // About the first vertex instead of the origin of the body's coordinates, which may be far away.
+    // Relative to the first vertex, because the origin of the body's coordinates may be far away.
     let at = |i: usize| vertices[i % n] - vertices[0];
     let mut sum = Sum::default();
     if n == 1 {

@@ -1,7 +1,7 @@
-//! The nearest point of a polygonal outline: the one piece of geometry that both sides of the contract rely on.
+//! The nearest point of a polygonal outline: the geometry that both sides of the contract need.
 //!
-//! The continuum uses it to tell which points a body asks for, a rigid-body solver may use it for contact. An outline
-//! is a closed list of vertices: one is a point, two a segment, three or more a simple polygon in either sense.
+//! The continuum uses it to find the points near a body, and a rigid-body solver may use it for contact. An outline is
+//! a closed list of vertices: one vertex is a point, two are a segment, three or more a simple polygon in either sense.
 
 use crate::mass::{cross, outward};
 use interface::Vec2;
@@ -22,7 +22,7 @@ pub struct Nearest {
     pub point: Vec2,
     /// Distance from it in m; negative inside a polygon.
     pub distance: f64,
-    /// What it lies on.
+    /// The feature on which it lies.
     pub feature: Feature,
 }
 
@@ -89,12 +89,12 @@ pub fn crosses_ray(a: Vec2, b: Vec2, p: Vec2) -> bool {
     (a.y > p.y) != (b.y > p.y) && p.x < a.x + (p.y - a.y) / (b.y - a.y) * (b.x - a.x)
 }
 
-/// The point of an outline nearest to a point, seen from there.
+/// Distance and normal of a point with respect to an outline.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Seen {
     /// Signed distance in m: negative inside a polygon.
     pub distance: f64,
-    /// Unit normal `N` of the contact, from the outline to the outside: the way in which a point is pushed.
+    /// Unit normal `N` of the contact, outwards: the direction in which a point is pushed.
     pub normal: Vec2,
 }
 
@@ -116,7 +116,7 @@ pub fn foot(a: Vec2, b: Vec2, p: Vec2) -> (Vec2, f64) {
     }
 }
 
-/// The nearest point of a closed, counter-clockwise outline among `edges`, seen from `p`.
+/// Distance and normal of `p` with respect to `edges` of a closed, counter-clockwise outline.
 ///
 /// The sign comes from the nearest feature alone, so only edges near `p` need be looked at: in a simple polygon the
 /// nearest point is an edge (then its side tells), a convex corner (then `p` is outside) or a reflex one (inside).
@@ -157,7 +157,8 @@ pub fn see(outline: &[Vec2], edges: impl IntoIterator<Item = usize>, p: Vec2) ->
         Feature::Edge(i) => {
             let edge = outline[if i + 1 == n { 0 } else { i + 1 }] - outline[i];
             let normal = outward(edge);
-            // From the edge's line instead of from |p - Y|: exact down to, and through, the outline itself.
+            // The distance is computed from the line of the edge and not from |p - Y|, so that it is exact near and on
+            // the outline.
             let distance = cross(p - outline[i], edge) / edge.norm();
             if n == 2 && distance < 0.0 {
                 Seen {
@@ -190,9 +191,10 @@ pub fn see(outline: &[Vec2], edges: impl IntoIterator<Item = usize>, p: Vec2) ->
     }
 }
 
-/// Where a contact acts (eq. 41, sign mended): `p = X - (a_V - xi/2) N` for a vertex or point `X` of radius `a_V`.
+/// The contact point (eq. 41, sign corrected): `p = X - (a_V - xi/2) N` for a vertex or point `X` of radius `a_V`.
 ///
-/// Written with the signed normal, so that it moves on smoothly when a point passes the bare outline.
+/// It uses the signed normal, so that it moves smoothly when a point passes the outline of a body without
+/// sphero-radius.
 #[inline]
 pub fn contact_point(x: Vec2, radius: f64, overlap: f64, normal: Vec2) -> Vec2 {
     x - normal * (radius - 0.5 * overlap)

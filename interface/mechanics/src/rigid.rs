@@ -1,7 +1,7 @@
-//! Rigid bodies for a solver that brings its own contact between them but knows nothing of material points: what the
-//! contract asks of a bodies' side besides. The four things that go wrong most often (docs/solver-authors.md) are done
-//! here: the kick of unequal steps (T-1), the points' forces negated (F-7), stiffness before contact (F-6), and how far
-//! surfaces have gone (F-9). Plain and for few bodies: every point looks at every edge.
+//! Rigid bodies for a solver that has contact between bodies but none with material points. It does the rest of what
+//! the contract requires of a bodies' side, with the four most frequent mistakes (docs/solver-authors.md) avoided: the
+//! kick for unequal steps (T-1), the negated forces on the points (F-7), stiffness before contact (F-6), and the
+//! displacement of surfaces (F-9). It is simple and meant for few bodies: every point is compared with every edge.
 //!
 //! In a step: [`Springs::press`] for each point and body, [`Body::kick`], [`Body::entry`] into the
 //! [ledger](crate::ledger), then [`Body::drift`], or [`Body::moved_to`] where the solver has moved it.
@@ -26,15 +26,14 @@ pub struct Body {
     pub radius: f64,
     /// Largest distance of its surface from the centre of mass in m.
     pub extent: f64,
-    /// What the ledger needs of it: where it is and what the points do to it at `t_n`, velocities before and after the
-    /// kick.
+    /// The data for the ledger: position and loads at `t_n`, velocities before and after the kick.
     pub entry: Entry,
     /// Bound of the squared frequency that the contacts in reach give it, `sum k (1/m + (r x n)^2/I)`, in 1/s^2 (L-2).
     pub rate: f64,
     /// `sum (1/m + (r x n)^2/I)` over them in 1/kg.
     pub mobility: f64,
     motion: Motion,
-    /// The same outline where it is at `t_n`.
+    /// The outline at `t_n`.
     placed: Vec<Vec2>,
     /// Shift (m) and turn (rad) over the last step.
     moved: (Vec2, f64),
@@ -147,7 +146,7 @@ impl Body {
         (self.center() - position).norm() + (self.entry.body.angle - angle).abs() * self.extent
     }
 
-    /// Its records of the envelopes, from now on the origin of [`Self::travelled`]; `index` is its own.
+    /// Its records of the envelopes; [`Self::travelled`] counts from now on. `index` is the index of the body.
     pub fn envelope(&mut self, index: usize) -> impl Iterator<Item = EnvelopeVertex> {
         self.published = (self.center(), self.entry.body.angle);
         let reach = self.radius;
@@ -158,7 +157,8 @@ impl Body {
         })
     }
 
-    /// Before the contacts of a step: what was after the last kick is before this one, and nothing presses.
+    /// Prepares for the contacts of a step: the velocity after the last kick becomes that before this one, and all
+    /// loads are zero.
     pub fn begin(&mut self) {
         let b = &mut self.entry.body;
         (b.velocity, b.spin) = (self.entry.velocity, self.entry.spin);
@@ -166,7 +166,7 @@ impl Body {
         (self.rate, self.mobility) = (0.0, 0.0);
     }
 
-    /// The kick of T-1 by all that acts at `t_n`, in `gravity` (m/s^2).
+    /// The kick of T-1 by all forces at `t_n`, in `gravity` (m/s^2).
     ///
     /// # Errors
     /// [`Fault::NotFinite`].
@@ -189,7 +189,7 @@ impl Body {
         })
     }
 
-    /// The push on it from outside at `t_n` (N/m and N), for the ledger.
+    /// The external push at `t_n` (N/m and N), for the ledger.
     pub fn push(&self, step: &Step) -> (Vec2, f64) {
         self.motion.push(step.time)
     }
@@ -200,7 +200,7 @@ impl Body {
         self.moved_to(self.center() + shift, self.entry.spin * dt);
     }
 
-    /// It has moved to this position (m) by this turn (rad).
+    /// Moves the body to this position (m), by this rotation (rad).
     pub fn moved_to(&mut self, position: Vec2, turn: f64) {
         self.moved = (position - self.center(), turn);
         self.place(position, self.entry.body.angle + turn);
@@ -230,7 +230,7 @@ pub struct Springs {
     pub friction: f64,
     /// Energy in all springs at `t_n` in J/m.
     pub energy: f64,
-    /// Dissipated by sliding over the step before in J/m.
+    /// Energy dissipated by sliding over the last step in J/m.
     pub loss: f64,
 }
 
@@ -279,8 +279,8 @@ impl Springs {
         })
     }
 
-    /// Force (N/m) of a body on a point of `radius` that is `at` a place and has come by `moved`, with its tangential `spring` (all
-    /// in m; section 7); the negative goes to the body. `None` out of reach (F-6).
+    /// Force (N/m) of a body on a point of `radius` at `at` that has moved by `moved`, with its tangential `spring`
+    /// (all in m; section 7). The body gets the negative. `None` if the point is out of reach (F-6).
     pub fn press(
         &mut self,
         body: &mut Body,
@@ -305,7 +305,7 @@ impl Springs {
         let (shift, turn) = body.moved;
         let material = shift + arm - turned(arm, -turn);
         let slid = (moved - material).dot(&tangent);
-        // A contact that has opened is one whose spring is cut to nothing.
+        // In a contact that has opened, the limit of friction shortens the spring to zero.
         let depth = overlap.max(0.0);
         let pressing = self.normal * depth;
         if self.tangential > 0.0 {

@@ -23,7 +23,7 @@ const SETUP: Duration = Duration::from_mins(2);
 /// answer, the coupler is the silent party.
 const ANSWER: Duration = Duration::from_millis(500);
 
-/// Largest number of a step, and of a set, in a saved state, so that counting up from it does not overflow.
+/// Largest number of a step, and of a set, in a saved state or a grant, so that counting up from it does not overflow.
 const LATEST: u64 = 1 << 62;
 
 /// State of the session.
@@ -345,6 +345,13 @@ impl Line {
             let message = format!(
                 "steps {} + {} granted, {} is next",
                 grant.first, grant.steps, self.step
+            );
+            return Err(self.coupler_broke("G-3", message));
+        }
+        if grant.steps.max(grant.steps_in_epoch) > LATEST {
+            let message = format!(
+                "{} steps granted, {} done in the epoch: no run has so many",
+                grant.steps, grant.steps_in_epoch
             );
             return Err(self.coupler_broke("G-3", message));
         }

@@ -96,16 +96,18 @@ impl Playback {
         if length > ABOUT {
             return Err(foreign(format!("a description of {length} bytes")));
         }
-        let mut about = vec![0; length as usize + CHECK];
-        let got = fill(&mut file, &mut about).map_err(RecordingError::file("read", path))?;
-        let (about, sum) = about.split_at(length as usize);
-        if got < about.len() + CHECK || check(&[about]) != sum {
+        let length = length as usize;
+        let read = up_to(&mut file, length + CHECK);
+        let about = read.map_err(RecordingError::file("read", path))?;
+        let parts = about.split_at_checked(length);
+        let whole = parts.filter(|(about, sum)| check(&[about]) == *sum);
+        let Some((about, _)) = whole else {
             return Err(RecordingError::Damaged {
                 path: path.to_path_buf(),
                 at: 16,
                 what: "the description of the run",
             });
-        }
+        };
         let about: About = serde_json::from_slice(about).map_err(|e| foreign(e.to_string()))?;
         let ours = layout_hash();
         if about.layout != ours || about.channels != super::channel_names() {
@@ -120,7 +122,7 @@ impl Playback {
             next: 0,
             blocks: 0,
             begin: Begin::default(),
-            offset: 16 + u64::from(length) + CHECK as u64,
+            offset: (16 + length + CHECK) as u64,
             messages: 0,
             end: None,
         })
@@ -224,13 +226,9 @@ impl Playback {
             return Err(self.damaged("the beginning of a block"));
         }
         let [stored, raw, messages] = [0, 4, 8].map(|at| u32_at(numbers, at));
-        // Reads as many bytes as there are, whatever length is announced.
-        let mut body = Vec::new();
         let announced = stored as usize + CHECK;
-        (&mut self.file)
-            .take(announced as u64)
-            .read_to_end(&mut body)
-            .map_err(RecordingError::file("read", &self.path))?;
+        let read = up_to(&mut self.file, announced);
+        let mut body = read.map_err(RecordingError::file("read", &self.path))?;
         if body.len() < announced {
             self.end = Some(torn);
             return Ok(false);
@@ -277,6 +275,13 @@ impl Playback {
 
 fn u32_at(bytes: &[u8], at: usize) -> u32 {
     u32::from_le_bytes(bytes[at..at + 4].try_into().expect("4 bytes"))
+}
+
+/// The next bytes, as many as are announced where they are there; memory only for those that are.
+pub(super) fn up_to(file: &mut impl Read, announced: usize) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    file.take(announced as u64).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }
 
 /// Reads until `bytes` are full or the file ends; returns how many were read.

@@ -217,6 +217,16 @@ fn a_block_that_announces_more_than_follows_is_torn_or_damaged() {
     );
 }
 
+/// A description of 1 MiB that was announced and not there was allocated (`fuzz/corpus/recording`).
+#[test]
+fn memory_is_taken_for_what_is_there_and_not_for_what_is_announced() {
+    let read = playback::up_to(&mut &b"two"[..], 1 << 20).unwrap();
+    assert_eq!(read, b"two");
+    assert!(read.capacity() < 1 << 10);
+    let longer = &mut &b"two and more"[..];
+    assert_eq!(playback::up_to(longer, 3).unwrap(), b"two");
+}
+
 /// Records steps `from..to` of a run in windows of `window`. The messages between the solvers are recorded a window
 /// late.
 fn steps(sink: &RecordingSink, (from, to): (u64, u64), window: u64) {

@@ -1,4 +1,4 @@
-//! Two solvers in a page each: points that fly freely along x, and a fixed wall that repels them.
+//! Two toy solvers: points that move freely along x, and a fixed wall that repels them.
 
 #![allow(dead_code, reason = "tests and benches use different parts")]
 
@@ -18,7 +18,7 @@ use interface::solver::{
 };
 use interface::step::{Clock, Step};
 
-/// Points of mass 1 kg/m that fly freely along x, and their misbehaviour.
+/// Points of mass 1 kg/m that move freely along x, and the faults that a test can ask for.
 pub struct Points {
     pub x: Vec<f64>,
     pub v: Vec<f64>,
@@ -36,14 +36,14 @@ pub struct Points {
     pub pause: Option<(u64, std::time::Duration)>,
     /// Refuses its configuration.
     pub refuse: bool,
-    /// Says this of itself when it is ready.
+    /// Reports this when it is ready.
     pub says: Option<Readiness>,
-    /// Tells this plastic strain of its points.
+    /// Reports this plastic strain of its points.
     pub plastic_strain: Option<f64>,
 }
 
 impl Points {
-    /// This many, well behaved.
+    /// This many points, without a fault.
     pub fn new(count: usize) -> Self {
         Self {
             x: Vec::new(),
@@ -186,7 +186,7 @@ impl MpmSolver for Points {
     }
 }
 
-/// A fixed wall at x <= 0, and its misbehaviour.
+/// A fixed wall at x <= 0, and the faults that a test can ask for.
 #[derive(Default)]
 pub struct HalfPlane {
     pub stiffness: f64,
@@ -196,7 +196,7 @@ pub struct HalfPlane {
     pub nan_at: Option<u64>,
     /// Reports a surface that is too fast from this step on.
     pub fast_at: Option<u64>,
-    /// Time that taking the configuration takes.
+    /// Time that it needs to take its configuration.
     pub configures_for: std::time::Duration,
 }
 
@@ -270,7 +270,7 @@ impl DemSolver for HalfPlane {
     }
 }
 
-/// A configuration that parses; the toys look at little of it.
+/// A configuration that parses. The toys use little of it.
 pub fn mpm_config() -> MpmConfig {
     MpmConfig {
         domain: [[0.0, 0.0], [1.0, 1.0]],
@@ -299,7 +299,7 @@ pub fn mpm_config() -> MpmConfig {
     }
 }
 
-/// A configuration that parses; the toys look at little of it.
+/// A configuration that parses. The toys use little of it.
 pub fn dem_config() -> DemConfig {
     let point_contact = ContactLaw::Linear {
         normal_stiffness: 1e4,
@@ -319,7 +319,7 @@ pub fn dem_config() -> DemConfig {
     }
 }
 
-/// Leads a run of equal steps of 0.1 ms that measures the first step of each window.
+/// Controls a run of equal steps of 0.1 ms that measures the first step of each window.
 pub struct Course {
     /// How many steps.
     pub steps: u64,
@@ -354,7 +354,7 @@ impl Course {
         }
     }
 
-    /// Goes on with steps of another length (s).
+    /// Continues with steps of another length (s).
     pub fn begin_epoch(&mut self, dt: f64) {
         self.clock.begin_epoch(dt);
     }

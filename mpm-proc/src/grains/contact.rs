@@ -17,7 +17,7 @@ use crate::state::walls::WallNodes;
 /// The gradient of a grain's density at the nodes of a tile, up to a factor that is the same for all grains.
 pub type Gradients = [[f64; 2]; NODES];
 
-/// Marks a tile without a part in contact.
+/// Marks a tile that no other grain has.
 const ALONE: u32 = u32::MAX;
 
 /// The nodes on which grains may touch.
@@ -25,7 +25,7 @@ const ALONE: u32 = u32::MAX;
 pub struct SharedNodes {
     /// Every node tile of every grain: row, column, grain, number of the tile in the grain's grid.
     tiles: Vec<([i32; 2], u32, u32)>,
-    /// Those that more than one grain has, in that order, with their gradients.
+    /// The tiles that more than one grain has, in the same order, with their gradients.
     shared: Vec<Shared>,
     /// For each grain and tile of it, its number in `shared`, or [`ALONE`].
     slots: Vec<Vec<u32>>,
@@ -66,7 +66,7 @@ struct Party {
     velocity: [f64; 2],
     /// Gradient of density.
     gradient: [f64; 2],
-    /// What contact adds to the velocity: along the normal, and along the surface.
+    /// The change of velocity by contact: along the normal, and along the surface.
     change: [[f64; 2]; 2],
 }
 
@@ -119,8 +119,8 @@ impl SharedNodes {
         }
     }
 
-    /// Takes from the gradients of a grain what points through walls that hold nodes: density ends there, the grain does
-    /// not, and contact must not move what is held.
+    /// Removes from the gradients of a grain the components across walls that hold nodes. The density ends there, but
+    /// the grain does not, and contact must not move what is held.
     pub fn keep_along_walls(&mut self, grain: usize, walls: &WallNodes) {
         for &slot in self.slots[grain].iter().filter(|&&slot| slot != ALONE) {
             let shared = &mut self.shared[slot as usize];
@@ -139,8 +139,8 @@ impl SharedNodes {
         self.shared.chunk_by(|a, b| a.at == b.at)
     }
 
-    /// Corrects the velocities of approaching grains at every shared node; `nodes` are the tiles of each grain, of which
-    /// those in `rigid` take no part. Returns what friction takes, in J/m.
+    /// Corrects the velocities of approaching grains at every shared node. `nodes` are the tiles of each grain; grains
+    /// in `rigid` are left out. Returns the energy in J/m that friction dissipates.
     pub fn touch(&self, nodes: &mut [&mut [NodeTile]], rigid: &[bool], friction: f64) -> f64 {
         let mut work = 0.0;
         let mut parties = Vec::new();
@@ -172,8 +172,8 @@ impl SharedNodes {
     }
 }
 
-/// The nodes of a tile that have mass, a bit for each. An image has none of its own: its original touches others, and the
-/// image follows it.
+/// The nodes of a tile that have mass, a bit for each. An image counts as without mass: its original is in contact with
+/// others, and the image follows it.
 fn has_mass(tile: &NodeTile) -> u64 {
     let mut has = 0;
     for i in 0..NODES {
@@ -182,14 +182,14 @@ fn has_mass(tile: &NodeTile) -> u64 {
     has
 }
 
-/// The unit vector away from a grain and towards others, by the gradients of their densities; none where they cancel.
+/// The unit vector away from a grain towards others, by the gradients of their densities; `None` if these cancel.
 pub fn way_out(own: [f64; 2], others: [f64; 2]) -> Option<[f64; 2]> {
     let way = [0, 1].map(|a| others[a] - own[a]);
     let length = way[0].hypot(way[1]);
     (length > 0.0).then(|| way.map(|c| c / length))
 }
 
-/// Contact of the grains at one node; returns what friction takes, in J/m.
+/// Contact of the grains at one node; returns the energy in J/m that friction dissipates.
 fn collide(parties: &mut [Party], friction: f64) -> f64 {
     let mass: f64 = parties.iter().map(|p| p.mass).sum();
     let sum = |of: &dyn Fn(&Party) -> [f64; 2]| {
@@ -226,8 +226,8 @@ fn collide(parties: &mut [Party], friction: f64) -> f64 {
         let total = |a: usize| parties.iter().map(|p| p.mass * p.change[k][a]).sum::<f64>() / mass;
         [total(0), total(1)]
     });
-    // The work of an impulse in a kick is that with the mean of the velocities before and after the whole kick. So sticking
-    // dissipates nothing: friction removes the energy that forces gave in the same kick.
+    // The work of an impulse in a kick is the impulse times the mean of the velocities before and after the whole kick.
+    // So sticking dissipates nothing: friction removes the energy that forces supplied in the same kick.
     let mut work = 0.0;
     for p in parties {
         for a in 0..2 {

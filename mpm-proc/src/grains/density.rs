@@ -79,8 +79,8 @@ struct Near<'a> {
     tile: &'a Tile,
     /// The first of the 3 x 3 node tiles' nodes.
     first: [i64; 2],
-    /// Row by row, which of their nodes count: those where others have mass too. All of them where some are images, whose
-    /// originals are elsewhere.
+    /// The nodes that count, row by row: those where others have mass too. All nodes count if some are images, because
+    /// their originals are elsewhere.
     met: [u32; 3 * TILE],
     /// The grain's grid, where some of them are images.
     images: Option<&'a Grid>,
@@ -126,8 +126,8 @@ impl<'a> Near<'a> {
         met
     }
 
-    /// The node tile that holds a node, or its original where it is an image, and its number there; none if the grain
-    /// has no such tile, and with it no mass at the node.
+    /// The node tile that holds a node, or the original of an image, and its number in the tile. `None` if the grain
+    /// has no such tile and thus no mass at the node.
     fn holder(&self, node: [i64; 2]) -> Option<(u32, usize)> {
         if let Some(grid) = self.images
             && let Some((of, ..)) = grid.walls.original(node)

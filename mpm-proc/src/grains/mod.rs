@@ -36,9 +36,9 @@ use rigid::{RigidMotion, SavedMotion, move_rigidly};
 /// A body of points with its own nodes.
 pub struct Grain<const W: usize, S: Shape<W>, T: Transfer> {
     continuum: Continuum<W, S, T>,
-    /// How it moves if it moves as one.
+    /// Its motion, if it moves as one rigid body.
     rigid: Option<RigidMotion>,
-    /// What the present step has come to.
+    /// The contact and the result of the present step.
     load: ContactLoad,
     outcome: Result<Limits, Fault>,
 }
@@ -81,8 +81,8 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
         }
     }
 
-    /// What of a step is left after the prediction: every grain moves its nodes, contact between the nodes, every grain
-    /// back to its points.
+    /// The part of a step after the prediction: every grain moves its nodes, the nodes are in contact, and every grain
+    /// moves its points.
     fn correct(&mut self, step: &Step) -> Result<Limits, Fault> {
         self.each(&|grain| grain.move_nodes(step))?; //  v_g^L                                 Bardenhagen (8) ... (11)
         let slid = if step.kick() > 0.0 {
@@ -98,7 +98,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
         Ok(limits)
     }
 
-    /// Does `work` with every grain; limits are the narrowest.
+    /// Does `work` with every grain; returns the narrowest limits.
     fn each(
         &mut self,
         work: &(impl Fn(&mut Grain<W, S, T>) -> Result<Limits, Fault> + Sync),
@@ -114,7 +114,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
         Ok(limits)
     }
 
-    /// Contact on shared nodes; returns what friction takes, in J/m.
+    /// Contact on shared nodes; returns the energy in J/m that friction dissipates.
     fn touch(&mut self) -> f64 {
         self.shared.find(self.all.iter().map(|g| &g.continuum.grid));
         for (number, grain) in self.all.iter().enumerate() {
@@ -162,7 +162,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grain<W, S, T> {
     }
 }
 
-/// What of grains is saved.
+/// The saved part of grains.
 #[derive(Serialize, Deserialize)]
 struct SavedGrains<A> {
     all: Vec<(SavedContinuum<A>, Option<SavedMotion>)>,
@@ -170,7 +170,7 @@ struct SavedGrains<A> {
     bodies_near: bool,
 }
 
-/// The mark of their bytes.
+/// The name of their format.
 const SAVED: &str = "grains";
 
 impl<const W: usize, S: Shape<W>, T: Transfer> Grain<W, S, T> {

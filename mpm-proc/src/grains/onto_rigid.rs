@@ -25,7 +25,7 @@ use crate::kernel::tiles::Geometry;
 use crate::kernel::tiles::{NODES, first_node, node};
 use crate::state::nodes::NodeTile;
 
-/// A node of a deformable grain that meets a rigid one.
+/// A node of a deformable grain at which a rigid grain has mass.
 #[derive(Debug, Clone, Copy)]
 struct Meeting {
     grain: usize,
@@ -36,7 +36,7 @@ struct Meeting {
     normal: [f64; 2],
     /// From the rigid grain's centre to the node in m.
     arm: [f64; 2],
-    /// What has been taken along the normal, in m/s.
+    /// Velocity along the normal that has been removed, in m/s.
     pressed: f64,
 }
 
@@ -55,7 +55,7 @@ impl Meeting {
         self.velocity[0] * n[0] + self.velocity[1] * n[1] - self.row(n).dot(u)
     }
 
-    /// Takes `speed` along `n` from the node; what the rigid grain wins, in N s/m and N s.
+    /// Removes `speed` along `n` from the node; returns what the rigid grain gains, in N s/m and N s.
     fn take(&mut self, n: [f64; 2], speed: f64) -> Vector3<f64> {
         for a in 0..2 {
             self.velocity[a] -= speed * n[a];
@@ -65,8 +65,8 @@ impl Meeting {
 }
 
 impl SharedNodes {
-    /// Contact of deformable grains with the rigid grain `number`, which moves as `motion`; returns what friction takes,
-    /// in J/m.
+    /// Contact of deformable grains with the rigid grain `number`, which moves as `motion`; returns the energy in J/m
+    /// that friction dissipates.
     pub fn press_on(
         &self,
         number: usize,
@@ -158,7 +158,8 @@ impl SharedNodes {
     }
 }
 
-/// The rigid grain's velocities after nobody approaches it, without those that would be pulled at; none if nobody does.
+/// The velocities of the rigid grain after which no node approaches it. Nodes that would be pulled are removed from
+/// `meetings`. `None` if no node approaches.
 fn solve(
     meetings: &mut Vec<Meeting>,
     masses: &Vector3<f64>,
@@ -247,7 +248,7 @@ mod tests {
         assert_eq!(meetings.len(), 2);
     }
 
-    /// A slow node that a fast one would leave behind is not pulled along.
+    /// A slow node is not pulled along by a rigid grain that a fast node pushes away.
     #[test]
     fn no_node_is_under_tension() {
         let mut meetings = vec![

@@ -25,7 +25,7 @@ use crate::state::continuum::Continuum;
 use crate::state::nodes::NodeTile;
 use crate::state::points::{Cloud, NO_POINT, TileReport};
 
-/// How a rigid body of points moves.
+/// The motion of a rigid body of points.
 #[derive(Debug, Clone)]
 pub struct RigidMotion {
     mass: f64,
@@ -45,7 +45,7 @@ pub struct RigidMotion {
     given: Vector3<f64>,
 }
 
-/// What of a rigid body's motion is saved.
+/// The saved part of a rigid body's motion.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct SavedMotion {
     centre: [f64; 2],
@@ -55,7 +55,7 @@ pub struct SavedMotion {
 }
 
 impl RigidMotion {
-    /// That of a cloud whose points have the same velocity.
+    /// The motion of a cloud whose points all have the same velocity.
     pub fn of<const W: usize, S: Shape<W>, A: AffineState>(cloud: &Cloud<W, S, A>) -> Self {
         let lanes = cloud.lane_of.iter().map(|&l| l as usize);
         let count = cloud.len() as f64;
@@ -104,7 +104,7 @@ impl RigidMotion {
         }
     }
 
-    /// Takes over what [`Self::save`] gave.
+    /// Restores what [`Self::save`] returned.
     pub fn restore(&mut self, saved: &SavedMotion) {
         let SavedMotion {
             centre,
@@ -126,13 +126,13 @@ impl RigidMotion {
         Vector3::new(self.mass, self.mass, self.inertia)
     }
 
-    /// Velocity of the centre in m/s and of rotation in rad/s once it has what its nodes have gained in the kick.
+    /// Velocity of the centre in m/s and of rotation in rad/s, including what its nodes have gained in the kick.
     pub fn velocities_at_nodes(&self, nodes: &[NodeTile], geometry: &Geometry) -> Vector3<f64> {
         let before = Vector3::new(self.velocity[0], self.velocity[1], self.spin);
         before + gained(nodes, geometry, self.centre).component_div(&self.masses())
     }
 
-    /// Takes up momentum and angular momentum of other grains, in N s/m and N s.
+    /// Adds momentum and angular momentum from other grains, in N s/m and N s.
     pub fn take_up(&mut self, given: Vector3<f64>) {
         self.given += given;
     }
@@ -185,7 +185,7 @@ fn gained(nodes: &[NodeTile], geometry: &Geometry, centre: [f64; 2]) -> Vector3<
     gained
 }
 
-/// Puts the points of a cloud where the body is, with its velocities.
+/// Moves the points of a cloud to the place of the body, with its velocities.
 fn place<const W: usize, S: Shape<W>, A: AffineState>(
     cloud: &mut Cloud<W, S, A>,
     motion: &RigidMotion,

@@ -28,10 +28,11 @@ impl<T: LaneCopy, const N: usize> LaneCopy for [T; N] {
     }
 }
 
-/// New places of points: for every lane, where it comes from. Lanes without a point come from the first of their tile.
+/// The new order of points: for every lane, the lane that it comes from. Lanes without a point come from the first lane
+/// of their tile.
 pub type Sources = [u32];
 
-/// Puts `blocks` into the order of `sources`, by way of `scratch`, which is exchanged with it.
+/// Puts `blocks` into the order of `sources`, using `scratch`, with which it is swapped.
 pub fn reorder<T: LaneCopy>(blocks: &mut Vec<T>, scratch: &mut Vec<T>, sources: &Sources) {
     scratch.clear();
     let wanted = sources.len() / LANES;

@@ -15,7 +15,7 @@ pub fn splat(value: f64) -> Lanes {
 /// Zero in every lane.
 pub const ZERO: Lanes = Lanes::ZERO;
 
-/// What [`indices`] stay below.
+/// Upper bound of the numbers that [`indices`] returns.
 pub const INDEX_LIMIT: usize = 128;
 
 /// Whole numbers from 0 to 127 held as floats, as indices.

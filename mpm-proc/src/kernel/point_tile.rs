@@ -6,7 +6,7 @@ use super::tiles::{Frame, TILE, pitch, runs};
 /// A tile of a cloud: a run of blocks whose points lie in it.
 #[derive(Debug, Clone)]
 pub struct Tile {
-    /// Which tile of the grid.
+    /// Column and row in the grid of tiles.
     pub at: [i32; 2],
     /// Number in the list of the cloud's tiles.
     pub index: usize,
@@ -16,7 +16,7 @@ pub struct Tile {
     pub blocks: usize,
     /// Points; the last block may have fewer than four.
     pub points: usize,
-    /// Where its window lies.
+    /// Position of its window.
     pub frame: Frame,
     /// The node tiles that own the window: the 3 x 3 around it, row by row from below.
     pub around: [u32; 9],
@@ -24,7 +24,7 @@ pub struct Tile {
     pub near_load: bool,
 }
 
-/// Tiles that a pass is for.
+/// The tiles on which a pass works.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Which {
     /// All.

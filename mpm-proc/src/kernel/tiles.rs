@@ -79,7 +79,7 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Where a point at `x` (m) is, if it has crossed periodic walls.
+    /// The position of a point at `x` (m), moved back into the domain if it has crossed periodic walls.
     pub fn entered(&self, x: [f64; 2]) -> [f64; 2] {
         [0, 1].map(|a| {
             let (lower, upper) = (self.lower[a], self.upper[a]);
@@ -115,7 +115,7 @@ impl Geometry {
     }
 }
 
-/// Where the window of a tile lies.
+/// Position of the window of a tile.
 #[derive(Debug, Clone, Copy)]
 pub struct Frame {
     /// `1/L` in 1/m.
@@ -133,7 +133,8 @@ pub struct Place {
     pub base: [usize; LANES],
     /// Distance from the base node in cells.
     pub d: [Lanes; 2],
-    /// Whether all four have the same base node, as sorting makes likely: what they add to a node is then summed first.
+    /// Whether all four have the same base node, as is likely after sorting. Then their contributions to a node are
+    /// summed first.
     pub shared: bool,
 }
 

@@ -35,7 +35,8 @@ pub trait Transfer: Copy + Send + Sync + 'static {
         0
     }
 
-    /// How much of what its filter finds a transfer of some [`Self::order`] takes from the points' velocities.
+    /// The share of what its filter finds that a transfer with some [`Self::order`] removes from the points'
+    /// velocities.
     fn filtered_share(&self) -> f64 {
         0.0
     }
@@ -43,10 +44,10 @@ pub trait Transfer: Copy + Send + Sync + 'static {
     /// Sets a block's velocities aside.
     fn set_aside(_v: &[Lanes; 2], _aside: &mut Self::Affine) {}
 
-    /// Replaces a block's velocities by those set aside less their share of themselves.
+    /// Replaces a block's velocities by those set aside, less the share of the filtered ones.
     fn take_from_aside(&self, _v: &mut [Lanes; 2], _aside: &Self::Affine) {}
 
-    /// The transfer of a step with a kick of this length (s).
+    /// The transfer for a step with a kick of this length (s).
     #[must_use]
     fn over(self, _kick: f64) -> Self {
         self
@@ -130,7 +131,7 @@ impl Transfer for Flip {
 pub struct Share {
     /// In 1/s, if it grows.
     per_second: Option<f64>,
-    /// Of the step that is made.
+    /// The share for the present step.
     share: f64,
 }
 
@@ -299,7 +300,7 @@ impl Transfer for Xpic {
 mod tests {
     use super::*;
 
-    /// What is left of a mode that is filtered whole does not depend on how the time is cut.
+    /// The remainder of a mode that is filtered completely does not depend on the number of steps.
     #[test]
     fn shares_of_a_rate_compose() {
         let rate = Share::at_rate(40.0);

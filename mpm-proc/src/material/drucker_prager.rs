@@ -45,15 +45,15 @@ impl DruckerPrager {
 }
 
 impl DruckerPrager {
-    /// `K q_psi/(G + K q_phi q_psi)`: what the mean stress loses for each unit beyond the surface.
+    /// `K q_psi/(G + K q_phi q_psi)`: decrease of the mean stress for each unit beyond the surface.
     fn mean_by_flow(&self) -> f64 {
         let Moduli { bulk, shear, .. } = self.moduli;
         bulk * self.q_psi / (shear + bulk * self.q_phi * self.q_psi)
     }
 
-    /// Returns a trial stress with this [`Self::mean_by_flow`]. Which surface takes the stress back is decided by the line
-    /// that halves the corner between them. A return that would leave beyond the other surface ends on the corner, which
-    /// for a cohesionless material is the apex; so `tau` never changes its sign.
+    /// Returns a trial stress with this [`Self::mean_by_flow`]. The line that halves the corner between the two
+    /// surfaces decides to which of them the stress returns. If the return would end beyond the other surface, it ends
+    /// on the corner. For a cohesionless material the corner is the apex, so `tau` never changes its sign.
     #[inline(always)]
     fn return_by(&self, trial: &Stress, flow: Lanes) -> (Stress, Lanes) {
         let Moduli { bulk, shear, .. } = self.moduli;
@@ -69,7 +69,7 @@ impl DruckerPrager {
         let by_shear = mean.simd_le(sigma_t) | towards_shear.simd_gt(ZERO);
         let new_mean = by_shear.select(sheared, mean).fast_min(sigma_t);
         let new_tau = tau.fast_min(new_mean.mul_neg_add(splat(self.q_phi), splat(self.k_phi)));
-        // A deviator of zero stays zero whatever the ratio.
+        // A deviator of zero stays zero for any ratio.
         let ratio = new_tau / tau.fast_max(splat(f64::MIN_POSITIVE));
 
         let work = new_tau * (tau - new_tau) * splat(1.0 / shear)

@@ -102,15 +102,15 @@ fn cauchy(centre: Lanes, [half, xy]: [Lanes; 2], out: Lanes, per: Lanes) -> Stre
     }
 }
 
-/// Upper bound of the stiffness of [`Material::stiffness_over_density`] in Pa, per initial volume, of a law that has
-/// `unstressed` without stress.
+/// Upper bound of the stiffness of [`Material::stiffness_over_density`] in Pa, per initial volume, for a law whose
+/// stiffness without stress is `unstressed`.
 ///
 /// In principal axes the tangent of the Kirchhoff stress is that of small strains less `2 tau_i` for stretch, and `G x coth x -
 /// (tau_1 + tau_2)/2` for shear, `x` the difference of the strains; `x coth x <= 1 + x` and `G x` is half the difference of
 /// the stresses. Tension stiffens motion across it besides.
 #[inline(always)]
 fn under_stress(unstressed: f64, stress: &Stress, volume: Lanes) -> Lanes {
-    // Counts radius and centre twice: an upper bound without a root.
+    // This counts radius and centre twice, which gives an upper bound without a root.
     let radius = (stress.xx - stress.yy).abs() + (stress.xy + stress.xy).abs();
     let centre = stress.xx + stress.yy;
     let tension = (centre + radius).fast_max(ZERO);
@@ -118,7 +118,7 @@ fn under_stress(unstressed: f64, stress: &Stress, volume: Lanes) -> Lanes {
     volume.mul_add(more, splat(unstressed))
 }
 
-/// How stress follows strain in an elastic solid.
+/// The relation of stress and strain in an elastic solid.
 pub trait ElasticLaw: Copy + Send + Sync + 'static {
     /// The moduli of the solid.
     fn moduli(&self) -> &Moduli;

@@ -24,7 +24,7 @@ use super::model::Material;
 use super::point::{Deformation, Dissipated, Point, Stress};
 use crate::kernel::lanes::{Lanes, ZERO, splat};
 
-/// How grains that touch flow.
+/// The flow of grains that touch.
 pub trait GrainLaw: Copy + Send + Sync + 'static {
     /// Whether points may share their volumes ([`Granular::volume_rate`]).
     const SHARES_VOLUMES: bool = false;
@@ -32,26 +32,27 @@ pub trait GrainLaw: Copy + Send + Sync + 'static {
     /// The elastic part.
     fn moduli(&self) -> &Moduli;
 
-    /// Returns a trial stress in an interval of `1/per_dt` s, at this volume over the initial one, with this share of
-    /// the dilation; and tells the work per volume in Pa that flow has taken, by the moduli of small strains.
+    /// Returns a trial stress to the surface in an interval of `1/per_dt` s, at this volume over the initial one and
+    /// with this share of the dilation. Also returns the work per volume in Pa that flow dissipates, by the moduli of
+    /// small strains.
     fn flow(&self, trial: &Stress, volume: Lanes, share: Lanes, per_dt: f64) -> (Stress, Lanes);
 }
 
 /// A granular material with the gap between its grains, a critical state, or both.
 #[derive(Debug, Clone, Copy)]
 pub struct Granular<G> {
-    /// How it flows.
+    /// The law by which it flows.
     pub grains: G,
-    /// How its dilation ends.
+    /// The end of its dilation.
     pub critical: Option<CriticalState>,
-    /// Whether it opens.
+    /// Whether its grains can separate.
     pub separates: bool,
     /// Rate in 1/s at which points share their volumes; 0: each has its own.
     pub volume_rate: f64,
 }
 
 impl<G: GrainLaw> Granular<G> {
-    /// Share of the dilation that is left.
+    /// The remaining share of the dilation.
     #[inline(always)]
     fn share(&self, volume: Lanes, sheared: Lanes) -> Lanes {
         match self.critical {
@@ -88,7 +89,7 @@ impl<G: GrainLaw> Material for Granular<G> {
             let (before, deviator) = trial.split();
             let mean = splat(moduli.bulk) * gap / volume + before;
             open = mean.simd_gt(ZERO);
-            // Of an interval in which grains come into contact, only the part after contact shears them.
+            // If grains come into contact within an interval, only the part after contact shears them.
             let meets = gap.simd_gt(ZERO) & !open;
             let after = meets.select(mean / before, splat(1.0));
             trial = deviator.scaled_about(mean, after);
@@ -106,7 +107,7 @@ impl<G: GrainLaw> Material for Granular<G> {
         let strain = shear_between(&trial, &flowed) * volume * splat(1.0 / moduli.shear);
         point.state = [new_gap, sheared + closed(strain)];
         Dissipated {
-            // One factor is from the volume, one from the moduli, which are divided by it.
+            // One factor comes from the volume. The other one comes from the moduli, which are divided by it.
             plastic: closed(work) * volume * volume,
             viscous: ZERO,
         }
@@ -175,8 +176,8 @@ mod tests {
         }
     }
 
-    /// Compressed, pulled apart, sheared while it is open, and closed: the same stress, and no energy from anywhere.
-    /// Without separation the second compression begins where the first has ended to pull.
+    /// Compressed, pulled apart, sheared while open, and closed: the stress is the same, and no energy is created.
+    /// Without separation the second compression begins where the first tension ended.
     fn opens_and_closes<G: GrainLaw>(grains: G) {
         let model = Granular {
             grains,
@@ -236,7 +237,7 @@ mod tests {
         assert!(fine.abs() < 0.01, "{fine:e}");
     }
 
-    /// However far it opens, and however fast its neighbours pull it.
+    /// For any gap, and for any speed with which its neighbours pull it.
     #[test]
     fn an_open_point_asks_no_more_of_the_step_than_one_at_rest() {
         let model = sand(None);

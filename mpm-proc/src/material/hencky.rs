@@ -16,19 +16,19 @@
 //! P <- { 2 c (k S + w J S) + (k^2 - |S|^2 - w^2) P + 2 k w J P + 2 (S.P) S } / { (1 + D/4)^2 - h^2 }
 //! ```
 //!
-//! (`docs/decisions/0017-hencky.md`). Stress and energy are functions of where the material is, whatever the path and the step.
+//! (`docs/decisions/0017-hencky.md`). Stress and energy are functions of the deformation, for any path and any step.
 
 use super::point::Deformation;
 use crate::kernel::lanes::{Lanes, splat};
 
-/// What an interval makes of four points.
+/// The result of an interval for four points.
 #[derive(Debug, Clone, Copy)]
 pub struct Strained {
     /// Half the difference of the normal Kirchhoff stresses in the plane, and the shear, in Pa.
     pub deviator: [Lanes; 2],
-    /// `ln det f`: what it adds to the strain that is the same in all directions of the plane.
+    /// `ln det f`: the part that is added to the strain and is the same in all directions of the plane.
     pub trace: Lanes,
-    /// Volume over the initial one after it in plane strain, and one over that.
+    /// Volume over the initial one after the interval in plane strain, and its inverse.
     pub volume: Lanes,
     pub per_volume: Lanes,
 }
@@ -36,11 +36,11 @@ pub struct Strained {
 /// Strains points that have this `deviator` of the Kirchhoff stress in the plane (Pa) and this `volume` over the initial
 /// one, with the modulus `shear` (Pa).
 ///
-/// Turned inside out, which needs a step beyond all limits, nothing of it is a number.
+/// If a point is turned inside out, which only a step far beyond all limits can do, the results are NaN.
 #[inline(always)]
 pub fn strain(shear: f64, deviator: [Lanes; 2], volume: Lanes, by: &Deformation) -> Strained {
     let (strained, far) = strain_by::<Near>(shear, deviator, volume, by);
-    // One branch, with nothing to keep across it: a call in the midst of the step would cost all its registers.
+    // One branch, with no value kept across it: a call in the middle of the step would cost all registers.
     if far.any() {
         strain_far(shear, deviator, volume, by)
     } else {
@@ -54,7 +54,7 @@ fn strain_far(shear: f64, deviator: [Lanes; 2], volume: Lanes, by: &Deformation)
     strain_by::<Far>(shear, deviator, volume, by).0
 }
 
-/// What an interval does, and where (all bits of a lane) the functions of [`Near`] do not hold.
+/// The result of an interval, and the lanes (all bits set) in which the functions of [`Near`] do not hold.
 #[inline(always)]
 fn strain_by<F: Functions>(
     shear: f64,
@@ -62,7 +62,7 @@ fn strain_by<F: Functions>(
     volume: Lanes,
     by: &Deformation,
 ) -> (Strained, Lanes) {
-    // Everything but D four times over: sums instead of products.
+    // Everything but D is multiplied by four, so that sums replace products.
     let four = splat(4.0);
     let [xx, xy, yx, yy] = [by.xx + by.xx, by.xy + by.xy, by.yx + by.yx, by.yy + by.yy];
     let h = xx + yy;
@@ -106,11 +106,11 @@ fn strain_by<F: Functions>(
     (strained, far.simd_gt(splat(SMALL)))
 }
 
-/// Where the squares of strains and stretches are below it, polynomials do: principal strains that differ by up to an eighth,
-/// and an eighth of that in one interval.
+/// Polynomials are used if the squares of strains and stretches are below this: principal strains that differ by up to
+/// an eighth, and an eighth of that in one interval.
 const SMALL: f64 = 1.0 / 64.0;
 
-/// The functions that strain and stretch take.
+/// The functions that strain and stretch need.
 trait Functions {
     /// `sinh(x)/x` and `cosh(x)` of `square = x^2`.
     fn hyperbolic(square: Lanes) -> [Lanes; 2];
@@ -120,7 +120,7 @@ trait Functions {
     fn twice_artanh_over(square: Lanes) -> Lanes;
 }
 
-/// Up to [`SMALL`].
+/// For values up to [`SMALL`].
 struct Near;
 
 impl Functions for Near {
@@ -161,7 +161,8 @@ impl Functions for Near {
     }
 }
 
-/// At any strain; lane by lane the same as [`Near`] where that holds, so that nobody's stress depends on who shares a block.
+/// For any strain. Where [`Near`] holds, it is the same lane by lane, so that the stress of a point does not depend on
+/// the other points of its block.
 struct Far;
 
 impl Functions for Far {
@@ -216,7 +217,7 @@ mod tests {
         );
     }
 
-    /// Near and far, and where one gives way to the other.
+    /// Near and far, and the limit between them.
     #[test]
     fn functions_are_the_library_s() {
         for i in 1..4000 {

@@ -1,9 +1,10 @@
 //! Hypoelasticity: the Jaumann rate of the Cauchy stress is linear in the strain rate (Jiang 2020 eqs. 25, 36; docs/physics.md
 //! section 1).
 //!
-//! It has no energy: over a closed cycle of volume and shear its work is not zero, so it creates or loses some of it, by a share
-//! of the order of the strain (Simo and Pister 1984). For who wants the paper's law. What is booked as stored is the energy of
-//! small strains, `p^2 / 2K + s:s / 4G` times the volume: a function of state, from which the work of the stress departs.
+//! It has no energy. Over a closed cycle of volume and shear its work is not zero, so it creates or loses energy, by a
+//! share of the order of the strain (Simo and Pister 1984). It is there for comparison with the paper. The energy that
+//! counts as stored is that of small strains, `p^2 / 2K + s:s / 4G` times the volume: a function of state, from which
+//! the work of the stress departs.
 
 use super::elastic::{ElasticLaw, Moduli, PlaneStrain, PlaneStress};
 use super::point::{Deformation, Stress, swelling};

@@ -1,7 +1,7 @@
 //! Constitutive models (docs/physics.md section 6).
 //!
-//! A model is a type that implements [`Material`]; the loop over the points is compiled for it. What a model has to remember
-//! of a point besides stress and volume is its [`Material::State`]. An elastic solid has nothing to remember.
+//! A model is a type that implements [`Material`]; the loop over the points is compiled for it. The state of a point
+//! besides stress and volume is its [`Material::State`]. An elastic solid has none.
 
 mod drucker_prager;
 mod elastic;

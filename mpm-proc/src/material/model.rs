@@ -70,13 +70,13 @@ use crate::kernel::lanes::{Lanes, ZERO};
 ///
 /// To let scenes choose it, see "Where to add" in ARCHITECTURE.md.
 pub trait Material: Copy + Send + Sync + 'static {
-    /// What it remembers of four points besides stress and volume.
+    /// The state of four points besides stress and volume.
     type State: LaneCopy + Serialize + DeserializeOwned;
 
     /// Whether [`Self::update`] can dissipate anything.
     const DISSIPATES: bool;
 
-    /// Whether [`Self::volume_rate`] can be other than 0: what the loops of all others leave out.
+    /// Whether [`Self::volume_rate`] can be other than 0. The loops of all other models leave this part out.
     const SHARES_VOLUMES: bool = false;
 
     /// The state of unstressed points.
@@ -116,7 +116,7 @@ pub trait Material: Copy + Send + Sync + 'static {
         0.0
     }
 
-    /// The plastic strain that the points have in their state: it never falls. 0 of a model that keeps none.
+    /// The plastic strain in the state of the points, which never decreases; 0 for a model that does not store it.
     fn plastic_strain(&self, _point: &Point<Self::State>) -> Lanes {
         ZERO
     }

@@ -27,7 +27,7 @@ pub struct MohrCoulomb {
     edge: [[[f64; 2]; 2]; 2],
 }
 
-/// The stresses of each surface: of these the first is multiplied by k, the second by -1.
+/// The two principal stresses in each surface: the first is multiplied by k, the second by -1.
 const SURFACES: [[usize; 2]; 3] = [[0, 2], [1, 2], [0, 1]];
 
 impl MohrCoulomb {
@@ -70,9 +70,9 @@ impl MohrCoulomb {
 
     /// Returns ordered principal stresses to the surfaces.
     ///
-    /// The return to the one surface holds where it keeps the order of the stresses; where it would pass another stress,
-    /// the edge that the two make takes it. What is then above the tensile strength is cut off, each stress by itself;
-    /// that includes what lies beyond the apex.
+    /// The return to one surface is valid if it keeps the order of the stresses. If it would pass another stress, the
+    /// stress returns to the edge of the two surfaces. What then exceeds the tensile strength is cut off, for each
+    /// stress by itself; this includes stresses beyond the apex.
     #[inline(always)]
     fn return_principal(&self, p: [Lanes; 3]) -> [Lanes; 3] {
         let excess = |s: usize| {

@@ -1,9 +1,9 @@
-//! Hencky's elasticity up to a yield surface that does not move: the trial stress is returned to it, and what is taken is
-//! dissipated.
+//! Hencky's elasticity up to a yield surface that does not move. The trial stress is returned to the surface, and the
+//! difference in energy is dissipated.
 //!
-//! The surface is one of Cauchy stress, as it is published. The volume stays during the return, so the Cauchy stress follows
-//! the elastic strain with the moduli over it, and where a trial ends on a surface does not depend on the size of the moduli,
-//! only on their ratio: the return is that of small strains.
+//! The surface is given in Cauchy stress, as published. The volume does not change during the return, so the Cauchy
+//! stress follows the elastic strain with the moduli divided by the volume. The result on the surface depends only on
+//! the ratio of the moduli, so the return is that of small strains.
 
 use super::elastic::Moduli;
 use super::model::Material;
@@ -15,8 +15,8 @@ pub trait YieldSurface: Copy + Send + Sync + 'static {
     /// The elastic part.
     fn moduli(&self) -> &Moduli;
 
-    /// Returns a trial stress to the surface, and tells the work per volume in Pa that plastic flow has taken, by the moduli of
-    /// small strains.
+    /// Returns a trial stress to the surface, and the work per volume in Pa that plastic flow dissipates, by the moduli
+    /// of small strains.
     fn return_stress(&self, trial: &Stress) -> (Stress, Lanes);
 }
 
@@ -35,7 +35,7 @@ impl<Y: YieldSurface> Material for Y {
         point.stress = stress;
         point.volume = volume;
         Dissipated {
-            // One factor is from the volume, one from the moduli, which are divided by it.
+            // One factor comes from the volume. The other one comes from the moduli, which are divided by it.
             plastic: work * volume * volume,
             viscous: ZERO,
         }

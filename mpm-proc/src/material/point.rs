@@ -1,4 +1,4 @@
-//! What every material has at a point: stress, volume, and what happens to both.
+//! The data that every material has at a point: stress, volume and deformation.
 
 use serde::{Deserialize, Serialize};
 
@@ -80,14 +80,14 @@ impl Deviator {
     }
 }
 
-/// What every material point has.
+/// The data of a point in every material.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Point<P> {
     /// Stress at `t_n`.
     pub stress: Stress,
     /// Volume over initial volume.
     pub volume: Lanes,
-    /// What the model remembers besides.
+    /// The state of the model besides stress and volume.
     pub state: P,
 }
 

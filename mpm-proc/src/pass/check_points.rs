@@ -1,4 +1,5 @@
-//! What moving the points reported is checked: how far they went, and whether all are finite and within the domain.
+//! Checks the reports of the pass that moved the points: how far they moved, and whether all are finite and within the
+//! domain.
 
 use interface::solver::Fault;
 
@@ -8,7 +9,7 @@ use crate::kernel::transfer::{AffineState, Transfer};
 use crate::state::continuum::Continuum;
 use crate::state::points::{Cloud, NO_POINT};
 
-/// Looks at what moving the points reported: counts their drift, and refuses what is not finite or outside.
+/// Adds up the displacement of the points, and refuses values that are not finite or positions outside the domain.
 pub fn check_points<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
     dt: f64,

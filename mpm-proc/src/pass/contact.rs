@@ -1,4 +1,4 @@
-//! Contact forces of bodies on the nodes (Jiang 2020 eq. 47), and what they cost of the step.
+//! Contact forces of bodies on the nodes (Jiang 2020 eq. 47), and their contribution to the step limit.
 
 use interface::message::wire::ImpForce;
 use interface::solver::Fault;
@@ -83,8 +83,9 @@ pub fn apply_contact<const W: usize, S: Shape<W>, T: Transfer>(
     Ok(load)
 }
 
-/// Spreads the force on one slot, if there is any, or a body near enough to press. The stiffness is counted where the
-/// node is free: with `v_image = sigma v` ([`crate::state::images`]) the weights of the original are at most the sum of both.
+/// Distributes the force on one slot, if there is one or a body is near enough to press. The stiffness is counted at
+/// nodes that are free: with `v_image = sigma v` ([`crate::state::images`]) the weights of the original are at most the
+/// sum of both.
 ///
 /// # Errors
 /// [`Fault::NotFinite`]; and [`Fault::Other`] at a periodic wall, across which bodies do not see.
@@ -161,7 +162,7 @@ fn touch<const W: usize, S: Shape<W>, T: Transfer>(
     Ok(())
 }
 
-/// Forgets the forces of the step before. Sorting has already forgotten those of nodes that are no more.
+/// Clears the forces of the step before. Sorting has already removed those of nodes that no longer exist.
 fn clear_contact<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
     for t in continuum.touches.drain(..) {
         for (tile, node) in [t.at.split(), t.of.split()] {

@@ -21,8 +21,8 @@ use crate::kernel::transfer::Transfer;
 use crate::state::nodes::NodeTile;
 use crate::state::stages::Stages;
 
-/// Makes the transfer that of a step: with the share of its kick, and of the stage that the step is in. Returns the damping
-/// of that stage in 1/s.
+/// Sets the transfer for a step: the share for its kick, and that of the stage to which the step belongs. Returns the
+/// damping of that stage in 1/s.
 pub fn begin_stage<T: Transfer>(stages: &Stages, transfer: &mut T, step: &Step) -> f64 {
     *transfer = transfer.over(step.kick());
     if stages.is_empty() {
@@ -52,7 +52,7 @@ impl Damping {
         })
     }
 
-    /// Damps the new velocities of a tile, walls not yet obeyed. Returns the impulse of each node in N s/m.
+    /// Damps the new velocities of a tile, before the walls act. Returns the impulse of each node in N s/m.
     pub fn act(&self, tile: &mut NodeTile) -> [[f64; 2]; NODES] {
         let mut impulse = [[0.0; 2]; NODES];
         for i in 0..NODES {
@@ -66,8 +66,8 @@ impl Damping {
         impulse
     }
 
-    /// Counts impulse and dissipation of a tile, walls obeyed: a kick changes the kinetic energy of a node by its
-    /// impulse times the mean of the velocities before and after.
+    /// Counts impulse and dissipation of a tile, after the walls have acted: a kick changes the kinetic energy of a
+    /// node by its impulse times the mean of the velocities before and after.
     pub fn count(impulse: &[[f64; 2]; NODES], tile: &mut NodeTile) {
         for i in 0..NODES {
             for a in 0..2 {

@@ -1,18 +1,19 @@
 //! The drift of points that bodies press on.
 //!
-//! A kick `a dt` changes the nodes at once, and points move with the nodes. But the points' own velocities get the kick
-//! through the shape functions, and give it back to the nodes through them: in the next step the nodes have
-//! `P S a dt` of it only, `P = M^-1 S^T m`. So a point moves in every step by `S (1 - P S) a dt^2` more than the grid
-//! will know of. Strains do not see it, since USF and MUSL take them from velocities that have been mapped. A contact
-//! does: its overlap is the place of a point. What its spring takes in is then not what its force gives, by
-//! `dv_c^T M (1 - P S) dv` in a step, which is of first order over a run, and of either sign.
+//! A kick `a dt` changes the nodes at once, and points move with the nodes. But the points get the kick through the
+//! shape functions and give it back to the nodes through them, so in the next step the nodes have only `P S a dt` of
+//! it, with `P = M^-1 S^T m`. So in every step a point moves by `S (1 - P S) a dt^2` more than the grid will have
+//! moved. This does not affect strains, since USF and MUSL compute them from velocities that have been mapped. It does
+//! affect contact, whose overlap depends on the position of a point. The energy that its spring takes up then differs
+//! from the work of its force by `dv_c^T M (1 - P S) dv` in a step. Over a run this is of first order, and it can have
+//! either sign.
 //!
-//! So a point that a body presses on moves with `sum_I S_Ip v~_I`, where `v~ = P v_p^{n+1/2}` is what the nodes will have
-//! of the points' new velocities. The power of its contact is then that of the nodes on both sides of `t_n`, as it is for
-//! stress, and the balance closes to second order (`docs/energy.md`). Other points may move with the nodes as usual: whatever they are
-//! off by, no force asks for their place to that order.
+//! So a point on which a body presses moves with `sum_I S_Ip v~_I`, where `v~ = P v_p^{n+1/2}` is what the nodes will
+//! have of the points' new velocities. The power of its contact is then that of the nodes before and after `t_n`, as
+//! for stress, and the balance closes to second order (`docs/energy.md`). Other points may move with the nodes as
+//! usual, because no force depends on their error.
 //!
-//! It takes one more map, of the points that reach the nodes in question alone.
+//! This needs one more mapping, only of the points that reach the nodes in question.
 
 use interface::config::StressUpdate;
 
@@ -23,7 +24,7 @@ use crate::kernel::transfer::{AffineState, Transfer};
 use crate::state::continuum::Continuum;
 use crate::state::points::{Cloud, NO_POINT};
 
-/// Finds the nodes that loaded points touch, and the points that give them their velocities.
+/// Finds the nodes that loaded points touch, and the points that determine the velocities of these nodes.
 pub fn find_near_loads<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
 ) {
@@ -48,7 +49,7 @@ pub fn find_near_loads<const W: usize, S: Shape<W>, T: Transfer>(
     });
 }
 
-/// Takes the loaded points from where they went with the nodes to where they go with what the nodes will have.
+/// Moves the loaded points from where the nodes took them to where the mapped velocities take them.
 pub fn move_loaded_points<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
     dt: f64,

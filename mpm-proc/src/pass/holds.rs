@@ -9,8 +9,8 @@ use crate::state::continuum::Continuum;
 use crate::state::holds::{Hold, Row, Weight};
 use crate::state::nodes::{NodeAt, NodeTile};
 
-/// Finds the nodes of the held points, and holds the velocities before the kick. `pic_fraction` of what that takes is felt by
-/// the points.
+/// Finds the nodes of the held points, and constrains the velocities before the kick. The points feel the share
+/// `pic_fraction` of the change.
 pub fn hold_before<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
     pic_fraction: f64,
@@ -26,14 +26,14 @@ pub fn hold_before<const W: usize, S: Shape<W>, T: Transfer>(
     hold_nodes(continuum, pic_fraction, |tile| &mut tile.before);
 }
 
-/// Holds the velocities after the kick, before images follow.
+/// Constrains the velocities after the kick, before images follow.
 pub fn hold_after<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
     if !continuum.holds.is_empty() {
         hold_nodes(continuum, 1.0, |tile| &mut tile.after);
     }
 }
 
-/// The weights of the held points at their present places.
+/// Computes the weights of the held points at their present positions.
 fn find_rows<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
     let Continuum {
         clouds,
@@ -93,8 +93,8 @@ fn find_rows<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum
     holds.orthogonalise();
 }
 
-/// Brings the velocities of the held points to zero by the smallest change of those of the nodes, of which points feel
-/// `share`.
+/// Brings the velocities of the held points to zero by the smallest change of the nodal velocities. The points feel the
+/// share `share` of it.
 fn hold_nodes<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
     share: f64,

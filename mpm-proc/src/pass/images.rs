@@ -48,7 +48,8 @@ pub fn gather_vectors(images: &mut Images, tiles: &mut [impl Momenta]) {
     }
 }
 
-/// Gives the images the velocities before the kick, and the masses of their originals for quotients by them.
+/// Gives the images the velocities before the kick, and the masses of their originals, because velocities are divided
+/// by these.
 pub fn spread_before(images: &Images, tiles: &mut [NodeTile], pic_fraction: f64) {
     for image in &images.0 {
         let (tile, n) = image.of.split();
@@ -59,8 +60,8 @@ pub fn spread_before(images: &Images, tiles: &mut [NodeTile], pic_fraction: f64)
     spread_vectors(images, tiles, pic_fraction);
 }
 
-/// Gives the images the velocities that the momenta have become, and counts what the wall has taken there, of which
-/// points feel `share`.
+/// Gives the images the velocities that follow from the momenta, and counts the impulse of the wall there, of which
+/// points feel the share `share`.
 pub fn spread_vectors(images: &Images, tiles: &mut [impl Momenta], share: f64) {
     for image in &images.0 {
         let (tile, n) = image.of.split();
@@ -96,7 +97,7 @@ pub fn gather_force(images: &mut Images, tiles: &mut [NodeTile], gravity: [f64; 
     }
 }
 
-/// Gives the images the velocities after the kick, and counts what the wall has taken there.
+/// Gives the images the velocities after the kick, and counts the impulse of the wall there.
 pub fn spread_after(images: &Images, tiles: &mut [NodeTile], kick: f64) {
     for image in &images.0 {
         let (tile, n) = image.of.split();
@@ -112,7 +113,7 @@ pub fn spread_after(images: &Images, tiles: &mut [NodeTile], kick: f64) {
     }
 }
 
-/// Gives the images the velocities that their originals have come to by contact.
+/// Gives the images the velocities of their originals after contact.
 pub fn follow(images: &Images, tiles: &mut [NodeTile]) {
     for image in &images.0 {
         let (tile, n) = image.of.split();

@@ -1,14 +1,14 @@
-//! Points that leave the domain: by a periodic wall, to enter at the other end; or by an open one, to be removed, where a
-//! scene says so.
+//! Points that leave the domain: through a periodic wall, to enter at the other end, or through an open one, to be
+//! removed if the scene says so.
 //!
-//! Points are put to the other end when they are next sorted, at most a cell beyond the wall: until then nodes beyond it
-//! are images ([`crate::state::images`]) and carry them. What gravity would gain or lose by the jump is work that it does in every
-//! round, and counts as work of driven boundaries.
+//! Points are moved to the other end when they are next sorted, at most a cell beyond the wall. Until then, nodes
+//! beyond the wall are images ([`crate::state::images`]) and carry them. The jump changes the potential of gravity.
+//! This is work that gravity does in every round, and it counts as work of driven boundaries.
 //!
-//! A point is removed at the end of the step that took it out, after the step has been measured: with it go its momentum,
-//! which counts as an impulse applied from outside, and its energy, which counts as work taken out by a boundary. The
-//! others keep their identities. How many are gone shows in the mass of their group. If an identified material point
-//! goes, the bound of the points' travel becomes infinite, so that the set is chosen anew before it is used again.
+//! A point is removed at the end of the step in which it left, after the step has been measured. Its momentum counts as
+//! an impulse applied from outside, and its energy as work taken out by a boundary. The other points keep their ids.
+//! The mass of a group shows how many of its points were removed. If an IMP is removed, the bound of the points' travel
+//! becomes infinite, so that a new set is chosen before the set is used again.
 
 use super::sort::sort;
 use crate::kernel::lanes::LANES;
@@ -44,7 +44,7 @@ pub fn remove_left<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Con
 }
 
 impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
-    /// Takes a lane's point away; the caller sorts. Returns its identity less the cloud's first.
+    /// Removes a lane's point; the caller sorts. Returns its id less the cloud's first id.
     fn remove(&mut self, lane: usize) -> u32 {
         let id = &mut self.ids[lane / LANES][lane % LANES];
         let local = core::mem::replace(id, NO_POINT);

@@ -1,4 +1,4 @@
-//! What the continuum says of the largest stable step (docs/physics.md section 4).
+//! The continuum's contribution to the largest stable step (docs/physics.md section 4).
 //!
 //! The grid's motion without contact is `M a = -K u`, `K = sum_p V_p B_p^T C_p B_p`, with lumped masses that split into
 //! those of the points, `M = sum_p M_p`, `(M_p)_II = m_p S_Ip`. By the element eigenvalue theorem the largest squared
@@ -15,7 +15,8 @@
 //! `g diag(1, 1, 2)` in the order xx, yy, xy, with `g` the largest value of either axis
 //! ([`Shape::stiffest`]): the bound is `g` times [`crate::material::Material::stiffness_over_density`].
 //!
-//! Sharper bounds were tried, from the masses that nodes really have; they do not pay (`docs/decisions/0012`).
+//! Sharper bounds from the actual masses of the nodes were tried; they cost more than they save
+//! (`docs/decisions/0012`).
 //!
 //! A scheme that keeps velocities on points applies `S M^-1 S^T M_p` between steps, whose eigenvalues lie between 0 and
 //! 1, so it can only lower these frequencies.
@@ -23,7 +24,7 @@
 use interface::message::wire::Limits;
 
 use crate::kernel::lanes::{LANES, Lanes};
-use crate::kernel::point_tile::owner;
+use crate::kernel::point_tile::{Tile, owner};
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::NODES;
 use crate::kernel::tiles::pitch;
@@ -31,7 +32,7 @@ use crate::kernel::transfer::Transfer;
 use crate::state::contact::ContactLoad;
 use crate::state::continuum::Continuum;
 
-/// The limits for the next step, with what contact adds in this one.
+/// The limits for the next step, with the contribution of contact in this step.
 pub fn limits<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
     load: ContactLoad,
@@ -108,45 +109,83 @@ fn omega_sq_of_points<const W: usize, S: Shape<W>, T: Transfer>(
         .loads_of_nodes
         .resize(continuum.grid.tiles.len(), [0.0; NODES]);
     let cell = continuum.grid.geometry.cell;
-    let mut largest: f64 = 0.0;
-    for pass in 0..2 {
-        for cloud in &continuum.clouds {
-            for tile in &cloud.tiles {
-                let stiffness = cloud.stress_reports[tile.index].stiffness;
-                for point in 0..tile.points {
-                    let (block, k) = (tile.first + point / LANES, point % LANES);
-                    let place = tile.frame.locate(&cloud.x[block], pitch(W));
-                    let lane = |w: [Lanes; W]| w.map(|w| w.as_array()[k]);
-                    let s = [0, 1].map(|a| lane(cloud.shape.weights(a, place.d[a])));
-                    let g = [0, 1].map(|a| lane(cloud.shape.gradients(a, place.d[a])));
-                    let node = |n: usize| {
-                        let (i, j) = (n % W, n / W);
-                        let gradient = (g[0][i] * s[1][j]).hypot(s[0][i] * g[1][j]) / cell;
-                        let (tile, node) = owner::<W>(tile, place.base[k] + j * pitch(W) + i);
-                        (tile, node, s[0][i] * s[1][j], gradient)
-                    };
-                    if pass == 0 {
-                        let total: f64 = (0..W * W).map(|n| node(n).3).sum();
-                        for n in 0..W * W {
-                            let (tile, node, _, gradient) = node(n);
-                            continuum.loads_of_nodes[tile][node] +=
-                                cloud.mass * stiffness * gradient * total;
-                        }
-                    } else {
-                        let sum: f64 = (0..W * W)
-                            .map(|n| {
-                                let (tile, node, s, _) = node(n);
-                                let per_mass = continuum.grid.tiles[tile].per_mass[node];
-                                s * per_mass * continuum.loads_of_nodes[tile][node]
-                            })
-                            .sum();
-                        largest = largest.max(sum);
+    for cloud in &continuum.clouds {
+        for tile in &cloud.tiles {
+            let stiffness = cloud.stress_reports[tile.index].stiffness;
+            for point in weights_of_points(&cloud.shape, tile, &cloud.x) {
+                let mut gradients = [[0.0; W]; W];
+                for (j, row) in gradients.iter_mut().enumerate() {
+                    for (i, gradient) in row.iter_mut().enumerate() {
+                        *gradient = point.gradient(i, j) / cell;
                     }
+                }
+                let total: f64 = gradients.iter().flatten().sum();
+                for (n, gradient) in gradients.iter().flatten().enumerate() {
+                    let (tile, node) = point.node(tile, n);
+                    continuum.loads_of_nodes[tile][node] +=
+                        cloud.mass * stiffness * gradient * total;
                 }
             }
         }
     }
+    let mut largest: f64 = 0.0;
+    for cloud in &continuum.clouds {
+        for tile in &cloud.tiles {
+            for point in weights_of_points(&cloud.shape, tile, &cloud.x) {
+                let row = (0..W * W).map(|n| {
+                    let (tile, node) = point.node(tile, n);
+                    let per_mass = continuum.grid.tiles[tile].per_mass[node];
+                    let weight = point.weights[0][n % W] * point.weights[1][n / W];
+                    weight * per_mass * continuum.loads_of_nodes[tile][node]
+                });
+                largest = largest.max(row.sum());
+            }
+        }
+    }
     largest
+}
+
+/// The weights of a point along each axis, and their derivatives times the cell.
+struct WeightsOfPoint<const W: usize> {
+    /// Its first node in the window of its tile.
+    base: usize,
+    weights: [[f64; W]; 2],
+    derivatives: [[f64; W]; 2],
+}
+
+impl<const W: usize> WeightsOfPoint<W> {
+    /// `|grad S_Ip|` of the node in column `i` and row `j`, times the cell.
+    fn gradient(&self, i: usize, j: usize) -> f64 {
+        let ([s_x, s_y], [g_x, g_y]) = (&self.weights, &self.derivatives);
+        (g_x[i] * s_y[j]).hypot(s_x[i] * g_y[j])
+    }
+
+    /// The node tile, and the node in it, of the point's node `n`, row by row.
+    fn node(&self, tile: &Tile, n: usize) -> (usize, usize) {
+        owner::<W>(tile, self.base + n / W * pitch(W) + n % W)
+    }
+}
+
+/// The weights of all points of a tile whose positions are `x`.
+fn weights_of_points<const W: usize, S: Shape<W>>(
+    shape: &S,
+    tile: &Tile,
+    x: &[[Lanes; 2]],
+) -> impl Iterator<Item = WeightsOfPoint<W>> {
+    (0..tile.blocks).flat_map(move |block| {
+        let place = tile.frame.locate(&x[tile.first + block], pitch(W));
+        let weights = [0, 1].map(|axis| shape.weights(axis, place.d[axis]));
+        let derivatives = [0, 1].map(|axis| shape.gradients(axis, place.d[axis]));
+        let points = LANES.min(tile.points - block * LANES);
+        (0..points).map(move |k| {
+            let of_point = |lanes: [[Lanes; W]; 2]| lanes.map(|axis| axis.map(|w| w.as_array()[k]));
+            WeightsOfPoint {
+                base: place.base[k],
+                weights: of_point(weights),
+                derivatives: of_point(derivatives),
+            }
+        })
+    })
 }
 
 /// `g L^2` of a shape function.

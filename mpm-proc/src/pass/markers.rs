@@ -1,5 +1,5 @@
-//! Markers of a boundary in a step: their weights, the forces that they give to the nodes, and their way (Singer 2022 eqs. 14
-//! and 24, with one weight for both; [`crate::state::markers`]).
+//! The markers of a boundary in a step: their weights, the forces that they give to the nodes, and their motion (Singer
+//! 2022 eqs. 14 and 24, with one weight for both; [`crate::state::markers`]).
 
 use interface::config::StressUpdate;
 use interface::message::wire::ImpForce;
@@ -34,7 +34,7 @@ pub fn place_markers<const W: usize, S: Shape<W>, T: Transfer>(
     Ok(())
 }
 
-/// Appends the `W^2` weights of one marker; a node that is not laid out, or has no mass, has none.
+/// Appends the `W^2` weights of one marker; a node that is not allocated, or has no mass, has the weight zero.
 fn weigh<const W: usize, S: Shape<W>>(
     markers: &mut Markers,
     marker: usize,
@@ -65,7 +65,7 @@ fn weigh<const W: usize, S: Shape<W>>(
                 let (tile, node) = of.split();
                 grid.tiles[tile].per_mass[node]
             });
-            // At an empty node 1 / 0 would count as full.
+            // At an empty node the quotient 1 / 0 would count as a full node.
             let share = if per_mass > 0.0 {
                 s[0][i] * s[1][j] * (1.0 / (per_mass * full)).min(1.0)
             } else {

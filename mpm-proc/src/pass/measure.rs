@@ -24,7 +24,7 @@ struct Motions {
     kinetic: f64,
 }
 
-/// Counts the impulses of the step; if it is measured, takes what belongs to `t_n` and to `t_{n-1/2}`.
+/// Counts the impulses of the step. If the step is measured, takes the quantities at `t_n` and `t_{n-1/2}`.
 pub fn update_ledger<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
     step: &Step,
@@ -79,7 +79,7 @@ pub fn sum_stress_ahead<const W: usize, S: Shape<W>, T: Transfer>(
     }
 }
 
-/// If the step is measured, takes what belongs to `t_{n+1/2}`.
+/// If the step is measured, takes the quantities at `t_{n+1/2}`.
 pub fn close_ledger<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
     step: &Step,
@@ -87,7 +87,7 @@ pub fn close_ledger<const W: usize, S: Shape<W>, T: Transfer>(
     let kick = continuum.totals.kick;
     if step.measure {
         close_measurement(continuum, step.centring());
-        // At t_n the kick counts by the same share as the velocities.
+        // At t_n the kick counts with the same share as the velocities.
         let ledger = &mut continuum.totals.measurement.ledger;
         ledger.applied_impulse = continuum.totals.applied_impulse.value();
         ledger.friction_work += step.centring() * kick.friction;
@@ -99,7 +99,7 @@ pub fn close_ledger<const W: usize, S: Shape<W>, T: Transfer>(
     continuum.totals.driven_work += kick.driven;
 }
 
-/// Takes what belongs to `t_{n+1/2}`; quantities of then count by `after`.
+/// Takes the quantities at `t_{n+1/2}`, with the weight `after`.
 fn close_measurement<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
     after: f64,
@@ -128,7 +128,7 @@ fn close_measurement<const W: usize, S: Shape<W>, T: Transfer>(
     }
 }
 
-/// Starts a measurement; quantities of `t_{n-1/2}` count by `before`.
+/// Starts a measurement; quantities at `t_{n-1/2}` get the weight `before`.
 fn measure<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
     contact_force: [f64; 2],
@@ -217,8 +217,8 @@ fn measure_sets<const W: usize, S: Shape<W>, T: Transfer>(
     }
 }
 
-/// What is told of a chain: where it is, what bodies do to it, and as `kinetic` the angular momentum that the shift of its weights
-/// has given so far, in N s.
+/// The state of a chain: its position, the force of the bodies on it, and as `kinetic` the angular momentum in N s that
+/// the shift of its weights has added so far.
 fn chain_state(markers: &Markers, number: usize, imps: &Imps) -> GroupState {
     let chain = &markers.chains[number];
     let own = chain.first..chain.first + chain.count;

@@ -16,10 +16,10 @@ use crate::state::walls::WallNodes;
 /// quotients keep their digits.
 const EMPTY: f64 = 1e-250;
 
-/// Sums mass and momentum over the clouds' windows, in their order, and obeys the walls (eqs. 18 to 20). Images follow when
-/// all is held that acts on their originals ([`super::images::spread_before`]).
+/// Sums mass and momentum over the clouds' windows, in their order, and applies the walls (eqs. 18 to 20). Images
+/// follow after all constraints on their originals ([`super::images::spread_before`]).
 ///
-/// `pic_fraction` is the share of the momentum taken away here that the points will feel.
+/// `pic_fraction` is the share of the momentum removed here that the points will feel.
 pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
     grid: &mut Grid,
     grain: usize,
@@ -54,8 +54,8 @@ pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
     }
 }
 
-/// Velocities `p_I / m_I` of the nodes from the clouds' windows, walls obeyed, into [`Grid::mapped`] where wanted;
-/// those that the nodes move with stay as they are.
+/// Computes velocities `p_I / m_I` of the nodes from the clouds' windows, with walls, and writes them to
+/// [`Grid::mapped`] where they are wanted. The velocities with which the nodes move do not change.
 pub fn divide_mapped<const W: usize, S: Shape<W>, A: AffineState>(
     grid: &mut Grid,
     grain: usize,
@@ -93,7 +93,7 @@ pub fn divide_mapped<const W: usize, S: Shape<W>, A: AffineState>(
 }
 
 impl MappedTile {
-    /// From momenta to velocities, walls obeyed.
+    /// Turns momenta into velocities, with walls.
     fn divide_momentum(&mut self, tile: &NodeTile, walls: &WallNodes) {
         let origin = first_node(tile.at);
         for i in 0..NODES {
@@ -109,7 +109,7 @@ impl MappedTile {
 }
 
 impl NodeTile {
-    /// From momenta, in [`Self::before`], to velocities, walls obeyed.
+    /// Turns the momenta in [`Self::before`] into velocities, with walls.
     fn divide_momentum(&mut self, walls: &WallNodes, pic_fraction: f64) {
         for (per_mass, mass) in self.per_mass.iter_mut().zip(&self.mass) {
             *per_mass = if *mass > EMPTY { 1.0 / mass } else { 0.0 };

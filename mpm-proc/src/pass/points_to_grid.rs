@@ -14,7 +14,7 @@ use crate::kernel::window::{NodalWindow, add_numbers, add_product};
 use crate::state::continuum::Continuum;
 use crate::state::points::Cloud;
 
-/// Maps mass and momentum of all points to the nodes, and divides: velocities of the nodes before the kick.
+/// Maps mass and momentum of all points to the nodes, and divides them: velocities of the nodes before the kick.
 pub fn points_to_grid<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
 ) {
@@ -32,8 +32,8 @@ pub fn points_to_grid<const W: usize, S: Shape<W>, T: Transfer>(
     spread_before(&grid.images, &mut grid.tiles, pic_fraction);
 }
 
-/// Maps the velocities of the points in `which` tiles to [`crate::state::grid::Grid::mapped`]; those that the nodes move
-/// with stay as they are.
+/// Maps the velocities of the points in `which` tiles to [`crate::state::grid::Grid::mapped`]. The velocities with
+/// which the nodes move do not change.
 pub fn map_velocities<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
     which: Which,

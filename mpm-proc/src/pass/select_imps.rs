@@ -1,4 +1,4 @@
-//! Which points are identified material points: those near the bodies' envelopes (Jiang 2020 section 4).
+//! Chooses the identified material points: those near the bodies' envelopes (Jiang 2020 section 4).
 
 use interface::Vec2;
 use interface::message::wire::EnvelopeVertex;

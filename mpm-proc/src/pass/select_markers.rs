@@ -1,4 +1,4 @@
-//! Which markers are identified: both ends of every segment near a body's envelope, or inside one.
+//! Chooses the identified markers: both ends of every segment that is near a body's envelope or inside one.
 
 use interface::Vec2;
 use interface::message::wire::EnvelopeVertex;
@@ -42,7 +42,7 @@ pub fn member(markers: &Markers, marker: usize) -> Member {
     }
 }
 
-/// Whether a body wants to know of the segment between `ends`.
+/// Whether a body needs the segment between `ends`.
 fn asks_for(outline: &Outline, ends: [Vec2; 2], distance: f64) -> bool {
     let margin = outline.reach + distance;
     if !outline.bounds.near(&ends.into_iter().collect(), margin) {

@@ -1,4 +1,4 @@
-//! Which points of two groups may touch one another: those within `r_a + r_b + V_d` of a point of the other group
+//! Chooses the points of two groups that may touch: those within `r_a + r_b + V_d` of a point of the other group
 //! (PROTOCOL.md I-7).
 
 use crate::kernel::lanes::LANES;
@@ -6,11 +6,11 @@ use crate::kernel::shape::Shape;
 use crate::kernel::transfer::AffineState;
 use crate::state::points::{Cloud, NO_POINT};
 
-/// A point: its identity less the cloud's first, and where it is in m.
+/// A point: its id less the cloud's first id, and its position in m.
 type Point = (u32, [f64; 2]);
 
-/// The points of either cloud that are within contact distance and `skin` (m) of one of the other, by identity less the
-/// cloud's first, in no order.
+/// The points of both clouds that are within contact distance plus `skin` (m) of a point of the other cloud, by id less
+/// the cloud's first id, in no order.
 pub fn near_one_another<const W: usize, S: Shape<W>, A: AffineState>(
     clouds: [&Cloud<W, S, A>; 2],
     skin: f64,
@@ -44,7 +44,7 @@ fn extent<const W: usize, S: Shape<W>, A: AffineState>(cloud: &Cloud<W, S, A>) -
     })
 }
 
-/// The points of a cloud that `distance` (m) around a box has room for.
+/// The points of a cloud that lie within `distance` (m) of a box.
 fn within<const W: usize, S: Shape<W>, A: AffineState>(
     cloud: &Cloud<W, S, A>,
     [lower, upper]: &[[f64; 2]; 2],
@@ -72,7 +72,7 @@ impl Bins {
         Self { distance, sorted }
     }
 
-    /// Those of `points` that have one of these within the distance.
+    /// Those of `points` that have a point of these bins within the distance.
     fn near(&self, points: &[Point]) -> Vec<u32> {
         let near = |x: [f64; 2]| {
             let [row, column] = bin(x, self.distance);

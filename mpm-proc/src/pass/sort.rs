@@ -10,14 +10,14 @@ use crate::state::points::{Cloud, NO_POINT};
 /// so that rounding cannot carry one over it.
 const SORT_AFTER: f64 = 0.99;
 
-/// Sorts the points and lays out the grid, if they could have left their tiles' windows.
+/// Sorts the points and allocates the grid, if points could have left the windows of their tiles.
 pub fn keep_sorted<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
     if continuum.moved > SORT_AFTER * continuum.grid.geometry.cell {
         sort(continuum);
     }
 }
 
-/// Sorts the points and lays out the grid; points that have crossed a periodic wall enter at the other end.
+/// Sorts the points and allocates the grid; points that have crossed a periodic wall enter at the other end.
 pub fn sort<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
     enter_again(continuum);
     for cloud in &mut continuum.clouds {
@@ -27,7 +27,7 @@ pub fn sort<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<
     continuum.moved = 0.0;
 }
 
-/// Puts points that have crossed a periodic wall to the other end; the caller sorts.
+/// Moves points that have crossed a periodic wall to the other end; the caller sorts.
 fn enter_again<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
     let geometry = continuum.grid.geometry;
     if geometry.periodic == [false; 2] {

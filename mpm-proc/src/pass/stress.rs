@@ -142,7 +142,7 @@ fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
 /// blocks to work on while one waits for a division or a root.
 const BATCH: usize = 8;
 
-/// What a thread works in.
+/// The working memory of a thread.
 struct Memory {
     velocity: VectorWindow,
     by: [Deformation; BATCH],
@@ -173,7 +173,7 @@ impl Memory {
         }
     }
 
-    /// What is to be added to `ln J` of the points of a batch, at their positions.
+    /// The change of `ln J` of the points of a batch, at their positions.
     #[inline(always)]
     fn swellings<const W: usize, S: Shape<W>, P>(
         &self,
@@ -209,8 +209,8 @@ struct Losses {
 }
 
 impl Losses {
-    /// Updates four points and counts what that takes, and what a swelling of `ln J` besides gives as viscous work: it may be
-    /// less than nothing.
+    /// Updates four points and counts the dissipated work. The work of an additional `swelling` of `ln J` counts as
+    /// viscous work, which may then be negative.
     #[inline(always)]
     fn strain<M: Material>(
         &mut self,

@@ -39,8 +39,8 @@ pub fn update_stress_first<const W: usize, S: Shape<W>, T: Transfer>(
     );
 }
 
-/// The stress at `t_{n+1}`, from the velocities after the kick: those of the nodes (USL), or those of the points, mapped to
-/// the nodes once more (MUSL; USAVG, which gets to the middle of the step).
+/// The stress at `t_{n+1}`, from velocities after the kick: those of the nodes (USL), or those of the points, mapped to
+/// the nodes once more (MUSL; and USAVG, which updates up to the middle of the step).
 pub fn update_stress_last<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
     dt: f64,

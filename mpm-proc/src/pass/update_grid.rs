@@ -14,7 +14,7 @@ use crate::state::nodes::NodeTile;
 use crate::state::points::Cloud;
 use crate::state::walls::WallNodes;
 
-/// `v_I^{n+1/2} = v_I^{n-1/2} + (f_I^int + f_I^cont + m_I g) / m_I kick`, walls obeyed (eqs. 17, 48).
+/// `v_I^{n+1/2} = v_I^{n-1/2} + (f_I^int + f_I^cont + m_I g) / m_I kick`, with walls (eqs. 17, 48).
 /// `kick` is its length in s.
 pub fn update_grid<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
@@ -73,7 +73,7 @@ fn kick_nodes<const W: usize, S: Shape<W>, A: AffineState>(
     }
 }
 
-/// What acts on the nodes in a kick besides forces.
+/// Everything except forces that acts on the nodes in a kick.
 struct Kick<'a> {
     /// Its length in s.
     length: f64,

@@ -40,7 +40,7 @@ pub fn shares(rate: f64, dt: f64) -> [f64; 2] {
     [rate, ROOM * rate].map(|rate| -(-rate * dt).exp_m1())
 }
 
-/// Fills [`crate::state::grid::Grid::volumes`] where a material asks for it, else does nothing. It uses the windows of the
+/// Fills [`crate::state::grid::Grid::volumes`] if a material needs it, else does nothing. It uses the windows of the
 /// internal forces, which are summed afterwards.
 pub fn map_volumes<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
     if continuum
@@ -135,7 +135,7 @@ fn add_volumes<const W: usize, S: Shape<W>>(
     }
 }
 
-/// What is to be added to `ln J` of four points of this volume over the initial one, by the nodes' `ratio`.
+/// The change of `ln J` of four points with this volume over the initial one, by the `ratio` at the nodes.
 #[inline(always)]
 pub fn swelling<const W: usize, S: Shape<W>>(
     ratio: &VectorWindow,

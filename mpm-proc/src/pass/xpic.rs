@@ -20,8 +20,8 @@ use crate::state::continuum::Continuum;
 use crate::state::nodes::ALL_NODES;
 use crate::state::points::Motion;
 
-/// Filters the velocities of the points, where the transfer does. Walls hold what the grid sees; what they take away
-/// in the last round is an impulse on the points.
+/// Filters the velocities of the points, if the transfer does. Walls constrain the velocities that the grid represents;
+/// their change in the last round is an impulse on the points.
 pub fn filter_velocities<const W: usize, S: Shape<W>, T: Transfer>(
     continuum: &mut Continuum<W, S, T>,
 ) {

@@ -4,8 +4,8 @@ use interface::config::capability::{
     Capabilities, LAYERS, PAIRS, PLASTIC_STRAIN, SAVE, SEGMENTS, STRESS_WORK,
 };
 
-/// Families of a configuration with the members that the solver takes, by their names there. Which of them go together is
-/// for [`crate::setup::configure`] to say.
+/// Families of a configuration with the members that the solver accepts, by their names there.
+/// [`crate::setup::configure`] decides which of them can be combined.
 const TAKES: [(&str, &[&str]); 11] = [
     (
         "shape",

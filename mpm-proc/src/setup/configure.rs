@@ -77,7 +77,7 @@ pub fn build(config: &MpmConfig) -> Result<(Box<dyn Scheme>, Readiness), Refusal
     }
 }
 
-/// What does not depend on shape function and transfer.
+/// The parts that do not depend on shape function and transfer.
 struct Parts<'a> {
     config: &'a MpmConfig,
     geometry: Geometry,
@@ -433,7 +433,7 @@ fn constitutive<const W: usize, S: Shape<W>>(
     }
 }
 
-/// A frictional material, with what it remembers where it does.
+/// A frictional material, with its state if it has one.
 fn sand<const W: usize, S: Shape<W>, G: GrainLaw + Material>(
     grains: G,
     numbers: &Frictional,

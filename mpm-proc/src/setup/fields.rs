@@ -22,7 +22,7 @@ pub struct Fields<'a> {
 }
 
 impl<'a> Fields<'a> {
-    /// Compiles what `config` says of its group number `group`.
+    /// Compiles the expressions of `config` for its group number `group`.
     ///
     /// # Errors
     /// A [`Refusal`] for what is not an expression.
@@ -70,7 +70,7 @@ impl<'a> Fields<'a> {
     /// Velocity of each point in m/s.
     ///
     /// # Errors
-    /// A [`Refusal`] where it is not finite.
+    /// A [`Refusal`] if a velocity is not finite.
     pub fn velocities(&self, positions: &[[f64; 2]]) -> Result<Vec<[f64; 2]>, Refusal> {
         let uniform = self.config.groups[self.group].velocity;
         let Some(field) = &self.velocity else {

@@ -4,10 +4,10 @@ use interface::config::GroupConfig;
 
 use super::fill::FilledRegion;
 
-/// So many groups have a line each on their area; more are summarised in one.
+/// Largest number of groups that have a line each about their area; more are summarised in one line.
 const LINES: usize = 8;
 
-/// How much more or less area the points of each group have than the region that they fill.
+/// Notes about the difference in area between the points of each group and the region that they fill.
 pub fn areas<'a>(groups: impl Iterator<Item = (&'a str, &'a FilledRegion)>) -> Vec<String> {
     let error = |points: &FilledRegion| {
         let filled = points.positions.len() as f64 * points.box_area();
@@ -38,7 +38,7 @@ pub fn areas<'a>(groups: impl Iterator<Item = (&'a str, &'a FilledRegion)>) -> V
     named.into_iter().collect()
 }
 
-/// That a contact radius in m is outside the range of Jiang 2020 eq. 45.
+/// A note that a contact radius in m is outside the range of Jiang 2020 eq. 45.
 pub fn radius(group: &GroupConfig, cell: f64) -> Option<String> {
     let (radius, [low, high]) = group.contact_radius.zip(group.radius_out_of_range(cell))?;
     Some(format!(

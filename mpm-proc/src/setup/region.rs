@@ -1,4 +1,4 @@
-//! Points that a region of the scene picks at the start.
+//! The points that are in a region of the scene at the start.
 
 use interface::config::MpmConfig;
 use interface::solver::Refusal;

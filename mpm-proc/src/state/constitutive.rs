@@ -43,7 +43,7 @@ pub struct StressReport {
     pub work: f64,
 }
 
-/// What the stress pass reads and writes besides the points of the material.
+/// What the stress pass reads and writes, except the points of the material.
 pub struct StressPass<'a, const W: usize, S: Shape<W>> {
     /// Longest list of tiles that one thread keeps to itself.
     pub grain: usize,
@@ -91,7 +91,7 @@ pub trait Constitutive<const W: usize, S: Shape<W>>: UpdateStress<W, S> + Send +
     /// Elastic energy in J/m of the points of `tile`, each of initial volume `volume` (m^2).
     fn elastic_energy(&self, tile: &Tile, volume: f64) -> f64;
 
-    /// Follows the points to their new places.
+    /// Moves the data of points to their new places.
     fn reorder(&mut self, sources: &Sources);
 
     /// Largest wave speed of the undeformed material in m/s.
@@ -109,7 +109,7 @@ pub trait Constitutive<const W: usize, S: Shape<W>>: UpdateStress<W, S> + Send +
     /// `plastic_strain` of the model, of a lane's point.
     fn plastic_strain(&self, lane: usize) -> f64;
 
-    /// Whether a point's volume has vanished or turned inside out.
+    /// Whether a point's volume has become zero or negative.
     fn collapsed(&self, lane: usize) -> bool;
 
     /// `viscosity_over_density` of the model in m^2/s.
@@ -130,14 +130,14 @@ pub trait Constitutive<const W: usize, S: Shape<W>>: UpdateStress<W, S> + Send +
     /// Stress, volume and state of all blocks, in their order.
     fn save(&self) -> Bytes;
 
-    /// Takes over what [`Self::save`] gave of `blocks` blocks.
+    /// Restores what [`Self::save`] returned for `blocks` blocks.
     ///
     /// # Errors
     /// A [`Refusal`] of bytes that are not that.
     fn restore(&mut self, saved: &Bytes, blocks: usize) -> Result<(), Refusal>;
 }
 
-/// The mark of the bytes of [`Constitutive::save`].
+/// The name of the format of [`Constitutive::save`].
 const SAVED: &str = "material";
 
 /// A model, and stress, volume and state of the points of a cloud.

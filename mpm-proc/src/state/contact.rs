@@ -1,4 +1,4 @@
-//! Contact of bodies with points in the present step: which points bear a force, and the nodes that they touch.
+//! Contact of bodies with points in the present step: the points that are loaded, and the nodes that they touch.
 
 use super::imps::Member;
 use super::nodes::NodeAt;
@@ -6,7 +6,7 @@ use super::nodes::NodeAt;
 /// A point that a body presses on.
 #[derive(Debug, Clone, Copy)]
 pub struct Loaded {
-    /// Which.
+    /// The point.
     pub member: Member,
     /// Stiffness of its contacts in N/m.
     pub stiffness: f64,
@@ -15,9 +15,9 @@ pub struct Loaded {
 /// A node that a loaded point touches.
 #[derive(Debug, Clone, Copy)]
 pub struct Touch {
-    /// Where the force is.
+    /// The node to which the force is applied.
     pub at: NodeAt,
-    /// The node that moves by it: the same, or what it is an image of.
+    /// The node that moves: the same, or the original if it is an image.
     pub of: NodeAt,
     /// `S_Ip`, through which the point takes velocities.
     pub gather: f64,
@@ -25,7 +25,7 @@ pub struct Touch {
     pub scatter: f64,
 }
 
-/// What contact adds to the largest squared frequency.
+/// The contribution of contact to the largest squared frequency.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct ContactLoad {
     /// Bound of `lambda_max(S k S^T M^-1)` in 1/s^2.

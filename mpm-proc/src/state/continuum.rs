@@ -39,7 +39,7 @@ pub struct Continuum<const W: usize, S: Shape<W>, T: Transfer> {
     pub spread: Spread,
     /// Points that leave the domain.
     pub outside: Outside,
-    /// Sums that go on through the run, and the last measurement.
+    /// Sums over the run, and the last measurement.
     pub totals: Totals,
     /// When stresses are updated.
     pub stress_update: StressUpdate,
@@ -51,7 +51,7 @@ pub struct Continuum<const W: usize, S: Shape<W>, T: Transfer> {
     pub stages: Stages,
     /// Mass-proportional damping of the present step in 1/s.
     pub damping: f64,
-    /// Points that are followed.
+    /// Points whose mean motion is recorded.
     pub probes: Vec<PointSet>,
     /// Points that are held.
     pub holds: Holds,
@@ -69,7 +69,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T> {
     }
 }
 
-/// What of a continuum is saved.
+/// The saved part of a continuum.
 #[derive(Serialize, Deserialize)]
 pub struct SavedContinuum<A> {
     pub(crate) clouds: Vec<SavedCloud<A>>,
@@ -79,7 +79,7 @@ pub struct SavedContinuum<A> {
     moved: f64,
 }
 
-/// The mark of the bytes of one continuum.
+/// The name of the format of one continuum.
 pub(crate) const SAVED: &str = "continuum";
 
 impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T> {
@@ -114,10 +114,10 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T> {
         }
     }
 
-    /// Takes over what [`Self::saved`] gave. The continuum has been configured and has done no step.
+    /// Restores what [`Self::saved`] returned. The continuum has been configured and has done no step.
     ///
     /// # Errors
-    /// A [`Refusal`] of what is not a state of this continuum, which is then of no more use.
+    /// A [`Refusal`] if it is not a state of this continuum, which can then not be used any more.
     pub fn take_over(&mut self, saved: SavedContinuum<T::Affine>) -> Result<(), Refusal> {
         let SavedContinuum {
             clouds,

@@ -48,7 +48,8 @@ impl Grid {
         }
     }
 
-    /// Lays out node tiles under the windows of all clouds, and notes in each tile of a cloud which node tiles its window lies on.
+    /// Allocates node tiles under the windows of all clouds, and stores in each tile of a cloud the node tiles that its
+    /// window overlaps.
     pub fn cover<const W: usize, S: Shape<W>, A: AffineState>(
         &mut self,
         clouds: &mut [Cloud<W, S, A>],
@@ -115,7 +116,7 @@ impl Grid {
         }
     }
 
-    /// The tile that holds a node, and the node's number there, if it is laid out.
+    /// The tile that holds a node, and the node's number in it, if the tile is allocated.
     pub fn holder(&self, node: [i64; 2]) -> Option<(u32, usize)> {
         let [column, row] = node.map(|i| i.div_euclid(TILE as i64) as i32);
         let [x, y] = node.map(|i| i.rem_euclid(TILE as i64) as usize);
@@ -124,8 +125,8 @@ impl Grid {
         Some((tile as u32, y * TILE + x))
     }
 
-    /// Whether there is room for the contact of bodies: all that is saved of a grid. The sum with a force of zero can
-    /// turn the sign of a zero, so whether there is one matters to the bit.
+    /// Whether contact with bodies is allocated, which is all that is saved of a grid. Adding a force of zero can
+    /// change the sign of a zero, so this matters to the bit.
     pub fn save(&self) -> bool {
         let Self {
             geometry: _, // of the configuration
@@ -141,7 +142,7 @@ impl Grid {
         !contact.is_empty()
     }
 
-    /// Lays out the grid under clouds that have been restored; `contact` is what [`Self::save`] gave.
+    /// Allocates the grid under clouds that have been restored; `contact` is the result of [`Self::save`].
     pub fn restore<const W: usize, S: Shape<W>, A: AffineState>(
         &mut self,
         contact: bool,

@@ -28,7 +28,7 @@ use super::point_set::PointSet;
 pub struct Holds {
     /// Set by set, in the order of the configuration.
     pub all: Vec<Hold>,
-    /// The held points at their present places.
+    /// The held points at their present positions.
     pub rows: Vec<Row>,
     /// Weights of the rows, one row after another.
     pub weights: Vec<Weight>,
@@ -43,9 +43,9 @@ pub struct Holds {
 /// Points held in the same directions.
 #[derive(Debug)]
 pub struct Hold {
-    /// Which.
+    /// The points.
     pub points: PointSet,
-    /// Whether along x, and along y.
+    /// Whether they are held along x, and along y.
     pub along: [bool; 2],
     /// Impulse of the support on the points in the present step in N s/m.
     pub impulse: [f64; 2],
@@ -67,9 +67,9 @@ pub struct Row {
 /// Weight of a node in the velocity of a held point.
 #[derive(Debug, Clone, Copy)]
 pub struct Weight {
-    /// Number in [`Holds::nodes`]; while rows are collected the place is in `at`.
+    /// Index in [`Holds::nodes`]; while rows are collected only `at` is valid.
     pub node: u32,
-    /// The node, or the one that it is an image of.
+    /// The node, or its original if it is an image.
     pub at: NodeAt,
     /// `S_Ip`, times the sign of the image, along x and y.
     pub along: [f64; 2],
@@ -78,14 +78,14 @@ pub struct Weight {
 /// A node that held points reach.
 #[derive(Debug, Clone, Copy)]
 pub struct HeldNode {
-    /// Which.
+    /// The node.
     pub at: NodeAt,
     /// `1/m_I` in m/kg; 0 along the directions that a wall holds.
     pub mobility: [f64; 2],
 }
 
 impl Holds {
-    /// These.
+    /// The holds of a configuration.
     pub fn new(all: Vec<Hold>) -> Self {
         Self {
             all,
@@ -109,7 +109,7 @@ impl Holds {
         along
     }
 
-    /// Nodes and their numbers in the weights, from the places that the weights have.
+    /// Numbers the nodes, and fills in the numbers in the weights from their positions.
     pub fn number_nodes(&mut self, mobility: impl Fn(NodeAt) -> [f64; 2]) {
         self.nodes.clear();
         let places = self.weights.iter().map(|w| w.at);
@@ -154,8 +154,8 @@ impl Holds {
         }
     }
 
-    /// What is added along one axis to the velocities of the nodes, which are in [`Axis::velocity`] and are replaced by
-    /// it, so that those of the held points are zero. Impulses of the points go to their holds, times `share`.
+    /// Computes the change of the nodal velocities along one axis after which the held points have no velocity. It
+    /// replaces the velocities in [`Axis::velocity`]. Impulses of the points are added to their holds, times `share`.
     pub fn project(&mut self, a: usize, share: f64) {
         let Self {
             all, rows, axes, ..
@@ -203,8 +203,8 @@ pub struct Axis {
     part: Vec<f64>,
 }
 
-/// A row that is this near, relative to its size, to what others hold is held as well as they: nodes cannot tell it from
-/// them. Its point then moves by this share of what the nodes do.
+/// A row that is this near to the rows already taken, relative to its size, adds no constraint, because the nodes
+/// cannot distinguish it from them. Its point then moves by this share of the motion of the nodes.
 const INDEPENDENT: f64 = 1e-6;
 
 impl Axis {
@@ -222,7 +222,8 @@ impl Axis {
         let size = dot(&self.row, &self.row).sqrt();
         self.part.clear();
         self.part.resize(rank + 1, 0.0);
-        // Twice is enough (Kahan and Parlett): rounding of the first round is small beside what is left.
+        // Two rounds are enough (Kahan and Parlett): the rounding error of the first is small compared with the
+        // remainder.
         for _ in 0..2 {
             for k in 0..rank {
                 let direction = &self.directions[k * nodes..(k + 1) * nodes];

@@ -15,23 +15,23 @@
 //!
 //! Beyond a driven wall all this is so in the frame of the wall: `v_image = V + sigma (v - V)`.
 //!
-//! What points feel of an image is its own mass times `sigma v`. Where sigma is -1 the wall takes what
-//! the originals' own bookkeeping does not show: `-2 (m_image dv + (f_image + m_image g) kick)` in a kick, and
-//! `-2 (m_image v + p_image)` where velocities are set from momenta.
+//! The points feel the image's own mass times `sigma v`. Where sigma is -1, the wall takes up an impulse that the sums
+//! over the originals do not contain: `-2 (m_image dv + (f_image + m_image g) kick)` in a kick, and `-2 (m_image v +
+//! p_image)` where velocities are computed from momenta.
 
 use super::nodes::{NodeAt, NodeTile, WallContribution};
 use super::walls::WallNodes;
 use crate::kernel::tiles::{MARGIN, NODES, TILE, first_node, node};
 
-/// Cells beyond a wall at which a point may be: one, and the margin of a tile's window.
+/// Largest distance in cells beyond a wall at which a point may be: one, and the margin of a tile's window.
 const BEYOND: i64 = 1 + MARGIN as i64;
 
 /// An image.
 #[derive(Debug, Clone, Copy)]
 pub struct Image {
-    /// Where it stands.
+    /// Its position.
     pub at: NodeAt,
-    /// What it is an image of.
+    /// Its original.
     pub of: NodeAt,
     /// Velocity over that of the original.
     pub sign: [f64; 2],
@@ -153,7 +153,7 @@ impl Image {
     }
 }
 
-/// What a node is an image of, if points of `w` nodes can reach it.
+/// The original of a node, if it is an image that points of `w` nodes can reach.
 fn original(walls: &WallNodes, w: usize, node: [i64; 2]) -> Option<([i64; 2], [f64; 2], bool)> {
     let reached = |a: usize| (-BEYOND..=walls.cells()[a] + w as i64).contains(&node[a]);
     if reached(0) && reached(1) {

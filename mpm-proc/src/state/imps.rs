@@ -1,4 +1,4 @@
-//! The identified material points (IMPs): those that the bodies have asked for (Jiang 2020 section 4).
+//! The identified material points (IMPs): those near the bodies (Jiang 2020 section 4).
 
 use interface::message::wire::{ImpForce, ImpInfo, ImpState};
 use interface::solver::Refusal;
@@ -38,7 +38,7 @@ pub struct Imps {
     pub markers: Option<Markers>,
 }
 
-/// What of the IMPs is saved.
+/// The saved part of the IMPs.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct SavedImps {
     members: Vec<Member>,
@@ -47,7 +47,7 @@ pub struct SavedImps {
 }
 
 impl Imps {
-    /// Which points they are, and how far points have gone since they were chosen.
+    /// The points, and how far points have moved since they were chosen.
     pub fn save(&self) -> SavedImps {
         let Self {
             members,
@@ -65,10 +65,10 @@ impl Imps {
         }
     }
 
-    /// Takes over what [`Self::save`] gave.
+    /// Restores what [`Self::save`] returned.
     ///
     /// # Errors
-    /// A [`Refusal`] of members that are not points of `clouds`, or not in order.
+    /// A [`Refusal`] if members are not points of `clouds`, or not in order.
     pub fn restore<const W: usize, S: Shape<W>, A: AffineState>(
         &mut self,
         saved: SavedImps,

@@ -30,7 +30,7 @@ pub struct BodyForce {
 /// The loads on four points.
 #[derive(Debug, Clone, Copy)]
 pub struct Load {
-    /// Position at the start in m: where a body force is asked for.
+    /// Position at the start in m, at which a body force is evaluated.
     pub start: [Lanes; 2],
     /// Dead load in N/m.
     pub dead: [Lanes; 2],
@@ -40,7 +40,7 @@ pub struct Load {
     pub force: [Lanes; 2],
 }
 
-/// What a load remembers of the step before.
+/// The load in the step before.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct LastLoad {
     x: [Lanes; 2],
@@ -104,13 +104,13 @@ impl Loads {
         }))
     }
 
-    /// Follows the points to their new places.
+    /// Moves the loads of points to their new places.
     pub fn reorder(&mut self, sources: &Sources, tiles: usize) {
         reorder(&mut self.points, &mut self.scratch, sources);
         self.reports.resize(tiles, LoadReport::default());
     }
 
-    /// What the loads remember, block by block.
+    /// The loads in the step before, block by block.
     pub fn save(&self) -> Vec<LastLoad> {
         let Self {
             body_force: _, // of the configuration
@@ -130,7 +130,8 @@ impl Loads {
         points.iter().map(last).collect()
     }
 
-    /// Takes over what [`Self::save`] gave, one for each block, or nothing. `sources`: for every lane its point's present lane.
+    /// Restores what [`Self::save`] returned, one entry for each block, or none. `sources`: for every lane, the present
+    /// lane of its point.
     pub fn restore(&mut self, saved: &[LastLoad], sources: &Sources, tiles: usize) {
         self.reorder(sources, tiles);
         for (load, last) in self.points.iter_mut().zip(saved) {

@@ -41,9 +41,9 @@ pub struct Chain {
 /// A node that a marker reaches.
 #[derive(Debug, Clone, Copy)]
 pub struct Weight {
-    /// Where it is.
+    /// Position of the node.
     pub at: NodeAt,
-    /// The node that moves by it: the same, or what it is an image of.
+    /// The node that moves: the same, or the original if it is an image.
     pub of: NodeAt,
     /// `N_I`.
     pub share: f64,
@@ -68,7 +68,7 @@ pub struct Markers {
     pub shift: Vec<[f64; 2]>,
     /// Torque in N that the shift of the weights adds in the present step, for each chain.
     pub torque: Vec<f64>,
-    /// Angular momentum in N s that it has added so far, for each chain.
+    /// Angular momentum in N s that the shift has added so far, for each chain.
     pub spun: Vec<f64>,
 }
 

@@ -17,8 +17,8 @@ use crate::state::constitutive::{Constitutive, StressReport};
 use crate::state::loads::{LastLoad, Loads};
 use crate::state::saved::{Bytes, refusal};
 
-/// In [`Cloud::ids`]: a lane without a point. Such lanes fill up the last block of a tile. They have no mass and drift
-/// along with the first point of their tile, so that their numbers stay harmless.
+/// In [`Cloud::ids`]: a lane without a point. Such lanes fill up the last block of a tile. They have no mass and move
+/// with the first point of their tile, so that their numbers stay finite.
 pub const NO_POINT: u32 = u32::MAX;
 
 /// Velocities of four points.
@@ -51,7 +51,7 @@ pub struct TileReport {
     pub upper: [f64; 2],
 }
 
-/// What all points of a group have in common.
+/// The data that all points of a group share.
 #[derive(Debug, Clone, Copy)]
 pub struct Kind {
     /// Mass of a point in kg/m.
@@ -298,8 +298,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
     }
 }
 
-/// What of a cloud is saved: what differs from one step to the next, in the order in which it lies, since sums depend on
-/// that order.
+/// The saved part of a cloud: the data that change from step to step. They are saved in their present order, since sums
+/// depend on it.
 #[derive(Serialize, Deserialize)]
 pub struct SavedCloud<A> {
     /// Points at the start.
@@ -363,10 +363,10 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
         }
     }
 
-    /// Takes over what [`Self::save`] gave. The caller then gives each tile its neighbours.
+    /// Restores what [`Self::save`] returned. The caller then gives each tile its neighbours.
     ///
     /// # Errors
-    /// A [`Refusal`] of what is not a state of this cloud.
+    /// A [`Refusal`] if it is not a state of this cloud.
     pub fn restore(&mut self, saved: SavedCloud<A>, grid: &Geometry) -> Result<(), Refusal> {
         if self.removed > 0 {
             return Err(refusal("this solver has done steps already"));
@@ -406,7 +406,8 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
 }
 
 impl<A> SavedCloud<A> {
-    /// Whether it is a state of `points` points over `grid`: all that later steps rely on without looking.
+    /// Checks that it is a state of `points` points over `grid`, with all properties that later steps use without a
+    /// check.
     fn check(&self, points: usize, grid: &Geometry) -> Result<(), String> {
         if self.points != points as u64 {
             let of = self.points;
@@ -446,7 +447,7 @@ impl<A> SavedCloud<A> {
         self.check_positions(grid)
     }
 
-    /// Whether each point is there at most once, and lanes without one are the last of their tile.
+    /// Checks that each point occurs at most once, and that lanes without a point are the last of their tile.
     fn check_ids(&self, points: usize) -> Result<(), String> {
         let mut seen = vec![false; points];
         let mut rest = self.ids.as_flattened();
@@ -466,7 +467,7 @@ impl<A> SavedCloud<A> {
         Ok(())
     }
 
-    /// Whether all points are where a step can leave them: in the domain, or a cell beyond its walls.
+    /// Checks that all points are where a step can leave them: in the domain, or up to a cell beyond its walls.
     fn check_positions(&self, grid: &Geometry) -> Result<(), String> {
         let slack = 2.0 * grid.cell;
         let inside = |lanes: &Lanes, a: usize| {

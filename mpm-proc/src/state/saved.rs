@@ -35,7 +35,7 @@ pub fn refusal(message: impl Into<String>) -> Refusal {
 pub struct Form(String);
 
 impl Form {
-    /// That of `config`.
+    /// The form of `config`.
     pub fn of(config: &MpmConfig) -> Self {
         let MpmConfig {
             domain,
@@ -93,7 +93,7 @@ impl Form {
         Self(text)
     }
 
-    /// What points remember is of their model; its parameters may be others from here on.
+    /// The state of a point depends on its model. The parameters of the model may change from here on.
     fn material(i: usize, material: &MaterialConfig, line: &mut dyn FnMut(&str, &dyn fmt::Debug)) {
         let MaterialConfig {
             name: _,
@@ -163,8 +163,8 @@ impl Form {
     }
 }
 
-/// Bytes within a saved state. Unlike `Vec<u8>` they are copied as a whole, and a length that claims more than there is
-/// asks for no memory.
+/// Bytes within a saved state. Unlike `Vec<u8>` they are copied as a whole, and a length that is larger than the data
+/// allocates no memory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Bytes(pub Vec<u8>);
 

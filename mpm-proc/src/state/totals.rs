@@ -4,7 +4,7 @@ use interface::solver::MpmMeasurement;
 use mechanics::impulse::Impulse;
 use serde::{Deserialize, Serialize};
 
-/// Sums that go on through the run, and the last measurement.
+/// Sums over the run, and the last measurement.
 #[derive(Debug, Clone, Default, Serialize, Deserialize)]
 pub struct Totals {
     /// Impulse of gravity, walls, loads and damping so far, less the momentum of points removed, in N s/m.
@@ -22,8 +22,8 @@ pub struct Totals {
     /// Work of the stress so far, less what plastic flow and viscous stress took of it and less the elastic energy of
     /// points removed, in J/m.
     pub stress_work: f64,
-    /// What stress that is updated last has lost to plastic flow and viscous stress and done on the way to the next
-    /// step, in J/m; it counts from there.
+    /// For stress that is updated last: the energy lost to plastic flow and to viscous stress, and the work of the
+    /// stress, on the way to the next step, in J/m. They count in that step.
     pub ahead: [f64; 3],
     /// Work in the kick of the present step. Not saved: between two steps it is part of the sums.
     #[serde(skip)]

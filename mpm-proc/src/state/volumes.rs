@@ -10,7 +10,7 @@ pub struct VolumeNodes {
     pub tile: usize,
     /// `sum_p V_p0 S_Ip` and `sum_p V_p S_Ip` in m^2.
     pub sum: [[f64; 2]; NODES],
-    /// Mean volume over the initial one, and what there is room for.
+    /// Mean volume over the initial one, and the volume for which there is space.
     pub ratio: [[f64; 2]; NODES],
 }
 
@@ -25,7 +25,7 @@ impl VolumeNodes {
     }
 }
 
-/// Cells that belong to a node: a half of one less along each axis where it stands on a wall that is a mirror.
+/// Cells that belong to a node. For each axis along which it lies on a mirror wall, the number is halved.
 pub fn room(walls: &WallNodes, node: [i64; 2]) -> f64 {
     let mut room = 1.0;
     for a in 0..2 {

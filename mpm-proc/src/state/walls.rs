@@ -38,7 +38,7 @@ pub struct WallNodes {
     beyond: [[Beyond; 2]; 2],
 }
 
-/// What stands beyond a wall.
+/// What is beyond a wall.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Beyond {
     /// Nodes of their own.
@@ -50,7 +50,7 @@ enum Beyond {
 }
 
 impl WallNodes {
-    /// The walls of a domain of `cells` cells; `mirrors` if those that hold are to be so.
+    /// The walls of a domain of `cells` cells; with `mirrors`, walls that hold a velocity are mirrors.
     pub fn new(walls: &Walls, cells: [i64; 2], mirrors: bool) -> Self {
         let hold = |wall: Wall, axis: usize| match wall {
             Wall::Driven { speed } => {
@@ -81,7 +81,7 @@ impl WallNodes {
         }
     }
 
-    /// Which components of the velocity of `node` no wall holds for good: 1 or 0 along x and y.
+    /// The components of the velocity of `node` that no wall prescribes: 1 or 0 along x and y.
     pub fn free(&self, node: [i64; 2]) -> [f64; 2] {
         let mut free = [1.0; 2];
         for a in 0..2 {
@@ -103,8 +103,8 @@ impl WallNodes {
         })
     }
 
-    /// Work in J/m of the driven wall at `node`, if it is one, where it gives `mass` (kg/m) the velocity `held` for
-    /// `free` (m/s).
+    /// Work in J/m of the driven wall at `node`, if there is one, when it changes the velocity of `mass` (kg/m) from
+    /// `free` to `held` (m/s).
     pub fn drive(&self, node: [i64; 2], mass: f64, free: [f64; 2], held: [f64; 2]) -> f64 {
         match self.driven(node) {
             None => 0.0,
@@ -136,7 +136,7 @@ impl WallNodes {
                 periodic |= of[a] != node[a];
                 continue;
             }
-            // More than once only where a function is wider than the domain.
+            // More than one round is needed only if a shape function is wider than the domain.
             loop {
                 let turned = match (low, high) {
                     (Beyond::Mirror(turned), _) if of[a] < 0 => {
@@ -175,13 +175,13 @@ impl WallNodes {
         }
     }
 
-    /// The velocity of `node` with the walls obeyed, but for friction.
+    /// The velocity of `node` after the walls have acted, without friction.
     pub fn hold(&self, node: [i64; 2], v: [f64; 2]) -> [f64; 2] {
         self.act(node, v, 0.0)
     }
 
-    /// The velocity of `node` after a kick, with the walls obeyed: what a wall takes of the velocity into it, times the
-    /// coefficient of friction, is what it can take of the velocity along it.
+    /// The velocity of `node` after a kick, after the walls have acted. Friction can reduce the velocity along a wall
+    /// by its coefficient times the velocity into the wall that the wall removes.
     pub fn hold_after_kick(&self, node: [i64; 2], v: [f64; 2]) -> [f64; 2] {
         self.act(node, v, 1.0)
     }
@@ -205,9 +205,9 @@ impl WallNodes {
         v
     }
 
-    /// Work per mass that friction took in a kick, in m^2/s^2, from the velocities of a node `before` it, without the
-    /// wall (`free`) and with it (`held`): an impulse in a kick does work by the mean of the velocities before and
-    /// after all of it.
+    /// Work of friction per mass in a kick, in m^2/s^2, from the velocities of a node `before` the kick, after it
+    /// without the wall (`free`) and with it (`held`). The work of an impulse in a kick is the impulse times the mean
+    /// of the velocities before and after the whole kick.
     pub fn slid(&self, node: [i64; 2], before: [f64; 2], free: [f64; 2], held: [f64; 2]) -> f64 {
         let mut work = 0.0;
         for a in 0..2 {

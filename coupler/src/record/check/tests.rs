@@ -106,7 +106,7 @@ fn distances_from_a_moving_reference() {
     assert!(result.pass, "{result:?}");
 }
 
-/// D5: these passed whatever the run showed.
+/// D5: these passed for any run.
 #[test]
 fn infinite_bounds_and_scales_fail() {
     let infinite = || expression("initial.v / 0");
@@ -219,7 +219,7 @@ fn the_summary_has_the_fixed_keys_and_what_was_expected() {
     );
 }
 
-/// The summary had a bound as `reference` with the tolerance 0, and did not say what it was.
+/// The summary gave a bound as `reference` with the tolerance 0, without saying that it was a bound.
 #[test]
 fn the_summary_says_what_is_expected_under_the_keys_of_the_scene() {
     let scale = Measure::Scale(expression("4*initial.v"));
@@ -258,7 +258,7 @@ fn the_summary_says_what_is_expected_under_the_keys_of_the_scene() {
     }
 }
 
-/// A bound is known before anything is judged by it.
+/// A bound is known even if no value is compared with it.
 #[test]
 fn what_is_expected_is_said_of_a_window_that_was_not_reached() {
     let result = run(

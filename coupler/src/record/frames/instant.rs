@@ -1,4 +1,4 @@
-//! What a frame holds: points, bodies and contacts at an instant, and which of their fields.
+//! The content of a frame: points, bodies and contacts at an instant, and the selection of their fields.
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::vtu::{Array, Precision};
 
-/// What is where at an instant.
+/// Points, bodies and contacts at an instant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Instant {
     /// t_n in s.
@@ -36,7 +36,7 @@ pub struct ReportedFields {
 }
 
 impl ReportedFields {
-    /// By solvers of these capabilities, of a run with this continuum.
+    /// The fields that solvers with these capabilities report, in a run with this continuum.
     pub fn by(mpm: Option<&MpmConfig>, can: impl Fn(Party, &str) -> bool) -> Self {
         let mpm = mpm.filter(|_| can(Party::Mpm, PLASTIC_STRAIN));
         Self {
@@ -46,19 +46,19 @@ impl ReportedFields {
     }
 }
 
-/// Where the plastic strain of a group's points is from.
+/// The source of the plastic strain of a group's points.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PlasticStrain {
-    /// Their solver keeps it.
+    /// The solver stores it.
     Kept,
-    /// They do not flow: it is 0.
+    /// The material does not flow, so it is 0.
     None,
-    /// They flow, and nothing remembers how far: it is not a number.
+    /// The material flows, and the solver does not store how far: it is NaN.
     Forgotten,
 }
 
 impl PlasticStrain {
-    /// Of the groups of a continuum whose solver reports it; `None` if no material keeps any.
+    /// The sources for the groups of a continuum whose solver reports it; `None` if no material stores any.
     pub fn of_groups(config: &MpmConfig) -> Option<Arc<[Self]>> {
         let materials = config
             .groups
@@ -76,7 +76,7 @@ impl PlasticStrain {
         of_groups.contains(&Self::Kept).then_some(of_groups)
     }
 
-    /// Of a point of such a group.
+    /// The plastic strain of a point of such a group.
     pub(super) fn of(self, point: &PointState) -> f64 {
         match self {
             Self::Kept => point.plastic_strain.into(),
@@ -108,7 +108,7 @@ pub enum Field {
     Contacts,
 }
 
-/// What frames hold.
+/// The selection of what frames contain.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Content {
     /// The fields; all of them by default.
@@ -124,7 +124,7 @@ impl Content {
             .is_none_or(|fields| fields.contains(&field))
     }
 
-    /// Of these arrays, those that are asked for.
+    /// Those of these arrays that are selected.
     pub(super) fn keep<const N: usize>(&self, arrays: [(Option<Field>, Array); N]) -> Vec<Array> {
         let asked = arrays
             .into_iter()

@@ -5,18 +5,18 @@ use interface::message::wire::{BodyState, ContactState};
 use super::instant::{Content, Field, Instant};
 use super::vtu::{Array, Cell, Mesh};
 
-/// A body where the scene puts it.
+/// A body at its initial position.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Outlined {
-    /// What the scene calls it.
+    /// Its name in the scene.
     pub name: String,
-    /// In m; several for a cluster.
+    /// Its outlines in m; several for a cluster.
     pub outlines: Vec<Vec<[f64; 2]>>,
     /// Whether forces move it.
     pub is_free: bool,
 }
 
-/// An array of what `numbers` gives of each item.
+/// An array with the numbers that `numbers` returns for each item.
 fn array<T, const N: usize>(name: &str, of: &[T], numbers: impl Fn(&T) -> [f64; N]) -> Array {
     Array::real(name, N, of.iter().flat_map(numbers).collect())
 }
@@ -63,7 +63,7 @@ pub(super) fn points(instant: &Instant, content: &Content) -> Mesh {
     mesh
 }
 
-/// A polygon for each outline, moved as its body has since the start.
+/// A polygon for each outline, moved as its body has moved since the start.
 pub(super) fn bodies(
     outlined: &[Outlined],
     start: &[BodyState],
@@ -110,8 +110,8 @@ pub(super) fn bodies(
     mesh
 }
 
-/// A line for each contact, from one centre to the other: chains of forces lead through bodies. What is no grain, a wall or
-/// whatever is held or driven, has the contact point in its centre's place.
+/// A line for each contact, from one centre to the other, so that chains of forces lead through bodies. For a wall, and
+/// for any other body that is held or driven, the line ends at the contact point.
 pub(super) fn contacts(told: &[ContactState], instant: &Instant, outlined: &[Outlined]) -> Mesh {
     let of_body = |body: u64, contact: &ContactState| {
         let body = body as usize;

@@ -1,8 +1,8 @@
 //! Frames: all points and all bodies at an instant, as VTK files in the run directory (DESIGN.md section 6).
 //!
-//! `frames/points_0003.vtu` has a vertex for each material point, `frames/bodies_0003.vtu` a polygon for each body (one a disc
-//! for a cluster), `frames/contacts_0003.vtu` a line for each contact, `frames/frames.pvd` their times. A thread of its own
-//! writes them; when [`WAITING`] frames wait for a slow disk, the run does.
+//! `frames/points_0003.vtu` has a vertex for each material point, `frames/bodies_0003.vtu` a polygon for each body (for
+//! a cluster, one for each disc), `frames/contacts_0003.vtu` a line for each contact, and `frames/frames.pvd` their
+//! times. A separate thread writes them. If [`WAITING`] frames wait for a slow disk, the run waits too.
 
 mod instant;
 mod meshes;
@@ -30,9 +30,9 @@ pub use instant::{Content, Field, Instant, PlasticStrain, ReportedFields};
 use meshes::{Outlined, bodies, contacts, points};
 use vtu::{Mesh, attribute};
 
-/// What a frame has, each a file.
+/// The parts of a frame, one file each.
 const PARTS: [&str; 3] = ["points", "bodies", "contacts"];
-/// Frames in memory that have not been written.
+/// Largest number of frames in memory that have not been written.
 const WAITING: u64 = 4;
 
 /// The frames of a run so far.
@@ -40,7 +40,8 @@ const WAITING: u64 = 4;
 pub struct Listed {
     /// Their times in s.
     pub times: Vec<f64>,
-    /// The bodies where the scene puts them, as they are at the first one of a run that begins with its scene.
+    /// The bodies at the positions of the scene. In a run that begins with its scene, these are those of its first
+    /// frame.
     pub start: Vec<BodyState>,
     /// Whether there are contacts in them.
     #[serde(default)]
@@ -58,10 +59,10 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// Of a run of these sides, of which the frames that are `listed` are there; later ones are removed.
+    /// The frames of a run that continues: those that are `listed` are kept, later ones are removed.
     ///
     /// # Errors
-    /// [`RunDirError`], also when one of them is not there.
+    /// [`RunDirError`], also if a listed frame is missing.
     pub fn resume(
         dir: &RunDir,
         has_points: bool,
@@ -97,10 +98,10 @@ impl Frames {
         })
     }
 
-    /// Takes a frame, to be written soon.
+    /// Takes a frame; the thread writes it soon.
     ///
     /// # Errors
-    /// [`RunDirError`] when an earlier one could not be written.
+    /// [`RunDirError`] if an earlier one could not be written.
     pub fn take(&mut self, mut instant: Instant) -> Result<(), RunDirError> {
         if !self.content.has(Field::Contacts) {
             instant.contacts = None;
@@ -118,12 +119,12 @@ impl Frames {
         }
     }
 
-    /// What has been taken so far.
+    /// The frames that were taken so far.
     pub fn listed(&self) -> &Listed {
         &self.listed
     }
 
-    /// What has been taken so far, until it is in its files.
+    /// The mark of the frames that were taken so far.
     pub(crate) fn mark(&self) -> Mark {
         self.written.mark(self.listed.times.len() as u64)
     }
@@ -134,7 +135,7 @@ impl Frames {
         !self.written.has_ended() && taken - self.written.count() >= WAITING
     }
 
-    /// Everything taken so far is in its file.
+    /// Waits until all frames are in their files.
     ///
     /// # Errors
     /// [`RunDirError`].
@@ -154,22 +155,22 @@ impl Drop for Frames {
     }
 }
 
-/// The writer's side.
+/// The state of the writing thread.
 struct Series {
     dir: RunDir,
     content: Content,
     /// [`PARTS`].
     has: [bool; 3],
-    /// Each body where the scene puts it.
+    /// Each body at its initial position.
     outlines: Vec<Outlined>,
-    /// The bodies where the scene puts them.
+    /// The states of the bodies at these positions.
     start: Vec<BodyState>,
     times: Vec<f64>,
     written: Arc<Written>,
 }
 
 impl Series {
-    /// Of the frames that are there, keeps those that are listed.
+    /// Keeps the frames that are listed, of those that exist.
     fn keep_listed(&self) -> Result<(), RunDirError> {
         if self.times.is_empty() {
             return Ok(());
@@ -260,7 +261,7 @@ impl Series {
     }
 }
 
-/// Files of these frames in a run directory.
+/// The files of these frames in a run directory.
 pub(crate) fn paths(dir: &Path, frames: std::ops::Range<usize>) -> Vec<PathBuf> {
     let files = frames.flat_map(|number| PARTS.map(|name| file(name, number)));
     files.map(|name| dir.join(FRAMES).join(name)).collect()
@@ -270,7 +271,7 @@ fn file(name: &str, number: usize) -> String {
     format!("{name}_{number:04}.vtu")
 }
 
-/// A frame as it was written.
+/// A frame that is read from its files.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
     /// In s.
@@ -291,7 +292,7 @@ pub struct FrameError {
     what: String,
 }
 
-/// Times in s of the frames of a run directory; none where no frames were kept.
+/// The times in s of the frames of a run directory; empty if it has no frames.
 ///
 /// # Errors
 /// [`FrameError`]: their list is there and cannot be read.
@@ -336,7 +337,7 @@ impl Frame {
         let nearest = entries.iter().min_by(|a, b| away(a).total_cmp(&away(b)));
         let last = entries.last().map_or(0.0, |entry| entry.time);
         let nearest = match nearest {
-            // What is printed of a time in a caption is not all of its digits.
+            // A time printed in a caption does not have all its digits.
             Some(nearest) if away(&nearest) <= 1e-6 * last.max(time) => nearest.time,
             Some(nearest) => {
                 let what = format!("no frame at {time} s; the nearest is at {} s", nearest.time);
@@ -380,7 +381,7 @@ fn entries(text: &str) -> Result<Vec<Entry>, String> {
                 let attribute = |name: &str| attribute(&element, name);
                 let time = attribute("timestep")?;
                 let file = attribute("file")?;
-                // A run directory may be from elsewhere: its list names what is in it.
+                // A run directory may come from elsewhere, so its list may only name files in it.
                 if Path::new(&file).file_name() != Some(OsStr::new(&file)) {
                     return Err(format!(
                         "`{file}` is not the name of a file in the same directory"
@@ -401,7 +402,7 @@ fn entries(text: &str) -> Result<Vec<Entry>, String> {
 mod tests {
     use super::*;
 
-    /// A list could name any file that the reader may read.
+    /// Otherwise a list could name any file that the reader may read.
     #[test]
     fn a_list_names_files_of_its_folder_only() {
         let list = |file: &str| {

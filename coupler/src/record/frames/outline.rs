@@ -1,14 +1,14 @@
-//! The outline of a body as it is drawn: of the polygon with the disc that is swept along it.
+//! The outline of a body as it is drawn: that of the polygon together with the disc that is swept along it.
 
 use core::f64::consts::{PI, TAU};
 
 use interface::config::{BodyConfig, BodyShape};
 
-/// Edges that a whole turn of a rounded corner is drawn with.
+/// Number of edges with which a full circle is drawn.
 const EDGES_A_TURN: f64 = 48.0;
 
-/// Outlines of what a body is made of, each of which closes by itself, counter-clockwise, in the scene's coordinates (m) at
-/// the start: one of a spheropolygon, one a disc of a cluster.
+/// The closed outlines of a body, counter-clockwise, in the scene's coordinates (m) at the start: one for a
+/// spheropolygon, one for each disc of a cluster.
 pub(super) fn outlines(body: &BodyConfig) -> Vec<Vec<[f64; 2]>> {
     let (sin, cos) = body.angle.sin_cos();
     let place = |[x, y]: [f64; 2]| {
@@ -28,8 +28,8 @@ pub(super) fn outlines(body: &BodyConfig) -> Vec<Vec<[f64; 2]>> {
     }
 }
 
-/// The outline of a polygon (m) with a disc of `radius` (m) swept along it; one vertex is a disc, two a rounded segment. Where
-/// the polygon turns inwards the edges moved out meet in a corner.
+/// The outline of a polygon (m) with a disc of `radius` (m) swept along it. One vertex is a disc, two are a rounded
+/// segment. At a reflex corner the offset edges meet in a corner.
 fn swept(vertices: &[[f64; 2]], radius: f64) -> Vec<[f64; 2]> {
     let around = |[x, y]: [f64; 2], from: f64, turn: f64| {
         let edges = (turn / TAU * EDGES_A_TURN).ceil().max(1.0);

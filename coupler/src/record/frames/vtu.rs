@@ -1,7 +1,7 @@
-//! VTK's XML files of unstructured grids: what ParaView, meshio and pyvista read.
+//! VTK's XML files of unstructured grids, which ParaView, meshio and pyvista read.
 //!
-//! Arrays stand at the end of the file as they are in memory, little-endian, in blocks that zlib has packed (VTK's `appended`,
-//! `raw`). What VTK calls a point is a place here, of a material point or of a corner of a body.
+//! Arrays are at the end of the file as they are in memory, little-endian, in blocks compressed by zlib (VTK's
+//! `appended`, `raw`). VTK calls every position a point; it may be a material point or a corner of a body.
 
 use std::io::{self, Read as _, Write as _};
 
@@ -13,9 +13,9 @@ use quick_xml::{Reader, Writer};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-/// Bytes of an array that are packed together.
+/// Bytes of an array that are compressed together.
 const BLOCK: usize = 1 << 20;
-/// What comes before the packed arrays; an underscore follows it.
+/// The element before the compressed arrays; an underscore follows it.
 const APPENDED: &[u8] = b"<AppendedData encoding=\"raw\">";
 
 /// The array of [`Mesh::names`].
@@ -105,13 +105,13 @@ pub struct Mesh {
     pub cell: Cell,
     /// m.
     pub points: Vec<[f64; 2]>,
-    /// Where in the points each cell ends; it begins where the one before ends.
+    /// The index in `points` at which each cell ends; it begins where the one before ends.
     pub ends: Vec<usize>,
     /// Numbers of the points.
     pub of_points: Vec<Array>,
     /// Numbers of the cells.
     pub of_cells: Vec<Array>,
-    /// What the things are called that the cells are parts of, where they have names.
+    /// The names of the bodies to which the cells belong, if they have names.
     pub names: Vec<String>,
 }
 
@@ -144,7 +144,7 @@ impl Mesh {
         file.truncate(file.len() - end.len());
         file.extend(b"\n ".iter().chain(APPENDED).chain(b"_"));
         file.extend(arrays.bytes);
-        // meshio takes the last line end before it for the end of the arrays.
+        // meshio takes the last line end before this element as the end of the arrays.
         file.extend(b"\n</AppendedData>".iter().chain(end));
         file
     }
@@ -335,8 +335,8 @@ impl Appended {
         self.add_bytes(xml, (&array.name, array.components, kind), &[], &bytes)
     }
 
-    /// Packs an array: how many blocks, bytes of a block, bytes of the last one where it is shorter, bytes of each when
-    /// packed, and the blocks.
+    /// Compresses an array. Writes the number of blocks, the bytes of a block, the bytes of the last one if it is
+    /// shorter, the compressed bytes of each, and the blocks.
     fn add_bytes(
         &mut self,
         xml: &mut Writer<Vec<u8>>,
@@ -372,7 +372,7 @@ impl Appended {
     }
 }
 
-/// What an array says of itself.
+/// The header of an array.
 struct Header {
     name: String,
     kind: String,
@@ -402,7 +402,7 @@ impl Header {
         }
     }
 
-    /// The bytes of the array among the packed `arrays`.
+    /// The bytes of the array, from the compressed `arrays`.
     fn unpack(&self, arrays: &[u8]) -> Result<Vec<u8>, String> {
         let short = || format!("`{}` has another length than it declares", self.name);
         let mut rest = arrays.get(self.offset..).ok_or_else(short)?;
@@ -526,7 +526,7 @@ mod tests {
         let mut short = mesh.clone();
         short.of_cells[0].values.pop();
         assert!(read_back(&short).is_err());
-        // Two cells of 2^63 components: none, as far as a product of 64 bits can tell.
+        // Two cells of 2^63 components: in 64 bits their product is 0.
         let mut vast = mesh;
         vast.of_cells[0].components = 1 << 63;
         vast.of_cells[0].values.clear();

@@ -159,7 +159,7 @@ fn a_slice_has_its_share_of_what_is_counted() {
     with_measured(|quantities, measured, first| {
         let mut sample = Sample::default();
         quantities.fill(&mut sample, measured, first);
-        // A slice of half a metre has half of all that is counted, and the same places, speeds and ratios.
+        // A slice of half a metre has half of every extensive quantity, and the same positions, speeds and ratios.
         let half = quantities.clone().of_slice(0.5);
         let whole = sample.values().to_vec();
         half.fill(&mut sample, measured, first);
@@ -187,7 +187,7 @@ fn a_slice_has_its_share_of_what_is_counted() {
     });
 }
 
-/// A check of what the continuum does not say must not pass.
+/// A check of a quantity that the continuum does not report must not pass.
 #[test]
 fn a_work_gap_without_the_capability_is_nan() {
     let quantities = Quantities::new([], [&[], &[], &[]], [], []);

@@ -1,4 +1,5 @@
-//! The list of the files that Tandem has written into a run directory: whole names, whatever ends the process.
+//! The list of the files that Tandem has written into a run directory. Its names are whole even if the process is
+//! killed.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -16,12 +17,12 @@ pub(super) const WRITTEN: &str = ".tandem.files";
 pub(super) struct Written {
     pub names: BTreeSet<String>,
     list: File,
-    /// Of whole names in the list.
+    /// Length in bytes of the whole names in the list.
     bytes: u64,
 }
 
 impl Written {
-    /// Of a folder, with what it lists already. The list is replaced as a whole.
+    /// The list of a folder, with the names that it has already. The file is replaced as a whole.
     pub fn open(place: &Path, names: BTreeSet<String>) -> Result<Self, RunDirError> {
         let path = place.join(WRITTEN);
         let part = path.with_added_extension("part");
@@ -45,7 +46,8 @@ impl Written {
         })
     }
 
-    /// Before a file is written, its name is. What reaches the list in part, because the disk is full, is taken back.
+    /// Adds a name, before the file is written. A name that is written only in part, because the disk is full, is
+    /// removed again.
     pub fn add(&mut self, name: &str) -> io::Result<()> {
         if self.names.contains(name) {
             return Ok(());
@@ -72,7 +74,7 @@ mod tests {
         written.add("b").unwrap();
         let text = || fs::read_to_string(dir.path().join(WRITTEN)).unwrap();
         assert_eq!(text(), "a\nb\n");
-        // A list that takes nothing.
+        // A list that cannot be written.
         written.list = File::open(dir.path().join(WRITTEN)).unwrap();
         written.add("c").unwrap_err();
         assert!(!written.names.contains("c"));

@@ -9,26 +9,28 @@ use crate::run::pace::Pace;
 use crate::scene::diagnostic::SceneErrors;
 use crate::scene::{Scene, Start};
 
-/// What a scene begins with that branches off another run.
+/// The state of another run with which a scene begins.
 #[derive(Debug)]
 pub struct Branch {
     pub(crate) checkpoint: Checkpoint,
-    /// The scene goes on as that run would: in the same steps to the same bits. Otherwise velocities are brought to the
-    /// time of the positions first, under the scene's own laws, which gives its first energies and step.
+    /// Whether the scene continues as that run would, with the same steps and the same bits. Otherwise the velocities
+    /// are first brought to the time of the positions, under the scene's own laws, which gives its first energies and
+    /// its first step.
     pub(crate) as_before: bool,
     begin: f64,
 }
 
 impl Branch {
-    /// Where the clock of the scene begins, in s.
+    /// Time in s at which the clock of the scene begins.
     pub fn time(&self) -> f64 {
         self.begin
     }
 
-    /// Looks for the state that `scene` begins with, and notes it in the scene; `None`: it begins with what it describes.
+    /// Finds the state with which `scene` begins, and notes it in the scene. `None` if the scene describes its own
+    /// initial state.
     ///
     /// # Errors
-    /// Why the scene cannot begin with it, in terms of its keys.
+    /// Why the scene cannot begin with that state, in terms of its keys.
     pub fn find(scene: &mut Scene) -> Result<Option<Self>, SceneErrors> {
         let Some(start) = scene.start.clone() else {
             return Ok(None);
@@ -81,26 +83,26 @@ impl Branch {
         }))
     }
 
-    /// What the solver of `party` has saved there.
+    /// The state that the solver of `party` saved.
     pub fn saved(&self, party: Party) -> Option<&[u8]> {
         let mut solvers = self.checkpoint.solvers.iter();
         let (_, saved) = solvers.find(|(of, _)| *of == party)?;
         Some(solver_part(saved))
     }
 
-    /// Of what it is.
+    /// The description of the checkpoint.
     pub fn about(&self) -> &About {
         &self.checkpoint.about
     }
 }
 
-/// The checkpoint that `start` asks for of a run of `parent`.
+/// The checkpoint of a run of `parent` that `start` asks for.
 fn find(start: &Start, parent: &Scene) -> Result<Checkpoint, CheckpointError> {
     let ours = About::of(parent, &[], false);
     file::of_time(&start.run, &ours, start.at)
 }
 
-/// Whether a run of `scene` takes the steps from the checkpoint on that one of `parent` would take.
+/// Whether a run of `scene` does the same steps after the checkpoint as a run of `parent` would.
 fn goes_on(scene: &Scene, parent: &Scene, checkpoint: &Checkpoint) -> bool {
     let rules = |scene: &Scene| {
         let mut time = scene.time;
@@ -113,6 +115,6 @@ fn goes_on(scene: &Scene, parent: &Scene, checkpoint: &Checkpoint) -> bool {
         pace.next_output()
     };
     let same = scene.mpm == parent.mpm && scene.dem == parent.dem && rules(scene) == rules(parent);
-    // An epoch under way ends on the next output.
+    // The present epoch ends on the next output.
     same && (checkpoint.state.is_at_end() || next_output(scene) == next_output(parent))
 }

@@ -30,21 +30,21 @@ const MAGIC: &[u8] = b"tandem checkpoint 1\n";
 /// Format of the coupler's own state.
 const FORMAT: &str = "tandem-coupler 2";
 const HASH: usize = 32;
-/// Longest description of what made one.
+/// Longest description of a checkpoint in bytes.
 const ABOUT: u64 = 1 << 20;
-/// Bytes of a block before it is packed.
+/// Bytes of a block before it is compressed.
 const BLOCK: usize = 16 << 20;
 
-/// The whole state of a run.
+/// The complete state of a run.
 #[derive(Debug, Clone)]
 pub(crate) struct Checkpoint {
     pub about: About,
     pub state: CouplerState,
-    /// What each solver has saved.
+    /// The state that each solver saved.
     pub solvers: Vec<(Party, Vec<u8>)>,
 }
 
-/// What made a checkpoint, and of what it is.
+/// The description of a checkpoint.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct About {
     /// Name of the scene.
@@ -66,16 +66,16 @@ pub struct About {
     pub solvers: Vec<Party>,
     /// Whether the run was recorded.
     pub recorded: bool,
-    /// Whether it is kept for other scenes to begin with.
+    /// Whether it is kept, for other scenes to begin with.
     #[serde(default)]
     pub kept: bool,
-    /// What the run itself began with: `start.from` and `start.state` of its scene.
+    /// The state with which the run itself began: `start.from` and `start.state` of its scene.
     #[serde(default)]
     pub start: Option<[String; 2]>,
 }
 
 impl About {
-    /// Of a run of this program.
+    /// The description of a run of this program.
     pub fn of(scene: &Scene, solvers: &[Party], recorded: bool) -> Self {
         Self {
             scene: scene.name.clone(),
@@ -92,7 +92,7 @@ impl About {
         }
     }
 
-    /// What keeps a run like `ours` from going on from here; the first thing that differs.
+    /// The first difference that prevents a run like `ours` from continuing with this checkpoint.
     fn differs(&self, ours: &Self) -> Option<String> {
         let differs = |what: &str, theirs: &str, ours: &str| {
             (theirs != ours).then(|| format!("its {what} is {theirs}, here it is {ours}"))
@@ -126,7 +126,7 @@ pub enum CheckpointError {
         /// In what way.
         what: String,
     },
-    /// It is of another program, protocol or scene.
+    /// It belongs to another program, protocol or scene.
     #[error("{path} is not of this run: {what}")]
     Differs {
         /// Where.
@@ -146,31 +146,31 @@ pub enum CheckpointError {
         /// What is wrong with the recording.
         why: String,
     },
-    /// There is none.
+    /// There is no checkpoint.
     #[error(
         "{0} has no checkpoint (its scene has no `output.checkpoint`, it ended before the first, or a solver cannot save its state) and no recording to continue from"
     )]
     None(PathBuf),
-    /// There is none of that time or before.
+    /// There is no checkpoint at that time or before.
     #[error("{dir} has no checkpoint of t = {time} s or before; it has those of {there}")]
     Later {
         /// Of which run.
         dir: PathBuf,
         /// In s.
         time: f64,
-        /// What there is.
+        /// The times of the checkpoints that exist.
         there: String,
     },
 }
 
 impl Checkpoint {
-    /// The solver whose state it has not, of those that take part in `scene`.
+    /// The solver whose state it lacks, of those that take part in `scene`.
     pub fn left_out(&self, scene: &Scene) -> Option<Party> {
         let mut parties = scene.parties().into_iter();
         parties.find(|party| !self.about.solvers.contains(party))
     }
 
-    /// Where its run goes on.
+    /// The point at which its run continues.
     pub fn moment(&self) -> Moment {
         Moment {
             step: self.about.step,
@@ -178,7 +178,7 @@ impl Checkpoint {
         }
     }
 
-    /// Hash of what the solvers have saved: the same for the same state, whatever it took to get there.
+    /// Hash of the states of the solvers. It is the same for the same state, however it was reached.
     pub fn state_hash(&self) -> String {
         let mut hasher = blake3::Hasher::new();
         for (_, state) in &self.solvers {
@@ -220,7 +220,7 @@ fn pack(bytes: &mut Vec<u8>, state: &[u8]) {
 /// The checkpoint in `bytes`.
 ///
 /// # Errors
-/// What is wrong with them.
+/// What is wrong with the bytes.
 pub(crate) fn read(bytes: &[u8]) -> Result<Checkpoint, String> {
     let Some(body) = bytes.len().checked_sub(HASH) else {
         return Err("it is too short".into());
@@ -252,10 +252,10 @@ pub(crate) fn read(bytes: &[u8]) -> Result<Checkpoint, String> {
     })
 }
 
-/// What each solver has saved in the checkpoint in `bytes`.
+/// The state that each solver saved in the checkpoint in `bytes`.
 ///
 /// # Errors
-/// What is wrong with them, in words.
+/// What is wrong with the bytes, in words.
 pub fn solver_states(bytes: &[u8]) -> Result<Vec<(Party, Vec<u8>)>, String> {
     Ok(read(bytes)?.solvers)
 }
@@ -285,7 +285,8 @@ fn unpack(rest: &mut &[u8]) -> Result<Vec<u8>, String> {
         let packed = take(rest, length)?;
         let (size, packed) =
             lz4_flex::block::uncompressed_size(packed).map_err(|e| e.to_string())?;
-        if size > BLOCK {
+        // LZ4 makes at most 255 bytes of one.
+        if size > BLOCK.min(255 * packed.len()) {
             return Err(format!("a block of {size} bytes"));
         }
         state.extend(lz4_flex::block::decompress(packed, size).map_err(|e| e.to_string())?);
@@ -293,10 +294,10 @@ fn unpack(rest: &mut &[u8]) -> Result<Vec<u8>, String> {
     Ok(state)
 }
 
-/// Ending of those that are kept.
+/// Ending of the names of checkpoints that are kept.
 const KEPT: &str = ".kept.tandem";
 
-/// Name in the run directory.
+/// Name of the file in the run directory.
 pub(crate) fn name(about: &About) -> String {
     let ending = if about.kept { KEPT } else { ".tandem" };
     format!("{CHECKPOINTS}/{:012}{ending}", about.step)
@@ -307,7 +308,7 @@ pub(crate) fn is_kept(path: &Path) -> bool {
     path.to_string_lossy().ends_with(KEPT)
 }
 
-/// The checkpoints of a run directory, the newest first.
+/// The checkpoints of a run directory, newest first.
 pub(crate) fn list(dir: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(dir.join(CHECKPOINTS)).into_iter().flatten();
     let mut paths: Vec<PathBuf> = entries
@@ -325,13 +326,13 @@ pub fn is_in(dir: &Path) -> bool {
     !list(dir).is_empty()
 }
 
-/// The newest checkpoint of a run directory that is whole, its path, and what is wrong with newer ones.
+/// The newest checkpoint of a run directory that can be used, its path, and the errors of newer ones.
 pub(crate) type Found = (PathBuf, Checkpoint, Vec<CheckpointError>);
 
 /// The newest good checkpoint in `dir` of a run like `ours`.
 ///
 /// # Errors
-/// [`CheckpointError`]: there is none, or it is of another run, program or protocol.
+/// [`CheckpointError`]: there is none, or it belongs to another run, program or protocol.
 pub(crate) fn newest(dir: &Path, ours: &About) -> Result<Found, CheckpointError> {
     let mut passed_over = Vec::new();
     for path in list(dir) {
@@ -351,7 +352,7 @@ pub(crate) fn newest(dir: &Path, ours: &About) -> Result<Found, CheckpointError>
         .unwrap_or_else(|| CheckpointError::None(dir.to_path_buf())))
 }
 
-/// The checkpoint in a file.
+/// Reads a checkpoint.
 fn open(path: &Path) -> Result<Checkpoint, CheckpointError> {
     let bytes = fs::read(path).map_err(|source| CheckpointError::Read {
         path: path.to_path_buf(),
@@ -365,7 +366,7 @@ fn damaged(path: &Path, what: String) -> CheckpointError {
     CheckpointError::Damaged { path, what }
 }
 
-/// Of what a checkpoint is, without its state, which may be long.
+/// The description of a checkpoint, without its state, which may be long.
 fn about(path: &Path) -> Result<About, CheckpointError> {
     let read = || {
         let mut file = fs::File::open(path)?;
@@ -383,10 +384,11 @@ fn about(path: &Path) -> Result<About, CheckpointError> {
     serde_json::from_slice(&about).map_err(|e| damaged(path, e.to_string()))
 }
 
-/// The last checkpoint in `dir` of a run like `ours` that is not after `time` (s); of all if there is none.
+/// The last checkpoint in `dir` of a run like `ours` that is not after `time` (s), or the last one if there is no
+/// `time`.
 ///
 /// # Errors
-/// [`CheckpointError`]: there is none, it is damaged, or it is of another run, program or protocol.
+/// [`CheckpointError`]: there is none, it is damaged, or it belongs to another run, program or protocol.
 pub(crate) fn of_time(
     dir: &Path,
     ours: &About,
@@ -395,7 +397,7 @@ pub(crate) fn of_time(
     let mut there = Vec::new();
     for path in list(dir) {
         let at = about(&path)?.time;
-        // The largest error of a written time by rounding.
+        // A written time is rounded by at most this.
         if time.is_none_or(|time| at <= time * (1.0 + 1e-12)) {
             let checkpoint = open(&path)?;
             return match checkpoint.about.differs(ours) {
@@ -432,7 +434,7 @@ mod tests {
         }
     }
 
-    /// Whatever lengths say, nothing beyond the file is allocated or believed.
+    /// For any length that a file announces, nothing beyond the file is allocated or used.
     #[test]
     fn lengths_that_lie_are_refused() {
         let lie = |numbers: &[u64], tail: &[u8]| {
@@ -444,6 +446,9 @@ mod tests {
         assert!(lie(&[u64::MAX, 4], &[0; 3]).contains("4 bytes are announced, 3 follow"));
         assert!(lie(&[1, u64::MAX], &[0; 9]).contains("are announced"));
         assert!(lie(&[1, 5], &[255, 255, 255, 255, 0]).contains("a block of 4294967295 bytes"));
+        // 16 MiB were taken for this one byte.
+        let short = [&(BLOCK as u32).to_le_bytes()[..], &[0]].concat();
+        assert!(lie(&[1, 5], &short).contains("a block of 16777216 bytes"));
     }
 
     #[test]
@@ -453,7 +458,7 @@ mod tests {
         assert!(read(&[7; 100]).unwrap_err().contains("does not begin"));
         let torn = [MAGIC, &[0; 40][..]].concat();
         assert!(read(&torn).unwrap_err().contains("hash"));
-        // The right hash of a body that stops early.
+        // The correct hash of a body that is too short.
         assert!(
             read(&whole(MAGIC))
                 .unwrap_err()

@@ -14,15 +14,15 @@ pub(crate) use state::{CouplerState, Phase, UnderWay};
 
 use branch::Branch;
 
-/// What a run begins with.
+/// The state with which a run begins.
 #[derive(Debug)]
 pub(crate) enum Origin {
-    /// What its scene describes.
+    /// That of its scene.
     Scene,
-    /// The same, and its recording has what it did before.
+    /// The same; messages are compared with its recording.
     Recording,
-    /// The state of the same run; of a solver that could not save its own, what the recording has of it.
+    /// A state of the same run; what a solver that cannot save its own did is in the recording.
     Itself(Box<Checkpoint>),
-    /// The state of another run.
+    /// A state of another run.
     Another(Box<Branch>),
 }

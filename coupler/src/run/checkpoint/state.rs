@@ -9,27 +9,27 @@ use crate::run::pace::Epoch;
 use crate::run::stability::{Budgets, Sides};
 use crate::scene::Scene;
 
-/// Where a run is.
+/// The phase of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) enum Phase {
-    /// The closing step of the run that this one begins with comes next.
+    /// Next is the closing step of the run with which this one begins.
     Arriving,
-    /// The opening step comes next: nothing moves.
+    /// Next is the opening step, in which nothing moves.
     Opening,
     /// Steps to the end.
     Stepping,
-    /// The closing step comes next: the last half kick brings the velocities to the time of the positions.
+    /// Next is the closing step: the last half kick brings the velocities to the time of the positions.
     Closing,
     /// No more steps.
     Done,
 }
 
-/// An epoch under way.
+/// The present epoch.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct UnderWay {
     pub epoch: Epoch,
     pub budgets: Budgets,
-    /// Steps of it that are done.
+    /// Number of its steps that are done.
     pub done: u64,
 }
 
@@ -39,11 +39,11 @@ pub(crate) struct CouplerState {
     pub account: Kept,
     pub phase: Phase,
     pub under_way: UnderWay,
-    /// Flags of the grant, but for CHECKPOINT.
+    /// Flags of the grant, except CHECKPOINT.
     pub asked: u64,
     pub sides: Sides,
     pub bodies: Vec<BodyState>,
-    /// The bodies where the scene puts them.
+    /// The bodies at their initial positions.
     pub origin: Vec<BodyState>,
     /// Length of the history in bytes.
     pub history: u64,
@@ -51,7 +51,7 @@ pub(crate) struct CouplerState {
 }
 
 impl CouplerState {
-    /// Values that no run of `scene` can have. The hash of a checkpoint shows damage, but not who wrote it.
+    /// A value that no run of `scene` can have. The hash of a checkpoint detects damage, but not who wrote it.
     pub fn impossible_value(&self, scene: &Scene) -> Option<&'static str> {
         let bodies = scene.dem.as_ref().map_or(0, |dem| dem.bodies.len());
         let Epoch { dt, steps, .. } = self.under_way.epoch;
@@ -61,14 +61,16 @@ impl CouplerState {
             Some("it asks for what no grant can")
         } else if other_bodies(&self.bodies) || other_bodies(&self.frames.start) {
             Some("it has another number of bodies")
-        } else if !(dt.is_finite() && dt >= 0.0) || self.under_way.done > steps {
+        } else if !(dt.is_finite() && dt >= 0.0) || self.under_way.done >= steps {
             Some("its epoch is none")
+        } else if !self.account.is_countable() {
+            Some("no run has so many steps or epochs")
         } else {
             None
         }
     }
 
-    /// Whether no step is left but the closing one.
+    /// Whether only the closing step is left.
     pub fn is_at_end(&self) -> bool {
         self.phase == Phase::Done
     }

@@ -1,4 +1,4 @@
-//! When a checkpoint is due, and the thread that writes it while the run goes on.
+//! The times of checkpoints, and the thread that writes them while the run continues.
 
 use std::fs;
 use std::path::Path;
@@ -16,16 +16,16 @@ use crate::record::course::COURSE;
 use crate::record::rundir::{HISTORY, RunDir, RunDirError, fail};
 use crate::scene::CheckpointPlan;
 
-/// Checkpoints that stay besides those for other scenes: the newest, and the one before.
+/// Number of checkpoints that are not deleted, besides those for other scenes: the newest one and the one before.
 const KEPT: usize = 2;
 
 /// Writes the checkpoints of a run.
 #[derive(Debug)]
 pub(crate) struct CheckpointWriter {
     plan: CheckpointPlan,
-    /// When the last one was taken: wall time, and simulated time in s.
+    /// When the last checkpoint was taken: wall time, and simulated time in s.
     last: (Instant, f64),
-    /// One is being written or waits to be.
+    /// Number of checkpoints that are being written or wait.
     busy: Arc<AtomicUsize>,
     queue: Option<Sender<Taken>>,
     writer: Option<JoinHandle<()>>,
@@ -55,7 +55,7 @@ impl CheckpointWriter {
         }
     }
 
-    /// Whether one is to be taken at the simulated time `time` (s). While one is being written the next waits.
+    /// Whether a checkpoint has to be taken at the simulated time `time` (s). While one is being written, none is.
     pub fn is_due(&self, time: f64) -> bool {
         let (when, at) = self.last;
         let wall = self.plan.wall.is_some_and(|wall| when.elapsed() >= wall);
@@ -63,12 +63,12 @@ impl CheckpointWriter {
         (wall || simulated) && self.busy.load(Ordering::Acquire) == 0
     }
 
-    /// Whether one is being written and one waits for that, so that no more should be taken.
+    /// Whether one is being written and another one waits, so that no more should be taken.
     pub fn is_behind(&self) -> bool {
         self.busy.load(Ordering::Acquire) > 1
     }
 
-    /// Takes one, to be written soon, after what it relies on.
+    /// Takes a checkpoint. It is written soon, after everything that it `relies_on`.
     pub fn take(&mut self, checkpoint: Checkpoint, relies_on: Vec<Mark>) {
         self.last = (Instant::now(), checkpoint.about.time);
         self.busy.fetch_add(1, Ordering::AcqRel);
@@ -99,10 +99,10 @@ impl Drop for CheckpointWriter {
     }
 }
 
-/// A checkpoint, and what is written before it.
+/// A checkpoint, and the marks that must be reached before it is written.
 type Taken = (Box<Checkpoint>, Vec<Mark>);
 
-/// The writer's side.
+/// The state of the writing thread.
 struct WriterThread {
     dir: RunDir,
     sink: Option<RecordingSink>,
@@ -110,13 +110,13 @@ struct WriterThread {
 }
 
 impl WriterThread {
-    /// A checkpoint that cannot be written is no reason to end a run: the next one may be.
+    /// Writes all checkpoints. One that cannot be written does not end the run, because the next one may succeed.
     fn write_all(self, taken: &Receiver<Taken>) {
         let mut synced = 0;
         for (checkpoint, relies_on) in taken {
             let frames = checkpoint.state.frames.times.len();
             if !relies_on.iter().all(Mark::is_reached) {
-                // The run ends because of that; this would be a state without its rows or frames.
+                // The run ends for that reason. This checkpoint would lack its rows or frames.
                 self.busy.fetch_sub(1, Ordering::AcqRel);
                 continue;
             }
@@ -150,7 +150,7 @@ impl WriterThread {
         Ok(())
     }
 
-    /// Beside the others, then in their place: whoever reads sees whole ones only.
+    /// Writes the file under another name and then renames it, so that a reader sees only whole files.
     fn write(&self, checkpoint: &Checkpoint) -> Result<(), RunDirError> {
         let bytes = file::write(checkpoint);
         let name = file::name(&checkpoint.about);

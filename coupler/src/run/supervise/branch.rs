@@ -30,6 +30,10 @@ impl<'a> Run<'a> {
         let outputs = Outputs::begin(scene, options, dir, account, listed)?;
         let from_zero = scene.start.as_ref().is_some_and(|start| start.from_zero);
         account.branch(&state.account, from_zero);
+        let under_way = (state.phase == Phase::Stepping).then_some(state.under_way);
+        if as_before && under_way.is_some_and(|it| !account.can_go_on(&it.epoch, it.done)) {
+            return Err(RunError::Checkpoint("its clock is not in its epoch".into()));
+        }
         let mut run = Self::at_start(scene, options, dir, account, outputs);
         run.latest.sides = state.sides;
         run.latest.bodies = state.bodies;
@@ -37,7 +41,7 @@ impl<'a> Run<'a> {
         run.restored = solvers;
         if as_before {
             run.schedule.phase = Phase::Stepping;
-            run.schedule.under_way = (state.phase == Phase::Stepping).then_some(state.under_way);
+            run.schedule.under_way = under_way;
             if run
                 .schedule
                 .under_way

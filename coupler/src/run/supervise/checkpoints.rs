@@ -1,4 +1,4 @@
-//! The states that a run saves, to continue from there.
+//! The states that a run saves, to continue from them.
 
 use std::sync::atomic::Ordering;
 
@@ -59,7 +59,7 @@ impl Run<'_> {
         } else if !self.checkpoints.kept {
             return Ok(0);
         }
-        // The rows that it relies on reach the file before it does.
+        // The rows to which the checkpoint refers must be in the file before it is.
         let relies_on = self.outputs.flush()?;
         let state = CouplerState {
             account: self.account.keep(),
@@ -81,7 +81,7 @@ impl Run<'_> {
         Ok(flags::CHECKPOINT)
     }
 
-    /// The solvers' states have come with the reports.
+    /// The states of the solvers have arrived with the reports.
     pub(super) fn keep(&mut self, coupler: &mut Coupler) {
         let (Some((state, relies_on)), Some(writer)) = (
             self.checkpoints.pending.take(),

@@ -1,4 +1,4 @@
-//! The files of a run that grow with it, and its recording.
+//! The files that grow during a run, and its recording.
 
 use interface::recording::RecordingSink;
 
@@ -15,11 +15,11 @@ use crate::scene::Scene;
 /// Bytes of a table that may wait for the disk.
 const BEHIND: u64 = 4 << 20;
 
-/// What a run writes while it runs.
+/// The files that a run writes while it runs.
 pub(crate) struct Outputs {
     pub(super) history: History,
     pub(super) course: Course,
-    /// `None` where the scene asks for no frames.
+    /// `None` if the scene asks for no frames.
     pub(super) frames: Option<Frames>,
     /// The fields of frames that the solvers report besides positions.
     pub(super) reported: ReportedFields,
@@ -29,7 +29,7 @@ pub(crate) struct Outputs {
 }
 
 impl Outputs {
-    /// New files. `listed` are frames that the run has already.
+    /// New files. `listed` are the frames that the run has already.
     ///
     /// # Errors
     /// [`RunDirError`].
@@ -44,7 +44,7 @@ impl Outputs {
         Self::new(scene, options, dir, (history, Course::begin(dir)?), listed)
     }
 
-    /// Files that exist up to `time` (s): `history` has so many bytes, and the frames are `listed`.
+    /// Files that exist up to `time` (s). `history` is the length of the history in bytes, and the frames are `listed`.
     ///
     /// # Errors
     /// [`RunDirError`].
@@ -86,7 +86,7 @@ impl Outputs {
             || self.sink.as_ref().is_some_and(RecordingSink::is_behind)
     }
 
-    /// Starts to write all rows so far; the marks that are reached when rows and frames are in their files.
+    /// Begins to write all rows so far. When the marks are reached, rows and frames are in their files.
     ///
     /// # Errors
     /// [`RunDirError`].
@@ -96,12 +96,12 @@ impl Outputs {
         Ok(marks)
     }
 
-    /// Waits until tables and frames are written; the results of both.
+    /// Waits until tables and frames are written; returns the results of both.
     pub(super) fn finish(&mut self) -> [Result<(), RunDirError>; 2] {
         self.progress.finish();
         let tables = self.history.finish().and(self.course.finish());
         let frames = self.frames.as_mut().map_or(Ok(()), Frames::finish);
-        // A checkpoint waits for the frames that it lists.
+        // A checkpoint waits for the frames that it lists, so their writer ends first.
         self.frames = None;
         [tables, frames]
     }

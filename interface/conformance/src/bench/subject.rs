@@ -113,7 +113,7 @@ impl Worker {
                 {
                     return Err(Instead::Notice(notice));
                 }
-                // WindowReport at the second look: what was sent before the end has been looked for in between.
+                // The end is reported at the second look, because what was sent before it is looked for in between.
                 if let Some(end) = ended.take() {
                     return Err(Instead::End(end));
                 }

@@ -363,7 +363,13 @@ impl Replay<'_> {
                     .as_notice()
                     .map_err(|e| self.solver(format!("a notice that does not decode: {e}")))?;
                 let recorded = self.script.next(Kind::Notice)?;
-                Err(self.failed(recorded.as_ref(), &replayed))
+                Err(match (recorded, replayed) {
+                    // It fails where it did not: what the recording has instead says more than its words alone.
+                    (None, Notice::Failed(now)) => {
+                        self.solver(format!("{} ({kind:?} expected of it)", now.message))
+                    }
+                    (recorded, replayed) => self.failed(recorded.as_ref(), &replayed),
+                })
             }
         }
     }
