@@ -1,5 +1,7 @@
 //! What the targets of `cargo fuzz` have in common: how an input is run and how it is changed.
 
+#![forbid(unsafe_code)]
+
 use fuzzing::Target;
 use fuzzing::change::Changer;
 pub use libfuzzer_sys;
