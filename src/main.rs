@@ -22,12 +22,17 @@ mod terminal;
 mod watch;
 
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::Parser;
 use cli::{Cli, Command};
 use coupler::scene::schema;
+use interface::transport::remains::sweep;
 use signal_hook::consts::SIGXFSZ;
 use terminal::{complain, say};
+
+/// How long `tandem clean` waits for the solvers of a dead run to end.
+const ENDING: Duration = Duration::from_secs(2);
 
 fn main() -> ExitCode {
     // A file that may grow no further is an error of that file and not the end of the process.
@@ -59,11 +64,17 @@ fn obey(command: Command) -> ExitCode {
         Command::Conformance(args) => conformance::judge(&args),
         Command::Plot(args) => studies::plot(&args),
         Command::Clean => {
-            let swept = interface::transport::remains::sweep();
+            let swept = sweep(ENDING);
             say(format_args!(
                 "removed the files of {} dead run(s)",
-                swept.len()
+                swept.removed.len()
             ));
+            if !swept.inhabited.is_empty() {
+                complain(format_args!(
+                    "{} dead run(s) still have a solver that lives; clean again when it has ended",
+                    swept.inhabited.len()
+                ));
+            }
             ExitCode::SUCCESS
         }
         Command::Mpm(args) => solvers::join(&args, solvers::mpm_process),

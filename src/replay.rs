@@ -1,11 +1,13 @@
 //! `tandem replay`.
 
 use std::process::ExitCode;
+use std::time::Duration;
 
 use conformance::bench::{Start, Subject};
 use conformance::replay::{Options, Outcome, ReplayError, replay};
 use interface::message::control::Party;
 use interface::recording::End;
+use interface::transport::remains::sweep;
 
 use crate::cli::ReplayArgs;
 use crate::conformance::{built_in, words};
@@ -25,7 +27,7 @@ pub fn run(args: &ReplayArgs) -> ExitCode {
         Ok(subject) => subject,
         Err(error) => return complain(&error, BAD_INPUT),
     };
-    let interrupted = interface::transport::remains::sweep();
+    let interrupted = sweep(Duration::ZERO).removed;
     if !interrupted.is_empty() {
         terminal::complain(format_args!(
             "removed the files of {} dead run(s)",

@@ -14,6 +14,7 @@ use coupler::run::killed::Killed;
 use coupler::run::resources;
 use coupler::run::{Finished, Resumed, RunOptions, Solvers, rerun, run as run_scene};
 use coupler::scene::{Scene, solver_override};
+use interface::transport::remains::sweep;
 use signal_hook::consts::SIGUSR1;
 
 use crate::cli::{HowArgs, LogFormat, ResumeArgs, RunArgs, SceneArgs};
@@ -171,7 +172,7 @@ fn with_advice(error: &RunDirError) -> String {
 
 /// What is said and done before any run.
 fn begin(scene: &Scene, out: &Path) {
-    for id in interface::transport::remains::sweep() {
+    for id in sweep(Duration::ZERO).removed {
         tracing::info!("removed the files of the dead run {id}");
     }
     for warning in &scene.warnings {
@@ -197,6 +198,8 @@ fn finish(
         place,
         unwritten,
     } = finished;
+    // A solver of a killed run may still have lived when this run began.
+    let _ = sweep(Duration::ZERO);
     if let Some(reason) = &summary.reason {
         give_reason(log, reason);
     }

@@ -18,12 +18,14 @@ fn begun(place: &Place) -> (Running<'_>, String) {
     let long = [
         "--watch",
         "--report",
+        "--variant",
+        "quick",
         "--set",
-        "time.end=100",
+        "time.end=1000",
         "--set",
-        "output.every=1e-4",
+        "output.every=1e-2",
         "--set",
-        "output.frames=1e-3",
+        "output.frames=1e-2",
     ];
     let mut run = place.start_run("run", &scene(HARD), &long);
     run.stepping("run");

@@ -417,7 +417,7 @@ fn a_solver_makes_nothing_in_a_run_that_has_been_swept() {
     let domain = owned.domain().clone();
     owned.release();
     while domain.directory().exists() {
-        sweep();
+        sweep(Duration::ZERO);
     }
     let joined = iceoryx::join(Medium::Processes, &domain, Party::Dem, &[], SEND_TIMEOUT);
     let error = joined.err().expect("there is no run any more");

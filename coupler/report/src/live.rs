@@ -32,8 +32,10 @@ const LOOK: Duration = Duration::from_secs(1);
 const REST: u32 = 60;
 /// Time between two signs of life to a browser that waits.
 const SIGN_OF_LIFE: Duration = Duration::from_secs(10);
-/// How long browsers have to fetch the last page.
+/// How long browsers have to ask for the last page.
 const FAREWELL: Duration = Duration::from_secs(10);
+/// How long the last page may take to be made and sent to those that have asked for it.
+const LAST_PAGE: Duration = Duration::from_mins(2);
 /// Browsers that can follow at a time.
 const BROWSERS: usize = 16;
 /// What is shown before a run has written anything.
@@ -56,6 +58,8 @@ struct Shared {
     changed: Condvar,
     page: Mutex<Option<Made>>,
     followers: AtomicUsize,
+    /// Requests that are being answered.
+    answering: AtomicUsize,
     /// Pages that were sent since the end.
     farewells: AtomicUsize,
 }
@@ -99,6 +103,7 @@ impl Live {
             changed: Condvar::new(),
             page: Mutex::default(),
             followers: AtomicUsize::new(0),
+            answering: AtomicUsize::new(0),
             farewells: AtomicUsize::new(0),
         };
         Ok(Self {
@@ -138,16 +143,19 @@ impl Live {
                 }
             }
             if let Some((at, waiting)) = end
-                && (self.shared.farewells.load(Ordering::Acquire) >= waiting
-                    || at.elapsed() >= FAREWELL)
+                && self.shared.has_said_farewell(at, waiting)
             {
                 break;
             }
             let heard = self.server.recv_timeout(Duration::from_millis(100));
             if let Some(request) = heard.map_err(|error| ReportError::Serve(error.to_string()))? {
                 let shared = self.shared.clone();
-                // A browser that goes away in the middle is no error.
-                thread::spawn(move || shared.answer(request).ok());
+                shared.answering.fetch_add(1, Ordering::AcqRel);
+                thread::spawn(move || {
+                    // A browser that goes away in the middle is no error.
+                    let _ = shared.answer(request);
+                    shared.answering.fetch_sub(1, Ordering::AcqRel);
+                });
             }
         }
         Ok(())
@@ -233,6 +241,15 @@ impl Shared {
         Ok(())
     }
 
+    /// Whether the browsers that followed when the run ended, `at`, have the last page, or do not ask for it.
+    fn has_said_farewell(&self, at: Instant, waiting: usize) -> bool {
+        let gone = match self.answering.load(Ordering::Acquire) {
+            0 => FAREWELL,
+            _ => LAST_PAGE,
+        };
+        self.farewells.load(Ordering::Acquire) >= waiting || at.elapsed() >= gone
+    }
+
     /// Whether the last page is old enough for another one.
     fn has_rested(&self) -> bool {
         // Who holds it makes one.
@@ -310,6 +327,22 @@ fn token() -> io::Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The last page of a long run on a busy machine took longer than browsers had to fetch it, and none got it.
+    #[test]
+    fn a_browser_that_has_asked_for_the_last_page_gets_it_however_long_that_takes_to_make() {
+        let folder = tempfile::tempdir().unwrap();
+        let shared = Live::listen(folder.path(), 0).unwrap().shared;
+        let (now, long_ago) = (Instant::now(), Instant::now().checked_sub(2 * FAREWELL));
+        let long_ago = long_ago.unwrap();
+        assert!(shared.has_said_farewell(now, 0));
+        assert!(!shared.has_said_farewell(now, 1));
+        assert!(shared.has_said_farewell(long_ago, 1), "nobody asks");
+        shared.answering.store(1, Ordering::Release);
+        assert!(!shared.has_said_farewell(long_ago, 1));
+        shared.farewells.store(1, Ordering::Release);
+        assert!(shared.has_said_farewell(long_ago, 1));
+    }
 
     /// Who makes pages all the time takes a processor from the run.
     #[test]

@@ -14,14 +14,23 @@ use crate::transport::names::{
 /// Time between two looks whether the solvers have closed their ports.
 const LOOK: Duration = Duration::from_millis(1);
 
-/// Removes what dead runs of this user left behind; returns the ids of those of which nothing is left. A dead run whose
-/// solver still lives keeps its directory, by which the next sweep finds what that solver may make meanwhile.
-pub fn sweep() -> Vec<String> {
+/// What a sweep has found; runs by their ids.
+#[derive(Debug, Default)]
+pub struct Swept {
+    /// Dead runs of which nothing is left.
+    pub removed: Vec<String>,
+    /// Dead runs of which a solver still lives. Their directories stay: by them the next sweep finds what that solver may
+    /// make meanwhile.
+    pub inhabited: Vec<String>,
+}
+
+/// Removes what dead runs of this user left behind. The solvers of each have `patience` to end.
+pub fn sweep(patience: Duration) -> Swept {
     let Ok(entries) = fs::read_dir(runtime_dir()) else {
-        return Vec::new();
+        return Swept::default();
     };
     let me = owner_of(Path::new("/proc/self/."));
-    let mut swept = Vec::new();
+    let mut swept = Swept::default();
     for entry in entries.flatten() {
         let name = entry.file_name();
         let Some(id) = name.to_str().and_then(after_prefix) else {
@@ -46,8 +55,13 @@ pub fn sweep() -> Vec<String> {
             Ok(lock) => lock.try_lock().is_ok(),
             Err(_) => is_remains(id, &entry.path()),
         };
-        if dead && remove(id, Duration::ZERO) {
-            swept.push(id.to_string());
+        if dead {
+            let ids = if remove(id, patience) {
+                &mut swept.removed
+            } else {
+                &mut swept.inhabited
+            };
+            ids.push(id.to_string());
         }
     }
     swept
@@ -134,6 +148,10 @@ mod tests {
         SWEEPING.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    fn sweep_now() -> Vec<String> {
+        sweep(Duration::ZERO).removed
+    }
+
     #[test]
     fn a_live_run_is_joined_and_survives_a_sweep_and_a_dropped_one_is_gone() {
         let _alone = alone();
@@ -141,7 +159,7 @@ mod tests {
         let id = owned.domain().id().to_string();
         let joined = Domain::join(&id).unwrap();
         assert!(joined.coupler_lives());
-        assert!(!sweep().contains(&id));
+        assert!(!sweep_now().contains(&id));
         assert!(root_of(&id).is_dir());
         owned.release();
         assert!(!joined.coupler_lives());
@@ -163,7 +181,7 @@ mod tests {
             fs::create_dir(draft).unwrap();
         }
         File::create(drafts[0].join(LOCK)).unwrap();
-        sweep();
+        sweep_now();
         assert!(!drafts.iter().any(|draft| draft.exists()));
         assert!(mine.is_dir(), "its process is still at it");
         fs::remove_dir(mine).unwrap();
@@ -180,7 +198,7 @@ mod tests {
         // Another test's sweep may be the one that finds it, and be at it.
         let start = Instant::now();
         while root_of(&id).exists() && start.elapsed() < Duration::from_secs(10) {
-            sweep();
+            sweep_now();
         }
         assert!(!root_of(&id).exists());
         assert!(!segment.exists());
@@ -195,7 +213,7 @@ mod tests {
         std::thread::scope(|scope| {
             let sweeps = scope.spawn(|| {
                 while !over.load(relaxed) {
-                    sweep();
+                    sweep_now();
                 }
             });
             let lives = |_| {
@@ -221,7 +239,7 @@ mod tests {
         fs::write(&segment, b"x").unwrap();
         std::os::unix::fs::symlink(root_of(owned.domain().id()), &planted).unwrap();
         owned.release();
-        sweep();
+        sweep_now();
         assert!(segment.exists(), "a segment behind a link was removed");
         fs::remove_file(&segment).unwrap();
         assert!(
@@ -247,7 +265,7 @@ mod tests {
         for id in [&notes, &full] {
             fs::write(root_of(id).join("dear.txt"), b"x").unwrap();
         }
-        sweep();
+        sweep_now();
         assert!(root_of(&notes).is_dir() && root_of(&full).is_dir());
         assert!(!root_of(&empty).exists(), "left by a sweep that was killed");
         assert!(!root_of(&late).exists(), "made after a sweep");
@@ -265,14 +283,14 @@ mod tests {
         let joined = Domain::join(&id).unwrap();
         let part = joined.take_part().unwrap();
         owned.release();
-        assert!(!sweep().contains(&id), "a solver is still there");
+        assert!(!sweep_now().contains(&id), "a solver is still there");
         let segment = Path::new(SHARED_MEMORY).join(format!("{}x", shared_memory_prefix(&id)));
         fs::write(&segment, b"x").unwrap();
-        assert!(!sweep().contains(&id), "it still is");
+        assert!(!sweep_now().contains(&id), "it still is");
         assert!(!segment.exists());
         fs::write(&segment, b"x").unwrap();
         drop(part);
-        assert!(sweep().contains(&id));
+        assert!(sweep_now().contains(&id));
         assert!(!segment.exists() && !root_of(&id).exists());
     }
 
@@ -299,14 +317,14 @@ mod tests {
         let owned = OwnedDomain::create().unwrap();
         let joined = Domain::join(owned.domain().id()).unwrap();
         owned.release();
-        sweep();
+        sweep_now();
         let refused = joined.take_part();
         assert!(matches!(refused, Err(DomainError::NoSuchRun(_))));
         // A sweep that was killed has left the directory.
         fs::create_dir(joined.directory()).unwrap();
         let refused = joined.take_part();
         assert!(matches!(refused, Err(DomainError::NoSuchRun(_))));
-        sweep();
+        sweep_now();
         assert!(!joined.directory().exists());
     }
 
@@ -328,10 +346,10 @@ mod tests {
             owned.release();
             std::thread::scope(|scope| {
                 let solver = scope.spawn(|| joins(&joined));
-                sweep();
+                sweep_now();
                 took_part += solver.join().unwrap();
             });
-            sweep();
+            sweep_now();
             assert_eq!(joined.segments(), Vec::<std::path::PathBuf>::new());
             assert!(!joined.directory().exists());
         }
