@@ -32,7 +32,7 @@ class CouplerGone(SessionError):
 
 
 class Run:
-    """A run's corner of the machine (clauses O-2 to O-5)."""
+    """The directory and the names of a run (clauses O-2 to O-5, O-8)."""
 
     def __init__(self, run_id, party):
         if not (1 <= len(run_id) <= 16 and run_id.isascii() and run_id.isalnum()):

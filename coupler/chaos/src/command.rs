@@ -29,15 +29,15 @@ const GONE: Duration = Duration::from_secs(10);
 /// What a shell says when a program could not even be started there.
 const NO_MOUNT: i32 = 99;
 
-/// A corner of shared memory for the runs of chaos alone.
+/// A directory in shared memory for the runs of chaos alone.
 #[derive(Debug)]
-pub struct Corner {
+pub struct RunArea {
     path: PathBuf,
     /// Runs that were seen, with the process of their coupler.
     seen: Mutex<BTreeMap<String, Option<u32>>>,
 }
 
-impl Corner {
+impl RunArea {
     /// A new one.
     ///
     /// # Errors
@@ -113,7 +113,7 @@ impl Corner {
     }
 }
 
-impl Drop for Corner {
+impl Drop for RunArea {
     fn drop(&mut self) {
         // Leftovers have been reported.
         let _ = fs::remove_dir_all(&self.path);
@@ -125,16 +125,16 @@ impl Drop for Corner {
 pub struct Program<'a> {
     file: PathBuf,
     scene: Vec<String>,
-    corner: &'a Corner,
+    area: &'a RunArea,
 }
 
 impl<'a> Program<'a> {
-    /// Runs of `scene` in a corner of shared memory.
-    pub fn new(program: &Path, scene: &[String], corner: &'a Corner) -> Self {
+    /// Runs of `scene` whose directories are in `area`.
+    pub fn new(program: &Path, scene: &[String], area: &'a RunArea) -> Self {
         Self {
             file: program.to_path_buf(),
             scene: scene.to_vec(),
-            corner,
+            area,
         }
     }
 
@@ -163,7 +163,7 @@ impl<'a> Program<'a> {
     fn sweep(&self) -> io::Result<Child> {
         Command::new(&self.file)
             .arg("clean")
-            .env(RUNTIME_DIR, &self.corner.path)
+            .env(RUNTIME_DIR, &self.area.path)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::null())
@@ -200,7 +200,7 @@ impl<'a> Program<'a> {
         let mut command = Command::new(&words[0]);
         command
             .args(&words[1..])
-            .env(RUNTIME_DIR, &self.corner.path)
+            .env(RUNTIME_DIR, &self.area.path)
             .env(MARK, &mark)
             .stdin(Stdio::null())
             .stdout(Stdio::null())
@@ -230,7 +230,7 @@ impl<'a> Program<'a> {
     pub fn left_by(&self, couplers: &BTreeSet<u32>) -> Vec<String> {
         let began = Instant::now();
         loop {
-            let left = self.corner.left_by(couplers);
+            let left = self.area.left_by(couplers);
             // Another process may be removing the same files.
             if left.is_empty() || began.elapsed() > GONE {
                 return left;
@@ -356,10 +356,10 @@ impl Running<'_> {
                 last_act = Instant::now();
             }
             if looks.is_multiple_of(8) {
-                self.program.corner.watch();
+                self.program.area.watch();
                 self.sweep();
                 let due = self.unlink.is_some_and(|at| began.elapsed() >= at);
-                if due && self.program.corner.unlink(self.child.id()) {
+                if due && self.program.area.unlink(self.child.id()) {
                     self.unlink = None;
                 }
             }
@@ -370,7 +370,7 @@ impl Running<'_> {
             thread::sleep(LOOK);
         };
         let since_last_act = last_act.elapsed();
-        self.program.corner.watch();
+        self.program.area.watch();
         if let Some(mut sweep) = self.sweep.take() {
             let _ = sweep.wait();
         }

@@ -27,7 +27,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use command::{Corner, Program};
+use command::{RunArea, Program};
 use error::file;
 use result::RunResult;
 use round::{Round, Verdict};
@@ -47,8 +47,8 @@ const GRACE: Duration = Duration::from_secs(2);
 /// [`ChaosError`]; what goes wrong in a round is in the table.
 pub fn run(options: &Options) -> Result<Table, ChaosError> {
     fs::create_dir_all(&options.out).map_err(file("create", &options.out))?;
-    let corner = Corner::create()?;
-    let program = Program::new(&options.program, &options.scene, &corner);
+    let area = RunArea::create()?;
+    let program = Program::new(&options.program, &options.scene, &area);
     let (undisturbed, takes) = undisturbed(&program, &options.out)?;
     tracing::info!(
         "an undisturbed run takes {takes:.2?} and {}",
@@ -75,7 +75,7 @@ pub fn run(options: &Options) -> Result<Table, ChaosError> {
         }
     });
     let mut table = table.into_inner().expect("no thread panics");
-    table.left = left_at_the_end(&program, &corner);
+    table.left = left_at_the_end(&program, &area);
     Ok(table)
 }
 
@@ -115,11 +115,11 @@ fn tell(round: &Round, verdict: &Verdict) {
 }
 
 /// What is there of all runs after a last sweep, which must be nothing.
-fn left_at_the_end(program: &Program, corner: &Corner) -> Vec<String> {
+fn left_at_the_end(program: &Program, area: &RunArea) -> Vec<String> {
     let began = Instant::now();
     loop {
         program.clean();
-        let left = corner.left();
+        let left = area.left();
         if left.is_empty() || began.elapsed() > GRACE {
             return left;
         }

@@ -29,7 +29,7 @@ const OTHERS: u32 = 0o7077;
 /// How long a run that ends waits for solvers to close their ports.
 const CLOSING: Duration = Duration::from_secs(1);
 
-/// Creating or joining a run's corner failed.
+/// The directory of a run cannot be created or joined.
 #[derive(Debug, Error)]
 pub enum DomainError {
     /// The directory or its lock cannot be made.
@@ -66,7 +66,7 @@ pub struct Domain {
 }
 
 impl Domain {
-    /// The corner of the run `id`, which a coupler has created.
+    /// Joins the run `id`, which a coupler has created.
     ///
     /// # Errors
     /// [`DomainError::NoSuchRun`] when it does not exist.
@@ -251,7 +251,7 @@ impl Drop for WaitsForDisk {
     }
 }
 
-/// The coupler's hold on a run's corner; dropping it removes everything.
+/// The coupler's ownership of a run's directory; dropping it removes the directory and the segments.
 #[derive(Debug)]
 pub struct OwnedDomain {
     domain: Domain,
@@ -259,7 +259,7 @@ pub struct OwnedDomain {
 }
 
 impl OwnedDomain {
-    /// A new corner with an id of its own.
+    /// Creates the directory of a run with a new id.
     ///
     /// # Errors
     /// [`DomainError::Create`] when the directory of runs cannot be written.
