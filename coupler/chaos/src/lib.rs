@@ -27,7 +27,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use command::{RunArea, Program};
+use command::{Program, RunArea};
 use error::file;
 use result::RunResult;
 use round::{Round, Verdict};
