@@ -2,7 +2,7 @@
 //! the other one takes its saved state.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::harness::{Ended, Place, dice, python_can_join, root, scene, signal, until};
@@ -101,12 +101,18 @@ fn resume(place: &Place, out: &str) -> Ended {
     place.start(&arguments).end()
 }
 
-/// A run in `out` that is killed at a random moment after its first checkpoint.
-fn killed(place: &Place, out: &str, run: &[&str]) {
-    let running = place.start_run(out, &collision(), run);
-    a_while_after_a_checkpoint(&place.path(out));
+/// A run in `whole`, and the same in `killed` that is killed at a random moment after its first checkpoint, with a solver that
+/// cannot save; the directory of the second.
+fn whole_and_killed(place: &Place, unable: &str) -> PathBuf {
+    let [mpm, dem] = solvers(place, unable);
+    let run = [COLLISION, &["--mpm", &mpm, "--dem", &dem][..]].concat();
+    place.run("whole", &collision(), &run).expect(0);
+    let running = place.start_run("killed", &collision(), &run);
+    let dir = place.path("killed");
+    a_while_after_a_checkpoint(&dir);
     signal(running.pid(), "KILL");
     assert_eq!(running.end().signal(), Some(9), "it was over too soon");
+    dir
 }
 
 /// Whichever side cannot save: the same bits, and the side that can computes no step that is in its saved state. In between
@@ -118,15 +124,7 @@ fn the_recording_is_played_to_a_solver_that_cannot_save_and_the_other_one_goes_o
     }
     for (unable, able, how) in [("dem", "mpm", "INT"), ("mpm", "dem", "KILL")] {
         let place = Place::new();
-        let commands = solvers(&place, unable);
-        let run = [
-            COLLISION,
-            &["--mpm", &commands[0], "--dem", &commands[1]][..],
-        ]
-        .concat();
-        place.run("whole", &collision(), &run).expect(0);
-        killed(&place, "killed", &run);
-        let dir = place.path("killed");
+        let dir = whole_and_killed(&place, unable);
         let path = dir.to_str().unwrap().to_owned();
         let second = place.start(&["resume", &path, "--log", "json", "--trust"]);
         std::thread::sleep(Duration::from_millis(400 + dice(400)));
@@ -157,15 +155,7 @@ fn a_recording_that_does_not_fit_ends_the_resumed_run_and_costs_nothing() {
         return;
     }
     let place = Place::new();
-    let commands = solvers(&place, "dem");
-    let run = [
-        COLLISION,
-        &["--mpm", &commands[0], "--dem", &commands[1]][..],
-    ]
-    .concat();
-    place.run("whole", &collision(), &run).expect(0);
-    killed(&place, "killed", &run);
-    let dir = place.path("killed");
+    let dir = whole_and_killed(&place, "dem");
     fs::write(place.path("otherwise_dem"), "").unwrap();
     resume(&place, "killed")
         .expect(3)

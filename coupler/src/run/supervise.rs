@@ -155,10 +155,7 @@ impl<'a> Run<'a> {
                 "it has another number of checks or quantities".into(),
             ));
         }
-        let UnderWay { epoch, done, .. } = state.under_way;
-        if !account.can_go_on(&epoch, done) {
-            return Err(RunError::Checkpoint("its clock is not in its epoch".into()));
-        }
+        is_in_epoch(account, &state.under_way)?;
         let written = (state.history, account.clock.time());
         let outputs = Outputs::resume(scene, options, dir, written, state.frames)?;
         let mut run = Self::at_start(scene, options, dir, account, outputs);
@@ -656,4 +653,12 @@ fn moving(groups: &[GroupState], bodies: &[BodyState]) -> f64 {
     let bodies = bodies.iter().map(|b| (b.mass, b.velocity));
     let all = groups.chain(bodies);
     all.map(|(mass, [x, y])| mass * x.hypot(y)).sum()
+}
+
+/// Refuses a checkpoint whose clock is not in its epoch.
+fn is_in_epoch(account: &Account, under_way: &UnderWay) -> Result<(), RunError> {
+    if account.can_go_on(&under_way.epoch, under_way.done) {
+        return Ok(());
+    }
+    Err(RunError::Checkpoint("its clock is not in its epoch".into()))
 }

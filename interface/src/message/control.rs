@@ -34,6 +34,15 @@ impl Party {
             Self::Dem => "dem",
         }
     }
+
+    /// The solver beside this one; none beside the coupler.
+    pub const fn other_solver(self) -> Option<Self> {
+        match self {
+            Self::Coupler => None,
+            Self::Mpm => Some(Self::Dem),
+            Self::Dem => Some(Self::Mpm),
+        }
+    }
 }
 
 impl core::fmt::Display for Party {

@@ -95,12 +95,7 @@ impl Domain {
         let name = format!("{JOINED_PREFIX}{}", std::process::id());
         let (lock, path) = loop {
             let path = self.root.join(format!("{name}.{}", fresh_id()));
-            let file = OpenOptions::new()
-                .create_new(true)
-                .write(true)
-                .mode(0o600)
-                .open(&path);
-            match file {
+            match new_file(&path) {
                 Ok(file) => break (file, path),
                 Err(e) if e.kind() == io::ErrorKind::NotFound => return Err(over()),
                 Err(e) if e.kind() == io::ErrorKind::AlreadyExists => {}
@@ -324,13 +319,18 @@ impl Drop for OwnedDomain {
     }
 }
 
-/// A new lock, held.
-fn lock_in(directory: &Path) -> io::Result<File> {
-    let lock = OpenOptions::new()
+/// A file that was not there, for this user alone.
+fn new_file(path: &Path) -> io::Result<File> {
+    OpenOptions::new()
         .create_new(true)
         .write(true)
         .mode(0o600)
-        .open(directory.join(LOCK))?;
+        .open(path)
+}
+
+/// A new lock, held.
+fn lock_in(directory: &Path) -> io::Result<File> {
+    let lock = new_file(&directory.join(LOCK))?;
     lock.lock()?;
     Ok(lock)
 }

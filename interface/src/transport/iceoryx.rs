@@ -127,23 +127,10 @@ pub fn listen(medium: Medium, domain: &Domain) -> Result<Box<dyn Transport>, Tra
 ///
 /// # Errors
 /// [`TransportError`].
-pub fn stand_in(
-    medium: Medium,
-    domain: &Domain,
-    party: Party,
-) -> Result<Box<dyn Transport>, TransportError> {
-    fn of<S: Service + 'static>(
-        domain: &Domain,
-        party: Party,
-    ) -> Result<Box<dyn Transport>, TransportError> {
-        let mut ends = Ends::<S>::new(domain, party, SEND_TIMEOUT)?;
-        ends.open_exchange()?;
-        Ok(Box::new(ends))
-    }
-    match medium {
-        Medium::Processes => of::<ipc::Service>(domain, party),
-        Medium::Threads => of::<local::Service>(domain, party),
-    }
+pub fn stand_in(domain: &Domain, party: Party) -> Result<Box<dyn Transport>, TransportError> {
+    let mut ends = Ends::<ipc::Service>::new(domain, party, SEND_TIMEOUT)?;
+    ends.open_exchange()?;
+    Ok(Box::new(ends))
 }
 
 /// Says one message on the channel of `expected`, as a solver does that was started as another party (clause O-1).
@@ -607,10 +594,8 @@ impl<S: Service + 'static> Transport for Ends<S> {
     }
 
     fn open_exchange(&mut self) -> Result<(), TransportError> {
-        let other = match self.party {
-            Party::Mpm => Party::Dem,
-            Party::Dem => Party::Mpm,
-            Party::Coupler => return Ok(()),
+        let Some(other) = self.party.other_solver() else {
+            return Ok(());
         };
         for channel in Channel::ALL {
             if channel.is_between_solvers() {

@@ -40,11 +40,7 @@ impl RawRun {
         let names = domain.domain();
         let created = create(medium, names, &[Party::Mpm, Party::Dem], false)?;
         let coupler = join(medium, names, Party::Coupler, &[solver], SEND_TIMEOUT)?;
-        let other = if solver == Party::Mpm {
-            Party::Dem
-        } else {
-            Party::Mpm
-        };
+        let other = solver.other_solver().expect("a solver is under test");
         let mut peer = join(medium, names, other, &[], SEND_TIMEOUT)?;
         peer.open_measurement()?;
         peer.open_exchange()?;

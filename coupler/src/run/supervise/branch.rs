@@ -3,8 +3,8 @@
 use interface::message::control::Party;
 use interface::message::wire::flags;
 
-use super::Run;
 use super::outputs::Outputs;
+use super::{Run, is_in_epoch};
 use crate::record::frames::Listed;
 use crate::record::rundir::RunDir;
 use crate::run::account::Account;
@@ -31,8 +31,8 @@ impl<'a> Run<'a> {
         let from_zero = scene.start.as_ref().is_some_and(|start| start.from_zero);
         account.branch(&state.account, from_zero);
         let under_way = (state.phase == Phase::Stepping).then_some(state.under_way);
-        if as_before && under_way.is_some_and(|it| !account.can_go_on(&it.epoch, it.done)) {
-            return Err(RunError::Checkpoint("its clock is not in its epoch".into()));
+        if let Some(under_way) = under_way.as_ref().filter(|_| as_before) {
+            is_in_epoch(account, under_way)?;
         }
         let mut run = Self::at_start(scene, options, dir, account, outputs);
         run.latest.sides = state.sides;

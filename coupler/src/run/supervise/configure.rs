@@ -10,11 +10,11 @@ use crate::scene::unmet;
 
 impl Run<'_> {
     pub(super) fn configure(&mut self, coupler: &Coupler) -> Result<Vec<Part>, RunError> {
-        for party in self.parties.clone() {
+        let parties = self.parties.clone();
+        for &party in &parties {
             self.check_needs(party, coupler)?;
         }
         self.keep_checkpoints(coupler);
-        let parties = self.parties.clone();
         Ok(parties.into_iter().map(|party| self.part(party)).collect())
     }
 

@@ -11,7 +11,7 @@ use interface::session::turns::drive;
 use interface::session::{CouplerSide, Stop, Supervisor};
 use interface::transport::Transport;
 use interface::transport::domain::Domain;
-use interface::transport::iceoryx::{Medium, stand_in};
+use interface::transport::iceoryx::stand_in;
 use interface::transport::replayed::Replayed;
 
 use super::Run;
@@ -38,12 +38,8 @@ impl Run<'_> {
         self.resources.disk.starts_slowly();
         let path = self.dir.recording_path();
         let script = Script::open(&path, party).map_err(SessionError::from)?;
-        let other = if party == Party::Mpm {
-            Party::Dem
-        } else {
-            Party::Mpm
-        };
-        let other = stand_in(Medium::Processes, domain, other).map_err(SessionError::from)?;
+        let other = party.other_solver().expect("a solver is replayed");
+        let other = stand_in(domain, other).map_err(SessionError::from)?;
         let mut transport = Replayed::new(coupler, other, script.clone());
         let mut replay = Replay {
             run: self,

@@ -22,11 +22,7 @@ pub const CLAUSES: &[Clause] = &[
     )
     .mutant("says that it is the other side", || {
         change::hello(|hello| {
-            hello.party = if hello.party == Party::Dem {
-                Party::Mpm
-            } else {
-                Party::Dem
-            };
+            hello.party = hello.party.other_solver().expect("a solver says Hello");
         })
     }),
     Clause::must("V-1a", "speaks this major version", version)
