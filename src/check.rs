@@ -17,8 +17,8 @@ use crate::cli::{CheckArgs, PlanArgs};
 use crate::cost::measure;
 use crate::exit::BAD_INPUT;
 use crate::run::{options, untrusted};
-use crate::solvers;
 use crate::terminal::{complain, say};
+use crate::{machine, solvers};
 
 /// Validates scenes, each with all of its variants unless one is asked for.
 pub fn check(args: &CheckArgs) -> ExitCode {
@@ -81,6 +81,10 @@ pub fn plan(args: &PlanArgs) -> ExitCode {
             say(format_args!("  shared   {}", resources::in_words(&scene)));
             if let Some(more) = begin(&mut scene)? {
                 say(format_args!("  warning  {more}"));
+            }
+            let options = options(&args.how, false, &scene).ok();
+            if let Some(shortage) = options.and_then(|o| machine::shortage(&scene, &o)) {
+                say(format_args!("  warning  {shortage}"));
             }
             say_cost(&scene, args);
             Ok(())

@@ -1,6 +1,10 @@
-//! What a run is started by, and on what: a line of its log, for whoever reads its report.
+//! The machine of a run: what the log says of it, for whoever reads its report, and whether its processors are enough.
 
 use std::fs;
+use std::time::Duration;
+
+use coupler::run::{RunOptions, Solvers};
+use coupler::scene::Scene;
 
 /// Says it in the log, not on standard error.
 pub fn log() {
@@ -33,4 +37,99 @@ fn system() -> String {
         text.unwrap_or_default().trim().to_owned()
     };
     format!("{} {}", part("ostype"), part("osrelease"))
+}
+
+/// Says that fewer processors are free than the solvers have threads, and what that costs (docs/decisions/0006-waiting.md);
+/// `None` if there are enough. The coupler is not counted: it sleeps while the solvers compute.
+pub fn shortage(scene: &Scene, options: &RunOptions) -> Option<String> {
+    let solvers = match options.solvers {
+        Solvers::Processes { .. } => {
+            usize::from(scene.mpm.is_some()) + usize::from(scene.dem.is_some())
+        }
+        Solvers::InProcess { .. } => 1,
+    };
+    let threads = solvers * options.threads;
+    let allowed = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let free = free(allowed, other_load(), online());
+    (free < threads).then(|| shortage_in_words(solvers, options.threads, allowed, free))
+}
+
+/// Of the processors that this process may use, how many nobody uses: others run on those it may not use first.
+fn free(allowed: usize, others: usize, online: usize) -> usize {
+    let elsewhere = online.saturating_sub(allowed);
+    allowed.saturating_sub(others.saturating_sub(elsewhere))
+}
+
+fn shortage_in_words(solvers: usize, threads: usize, allowed: usize, free: usize) -> String {
+    let wanted = solvers * threads;
+    let all = if allowed == 1 {
+        "processor"
+    } else {
+        "processors"
+    };
+    let in_process = if solvers > 1 {
+        "; `--in-process` runs both solvers on one processor"
+    } else {
+        ""
+    };
+    format!(
+        "the solvers compute in {wanted} threads, and {free} of {allowed} {all} are free: beside two busy programs on two \
+         processors runs take 1.3 to 1.8 times as long, beside four 1.8 to 2.9 times{in_process}"
+    )
+}
+
+/// How many other threads want a processor at present: the least of a few looks, so that what is over at once does not
+/// count.
+fn other_load() -> usize {
+    const LOOKS: usize = 4;
+    const APART: Duration = Duration::from_millis(2);
+    let looks = (0..LOOKS).map(|look| {
+        if look > 0 {
+            std::thread::sleep(APART);
+        }
+        let text = fs::read_to_string("/proc/stat").unwrap_or_default();
+        running(&text).saturating_sub(1)
+    });
+    looks.min().unwrap_or(0)
+}
+
+/// The number of threads that run or could run, from the text of `/proc/stat`; this one is among them.
+fn running(stat: &str) -> usize {
+    let mut lines = stat.lines();
+    let found = lines.find_map(|line| line.strip_prefix("procs_running "));
+    found
+        .and_then(|number| number.trim().parse().ok())
+        .unwrap_or(1)
+}
+
+/// Processors of the machine.
+fn online() -> usize {
+    let text = fs::read_to_string("/proc/stat").unwrap_or_default();
+    let is_one = |line: &&str| {
+        let digits = line.strip_prefix("cpu");
+        digits.is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
+    };
+    text.lines().filter(is_one).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn others_are_counted_where_they_can_be() {
+        assert_eq!(free(2, 0, 2), 2);
+        assert_eq!(free(2, 1, 2), 1);
+        assert_eq!(free(2, 5, 2), 0);
+        // On a processor that this process may not use.
+        assert_eq!(free(1, 1, 2), 1);
+        assert_eq!(free(1, 2, 2), 0);
+    }
+
+    #[test]
+    fn the_load_is_read_from_the_system() {
+        assert_eq!(running("cpu  1 2\nprocs_running 3\nprocs_blocked 0\n"), 3);
+        assert_eq!(running(""), 1);
+        assert!(online() >= 1);
+    }
 }

@@ -1,8 +1,9 @@
-"""Channels and bells of a run (PROTOCOL.md section 1) on iceoryx2's Python bindings."""
+"""Channels of a run (PROTOCOL.md section 1) on iceoryx2's Python bindings, and its wake-ups."""
 
 import ctypes
 import fcntl
 import itertools
+import mmap
 import os
 import pathlib
 import time
@@ -11,10 +12,12 @@ import iceoryx2 as iox2
 
 from .wire import LAYOUT_HASH, StepHeader
 
-# Clause B-3: how long at most to sleep before looking again.
-NAP = iox2.Duration.from_millis(10)
-# How long to look again and again before sleeping on the bell, in s.
-POLL = 50e-6
+# Clause B-3: how long at most to block before looking again, in s.
+NAP = 0.01
+# Longest time to look again and again before blocking, in s.
+LONGEST_SPIN = 100e-6
+# Bytes of the file of wake-ups: a line of 64 bytes for each ordered pair of parties.
+WAKES_SIZE = 64 * 9
 # Longest time in s between two looks that counts as silence: who comes back later was stopped.
 ROUND = 0.1
 
@@ -57,6 +60,11 @@ class Run:
         builder = iox2.NodeBuilder.new().name(iox2.NodeName.new(party)).config(config)
         builder = builder.signal_handling_mode(iox2.SignalHandlingMode.Disabled)
         self.node = builder.create(iox2.ServiceType.Ipc)
+        wakes = os.open(self.root / "wakes", os.O_RDWR | os.O_NOFOLLOW)
+        try:
+            self.wakes = mmap.mmap(wakes, WAKES_SIZE)
+        finally:
+            os.close(wakes)
 
     def _take_part(self):
         """Clause O-8: notes that this process takes part, before it makes anything in shared memory, until it ends."""
@@ -114,16 +122,69 @@ class Run:
         """The receiving end of a channel."""
         return Receiver(self._service(name, record).subscriber_builder().create(), record)
 
-    def _bell(self, sender, receiver):
-        return self.node.service_builder(iox2.ServiceName.new(f"bell/{sender}-{receiver}")).event().open()
+    def wake(self, sender, receiver):
+        """The wake-ups from one party to another one (clause B-1)."""
+        return Wake(self.wakes, sender, receiver)
 
-    def notifier(self, sender, receiver):
-        """The end of a bell that rings, by `notify()`."""
-        return self._bell(sender, receiver).notifier_builder().create()
 
-    def bell(self, sender, receiver):
-        """The end of a bell that wakes."""
-        return self._bell(sender, receiver).listener_builder().create()
+class Wake:
+    """The wake-ups from one party to another one: a counter of messages, and whether the receiver is blocked. The sender
+    calls `wake`, the receiver `block`."""
+
+    FUTEX, WAIT, WAKE = 202, 0, 1
+    SYSTEM = ctypes.CDLL(None, use_errno=True).syscall
+    SYSTEM.restype = ctypes.c_long
+
+    def __init__(self, wakes, sender, receiver):
+        parties = ("coupler", "mpm", "dem")
+        at = 64 * (3 * parties.index(sender) + parties.index(receiver))
+        self.count, self.blocked = ctypes.c_uint32.from_buffer(wakes, at), ctypes.c_uint32.from_buffer(wakes, at + 4)
+        self.seen, self.spin = 0, Spin()
+
+    def _futex(self, what, value, limit=None):
+        self.SYSTEM(ctypes.c_long(self.FUTEX), ctypes.byref(self.count), ctypes.c_int(what), ctypes.c_uint32(value),
+                    limit and ctypes.byref(limit), None, 0)
+
+    def wake(self):
+        """After a message has been sent. The system is always asked: it orders the new count before its look for who
+        is blocked, which Python does not."""
+        self.count.value = (self.count.value + 1) & 0xFFFFFFFF
+        self._futex(self.WAKE, 1)
+
+    def block(self, at_most):
+        """Until something has been sent since the last call, for `at_most` s at most. The system does not block if the
+        count has moved since then, so no wake-up is lost."""
+        if self.count.value == self.seen:
+            self.blocked.value = 1
+            limit = (ctypes.c_long * 2)(int(at_most), int(at_most % 1.0 * 1e9))
+            self._futex(self.WAIT, self.seen, limit)
+            self.blocked.value = 0
+        self.seen = self.count.value
+
+
+class Spin:
+    """How long to look for a message before blocking: a little longer than answers have lately taken, and not at all for
+    1, 3, 7, up to 63 waits after a spin in vain, until one succeeds again."""
+
+    MARGIN = 5e-6
+
+    def __init__(self):
+        self.usual, self.in_vain, self.left_out = 0.5 * LONGEST_SPIN, 0, 0
+
+    def next(self):
+        """For how long in s the next wait spins."""
+        if self.left_out > 0:
+            self.left_out -= 1
+            return 0.0
+        return min(LONGEST_SPIN, 2.0 * self.usual + self.MARGIN)
+
+    def ended(self, limit, after):
+        """The answer came `after` the begin of a wait that was to spin for `limit`."""
+        if after <= LONGEST_SPIN:
+            self.usual = (7.0 * self.usual + after) / 8.0
+        if limit > 0.0:
+            self.in_vain = 0 if after <= limit + self.MARGIN else min(self.in_vain + 1, 6)
+            self.left_out = 2**self.in_vain - 1
 
 
 class Sender:
@@ -160,24 +221,35 @@ class Receiver:
         return header, count, data
 
 
-def wait(look, bell, alarm, patience, late, held):
-    """What `look` finds. Polls and yields, then sleeps on the bell, ever again; `alarm` raises if there is no use in
-    waiting; after `patience` s of silence `SessionError(late)`. Silence does not count while `held()`, nor beyond
-    `ROUND` between two looks (clause S-11)."""
-    mark = begin = time.perf_counter()
-    silence = 0.0
+def wait(look, wake, alarm, patience, late, held):
+    """What `look` finds. Looks for a short while, then blocks until it is woken, again and again; `alarm` raises if there
+    is no use in waiting; after `patience` s of silence `SessionError(late)`. Silence does not count while `held()`, nor
+    beyond `ROUND` between two looks (clause S-11)."""
+    begin = time.perf_counter()
+    limit = wake.spin.next()
     while True:
+        spun = time.perf_counter() - begin
         found = look()
         if found is not None:
+            wake.spin.ended(limit, time.perf_counter() - begin)
             return found
+        if spun >= limit:
+            break
+    mark = asked = begin
+    silence = 0.0
+    while True:
+        wake.block(NAP)
+        found = look()
         now = time.perf_counter()
-        if now - begin < POLL:
-            os.sched_yield()
+        if found is not None:
+            wake.spin.ended(limit, now - begin)
+            return found
+        if now - asked < NAP:
             continue
+        asked = now
         alarm()
         if not held():
             silence += min(now - mark, ROUND)
         mark = now
         if silence > patience:
             raise SessionError(f"{late} (waited {silence:.1f} s)")
-        bell.timed_wait(NAP)

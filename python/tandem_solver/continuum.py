@@ -94,7 +94,7 @@ class _Mpm(Seat):
         """A message without states."""
         self.watch.lap("compute")
         self.states_out.send(self.header(grant, flags), 0, b"")
-        self.other_notifier.notify()
+        self.other.wake()
         self.watch.lap("exchange")
 
     def coupled_step(self, grant, step):
@@ -107,7 +107,7 @@ class _Mpm(Seat):
             raise self.broken("mpm", "I-3", f"{len(states)} states of {len(self.set)} points, or one is not finite")
         data = b"".join(wire.ImpState.FLAT.pack(*state) for state in states)
         self.states_out.send(self.header(grant, wire.NEW_SET if new_set else 0), len(states), data)
-        self.other_notifier.notify()
+        self.other.wake()
         self.watch.lap("exchange")
         taken = []
 
@@ -148,7 +148,7 @@ class _Mpm(Seat):
     def awaited(self, receiver, what):
         late = f"dem: no {what} of step {self.step}"
         self.watch.lap("compute")
-        found = wait(receiver.receive, self.other_bell, self.alarm, self.deadline, late, self.run.held)
+        found = wait(receiver.receive, self.other_woken, self.alarm, self.deadline, late, self.run.held)
         self.watch.lap("wait")
         return found
 

@@ -3,7 +3,7 @@
 import struct
 from dataclasses import dataclass, field
 
-PROTOCOL = (3, 0)
+PROTOCOL = (4, 0)
 PARTIES = {"coupler": 0, "mpm": 1, "dem": 2}
 # Clause M-1.
 MAX_BYTES = 256 << 20
@@ -46,7 +46,6 @@ class Configure:
     coupled: bool
     deadline: float
     restore: bool = False
-    other_polls: bool = False
 
 
 class Drain:

@@ -109,7 +109,7 @@ class Seat:
         self.orders, self.grants = run.receiver(f"{me}/orders", byte), run.receiver(f"{me}/grants", wire.Grant)
         self.notices = run.sender(f"{me}/notices", byte, 65536)
         self.reports = run.sender(f"{me}/reports", wire.Report)
-        self.bell, self.notifier = run.bell("coupler", me), run.notifier(me, "coupler")
+        self.woken, self.coupler = run.wake("coupler", me), run.wake(me, "coupler")
         self.saves = "save" in getattr(solver, "capabilities", ())
         self.restore_in = run.receiver(f"{me}/restore", byte) if self.saves else None
         self.notify(_hello(me, solver))
@@ -118,7 +118,7 @@ class Seat:
 
     def notify(self, data):
         self.notices.send(wire.StepHeader(step=self.step), len(data), data)
-        self.notifier.notify()
+        self.coupler.wake()
 
     def broken(self, who, clause, message):
         return SessionError(f"{who} broke {clause} at step {self.step}: {message}")
@@ -152,7 +152,7 @@ class Seat:
 
     def await_order(self, kind, clause):
         late = f"coupler: no {kind.__name__} at step {self.step}"
-        order = wait(self.order, self.bell, self.alive, SETUP, late, self.run.held)
+        order = wait(self.order, self.woken, self.alive, SETUP, late, self.run.held)
         if not isinstance(order, kind):
             raise self.broken("coupler", clause, f"{order}, not {kind.__name__}")
         return order
@@ -166,7 +166,7 @@ class Seat:
 
         # The coupler waits for a solver that waits for another one.
         patience = (self.deadline if self.granted else SETUP) + 2.0
-        found = wait(look, self.bell, self.alive, patience, f"coupler: no grant of step {self.step}",
+        found = wait(look, self.woken, self.alive, patience, f"coupler: no grant of step {self.step}",
                      self.run.held)
         self.watch.lap("wait")
         if isinstance(found, control.Drain):
@@ -193,8 +193,8 @@ class Seat:
         readiness = self.solver.configure(config)
         self.results = self.run.sender(*self.RESULTS)
         if self.coupled:
-            self.other_bell = self.run.bell(self.OTHER, self.PARTY)
-            self.other_notifier = self.run.notifier(self.PARTY, self.OTHER)
+            self.other_woken = self.run.wake(self.OTHER, self.PARTY)
+            self.other = self.run.wake(self.PARTY, self.OTHER)
         self.open(config)
         if self.saves:
             self.saved = self.run.sender(f"{self.PARTY}/saved", ctypes.c_uint8)
@@ -235,7 +235,7 @@ class Seat:
         pieces = [(0, data[at : at + PIECE]) for at in range(0, len(data), PIECE)]
         for flags, piece in [*pieces, (wire.LAST, blake3.digest(data))]:
             self.saved.send(wire.StepHeader(step=self.step, flags=flags), len(piece), piece)
-            self.notifier.notify()
+            self.coupler.wake()
         self.watch.lap("exchange")
 
     def awaited_state(self):
@@ -245,7 +245,7 @@ class Seat:
         data = b""
         while True:
             late = "coupler: no state to restore"
-            header, count, piece = wait(self.restore_in.receive, self.bell, self.alarm, SETUP, late, self.run.held)
+            header, count, piece = wait(self.restore_in.receive, self.woken, self.alarm, SETUP, late, self.run.held)
             if header.count != count:
                 raise self.broken("coupler", "K-4", f"{header.count} bytes announced, {count} there")
             if header.flags & wire.LAST:
@@ -281,7 +281,7 @@ class Seat:
         report.cpu_ns = time.process_time_ns()
         self.checked(self.PARTY, "R-2", report)
         self.reports.send(wire.StepHeader(epoch=report.epoch, step=report.next), 1, bytes(report))
-        self.notifier.notify()
+        self.coupler.wake()
         self.watch.lap("exchange")
 
     def steps(self, grant):
@@ -309,7 +309,7 @@ class Seat:
         self.notify(notice)
         if not self.ready:
             try:
-                wait(self.order, self.bell, self.alive, SETUP, "coupler: no Abort", self.run.held)
+                wait(self.order, self.woken, self.alive, SETUP, "coupler: no Abort", self.run.held)
             except SessionError:
                 pass  # Abort is what was waited for
 
@@ -374,7 +374,7 @@ class _Dem(Seat):
         while True:
             self.watch.lap("compute")
             late = f"mpm: no states of step {step.index}"
-            header, count, data = wait(self.states_in.receive, self.other_bell, self.alarm, self.deadline, late,
+            header, count, data = wait(self.states_in.receive, self.other_woken, self.alarm, self.deadline, late,
                                        self.run.held)
             self.watch.lap("wait")
             if (header.step, header.epoch) != (step.index, grant.epoch):
@@ -388,7 +388,7 @@ class _Dem(Seat):
                 raise self.broken("dem", "E-3", f"envelopes {vertices}")
             data = b"".join(wire.EnvelopeVertex.FLAT.pack(*vertex) for vertex in vertices)
             self.envelopes_out.send(wire.StepHeader(epoch=grant.epoch, step=step.index), len(vertices), data)
-            self.other_notifier.notify()
+            self.other.wake()
             self.watch.lap("exchange")
         if header.flags & wire.NEW_SET:
             self.take_set(header)
@@ -429,7 +429,7 @@ class _Dem(Seat):
             message = f"force {slot} is not finite, or its stiffness negative: {forces[slot]}"
             raise self.broken("dem", "F-4", message)
         self.forces_out.send(header, len(forces), b"".join(wire.ImpForce.FLAT.pack(*force) for force in forces))
-        self.other_notifier.notify()
+        self.other.wake()
         self.watch.lap("exchange")
 
 
@@ -441,9 +441,9 @@ def serve_dem(solver, arguments=None):
 def _say_on_the_wrong_side(run_id, expected, hello):
     """Clause O-1: says Hello where the coupler listens for another party, and waits for the end of the session."""
     run = Run(run_id, expected)
-    notices, notifier = run.sender(f"{expected}/notices", ctypes.c_uint8, 65536), run.notifier(expected, "coupler")
+    notices, coupler = run.sender(f"{expected}/notices", ctypes.c_uint8, 65536), run.wake(expected, "coupler")
     notices.send(wire.StepHeader(), len(hello), hello)
-    notifier.notify()
+    coupler.wake()
     end = time.monotonic() + 2.0
     while run.coupler_lives() and time.monotonic() < end:
         time.sleep(0.01)

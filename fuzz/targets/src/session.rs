@@ -314,7 +314,7 @@ impl Transport for Script {
         }))
     }
 
-    fn ring(&mut self, _: Party) {}
+    fn wake(&mut self, _: Party) {}
 
     fn sleep(&mut self, _: Party, _: Duration) -> u64 {
         0

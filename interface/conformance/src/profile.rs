@@ -4,7 +4,7 @@
 //! clauses that need nothing beyond it. Within a clause, scenes are made of what the solver takes.
 
 use interface::config::capability::{
-    CONTACTS, Capabilities, LAYERS, PAIRS, PLASTIC_STRAIN, POLLS, SAVE, SEGMENTS, STRESS_WORK,
+    CONTACTS, Capabilities, LAYERS, PAIRS, PLASTIC_STRAIN, SAVE, SEGMENTS, STRESS_WORK,
 };
 use interface::message::control::Party;
 
@@ -51,12 +51,11 @@ pub const PROFILES: &[Profile] = &[
         ],
     ),
     of_bodies("full+save", &[SAVE]),
-    of_bodies("full+save+polls", &[POLLS]),
     of_bodies(
-        "full+save+polls+laws",
+        "full+save+laws",
         &["law:area", "law:granular", "feature:adhesion"],
     ),
-    of_bodies("full+save+polls+laws+contacts", &[CONTACTS]),
+    of_bodies("full+save+laws+contacts", &[CONTACTS]),
     of_bodies("all", &[PAIRS, SEGMENTS]),
     of_continua("elastic", &["material:linear_elastic"]),
     of_continua(
@@ -70,8 +69,7 @@ pub const PROFILES: &[Profile] = &[
         ],
     ),
     of_continua("full+save", &[SAVE]),
-    of_continua("full+save+polls", &[POLLS]),
-    of_continua("full+save+polls+layers", &[LAYERS, PAIRS]),
+    of_continua("full+save+layers", &[LAYERS, PAIRS]),
     of_continua("all", &[PLASTIC_STRAIN, "material:von_mises"]),
 ];
 

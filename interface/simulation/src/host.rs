@@ -1,4 +1,4 @@
-//! The machine that the parties of a simulated session share: virtual time, messages in transit, bells, dead processes.
+//! The machine that the parties of a simulated session share: virtual time, messages in transit, wake-ups, dead processes.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -48,9 +48,9 @@ pub struct SimulatedHost {
     last: [[Time; 3]; 3],
     /// Longest delay of a message in ns.
     delay: Time,
-    /// Chance that a bell is lost.
-    lost_bells: f64,
-    /// When a party would be woken by a message or a bell.
+    /// Chance that a wake-up is lost.
+    lost_wakes: f64,
+    /// When a party would be woken.
     pub(crate) wake: [Time; 3],
     /// Sends and tasks of each party so far.
     pub(crate) events: [u64; 3],
@@ -82,8 +82,8 @@ pub enum Stopped {
 }
 
 impl SimulatedHost {
-    /// A machine on which messages take up to `delay` ns and bells are lost with this chance.
-    pub fn new(seed: u64, delay: Time, lost_bells: f64, faults: Vec<Fault>) -> Self {
+    /// A machine on which messages take up to `delay` ns and wake-ups are lost with this chance.
+    pub fn new(seed: u64, delay: Time, lost_wakes: f64, faults: Vec<Fault>) -> Self {
         Self {
             now: 0,
             random: Random::new(seed),
@@ -91,7 +91,7 @@ impl SimulatedHost {
             spare: [const { Vec::new() }; CHANNELS],
             last: [[0; 3]; 3],
             delay,
-            lost_bells,
+            lost_wakes,
             wake: [Time::MAX; 3],
             events: [0; 3],
             faults,
@@ -178,7 +178,7 @@ impl SimulatedHost {
                 payload: payload.clone(),
             });
         }
-        let rung = channel.rings() && self.random.unit() >= self.lost_bells;
+        let rung = channel.wakes() && self.random.unit() >= self.lost_wakes;
         if rung {
             self.wake[j] = self.wake[j].min(arrives);
         }
@@ -297,7 +297,7 @@ impl Transport for Ends {
         Ok(self.host.borrow_mut().receive(channel, into))
     }
 
-    fn ring(&mut self, _: Party) {}
+    fn wake(&mut self, _: Party) {}
 
     fn sleep(&mut self, _: Party, _: Duration) -> u64 {
         0

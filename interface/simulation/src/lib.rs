@@ -1,7 +1,7 @@
 //! Deterministic simulation of sessions: the three machines of [`interface::core`] with toy solvers in one thread, in
 //! virtual time, with faults.
 //!
-//! A [`Scenario`](scenario::Scenario) follows from a seed: how long messages take, which bells are lost, who dies, freezes,
+//! A [`Scenario`](scenario::Scenario) follows from a seed: how long messages take, which wake-ups are lost, who dies, freezes,
 //! thaws or answers wrongly, and at which of its events. [`judge`](scenario::Scenario::judge) plays it and checks what must
 //! hold whatever happens: every survivor ends within its deadlines; the first verdict names the culprit; nothing is sent
 //! after the end; a run without faults has the same bits whatever the schedule; a run that is cut short after a checkpoint

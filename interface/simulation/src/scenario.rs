@@ -17,14 +17,14 @@ use crate::toys::{MOST, TOYS};
 /// A session and what goes wrong in it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scenario {
-    /// Of the schedule: delays, bells, turns.
+    /// Of the schedule: delays, wake-ups, turns.
     pub seed: u64,
     /// What the session is about.
     pub plan: Plan,
     /// Longest delay of a message in ns.
     pub delay: Time,
-    /// Chance that a bell is lost.
-    pub lost_bells: f64,
+    /// Chance that a wake-up is lost.
+    pub lost_wakes: f64,
     /// What goes wrong.
     pub faults: Vec<Fault>,
 }
@@ -66,7 +66,7 @@ impl Scenario {
             damps_at: 1 + below(2 * steps),
         };
         let delay = [0, 1_000, 100_000, 50_000_000][below(4) as usize];
-        let lost_bells = [0.0, 0.1, 1.0][below(3) as usize];
+        let lost_wakes = [0.0, 0.1, 1.0][below(3) as usize];
         let count = [0, 1, 1, 1, 2][below(5) as usize];
         let events = EVENTS_OF_START + EVENTS_OF_STEP * (steps + 2);
         let faults = (0..count).map(|_| {
@@ -89,13 +89,13 @@ impl Scenario {
             seed,
             plan,
             delay,
-            lost_bells,
+            lost_wakes,
             faults,
         }
     }
 
     fn host(&self, faults: Vec<Fault>) -> SimulatedHost {
-        SimulatedHost::new(self.seed, self.delay, self.lost_bells, faults)
+        SimulatedHost::new(self.seed, self.delay, self.lost_wakes, faults)
     }
 
     /// Plays the scenario and checks what must hold.
@@ -221,7 +221,7 @@ impl Scenario {
             add(&|s| s.faults[k].at = (s.faults[k].at - 1).max(1));
         }
         add(&|s| s.delay = 0);
-        add(&|s| s.lost_bells = 0.0);
+        add(&|s| s.lost_wakes = 0.0);
         add(&|s| s.plan.checkpoint = None);
         add(&|s| s.plan.points = 0);
         add(&|s| s.plan.points = s.plan.points.saturating_sub(1));

@@ -136,7 +136,6 @@ impl ToySupervisor<'_> {
                 coupled: true,
                 deadline: DEADLINE,
                 restore: false,
-                other_polls: false,
             },
             measured: self.plan.solvers.measured[i],
             restore: self.from.as_ref().map(|from| from.states[i].clone()),
@@ -411,7 +410,7 @@ impl<'w> Schedule<'w> {
                 Activity::Ready(at) => at,
                 Activity::Waiting { until, wait, since } => {
                     let deadline = since.saturating_add(wait.at_most.as_nanos() as Time);
-                    // A bell wakes; so does a message that comes while the party still polls, before its first nap.
+                    // A wake-up ends a nap; a message that comes while the party still spins needs none.
                     until.min(host.wake[n]).min(deadline.max(host.now))
                 }
                 Activity::Ended => continue,

@@ -66,7 +66,7 @@ fn quiet(steps: u64, faults: Vec<Fault>) -> Scenario {
             damps_at: 1000,
         },
         delay: 0,
-        lost_bells: 0.0,
+        lost_wakes: 0.0,
         faults,
     }
 }

@@ -1,7 +1,7 @@
 //! The capabilities that a solver lists in Hello (PROTOCOL.md section 12).
 //!
 //! A capability is a short name. Those for optional parts of the session are single words: [`SAVE`], [`SEGMENTS`],
-//! [`PAIRS`], [`LAYERS`], [`CONTACTS`], [`POLLS`], [`STRESS_WORK`], [`PLASTIC_STRAIN`]. Those for what a solver takes
+//! [`PAIRS`], [`LAYERS`], [`CONTACTS`], [`STRESS_WORK`], [`PLASTIC_STRAIN`]. Those for what a solver takes
 //! of a configuration have the form `family:member`, such as `shape:disc` or `law:linear`. If a solver names members of
 //! a family, it takes those and no others. About a family that it does not name it makes no statement, and refuses in
 //! answer to Configure what it does not take.
@@ -23,18 +23,13 @@ pub const STRESS_WORK: &str = "stress_work";
 /// Points are sent with the plastic strain that their material keeps (clause R-5).
 pub const PLASTIC_STRAIN: &str = "plastic_strain";
 
-/// After its last message to the other solver, the solver looks for an answer for [`crate::transport::wait::POLL`], and
-/// once more after that, before it sleeps. So the other solver may leave out a bell (clause B-4).
-pub const POLLS: &str = "polls";
-
 /// All capabilities that are single words.
-pub const VERBS: [&str; 8] = [
+pub const VERBS: [&str; 7] = [
     SAVE,
     SEGMENTS,
     PAIRS,
     LAYERS,
     CONTACTS,
-    POLLS,
     STRESS_WORK,
     PLASTIC_STRAIN,
 ];

@@ -184,11 +184,6 @@ impl Line {
         }
     }
 
-    /// Whether the other solver looks for messages for a while before it sleeps (clause B-4).
-    pub fn other_polls(&self) -> bool {
-        self.configure.as_ref().is_some_and(|c| c.other_polls)
-    }
-
     /// The header of the message that is to be sent.
     pub fn header_to_send(&self) -> &StepHeader {
         &self.header_to_send

@@ -4,12 +4,12 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
-use crate::config::capability::{Capabilities, POLLS};
+use crate::config::capability::Capabilities;
 use crate::message::codec::{DecodeError, decode_beginning};
 use crate::solver::{Fault, Readiness, Refusal};
 
 /// Version of the protocol. Another major version is refused, another minor one accepted.
-pub const PROTOCOL: (u32, u32) = (3, 0);
+pub const PROTOCOL: (u32, u32) = (4, 0);
 
 /// The parties of a session.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -77,8 +77,6 @@ pub struct Configure {
     pub deadline: f64,
     /// Whether the solver goes on from a saved state, which follows on its channel for it (clause K-4).
     pub restore: bool,
-    /// Whether the other solver has the capability `polls` (clause B-4).
-    pub other_polls: bool,
 }
 
 impl Configure {
@@ -136,13 +134,6 @@ pub struct Hello {
     pub capabilities: Capabilities,
 }
 
-impl Hello {
-    /// Whether it looks for messages for a while before it sleeps (clause B-4).
-    pub fn polls(&self) -> bool {
-        self.capabilities.has(POLLS)
-    }
-}
-
 /// The configuration is taken.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ready {
@@ -178,7 +169,6 @@ mod tests {
                 coupled: true,
                 deadline,
                 restore: false,
-                other_polls: false,
             };
             configure.longest_wait()
         };
@@ -232,7 +222,6 @@ mod tests {
             coupled: true,
             deadline: 30.0,
             restore: false,
-            other_polls: false,
         };
         for order in [
             Order::Configure(configure),

@@ -192,8 +192,8 @@ impl Channel {
         )
     }
 
-    /// Whether a bell follows its messages (clause B-2). The others are directly followed by a message that has one.
-    pub const fn rings(self) -> bool {
+    /// Whether its receiver is woken for a message (clause B-2). The others are directly followed by a message of such a channel.
+    pub const fn wakes(self) -> bool {
         !matches!(
             self.kind,
             Kind::Set | Kind::Groups | Kind::Points | Kind::Bodies | Kind::Contacts

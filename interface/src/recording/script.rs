@@ -6,7 +6,7 @@ use std::rc::Rc;
 
 use super::rerun::Reference;
 use super::{Playback, RecordingError};
-use crate::message::control::{Notice, Party};
+use crate::message::control::Party;
 use crate::message::wire::{Grant, StepHeader};
 use crate::message::{Channel, Kind, Payload, Records};
 
@@ -17,7 +17,6 @@ pub struct Script(Rc<RefCell<State>>);
 #[derive(Debug)]
 struct State {
     solver: Party,
-    other_polls: bool,
     reference: Reference,
     failure: Option<RecordingError>,
 }
@@ -30,7 +29,6 @@ impl Script {
     pub fn open(path: &Path, solver: Party) -> Result<Self, RecordingError> {
         let state = State {
             solver,
-            other_polls: other_polls(Playback::open(path)?, solver)?,
             reference: Reference::of(solver, Playback::open(path)?),
             failure: None,
         };
@@ -40,11 +38,6 @@ impl Script {
     /// Whose part it is.
     pub fn solver(&self) -> Party {
         self.0.borrow().solver
-    }
-
-    /// Whether the other solver looks for messages for a while before it sleeps (clause B-4).
-    pub fn other_polls(&self) -> bool {
-        self.0.borrow().other_polls
     }
 
     /// The next grant; `None` at the end of the recording.
@@ -122,18 +115,4 @@ impl State {
             step,
         }
     }
-}
-
-/// Whether the solver beside `solver` has said that it polls: its Hello is among the first messages.
-fn other_polls(mut playback: Playback, solver: Party) -> Result<bool, RecordingError> {
-    while let Some(message) = playback.message()? {
-        let channel = message.channel;
-        if channel.kind == Kind::Notice
-            && !channel.is_of(solver)
-            && let Ok(Notice::Hello(hello)) = Notice::decode(&message.payload)
-        {
-            return Ok(hello.polls());
-        }
-    }
-    Ok(false)
 }

@@ -170,7 +170,7 @@ impl Turns for CouplerSide<'_> {
                     Ok(()) => Event::Sent,
                     Err(error) => Event::Broken(error),
                 };
-                transport.ring(channel.to());
+                transport.wake(channel.to());
                 self.on(event);
             }
             Action::Take(channel) => {

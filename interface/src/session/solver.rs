@@ -4,7 +4,6 @@ use std::time::{Duration, Instant};
 
 use super::stopwatch::{Activity, Stopwatch, cpu_ns};
 use super::turns::{Inbox, Turn, Turns, drive};
-use crate::config::capability::{Capabilities, POLLS};
 use crate::core::SessionError;
 use crate::core::bodies::Bodies;
 use crate::core::continuum::Continuum;
@@ -18,10 +17,6 @@ use crate::solver::{DemSolver, MpmSolver};
 use crate::transport::Transport;
 use crate::transport::domain::Domain;
 use crate::transport::iceoryx::{self, Medium, SEND_TIMEOUT};
-
-/// Time within which a bell may be left out (clause B-4): the other solver polls, and its last message had not arrived
-/// this long ago. It is less than [`crate::transport::wait::POLL`], the time for which it looks before it sleeps.
-const BELL: Duration = Duration::from_micros(40);
 
 /// Longest wait of a solver on the wrong side for the end of the session.
 const GRACE: Duration = Duration::from_secs(2);
@@ -125,15 +120,6 @@ pub struct Side<P: Perform> {
     inbox: Inbox,
     watch: Stopwatch,
     clocked: Clocked,
-    /// When the last message of the other solver had not arrived yet. `None` if that is not known, if the other solver
-    /// does not poll, or if the bell has been dealt with.
-    looked: Option<Instant>,
-}
-
-/// Adds the capability to poll, which every solver has whose waits are those of [`drive`].
-fn polling(mut capabilities: Capabilities) -> Capabilities {
-    capabilities.0.insert(0, POLLS.into());
-    capabilities
 }
 
 /// A machine and the solver that does its tasks.
@@ -152,8 +138,6 @@ pub struct Outbox<'a> {
     inbox: &'a mut Inbox,
     transport: &'a mut dyn Transport,
     watch: &'a mut Stopwatch,
-    /// See [`Side::looked`].
-    looked: &'a mut Option<Instant>,
 }
 
 impl Outbox<'_> {
@@ -191,9 +175,8 @@ impl Outbox<'_> {
         match action {
             Action::Send(channel) if channel.kind == records.kind() => {
                 self.watch.lap(Activity::Compute);
-                let looked = channel.is_between_solvers().then(|| self.looked.take());
                 let header = machine.line().header_to_send();
-                let event = sent(self.transport, channel, header, records, looked.flatten());
+                let event = sent(self.transport, channel, header, records);
                 self.watch.lap(Activity::Exchange);
                 machine.on(event)
             }
@@ -202,21 +185,17 @@ impl Outbox<'_> {
     }
 }
 
-/// Sends a message, and rings its bell unless the other solver polls.
+/// Sends a message and wakes its receiver.
 fn sent(
     transport: &mut dyn Transport,
     channel: Channel,
     header: &StepHeader,
     records: Records<'_>,
-    looked: Option<Instant>,
 ) -> Event<'static> {
     match transport.send(channel, header, records) {
         Ok(()) => {
-            // The time is taken after the message is there. Otherwise the message could arrive after the last look of
-            // the other solver (B-4).
-            let polls = looked.is_some_and(|since| since.elapsed() < BELL);
-            if channel.rings() && !polls {
-                transport.ring(channel.to());
+            if channel.wakes() {
+                transport.wake(channel.to());
             }
             Event::Sent
         }
@@ -234,7 +213,6 @@ impl<P: Perform> Side<P> {
             inbox: Inbox::new(),
             watch,
             clocked,
-            looked: None,
         }
     }
 
@@ -303,7 +281,7 @@ impl<P: Perform> Side<P> {
         let records = line
             .ready_to_send(channel.kind)
             .unwrap_or_else(|| empty.records());
-        let event = sent(transport, channel, line.header_to_send(), records, None);
+        let event = sent(transport, channel, line.header_to_send(), records);
         self.on(event);
         self.watch.lap(Activity::Exchange);
     }
@@ -318,10 +296,6 @@ impl<P: Perform> Turns for Side<P> {
                         return Turn::Went;
                     }
                 }
-                let line = self.performer.machine().line();
-                if wait.from != Party::Coupler && line.other_polls() {
-                    self.looked = self.watch.mark();
-                }
                 return Turn::Waits(wait);
             }
             Action::Do(task) => {
@@ -329,7 +303,6 @@ impl<P: Perform> Turns for Side<P> {
                     inbox: &mut self.inbox,
                     transport,
                     watch: &mut self.watch,
-                    looked: &mut self.looked,
                 };
                 self.action = self.performer.perform(task, &mut outbox);
                 self.watch.lap(Activity::Compute);
@@ -388,7 +361,7 @@ pub struct MpmPerformer<'a> {
 impl<'a> MpmSide<'a> {
     /// The side of `solver`.
     pub fn new(solver: &'a mut dyn MpmSolver, clocked: Clocked) -> Self {
-        let machine = Continuum::new(solver.identity(), polling(solver.capabilities()));
+        let machine = Continuum::new(solver.identity(), solver.capabilities());
         Side::with(MpmPerformer { machine, solver }, clocked)
     }
 }
@@ -466,7 +439,7 @@ pub struct DemPerformer<'a> {
 impl<'a> DemSide<'a> {
     /// The side of `solver`.
     pub fn new(solver: &'a mut dyn DemSolver, clocked: Clocked) -> Self {
-        let machine = Bodies::new(solver.identity(), polling(solver.capabilities()));
+        let machine = Bodies::new(solver.identity(), solver.capabilities());
         let performer = DemPerformer {
             machine,
             solver,

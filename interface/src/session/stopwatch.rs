@@ -32,11 +32,6 @@ impl Stopwatch {
         }
     }
 
-    /// When the present lap began.
-    pub(crate) fn mark(&self) -> Option<Instant> {
-        self.mark
-    }
-
     /// Adds the time since the last lap to `activity`.
     pub(crate) fn lap(&mut self, activity: Activity) {
         let Some(mark) = &mut self.mark else {

@@ -1,4 +1,4 @@
-//! Parties that take turns in one thread. A message is a vector that is swapped, and a bell does nothing.
+//! Parties that take turns in one thread. A message is a vector that is swapped, and nobody has to be woken.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -102,7 +102,7 @@ impl Transport for Direct {
         Ok(shared.queues[channel.number()].pop(into))
     }
 
-    fn ring(&mut self, _: Party) {}
+    fn wake(&mut self, _: Party) {}
 
     fn sleep(&mut self, _: Party, _: Duration) -> u64 {
         0

@@ -120,7 +120,7 @@ impl Domain {
         segments_of(&self.id).collect()
     }
 
-    /// How many channels and bells have a segment there: iceoryx2 makes one for each that ends in this.
+    /// How many channels have a segment there: iceoryx2 makes one for each that ends in this.
     pub(crate) fn services(&self) -> usize {
         let segments = segments_of(&self.id);
         segments

@@ -1,18 +1,14 @@
-//! Channels and bells over iceoryx2: shared memory between processes, or within one. The only files that name it are
+//! Channels over iceoryx2: shared memory between processes, or within one. The only files that name it are
 //! this one, [`crate::message::wire`], whose records are sent as they are, and [`crate::transport::domain`], which
 //! configures it.
 //!
 //! A channel has one sender and one receiver, carries slices of one record type with a [`StepHeader`], never drops and
 //! never overwrites. Lockstep keeps at most a few messages in flight, so a full channel means that the receiver is
 //! gone, and sending then fails after the deadline instead of blocking for ever.
-//!
-//! Each ordered pair of parties has one bell. iceoryx2 0.10 loses wakeups when a listener has two notifiers; with one
-//! it does not, and every wait looks again after a short sleep anyway.
+//! A party is woken for a message through [`crate::transport::wake`].
 
 use std::time::Duration;
 
-use iceoryx2::port::listener::Listener;
-use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::{BackpressureAction, BackpressureInfo};
@@ -20,7 +16,7 @@ use iceoryx2::prelude::{
     AllocationStrategy, AttributeSpecifier, AttributeVerifier, BackpressureStrategy, Node,
     NodeBuilder, Service, SignalHandlingMode, ipc, local,
 };
-use iceoryx2::service::builder::{event, publish_subscribe};
+use iceoryx2::service::builder::publish_subscribe;
 use iceoryx2::service::port_factory::{self, PortFactory as _};
 
 use super::{Transport, TransportError};
@@ -29,6 +25,8 @@ use crate::message::wire::{Record, StepHeader, layout_hash};
 use crate::message::{CHANNELS, Channel, Kind, Payload, Records, each_kind};
 use crate::transport::domain::{Domain, Part};
 use crate::transport::liveness::Hold;
+use crate::transport::names::WAKES;
+use crate::transport::wake::Wakes;
 
 /// Over what the parties talk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -65,7 +63,7 @@ fn refused<E: core::fmt::Debug>(
     }
 }
 
-/// Creates every channel and bell of a run with these solvers (the coupler's privilege), to be kept for as long as the
+/// Creates every channel of a run, and the file of its wake-ups, with these solvers (the coupler's privilege), to be kept for as long as the
 /// run lasts. In a `recorded` run a second subscriber may listen between the solvers.
 ///
 /// # Errors
@@ -146,13 +144,12 @@ pub fn say_as(
     let mut ends = Ends::<ipc::Service>::new(domain, expected, SEND_TIMEOUT)?;
     let channel = Channel::of(expected, Kind::Notice);
     ends.open_channel(channel)?;
-    ends.open_bells(expected, Party::Coupler)?;
     ends.send(channel, header, Records::Notice(notice))?;
-    ends.ring(Party::Coupler);
+    ends.wake(Party::Coupler);
     Ok(Box::new(ends))
 }
 
-/// The channels and bells of a run. They exist for as long as somebody holds them.
+/// The channels of a run. They exist for as long as somebody holds them.
 pub struct Created(Vec<Made>);
 
 struct Made {
@@ -169,7 +166,7 @@ impl Created {
         domain.services() >= self.0.len()
     }
 
-    /// Channels and bells that `party` has not opened at its end.
+    /// Channels that `party` has not opened at its end.
     pub fn unopened(&self, party: Party) -> Vec<&str> {
         let not_open = |made: &&Made| {
             let (senders, receivers) = made.service.ends();
@@ -194,13 +191,6 @@ impl<S: Service, T: Record> Opened
     }
 }
 
-impl<S: Service> Opened for port_factory::event::PortFactory<S> {
-    fn ends(&self) -> (usize, usize) {
-        let open = self.dynamic_config();
-        (open.number_of_notifiers(), open.number_of_listeners())
-    }
-}
-
 fn create_over<S: Service + 'static>(
     domain: &Domain,
     solvers: &[Party],
@@ -208,29 +198,12 @@ fn create_over<S: Service + 'static>(
 ) -> Result<Created, TransportError> {
     let node = node::<S>(domain, Party::Coupler)?;
     domain.close_to_others();
+    Wakes::create(domain.directory()).map_err(refused(WAKES, "create it"))?;
     let mut made = Vec::new();
     let takes_part = |party| party == Party::Coupler || solvers.contains(&party);
     for channel in Channel::ALL {
         if takes_part(channel.from()) && takes_part(channel.to()) {
             made.push(create_channel(&node, channel, recorded)?);
-        }
-    }
-    let parties = Party::ALL;
-    for from in parties.into_iter().filter(|&p| takes_part(p)) {
-        for to in parties.into_iter().filter(|&p| takes_part(p) && p != from) {
-            let name = bell_name(from, to);
-            let service = bell_service(&node, &name)?
-                .max_notifiers(1)
-                .max_listeners(1)
-                .max_nodes(3)
-                .create()
-                .map_err(refused(&name, "create it"))?;
-            made.push(Made {
-                name,
-                from,
-                to,
-                service: Box::new(service),
-            });
         }
     }
     Ok(Created(made))
@@ -321,18 +294,6 @@ fn open_service<S: Service, T: Record>(
     service::<S, T>(node, channel, false)?
         .open_with_attributes(&layout)
         .map_err(refused(channel.name(), "open it"))
-}
-
-fn bell_name(from: Party, to: Party) -> String {
-    format!("bell/{from}-{to}")
-}
-
-fn bell_service<S: Service>(
-    node: &Node<S>,
-    name: &str,
-) -> Result<event::Builder<S>, TransportError> {
-    let service = name.try_into().map_err(refused(name, "name it"))?;
-    Ok(node.service_builder(&service).event())
 }
 
 /// A sending end, whatever it sends.
@@ -452,8 +413,8 @@ struct Ends<S: Service> {
     send_timeout: Duration,
     senders: [Option<Box<dyn Sender>>; CHANNELS],
     receivers: [Option<Box<dyn Receiver>>; CHANNELS],
-    notifiers: Vec<(Party, Notifier<S>)>,
-    listeners: Vec<(Party, Listener<S>)>,
+    /// `None` for one that only listens: nobody wakes it.
+    wakes: Option<Wakes>,
     // The node outlives its ports.
     node: Node<S>,
     // Last: after it this process makes nothing more in shared memory.
@@ -471,8 +432,7 @@ impl<S: Service + 'static> Ends<S> {
             send_timeout,
             senders: [const { None }; CHANNELS],
             receivers: [const { None }; CHANNELS],
-            notifiers: Vec::new(),
-            listeners: Vec::new(),
+            wakes: Some(Wakes::open(domain.directory(), party).map_err(refused(WAKES, "open it"))?),
             node: node::<S>(domain, party)?,
             _part: part,
         })
@@ -496,9 +456,6 @@ impl<S: Service + 'static> Ends<S> {
                     ends.open_channel(channel)?;
                 }
             }
-            for &solver in solvers {
-                ends.open_bells(party, solver)?;
-            }
         } else {
             for kind in [
                 Kind::Order,
@@ -509,13 +466,13 @@ impl<S: Service + 'static> Ends<S> {
             ] {
                 ends.open_channel(Channel::of(party, kind))?;
             }
-            ends.open_bells(party, Party::Coupler)?;
         }
         Ok(ends)
     }
 
     fn listen(domain: &Domain) -> Result<Self, TransportError> {
         let mut ends = Self::new(domain, Party::Coupler, SEND_TIMEOUT)?;
+        ends.wakes = None;
         for channel in Channel::ALL {
             if channel.is_between_solvers() {
                 ends.open_receiver(channel)?;
@@ -557,27 +514,6 @@ impl<S: Service + 'static> Ends<S> {
         self.receivers[channel.number()] = Some(each_kind!(by_kind));
         Ok(())
     }
-
-    /// The bells between this party and another one, both ways.
-    fn open_bells(&mut self, own: Party, other: Party) -> Result<(), TransportError> {
-        let name = bell_name(own, other);
-        let notifier = bell_service(&self.node, &name)?
-            .open()
-            .map_err(refused(&name, "open it"))?
-            .notifier_builder()
-            .create()
-            .map_err(refused(&name, "ring it"))?;
-        self.notifiers.push((other, notifier));
-        let name = bell_name(other, own);
-        let listener = bell_service(&self.node, &name)?
-            .open()
-            .map_err(refused(&name, "open it"))?
-            .listener_builder()
-            .create()
-            .map_err(refused(&name, "listen to it"))?;
-        self.listeners.push((other, listener));
-        Ok(())
-    }
 }
 
 impl<S: Service + 'static> Transport for Ends<S> {
@@ -594,15 +530,15 @@ impl<S: Service + 'static> Transport for Ends<S> {
     }
 
     fn open_exchange(&mut self) -> Result<(), TransportError> {
-        let Some(other) = self.party.other_solver() else {
+        if self.party == Party::Coupler {
             return Ok(());
-        };
+        }
         for channel in Channel::ALL {
             if channel.is_between_solvers() {
                 self.open_channel(channel)?;
             }
         }
-        self.open_bells(self.party, other)
+        Ok(())
     }
 
     fn send(
@@ -628,33 +564,18 @@ impl<S: Service + 'static> Transport for Ends<S> {
         }
     }
 
-    fn ring(&mut self, to: Party) {
-        for (party, notifier) in &self.notifiers {
-            if *party == to
-                && let Err(e) = notifier.notify()
-            {
-                tracing::trace!("a bell did not ring: {e:?}");
-            }
+    fn wake(&mut self, to: Party) {
+        if let Some(wakes) = &self.wakes {
+            wakes.wake(to);
         }
     }
 
     fn sleep(&mut self, from: Party, at_most: Duration) -> u64 {
-        let Some((_, listener)) = self.listeners.iter().find(|(party, _)| *party == from) else {
-            std::thread::sleep(at_most);
-            return 0;
-        };
-        let mut rings = 0;
-        let waited = if at_most.is_zero() {
-            // A timed wait of zero is one without end: the transport hands it to a socket, as no timeout.
-            listener.try_wait(|_| rings += 1).map(|_| ())
-        } else {
-            listener.timed_wait(|_| rings += 1, at_most).map(|_| ())
-        };
-        if let Err(e) = waited {
-            tracing::trace!("a bell could not be waited for: {e:?}");
-            std::thread::sleep(Duration::from_millis(1).min(at_most));
+        if let Some(wakes) = &mut self.wakes {
+            return wakes.block(from, at_most);
         }
-        rings
+        std::thread::sleep(at_most);
+        0
     }
 
     fn coupler_lives(&self) -> bool {

@@ -15,6 +15,7 @@ pub mod recorded;
 pub mod remains;
 pub mod replayed;
 pub mod wait;
+pub mod wake;
 
 use std::time::Duration;
 
@@ -90,10 +91,11 @@ pub trait Transport {
         into: &mut Payload,
     ) -> Result<Option<StepHeader>, TransportError>;
 
-    /// Rings the bell of `to`. A failure is not an error: the other side looks again by itself (clause B-3).
-    fn ring(&mut self, to: Party);
+    /// Wakes `to` for a message (clause B-2). A failure is not an error: the other side looks again by itself (clause B-3).
+    fn wake(&mut self, to: Party);
 
-    /// Sleeps until `from` rings, for `at_most` at most; returns how often it rang.
+    /// Blocks until `from` has woken this party since the last call, for `at_most` at most; returns how often it has. Messages
+    /// are looked for between two calls (clause B-3).
     fn sleep(&mut self, from: Party, at_most: Duration) -> u64;
 
     /// Whether the coupler lives (for a solver; clause O-4).
@@ -107,7 +109,7 @@ pub trait Transport {
 }
 
 impl dyn Transport + '_ {
-    /// Sends a message as it is, without a bell.
+    /// Sends a message as it is, and wakes nobody.
     ///
     /// # Errors
     /// As [`Transport::send`].
@@ -119,18 +121,18 @@ impl dyn Transport + '_ {
         self.send(channel, &message.header, message.payload.records())
     }
 
-    /// Sends a message as it is, with the bell of B-2.
+    /// Sends a message as it is, and wakes its receiver as B-2 says.
     ///
     /// # Errors
     /// As [`Transport::send`].
-    pub fn send_and_ring(
+    pub fn send_and_wake(
         &mut self,
         channel: Channel,
         message: &Message,
     ) -> Result<(), TransportError> {
         self.send_silently(channel, message)?;
-        if channel.rings() {
-            self.ring(channel.to());
+        if channel.wakes() {
+            self.wake(channel.to());
         }
         Ok(())
     }

@@ -14,6 +14,8 @@ pub(super) const PROCESS_PREFIX: &str = "pid-";
 pub(super) const JOINED_PREFIX: &str = "joined-";
 /// There while the coupler waits for its disk (clause O-7).
 pub(super) const WAITS_FOR_DISK: &str = "waits-coupler";
+/// The file of the wake-ups between the parties (clause B-1).
+pub(super) const WAKES: &str = "wakes";
 
 /// Where the directories of runs are: beside the shared memory of their channels. There a file costs no disk, the path is
 /// short enough for a socket, and what is left over is found wherever `TMPDIR` points to.

@@ -75,7 +75,7 @@ impl RawRun {
         }
     }
 
-    /// Sends a message as it is, without a bell.
+    /// Sends a message as it is, and wakes nobody.
     ///
     /// # Errors
     /// [`ChannelError::Full`] if the solver takes nothing.
@@ -85,14 +85,14 @@ impl RawRun {
         ends.send_silently(channel, message)
     }
 
-    /// Sends a message as it is, with the bell of B-2.
+    /// Sends a message as it is, and wakes its receiver as B-2 says.
     ///
     /// # Errors
     /// [`ChannelError::Full`] if the solver takes nothing.
     pub fn send(&self, message: &Message) -> Result<(), ChannelError> {
         let channel = self.channel(message.kind());
         let mut ends = self.ends(channel).borrow_mut();
-        ends.send_and_ring(channel, message)
+        ends.send_and_wake(channel, message)
     }
 
     /// The next message of this kind, if there is one.
@@ -104,14 +104,14 @@ impl RawRun {
         self.ends(channel).borrow_mut().take(channel)
     }
 
-    /// Sleeps until the bell for this kind rings, for at most `nap`; returns how often it rang.
+    /// Blocks until the sender of this kind wakes this end, for `nap` at most; returns how often it has since the last call.
     pub fn sleep(&self, kind: Kind, nap: Duration) -> u64 {
         let channel = self.channel(kind);
         let mut ends = self.ends(channel).borrow_mut();
         ends.sleep(channel.from(), nap)
     }
 
-    /// Channels and bells that the solver has not opened at its end.
+    /// Channels that the solver has not opened at its end.
     pub fn unopened(&self) -> Vec<&str> {
         self.created.unopened(self.solver)
     }

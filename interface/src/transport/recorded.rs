@@ -58,8 +58,8 @@ impl<T: Transport> Transport for Recorded<T> {
         Ok(header)
     }
 
-    fn ring(&mut self, to: Party) {
-        self.inner.ring(to);
+    fn wake(&mut self, to: Party) {
+        self.inner.wake(to);
     }
 
     fn sleep(&mut self, from: Party, at_most: Duration) -> u64 {
@@ -101,8 +101,8 @@ impl<T: Transport + ?Sized> Transport for Box<T> {
         (**self).receive(channel, into)
     }
 
-    fn ring(&mut self, to: Party) {
-        (**self).ring(to);
+    fn wake(&mut self, to: Party) {
+        (**self).wake(to);
     }
 
     fn sleep(&mut self, from: Party, at_most: Duration) -> u64 {

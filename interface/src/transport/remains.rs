@@ -7,8 +7,8 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use crate::transport::names::{
-    JOINED_PREFIX, LOCK, PROCESS_PREFIX, WAITS_FOR_DISK, after_prefix, is_id, maker_of_draft,
-    root_of, runtime_dir, segments_of, shared_memory_prefix,
+    JOINED_PREFIX, LOCK, PROCESS_PREFIX, WAITS_FOR_DISK, WAKES, after_prefix, is_id,
+    maker_of_draft, root_of, runtime_dir, segments_of, shared_memory_prefix,
 };
 
 /// Time between two looks whether the solvers have closed their ports.
@@ -78,7 +78,7 @@ fn owner_of(path: &Path) -> Option<u32> {
 fn is_remains(id: &str, root: &Path) -> bool {
     let prefix = shared_memory_prefix(id);
     let is_ours = |name: &str| {
-        let made = ["services", "nodes", WAITS_FOR_DISK].contains(&name);
+        let made = ["services", "nodes", WAITS_FOR_DISK, WAKES].contains(&name);
         let begins = [PROCESS_PREFIX, JOINED_PREFIX, &prefix];
         made || begins.iter().any(|begin| name.starts_with(begin))
     };

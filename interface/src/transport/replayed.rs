@@ -2,9 +2,8 @@
 //! that solver sent to it, and its answers are compared with those in the recording.
 
 use std::collections::VecDeque;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use super::wait::POLL;
 use super::{Transport, TransportError};
 use crate::message::control::Party;
 use crate::message::wire::{Grant, StepHeader, flags};
@@ -60,8 +59,8 @@ impl<'a> Replayed<'a> {
                 }
             } else if let Some((header, payload)) = self.script.take(channel) {
                 self.other.send(channel, &header, payload.records())?;
-                if channel.rings() {
-                    self.other.ring(self.solver);
+                if channel.wakes() {
+                    self.other.wake(self.solver);
                 }
             }
             self.to_cross.pop_front();
@@ -91,22 +90,15 @@ impl<'a> Replayed<'a> {
         true
     }
 
-    /// Takes an answer if it is there, or comes while a solver that polls would look for it (clause B-4).
+    /// Takes an answer if it is there.
     fn hear(&mut self, channel: Channel) -> Result<bool, TransportError> {
         let buffer = BETWEEN.iter().position(|kind| *kind == channel.kind);
         let buffer = &mut self.inbox[buffer.expect("a channel between the solvers")];
-        let begin = Instant::now();
-        loop {
-            let looks = begin.elapsed();
-            if let Some(header) = self.other.receive(channel, buffer)? {
-                self.script.compare(channel, &header, buffer.records());
-                return Ok(true);
-            }
-            if looks >= POLL {
-                return Ok(false);
-            }
-            std::thread::yield_now();
+        let header = self.other.receive(channel, buffer)?;
+        if let Some(header) = &header {
+            self.script.compare(channel, header, buffer.records());
         }
+        Ok(header.is_some())
     }
 }
 
@@ -146,8 +138,8 @@ impl Transport for Replayed<'_> {
         Ok(header)
     }
 
-    fn ring(&mut self, to: Party) {
-        self.coupler.ring(to);
+    fn wake(&mut self, to: Party) {
+        self.coupler.wake(to);
     }
 
     fn sleep(&mut self, from: Party, at_most: Duration) -> u64 {

@@ -377,7 +377,6 @@ impl Course {
                 coupled: true,
                 deadline: 2.0,
                 restore: false,
-                other_polls: false,
             },
             measured: 1,
             restore: None,

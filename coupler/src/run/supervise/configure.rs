@@ -53,7 +53,6 @@ impl Run<'_> {
                 coupled: self.parties.len() == 2,
                 deadline: self.scene.coupling.deadline.as_secs_f64(),
                 restore: false,
-                other_polls: false,
             },
             measured,
             restore: restored.map(|at| self.restored.swap_remove(at).1),

@@ -4,8 +4,8 @@
 use std::time::Instant;
 
 use interface::core::SessionError;
-use interface::core::coupler::{Coupler, Decision, Limits, Part, Question, Standing};
-use interface::message::control::{Configure, Hello, Party};
+use interface::core::coupler::{Coupler, Decision, Limits, Question, Standing};
+use interface::message::control::{Hello, Party};
 use interface::recording::{RecordingError, Script};
 use interface::session::turns::drive;
 use interface::session::{CouplerSide, Stop, Supervisor};
@@ -70,12 +70,7 @@ struct Replay<'r, 'a> {
 impl Replay<'_, '_> {
     fn configure(&mut self, coupler: &Coupler) -> Result<Decision, RunError> {
         self.run.check_needs(self.party, coupler)?;
-        let part = self.run.part(self.party);
-        let configure = Configure {
-            other_polls: self.script.other_polls(),
-            ..part.configure
-        };
-        Ok(Decision::Configure(vec![Part { configure, ..part }]))
+        Ok(Decision::Configure(vec![self.run.part(self.party)]))
     }
 
     fn next(&mut self) -> Result<Decision, RunError> {

@@ -8,7 +8,7 @@ use interface::message::wire::{ImpForce, ImpState, StepHeader};
 use interface::transport::domain::Domain;
 use interface::transport::iceoryx::join;
 use interface::transport::raw::{Channel, ChannelError, Kind, Medium, Message, Payload, RawRun};
-use interface::transport::wait::{WaitPolicy, wait};
+use interface::transport::wait::{Awaited, Spin, wait};
 
 use super::session::PATIENCE;
 use crate::verdict::{Unmet, broken};
@@ -44,12 +44,27 @@ fn answer(medium: Medium, domain: &Domain, over: &AtomicBool) -> Result<(), Chan
     while !over.load(Ordering::Relaxed) {
         if let Some(message) = ends.take(states)? {
             let answer = Payload::Forces(vec![ImpForce::default(); message.payload.len()]);
-            ends.send_and_ring(forces, &Message::new(message.header, answer))?;
+            ends.send_and_wake(forces, &Message::new(message.header, answer))?;
         } else {
             ends.sleep(Party::Mpm, NAP);
         }
     }
     Ok(())
+}
+
+/// The forces of the echo.
+struct Echo<'a>(&'a RawRun);
+
+impl Awaited for Echo<'_> {
+    type Found = Result<Message, ChannelError>;
+
+    fn look(&mut self) -> Option<Self::Found> {
+        self.0.receive(Kind::Forces).transpose()
+    }
+
+    fn block(&mut self, at_most: Duration) {
+        self.0.sleep(Kind::Forces, at_most);
+    }
 }
 
 fn ask(raw_run: &RawRun, points: usize) -> Result<Duration, Unmet> {
@@ -67,21 +82,13 @@ fn ask(raw_run: &RawRun, points: usize) -> Result<Duration, Unmet> {
     let states = Payload::States(vec![ImpState::default(); points]);
     let message = Message::new(StepHeader::default(), states);
     let mut least = Duration::MAX;
+    let mut spin = Spin::default();
     for _ in 0..EXCHANGES {
         let sent = Instant::now();
         raw_run.send(&message)?;
-        wait(
-            WaitPolicy {
-                nap: NAP,
-                ..WaitPolicy::until(PATIENCE)
-            },
-            || raw_run.receive(Kind::Forces).map_err(Unmet::from),
-            |nap| {
-                raw_run.sleep(Kind::Forces, nap);
-            },
-            || Ok(()),
-            |waited| broken("the kit's own echo", format_args!("nothing for {waited:?}")),
-        )?;
+        wait(&mut Echo(raw_run), &mut spin, PATIENCE).map_err(|waited| {
+            broken("the kit's own echo", format_args!("nothing for {waited:?}"))
+        })??;
         least = least.min(sent.elapsed());
     }
     Ok(least)

@@ -7,7 +7,6 @@ use interface::config::capability::Capabilities;
 use interface::message::control::{Configure, Failure, Hello, Notice, Order, Party, Ready};
 use interface::solver::Refusal;
 use interface::transport::raw::{Kind, Message, RawRun};
-use interface::transport::wait::WaitPolicy;
 
 use super::subject::{Instead, Subject, Worker};
 use crate::options::Options;
@@ -116,7 +115,6 @@ pub fn configure<C: serde::Serialize>(config: &C) -> Configure {
         // Longer than the kit waits, so that a solver's own deadline is not taken for its answer.
         deadline: 5.0 * PATIENCE.as_secs_f64(),
         restore: false,
-        other_polls: false,
     }
 }
 
@@ -139,7 +137,7 @@ pub struct Session<'b> {
 }
 
 impl Session<'_> {
-    /// Sends a message as it is, with its bell.
+    /// Sends a message as it is, and wakes its receiver.
     ///
     /// # Errors
     /// [`Unmet::Broken`] when the solver takes nothing.
@@ -148,7 +146,7 @@ impl Session<'_> {
         Ok(self.raw_run.send(message)?)
     }
 
-    /// Sends a message as it is, without a bell.
+    /// Sends a message as it is, and wakes nobody.
     ///
     /// # Errors
     /// [`Unmet::Broken`] when the solver takes nothing.
@@ -201,11 +199,7 @@ impl Session<'_> {
     }
 
     fn expect_within(&mut self, kind: Kind, deadline: Duration) -> Result<Message, Unmet> {
-        let policy = WaitPolicy {
-            nap: Duration::from_micros(500),
-            ..WaitPolicy::until(deadline)
-        };
-        let message = self.worker.expect(&self.raw_run, kind, policy);
+        let message = self.worker.expect(&self.raw_run, kind, deadline);
         let message = message.map_err(|instead| {
             let expected = format!("{kind:?}");
             match instead {

@@ -9,7 +9,7 @@ use interface::message::control::Party;
 use interface::session::process;
 use interface::transport::domain::Domain;
 use interface::transport::raw::{ChannelError, Kind, Medium, Message, RawRun};
-use interface::transport::wait::{WaitPolicy, wait};
+use interface::transport::wait::{Awaited, Spin, wait};
 
 /// Longest wait for a thread to end once its coupler is gone; one that is stuck ends with the program.
 const GRACE: Duration = Duration::from_secs(2);
@@ -81,6 +81,46 @@ pub enum Instead {
     Channel(ChannelError),
 }
 
+/// A message of the solver under test.
+struct Expected<'a> {
+    worker: &'a mut Worker,
+    raw_run: &'a RawRun,
+    kind: Kind,
+    /// Its end. It is reported at the second look, because what was sent before it is looked for in between.
+    ended: Option<String>,
+}
+
+impl Awaited for Expected<'_> {
+    type Found = Result<Message, Instead>;
+
+    /// Short, because many clauses wait for the end of a solver.
+    const NAP: Duration = Duration::from_micros(500);
+
+    fn look(&mut self) -> Option<Self::Found> {
+        let message = self.raw_run.receive(self.kind);
+        message.map_err(Instead::Channel).transpose()
+    }
+
+    fn block(&mut self, at_most: Duration) {
+        self.raw_run.sleep(self.kind, at_most);
+    }
+
+    fn interruption(&mut self) -> Option<Self::Found> {
+        if self.kind != Kind::Notice {
+            match self.raw_run.receive(Kind::Notice) {
+                Ok(None) => {}
+                Ok(Some(notice)) => return Some(Err(Instead::Notice(notice))),
+                Err(error) => return Some(Err(Instead::Channel(error))),
+            }
+        }
+        if let Some(end) = self.ended.take() {
+            return Some(Err(Instead::End(end)));
+        }
+        self.ended = self.worker.ended();
+        None
+    }
+}
+
 /// The solver under test at work.
 pub enum Worker {
     /// In a process.
@@ -98,30 +138,15 @@ impl Worker {
         &mut self,
         raw_run: &RawRun,
         kind: Kind,
-        policy: WaitPolicy,
+        deadline: Duration,
     ) -> Result<Message, Instead> {
-        let mut ended = None;
-        wait(
-            policy,
-            || raw_run.receive(kind).map_err(Instead::Channel),
-            |nap| {
-                raw_run.sleep(kind, nap);
-            },
-            || {
-                if kind != Kind::Notice
-                    && let Some(notice) = raw_run.receive(Kind::Notice).map_err(Instead::Channel)?
-                {
-                    return Err(Instead::Notice(notice));
-                }
-                // The end is reported at the second look, because what was sent before it is looked for in between.
-                if let Some(end) = ended.take() {
-                    return Err(Instead::End(end));
-                }
-                ended = self.ended();
-                Ok(())
-            },
-            Instead::Silence,
-        )
+        let mut message = Expected {
+            worker: self,
+            raw_run,
+            kind,
+            ended: None,
+        };
+        wait(&mut message, &mut Spin::default(), deadline).map_err(Instead::Silence)?
     }
 
     /// How it ended, if it has.

@@ -51,12 +51,10 @@ pub struct ProcessFlaws {
     pub status_unjoined: Option<u8>,
     /// Opens where it measures to only after it has said Ready.
     pub opens_late: bool,
-    /// Rings no bell.
-    pub rings_no_bell: bool,
-    /// Looks for messages only when a bell has rung.
-    pub waits_for_the_bell: bool,
-    /// Does not look for a while before it sleeps.
-    pub sleeps_at_once: bool,
+    /// Wakes nobody.
+    pub wakes_nobody: bool,
+    /// Looks for messages only when somebody has woken it.
+    pub waits_to_be_woken: bool,
     /// Ends when it has said Bye.
     pub goes_at_bye: bool,
     /// Does not look whether the coupler lives.

@@ -13,8 +13,6 @@ use super::flaw::Flaw;
 
 /// How much later than Ready a mutant opens what it should have opened before, and than Bye it goes.
 const LATE: Duration = Duration::from_millis(20);
-/// Sleep of one who looks no more before it (B-3).
-const POLLED_NAP: Duration = Duration::from_millis(10);
 /// Time between two looks of one who waits for ever.
 const NAP: Duration = Duration::from_millis(1);
 /// What comes to a solver, in such an order that what was sent before a message that is there is looked for after it.
@@ -35,8 +33,8 @@ pub struct Flawed {
     flaw: Flaw,
     /// What has come and the solver has not asked for yet, kind by kind.
     coming: [VecDeque<Message>; Kind::ALL.len()],
-    /// A bell has rung since it was last looked.
-    rung: bool,
+    /// Somebody has woken it since it last looked.
+    woken: bool,
     /// Between a grant and the report on it.
     in_step: bool,
 }
@@ -49,14 +47,14 @@ impl Flawed {
             party,
             flaw,
             coming: [const { VecDeque::new() }; Kind::ALL.len()],
-            rung: false,
+            woken: false,
             in_step: false,
         }
     }
 
     /// Takes all that is there, in the order in which it was sent, past the flaw.
     fn look(&mut self) -> Result<(), TransportError> {
-        if self.flaw.process.waits_for_the_bell && !self.has_rung() {
+        if self.flaw.process.waits_to_be_woken && !self.was_woken() {
             return Ok(());
         }
         loop {
@@ -76,23 +74,23 @@ impl Flawed {
         }
     }
 
-    fn has_rung(&mut self) -> bool {
+    fn was_woken(&mut self) -> bool {
         for party in Party::ALL {
             if party != self.party {
                 self.sleep(party, Duration::ZERO);
             }
         }
-        std::mem::take(&mut self.rung)
+        std::mem::take(&mut self.woken)
     }
 
-    /// Sends what the flaw makes of a message, with its bells.
+    /// Sends what the flaw makes of a message, with its wake-ups.
     fn pass_on(&mut self, message: Message) -> Result<(), TransportError> {
         for message in (self.flaw.outbound)(message) {
             let channel = Channel::of(self.party, message.kind());
             let records = message.payload.records();
             self.inner.send(channel, &message.header, records)?;
-            if channel.rings() && !self.flaw.process.rings_no_bell {
-                self.inner.ring(channel.to());
+            if channel.wakes() && !self.flaw.process.wakes_nobody {
+                self.inner.wake(channel.to());
             }
         }
         Ok(())
@@ -156,24 +154,19 @@ impl Transport for Flawed {
         if self.coming[kind].is_empty() {
             self.look()?;
         }
-        let sleeps = self.flaw.process.sleeps_at_once && channel.is_between_solvers();
-        if sleeps && self.coming[kind].is_empty() {
-            self.sleep(channel.from(), POLLED_NAP);
-            self.look()?;
-        }
         Ok(self.coming[kind].pop_front().map(|message| {
             *into = message.payload;
             message.header
         }))
     }
 
-    /// What is sent has rung already.
-    fn ring(&mut self, _: Party) {}
+    /// What is sent has woken its receiver already.
+    fn wake(&mut self, _: Party) {}
 
     fn sleep(&mut self, from: Party, at_most: Duration) -> u64 {
-        let rings = self.inner.sleep(from, at_most);
-        self.rung |= rings > 0;
-        rings
+        let times = self.inner.sleep(from, at_most);
+        self.woken |= times > 0;
+        times
     }
 
     fn coupler_lives(&self) -> bool {

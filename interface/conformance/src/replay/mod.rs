@@ -15,7 +15,7 @@ use interface::message::control::{Configure, Notice, Order, Party};
 use interface::message::wire::{Grant, flags};
 use interface::recording::{End, Playback};
 use interface::transport::raw::{Kind, Message, Payload, RawRun};
-use interface::transport::wait::{WaitPolicy, wait};
+use interface::transport::wait::{Awaited, Spin, wait};
 
 pub use compare::{Comparison, Difference};
 pub use error::ReplayError;
@@ -348,8 +348,7 @@ impl Replay<'_> {
     }
 
     fn await_message(&mut self, kind: Kind, patience: Duration) -> Result<Message, Stop> {
-        let policy = WaitPolicy::until(patience);
-        match self.worker.expect(&self.raw_run, kind, policy) {
+        match self.worker.expect(&self.raw_run, kind, patience) {
             Ok(message) => Ok(message),
             Err(Instead::Channel(error)) => Err(error.into()),
             Err(Instead::End(how)) => Err(self.solver(how)),
@@ -376,17 +375,14 @@ impl Replay<'_> {
 
     /// After Close.
     fn await_end(&mut self) -> Result<(), Stop> {
-        let worker = &mut self.worker;
-        let how = wait(
-            WaitPolicy::until(ARRIVAL),
-            || Ok(worker.ended()),
-            std::thread::sleep,
-            || Ok(()),
-            |waited| format!("has not ended {:.0} s after Close", waited.as_secs_f64()),
-        );
-        match how {
-            Ok(how) if how.ends_with("exit status 0") => Ok(()),
-            Ok(how) | Err(how) => Err(self.solver(how)),
+        let how = wait(&mut Exit(&mut self.worker), &mut Spin::default(), ARRIVAL);
+        let how = how.unwrap_or_else(|waited| {
+            format!("has not ended {:.0} s after Close", waited.as_secs_f64())
+        });
+        if how.ends_with("exit status 0") {
+            Ok(())
+        } else {
+            Err(self.solver(how))
         }
     }
 
@@ -396,6 +392,21 @@ impl Replay<'_> {
             step: self.step,
             how,
         })
+    }
+}
+
+/// The end of a solver.
+struct Exit<'a>(&'a mut Worker);
+
+impl Awaited for Exit<'_> {
+    type Found = String;
+
+    fn look(&mut self) -> Option<String> {
+        self.0.ended()
+    }
+
+    fn block(&mut self, at_most: Duration) {
+        std::thread::sleep(at_most);
     }
 }
 

@@ -401,13 +401,6 @@ impl Coupler {
     fn decided(&mut self, decision: Decision) -> Result<Action<Question>, SessionError> {
         match (self.state, decision) {
             (State::Configuring, Decision::Configure(parts)) => {
-                let polls = |line: &Line| line.hello.as_ref().is_some_and(Hello::polls);
-                let polling: Vec<Party> = self
-                    .lines
-                    .iter()
-                    .filter(|line| polls(line))
-                    .map(|line| line.party)
-                    .collect();
                 for (line, part) in self.lines.iter_mut().zip(parts) {
                     if line.readiness.is_some() {
                         continue; // it was configured in the session before
@@ -421,8 +414,6 @@ impl Coupler {
                     line.grant = [Grant::default()];
                     let configure = Configure {
                         restore: line.restore.is_some(),
-                        other_polls: part.configure.other_polls
-                            || polling.iter().any(|&party| party != line.party),
                         ..part.configure
                     };
                     line.configure(configure)?;

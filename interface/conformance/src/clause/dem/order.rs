@@ -2,13 +2,12 @@
 
 use std::time::{Duration, Instant};
 
-use interface::config::capability;
 use interface::message::wire::{StepHeader, flags};
 use interface::transport::raw::{Kind, Message, Payload};
 
 use super::scene::{RADIUS, SPHERO, one_disc};
 use crate::bench::{Answer, Bench, BodiesRun, Points};
-use crate::clause::{Clause, shared};
+use crate::clause::Clause;
 use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, broken, near, require};
 
@@ -221,19 +220,12 @@ pub const CLAUSES: &[Clause] = &[
             _ => vec![message],
         })
     }),
-    Clause::must("B-3a", "finds states although no bell rang", no_bell)
-        .mutant("looks for states only after a bell", || {
-            Flaw::process(|m| m.waits_for_the_bell = true)
+    Clause::must("B-3a", "finds states although nobody woke it", unwoken)
+        .mutant("looks for states only when woken", || {
+            Flaw::process(|m| m.waits_to_be_woken = true)
         }),
-    Clause::should("B-2a", "rings after what it sends", rings).mutant("rings no bell", || {
-        Flaw::process(|m| m.rings_no_bell = true)
-    }),
-    Clause::must("B-4a", shared::POLLS, polls)
-        .needs(&[capability::POLLS])
-        .after(&["B-3a", "B-2a"])
-        .mutant("sleeps at once", || {
-            Flaw::process(|m| m.sleeps_at_once = true)
-        }),
+    Clause::should("B-2a", "wakes the receiver of what it sends", wakes)
+        .mutant("wakes nobody", || Flaw::process(|m| m.wakes_nobody = true)),
     Clause::must(
         "C-1a",
         "accepts any number of points: none, and one more than fit",
@@ -411,13 +403,13 @@ fn once(bench: &Bench) -> Judgement {
     Ok("one answer each to 2 points and to none".into())
 }
 
-fn no_bell(bench: &Bench) -> Judgement {
+fn unwoken(bench: &Bench) -> Judgement {
     let mut play = begun(bench)?;
     let points = pressed();
     play.grant(1e-5, 4, false)?;
     let mut longest = Duration::ZERO;
     for _ in 0..4 {
-        // Long enough for a solver that polls first to be asleep.
+        // Long enough for a solver that spins first to be asleep.
         std::thread::sleep(Duration::from_millis(2));
         let start = Instant::now();
         let states = Message::new(play.header(), Payload::States(points.states.clone()));
@@ -438,32 +430,20 @@ fn no_bell(bench: &Bench) -> Judgement {
     ))
 }
 
-fn polls(bench: &Bench) -> Judgement {
-    let mut play = begun(bench)?;
-    let points = pressed();
-    play.grant(1e-6, shared::EXCHANGES, false)?;
-    shared::polls(|| {
-        let states = Message::new(play.header(), Payload::States(points.states.clone()));
-        play.session.send_silently(&states)?;
-        play.forces()?;
-        Ok(())
-    })
-}
-
-fn rings(bench: &Bench) -> Judgement {
+fn wakes(bench: &Bench) -> Judgement {
     let mut play = begun(bench)?;
     let points = pressed();
     play.grant(1e-5, 1, false)?;
-    // Earlier bells are consumed.
+    // Earlier wake-ups are consumed.
     for kind in [Kind::Forces, Kind::Report] {
         play.session.raw_run.sleep(kind, Duration::ZERO);
     }
     play.send_states(&points.states)?;
     for kind in [Kind::Forces, Kind::Report] {
-        let rung = play.session.raw_run.sleep(kind, Duration::from_millis(500));
+        let woken = play.session.raw_run.sleep(kind, Duration::from_millis(500));
         require(
-            rung > 0,
-            format_args!("a ring with {kind:?}"),
+            woken > 0,
+            format_args!("a wake-up with {kind:?}"),
             "none within 0.5 s",
         )?;
     }

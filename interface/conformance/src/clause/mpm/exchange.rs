@@ -3,13 +3,12 @@
 use std::cell::Cell;
 use std::rc::Rc;
 
-use interface::config::capability;
 use interface::message::wire::{ImpForce, StepHeader, flags};
 use interface::transport::raw::{Kind, Message, Payload};
 
 use super::scene::{DT, IN_BLOCK, block, push, scene, single};
 use crate::bench::{Bench, ContinuumRun};
-use crate::clause::{Clause, shared};
+use crate::clause::Clause;
 use crate::mutant::{Flaw, change};
 use crate::verdict::{Judgement, Unmet, broken, require};
 
@@ -22,11 +21,6 @@ pub const CLAUSES: &[Clause] = &[
     .mutant("leaves out the epoch", || {
         Flaw::states(|header, _| header.epoch = 0)
     }),
-    Clause::must("B-4a", shared::POLLS, polls)
-        .needs(&[capability::POLLS])
-        .mutant("sleeps at once", || {
-            Flaw::process(|m| m.sleeps_at_once = true)
-        }),
     Clause::must("G-9b", "sends one message of states in a step", once).mutant(
         "sends empty states twice",
         || {
@@ -165,20 +159,6 @@ pub const CLAUSES: &[Clause] = &[
         })
     }),
 ];
-
-fn polls(bench: &Bench) -> Judgement {
-    let mut flow = bench.run_continuum(&scene(vec![block([0.4; 2], [0.0; 2])]))?;
-    flow.step(0.0, |flow, _| flow.no_forces())?;
-    flow.grant(DT, shared::EXCHANGES + 1, false)?;
-    flow.states()?;
-    shared::polls(|| {
-        let message = Message::new(flow.header(), Payload::Forces(flow.no_forces()));
-        flow.session.send_silently(&message)?;
-        flow.done(1);
-        flow.states()?;
-        Ok(())
-    })
-}
 
 fn headers(bench: &Bench) -> Judgement {
     let mut flow = bench.run_continuum(&scene(vec![block([0.4; 2], [0.0; 2])]))?;

@@ -4,12 +4,10 @@ mod endings;
 mod grants;
 mod handshake;
 mod machine;
-mod polls;
 mod run;
 mod saved;
 
 pub use machine::naps;
-pub use polls::{EXCHANGES, POLLS, polls};
 pub use saved::{looked_at, resumed};
 
 use super::row::Clause;

@@ -86,7 +86,6 @@ fn begins_anew() -> Flaw {
                 restoring = order.restore;
                 let order = Configure {
                     restore: false,
-                    other_polls: false,
                     ..order
                 };
                 vec![Message::order(&Order::Configure(order))]
