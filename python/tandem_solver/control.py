@@ -68,7 +68,7 @@ def decode_order(data):
     reader = _Reader(data)
     variant = reader.number("I")
     if variant == 0:
-        order = Configure(reader.string(), reader.string(), reader.bool(), reader.number("d"), reader.bool(), reader.bool())
+        order = Configure(reader.string(), reader.string(), reader.bool(), reader.number("d"), reader.bool())
     elif variant == 1:
         order = Drain()
     elif variant == 2:

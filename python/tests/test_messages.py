@@ -10,11 +10,11 @@ from tandem_solver import blake3, control, wire
 
 class Control(unittest.TestCase):
     def test_the_bytes_of_the_protocol_page(self):
-        hello = "00000000 03000000 00000000 02000000 0800000000000000 6469736320302e31 67120000"
+        hello = "00000000 04000000 00000000 02000000 0800000000000000 6469736320302e31 67120000"
         capabilities = "0100000000000000 0400000000000000 73617665"
         self.assertEqual(control.hello("dem", "disc 0.1", 4711, ["save"]), bytes.fromhex(hello + capabilities))
         order = control.decode_order(bytes.fromhex(
-            "00000000 0400000000000000 61623132 0200000000000000 7b7d 01 0000000000003e40 00 00"))
+            "00000000 0400000000000000 61623132 0200000000000000 7b7d 01 0000000000003e40 00"))
         self.assertEqual(order, control.Configure("ab12", "{}", True, 30.0))
         self.assertIsInstance(control.decode_order(bytes.fromhex("01000000")), control.Drain)
         ready = (
