@@ -15,8 +15,9 @@ use crate::exit::BAD_INPUT;
 use crate::signals::interrupt;
 use crate::terminal::{complain, say};
 
-/// How far the server stands back behind the run, which shares its processors.
-const NICE: i32 = 19;
+/// How far the server stands back behind the run, which shares its processors. Not all the way: beside other work a page of
+/// 0.3 s would take minutes, and a page costs little since the server rests after it.
+const NICE: i32 = 10;
 
 /// Serves the page of a run until the run has ended.
 pub fn watch(args: &WatchArgs) -> ExitCode {

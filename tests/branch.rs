@@ -1,11 +1,9 @@
 //! A scene that begins with the state of another run: filled once, opened in several ways.
 
-mod harness;
-
 use std::fs;
 use std::path::Path;
 
-use harness::{Ended, Place, RunFiles};
+use crate::harness::{Ended, Place, RunFiles};
 
 /// Sand on a gate between the walls of the domain, and a disc on top.
 const SILO: &str = r#"

@@ -1,12 +1,10 @@
 //! `tandem chaos` with the real binary: a few rounds of everything, and that it tells what is wrong.
 
-mod harness;
-
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::process::Command;
 
-use harness::{Place, scene};
+use crate::harness::{Place, scene};
 
 /// A coupled run of some hundredths of a second.
 const TINY: &[&str] = &[
@@ -18,7 +16,7 @@ const TINY: &[&str] = &[
     "check=[]",
 ];
 
-fn play(place: &Place, scene: &str, more: &[&str]) -> harness::Ended {
+fn play(place: &Place, scene: &str, more: &[&str]) -> crate::harness::Ended {
     let out = place.path("chaos");
     let out = ["--out", out.to_str().unwrap()];
     let words = [&["chaos", scene][..], TINY, &out, more].concat();
@@ -41,7 +39,7 @@ fn sums(stdout: &str) -> Vec<u64> {
 fn a_few_rounds_of_everything_leave_the_same_bits() {
     let place = Place::new();
     let scene = scene("jiang2020/normal_force");
-    let seed = harness::dice(1 << 32).to_string();
+    let seed = crate::harness::dice(1 << 32).to_string();
     println!("seed {seed}");
     let ended = play(&place, &scene, &["--rounds", "45", "--seed", &seed]);
     println!("{}", ended.stdout);

@@ -1,8 +1,6 @@
 //! The same bits whatever the transport, the threads and the window (DESIGN.md section 3).
 
-mod harness;
-
-use harness::{Place, RunFiles, scene};
+use crate::harness::{Place, RunFiles, scene};
 
 /// Ways to run a scene that must not show in its result. The first is what the others are compared with.
 const WAYS: [&[&str]; 8] = [

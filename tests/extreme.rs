@@ -1,11 +1,9 @@
 //! The scenes at the edge: every variant of every scene in `scenes/extreme` ends as the table says, in a result that holds its
 //! checks or in a reason, and with finite numbers only.
 
-mod harness;
-
 use std::collections::BTreeSet;
 
-use harness::{Place, RunFiles, catalogue, root, scene};
+use crate::harness::{Place, RunFiles, catalogue, root, scene};
 use serde_json::Value;
 
 /// How a run ends.

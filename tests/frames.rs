@@ -1,17 +1,16 @@
 //! Frames: they change no bit of a run, they hold what was where, and another program reads them.
 //!
-//! Where `python3` cannot import meshio, h5py or vtk, what needs them says that it is skipped; `.ci/run` installs them first.
-
-mod harness;
+//! Where `python3` cannot import meshio, h5py or vtk, what needs them is left out; `.ci/run` installs them first.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use crate::harness::needs::Need;
+use crate::harness::{Place, RunFiles, root, scene};
 use coupler::record::frames::Frame;
 use coupler::record::frames::vtu::{Array, Mesh};
-use harness::{Place, RunFiles, root, scene};
 use serde_json::Value;
 
 /// A disc of points hits one that is a body.
@@ -438,8 +437,12 @@ fn python(modules: &str, arguments: &[&str]) -> Option<Vec<u8>> {
             .unwrap()
     };
     let import = python(&["-c", &format!("import {modules}")]);
-    if !import.status.success() {
-        println!("skipped: python3 cannot import {modules} (.ci/run installs them)");
+    let need = match modules {
+        "PIL" => Need::Paraview,
+        _ => Need::Vtk,
+    };
+    let why = format!("python3 cannot import {modules}: .ci/run installs them");
+    if !need.is_met(import.status.success(), &why) {
         return None;
     }
     let read = python(arguments);
@@ -598,8 +601,8 @@ blue = sum(count for count, (r, g, b) in counts if b > g + 30)
 grey = sum(count for count, (r, g, b) in counts if max(r, g, b) - min(r, g, b) < 16 and 150 < g < 200)
 print(picture.width * picture.height, white, blue, grey, len(counts))
 ";
-    if !["pvpython", "xvfb-run"].into_iter().all(is_installed) {
-        println!("skipped: there is no pvpython or no xvfb-run");
+    let there = ["pvpython", "xvfb-run"].into_iter().all(is_installed);
+    if !Need::Paraview.is_met(there, "no pvpython or no xvfb-run") {
         return;
     }
     let place = Place::new();

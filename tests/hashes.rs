@@ -5,12 +5,12 @@
 //! The normal command runs every row that is quick in one way, the ways taking turns. Every row in every way takes
 //! about an hour:
 //!
-//!     cargo test --release --test hashes -- --ignored --nocapture every_row_in_every_way
+//!     cargo test --release --test tandem-tests -- --ignored --nocapture every_row_in_every_way
 //!
-//! A change of arithmetic that is meant takes rows again, which then replace those of `baseline.csv` in a commit of its
+//! A change of arithmetic that is meant takes rows again instead, which then replace those of `baseline.csv` in a commit of its
 //! own that says what changed them:
 //!
-//!     TANDEM_RETAKE=rows.csv cargo test --release --test hashes -- --ignored retake
+//!     TANDEM_RETAKE=rows.csv cargo test --release --test tandem-tests -- --ignored every_row_in_every_way
 //!
 //! Another compiler or C library may change last bits too (ARCHITECTURE.md, "Where determinism comes from"): where the
 //! build of the commit that the file names does not give its hashes, that build takes them again first.
@@ -19,15 +19,14 @@
 //! that was built with this test. For the two commands above, `TANDEM_SCENES=silo` leaves out scenes without `silo` in
 //! their name; for the first of them, `TANDEM_LONGEST=20` leaves out rows that take more than 20 s.
 
-mod harness;
-
+use std::ffi::OsStr;
 use std::fs;
 use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Duration;
 
-use harness::{Place, RunFiles, catalogue, root, scene};
+use crate::harness::{Place, RunFiles, catalogue, root, scene};
 
 /// Ways to run a scene that must not show in its result; the first is the one that the file was taken with.
 const WAYS: [&[&str]; 7] = [
@@ -275,6 +274,9 @@ fn every_quick_row_has_its_bits_in_one_way() {
 #[test]
 #[ignore = "takes an hour"]
 fn every_row_in_every_way() {
+    if let Some(file) = std::env::var_os("TANDEM_RETAKE") {
+        return retake(&file);
+    }
     let longest = std::env::var("TANDEM_LONGEST").map_or(f64::INFINITY, |longest| {
         longest.parse().expect("TANDEM_LONGEST is in s")
     });
@@ -319,14 +321,8 @@ fn a_difference_says_what_differs() {
     }
 }
 
-/// Writes rows as `baseline.csv` has them to the file that `TANDEM_RETAKE` names.
-#[test]
-#[ignore = "only for when arithmetic was meant to change"]
-fn retake() {
-    let Some(file) = std::env::var_os("TANDEM_RETAKE") else {
-        println!("skipped: TANDEM_RETAKE names no file");
-        return;
-    };
+/// Writes rows as `baseline.csv` has them.
+fn retake(file: &OsStr) {
     let cases: Vec<Case> = cases().into_iter().filter(wanted).collect();
     let rows = all(&cases, |case| case.run(WAYS[0], None).line());
     let text = format!("{HEADER}\n{}\n", rows.join("\n"));

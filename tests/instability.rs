@@ -1,8 +1,6 @@
 //! Steps that are too long end in a verdict, never in numbers that are none.
 
-mod harness;
-
-use harness::{Place, RunFiles, scene};
+use crate::harness::{Place, RunFiles, scene};
 use serde_json::Value;
 
 /// Every number in a value is finite: JSON has no others, a NaN would have become a null.

@@ -1,15 +1,13 @@
 //! A solver in Python takes the place of a built-in one by the command line alone, and gives the same physics.
 //!
-//! Where `python3` cannot import iceoryx2, what needs it says that it is skipped; `.ci/run` installs the wheel first.
-
-mod harness;
+//! Where `python3` cannot import iceoryx2, what needs it is left out; `.ci/run` installs the wheel first.
 
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
-use std::time::Duration;
 
-use harness::{
-    Ended, History, Place, RunFiles, lives, python_can_join, root, scene, signal, until,
+use crate::harness::needs::Need;
+use crate::harness::{
+    Ended, History, PATIENCE, Place, RunFiles, lives, python_can_join, root, scene, signal, until,
 };
 use interface::config::{DemConfig, MpmConfig};
 use interface::message::wire::{LAYOUT, layout_hash};
@@ -48,8 +46,7 @@ fn disc_dem() -> String {
 
 #[test]
 fn records_in_python_are_laid_out_as_in_rust() {
-    if !python(&["-c", "pass"]) {
-        println!("skipped: there is no python3");
+    if !Need::Python.is_met(python(&["-c", "pass"]), "there is no python3") {
         return;
     }
     let module = root().join("python/tandem_solver/wire.py");
@@ -65,8 +62,7 @@ fn records_in_python_are_laid_out_as_in_rust() {
 /// The comparison with other codes ended in an `UnboundLocalError`, wherever the program was.
 #[test]
 fn the_comparison_with_peers_says_where_it_looked_for_the_program() {
-    if !python(&["-c", "pass"]) {
-        println!("skipped: there is no python3");
+    if !Need::Python.is_met(python(&["-c", "pass"]), "there is no python3") {
         return;
     }
     let mut run = Command::new("python3");
@@ -369,7 +365,7 @@ fn the_python_solver_ends_when_its_coupler_is_killed() {
     assert!(lives(dem));
     signal(run.pid(), "KILL");
     assert_eq!(run.end().signal(), Some(9));
-    let gone = until(Duration::from_secs(5), || (!lives(dem)).then_some(()));
+    let gone = until(PATIENCE, || (!lives(dem)).then_some(()));
     assert!(gone.is_some(), "the solver of a dead coupler lives on");
 }
 
@@ -441,7 +437,7 @@ fn python_solvers_go_on_from_a_checkpoint_to_the_same_bits() {
     place.run("whole", &scene(HARD), &more).expect(0);
     let run = place.start_run("cut", &scene(HARD), &more);
     let folder = place.path("cut/checkpoints");
-    let two = until(Duration::from_mins(1), || {
+    let two = until(PATIENCE, || {
         let files = std::fs::read_dir(&folder).into_iter().flatten();
         (files.count() >= 2).then_some(())
     });
@@ -473,7 +469,7 @@ const TUMBLE: &str = "verification/tumble";
 /// The collision of it, without the flight.
 const COLLISION: [&str; 2] = ["--set", "time.end=0.006"];
 
-/// The command of YADE as the bodies' side, by the first Python that has it; tells if there is none.
+/// The command of YADE as the bodies' side, by the first Python that has it; notes if there is none.
 fn yade_dem() -> Option<String> {
     let example = root().join("python/examples/yade_dem.py");
     // Started by hand it says how it wants to be started, once it has imported all it needs.
@@ -486,11 +482,8 @@ fn yade_dem() -> Option<String> {
             .is_ok_and(|status| status.code() == Some(2))
     };
     let python = ["python3", "/usr/bin/python3"].into_iter().find(has_it);
-    if python.is_none() {
-        println!(
-            "skipped: no Python has both yade and iceoryx2 (docs/solver-authors.md says how to get them)"
-        );
-    }
+    let why = "no Python has both yade and iceoryx2: docs/solver-authors.md";
+    Need::Yade.is_met(python.is_some(), why);
     Some(format!("{} '{}'", python?, example.display()))
 }
 

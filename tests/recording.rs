@@ -1,13 +1,11 @@
 //! `tandem run --record`: what crossed is kept, whatever becomes of the run, and keeping it changes nothing.
 
-mod harness;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use harness::{Place, RunFiles, python_can_join, root, scene};
+use crate::harness::{Place, RunFiles, python_can_join, root, scene};
 use interface::message::wire::flags;
 use interface::recording::{End, Playback};
 

@@ -1,10 +1,8 @@
 //! Bad input ends with exit 2 before anything is started, with words that say what to do, and leaves nothing behind.
 
-mod harness;
-
 use std::fs;
 
-use harness::{Ended, Place, RunFiles, scene};
+use crate::harness::{Ended, Place, RunFiles, scene};
 
 const HARD: &str = "jiang2020/collision_hard";
 

@@ -1,20 +1,16 @@
 //! The page of a run, opened in a real browser: it shows what the run has left, plays, and asks nobody for anything.
 //!
 //! The browser is Chromium (`apt-get install chromium`; `.ci/run` does it), found on the PATH or named by `CHROME`. Without it
-//! these tests say that they are skipped.
-
-#[path = "harness/browser.rs"]
-mod browser;
-mod harness;
+//! these tests are left out.
 
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use browser::Reader;
+use crate::harness::browser::Reader;
+use crate::harness::{Place, RunFiles, scene};
 use coupler::record::frames::Frame;
-use harness::{Place, RunFiles, scene};
 
 /// The README's main job, whose scene asks for a report.
 const HARD: &str = "jiang2020/collision_hard";
@@ -147,18 +143,18 @@ fn the_player_is_played_by_keys_and_colours_by_choice() {
     reader.look(800, false);
     let at = || reader.number("tandem.player.place");
     reader.ask("(document.getElementById('player').focus(), 1)");
-    reader.tab.press_key("ArrowRight").unwrap();
-    reader.tab.press_key("ArrowRight").unwrap();
-    reader.tab.press_key("ArrowLeft").unwrap();
+    reader.press("ArrowRight");
+    reader.press("ArrowRight");
+    reader.press("ArrowLeft");
     assert_eq!(at(), 1.0);
-    reader.tab.press_key("End").unwrap();
+    reader.press("End");
     assert_eq!(at(), reader.number("tandem.player.times.length - 1"));
-    reader.tab.press_key("Home").unwrap();
+    reader.press("Home");
     assert_eq!(at(), 0.0);
-    reader.tab.press_key(" ").unwrap();
-    let moved = harness::until(harness::PATIENCE, || (at() > 2.0).then_some(()));
+    reader.press(" ");
+    let moved = crate::harness::until(crate::harness::PATIENCE, || (at() > 2.0).then_some(()));
     assert!(moved.is_some(), "it does not play");
-    reader.tab.press_key(" ").unwrap();
+    reader.press(" ");
     let stopped = at();
     reader.look(801, false);
     assert_eq!(at(), stopped, "it does not pause");
@@ -390,12 +386,25 @@ fn a_report_changes_no_bit_of_a_run() {
     assert_eq!(course("with"), course("without"));
 }
 
-/// Not run by default: takes minutes and gigabytes. `TANDEM_BIG` names a run directory of 1e5 points and 200 frames.
+/// 1e5 points and 200 frames of sand that begins to slide.
 #[test]
-#[ignore = "needs a large run: name its directory by TANDEM_BIG"]
+#[ignore = "a minute, and a gigabyte on disk"]
 fn a_large_run_is_small_and_quick() {
-    let run = PathBuf::from(std::env::var_os("TANDEM_BIG").expect("TANDEM_BIG names a run"));
     let place = Place::new();
+    let scene = scene("verification/column_collapse");
+    let large = [
+        "--set",
+        "mpm.points.0.spacing.counts=[224,447]",
+        "--set",
+        "time.end=0.1",
+        "--set",
+        "output.frames=5e-4",
+        "--set",
+        "check=[]",
+        "--in-process",
+    ];
+    place.run("run", &scene, &large).expect(0);
+    let run = place.path("run");
     let (page, began) = (place.path("big.html"), std::time::Instant::now());
     let arguments = [
         "report",

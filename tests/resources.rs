@@ -1,13 +1,11 @@
 //! What a run needs of the machine, told before it begins: room in shared memory, open files, time. And files in shared memory
 //! that somebody removes, told as what it is.
 
-mod harness;
-
 use std::fs;
 use std::process::Command;
-use std::time::Duration;
 
-use harness::{Place, RunFiles, scene, segments};
+use crate::harness::needs::Need;
+use crate::harness::{Place, RunFiles, scene, segments};
 
 fn quick() -> [String; 3] {
     [
@@ -50,8 +48,8 @@ fn a_small_shared_memory_is_reported_before_the_run() {
     let possible = Command::new("unshare")
         .args(["-rm", "sh", "-c", &mount("1m")])
         .status();
-    if !possible.is_ok_and(|status| status.success()) {
-        println!("skipped: this machine does not let its user mount a small /dev/shm");
+    let possible = possible.is_ok_and(|status| status.success());
+    if !Need::Mount.is_met(possible, "its user may not mount a small /dev/shm") {
         return;
     }
     let (code, said) = after(&place, &mounts, &mount("600k"), "small");
@@ -149,7 +147,6 @@ fn a_run_whose_files_in_shared_memory_are_removed_goes_on_to_the_same_bits() {
     place.run("whole", &scene, &more).expect(0);
     let mut run = place.start_run("removed", &scene, &more);
     run.stepping("removed");
-    std::thread::sleep(Duration::from_millis(200));
     let runs = run.runs();
     let removed = segments(&runs);
     assert!(!removed.is_empty());

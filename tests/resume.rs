@@ -2,12 +2,11 @@
 //!
 //! The normal command does this with one scene. All scenes and variants that take less than two minutes:
 //!
-//!     TANDEM_TABLE=docs/results/resume.md cargo test --release --workspace --test resume -- --ignored --nocapture
+//!     TANDEM_TABLE=docs/results/resume.md cargo test --release --workspace --test tandem-tests -- --ignored --nocapture every_scene_that_is_killed
 //!
 //! `TANDEM_SCENES=silo` leaves out scenes without `silo` in their name, `TANDEM_LONGEST=20` those that take more than 20 s,
 //! `TANDEM_SHORTEST=3` those that take less than 3 s.
 
-mod harness;
 mod replayed;
 
 use std::collections::BTreeMap;
@@ -15,7 +14,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use harness::{Ended, Place, RunFiles, dice, python_can_join, root, scene, signal, until};
+use crate::harness::{
+    Ended, PATIENCE, Place, RunFiles, dice, python_can_join, root, scene, signal, until,
+};
 use interface::recording::{End, Playback};
 
 /// A coupled run with frames that takes some tenths of a second, and how it keeps checkpoints.
@@ -86,9 +87,7 @@ fn a_signal_saves_and_the_run_goes_on() {
 /// Waits until a run has a checkpoint, and a random while longer.
 #[track_caller]
 fn a_while_after_a_checkpoint(dir: &Path) {
-    let there = until(Duration::from_secs(30), || {
-        (!checkpoints(dir).is_empty()).then_some(())
-    });
+    let there = until(PATIENCE, || (!checkpoints(dir).is_empty()).then_some(()));
     assert!(there.is_some(), "no checkpoint is written");
     std::thread::sleep(Duration::from_millis(dice(150)));
 }
@@ -352,7 +351,7 @@ fn killed(place: &Place, out: &str, run: &[&str], way: &[&str], when: When, wall
         }
         When::Checkpoint => {
             until(limit, || {
-                (names_of_checkpoints(&dir) != before || !harness::lives(running.pid()))
+                (names_of_checkpoints(&dir) != before || !crate::harness::lives(running.pid()))
                     .then_some(())
             });
         }
@@ -465,5 +464,5 @@ undisturbed run: `state_hash`, number of steps, and byte for byte `history.csv`,
 stops (exit 3) are left out. Made by
 
     TANDEM_TABLE=docs/results/resume.md \\
-        cargo test --release --workspace --test resume -- --ignored --nocapture
+        cargo test --release --workspace --test tandem-tests -- --ignored --nocapture every_scene_that_is_killed
 ";

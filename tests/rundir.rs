@@ -1,13 +1,11 @@
 //! A run directory belongs to one run, keeps what users put there, and says how a run ended.
 
-mod harness;
-
 use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
-use harness::{Place, RunFiles, scene, signal};
+use crate::harness::{Place, RunFiles, scene, signal};
 
 const QUICK: &[&str] = &["--variant", "quick"];
 /// Takes some tenths of a second.
@@ -152,7 +150,7 @@ fn a_killed_run_without_a_checkpoint_is_told_and_gets_a_summary() {
     let place = Place::new();
     let mut run = place.start_run("out", &scene("jiang2020/normal_force"), LONG);
     run.stepping("out");
-    std::thread::sleep(std::time::Duration::from_millis(100));
+    run.has_rows("out");
     signal(run.pid(), "KILL");
     run.end();
     let out = place.path("out");
@@ -184,7 +182,7 @@ fn a_run_that_is_cut_short_leaves_its_bodies_and_the_checks_that_are_over() {
         let more = [&LONG[..4], &["--set", check]].concat();
         let mut run = place.start_run("out", &scene("jiang2020/normal_force"), &more);
         run.stepping("out");
-        std::thread::sleep(std::time::Duration::from_millis(100));
+        run.has_rows("out");
         if target == "dem" {
             let pid = run.solver("out", "dem");
             signal(pid, "KILL");

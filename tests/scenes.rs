@@ -1,10 +1,8 @@
 //! Every scene of the catalogue runs and shows what it must; what it leaves is complete and reads back.
 
-mod harness;
-
 use std::path::Path;
 
-use harness::{Place, RunFiles, catalogue, scene};
+use crate::harness::{Place, RunFiles, catalogue, scene};
 use serde_json::Value;
 
 /// What a value of the summary is.
@@ -274,7 +272,7 @@ scenes! {
 fn no_scene_is_left_out() {
     for path in catalogue() {
         let name = path
-            .strip_prefix(harness::root().join("scenes"))
+            .strip_prefix(crate::harness::root().join("scenes"))
             .unwrap()
             .with_extension("");
         // tests/extreme.rs has a table of its own: by variants, not all of which are to reach their end.

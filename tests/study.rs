@@ -1,13 +1,11 @@
 //! `tandem study`, `tandem stability` and `tandem plot` with the real binary: tables, figures, resuming, launchers,
 //! refusals.
 
-mod harness;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use harness::{Ended, PATIENCE, Place, RunFiles, scene, until};
+use crate::harness::{Ended, PATIENCE, Place, RunFiles, scene, until};
 
 const BAR: &str = "verification/bar_on_grain";
 const HARD: &str = "jiang2020/collision_hard";
@@ -63,26 +61,25 @@ fn well_formed(path: &Path) -> String {
     text
 }
 
-fn study(place: &Place, arguments: &[&str]) -> Ended {
-    place.start(&[&["study"], arguments].concat()).end()
+/// The words of a line of shell.
+fn words(line: &str) -> Vec<String> {
+    shlex::split(line).expect("quotes are closed")
+}
+
+/// The program with a line of arguments, to its end.
+fn tandem(place: &Place, line: &str) -> Ended {
+    let words = words(line);
+    let words: Vec<&str> = words.iter().map(String::as_str).collect();
+    place.start(&words).end()
 }
 
 #[test]
 fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
     let place = Place::new();
     let bar = scene(BAR);
-    let arguments = [
-        bar.as_str(),
-        "--vary",
-        "variant=cell_5mm,plain",
-        "--vary",
-        "mpm.shape=ugimp,cubic_bspline",
-        "--repeat",
-        "2",
-        "--out",
-        "out",
-    ];
-    let ended = study(&place, &arguments).expect(0);
+    let varied = "--vary mpm.shape=ugimp,cubic_bspline --repeat 2 --out out";
+    let line = format!("study {bar} --vary variant=cell_5mm,plain {varied}");
+    let ended = tandem(&place, &line).expect(0);
     assert!(
         ended
             .stdout
@@ -126,28 +123,17 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
     // Its table and a run's history are drawn by the same command.
     let first = &rows[0]["run"];
     let history = format!("bar=out/runs/{first}");
-    let table: [&[&str]; 2] = [
-        &[
-            "out/study.csv",
-            "--x",
-            "log10(resolution)",
-            "--y",
-            "value",
-            "--by",
-            "curve",
-        ],
-        &[&history, "--y", "force", "--expected", "nothing=0*x"],
-    ];
-    for arguments in table {
-        let all = [&["plot"], arguments, &["--out", "plot.svg"]].concat();
-        place.start(&all).end().expect(0);
+    let table = "out/study.csv --x 'log10(resolution)' --y value --by curve";
+    let history = format!("{history} --y force --expected nothing=0*x");
+    for drawn in [table, &history] {
+        tandem(&place, &format!("plot {drawn} --out plot.svg")).expect(0);
         let figure = well_formed(&place.path("plot.svg"));
         let curves = figure.matches("<polyline").count();
         assert!(curves >= 2, "{curves} curves in {figure}");
     }
 
     let before = fs::read(place.path("out/study.csv")).unwrap();
-    let again = study(&place, &arguments).expect(0);
+    let again = tandem(&place, &line).expect(0);
     assert!(
         again
             .stdout
@@ -157,12 +143,8 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
     );
     assert_eq!(fs::read(place.path("out/study.csv")).unwrap(), before);
     // Another value is a run more.
-    let more = [&arguments[..2], &["variant=cell_5mm"], &arguments[3..]].concat();
-    let more = study(
-        &place,
-        &[&more[..], &["--vary", "time.safety=0.8,0.4"]].concat(),
-    )
-    .expect(0);
+    let line = format!("study {bar} --vary variant=cell_5mm --vary time.safety=0.8,0.4 {varied}");
+    let more = tandem(&place, &line).expect(0);
     assert!(
         more.stdout.contains("4 runs, repeated to 8, 8 of them new"),
         "{}",
@@ -174,18 +156,10 @@ fn a_study_has_a_row_a_run_a_figure_and_an_order_and_is_not_run_twice() {
 fn a_study_that_was_ended_goes_on() {
     let place = Place::new();
     let bar = scene(BAR);
-    let arguments = [
-        "study",
-        &bar,
-        "--variant",
-        "quick",
-        "--vary",
-        "time.safety=0.8,0.7,0.6,0.5,0.4,0.3",
-        "--repeat",
-        "1",
-        "--out",
-        "out",
-    ];
+    let safety = "--vary time.safety=0.8,0.7,0.6,0.5,0.4,0.3";
+    let line = format!("study {bar} --variant quick {safety} --repeat 1 --out out");
+    let arguments = words(&line);
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let running = place.start(&arguments);
     let summaries = || -> usize {
         let entries = fs::read_dir(place.path("out/runs"))
@@ -197,7 +171,7 @@ fn a_study_that_was_ended_goes_on() {
             .count()
     };
     until(PATIENCE, || (summaries() > 0).then_some(())).expect("a first run ends");
-    harness::signal(running.pid(), "TERM");
+    crate::harness::signal(running.pid(), "TERM");
     running
         .end()
         .expect(130)
@@ -215,22 +189,13 @@ fn a_study_that_was_ended_goes_on() {
 fn an_unstable_run_is_a_row_and_the_others_are_compared_with_the_finest() {
     let place = Place::new();
     let hard = scene(HARD);
-    let arguments = [
-        hard.as_str(),
-        "--variant",
-        "quick",
-        "--vary",
-        "time.step_factor=30,2,1",
-        "--set",
-        "time.max_step=1",
-        "--set",
-        "output.every=1e-3",
-        "--finer",
-        "v_target",
-        "--out",
-        "out",
-    ];
-    study(&place, &arguments).expect(0);
+    let set = "--set time.max_step=1 --set output.every=1e-3 --finer v_target --out out";
+    let vary = "--vary time.step_factor=30,2,1";
+    tandem(
+        &place,
+        &format!("study {hard} --variant quick {vary} {set}"),
+    )
+    .expect(0);
     let rows = table(&place.path("out/study.csv"));
     let status: Vec<&str> = rows.iter().map(|r| r["status"].as_str()).collect();
     assert_eq!(status[0], "unstable", "{rows:?}");
@@ -250,11 +215,14 @@ fn an_unstable_run_is_a_row_and_the_others_are_compared_with_the_finest() {
 fn without_a_reference_a_study_shows_the_values_over_what_is_varied() {
     let place = Place::new();
     let soft = scene("jiang2020/collision_soft");
-    let sweep = |out: &str, more: &[&str]| {
-        let common = [soft.as_str(), "--variant", "quick", "--out", out];
-        study(&place, &[&common[..], more].concat()).expect(0)
+    let sweep = |out: &str, more: &str| {
+        tandem(
+            &place,
+            &format!("study {soft} --variant quick --out {out} {more}"),
+        )
+        .expect(0)
     };
-    let ended = sweep("numbers", &["--vary", "time.safety=0.8,0.4"]);
+    let ended = sweep("numbers", "--vary time.safety=0.8,0.4");
     assert!(
         ended.stdout.contains("2 runs, 2 of them new"),
         "{}",
@@ -285,14 +253,11 @@ fn without_a_reference_a_study_shows_the_values_over_what_is_varied() {
     }
     assert_eq!(figure.matches(">time.safety<").count(), checks.len());
     // Columns that are asked for by name, over what is no number, with a curve for each of the others.
-    let named = [
-        "--vary",
-        "mpm.shape=ugimp,cubic_bspline",
-        "--vary",
-        "mpm.transfer=flip,pic",
-    ];
-    let value = ["--value", "v_target", "--resolution", "mpm.shape"];
-    sweep("names", &[&named[..], &value].concat());
+    let named = "--vary mpm.shape=ugimp,cubic_bspline --vary mpm.transfer=flip,pic";
+    sweep(
+        "names",
+        &format!("{named} --value v_target --resolution mpm.shape"),
+    );
     let figure = well_formed(&place.path("names/study.svg"));
     for words in [
         "ugimp",
@@ -311,22 +276,13 @@ fn runs_go_through_a_launcher() {
     let place = Place::new();
     place.write("queue.sh", "echo \"$@\" >> queue.log\nexec \"$@\"\n");
     let bar = scene(BAR);
-    let arguments = [
-        bar.as_str(),
-        "--variant",
-        "quick",
-        "--vary",
-        "time.safety=0.8,0.4",
-        "--launcher",
-        "sh queue.sh {}",
-        "--jobs",
-        "2",
-        "--repeat",
-        "2",
-        "--out",
-        "out",
-    ];
-    study(&place, &arguments).expect(0);
+    let launched = "--launcher 'sh queue.sh {}' --jobs 2 --repeat 2 --out out";
+    let quick = format!("study {bar} --variant quick");
+    tandem(
+        &place,
+        &format!("{quick} --vary time.safety=0.8,0.4 {launched}"),
+    )
+    .expect(0);
     let log = fs::read_to_string(place.path("queue.log")).unwrap();
     assert_eq!(log.lines().count(), 4, "{log}");
     assert!(
@@ -337,19 +293,8 @@ fn runs_go_through_a_launcher() {
     assert!(rows.iter().all(|row| row["alone"] == "false"));
     // A launcher that starts nothing is a failure with its last words, kept as such.
     place.write("down.sh", "echo 'the queue is down' >&2; exit 7\n");
-    let down = [
-        "--launcher",
-        "sh down.sh {}",
-        "--vary",
-        "time.safety=0.3",
-        "--out",
-        "down",
-    ];
-    study(
-        &place,
-        &[&[bar.as_str(), "--variant", "quick"], &down[..]].concat(),
-    )
-    .expect(3);
+    let down = "--launcher 'sh down.sh {}' --vary time.safety=0.3 --out down";
+    tandem(&place, &format!("{quick} {down}")).expect(3);
     let rows = table(&place.path("down/study.csv"));
     assert_eq!(rows[0]["status"], "failed");
     assert!(rows[0]["reason"].contains("the queue is down"), "{rows:?}");
@@ -361,88 +306,65 @@ fn what_cannot_be_studied_is_refused_before_anything_is_started() {
     place.write("file", "no directory");
     let (bounds_only, bar) = (scene("jiang2020/collision_soft"), scene(BAR));
     let before = place.content();
-    for (arguments, phrases) in [
+    let safety = "--vary time.safety=1,0.5";
+    for (scene, arguments, phrases) in [
         (
-            &[bounds_only.as_str(), "--set", "time.end=0.001"][..],
-            &["nothing to vary", "--vary"][..],
+            &bounds_only,
+            "--set time.end=0.001",
+            ["nothing to vary", "--vary"],
         ),
         (
-            &[
-                &bounds_only,
-                "--vary",
-                "mpm.cell=0.003,0.0015",
-                "--value",
-                "v_targt",
-            ],
-            &["--value v_targt", "did you mean `v_target`?"],
+            &bounds_only,
+            "--vary mpm.cell=0.003,0.0015 --value v_targt",
+            ["--value v_targt", "did you mean `v_target`?"],
         ),
         (
-            &[&bar, "--vary", "mpm.cel=0.1"],
-            &["unknown key `cel`", "did you mean `cell`?"],
+            &bar,
+            "--vary mpm.cel=0.1",
+            ["unknown key `cel`", "did you mean `cell`?"],
         ),
         (
-            &[&bar, "--vary", "variant=quik"],
-            &["no variant `quik`", "did you mean `quick`?"],
+            &bar,
+            "--vary variant=quik",
+            ["no variant `quik`", "did you mean `quick`?"],
+        ),
+        (&bar, "--vary mpm.cell", ["--vary mpm.cell", "no `=`"]),
+        (
+            &bar,
+            &*format!("{safety} --error 'contact force'"),
+            ["--error contact force", "largest error"],
         ),
         (
-            &[&bar, "--vary", "mpm.cell"],
-            &["--vary mpm.cell", "no `=`"],
+            &bar,
+            &*format!("{safety} --finer forc"),
+            ["--finer forc", "did you mean `force`?"],
         ),
         (
-            &[
-                &bar,
-                "--vary",
-                "time.safety=1,0.5",
-                "--error",
-                "contact force",
-            ],
-            &["--error contact force", "largest error"],
+            &bar,
+            "--vary mpm.shape=ugimp,linear --finer force --resolution mpm.shape",
+            ["finest", "--resolution"],
         ),
-        (
-            &[&bar, "--vary", "time.safety=1,0.5", "--finer", "forc"],
-            &["--finer forc", "did you mean `force`?"],
-        ),
-        (
-            &[
-                &bar,
-                "--vary",
-                "mpm.shape=ugimp,linear",
-                "--finer",
-                "force",
-                "--resolution",
-                "mpm.shape",
-            ],
-            &["finest", "--resolution"],
-        ),
-        (&[".", "--vary", "mpm.cell=1"], &["is a directory"]),
+        (&".".to_owned(), "--vary mpm.cell=1", ["is a directory", ""]),
     ] {
-        let ended = study(&place, &[arguments, &["--out", "out"]].concat()).expect(2);
+        let ended = tandem(&place, &format!("study {scene} {arguments} --out out")).expect(2);
         assert_eq!(ended.stdout, "");
-        ended.says(phrases);
+        ended.says(&phrases);
         assert_eq!(place.content(), before, "{arguments:?}");
     }
-    let safety = [bar.as_str(), "--vary", "time.safety=1,0.5"];
-    study(
+    tandem(
         &place,
-        &[&safety[..], &["--out", "out", "--launcher", "srun -n1"]].concat(),
+        &format!("study {bar} {safety} --out out --launcher 'srun -n1'"),
     )
     .expect(2)
     .says(&["--launcher srun -n1", "there is no `{}`"]);
-    study(&place, &[&safety[..], &["--out", "file"]].concat())
+    tandem(&place, &format!("study {bar} {safety} --out file"))
         .expect(2)
         .says(&["cannot create the directory", "file/runs"]);
-    let map = |more: &[&str]| {
-        place
-            .start(&[&["stability", bar.as_str(), "--out", "out"], more].concat())
-            .end()
-            .expect(2)
-    };
-    map(&["--vary", "mpm.shape=linear,ugimp"]).says(&["has numbers along its axis"]);
-    map(&["--between", "2,1"]).says(&["--between 2,1"]);
-    map(&["--vary", "contact.linear.stiffness=1,2"]).says(&["unknown key `stiffness`"]);
-    place
-        .start(&["stability", "--out", "out"])
-        .end()
+    let map = |more: &str| tandem(&place, &format!("stability {bar} --out out {more}")).expect(2);
+    map("--vary mpm.shape=linear,ugimp").says(&["has numbers along its axis"]);
+    map("--between 2,1").says(&["--between 2,1"]);
+    map("--vary contact.linear.stiffness=1,2").says(&["unknown key `stiffness`"]);
+    tandem(&place, "stability --out out")
         .expect(2)
         .says(&["cannot read the scene file"]);
 }
@@ -453,21 +375,9 @@ fn what_cannot_be_studied_is_refused_before_anything_is_started() {
 fn the_edge_of_stability_lies_between_the_composed_step_and_that_of_eq_51() {
     let place = Place::new();
     let hard = scene(HARD);
-    let arguments = [
-        "stability",
-        &hard,
-        "--vary",
-        "contact.linear.normal_stiffness=6e7",
-        "--between",
-        "1,8",
-        "--grid",
-        "2",
-        "--ratio",
-        "1.3",
-        "--out",
-        "out",
-    ];
-    place.start(&arguments).end().expect(0);
+    let between = "--between 1,8 --grid 2 --ratio 1.3 --out out";
+    let vary = "--vary contact.linear.normal_stiffness=6e7";
+    tandem(&place, &format!("stability {hard} {vary} {between}")).expect(0);
     let edges = table(&place.path("out/edges.csv"));
     assert_eq!(edges.len(), 1);
     let edge = |key: &str| number(&edges[0], key);
@@ -488,23 +398,19 @@ fn the_edge_of_stability_lies_between_the_composed_step_and_that_of_eq_51() {
 /// p + 1: 2 for a spring, 5/2 for Hertz, 1 for a dashpot, which begins with a jump (docs/results/accuracy.md).
 #[test]
 fn the_order_of_a_bounce_is_that_of_the_first_touch() {
-    let hertz = "body_contact={ hertz_mindlin = { hertz_constant = 1e8, poisson_ratio = 0.3 } }";
+    let hertz =
+        "--set 'body_contact={ hertz_mindlin = { hertz_constant = 1e8, poisson_ratio = 0.3 } }'";
     let bounce = scene("verification/body_bounce");
     let place = Place::new();
     for (name, contact, expected) in [
-        ("spring", ["--variant", "quick"], 2.0),
-        ("hertz", ["--set", hertz], 2.5),
-        ("dashpot", ["--variant", "damped"], 1.0),
+        ("spring", "--variant quick", 2.0),
+        ("hertz", hertz, 2.5),
+        ("dashpot", "--variant damped", 1.0),
     ] {
-        let steps = [
-            "--vary",
-            "time.max_step=5e-5,4e-7", // below the opening step, which Hertz's stiffest contact binds
-            "--set",
-            "output.every=4.5e-3",
-        ];
-        let out = ["--in-process", "--repeat", "1", "--out", name];
-        let arguments = [&[bounce.as_str()], &contact[..], &steps, &out].concat();
-        study(&place, &arguments).expect(0);
+        // The finer is below the opening step, which Hertz's stiffest contact binds.
+        let steps = "--vary time.max_step=5e-5,4e-7 --set output.every=4.5e-3";
+        let out = format!("--in-process --repeat 1 --out {name}");
+        tandem(&place, &format!("study {bounce} {contact} {steps} {out}")).expect(0);
         let rows = table(&place.path(&format!("{name}/study.csv")));
         let [coarse, fine] = [&rows[0], &rows[1]].map(|row| number(row, "error [1]"));
         let order = (coarse / fine).ln() / 125f64.ln();
@@ -520,21 +426,8 @@ fn the_order_of_a_bounce_is_that_of_the_first_touch() {
 fn the_table_goes_on_past_a_scene_that_stops_by_itself() {
     let place = Place::new();
     let (leaving, soft) = (scene("extreme/leaving"), scene(HARD));
-    let arguments = [
-        "stability",
-        &leaving,
-        &soft,
-        "--table",
-        "--between",
-        "1,8",
-        "--grid",
-        "2",
-        "--ratio",
-        "4",
-        "--out",
-        "out",
-    ];
-    let ended = place.start(&arguments).end().expect(0);
+    let between = "--table --between 1,8 --grid 2 --ratio 4 --out out";
+    let ended = tandem(&place, &format!("stability {leaving} {soft} {between}")).expect(0);
     let lines: Vec<&str> = ended.stdout.lines().collect();
     let cells: Vec<&str> = lines[2].split('|').map(str::trim).collect();
     assert_eq!(cells[1], "`jiang2020/collision_hard (quick)`");
@@ -557,20 +450,12 @@ fn the_table_goes_on_past_a_scene_that_stops_by_itself() {
 fn the_table_compares_criteria() {
     let place = Place::new();
     let hard = scene(HARD);
-    let stiff = [
-        "--set",
-        "contact.linear.normal_stiffness=6e9",
-        "--between",
-        "1,8",
-        "--grid",
-        "2",
-        "--ratio",
-        "4",
-    ];
-    let ended = place
-        .start(&[&["stability", &hard, "--table", "--out", "out"], &stiff[..]].concat())
-        .end()
-        .expect(0);
+    let stiff = "--set contact.linear.normal_stiffness=6e9 --between 1,8 --grid 2 --ratio 4";
+    let ended = tandem(
+        &place,
+        &format!("stability {hard} --table --out out {stiff}"),
+    )
+    .expect(0);
     let line = ended.stdout.lines().nth(2).expect("a line for the scene");
     let cells: Vec<&str> = line.split('|').map(str::trim).collect();
     assert_eq!(cells[1], "`jiang2020/collision_hard (quick)`");
@@ -591,58 +476,42 @@ fn the_table_compares_criteria() {
 fn what_cannot_be_drawn_is_refused_with_what_there_is() {
     let place = Place::new();
     fs::write(place.path("a.csv"), "time [s],work [J/m]\n0,0\n1,1\n2,4\n").unwrap();
-    let plot = |arguments: &[&str], code: i32| {
-        let all = [&["plot", "--out", "a.svg"], arguments].concat();
-        place.start(&all).end().expect(code)
+    let plot = |arguments: &str, code: i32| {
+        tandem(&place, &format!("plot --out a.svg {arguments}")).expect(code)
     };
-    plot(&["a.csv", "--y", "speed"], 2).says(&["time, work"]);
-    plot(&["none.csv", "--y", "work"], 2).says(&["cannot read none.csv"]);
-    plot(&["a.csv", "--y", "work", "--xlim", "3,"], 2).says(&["nothing to draw"]);
-    plot(&["a.csv", "--y", "work", "--xlim", "3,1"], 2).says(&["--xlim", "not below"]);
-    plot(&["a.csv", "--y", "work", "--ylog", "--ylim", "-1,1"], 2).says(&["--ylim", "above 0"]);
+    plot("a.csv --y speed", 2).says(&["time, work"]);
+    plot("none.csv --y work", 2).says(&["cannot read none.csv"]);
+    plot("a.csv --y work --xlim 3,", 2).says(&["nothing to draw"]);
+    plot("a.csv --y work --xlim 3,1", 2).says(&["--xlim", "not below"]);
+    plot("a.csv --y work --ylog --ylim -1,1", 2).says(&["--ylim", "above 0"]);
     for (former, present) in [
-        (["--below", "t"], "--xlabel"),
-        (["--beside", "w"], "--ylabel"),
-        (["--from", "3"], "--xlim FROM,"),
-        (["--to", "3"], "--xlim ,TO"),
-        (["--between", "0,1"], "--clim LOW,HIGH"),
+        ("--below t", "--xlabel"),
+        ("--beside w", "--ylabel"),
+        ("--from 3", "--xlim FROM,"),
+        ("--to 3", "--xlim ,TO"),
+        ("--between 0,1", "--clim LOW,HIGH"),
         (
-            ["--window", "0,0,1,1"],
+            "--window 0,0,1,1",
             "--xlim LEFT,RIGHT and --ylim BOTTOM,TOP",
         ),
     ] {
-        let arguments = [&["a.csv", "--y", "work"], &former[..]].concat();
-        plot(&arguments, 2).says(&[former[0], "is now", present]);
+        let option = former.split(' ').next().expect("a word");
+        plot(&format!("a.csv --y work {former}"), 2).says(&[option, "is now", present]);
     }
-    plot(&["a.csv", "--y", "work", "--by", "run"], 2).says(&["no column"]);
-    plot(&["a.csv", "--y", "work", "--slope", "0"], 2).says(&["--slope"]);
-    plot(&["a.csv", "--y", "work", "--expected", "t"], 2).says(&["expression of `x`"]);
+    plot("a.csv --y work --by run", 2).says(&["no column"]);
+    plot("a.csv --y work --slope 0", 2).says(&["--slope"]);
+    plot("a.csv --y work --expected t", 2).says(&["expression of `x`"]);
     assert!(!place.path("a.svg").exists());
-    let slopes = [
-        "a.csv",
-        "--y",
-        "work",
-        "--slope",
-        "2",
-        "--dots",
-        "--expected",
-        "law=2*x",
-    ];
-    plot(&slopes, 0);
+    plot("a.csv --y work --slope 2 --dots --expected law=2*x", 0);
     let figure = well_formed(&place.path("a.svg"));
     for words in ["law", "time [s]", "circle"] {
         assert!(figure.contains(words), "no `{words}` in {figure}");
     }
-    let named = [
-        "--xlabel",
-        "below all",
-        "--ylabel",
-        "beside all",
-        "--title",
-        "above all",
-    ];
-    let shown = ["--xlim", "0.5,", "--ylim", ",5", "--xlog", "--ylog"];
-    plot(&[&["a.csv", "--y", "work"], &named[..], &shown].concat(), 0);
+    let named = "--xlabel 'below all' --ylabel 'beside all' --title 'above all'";
+    plot(
+        &format!("a.csv --y work {named} --xlim 0.5, --ylim ,5 --xlog --ylog"),
+        0,
+    );
     let figure = well_formed(&place.path("a.svg"));
     for words in ["below all", "beside all", "above all", ">2<"] {
         assert!(figure.contains(words), "no `{words}` in {figure}");
@@ -654,24 +523,18 @@ fn what_cannot_be_drawn_is_refused_with_what_there_is() {
 fn a_figure_is_what_the_end_of_its_name_says() {
     let place = Place::new();
     fs::write(place.path("a.csv"), "time [s],work [J/m]\n0,0\n1,1\n").unwrap();
-    let plot = |arguments: &[&str]| place.start(&[&["plot"], arguments].concat()).end();
-    let curve = |out: &str| plot(&["a.csv", "--y", "work", "--out", out]);
+    let curve = |out: &str| tandem(&place, &format!("plot a.csv --y work --out {out}"));
     curve("a.pdf").expect(2).says(&["a.pdf", ".svg or .png"]);
     curve("a.gif").expect(2).says(&["no film", "--frames all"]);
     let drop = scene("jiang2020/drop_soft");
-    let run = [
-        "run",
-        &drop,
-        "--variant",
-        "quick",
-        "--set",
-        "output.frames=0.05",
-        "--in-process",
-        "--out",
-        "run",
-    ];
-    place.start(&run).end();
-    let frames = |out: &str| plot(&["run", "--frames", "all", "--columns", "1", "--out", out]);
+    let frames = "--set output.frames=0.05 --in-process --out run";
+    tandem(&place, &format!("run {drop} --variant quick {frames}"));
+    let frames = |out: &str| {
+        tandem(
+            &place,
+            &format!("plot run --frames all --columns 1 --out {out}"),
+        )
+    };
     frames("a.svg").expect(0);
     well_formed(&place.path("a.svg"));
     let starts = |name: &str, magic: &[u8]| {

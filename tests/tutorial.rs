@@ -1,13 +1,11 @@
 //! The tutorial, followed word by word; what `tandem new` writes; the schema that editors check scenes by.
 
-mod harness;
-
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use harness::{Place, root};
+use crate::harness::{Place, root};
 
 /// What a fenced block of a page asks for.
 #[derive(Debug, PartialEq)]
@@ -137,6 +135,6 @@ fn the_schema_in_the_tree_is_that_of_the_program() {
         fs::write(&path, &schema).unwrap();
     }
     let there = fs::read_to_string(&path).unwrap_or_default();
-    let help = "UPDATE_SCHEMA=1 cargo test --release --workspace --test tutorial";
+    let help = "UPDATE_SCHEMA=1 cargo test --release --workspace --test tandem-tests tutorial::";
     assert!(there == schema, "scenes/scene.schema.json is old: {help}");
 }

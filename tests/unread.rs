@@ -1,7 +1,5 @@
 //! Nobody reads what a run says, or a disk does not take what it writes: the run goes on, or waits, and loses nothing.
 
-mod harness;
-
 use std::fs;
 use std::io::{PipeReader, Read, pipe};
 use std::path::Path;
@@ -9,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use harness::{Place, RunFiles, scene, until};
+use crate::harness::{PATIENCE, Place, RunFiles, scene, until};
 
 /// Solvers that are not told why the coupler is silent give up after half a second and two more.
 const DEADLINE: &str = "coupling.deadline=0.5";
@@ -39,7 +37,7 @@ fn start(place: &Place, stderr: Stdio, arguments: &[&str]) -> Child {
 
 #[track_caller]
 fn ends_well(child: &mut Child) {
-    let status = until(Duration::from_mins(1), || child.try_wait().unwrap());
+    let status = until(PATIENCE, || child.try_wait().unwrap());
     if status.is_none() {
         child.kill().unwrap();
     }
@@ -106,7 +104,7 @@ fn a_run_waits_for_a_disk_that_does_not_answer() {
         .unwrap()
         .read_to_end(&mut frame)
         .unwrap();
-    run.end_within(Duration::from_mins(1)).expect(0);
+    run.end().expect(0);
     assert!(said.is_some(), "the log says for what the run waits");
     assert_same_hash(&out, &place.path("answers"));
     let names = |out: &str| {

@@ -1,12 +1,10 @@
 //! Bodies that have not met yet limit the step in time, only by the limits that the solver declares: without a longest
 //! step and without points.
 
-mod small_scenes;
-
+use crate::small_scenes::*;
 use dem_proc::Sdem;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig, Motion, OverlapMeasure};
 use interface::solver::DemSolver;
-use small_scenes::*;
 
 /// Takes the steps that a coupler takes by docs/physics.md section 4, until `end` (s) or a fault. Keeps the longest
 /// step and the fault.

@@ -1,14 +1,12 @@
 //! The solver accepts exactly what it lists as its capabilities.
 
-mod capability_samples;
-
 use dem_proc::Sdem;
 use interface::config::capability::SAVE;
 use interface::solver::DemSolver;
 
 #[test]
 fn what_is_listed_is_taken_and_the_rest_refused() {
-    capability_samples::check::<Sdem>();
+    crate::capability_samples::check::<Sdem>();
     let capabilities = Sdem::default().capabilities();
     assert!(capabilities.has(SAVE));
     for family in ["shape", "law", "motion", "overlap", "inertia", "feature"] {

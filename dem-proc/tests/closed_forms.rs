@@ -1,7 +1,6 @@
 //! Bodies in contact with bodies, compared with closed forms.
 
-mod small_scenes;
-
+use crate::small_scenes::*;
 use dem_proc::Sdem;
 use interface::Vec2;
 use interface::config::{
@@ -9,7 +8,6 @@ use interface::config::{
 };
 use interface::solver::DemSolver;
 use mechanics::generate::{open_box, stack, wall};
-use small_scenes::*;
 
 /// Does `n` steps of `dt`; the first is the first step of a run.
 fn run(dem: &mut Sdem, n: usize, dt: f64) {

@@ -1,13 +1,11 @@
 //! Rigid clusters of discs (Singer 2022).
 
-mod small_scenes;
-
+use crate::small_scenes::*;
 use dem_proc::Sdem;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw};
 use interface::solver::DemSolver;
 use mechanics::generate::wall;
-use small_scenes::*;
 
 /// `n` x `n` discs of radius `a` that touch, about the origin.
 fn grid(n: usize, a: f64) -> BodyShape {

@@ -1,12 +1,10 @@
 //! Forces do not jump: when the nearest feature changes, at the rebuild of a list, and at a corner.
 
-mod small_scenes;
-
+use crate::small_scenes::*;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, ContactLaw};
 use interface::message::wire::ImpForce;
 use interface::solver::DemSolver;
-use small_scenes::*;
 
 /// A point goes round a convex outline at a constant distance, and across a star's notches: the force changes by no
 /// more than stiffness times path, plus, in a reflex corner, the turn of the normal where two edges are equally near

@@ -1,7 +1,6 @@
 //! Other measures of the overlap of two convex bodies: the nearest edge of every vertex, and the common area.
 
-mod small_scenes;
-
+use crate::small_scenes::*;
 use dem_proc::Sdem;
 use dem_proc::contact::overlap::OverlapArea;
 use interface::Vec2;
@@ -9,7 +8,6 @@ use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, OverlapMeasure,
 };
 use interface::solver::DemSolver;
-use small_scenes::*;
 
 fn square(side: f64) -> BodyShape {
     BodyShape::Rectangle {

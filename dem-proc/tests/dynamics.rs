@@ -1,12 +1,10 @@
 //! Bodies in motion: bounces, collisions, spin, ledger, determinism.
 
-mod small_scenes;
-
+use crate::small_scenes::*;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion};
 use interface::solver::DemSolver;
 use mechanics::generate::{Grain, Packing, Sizes, open_box};
-use small_scenes::*;
 
 /// A point hits a free disc head-on; returns restitution and the largest energy seen over the initial one.
 fn bounce(omega_dt: f64, phase: f64) -> (f64, f64) {

@@ -1,12 +1,10 @@
 //! The contacts in a frame add up to the loads of the bodies, for every measure of the overlap.
 
-mod small_scenes;
-
+use crate::small_scenes::*;
 use dem_proc::Sdem;
 use interface::config::{BodyConfig, BodyShape, DemConfig, GroupPair, Motion, OverlapMeasure};
 use interface::message::wire::{ContactState, ImpInfo};
 use interface::solver::DemSolver;
-use small_scenes::*;
 
 /// A floor, a block askew on it and a disc on the block, with two points that press on block and disc, after some steps: friction
 /// has a history.

@@ -1,16 +1,13 @@
 //! Impacts between bodies are resolved; contacts at rest do not shorten the step.
 
-mod alone;
-mod small_scenes;
-
 use std::f64::consts::TAU;
 
-use alone::Alone;
+use crate::alone::Alone;
+use crate::small_scenes::*;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DAMPED_RESOLUTION, DemConfig,
     ELASTIC_RESOLUTION, OverlapMeasure, ratio_of_restitution,
 };
-use small_scenes::*;
 
 /// A pentagon of 1 cm radius that flies at 1 m/s and spins, between two walls 10 cm apart; with or without a
 /// sphero-radius.
@@ -150,11 +147,16 @@ fn a_blow_is_resolved_and_what_rests_is_not() {
     }
 }
 
-/// What one gets of the restitution that is asked for at the default step: the largest error of 50 phases of the touch.
+/// What one gets of the restitution that is asked for at the default step: mean and largest error of 50 phases of the touch.
+/// The bounds are the figures of docs/stability.md.
 #[test]
-#[ignore = "figures, not a check"]
 fn restitution_at_the_default_step() {
-    for e in [0.1, 0.3, 0.6, 0.9] {
+    for (e, on_average, at_most) in [
+        (0.1, 0.047, 0.125),
+        (0.3, 0.024, 0.075),
+        (0.6, 0.0055, 0.0275),
+        (0.9, 0.001, 0.0075),
+    ] {
         let (mut worst, mut sum) = (0.0_f64, 0.0);
         for k in 0..50 {
             let mut config = dropped(None, ratio_of_restitution(e));
@@ -169,13 +171,18 @@ fn restitution_at_the_default_step() {
             worst = worst.max((given / e - 1.0).abs());
             sum += given / e - 1.0;
         }
-        println!("{e}: mean {:.2e}, largest {worst:.2e}", sum / 50.0);
+        let mean: f64 = sum / 50.0;
+        println!("{e}: mean {mean:.2e}, largest {worst:.2e}");
+        assert!(
+            mean.abs() < on_average && worst < at_most,
+            "{e}: {mean} {worst}"
+        );
     }
 }
 
-/// The figures of docs/stability.md: error against cost, by resolution.
+/// The table of docs/stability.md: error against cost, by resolution. The default, 0.04, keeps a thousand bounces within 1 %.
 #[test]
-#[ignore = "figures, not a check"]
+#[ignore = "minutes"]
 fn error_and_cost_by_resolution() {
     println!("| resolution | measure | sphero-radius | rms | largest | steps a bounce |");
     for resolution in [2.0, 0.6, 0.3, 0.2, 0.12, 0.08, 0.06, 0.05, 0.04, 0.03] {
@@ -199,6 +206,7 @@ fn error_and_cost_by_resolution() {
             println!(
                 "| {resolution} | {overlap:?} | {radius} | {rms:.1e} | {most:.1e} | {each:.0} |"
             );
+            assert!(resolution > ELASTIC_RESOLUTION || (rms < 0.005 && most < 0.01));
         }
     }
 }

@@ -1,11 +1,9 @@
 //! A driven body leaves the contacts that press on it faster than they can follow: its velocity jumps at the start of a
 //! run or a branch.
 
-mod small_scenes;
-
+use crate::small_scenes::*;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion};
 use interface::solver::DemSolver;
-use small_scenes::*;
 
 const K: f64 = 1e5;
 const RADIUS: f64 = 5e-3;

@@ -1,10 +1,8 @@
 //! The declared limits are stable, and they are not far too low (C07, C20).
 
-mod small_scenes;
-
+use crate::small_scenes::*;
 use interface::config::{BodyConfig, BodyInertia, BodyShape};
 use interface::solver::DemSolver;
-use small_scenes::*;
 
 /// Largest separation speed of points of mass `m` resting against a free disc of mass `big`, after many steps of
 /// `factor` times the limit composed as docs/physics.md section 4: a small push grows without bound where unstable, until the

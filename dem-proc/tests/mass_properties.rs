@@ -1,10 +1,8 @@
 //! Area, centroid and inertia of swept shapes against integration line by line.
 
-mod small_scenes;
-
+use crate::small_scenes::{Random, body, configured, scene, spring};
 use interface::config::{BodyInertia, BodyShape};
 use interface::solver::DemSolver;
-use small_scenes::{Random, body, configured, scene, spring};
 
 /// Area, centroid and polar moment about the centroid of what is within `a` of a closed outline or inside it:
 /// horizontal lines are cut exactly, and added by the midpoint rule.
@@ -207,5 +205,5 @@ fn a_notch_narrower_than_the_disc_is_refused_for_a_free_body_only() {
     assert!(configure(body(shape.clone(), 0.09)).is_ok());
     let refusal = configure(body(shape.clone(), 0.11)).unwrap_err();
     assert_eq!(refusal.key, "dem.bodies[0].sphero_radius");
-    assert!(configure(small_scenes::fixed(shape, 0.11)).is_ok());
+    assert!(configure(crate::small_scenes::fixed(shape, 0.11)).is_ok());
 }

@@ -1,13 +1,11 @@
 //! After it has warmed up, a step of discs on a boundary chain allocates nothing, whatever parts and joins.
 
-mod small_scenes;
-
+use crate::small_scenes::*;
 use dem_proc::Sdem;
 use interface::config::{BodyConfig, BodyShape, DemConfig, Interface, Motion};
 use interface::message::wire::{ImpForce, ImpInfo, ImpState};
 use interface::solver::DemSolver;
 use interface::step::Step;
-use small_scenes::*;
 
 const K: f64 = 1e5;
 const A: f64 = 0.1;

@@ -1,16 +1,14 @@
 //! A point or a body that goes through a body ends the run with a reason; one that only rolls round it, or presses deep,
 //! does not.
 
-mod small_scenes;
-
 use std::f64::consts::{PI, TAU};
 
+use crate::small_scenes::*;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig, Motion, OverlapMeasure};
 use interface::message::wire::{ImpForce, ImpState};
 use interface::solver::DemSolver;
 use interface::step::Step;
-use small_scenes::*;
 
 const RADIUS: f64 = 0.05;
 const DT: f64 = 1e-3;

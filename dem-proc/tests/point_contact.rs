@@ -1,13 +1,11 @@
 //! One point against one body: table of overlaps, balance of force and torque, stiffness, friction, invariance.
 
-mod small_scenes;
-
+use crate::small_scenes::*;
 use dem_proc::Sdem;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Motion};
 use interface::message::wire::{ImpForce, ImpState};
 use interface::solver::DemSolver;
-use small_scenes::*;
 
 const K: f64 = 1e5;
 const RADIUS: f64 = 0.05;

@@ -1,13 +1,11 @@
 //! What is refused, with which key.
 
-mod small_scenes;
-
+use crate::small_scenes::{body, fixed, scene, spring};
 use dem_proc::Sdem;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion, OverlapMeasure,
 };
 use interface::solver::DemSolver;
-use small_scenes::{body, fixed, scene, spring};
 
 fn refusal(config: &DemConfig) -> (String, String) {
     let refusal = Sdem::default().configure(config).unwrap_err();

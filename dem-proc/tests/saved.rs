@@ -1,14 +1,11 @@
 //! A saved state is the whole state: a fresh solver that takes it over goes on to the same bits. Bytes that are no state of
 //! its configuration are refused by name, and nothing panics.
 
-mod mixtures;
-mod small_scenes;
-
+use crate::mixtures::{Cloud, HERTZ, LINEAR, TestRun, all, crowd, scene};
 use dem_proc::Sdem;
 use interface::config::{DemConfig, Motion, OverlapMeasure};
 use interface::message::wire::ImpForce;
 use interface::solver::{DemSolver, Refusal};
-use mixtures::{Cloud, HERTZ, LINEAR, TestRun, all, crowd, scene};
 use proptest::prelude::*;
 
 /// A run that is saved before each of `steps` steps, right after a new set where there is one, and is then resumed from

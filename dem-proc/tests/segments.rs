@@ -1,14 +1,12 @@
 //! Discs on the segments of a boundary chain: foot, vertices, history, limits, state.
 
-mod small_scenes;
-
+use crate::small_scenes::*;
 use dem_proc::Sdem;
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyShape, ContactLaw, DemConfig, Interface, Motion};
 use interface::message::wire::{ImpForce, ImpInfo, ImpState};
 use interface::solver::{Answer, DemSolver, Fault};
 use interface::step::Step;
-use small_scenes::*;
 
 const K: f64 = 1e5;
 const A: f64 = 0.1;

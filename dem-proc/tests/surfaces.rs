@@ -1,14 +1,12 @@
 //! Laws by pairs of surfaces: each pair has its own numbers, everything else the law for all.
 
-mod small_scenes;
-
+use crate::small_scenes::*;
 use dem_proc::Sdem;
 use interface::config::surfaces::ContactPair;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig};
 use interface::message::wire::{ImpForce, ImpInfo};
 use interface::solver::DemSolver;
 use mechanics::generate::wall;
-use small_scenes::*;
 
 fn pair(a: &str, b: &str, law: ContactLaw) -> ContactPair {
     ContactPair {

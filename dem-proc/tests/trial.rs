@@ -1,14 +1,11 @@
 //! `contact` evaluates and commits nothing: whoever asks twice gets the same bits as who asks once.
 
-mod mixtures;
-mod small_scenes;
-
+use crate::mixtures::{Cloud, LINEAR, TestRun, all, crowd};
+use crate::small_scenes::Random;
 use interface::config::{DemConfig, OverlapMeasure};
 use interface::message::wire::ImpForce;
 use interface::solver::DemSolver;
 use interface::step::Step;
-use mixtures::{Cloud, LINEAR, TestRun, all, crowd};
-use small_scenes::Random;
 
 /// Asks for forces on points that are elsewhere, in a step that is another.
 fn try_out(run: &mut TestRun, random: &mut Random) -> bool {
@@ -65,7 +62,7 @@ fn an_evaluation_leaves_no_trace() {
 
 #[test]
 fn nor_does_one_without_points_or_on_two_threads() {
-    let config = mixtures::scene(LINEAR, Some(LINEAR), OverlapMeasure::EachEdge);
+    let config = crate::mixtures::scene(LINEAR, Some(LINEAR), OverlapMeasure::EachEdge);
     compare_bodies_alone(&config);
     let threads = 2;
     let many = DemConfig { threads, ..crowd() };

@@ -6,7 +6,7 @@ use std::path::Path;
 use interface::clauses::{CLAUSES, table};
 
 /// The lines around the table of section 13.
-const BEGIN: &str = "<!-- clauses: made of interface/src/clauses.rs; UPDATE_CLAUSES=1 cargo test -p interface --test clauses -->\n";
+const BEGIN: &str = "<!-- clauses: made of interface/src/clauses.rs; UPDATE_CLAUSES=1 cargo test -p interface --test interface-tests clauses:: -->\n";
 const END: &str = "<!-- end of clauses -->\n";
 
 fn protocol() -> (std::path::PathBuf, String) {

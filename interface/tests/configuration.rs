@@ -1,8 +1,6 @@
 //! A configuration contains only what differs from its defaults, and is read back unchanged (clause J-2). Its needs are
 //! reported with the keys that need them.
 
-mod plain;
-
 use interface::config::surfaces::ContactPair;
 use interface::config::{
     BodyConfig, BodyInertia, BodyShape, ContactForceScheme, ContactLaw, CriticalState, DemConfig,
@@ -16,7 +14,7 @@ use serde::Serialize;
 use serde::de::DeserializeOwned;
 
 /// A continuum that leaves out all that may be left out.
-use plain::{PLAIN_BODIES, PLAIN_CONTINUUM, plain_bodies, plain_continuum};
+use crate::plain::{PLAIN_BODIES, PLAIN_CONTINUUM, plain_bodies, plain_continuum};
 fn text(value: &impl Serialize) -> String {
     serde_json::to_string(value).expect("written")
 }

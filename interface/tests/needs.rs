@@ -1,7 +1,5 @@
 //! The capabilities that a configuration needs from a solver.
 
-mod plain;
-
 use interface::config::capability::Capabilities;
 use interface::config::needs::{Need, missing};
 use interface::config::surfaces::ContactPair;
@@ -10,8 +8,7 @@ use interface::config::{
     MaterialModel, Motion, OverlapMeasure, Probe, Transfer, Wall,
 };
 
-/// A continuum that leaves out all that may be left out.
-use plain::{body, plain_bodies, plain_continuum};
+use crate::plain::{body, plain_bodies, plain_continuum};
 
 /// Capability, first key and number of keys of each need.
 fn said(needs: &[Need]) -> Vec<(&str, &str, usize)> {

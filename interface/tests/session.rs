@@ -1,10 +1,9 @@
 //! Sessions between toy solvers, over every transport.
 
-mod toys;
-
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
+use crate::toys::{Course, HalfPlane, Points};
 use interface::core::SessionError;
 use interface::message::control::Party;
 use interface::message::wire::{PointState, Report};
@@ -17,7 +16,6 @@ use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, Medium, SEND_TIMEOUT};
 use interface::transport::remains::sweep;
-use toys::{Course, HalfPlane, Points};
 
 const BOTH: [Party; 2] = [Party::Mpm, Party::Dem];
 

@@ -2,7 +2,9 @@
 //!
 //! Every run gets its own `TANDEM_RUNTIME_DIR`, so that the directories and segments that a test sees are of its own runs only, and
 //! every wait has a limit, so that nothing hangs. The limits are no claims about speed: they tell "late" from "never".
-#![allow(dead_code, reason = "each test file uses its own part")]
+
+pub mod browser;
+pub mod needs;
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -14,21 +16,20 @@ use std::time::{Duration, Instant};
 use serde_json::Value;
 use tempfile::TempDir;
 
-/// Longest wait for anything that is sure to come.
-pub const PATIENCE: Duration = Duration::from_mins(2);
+use needs::Need;
+
+/// Longest wait for anything that is sure to come, on a machine that does much else.
+pub const PATIENCE: Duration = Duration::from_mins(10);
 /// Time between two looks.
 const LOOK: Duration = Duration::from_millis(2);
 
-/// Whether solvers in Python can run here; tells if not.
+/// Whether solvers in Python can run here; notes if not.
 pub fn python_can_join() -> bool {
     let python = Command::new("python3")
         .args(["-c", "import iceoryx2"])
         .output();
     let can = python.is_ok_and(|python| python.status.success());
-    if !can {
-        println!("skipped: python3 cannot import iceoryx2 (python/README.md says how to get it)");
-    }
-    can
+    Need::Python.is_met(can, "python3 cannot import iceoryx2: python/README.md")
 }
 
 /// The root of the workspace.
@@ -199,9 +200,7 @@ impl Place {
     /// of the runs of these ids.
     pub fn assert_clean(&self, runs: &BTreeSet<String>) {
         // A killed process is not gone before its parent has collected it; an orphan's parent is not ours.
-        let processes = until(Duration::from_secs(5), || {
-            self.processes().is_empty().then_some(())
-        });
+        let processes = until(PATIENCE, || self.processes().is_empty().then_some(()));
         assert!(processes.is_some(), "still running: {:?}", self.processes());
         assert!(
             self.temporary().is_empty(),
@@ -274,6 +273,13 @@ impl Running<'_> {
                 (fields["message"] == "ready" && fields["party"] == party).then_some(())
             });
         }
+    }
+
+    /// Waits until the history in `out` has rows.
+    pub fn has_rows(&self, out: &str) {
+        let history = self.place.path(out).join("history.csv");
+        let rows = || fs::read_to_string(&history).map_or(0, |text| text.lines().count());
+        until(PATIENCE, || (rows() > 2).then_some(())).expect("rows are written");
     }
 
     /// Waits for a line of the log in `out`.

@@ -19,6 +19,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use coupler::record::course::COURSE;
 use coupler::record::rundir::{FRAME_LIST, in_use};
+use rustix::time::{ClockId, clock_gettime};
 use tiny_http::{Header, Method, Request, Response, Server, StatusCode};
 
 use crate::error::ReportError;
@@ -27,8 +28,8 @@ use crate::record::Record;
 
 /// Time between two looks at the run's files.
 const LOOK: Duration = Duration::from_secs(1);
-/// After a page nothing new is told for so many times as long as it took to make: a run may need the processor, and pages of
-/// large runs take long.
+/// After a page nothing new is told for so many times the CPU time that it took: a run may need the processor, and pages of
+/// large runs take long. Not the wall time: beside other work a page of a second would be the only one for an hour.
 const REST: u32 = 60;
 /// Time between two signs of life to a browser that waits.
 const SIGN_OF_LIFE: Duration = Duration::from_secs(10);
@@ -70,6 +71,7 @@ struct Made {
     state: u64,
     html: String,
     at: Instant,
+    /// CPU time.
     took: Duration,
 }
 
@@ -267,14 +269,14 @@ impl Shared {
         if let Some(made) = made.as_ref().filter(|made| made.state == state) {
             return Ok(made.html.clone());
         }
-        let begun = Instant::now();
+        let begun = cpu_time();
         let record = Record::read(&self.dir)?;
         let html = page::page(&[record], !ended)?;
         *made = Some(Made {
             state,
             html: html.clone(),
             at: Instant::now(),
-            took: begun.elapsed(),
+            took: cpu_time().saturating_sub(begun),
         });
         Ok(html)
     }
@@ -315,6 +317,12 @@ impl Shared {
             }
         }
     }
+}
+
+/// CPU time of this thread.
+fn cpu_time() -> Duration {
+    let t = clock_gettime(ClockId::ThreadCPUTime);
+    Duration::new(t.tv_sec.unsigned_abs(), t.tv_nsec as u32)
 }
 
 /// 128 bits that nobody can guess.

@@ -1,6 +1,5 @@
 //! Bodies without points, with the steps that the coupler would choose: composed with the default safety, in epochs of
 //! equal steps, each at most a tenth longer than the last.
-#![allow(dead_code)] // every test binary uses its own part of this
 
 use dem_proc::Sdem;
 use interface::Vec2;

@@ -1,6 +1,5 @@
 //! Small scenes in which everything that a contact remembers changes in every step, and a driver that tells the bits of
 //! what a solver answers.
-#![allow(dead_code)] // every test binary uses its own part of this
 
 use dem_proc::Sdem;
 use interface::config::surfaces::ContactPair;

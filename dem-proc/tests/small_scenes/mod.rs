@@ -1,5 +1,4 @@
 //! What the tests share: small scenes, and a driver that steps bodies and points together.
-#![allow(dead_code)] // every test binary uses its own part of this
 
 use dem_proc::Sdem;
 use interface::Vec2;

@@ -1,8 +1,5 @@
 //! What the solver promises without a session: an evaluation that commits nothing, and capabilities that are true.
 
-#[path = "../../../dem-proc/tests/capability_samples/mod.rs"]
-mod capability_samples;
-
 use interface::config::capability::SAVE;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, DemConfig, Motion};
 use interface::message::wire::{ImpForce, ImpInfo, ImpState, Ledger};
@@ -107,6 +104,6 @@ fn an_evaluation_leaves_no_trace() {
 
 #[test]
 fn what_is_listed_is_taken_and_the_rest_refused() {
-    capability_samples::check::<Rapier>();
+    crate::capability_samples::check::<Rapier>();
     assert!(!Rapier::default().capabilities().has(SAVE));
 }

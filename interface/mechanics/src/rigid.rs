@@ -323,3 +323,6 @@ impl Springs {
         Some(force)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,6 +1,6 @@
 //! Scenarios with the built-in solvers: an elastic block that falls on a disc, which stands on a wall and is free.
 //!
-//! More of them: `cargo test --release -p simulation --test built_in -- --ignored`.
+//! More of them: `cargo test --release -p simulation -- --ignored`.
 
 use dem_proc::Sdem;
 use mpm_proc::Mpm;

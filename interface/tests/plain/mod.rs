@@ -1,7 +1,5 @@
 //! Configurations with nothing but what they must have.
 
-#![allow(dead_code, reason = "tests use different parts")]
-
 use std::collections::BTreeMap;
 
 use interface::config::{

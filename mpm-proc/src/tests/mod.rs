@@ -14,6 +14,7 @@ mod holds;
 mod layers;
 mod leaving;
 mod limits;
+mod no_allocation;
 mod periodic;
 mod physics;
 mod rated;

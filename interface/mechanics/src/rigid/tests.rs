@@ -1,10 +1,10 @@
 //! Contact with points, kick and ledger of this crate, compared with closed forms.
 
+use crate::ledger::{Totals, measure};
+use crate::rigid::{Body, Springs};
 use interface::Vec2;
 use interface::config::{BodyConfig, BodyInertia, BodyShape, ContactLaw, Motion};
 use interface::step::Step;
-use mechanics::ledger::{Totals, measure};
-use mechanics::rigid::{Body, Springs};
 
 const MASS: f64 = 1.5;
 const RADIUS: f64 = 0.02;

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::harness::{Ended, Place, dice, python_can_join, root, scene, signal, until};
 use super::{a_while_after_a_checkpoint, assert_same, checkpoints, recorded};
+use crate::harness::{Ended, PATIENCE, Place, dice, python_can_join, root, scene, signal, until};
 
 /// The collision of a disc of springs and a body, with friction, whose springs are the history of the bodies' side.
 const COLLISION: &[&str] = &[
@@ -186,9 +186,7 @@ fn nothing_begins_with_a_run_of_which_one_solver_has_no_state() {
     let keeps = ["--set", "output.checkpoint={time=2e-4, end=true}"];
     let ended = place.run("parent", &collision(), &[&run[..], &keeps].concat());
     ended.expect(0).says(&["the dem cannot save its state"]);
-    let there = until(Duration::from_secs(1), || {
-        (!checkpoints(&out).is_empty()).then_some(())
-    });
+    let there = until(PATIENCE, || (!checkpoints(&out).is_empty()).then_some(()));
     assert!(there.is_some());
     let text = fs::read_to_string(out.join("scene.toml")).unwrap();
     let branch = place.write(

@@ -1,0 +1,29 @@
+//! The solver from outside: one program, a module for each subject.
+
+mod alone;
+mod capability_samples;
+mod mixtures;
+mod small_scenes;
+
+mod approach;
+mod capabilities;
+mod closed_forms;
+mod clusters;
+mod continuity;
+mod convex_measures;
+mod dynamics;
+mod frame_contacts;
+mod impacts;
+mod leaving;
+mod limits;
+mod mass_properties;
+mod no_allocation;
+mod passage;
+mod point_contact;
+mod point_pairs;
+mod refusals;
+mod saved;
+mod segments;
+mod sound_runs;
+mod surfaces;
+mod trial;

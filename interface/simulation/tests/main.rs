@@ -1,0 +1,4 @@
+//! Scenarios by their seeds.
+
+mod built_in;
+mod seeds;

@@ -1,0 +1,322 @@
+//! What no compiler and no linter holds: which crate sees which, no circle of files inside a crate, and a few words that
+//! stand in certain files only (ARCHITECTURE.md).
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use serde_json::Value;
+
+use crate::harness::root;
+
+/// What each crate sees of the others, by dependencies of any kind. The tests of `simulation` play the built-in solvers, those of
+/// `rapier-dem` run scenes; nobody sees `fuzzing`.
+const ARROWS: &str = "
+    interface:
+    mechanics: interface
+    mpm-proc: interface mechanics
+    dem-proc: interface mechanics
+    coupler: interface mechanics
+    conformance: interface mechanics
+    simulation: dem-proc interface mechanics mpm-proc
+    study: coupler interface mechanics
+    chaos: coupler
+    report: coupler
+    fuzzing: coupler dem-proc interface mpm-proc report
+    rapier-dem: coupler dem-proc interface mechanics mpm-proc
+    tandem: chaos conformance coupler dem-proc interface mpm-proc report study";
+/// Dependencies of one crate only: the transport, the codec, the broad phase.
+const OWNERS: [(&str, &str); 3] = [
+    ("iceoryx2", "interface"),
+    ("bincode", "interface"),
+    ("parry2d-f64", "dem-proc"),
+];
+/// Words that code must not have, where, and the files that may. The core of the protocol names no clock, thread or file. Who waits
+/// sleeps until a bell rings, and gives its processor to nobody in turns; the files named here still do.
+const WORDS: [(&[&str], &str, &[&str]); 2] = [
+    (
+        &["Instant", "SystemTime", "thread", "fs", "net", "io"],
+        "interface/src/core/",
+        &[],
+    ),
+    (
+        &["sched_yield", "yield_now"],
+        "",
+        &[
+            "interface/src/session/turns.rs",
+            "interface/src/transport/wait.rs",
+            "interface/src/transport/replayed.rs",
+            "python/tandem_solver/channel.py",
+            "tests/house.rs",
+        ],
+    ),
+];
+
+fn packages() -> Vec<Value> {
+    let arguments = [
+        "metadata",
+        "--no-deps",
+        "--offline",
+        "--format-version",
+        "1",
+    ];
+    let told = Command::new(env!("CARGO"))
+        .args(arguments)
+        .current_dir(root())
+        .output()
+        .unwrap();
+    let told: Value = serde_json::from_slice(&told.stdout).expect("cargo metadata");
+    told["packages"].as_array().expect("packages").clone()
+}
+
+#[test]
+fn arrows_between_crates_point_down() {
+    let arrows = ARROWS
+        .lines()
+        .filter_map(|line| line.trim().split_once(':'));
+    let arrows: BTreeMap<&str, &str> = arrows.collect();
+    let mut found = BTreeMap::new();
+    let packages = packages();
+    for package in &packages {
+        let name = package["name"].as_str().unwrap();
+        let sees = package["dependencies"].as_array().unwrap().iter();
+        let sees: BTreeSet<&str> = sees.map(|other| other["name"].as_str().unwrap()).collect();
+        let ours: Vec<&str> = sees
+            .iter()
+            .copied()
+            .filter(|other| arrows.contains_key(other))
+            .collect();
+        found.insert(name, ours.join(" "));
+        for (what, owner) in OWNERS {
+            assert_eq!(
+                sees.contains(what),
+                owner == name,
+                "{name}: {what} is for {owner} alone"
+            );
+        }
+    }
+    let arrows: BTreeMap<&str, String> = arrows
+        .into_iter()
+        .map(|(name, sees)| (name, sees.trim().to_owned()))
+        .collect();
+    assert_eq!(found, arrows);
+}
+
+#[test]
+fn words_stand_where_they_may() {
+    let mut git = Command::new("git");
+    let listed = git
+        .args(["ls-files", "*.rs", "*.py"])
+        .current_dir(root())
+        .output();
+    let listed = String::from_utf8(listed.unwrap().stdout).unwrap();
+    assert!(listed.lines().count() > 200, "too few files were found");
+    let mut wrong = Vec::new();
+    for file in listed.lines().filter(|file| root().join(file).is_file()) {
+        let code = code(&fs::read_to_string(root().join(file)).unwrap());
+        let named: BTreeSet<&str> = code.split(|c: char| !is_of_word(c)).collect();
+        for (words, folder, but) in WORDS {
+            if file.starts_with(folder) && !but.contains(&file) {
+                let found = words.iter().filter(|word| named.contains(**word));
+                wrong.extend(found.map(|word| format!("{file}: {word}")));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// A source without comments, and without the tests at its end.
+fn code(text: &str) -> String {
+    let text = text
+        .split("\n#[cfg(test)]\nmod tests {")
+        .next()
+        .expect("a part");
+    let lines = text
+        .lines()
+        .map(|line| line.split("//").next().expect("a part"));
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+fn is_of_word(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
+}
+
+/// A path of modules from the root of a crate.
+type Module = Vec<String>;
+
+/// A file of a crate.
+#[derive(Default)]
+struct File {
+    /// Modules in files of their own.
+    children: Vec<String>,
+    /// What its code names in this crate.
+    named: BTreeSet<Module>,
+    /// Names that it passes on (`pub use`), with where they come from.
+    passed_on: BTreeMap<String, Module>,
+}
+
+impl File {
+    fn read(text: &str, module: &[String]) -> Self {
+        let mut file = Self::default();
+        let code = code(&code(text).replace("#[cfg(test)]\n", "// "));
+        for line in code.lines() {
+            let child = line
+                .rsplit_once("mod ")
+                .and_then(|(_, name)| name.strip_suffix(';'));
+            file.children.extend(child.map(str::to_owned));
+        }
+        let mut others = String::new();
+        for part in code.split(';') {
+            let Some((before, tree)) = part.split_once("use ").filter(|(before, _)| {
+                before
+                    .lines()
+                    .last()
+                    .is_none_or(|line| line.trim_start().is_empty() || line.starts_with("pub"))
+            }) else {
+                others += part;
+                continue;
+            };
+            others += before;
+            let passes_on = before
+                .lines()
+                .last()
+                .is_some_and(|line| line.starts_with("pub"));
+            for path in branches(tree) {
+                let (path, known_as) = path
+                    .split_once(" as ")
+                    .unwrap_or((&path, path.rsplit("::").next().expect("a part")));
+                file.take(path, module, passes_on.then_some(known_as));
+            }
+        }
+        for path in others
+            .split(|c: char| !is_of_word(c) && c != ':')
+            .filter(|path| path.contains("::"))
+        {
+            file.take(path, module, None);
+        }
+        file
+    }
+
+    /// Notes a path, which is known by a name to others if it is passed on.
+    fn take(&mut self, path: &str, module: &[String], passed_on: Option<&str>) {
+        let path: Vec<String> = path
+            .split("::")
+            .filter(|word| !matches!(*word, "" | "*"))
+            .map(str::to_owned)
+            .collect();
+        let up = path.iter().take_while(|word| *word == "super").count();
+        let path = match path.first().map(String::as_str) {
+            Some("crate") => path[1..].to_vec(),
+            Some("self") => [module, &path[1..]].concat(),
+            Some("super") if up <= module.len() => {
+                [&module[..module.len() - up], &path[up..]].concat()
+            }
+            Some(name) if self.children.iter().any(|child| child == name) => {
+                [module, &path].concat()
+            }
+            _ => return,
+        };
+        match passed_on {
+            Some(name) => _ = self.passed_on.insert(name.to_owned(), path),
+            None => _ = self.named.insert(path),
+        }
+    }
+}
+
+/// The paths of a `use`, with ` as NAME` where it says so.
+fn branches(tree: &str) -> Vec<String> {
+    let Some((before, group)) = tree.split_once('{') else {
+        return vec![tree.trim().trim_end_matches("::self").to_owned()];
+    };
+    let group = &group[..group.rfind('}').expect("a group ends")];
+    let (mut deep, mut paths) = (0, Vec::new());
+    for branch in group.split(|c| {
+        deep += i32::from(c == '{') - i32::from(c == '}');
+        deep == 0 && c == ','
+    }) {
+        paths.extend(branches(&format!("{}{}", before.trim(), branch.trim())));
+    }
+    paths
+}
+
+/// Adds a file and the files of its modules.
+fn add(files: &mut BTreeMap<Module, File>, path: &Path, module: &[String]) {
+    let file = File::read(&fs::read_to_string(path).expect("a source"), module);
+    let folder = match path.file_stem().and_then(|stem| stem.to_str()) {
+        Some("lib" | "main" | "mod") => path.parent().expect("a folder").to_path_buf(),
+        _ => path.with_extension(""),
+    };
+    for child in &file.children {
+        let places = [
+            folder.join(format!("{child}.rs")),
+            folder.join(child).join("mod.rs"),
+        ];
+        let found = places
+            .iter()
+            .find(|path| path.exists())
+            .expect("a module has a file");
+        add(files, found, &[module, &[child.clone()]].concat());
+    }
+    files.insert(module.to_vec(), file);
+}
+
+/// The file that defines what a path names; names are passed on a few times at most.
+fn home<'a>(
+    files: &'a BTreeMap<Module, File>,
+    path: &[String],
+    passed: usize,
+) -> Option<&'a Module> {
+    let known = (0..=path.len())
+        .rev()
+        .find_map(|n| files.get_key_value(&path[..n]));
+    let (module, file) = known?;
+    let rest = &path[module.len()..];
+    match rest.first().and_then(|name| file.passed_on.get(name)) {
+        Some(source) if passed < 8 => home(files, &[source, &rest[1..]].concat(), passed + 1),
+        _ => Some(module),
+    }
+}
+
+#[test]
+fn no_circle_of_files() {
+    let (mut circles, mut count) = (Vec::new(), 0);
+    for package in packages() {
+        let folder =
+            PathBuf::from(package["manifest_path"].as_str().unwrap()).with_file_name("src");
+        let roots = ["lib.rs", "main.rs"].map(|name| folder.join(name));
+        let mut files = BTreeMap::new();
+        add(
+            &mut files,
+            roots.iter().find(|path| path.exists()).expect("a root"),
+            &[],
+        );
+        let ahead = |from: &Module| -> BTreeSet<&Module> {
+            let named = files[from].named.iter();
+            named
+                .filter_map(|path| home(&files, path, 0))
+                .filter(|home| *home != from)
+                .collect()
+        };
+        for start in files.keys() {
+            let (mut reached, mut next) = (BTreeSet::new(), vec![start]);
+            while let Some(module) = next.pop() {
+                next.extend(
+                    ahead(module)
+                        .into_iter()
+                        .filter(|module| reached.insert(*module)),
+                );
+            }
+            if reached.contains(start) {
+                circles.push(format!("{} {}", folder.display(), start.join("::")));
+            }
+        }
+        count += files.len();
+    }
+    assert!(count > 200, "only {count} files were read");
+    assert!(
+        circles.is_empty(),
+        "these reach themselves:\n{}",
+        circles.join("\n")
+    );
+}

@@ -1,0 +1,32 @@
+//! The tests of the whole program: one program, a module for each subject.
+//!
+//! One of them: `cargo test --workspace --release --test tandem-tests pages::`.
+
+mod harness;
+
+mod branch;
+mod chaos;
+mod conformance;
+mod deaths;
+mod determinism;
+mod extreme;
+mod forgetful;
+mod frames;
+mod hashes;
+mod house;
+mod instability;
+mod mutants;
+mod pages;
+mod python;
+mod recording;
+mod refusals;
+mod replay;
+mod report;
+mod resources;
+mod resume;
+mod rundir;
+mod scenes;
+mod study;
+mod tutorial;
+mod unread;
+mod watch;
