@@ -161,3 +161,16 @@ fn a_run_whose_files_in_shared_memory_are_removed_goes_on_to_the_same_bits() {
     let [ours, theirs] = ["removed", "whole"].map(|out| RunFiles::read(&place.path(out)));
     assert_eq!(ours.text("state_hash"), theirs.text("state_hash"));
 }
+
+/// Two solvers that have to share a processor: said before the run, with what it costs and what to do.
+#[test]
+fn too_few_processors_are_reported_before_the_run() {
+    let place = Place::new();
+    let first = "taskset -cp $$ | sed 's/.*: //; s/[-,].*//'";
+    let script = format!("taskset -cp \"$({first})\" $$ > /dev/null");
+    let (code, said) = after(&place, &[], &script, "one");
+    assert_eq!(code, Some(0), "{said}");
+    assert!(said.contains("the solvers compute in 2 threads, and"), "{said}");
+    assert!(said.contains("of 1 processor are free"), "{said}");
+    assert!(said.contains("`--in-process`"), "{said}");
+}
