@@ -8,6 +8,7 @@ use mechanics::ledger::Totals;
 use crate::body::bodies::{Bodies, Body, Rigid};
 use crate::body::displacement::Displacement;
 use crate::body::load::{Load, PairLoad};
+use crate::contact::impact::SurfaceMotion;
 use crate::contact::pairs::BodySide;
 use crate::contact::point_pairs::PairSide;
 use crate::contact::point_side::PointSide;
@@ -81,6 +82,8 @@ impl Loads {
 pub(crate) struct Kicked {
     /// Velocities and spins of the bodies at `t_{n+1/2}`.
     pub velocities: Vec<(Vec2, f64)>,
+    /// Bounds of their surfaces' motion, for the step limit.
+    pub motions: Vec<SurfaceMotion>,
     /// Largest surface speed in each part of the bodies in m/s.
     pub fastest: Vec<f64>,
     /// Upper bound of the speed of any surface in m/s.

@@ -17,10 +17,14 @@
 //! - speeds below a thousandth of the speed of the fastest surface;
 //! - impacts with an overlap no larger than that from a body's own weight or an external force: a pile at rest has
 //!   contacts that hardly carry load and open and close all the time.
+//!
+//! The third case is that of most contacts, and a bound shows it without the geometry of the contact: the amplitude is
+//! at most that of the two surfaces' own speeds and accelerations ([`SurfaceMotion`]). Only pairs above this bound are
+//! examined one by one.
 
 use interface::Vec2;
 
-use crate::body::bodies::Bodies;
+use crate::body::bodies::{Bodies, Rigid};
 use crate::contact::approach::Near;
 use crate::lists::watch::Ahead;
 
@@ -55,7 +59,80 @@ pub struct Impacts<'a> {
     pub outer: f64,
 }
 
+/// Upper bounds of what one body brings into any of its contacts, after the kick.
+#[derive(Debug, Clone, Copy, Default)]
+#[repr(C, align(32))]
+pub struct SurfaceMotion {
+    /// As [`crate::body::load::PairLoad::rate`].
+    pub rate: f64,
+    /// Mobility of the surface along its normal in 1/kg.
+    mobility: f64,
+    /// Squared speed of the surface along its normal in m^2/s^2.
+    speed_sq: f64,
+    /// Its squared acceleration in m^2/s^4.
+    acceleration_sq: f64,
+}
+
+impl SurfaceMotion {
+    /// Of a body with velocity and spin `kicked`, and with this acceleration and angular acceleration in the kick.
+    #[inline]
+    pub fn of(state: &Rigid, kicked: (Vec2, f64), accelerated: (Vec2, f64), rate: f64) -> Self {
+        let lever = state.lever();
+        // (p + q)^2 <= 2 p^2 + 2 q^2; without rotation only p^2 is left.
+        let share = if lever > 0.0 { 2.0 } else { 1.0 };
+        let sq = |(along, turning): (Vec2, f64)| {
+            let turning = turning * lever;
+            share * (along.norm_squared() + turning * turning)
+        };
+        Self {
+            rate,
+            mobility: state.inverse_mass + state.inverse_inertia * lever * lever,
+            speed_sq: sq(kicked),
+            acceleration_sq: sq(accelerated),
+        }
+    }
+
+    /// The sums over both bodies of a pair.
+    #[inline]
+    pub fn with(&self, other: &Self) -> Self {
+        Self {
+            rate: self.rate + other.rate,
+            mobility: self.mobility + other.mobility,
+            speed_sq: self.speed_sq + other.speed_sq,
+            acceleration_sq: self.acceleration_sq + other.acceleration_sq,
+        }
+    }
+}
+
+/// The bound below which no closed contact opens.
+#[derive(Debug, Clone, Copy)]
+pub struct Calm {
+    /// The largest stiffness of a contact in N/m.
+    stiffness: f64,
+    /// In m^2/s^4.
+    limit: f64,
+}
+
+impl Calm {
+    /// Whether two bodies that press on one another are below the bound, from the sums of their motions. With the sums
+    /// of squares, `(x_a + x_b)^2 <= 2 (x_a^2 + x_b^2)`.
+    #[inline]
+    pub fn holds(&self, both: &SurfaceMotion) -> bool {
+        let amplitude = both.acceleration_sq + self.stiffness * both.mobility * both.speed_sq;
+        2.0 * amplitude <= self.limit
+    }
+}
+
 impl Impacts<'_> {
+    /// The bound for contacts whose stiffness (N/m) is at most `stiffness`. It is a tenth lower than it could be, which
+    /// is more than all rounding.
+    pub fn calm(&self, stiffness: f64) -> Calm {
+        Calm {
+            stiffness,
+            limit: 0.9 * self.outer * self.outer,
+        }
+    }
+
     /// Whether the contact of two bodies that are near opens or closes.
     pub fn is_one(&self, bodies: &Bodies, near: &Near, pressing: &Pressing) -> bool {
         let state = near.bodies.map(|b| &bodies.state[b as usize]);
@@ -83,11 +160,15 @@ impl Impacts<'_> {
             })
             .sum();
         let omega_sq = pressing.stiffness * mobility;
-        let negligible = self.outer + NEGLIGIBLE * omega_sq.sqrt() * self.speed;
+        let negligible = || self.outer + NEGLIGIBLE * omega_sq.sqrt() * self.speed;
         if pressing.overlap > 0.0 {
+            let amplitude_sq = acceleration * acceleration + omega_sq * velocity * velocity;
+            if amplitude_sq <= self.outer * self.outer {
+                return false; // neither of the two terms of `least` is negative, and one is not below `outer`
+            }
             let held = (pressing.force * mobility - acceleration).max(0.0);
-            let least = held + negligible;
-            acceleration * acceleration + omega_sq * velocity * velocity > least * least
+            let least = held + negligible();
+            amplitude_sq > least * least
         } else {
             let time = self.ahead.time();
             let bend: f64 = (0..2).map(|i| kicked[i].1.powi(2) * arms[i].norm()).sum();
@@ -96,7 +177,7 @@ impl Impacts<'_> {
             let closing = (turning - velocity).max(0.0);
             let way = closing * time + 0.5 * drawn * time * time;
             let speed = closing + drawn * time;
-            way > -pressing.overlap && omega_sq.sqrt() * speed > negligible
+            way > -pressing.overlap && omega_sq.sqrt() * speed > negligible()
         }
     }
 }

@@ -9,6 +9,7 @@ use crate::body::bodies::{Bodies, Body};
 use crate::body::surfaces::Surfaces;
 use crate::contact::approach::{first_contact, outer_acceleration};
 use crate::contact::convex::{ConvexContacts, Measure};
+use crate::contact::impact::SurfaceMotion;
 use crate::contact::nearest::NearestEdge;
 use crate::contact::overlap::OverlapArea;
 use crate::contact::pairs::{BodyContacts, BodySide};
@@ -181,6 +182,7 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         loads: Loads::of(n),
         kicked: Kicked {
             velocities: vec![(Vec2::zeros(), 0.0); n],
+            motions: vec![SurfaceMotion::default(); n],
             ..Kicked::default()
         },
         speed: bodies.initial_speed(),
