@@ -204,7 +204,7 @@ impl System {
                 (*spin - state.spin) * per_kick,
             );
             let motion = &mut self.kicked.motions[b];
-            *motion = SurfaceMotion::of(state, (*velocity, *spin), accelerated, motion.rate);
+            *motion = motion.moved(state, (*velocity, *spin), accelerated);
         }
         if !speed.is_finite() {
             return Err(self.not_finite(self.bodies.special[0] as usize));

@@ -304,7 +304,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
     fn omega_sq(&self, bodies: &Bodies, motions: &[SurfaceMotion], impacts: &Impacts) -> [f64; 2] {
         let (mut largest, mut of_impact): (f64, f64) = (0.0, 0.0);
         for (near, pressing) in self.in_reach.iter().zip(&self.pressing) {
-            let [a, b] = near.bodies.map(|b| motions[b as usize].rate);
+            let [a, b] = near.bodies.map(|b| motions[b as usize].rate());
             largest = largest.max(a + b);
             if a + b > of_impact && impacts.is_one(bodies, near, pressing) {
                 of_impact = a + b;

@@ -19,13 +19,14 @@
 //!   contacts that hardly carry load and open and close all the time.
 //!
 //! The third case is that of most contacts, and a bound shows it without the geometry of the contact: the amplitude is
-//! at most that of the two surfaces' own speeds and accelerations ([`SurfaceMotion`]). Only pairs above this bound are
+//! at most that of the bodies' relative motion ([`SurfaceMotion`]). Only pairs above this bound are
 //! examined one by one.
 
 use interface::Vec2;
 
 use crate::body::bodies::{Bodies, Rigid};
 use crate::contact::approach::Near;
+use crate::contact::pair_geometry::Lanes;
 use crate::lists::watch::Ahead;
 
 /// Speeds below this share of the fastest surface's speed are ignored: their energy is a millionth.
@@ -59,18 +60,15 @@ pub struct Impacts<'a> {
     pub outer: f64,
 }
 
-/// Upper bounds of what one body brings into any of its contacts, after the kick.
+/// How a body moves after the kick, and its share in the frequency of its contacts: the numbers of a bound for all of
+/// its contacts, arranged so that a pair takes two vector operations.
 #[derive(Debug, Clone, Copy, Default)]
-#[repr(C, align(32))]
 pub struct SurfaceMotion {
-    /// As [`crate::body::load::PairLoad::rate`].
-    pub rate: f64,
-    /// Mobility of the surface along its normal in 1/kg.
-    mobility: f64,
-    /// Squared speed of the surface along its normal in m^2/s^2.
-    speed_sq: f64,
-    /// Its squared acceleration in m^2/s^4.
-    acceleration_sq: f64,
+    /// Velocity along `x` and `y` and largest normal velocity by rotation, in m/s; and
+    /// [`crate::body::load::PairLoad::rate`].
+    velocity: Lanes,
+    /// The three accelerations in m/s^2, and an upper bound of the mobility in 1/kg.
+    acceleration: Lanes,
 }
 
 impl SurfaceMotion {
@@ -78,29 +76,34 @@ impl SurfaceMotion {
     #[inline]
     pub fn of(state: &Rigid, kicked: (Vec2, f64), accelerated: (Vec2, f64), rate: f64) -> Self {
         let lever = state.lever();
-        // (p + q)^2 <= 2 p^2 + 2 q^2; without rotation only p^2 is left.
-        let share = if lever > 0.0 { 2.0 } else { 1.0 };
-        let sq = |(along, turning): (Vec2, f64)| {
-            let turning = turning * lever;
-            share * (along.norm_squared() + turning * turning)
-        };
+        let row = |(v, spin): (Vec2, f64), last| Lanes::new([v.x, v.y, spin.abs() * lever, last]);
+        let mobility = state.inverse_mass + state.inverse_inertia * lever * lever;
         Self {
-            rate,
-            mobility: state.inverse_mass + state.inverse_inertia * lever * lever,
-            speed_sq: sq(kicked),
-            acceleration_sq: sq(accelerated),
+            velocity: row(kicked, rate),
+            acceleration: row(accelerated, mobility),
         }
     }
 
-    /// The sums over both bodies of a pair.
+    /// The same body with another motion.
+    #[must_use]
+    pub fn moved(&self, state: &Rigid, kicked: (Vec2, f64), accelerated: (Vec2, f64)) -> Self {
+        Self::of(state, kicked, accelerated, self.velocity.to_array()[3])
+    }
+
+    /// The relative motion of two bodies, with the sums of what has no direction.
     #[inline]
-    pub fn with(&self, other: &Self) -> Self {
+    pub fn against(&self, other: &Self) -> Self {
+        let signs = Lanes::new([-1.0, -1.0, 1.0, 1.0]);
         Self {
-            rate: self.rate + other.rate,
-            mobility: self.mobility + other.mobility,
-            speed_sq: self.speed_sq + other.speed_sq,
-            acceleration_sq: self.acceleration_sq + other.acceleration_sq,
+            velocity: other.velocity.mul_add(signs, self.velocity),
+            acceleration: other.acceleration.mul_add(signs, self.acceleration),
         }
+    }
+
+    /// The sum of both rates in 1/s^2.
+    #[inline]
+    pub fn rate(&self) -> f64 {
+        self.velocity.to_array()[3]
     }
 }
 
@@ -114,12 +117,17 @@ pub struct Calm {
 }
 
 impl Calm {
-    /// Whether two bodies that press on one another are below the bound, from the sums of their motions. With the sums
-    /// of squares, `(x_a + x_b)^2 <= 2 (x_a^2 + x_b^2)`.
+    /// Whether two bodies that press on one another are below the bound, from their relative motion.
     #[inline]
     pub fn holds(&self, both: &SurfaceMotion) -> bool {
-        let amplitude = both.acceleration_sq + self.stiffness * both.mobility * both.speed_sq;
-        2.0 * amplitude <= self.limit
+        let mobility = both.acceleration.to_array()[3];
+        let omega_sq = Lanes::splat(self.stiffness * mobility);
+        let squares = both.acceleration * both.acceleration;
+        let squares = (both.velocity * both.velocity).mul_add(omega_sq, squares);
+        let [x, y, turning, _] = squares.to_array();
+        // (p + q)^2 <= 2 p^2 + 2 q^2; without rotation only p^2 is left.
+        let share = if turning > 0.0 { 2.0 } else { 1.0 };
+        share * (x + y + turning) <= self.limit
     }
 }
 

@@ -508,15 +508,12 @@ impl<L: Law> BodySide for BodyContacts<L> {
         let (mut largest, mut of_impact) = (0.0, 0.0);
         for (found, pairs) in self.outcomes.iter().zip(pairs) {
             for (i, &[a, b]) in found.pair_bodies[..found.count].iter().enumerate() {
-                let both = motions[a as usize].with(&motions[b as usize]);
-                largest = if both.rate > largest {
-                    both.rate
-                } else {
-                    largest
-                };
+                let both = motions[a as usize].against(&motions[b as usize]);
+                let rate = both.rate();
+                largest = if rate > largest { rate } else { largest };
                 let calm = i < found.presses && calm.holds(&both);
-                if !calm && both.rate > of_impact && found.is_impact(i, bodies, pairs, impacts) {
-                    of_impact = both.rate;
+                if !calm && rate > of_impact && found.is_impact(i, bodies, pairs, impacts) {
+                    of_impact = rate;
                 }
             }
         }
