@@ -14,9 +14,9 @@ use crate::contact::point_pairs::PairSide;
 use crate::contact::point_side::PointSide;
 use crate::contact::points::PointContacts;
 use crate::law::contact::Contact;
-use crate::law::dashpot::Elastic;
+use crate::law::dashpot::Viscous;
 use crate::law::normal::Linear;
-use crate::law::tangent::Smooth;
+use crate::law::tangent::Coulomb;
 use crate::parry::BoxTree;
 use crate::threads::Threads;
 
@@ -106,8 +106,11 @@ impl Default for System {
     fn default() -> Self {
         let law = Contact {
             normal: Linear { stiffness: 0.0 },
-            tangent: Smooth,
-            dashpot: Elastic,
+            tangent: Coulomb::SMOOTH,
+            dashpot: Viscous {
+                ratio: 0.0,
+                mass: 0.0,
+            },
         };
         Self {
             gravity: Vec2::zeros(),

@@ -199,7 +199,7 @@ impl Separations {
 
     /// Normal, overlap and relative motion of the pairs `k`.
     #[inline(always)]
-    pub fn geometry<const MOTION: bool>(
+    pub fn geometry(
         &self,
         bodies: &Bodies,
         last_step: LastStep,
@@ -238,22 +238,20 @@ impl Separations {
             rolled: Lanes::ZERO,
             sides,
         };
-        if MOTION {
-            let [v, e] = &geometry.sides;
-            let shift = sub(v.shift, e.shift);
-            let (turned_v, turned_e) = (v.turned(), e.turned());
-            let moved = [
-                dot(shift, normal) + (turned_v[0] - turned_e[0]),
-                cross(normal, shift) + (turned_v[1] - turned_e[1]),
-            ];
-            if last_step.dt > 0.0 {
-                geometry.moved = moved;
-                geometry.velocity = moved.map(|u| u * Lanes::splat(last_step.per_dt));
-                // The sine equals the angle up to a third-order term; only lengths need the exact rotation.
-                geometry.rolled = v.sin - e.sin;
-            } else {
-                geometry.velocity = moved;
-            }
+        let [v, e] = &geometry.sides;
+        let shift = sub(v.shift, e.shift);
+        let (turned_v, turned_e) = (v.turned(), e.turned());
+        let moved = [
+            dot(shift, normal) + (turned_v[0] - turned_e[0]),
+            cross(normal, shift) + (turned_v[1] - turned_e[1]),
+        ];
+        if last_step.dt > 0.0 {
+            geometry.moved = moved;
+            geometry.velocity = moved.map(|u| u * Lanes::splat(last_step.per_dt));
+            // The sine equals the angle up to a third-order term; only lengths need the exact rotation.
+            geometry.rolled = v.sin - e.sin;
+        } else {
+            geometry.velocity = moved;
         }
         geometry
     }

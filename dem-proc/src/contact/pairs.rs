@@ -361,11 +361,7 @@ impl<L: Law> Chunk<'_, L> {
         // Unused lanes repeat the last pair; their results are not summed.
         let k: [usize; LANES] = std::array::from_fn(|l| quad[l.min(count - 1)] as usize);
         let (bodies, last_step) = (self.bodies, self.last_step);
-        let geometry = if L::MOTION {
-            separations.geometry::<true>(bodies, last_step, self.pairs, k)
-        } else {
-            separations.geometry::<false>(bodies, last_step, self.pairs, k)
-        };
+        let geometry = separations.geometry(bodies, last_step, self.pairs, k);
         let kinematics = geometry.kinematics();
         let (constants, before) = (k.map(|k| self.constants[k]), k.map(|k| self.history[k]));
         let mut answers = Answers::default();
