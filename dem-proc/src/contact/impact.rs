@@ -63,6 +63,7 @@ pub struct Impacts<'a> {
 /// How a body moves after the kick, and its share in the frequency of its contacts: the numbers of a bound for all of
 /// its contacts, arranged so that a pair takes two vector operations.
 #[derive(Debug, Clone, Copy, Default)]
+#[repr(C, align(64))]
 pub struct SurfaceMotion {
     /// Velocity along `x` and `y` and largest normal velocity by rotation, in m/s; and
     /// [`crate::body::load::PairLoad::rate`].

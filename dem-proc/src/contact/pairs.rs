@@ -108,6 +108,8 @@ struct Kept<L: Law> {
     history: Vec<L::History>,
     /// Smallest and largest number of a body in each chunk of the list.
     spans: Vec<[u32; 2]>,
+    /// Whether all pairs of the chunk are of discs.
+    round: Vec<bool>,
 }
 
 /// Contact between bodies by the law `L`.
@@ -133,6 +135,7 @@ impl<L: Law> Kept<L> {
             constants: Vec::new(),
             history: Vec::new(),
             spans: Vec::new(),
+            round: Vec::new(),
         }
     }
 
@@ -156,6 +159,9 @@ impl<L: Law> Kept<L> {
         };
         self.spans.clear();
         self.spans.extend(self.list.pairs.chunks(CHUNK).map(span));
+        let round = |chunk: &[VertexEdge]| chunk.iter().all(|pair| pair.edge[0] == pair.edge[1]);
+        self.round.clear();
+        self.round.extend(self.list.pairs.chunks(CHUNK).map(round));
     }
 
     /// Takes the histories from an `old` list. Both lists have the same order, so one pass finds them.
@@ -314,6 +320,8 @@ struct Chunk<'a, L: Law> {
     last_step: LastStep,
     closing: f64,
     watch: &'a Watch,
+    /// Whether all pairs are of discs.
+    round: bool,
 }
 
 impl<L: Law> Chunk<'_, L> {
@@ -326,7 +334,11 @@ impl<L: Law> Chunk<'_, L> {
         outcomes: &mut Outcomes,
     ) {
         next.fill(L::History::default());
-        separations.find(self.bodies, self.pairs, self.closing);
+        if self.round {
+            separations.find::<true>(self.bodies, self.pairs, self.closing);
+        } else {
+            separations.find::<false>(self.bodies, self.pairs, self.closing);
+        }
         if self.watch.is_by_body() {
             let closing = |pair| self.watch.closing(pair).unwrap_or(self.closing);
             separations.keep_close(self.pairs, closing);
@@ -363,7 +375,11 @@ impl<L: Law> Chunk<'_, L> {
         let (bodies, last_step) = (self.bodies, self.last_step);
         let geometry = separations.geometry(bodies, last_step, self.pairs, k);
         let kinematics = geometry.kinematics();
-        let (constants, before) = (k.map(|k| self.constants[k]), k.map(|k| self.history[k]));
+        // With one length for all slices, an index is compared only once.
+        let all = self.pairs.len();
+        let (constants, history) = (&self.constants[..all], &self.history[..all]);
+        let next = &mut next[..all];
+        let (constants, before) = (k.map(|k| constants[k]), k.map(|k| history[k]));
         let mut answers = Answers::default();
         let mut after = before;
         // There is no branch, so that the compiler can vectorise the four evaluations.
@@ -444,6 +460,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
                     last_step,
                     closing,
                     watch: &now.watch,
+                    round: now.round[i],
                 };
                 chunk.evaluate(next, separations, outcomes);
             };
@@ -645,6 +662,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
             list: _,      // follows from the watch's poses and margins
             constants: _, // follow from the list
             spans: _,     // likewise
+            round: _,     // likewise
         } = kept;
         SavedPairs {
             watch: watch.save(),
