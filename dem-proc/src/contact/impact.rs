@@ -93,6 +93,7 @@ impl SurfaceMotion {
 
     /// The relative motion of two bodies, with the sums of what has no direction.
     #[inline]
+    #[must_use]
     pub fn against(&self, other: &Self) -> Self {
         let signs = Lanes::new([-1.0, -1.0, 1.0, 1.0]);
         Self {
@@ -188,5 +189,98 @@ impl Impacts<'_> {
             let speed = closing + drawn * time;
             way > -pressing.overlap && omega_sq.sqrt() * speed > negligible()
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use interface::config::{BodyConfig, BodyInertia, BodyShape, DemConfig, Motion};
+    use mechanics::generate::Random;
+
+    use super::*;
+
+    fn body(shape: BodyShape, position: [f64; 2]) -> BodyConfig {
+        BodyConfig {
+            name: "grain".into(),
+            shape,
+            sphero_radius: 0.1,
+            inertia: BodyInertia::Mass(1.0),
+            position,
+            angle: 0.3,
+            velocity: [0.0; 2],
+            spin: 0.0,
+            motion: Motion::Free,
+            surface: String::new(),
+        }
+    }
+
+    #[test]
+    fn no_contact_below_the_bound_opens() {
+        let square = BodyShape::Rectangle {
+            width: 0.3,
+            height: 0.2,
+        };
+        let mut random = Random::new(7);
+        let (mut calm_pairs, mut impacts) = (0, 0);
+        for shape in [BodyShape::Disc, square] {
+            let config = DemConfig {
+                bodies: vec![body(shape.clone(), [0.0; 2]), body(shape, [0.15, 0.05])],
+                ..DemConfig::default()
+            };
+            let mut bodies = Bodies::new(&config).expect("two bodies");
+            let point = bodies.outline_of(0)[0];
+            let normal = (bodies.state[0].center - bodies.state[1].center).normalize();
+            let (kick, stiffness) = (1e-3, 1e4);
+            for _ in 0..20_000 {
+                let size = 10_f64.powf(random.between(-6.0, 1.0));
+                let mut any = || size * random.between(-1.0, 1.0);
+                let bulk = Vec2::new(any(), any()) * 100.0;
+                let mut motion = || (bulk + Vec2::new(any(), any()), any());
+                let kicked = [motion(), motion()];
+                let before = kicked.map(|(v, spin)| {
+                    let mut change = || 10.0 * any() * kick;
+                    (v + Vec2::new(change(), change()), spin + change())
+                });
+                for (state, before) in bodies.state.iter_mut().zip(before) {
+                    (state.velocity, state.spin) = before;
+                }
+                let impacts_of = Impacts {
+                    kicked: &kicked,
+                    kick,
+                    ahead: Ahead::new(kick, kick, 9.81),
+                    speed: 0.0,
+                    outer: 9.81,
+                };
+                let near = Near {
+                    bodies: [0, 1],
+                    normal,
+                    point,
+                    length: 0.2,
+                };
+                let pressing = Pressing {
+                    overlap: 1e-3,
+                    force: 0.0,
+                    stiffness,
+                    width: 0.0,
+                };
+                let motions = [0, 1].map(|b| {
+                    let (now, was) = (kicked[b], before[b]);
+                    let accelerated = ((now.0 - was.0) / kick, (now.1 - was.1) / kick);
+                    SurfaceMotion::of(&bodies.state[b], now, accelerated, 0.0)
+                });
+                let calm = impacts_of
+                    .calm(stiffness)
+                    .holds(&motions[0].against(&motions[1]));
+                let is_one = impacts_of.is_one(&bodies, &near, &pressing);
+                assert!(!(calm && is_one), "{kicked:?} {before:?}");
+                calm_pairs += usize::from(calm);
+                impacts += usize::from(is_one);
+            }
+        }
+        // Both answers are common, so the bound has something to hide.
+        assert!(
+            calm_pairs > 1000 && impacts > 1000,
+            "{calm_pairs} {impacts}"
+        );
     }
 }
