@@ -6,7 +6,7 @@ use interface::solver::{Answer, Fault};
 use interface::step::Step;
 
 use crate::body::load::Load;
-use crate::contact::impact::Impacts;
+use crate::contact::impact::{Impacts, SurfaceMotion};
 use crate::contact::point_side::Interval;
 use crate::law::LastStep;
 use crate::ledger::measure;
@@ -198,6 +198,13 @@ impl System {
                 }
             }
             speed = speed.max(state.surface_speed(*velocity, *spin));
+            let per_kick = if kick > 0.0 { 1.0 / kick } else { 0.0 };
+            let accelerated = (
+                (*velocity - state.velocity) * per_kick,
+                (*spin - state.spin) * per_kick,
+            );
+            let motion = &mut self.kicked.motions[b];
+            *motion = motion.moved(state, (*velocity, *spin), accelerated);
         }
         if !speed.is_finite() {
             return Err(self.not_finite(self.bodies.special[0] as usize));
@@ -222,34 +229,41 @@ impl System {
             .kicked
             .velocities
             .chunks_mut(part)
+            .zip(self.kicked.motions.chunks_mut(part))
             .zip(&mut self.kicked.fastest);
         let parts = parts.zip(loads).enumerate();
-        self.threads.each(parts, |(i, ((kicked, fastest), loads))| {
-            let here = i * part..i * part + kicked.len();
-            if let Some(pairs) = pairs {
-                pairs.sum(here.start, loads);
-            }
-            let mut finite = true;
-            let bodies = state[here.clone()].iter().zip(loads).zip(kicked);
-            for (((state, others), kicked), points) in bodies.zip(&point_loads[here]) {
-                let (mut force, mut torque) = (others.force, others.torque);
-                if coupled {
-                    force += points.force;
-                    torque += points.torque;
+        self.threads
+            .each(parts, |(i, (((kicked, motions), fastest), loads))| {
+                let here = i * part..i * part + kicked.len();
+                if let Some(pairs) = pairs {
+                    pairs.sum(here.start, loads);
                 }
-                let acceleration = force * state.inverse_mass + gravity * state.falls;
-                let velocity = state.velocity + acceleration * kick;
-                let spin = state.spin + torque * state.inverse_inertia * kick;
-                let surface = state.surface_speed(velocity, spin);
-                finite &= surface < f64::INFINITY;
-                let faster = surface > *fastest;
-                *fastest = if faster { surface } else { *fastest };
-                *kicked = (velocity, spin);
-            }
-            if !finite {
-                *fastest = f64::NAN;
-            }
-        });
+                let mut finite = true;
+                let kicked = kicked.iter_mut().zip(motions);
+                let bodies = state[here.clone()].iter().zip(loads).zip(kicked);
+                for (((state, others), (kicked, motion)), points) in bodies.zip(&point_loads[here])
+                {
+                    let (mut force, mut torque) = (others.force, others.torque);
+                    if coupled {
+                        force += points.force;
+                        torque += points.torque;
+                    }
+                    let acceleration = force * state.inverse_mass + gravity * state.falls;
+                    let velocity = state.velocity + acceleration * kick;
+                    let turning = torque * state.inverse_inertia;
+                    let spin = state.spin + turning * kick;
+                    let surface = state.surface_speed(velocity, spin);
+                    finite &= surface < f64::INFINITY;
+                    let faster = surface > *fastest;
+                    *fastest = if faster { surface } else { *fastest };
+                    *kicked = (velocity, spin);
+                    *motion =
+                        SurfaceMotion::of(state, *kicked, (acceleration, turning), others.rate);
+                }
+                if !finite {
+                    *fastest = f64::NAN;
+                }
+            });
         // `f64::max` would lose a NaN.
         let larger = |a: f64, &b: &f64| if a.is_nan() || a > b { a } else { b };
         self.kicked.fastest.iter().fold(0.0, larger)
@@ -275,7 +289,6 @@ impl System {
         let (mut damping, mut omega_sq) = (0.0, 0.0);
         if let Some(pairs) = &self.pairs {
             damping = pairs.damping_ratio();
-            let stiff = pairs.omega_sq(&self.loads.by_bodies);
             let (kicked, speed) = (&self.kicked.velocities, self.kicked.speed);
             let impacts = Impacts {
                 kicked,
@@ -284,7 +297,7 @@ impl System {
                 speed,
                 outer: self.constants.outer_acceleration,
             };
-            let impact = pairs.impact(&self.bodies, &self.loads.by_bodies, &impacts);
+            let [stiff, impact] = pairs.omega_sq(&self.bodies, &self.kicked.motions, &impacts);
             let stiff = stiff.max(self.constants.per_resolution_sq * impact).sqrt();
             let omega = pairs.crossing(&self.bodies, kicked, speed, stiff);
             omega_sq = omega * omega;

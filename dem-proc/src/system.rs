@@ -8,14 +8,15 @@ use mechanics::ledger::Totals;
 use crate::body::bodies::{Bodies, Body, Rigid};
 use crate::body::displacement::Displacement;
 use crate::body::load::{Load, PairLoad};
+use crate::contact::impact::SurfaceMotion;
 use crate::contact::pairs::BodySide;
 use crate::contact::point_pairs::PairSide;
 use crate::contact::point_side::PointSide;
 use crate::contact::points::PointContacts;
 use crate::law::contact::Contact;
-use crate::law::dashpot::Elastic;
+use crate::law::dashpot::Viscous;
 use crate::law::normal::Linear;
-use crate::law::tangent::Smooth;
+use crate::law::tangent::Coulomb;
 use crate::parry::BoxTree;
 use crate::threads::Threads;
 
@@ -81,6 +82,8 @@ impl Loads {
 pub(crate) struct Kicked {
     /// Velocities and spins of the bodies at `t_{n+1/2}`.
     pub velocities: Vec<(Vec2, f64)>,
+    /// Bounds of their surfaces' motion, for the step limit.
+    pub motions: Vec<SurfaceMotion>,
     /// Largest surface speed in each part of the bodies in m/s.
     pub fastest: Vec<f64>,
     /// Upper bound of the speed of any surface in m/s.
@@ -103,8 +106,11 @@ impl Default for System {
     fn default() -> Self {
         let law = Contact {
             normal: Linear { stiffness: 0.0 },
-            tangent: Smooth,
-            dashpot: Elastic,
+            tangent: Coulomb::SMOOTH,
+            dashpot: Viscous {
+                ratio: 0.0,
+                mass: 0.0,
+            },
         };
         Self {
             gravity: Vec2::zeros(),

@@ -309,16 +309,6 @@ fn without_friction_there_is_no_tangential_force_at_all() {
     let config = scene(vec![fixed(square, A)], spring(K));
     let xs: Vec<f64> = (0..50).map(|i| f64::from(i) * 2e-3).collect();
     assert!(slide(&config, 0.01, &xs).iter().all(|f| f.force[0] == 0.0));
-    assert_eq!(
-        size_of::<
-            <dem_proc::law::contact::Contact<
-                dem_proc::law::normal::Linear,
-                dem_proc::law::tangent::Smooth,
-                dem_proc::law::dashpot::Elastic,
-            > as dem_proc::law::Law>::History,
-        >(),
-        0
-    );
 }
 
 /// Fixed star, three points, friction: sliding in a frame that is turned, mirrored, shifted or moving.

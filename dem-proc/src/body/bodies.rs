@@ -71,6 +71,16 @@ impl Rigid {
         velocity.norm() + spin.abs() * self.extent
     }
 
+    /// Upper bound of the lever arm of a normal force on the surface in m. The normals of a disc meet in its centre.
+    #[inline]
+    pub fn lever(&self) -> f64 {
+        if self.vertices[1] == 1 {
+            0.0
+        } else {
+            self.extent
+        }
+    }
+
     /// Vertices in world coordinates (m), from those in the body's frame and its angle.
     #[inline]
     fn place_outline(&self, world: &mut [Vec2], local: &[Vec2]) {

@@ -20,7 +20,7 @@ use crate::body::frame::Frame;
 use crate::body::load::PairLoad;
 use crate::contact::approach::{Near, crossing_rate};
 use crate::contact::frame_contacts::between_bodies;
-use crate::contact::impact::{Impacts, Pressing};
+use crate::contact::impact::{Impacts, Pressing, SurfaceMotion};
 use crate::contact::pairs::{BodySide, SavedPairs};
 use crate::contact::passage::{Passage, PassedBodies, TURN};
 use crate::contact::versions::Versions;
@@ -301,24 +301,16 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
     fn sum(&self, _: usize, _: &mut [PairLoad]) {}
 
     /// As for pairs of vertices and edges: see [`crate::contact::pairs`].
-    fn omega_sq(&self, loads: &[PairLoad]) -> f64 {
-        let pairs = self.in_reach.iter();
-        let sums = pairs.map(|near| {
-            let [a, b] = near.bodies.map(|b| loads[b as usize].rate);
-            a + b
-        });
-        sums.fold(0.0, f64::max)
-    }
-
-    fn impact(&self, bodies: &Bodies, loads: &[PairLoad], impacts: &Impacts) -> f64 {
-        let mut largest = 0.0;
+    fn omega_sq(&self, bodies: &Bodies, motions: &[SurfaceMotion], impacts: &Impacts) -> [f64; 2] {
+        let (mut largest, mut of_impact): (f64, f64) = (0.0, 0.0);
         for (near, pressing) in self.in_reach.iter().zip(&self.pressing) {
-            let [a, b] = near.bodies.map(|b| loads[b as usize].rate);
-            if a + b > largest && impacts.is_one(bodies, near, pressing) {
-                largest = a + b;
+            let [a, b] = near.bodies.map(|b| motions[b as usize].rate());
+            largest = largest.max(a + b);
+            if a + b > of_impact && impacts.is_one(bodies, near, pressing) {
+                of_impact = a + b;
             }
         }
-        largest
+        [largest, of_impact]
     }
 
     fn crossing(&self, bodies: &Bodies, kicked: &[(Vec2, f64)], _: f64, known: f64) -> f64 {

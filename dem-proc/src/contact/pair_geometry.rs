@@ -91,9 +91,9 @@ impl Separations {
     pub const BYTES: usize = CHUNK * (3 * size_of::<f64>() + 2 * size_of::<u32>());
 
     /// Finds the pairs that press, and those whose surfaces are within `closing` (m) of one another. There is no branch
-    /// for a pair, because a processor cannot predict which pairs touch.
+    /// for a pair, because a processor cannot predict which pairs touch. `ROUND`: no pair has an edge, all are of discs.
     #[inline(always)]
-    pub fn find(&mut self, bodies: &Bodies, pairs: &[VertexEdge], closing: f64) {
+    pub fn find<const ROUND: bool>(&mut self, bodies: &Bodies, pairs: &[VertexEdge], closing: f64) {
         assert!(pairs.len() <= CHUNK);
         for kept in [&mut self.x, &mut self.y, &mut self.distance_sq] {
             kept.resize(CHUNK, 0.0);
@@ -111,15 +111,20 @@ impl Separations {
             let at = |i: u32| bodies.outline[i as usize];
             let vertex = gather_vec(|l| at(of(l).vertex));
             let a = gather_vec(|l| at(of(l).edge[0]));
-            let b = gather_vec(|l| at(of(l).edge[1]));
-            let inverse = gather(|l| bodies.inverse_length_sq[of(l).edge[0] as usize]);
-            let (edge, from_a) = (sub(b, a), sub(vertex, a));
-            let along = dot(from_a, edge) * inverse;
-            let along = along.fast_max(Lanes::ZERO).fast_min(Lanes::ONE);
-            let away = [
-                along.mul_neg_add(edge[0], from_a[0]),
-                along.mul_neg_add(edge[1], from_a[1]),
-            ];
+            let from_a = sub(vertex, a);
+            let away = if ROUND {
+                from_a
+            } else {
+                let b = gather_vec(|l| at(of(l).edge[1]));
+                let inverse = gather(|l| bodies.inverse_length_sq[of(l).edge[0] as usize]);
+                let edge = sub(b, a);
+                let along = dot(from_a, edge) * inverse;
+                let along = along.fast_max(Lanes::ZERO).fast_min(Lanes::ONE);
+                [
+                    along.mul_neg_add(edge[0], from_a[0]),
+                    along.mul_neg_add(edge[1], from_a[1]),
+                ]
+            };
             let sq = dot(away, away);
             let here = q * LANES..(q + 1) * LANES;
             x[here.clone()].copy_from_slice(&away[0].to_array());
@@ -199,7 +204,7 @@ impl Separations {
 
     /// Normal, overlap and relative motion of the pairs `k`.
     #[inline(always)]
-    pub fn geometry<const MOTION: bool>(
+    pub fn geometry(
         &self,
         bodies: &Bodies,
         last_step: LastStep,
@@ -207,12 +212,16 @@ impl Separations {
         k: [usize; LANES],
     ) -> PairGeometry {
         let pair = k.map(|k| &pairs[k]);
-        let distance = gather(|l| self.distance_sq[k[l]]).sqrt();
+        // With one length for all slices, an index is compared only once.
+        let all = pairs.len();
+        let (x, y) = (&self.x[..all], &self.y[..all]);
+        let distance_sq = &self.distance_sq[..all];
+        let distance = gather(|l| distance_sq[k[l]]).sqrt();
         let overlap = gather(|l| pair[l].reach) - distance;
         let per_distance = Lanes::ONE / distance;
         let mut normal = [
-            gather(|l| self.x[k[l]]) * per_distance,
-            gather(|l| self.y[k[l]]) * per_distance,
+            gather(|l| x[k[l]]) * per_distance,
+            gather(|l| y[k[l]]) * per_distance,
         ];
         if distance.simd_eq(Lanes::ZERO).any() {
             normal = at_zero_distance(bodies, pair, distance, normal);
@@ -238,22 +247,20 @@ impl Separations {
             rolled: Lanes::ZERO,
             sides,
         };
-        if MOTION {
-            let [v, e] = &geometry.sides;
-            let shift = sub(v.shift, e.shift);
-            let (turned_v, turned_e) = (v.turned(), e.turned());
-            let moved = [
-                dot(shift, normal) + (turned_v[0] - turned_e[0]),
-                cross(normal, shift) + (turned_v[1] - turned_e[1]),
-            ];
-            if last_step.dt > 0.0 {
-                geometry.moved = moved;
-                geometry.velocity = moved.map(|u| u * Lanes::splat(last_step.per_dt));
-                // The sine equals the angle up to a third-order term; only lengths need the exact rotation.
-                geometry.rolled = v.sin - e.sin;
-            } else {
-                geometry.velocity = moved;
-            }
+        let [v, e] = &geometry.sides;
+        let shift = sub(v.shift, e.shift);
+        let (turned_v, turned_e) = (v.turned(), e.turned());
+        let moved = [
+            dot(shift, normal) + (turned_v[0] - turned_e[0]),
+            cross(normal, shift) + (turned_v[1] - turned_e[1]),
+        ];
+        if last_step.dt > 0.0 {
+            geometry.moved = moved;
+            geometry.velocity = moved.map(|u| u * Lanes::splat(last_step.per_dt));
+            // The sine equals the angle up to a third-order term; only lengths need the exact rotation.
+            geometry.rolled = v.sin - e.sin;
+        } else {
+            geometry.velocity = moved;
         }
         geometry
     }

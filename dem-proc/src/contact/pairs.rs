@@ -22,7 +22,7 @@ use crate::body::edge::vertex_edge;
 use crate::body::load::PairLoad;
 use crate::contact::approach::{Near, crossing_rate};
 use crate::contact::frame_contacts::between_bodies;
-use crate::contact::impact::{Impacts, Pressing};
+use crate::contact::impact::{Impacts, Pressing, SurfaceMotion};
 use crate::contact::pair_geometry::{Answers, LANES, Lanes, Separations, first};
 use crate::contact::passage::{Passage, PassedBodies};
 use crate::contact::versions::Versions;
@@ -52,10 +52,9 @@ pub trait BodySide: Debug + Send + Sync {
     );
     /// Puts the sums for the bodies from `first` on into `loads`, if `evaluate` has not done so.
     fn sum(&self, first: usize, loads: &mut [PairLoad]);
-    /// Upper bound of the squared frequency, from the summed loads, in 1/s^2.
-    fn omega_sq(&self, loads: &[PairLoad]) -> f64;
-    /// The same for the pairs in reach whose contact opens or closes ([`crate::contact::impact`]); 0 if there is none.
-    fn impact(&self, bodies: &Bodies, loads: &[PairLoad], impacts: &Impacts) -> f64;
+    /// Upper bounds of the squared frequency in 1/s^2, with the `motions` of all bodies: of all pairs in reach, and of
+    /// those whose contact opens or closes ([`crate::contact::impact`]); 0 if there is none.
+    fn omega_sq(&self, bodies: &Bodies, motions: &[SurfaceMotion], impacts: &Impacts) -> [f64; 2];
     /// The largest [`crossing_rate`] of a pair in reach in 1/s, or a number not above `known` if none is larger than
     /// that. `kicked` has the velocities and spins after the kick, and `speed` (m/s) bounds the speed of surfaces.
     fn crossing(&self, bodies: &Bodies, kicked: &[(Vec2, f64)], speed: f64, known: f64) -> f64;
@@ -109,6 +108,8 @@ struct Kept<L: Law> {
     history: Vec<L::History>,
     /// Smallest and largest number of a body in each chunk of the list.
     spans: Vec<[u32; 2]>,
+    /// Whether all pairs of the chunk are of discs.
+    round: Vec<bool>,
 }
 
 /// Contact between bodies by the law `L`.
@@ -134,6 +135,7 @@ impl<L: Law> Kept<L> {
             constants: Vec::new(),
             history: Vec::new(),
             spans: Vec::new(),
+            round: Vec::new(),
         }
     }
 
@@ -157,6 +159,9 @@ impl<L: Law> Kept<L> {
         };
         self.spans.clear();
         self.spans.extend(self.list.pairs.chunks(CHUNK).map(span));
+        let round = |chunk: &[VertexEdge]| chunk.iter().all(|pair| pair.edge[0] == pair.edge[1]);
+        self.round.clear();
+        self.round.extend(self.list.pairs.chunks(CHUNK).map(round));
     }
 
     /// Takes the histories from an `old` list. Both lists have the same order, so one pass finds them.
@@ -216,8 +221,11 @@ struct Outcomes {
     pair_bodies: Vec<[u32; 2]>,
     /// Their indices within the chunk.
     numbers: Vec<u32>,
-    /// Force and stiffness of each pair. The overlap is filled in by the reader.
-    pressing: Vec<Pressing>,
+    /// Normal force in N/m and bound of the stiffness in N/m of each pair.
+    force: Vec<f64>,
+    stiffness: Vec<f64>,
+    /// The largest stiffness in N/m of a pair that presses, lane by lane.
+    stiffest: Lanes,
     /// The loads on both bodies.
     loads: [Vec<PairLoad>; 2],
     /// Dissipated over the last step by friction and by dashpots in J/m, lane by lane.
@@ -234,7 +242,10 @@ impl Outcomes {
         self.count = 0;
         self.pair_bodies.resize(CHUNK + LANES, [0; 2]);
         self.numbers.resize(CHUNK + LANES, 0);
-        self.pressing.resize(CHUNK + LANES, Pressing::default());
+        for kept in [&mut self.force, &mut self.stiffness] {
+            kept.resize(CHUNK + LANES, 0.0);
+        }
+        self.stiffest = Lanes::ZERO;
         for loads in &mut self.loads {
             loads.resize(CHUNK + LANES, PairLoad::default());
         }
@@ -253,6 +264,30 @@ impl Outcomes {
         pair_bodies.zip(loads)
     }
 
+    /// Whether the contact of entry `i` opens or closes.
+    fn is_impact(&self, i: usize, bodies: &Bodies, pairs: &[VertexEdge], by: &Impacts) -> bool {
+        let pair = &pairs[self.numbers[i] as usize];
+        let (away, sq) = separation(bodies, pair);
+        let distance = sq.sqrt();
+        // If a vertex is exactly on an edge, the overlap is too large and the run ends with this step.
+        if distance == 0.0 {
+            return false;
+        }
+        let near = Near {
+            bodies: pair.bodies,
+            normal: away / distance,
+            point: bodies.outline[pair.vertex as usize],
+            length: pair.reach,
+        };
+        let pressing = Pressing {
+            overlap: pair.reach - distance,
+            force: self.force[i],
+            stiffness: self.stiffness[i],
+            width: 0.0,
+        };
+        by.is_one(bodies, &near, &pressing)
+    }
+
     /// Adds the first `count` lanes of four evaluated pairs.
     #[inline(always)]
     fn add(
@@ -266,13 +301,8 @@ impl Outcomes {
         let lanes = self.count..self.count + LANES;
         self.pair_bodies[lanes.clone()].copy_from_slice(&pair_bodies);
         self.numbers[lanes.clone()].copy_from_slice(&k.map(|k| k as u32));
-        let pressing: [Pressing; LANES] = std::array::from_fn(|l| Pressing {
-            overlap: 0.0,
-            force: answers.force[0][l],
-            stiffness: answers.stiffness[0][l],
-            width: 0.0,
-        });
-        self.pressing[lanes.clone()].copy_from_slice(&pressing);
+        self.force[lanes.clone()].copy_from_slice(&answers.force[0]);
+        self.stiffness[lanes.clone()].copy_from_slice(&answers.stiffness[0]);
         for (all, loads) in self.loads.iter_mut().zip(&loads) {
             all[lanes.clone()].copy_from_slice(loads);
         }
@@ -290,6 +320,8 @@ struct Chunk<'a, L: Law> {
     last_step: LastStep,
     closing: f64,
     watch: &'a Watch,
+    /// Whether all pairs are of discs.
+    round: bool,
 }
 
 impl<L: Law> Chunk<'_, L> {
@@ -302,7 +334,11 @@ impl<L: Law> Chunk<'_, L> {
         outcomes: &mut Outcomes,
     ) {
         next.fill(L::History::default());
-        separations.find(self.bodies, self.pairs, self.closing);
+        if self.round {
+            separations.find::<true>(self.bodies, self.pairs, self.closing);
+        } else {
+            separations.find::<false>(self.bodies, self.pairs, self.closing);
+        }
         if self.watch.is_by_body() {
             let closing = |pair| self.watch.closing(pair).unwrap_or(self.closing);
             separations.keep_close(self.pairs, closing);
@@ -337,13 +373,13 @@ impl<L: Law> Chunk<'_, L> {
         // Unused lanes repeat the last pair; their results are not summed.
         let k: [usize; LANES] = std::array::from_fn(|l| quad[l.min(count - 1)] as usize);
         let (bodies, last_step) = (self.bodies, self.last_step);
-        let geometry = if L::MOTION {
-            separations.geometry::<true>(bodies, last_step, self.pairs, k)
-        } else {
-            separations.geometry::<false>(bodies, last_step, self.pairs, k)
-        };
+        let geometry = separations.geometry(bodies, last_step, self.pairs, k);
         let kinematics = geometry.kinematics();
-        let (constants, before) = (k.map(|k| self.constants[k]), k.map(|k| self.history[k]));
+        // With one length for all slices, an index is compared only once.
+        let all = self.pairs.len();
+        let (constants, history) = (&self.constants[..all], &self.history[..all]);
+        let next = &mut next[..all];
+        let (constants, before) = (k.map(|k| constants[k]), k.map(|k| history[k]));
         let mut answers = Answers::default();
         let mut after = before;
         // There is no branch, so that the compiler can vectorise the four evaluations.
@@ -372,6 +408,8 @@ impl<L: Law> Chunk<'_, L> {
             for l in 0..LANES {
                 next[k[l]] = after[l];
             }
+            let stiffness = Lanes::new(answers.stiffness[0]);
+            outcomes.stiffest = outcomes.stiffest.fast_max(stiffness);
         }
         let valid = first(count);
         for (sum, loss) in outcomes.loss.iter_mut().zip(answers.loss) {
@@ -422,6 +460,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
                     last_step,
                     closing,
                     watch: &now.watch,
+                    round: now.round[i],
                 };
                 chunk.evaluate(next, separations, outcomes);
             };
@@ -474,49 +513,24 @@ impl<L: Law> BodySide for BodyContacts<L> {
     /// contacts of that body, and its norm is at most `Lambda_b`. So the Rayleigh quotient of a vector `x` is at most
     /// `sum_b Lambda_b |x on b's contacts|^2 / |x|^2`, and this is at most the largest `Lambda_A + Lambda_B` of one
     /// contact. The bound is exact for two bodies and one contact.
-    fn omega_sq(&self, loads: &[PairLoad]) -> f64 {
-        let mut largest = 0.0;
-        for found in &self.outcomes {
-            for &[a, b] in &found.pair_bodies[..found.count] {
-                let sum = loads[a as usize].rate + loads[b as usize].rate;
-                largest = if sum > largest { sum } else { largest };
-            }
-        }
-        largest
-    }
-
-    fn impact(&self, bodies: &Bodies, loads: &[PairLoad], impacts: &Impacts) -> f64 {
+    fn omega_sq(&self, bodies: &Bodies, motions: &[SurfaceMotion], impacts: &Impacts) -> [f64; 2] {
+        let stiffest = self.outcomes.iter().map(|found| found.stiffest);
+        let stiffest = stiffest.fold(Lanes::ZERO, Lanes::max).to_array();
+        let calm = impacts.calm(stiffest.into_iter().fold(0.0, f64::max));
         let pairs = self.lists.current().list.pairs.chunks(CHUNK);
-        let mut largest = 0.0;
+        let (mut largest, mut of_impact) = (0.0, 0.0);
         for (found, pairs) in self.outcomes.iter().zip(pairs) {
-            for i in 0..found.count {
-                let [a, b] = found.pair_bodies[i].map(|b| loads[b as usize].rate);
-                if a + b <= largest {
-                    continue;
-                }
-                let pair = &pairs[found.numbers[i] as usize];
-                let (away, sq) = separation(bodies, pair);
-                let distance = sq.sqrt();
-                // If a vertex is exactly on an edge, the overlap is too large and the run ends with this step.
-                if distance == 0.0 {
-                    continue;
-                }
-                let near = Near {
-                    bodies: pair.bodies,
-                    normal: away / distance,
-                    point: bodies.outline[pair.vertex as usize],
-                    length: pair.reach,
-                };
-                let pressing = Pressing {
-                    overlap: pair.reach - distance,
-                    ..found.pressing[i]
-                };
-                if impacts.is_one(bodies, &near, &pressing) {
-                    largest = a + b;
+            for (i, &[a, b]) in found.pair_bodies[..found.count].iter().enumerate() {
+                let both = motions[a as usize].against(&motions[b as usize]);
+                let rate = both.rate();
+                largest = if rate > largest { rate } else { largest };
+                let calm = i < found.presses && calm.holds(&both);
+                if !calm && rate > of_impact && found.is_impact(i, bodies, pairs, impacts) {
+                    of_impact = rate;
                 }
             }
         }
-        largest
+        [largest, of_impact]
     }
 
     fn crossing(&self, bodies: &Bodies, kicked: &[(Vec2, f64)], speed: f64, known: f64) -> f64 {
@@ -648,6 +662,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
             list: _,      // follows from the watch's poses and margins
             constants: _, // follow from the list
             spans: _,     // likewise
+            round: _,     // likewise
         } = kept;
         SavedPairs {
             watch: watch.save(),

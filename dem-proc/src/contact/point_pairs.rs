@@ -333,18 +333,16 @@ impl<L: Law> View<'_, L> {
             overlap,
             ..Kinematics::default()
         };
-        if L::MOTION {
-            // If there was a step, the velocity is computed from positions, as for a point and a body.
-            let previous = &self.now.previous;
-            if last_step.dt > 0.0 && !previous.is_empty() {
-                let [now_a, now_b] = [a, b].map(|slot| Vec2::from(self.states[slot].position));
-                let moved = (now_a - previous[a]) - (now_b - previous[b]);
-                kinematics.moved = [moved.dot(&normal), moved.dot(&tangent)];
-                kinematics.velocity = kinematics.moved.map(|u| u * last_step.per_dt);
-            } else {
-                let [v_a, v_b] = [a, b].map(|slot| Vec2::from(self.states[slot].velocity));
-                kinematics.velocity = [(v_a - v_b).dot(&normal), (v_a - v_b).dot(&tangent)];
-            }
+        // If there was a step, the velocity is computed from positions, as for a point and a body.
+        let previous = &self.now.previous;
+        if last_step.dt > 0.0 && !previous.is_empty() {
+            let [now_a, now_b] = [a, b].map(|slot| Vec2::from(self.states[slot].position));
+            let moved = (now_a - previous[a]) - (now_b - previous[b]);
+            kinematics.moved = [moved.dot(&normal), moved.dot(&tangent)];
+            kinematics.velocity = kinematics.moved.map(|u| u * last_step.per_dt);
+        } else {
+            let [v_a, v_b] = [a, b].map(|slot| Vec2::from(self.states[slot].velocity));
+            kinematics.velocity = [(v_a - v_b).dot(&normal), (v_a - v_b).dot(&tangent)];
         }
         let (constants, before) = (&self.now.constants[k], &self.now.history[k]);
         let k = self.law.stiffness(constants, overlap + closing);

@@ -264,23 +264,21 @@ impl<L: Law> View<'_, L> {
             overlap,
             ..Kinematics::default()
         };
-        if L::MOTION {
-            // If there was a step, the velocity is computed from positions. It is the velocity of the grid at the
-            // point, and that of the surfaces; a FLIP point's own velocity is noisier.
-            let was = self
-                .now
-                .previous
-                .get(slot as usize)
-                .filter(|_| last_step.dt > 0.0);
-            if let Some(was) = was {
-                let moved = x - was - rigid.displacement(r);
-                kinematics.moved = [moved.dot(&normal), moved.dot(&tangent)];
-                kinematics.velocity = kinematics.moved.map(|u| u * last_step.per_dt);
-            } else {
-                let body = bodies.state[body as usize].velocity_at(r);
-                let velocity = Vec2::from(state.velocity) - body;
-                kinematics.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
-            }
+        // If there was a step, the velocity is computed from positions. It is the velocity of the grid at the
+        // point, and that of the surfaces; a FLIP point's own velocity is noisier.
+        let was = self
+            .now
+            .previous
+            .get(slot as usize)
+            .filter(|_| last_step.dt > 0.0);
+        if let Some(was) = was {
+            let moved = x - was - rigid.displacement(r);
+            kinematics.moved = [moved.dot(&normal), moved.dot(&tangent)];
+            kinematics.velocity = kinematics.moved.map(|u| u * last_step.per_dt);
+        } else {
+            let body = bodies.state[body as usize].velocity_at(r);
+            let velocity = Vec2::from(state.velocity) - body;
+            kinematics.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
         }
         let (constants, before) = (&now.constants[k], &now.history[k]);
         let own = bodies.radius_at(body as usize, self.now.list.pairs[k].part);

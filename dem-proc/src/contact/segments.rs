@@ -307,9 +307,7 @@ impl<L: Law> SegmentContacts<L> {
             ..Kinematics::default()
         };
         if deepest.overlap <= 0.0 {
-            if L::MOTION {
-                self.add_motion(on, body, deepest, 1.0, &mut kinematics);
-            }
+            self.add_motion(on, body, deepest, 1.0, &mut kinematics);
             let loss = self.law.separate(&deepest.constants, &kinematics, history);
             to.sums.add_loss(1.0, loss);
             return;
@@ -324,10 +322,8 @@ impl<L: Law> SegmentContacts<L> {
                 f64::from(u8::from(core::ptr::eq(p, deepest)))
             }
         };
-        if L::MOTION {
-            for place in minima().filter(|p| share(p) > 0.0) {
-                self.add_motion(on, body, place, share(place), &mut kinematics);
-            }
+        for place in minima().filter(|p| share(p) > 0.0) {
+            self.add_motion(on, body, place, share(place), &mut kinematics);
         }
         let springs: f64 = places.iter().map(|p| p.sign() * p.elastic[0]).sum();
         let springs = springs.max(0.0);

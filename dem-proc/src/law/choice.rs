@@ -1,16 +1,16 @@
-//! Turns a configured law into a type: the one `match` over laws.
+//! Turns a configured law into a value of its type: the one `match` over laws.
 
 use interface::config::surfaces::ContactPair;
 use interface::config::{ContactLaw, ratio_of_restitution};
 
 use super::Law;
 use super::contact::Contact;
-use super::dashpot::{Dashpot, Elastic, Tsuji, Viscous};
-use super::mixed::{AnyLaw, Mixed, OfGrains};
-use super::normal::{Adhesive, Area, Hertz, Linear, Normal};
+use super::dashpot::{Elastic, Tsuji, Viscous};
+use super::mixed::{AnyLaw, Mixed, OfAreas, OfGrains, OfSpheres};
+use super::normal::{Adhesive, Area, Hertz, Linear};
 use super::rolling::Rolling;
 use super::table::Table;
-use super::tangent::{Coulomb, Mindlin, Smooth};
+use super::tangent::{Coulomb, Mindlin};
 use crate::body::surfaces::Surfaces;
 
 /// Something that is built from a law of any type.
@@ -21,57 +21,27 @@ pub trait ForLaw: Sized {
     fn build<L: Law>(self, law: L) -> Self::Output;
 }
 
-/// Builds something from `law`, which has been checked.
-pub fn with_law<F: ForLaw>(law: &ContactLaw, build: F) -> F::Output {
-    match *law {
-        ContactLaw::Linear { .. } | ContactLaw::Granular { .. } => {
-            let law = Granular::of(law);
-            let (sticky, k_t, mu) = (law.normal(), law.tangential, law.friction);
-            let zeta = law.dashpot();
-            if law.rolling > 0.0 {
-                let friction = law.rolling;
-                with_damping(sticky, k_t, mu, zeta, WithRolling { friction, build })
-            } else if law.adhesion > 0.0 {
-                with_damping(sticky, k_t, mu, zeta, build)
-            } else {
-                with_damping(sticky.spring, k_t, mu, zeta, build)
-            }
+/// Builds something from `for_all`, and from the laws of `pairs` for their surfaces; all have been checked. Every law is
+/// a value of one of few types, in a table by pairs of surfaces, with zeros for the parts that it does not use. A type
+/// for every combination of parts would be faster by a few per cent where parts are missing, and would double the
+/// compile time. Only [`Fast`] has no table: where one law without adhesion and rolling holds for all pairs, no contact
+/// stores it (docs/performance-dem.md has the figures).
+pub fn with_laws<F: ForLaw>(
+    surfaces: &Surfaces,
+    for_all: &ContactLaw,
+    pairs: &[&ContactPair],
+    build: F,
+) -> F::Output {
+    match Granular::of(for_all) {
+        Some(law) if pairs.is_empty() && law.adhesion == 0.0 && law.rolling == 0.0 => {
+            build.build(law.fast())
         }
-        ContactLaw::HertzMindlin {
-            hertz_constant,
-            poisson_ratio,
-            friction,
-            restitution,
-            adhesion,
-        } => {
-            let spring = Hertz {
-                constant: hertz_constant,
-            };
-            let tangent = mindlin(poisson_ratio, friction);
-            let ratio = ratio_of_restitution(restitution);
-            if adhesion > 0.0 {
-                let stress = adhesion;
-                with_mindlin(Adhesive { spring, stress }, tangent, ratio, build)
-            } else {
-                with_mindlin(spring, tangent, ratio, build)
-            }
-        }
-        ContactLaw::Area {
-            area_stiffness,
-            tangential_stiffness,
-            friction,
-        } => {
-            let normal = Area {
-                stiffness: area_stiffness,
-            };
-            with_coulomb(normal, tangential_stiffness, friction, Elastic, build)
-        }
+        _ => with_table(surfaces, for_all, pairs, build),
     }
 }
 
-/// Builds something from a table of laws, which have been checked: `for_all`, and others for `pairs`. If all laws are
-/// of one kind, no loop branches on the kind. Every part that a kind of law can have is present. Its number is zero for
-/// pairs that do not use it.
+/// The same without [`Fast`], for code that need not be fast. If all laws are of one kind, no loop branches on the
+/// kind.
 pub fn with_table<F: ForLaw>(
     surfaces: &Surfaces,
     for_all: &ContactLaw,
@@ -83,18 +53,18 @@ pub fn with_table<F: ForLaw>(
     }
     match for_all {
         ContactLaw::Linear { .. } | ContactLaw::Granular { .. } => {
-            let rolls = |law: &ContactLaw| Granular::of(law).rolling > 0.0;
+            let rolls = |law: &ContactLaw| grains(law).friction > 0.0;
             if rolls(for_all) || pairs.iter().any(|pair| rolls(&pair.law)) {
-                build.build(Table::new(surfaces, for_all, pairs, rolling))
+                build.build(Table::new(surfaces, for_all, pairs, grains))
             } else {
-                let law = |law: &ContactLaw| Granular::of(law).contact();
+                let law = |law: &ContactLaw| grains(law).law;
                 build.build(Table::new(surfaces, for_all, pairs, law))
             }
         }
         ContactLaw::HertzMindlin { .. } => {
-            build.build(Table::new(surfaces, for_all, pairs, hertz_mindlin))
+            build.build(Table::new(surfaces, for_all, pairs, spheres))
         }
-        ContactLaw::Area { .. } => build.build(Table::new(surfaces, for_all, pairs, area)),
+        ContactLaw::Area { .. } => build.build(Table::new(surfaces, for_all, pairs, areas)),
     }
 }
 
@@ -109,28 +79,20 @@ struct Granular {
     rolling: f64,
 }
 
+/// A linear spring with friction and damping, without adhesion and rolling.
+type Fast = Contact<Linear, Coulomb, Viscous>;
+
 /// Message of an assertion that laws were matched by kind before.
 const KIND: &str = "a table's laws are of one kind";
 
-fn rolling(law: &ContactLaw) -> OfGrains {
-    Rolling {
-        law: Granular::of(law).contact(),
-        friction: Granular::of(law).rolling,
-    }
-}
-
-fn of_any_kind(law: &ContactLaw) -> AnyLaw {
-    match law {
-        ContactLaw::Linear { .. } | ContactLaw::Granular { .. } => AnyLaw::Grains(rolling(law)),
-        ContactLaw::HertzMindlin { .. } => AnyLaw::Spheres(hertz_mindlin(law)),
-        ContactLaw::Area { .. } => AnyLaw::Areas(area(law)),
-    }
-}
-
 impl Granular {
-    fn of(law: &ContactLaw) -> Self {
+    /// Of a law of this kind.
+    fn of(law: &ContactLaw) -> Option<Self> {
+        let (ContactLaw::Linear { .. } | ContactLaw::Granular { .. }) = law else {
+            return None;
+        };
         let number = |name: &str| law.number(name).unwrap_or(0.0);
-        Self {
+        Some(Self {
             stiffness: number("normal_stiffness"),
             tangential: number("tangential_stiffness"),
             friction: number("friction"),
@@ -138,44 +100,52 @@ impl Granular {
             damped_mass: number("damped_mass"),
             adhesion: number("adhesion"),
             rolling: number("rolling_friction"),
-        }
+        })
     }
 
-    fn normal(&self) -> Adhesive<Linear> {
-        Adhesive {
-            spring: Linear {
+    fn fast(&self) -> Fast {
+        Contact {
+            normal: Linear {
                 stiffness: self.stiffness,
             },
-            stress: self.adhesion,
-        }
-    }
-
-    fn contact(&self) -> Contact<Adhesive<Linear>, Coulomb, Viscous> {
-        Contact {
-            normal: self.normal(),
             tangent: coulomb(self.tangential, self.friction),
-            dashpot: self.dashpot(),
-        }
-    }
-
-    fn dashpot(&self) -> Viscous {
-        Viscous {
-            ratio: self.damping,
-            mass: self.damped_mass,
+            dashpot: Viscous {
+                ratio: self.damping,
+                mass: self.damped_mass,
+            },
         }
     }
 }
 
-/// Without friction there is no spring, as for a law without a table.
-fn coulomb(stiffness: f64, friction: f64) -> Coulomb {
-    if friction > 0.0 {
-        Coulomb::new(stiffness, friction)
-    } else {
-        Coulomb::SMOOTH
+fn of_any_kind(law: &ContactLaw) -> AnyLaw {
+    match law {
+        ContactLaw::Linear { .. } | ContactLaw::Granular { .. } => AnyLaw::Grains(grains(law)),
+        ContactLaw::HertzMindlin { .. } => AnyLaw::Spheres(spheres(law)),
+        ContactLaw::Area { .. } => AnyLaw::Areas(areas(law)),
     }
 }
 
-fn hertz_mindlin(law: &ContactLaw) -> Contact<Adhesive<Hertz>, Mindlin, Tsuji> {
+fn grains(law: &ContactLaw) -> OfGrains {
+    let law = Granular::of(law).expect(KIND);
+    let Contact {
+        normal,
+        tangent,
+        dashpot,
+    } = law.fast();
+    Rolling {
+        law: Contact {
+            normal: Adhesive {
+                spring: normal,
+                stress: law.adhesion,
+            },
+            tangent,
+            dashpot,
+        },
+        friction: law.rolling,
+    }
+}
+
+fn spheres(law: &ContactLaw) -> OfSpheres {
     let ContactLaw::HertzMindlin {
         hertz_constant,
         poisson_ratio,
@@ -186,6 +156,10 @@ fn hertz_mindlin(law: &ContactLaw) -> Contact<Adhesive<Hertz>, Mindlin, Tsuji> {
     else {
         unreachable!("{KIND}")
     };
+    let tangent = Mindlin {
+        ratio: 2.0 * (1.0 - poisson_ratio) / (2.0 - poisson_ratio),
+        friction,
+    };
     Contact {
         normal: Adhesive {
             spring: Hertz {
@@ -194,7 +168,7 @@ fn hertz_mindlin(law: &ContactLaw) -> Contact<Adhesive<Hertz>, Mindlin, Tsuji> {
             stress: adhesion,
         },
         tangent: if friction > 0.0 {
-            mindlin(poisson_ratio, friction)
+            tangent
         } else {
             Mindlin::SMOOTH
         },
@@ -204,14 +178,7 @@ fn hertz_mindlin(law: &ContactLaw) -> Contact<Adhesive<Hertz>, Mindlin, Tsuji> {
     }
 }
 
-fn mindlin(poisson_ratio: f64, friction: f64) -> Mindlin {
-    Mindlin {
-        ratio: 2.0 * (1.0 - poisson_ratio) / (2.0 - poisson_ratio),
-        friction,
-    }
-}
-
-fn area(law: &ContactLaw) -> Contact<Area, Coulomb, Elastic> {
+fn areas(law: &ContactLaw) -> OfAreas {
     let ContactLaw::Area {
         area_stiffness,
         tangential_stiffness,
@@ -229,86 +196,12 @@ fn area(law: &ContactLaw) -> Contact<Area, Coulomb, Elastic> {
     }
 }
 
-fn with_damping<N: Normal, F: ForLaw>(
-    normal: N,
-    k_t: f64,
-    friction: f64,
-    dashpot: Viscous,
-    build: F,
-) -> F::Output {
-    if dashpot.ratio > 0.0 {
-        with_coulomb(normal, k_t, friction, dashpot, build)
-    } else {
-        with_coulomb(normal, k_t, friction, Elastic, build)
-    }
-}
-
-fn with_coulomb<N: Normal, D: Dashpot, F: ForLaw>(
-    normal: N,
-    k_t: f64,
-    friction: f64,
-    dashpot: D,
-    build: F,
-) -> F::Output {
+/// Without friction there is no spring.
+fn coulomb(stiffness: f64, friction: f64) -> Coulomb {
     if friction > 0.0 {
-        let tangent = Coulomb::new(k_t, friction);
-        build.build(Contact {
-            normal,
-            tangent,
-            dashpot,
-        })
+        Coulomb::new(stiffness, friction)
     } else {
-        let tangent = Smooth;
-        build.build(Contact {
-            normal,
-            tangent,
-            dashpot,
-        })
-    }
-}
-
-fn with_mindlin<N: Normal, F: ForLaw>(
-    normal: N,
-    tangent: Mindlin,
-    ratio: f64,
-    build: F,
-) -> F::Output {
-    let smooth = Smooth;
-    match (tangent.friction > 0.0, ratio > 0.0) {
-        (true, true) => build.build(Contact {
-            normal,
-            tangent,
-            dashpot: Tsuji { ratio },
-        }),
-        (true, false) => build.build(Contact {
-            normal,
-            tangent,
-            dashpot: Elastic,
-        }),
-        (false, true) => build.build(Contact {
-            normal,
-            tangent: smooth,
-            dashpot: Tsuji { ratio },
-        }),
-        (false, false) => build.build(Contact {
-            normal,
-            tangent: smooth,
-            dashpot: Elastic,
-        }),
-    }
-}
-
-/// Adds rolling resistance to a law of any type.
-struct WithRolling<F> {
-    friction: f64,
-    build: F,
-}
-
-impl<F: ForLaw> ForLaw for WithRolling<F> {
-    type Output = F::Output;
-    fn build<L: Law>(self, law: L) -> F::Output {
-        let friction = self.friction;
-        self.build.build(Rolling { law, friction })
+        Coulomb::SMOOTH
     }
 }
 

@@ -49,7 +49,6 @@ pub struct Contact<N, T, D> {
 impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
     type History = Memory<T::State, D::State>;
     type Pair = (N::Pair, D::Pair);
-    const MOTION: bool = T::ACTIVE || D::ACTIVE;
 
     fn pair(&self, properties: &PairProperties) -> Self::Pair {
         let normal = self.normal.pair(properties);

@@ -8,8 +8,6 @@ pub trait Dashpot: Plain {
     type State: Numbers;
     /// The constants of a pair.
     type Pair: Plain;
-    /// Whether there is a dashpot.
-    const ACTIVE: bool;
     /// Fraction of critical damping of a pair of reduced mass `mass` (kg/m), for the step limit.
     fn ratio(&self, mass: f64) -> f64;
     /// The constants of a pair of reduced mass `mass` (kg/m) whose stiffness in either direction is `stiffness` (N/m),
@@ -29,7 +27,6 @@ pub struct Elastic;
 impl Dashpot for Elastic {
     type State = ();
     type Pair = ();
-    const ACTIVE: bool = false;
     fn ratio(&self, _: f64) -> f64 {
         0.0
     }
@@ -61,7 +58,6 @@ pub struct Viscous {
 impl Dashpot for Viscous {
     type State = [f64; 2];
     type Pair = [f64; 2];
-    const ACTIVE: bool = true;
     /// If the dashpots are those of a larger mass, their ratio for the pair is larger by the root: `2 zeta sqrt(k M) =
     /// 2 zeta sqrt(M/m) sqrt(k m)`.
     fn ratio(&self, mass: f64) -> f64 {
@@ -95,7 +91,6 @@ impl Dashpot for Tsuji {
     type State = [f64; 2];
     /// Reduced mass in kg/m.
     type Pair = f64;
-    const ACTIVE: bool = true;
     fn ratio(&self, _: f64) -> f64 {
         self.ratio
     }

@@ -188,7 +188,6 @@ pub struct Mixed(pub Table<AnyLaw>);
 impl Law for Mixed {
     type History = AnyMemory;
     type Pair = AnyPair;
-    const MOTION: bool = true;
 
     fn pair(&self, properties: &PairProperties) -> AnyPair {
         match self.0.law(properties) {

@@ -1,5 +1,5 @@
-//! Contact laws as types. One `match` at configuration chooses the law ([`choice`]), so no loop branches on it. A law
-//! without history takes no memory (STYLE.md habit 3).
+//! Contact laws as values. There are few types, one for each kind of law, and a law that lacks a part has zeros for it:
+//! no friction, no damping. One `match` at configuration chooses the type ([`choice`]), so no loop branches on it.
 //!
 //! A law is a normal spring ([`normal`]), a tangential part ([`tangent`]) and a dashpot ([`dashpot`]), combined by
 //! [`contact::Contact`]. [`rolling`] adds a moment to any law. [`table`] holds one law for each pair of surfaces,
@@ -154,7 +154,6 @@ impl std::ops::AddAssign for Loss {
 /// impl Law for Square {
 ///     type History = (); // nothing to remember
 ///     type Pair = (); // no constants of a pair
-///     const MOTION: bool = false;
 ///
 ///     fn pair(&self, _: &PairProperties) {}
 ///
@@ -209,8 +208,6 @@ pub trait Law: Clone + Send + Sync + std::fmt::Debug + 'static {
     type History: Numbers;
     /// Constants of a pair, computed once when the pair enters a list.
     type Pair: Plain;
-    /// Whether the law uses motion: [`Kinematics::moved`], [`Kinematics::velocity`], [`Kinematics::rolled`].
-    const MOTION: bool;
 
     /// The constants of a pair.
     fn pair(&self, properties: &PairProperties) -> Self::Pair;

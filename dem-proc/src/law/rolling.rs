@@ -102,7 +102,6 @@ impl<L: Law> Law for Rolling<L> {
     type History = Rolled<L::History>;
     /// Constants of the law for the forces, and `mu_r R*`.
     type Pair = (L::Pair, f64);
-    const MOTION: bool = true;
 
     fn pair(&self, properties: &PairProperties) -> Self::Pair {
         (self.law.pair(properties), self.friction * properties.radius)

@@ -50,7 +50,6 @@ impl<L: Copy> Table<L> {
 impl<L: Law + Copy> Law for Table<L> {
     type History = L::History;
     type Pair = (L, L::Pair);
-    const MOTION: bool = L::MOTION;
 
     fn pair(&self, properties: &PairProperties) -> Self::Pair {
         let law = self.law(properties);

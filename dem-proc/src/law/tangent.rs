@@ -6,8 +6,6 @@ use super::history::{Numbers, Plain};
 pub trait Tangent: Plain {
     /// History.
     type State: Numbers;
-    /// Whether there is friction.
-    const ACTIVE: bool;
     /// `k_t` in N/m of a contact whose normal stiffness is `k_n`.
     fn stiffness(&self, k_n: f64) -> f64;
     /// The tangential force of this step. Friction limits it to mu times `pressing`, the normal force. `dashpot` is the
@@ -47,35 +45,6 @@ pub(super) fn within(x: f64, limit: f64) -> f64 {
     if x > -limit { x } else { -limit }
 }
 
-/// No friction: no tangential force, no history.
-#[derive(Debug, Clone, Copy)]
-pub struct Smooth;
-
-impl Tangent for Smooth {
-    type State = ();
-    const ACTIVE: bool = false;
-    #[inline]
-    fn stiffness(&self, _: f64) -> f64 {
-        0.0
-    }
-    #[inline]
-    fn slide(&self, _: f64, _: f64, _: f64, _: f64, (): &()) -> Slide<()> {
-        Slide {
-            spring: 0.0,
-            dashpot: 0.0,
-            state: (),
-            loss: 0.0,
-        }
-    }
-    #[inline]
-    fn separate(&self, _: f64, (): &()) -> f64 {
-        0.0
-    }
-    fn energy(&self, (): &()) -> f64 {
-        0.0
-    }
-}
-
 /// Coulomb friction with an incremental tangential spring (Jiang 2020 eq. 43 and the text below it).
 #[derive(Debug, Clone, Copy)]
 pub struct Coulomb {
@@ -88,7 +57,7 @@ pub struct Coulomb {
 }
 
 impl Coulomb {
-    /// No friction, for a table in which other laws have friction.
+    /// No friction.
     pub const SMOOTH: Self = Self {
         stiffness: 0.0,
         compliance: 0.0,
@@ -124,7 +93,6 @@ impl Numbers for Elongation {
 
 impl Tangent for Coulomb {
     type State = Elongation;
-    const ACTIVE: bool = true;
     #[inline]
     fn stiffness(&self, _: f64) -> f64 {
         self.stiffness
@@ -174,7 +142,7 @@ pub struct Mindlin {
 }
 
 impl Mindlin {
-    /// No friction, for a table in which other laws have friction.
+    /// No friction.
     pub const SMOOTH: Self = Self {
         ratio: 0.0,
         friction: 0.0,
@@ -204,7 +172,6 @@ impl Numbers for Sheared {
 
 impl Tangent for Mindlin {
     type State = Sheared;
-    const ACTIVE: bool = true;
     #[inline]
     fn stiffness(&self, k_n: f64) -> f64 {
         self.ratio * k_n

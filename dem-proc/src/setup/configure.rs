@@ -9,6 +9,7 @@ use crate::body::bodies::{Bodies, Body};
 use crate::body::surfaces::Surfaces;
 use crate::contact::approach::{first_contact, outer_acceleration};
 use crate::contact::convex::{ConvexContacts, Measure};
+use crate::contact::impact::SurfaceMotion;
 use crate::contact::nearest::NearestEdge;
 use crate::contact::overlap::OverlapArea;
 use crate::contact::pairs::{BodyContacts, BodySide};
@@ -17,7 +18,7 @@ use crate::contact::point_side::PointSide;
 use crate::contact::points::PointContacts;
 use crate::contact::segments::SegmentContacts;
 use crate::law::Law;
-use crate::law::choice::{ForLaw, normal_stiffness, with_law, with_table};
+use crate::law::choice::{ForLaw, normal_stiffness, with_laws, with_table};
 use crate::system::{Kicked, LimitConstants, Loads, System};
 use crate::threads::Threads;
 
@@ -95,12 +96,9 @@ fn pair_side(config: &DemConfig) -> Option<Box<dyn PairSide>> {
         touching: Touching::new(groups, |group| surfaces.number(&group.to_string())),
         skin: config.skin,
     };
-    Some(if pairs.iter().all(|pair| pair.law == *law) {
-        with_law(law, build)
-    } else {
-        let table: Vec<&ContactPair> = table.iter().collect();
-        with_table(&surfaces, law, &table, build)
-    })
+    let others = table.iter().filter(|pair| pair.law != *law);
+    let others: Vec<&ContactPair> = others.collect();
+    Some(with_laws(&surfaces, law, &others, build))
 }
 
 /// Contact between points and bodies.
@@ -115,11 +113,7 @@ fn point_side(config: &DemConfig, surfaces_of: &Surfaces) -> Box<dyn PointSide> 
     if config.interface == Interface::Segments {
         return with_table(surfaces_of, law, &table, SegmentsWith(build));
     }
-    if table.is_empty() {
-        with_law(law, build)
-    } else {
-        with_table(surfaces_of, law, &table, build)
-    }
+    with_laws(surfaces_of, law, &table, build)
 }
 
 /// Contact between bodies by `law` and the pairs of the table, with the measure of overlap that the scene chooses.
@@ -127,11 +121,8 @@ fn body_side(config: &DemConfig, surfaces: &Surfaces, law: &ContactLaw) -> Box<d
     let table: Vec<&ContactPair> = config.body_pairs().map(|(_, pair)| pair).collect();
     let skin = config.skin;
     match config.overlap {
-        // Without pairs of bodies in the table, no loop pays for a table.
-        OverlapMeasure::EachEdge if table.is_empty() => with_law(law, EdgesWith { skin }),
-        OverlapMeasure::EachEdge => with_table(surfaces, law, &table, EdgesWith { skin }),
-        // The other measures always use the few types of the table, whose unused parts are zero. A type for every
-        // combination would double the compile time, for code that need not be fast.
+        OverlapMeasure::EachEdge => with_laws(surfaces, law, &table, EdgesWith { skin }),
+        // The other measures need not be fast.
         OverlapMeasure::NearestEdge => {
             let measure = NearestEdge;
             with_table(surfaces, law, &table, ConvexWith { measure, skin })
@@ -181,6 +172,7 @@ pub fn configure(config: &DemConfig) -> Result<(System, Readiness), Refusal> {
         loads: Loads::of(n),
         kicked: Kicked {
             velocities: vec![(Vec2::zeros(), 0.0); n],
+            motions: vec![SurfaceMotion::default(); n],
             ..Kicked::default()
         },
         speed: bodies.initial_speed(),
