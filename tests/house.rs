@@ -229,13 +229,18 @@ fn branches(tree: &str) -> Vec<String> {
     let Some((before, group)) = tree.split_once('{') else {
         return vec![tree.trim().trim_end_matches("::self").to_owned()];
     };
-    let group = &group[..group.rfind('}').expect("a group ends")];
+    // A text that has "use" in it is none.
+    let Some((group, _)) = group.rsplit_once('}') else {
+        return Vec::new();
+    };
     let (mut deep, mut paths) = (0, Vec::new());
     for branch in group.split(|c| {
         deep += i32::from(c == '{') - i32::from(c == '}');
         deep == 0 && c == ','
     }) {
-        paths.extend(branches(&format!("{}{}", before.trim(), branch.trim())));
+        if !branch.trim().is_empty() {
+            paths.extend(branches(&format!("{}{}", before.trim(), branch.trim())));
+        }
     }
     paths
 }
