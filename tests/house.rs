@@ -255,7 +255,11 @@ fn add(files: &mut BTreeMap<Module, File>, path: &Path, module: &[String]) {
             .iter()
             .find(|path| path.exists())
             .expect("a module has a file");
-        add(files, found, &[module, &[child.clone()]].concat());
+        add(
+            files,
+            found,
+            &[module, std::slice::from_ref(child)].concat(),
+        );
     }
     files.insert(module.to_vec(), file);
 }

@@ -63,14 +63,11 @@ fn anchors(page: &str) -> BTreeSet<String> {
             .chars()
             .filter(|c| c.is_alphanumeric() || "-_".contains(*c))
             .collect();
-        let given = (0..).map(|k| {
-            if k == 0 {
-                name.clone()
-            } else {
-                format!("{name}-{k}")
-            }
+        let mut given = (0..).map(|k| match k {
+            0 => name.clone(),
+            k => format!("{name}-{k}"),
         });
-        let new = given.into_iter().find(|name| !anchors.contains(name));
+        let new = given.find(|name| !anchors.contains(name));
         anchors.extend(new);
     }
     anchors
@@ -102,7 +99,8 @@ fn target(from: &str, link: &str) -> Option<(String, Option<String>)> {
 #[test]
 fn every_link_leads_to_a_file_and_a_heading_and_every_page_is_in_the_summary_once() {
     let files = listed();
-    let pages = files.iter().filter(|name| name.ends_with(".md"));
+    let is_page = |name: &&String| Path::new(name).extension().is_some_and(|e| e == "md");
+    let pages = files.iter().filter(is_page);
     let pages: BTreeMap<&str, String> = pages.map(|name| (name.as_str(), text(name))).collect();
     let (mut wrong, mut count) = (Vec::new(), 0);
     let mut unlisted: BTreeSet<&str> = pages

@@ -293,6 +293,7 @@ fn high(shape: BodyShape, a: f64) -> BodyConfig {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table")]
 fn a_body_driven_through_a_body_is_named_whatever_the_measure() {
     use OverlapMeasure::{Area, EachEdge, NearestEdge};
     let plate = polygon(&[[-1.0, -0.02], [1.0, -0.02], [1.0, 0.02], [-1.0, 0.02]]);

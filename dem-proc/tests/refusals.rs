@@ -140,6 +140,7 @@ fn every_bad_body_is_named() {
 }
 
 #[test]
+#[expect(clippy::too_many_lines, reason = "a table")]
 fn every_bad_setting_is_named() {
     let law = |n, t, mu, zeta| ContactLaw::Linear {
         normal_stiffness: n,

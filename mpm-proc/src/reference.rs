@@ -191,6 +191,10 @@ impl Reference {
     }
 
     /// One step; `forces` holds a contact force for each point.
+    #[expect(
+        clippy::too_many_lines,
+        reason = "a step from top to bottom, as it is written on paper"
+    )]
     pub fn step(&mut self, dt_before: f64, dt: f64, forces: &[[f64; 2]]) {
         let kick = 0.5 * (dt_before + dt);
         let start = self.momentum();

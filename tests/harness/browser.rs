@@ -52,25 +52,30 @@ impl Reader {
     pub fn go(url: &str, own: &str) -> Option<Self> {
         let profile = tempfile::tempdir().expect("a directory");
         let mut wire = Wire::to(&chromium()?, profile.path());
-        let target = wire.call("Target.createTarget", json!({ "url": "about:blank" }));
+        let target = wire.call("Target.createTarget", &json!({ "url": "about:blank" }));
         let session = json!({ "targetId": target["targetId"], "flatten": true });
-        let session = wire.call("Target.attachToTarget", session);
+        let session = wire.call("Target.attachToTarget", &session);
         wire.session = Some(session["sessionId"].clone());
         for domain in ["Log", "Runtime", "Network", "Page"] {
-            wire.call(&format!("{domain}.enable"), json!({}));
+            wire.call(&format!("{domain}.enable"), &json!({}));
         }
-        wire.call("Page.navigate", json!({ "url": url }));
+        wire.call("Page.navigate", &json!({ "url": url }));
         let reader = Self {
             wire: wire.into(),
             own: own.to_owned(),
             _profile: profile,
         };
-        let ready = || reader.ask("document.documentElement?.dataset.ready !== undefined") == true;
+        let asked = json!({ "expression": "document.documentElement.dataset.ready !== undefined", "returnByValue": true });
+        // An error says that the page is between two documents.
+        let ready = || {
+            let answer = reader.wire.borrow_mut().answer("Runtime.evaluate", &asked);
+            answer["result"]["result"]["value"] == true
+        };
         until(PATIENCE, || ready().then_some(())).expect("the page starts");
         Some(reader)
     }
 
-    fn call(&self, method: &str, parameters: Value) -> Value {
+    fn call(&self, method: &str, parameters: &Value) -> Value {
         self.wire.borrow_mut().call(method, parameters)
     }
 
@@ -83,7 +88,7 @@ impl Reader {
             "awaitPromise": true,
             "returnByValue": true,
         });
-        let answer = self.call("Runtime.evaluate", how);
+        let answer = self.call("Runtime.evaluate", &how);
         let failed = &answer["exceptionDetails"];
         assert!(failed.is_null(), "{expression}: {failed}");
         let text = answer["result"]["value"].as_str().unwrap_or("null");
@@ -100,12 +105,12 @@ impl Reader {
     pub fn look(&self, width: u32, dark: bool) {
         let size =
             json!({ "width": width, "height": 900, "deviceScaleFactor": 1, "mobile": false });
-        self.call("Emulation.setDeviceMetricsOverride", size);
+        self.call("Emulation.setDeviceMetricsOverride", &size);
         let scheme = if dark { "dark" } else { "light" };
         let scheme = json!({ "name": "prefers-color-scheme", "value": scheme });
         self.call(
             "Emulation.setEmulatedMedia",
-            json!({ "features": [scheme] }),
+            &json!({ "features": [scheme] }),
         );
         // What watches sizes is told with the next pictures.
         self.ask("await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(1))))");
@@ -127,15 +132,15 @@ impl Reader {
             press["type"] = json!("keyDown");
             press["text"] = json!(key);
         }
-        self.call("Input.dispatchKeyEvent", press);
+        self.call("Input.dispatchKeyEvent", &press);
         let release =
             json!({ "type": "keyUp", "key": key, "code": code, "windowsVirtualKeyCode": number });
-        self.call("Input.dispatchKeyEvent", release);
+        self.call("Input.dispatchKeyEvent", &release);
     }
 
     /// A picture of all that is on the screen, as PNG in base64.
     pub fn screenshot(&self, name: &str) -> String {
-        let picture = self.call("Page.captureScreenshot", json!({ "format": "png" }));
+        let picture = self.call("Page.captureScreenshot", &json!({ "format": "png" }));
         let picture = picture["data"].as_str().expect("a picture").to_owned();
         // For people: where a folder is named, what the tests have seen is kept.
         if let Some(folder) = std::env::var_os("TANDEM_SCREENSHOTS") {
@@ -233,8 +238,15 @@ impl Wire {
         }
     }
 
+    /// The result of a command.
+    fn call(&mut self, method: &str, parameters: &Value) -> Value {
+        let mut answer = self.answer(method, parameters);
+        assert!(answer["error"].is_null(), "{method}: {answer}");
+        answer["result"].take()
+    }
+
     /// Sends a command, and waits for its answer.
-    fn call(&mut self, method: &str, parameters: Value) -> Value {
+    fn answer(&mut self, method: &str, parameters: &Value) -> Value {
         self.sent += 1;
         let mut command = json!({ "id": self.sent, "method": method, "params": parameters });
         if let Some(session) = &self.session {
@@ -245,10 +257,9 @@ impl Wire {
             .expect("Chromium listens");
         loop {
             let answer = self.messages.recv_timeout(PATIENCE);
-            let mut message = answer.unwrap_or_else(|e| panic!("Chromium, {method}: {e}"));
+            let message = answer.unwrap_or_else(|e| panic!("Chromium, {method}: {e}"));
             if message["id"] == self.sent {
-                assert!(message["error"].is_null(), "{method}: {message}");
-                return message["result"].take();
+                return message;
             }
             self.events.push(message);
         }

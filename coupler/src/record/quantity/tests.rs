@@ -46,6 +46,7 @@ const EXPECTED: [(&str, f64); 39] = [
 ];
 
 /// Calls `act` with the quantities of a scene, a measurement of it, and the values of a first sample.
+#[expect(clippy::too_many_lines, reason = "a table")]
 fn with_measured(act: impl FnOnce(&Quantities, &Measured, &[f64])) {
     let quantities = Quantities::new(
         ["disc"],
