@@ -103,7 +103,9 @@ impl<N: Normal, T: Tangent, D: Dashpot> Law for Contact<N, T, D> {
             kinematics.moved[1],
             &before.tangent,
         );
-        let exerted = [pressing - spring, slide.dashpot];
+        // Without damping the limit of friction leaves the rounding of the spring's force, which is no work of a dashpot.
+        let dashpot = if viscous_t == 0.0 { 0.0 } else { slide.dashpot };
+        let exerted = [pressing - spring, dashpot];
         let (viscous, dashpot) = D::remember(exerted, kinematics.moved, &before.dashpot);
         Response {
             normal: pressing,
