@@ -5,7 +5,8 @@ use std::path::Path;
 use super::playback::Begin;
 use super::{About, Message, Playback, RecordingError};
 use crate::message::Kind;
-use crate::message::control::Party;
+use crate::message::codec::decode;
+use crate::message::control::{Order, Party};
 use crate::message::wire::Grant;
 
 /// The point at which a run continues.
@@ -132,6 +133,10 @@ impl MomentFilter {
         {
             self.over |= !self.moment.is_after(grant.epoch, grant.first);
         }
+        // It ended an attempt to go on, before the moment at which the run goes on now.
+        if channel.kind == Kind::Order && matches!(decode(&message.payload), Ok(Order::Abort(_))) {
+            return false;
+        }
         if channel.kind == Kind::Report && !self.over {
             let solver = usize::from(channel.is_of(Party::Dem));
             self.reported[solver] = Some(header.step);
@@ -146,5 +151,27 @@ impl MomentFilter {
         let coupled = self.reported.iter().all(Option::is_some);
         let answered = !coupled || self.answered.is_some_and(|last| last + 1 == step);
         reported.clone().count() > 0 && reported.clone().all(|next| *next == step) && answered
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::message::Channel;
+    use crate::message::codec::encode;
+    use crate::message::wire::StepHeader;
+
+    /// An attempt to go on that was interrupted before its first grant left its Abort in the recording for good.
+    #[test]
+    fn an_abort_before_the_moment_is_not_kept() {
+        let moment = Moment { step: 19, epoch: 1 };
+        let order = |order: &Order| Message {
+            channel: Channel::of(Party::Dem, Kind::Order),
+            header: StepHeader::default(),
+            payload: encode(order),
+        };
+        let mut filter = MomentFilter::new(moment);
+        assert!(!filter.keeps(&order(&Order::Abort("interrupted".into()))));
+        assert!(filter.keeps(&order(&Order::Drain)));
     }
 }
