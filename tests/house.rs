@@ -40,11 +40,7 @@ const WORDS: [(&[&str], &str, &[&str]); 2] = [
         "interface/src/core/",
         &[],
     ),
-    (
-        &["sched_yield", "yield_now"],
-        "",
-        &["tests/house.rs"],
-    ),
+    (&["sched_yield", "yield_now"], "", &["tests/house.rs"]),
 ];
 
 fn packages() -> Vec<Value> {

@@ -61,7 +61,7 @@ pub fn wait<A: Awaited>(
         if waited >= deadline {
             return Err(waited);
         }
-        awaited.block(A::NAP.min(deadline - waited));
+        awaited.block(A::NAP.min(deadline.saturating_sub(waited)));
         if let Some(found) = awaited.look() {
             spin.ended(limit, begin.elapsed());
             return Ok(found);

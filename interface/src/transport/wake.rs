@@ -161,7 +161,7 @@ mod tests {
     use super::*;
     use std::time::Instant;
 
-    const LONG: Duration = Duration::from_secs(60);
+    const LONG: Duration = Duration::from_mins(1);
 
     fn ends() -> (tempfile::TempDir, Wakes, Wakes) {
         let directory = tempfile::tempdir().unwrap();
