@@ -82,8 +82,7 @@ pub fn plan(args: &PlanArgs) -> ExitCode {
             if let Some(more) = begin(&mut scene)? {
                 say(format_args!("  warning  {more}"));
             }
-            let options = options(&args.how, false, &scene).ok();
-            if let Some(shortage) = options.and_then(|o| machine::shortage(&scene, &o)) {
+            if let Some(shortage) = machine::shortage(&scene, &args.how) {
                 say(format_args!("  warning  {shortage}"));
             }
             say_cost(&scene, args);

@@ -3,8 +3,9 @@
 use std::fs;
 use std::time::Duration;
 
-use coupler::run::{RunOptions, Solvers};
 use coupler::scene::Scene;
+
+use crate::cli::HowArgs;
 
 /// Says it in the log, not on standard error.
 pub fn log() {
@@ -41,17 +42,17 @@ fn system() -> String {
 
 /// Says that fewer processors are free than the solvers have threads, and what that costs (docs/decisions/0006-waiting.md);
 /// `None` if there are enough. The coupler is not counted: it sleeps while the solvers compute.
-pub fn shortage(scene: &Scene, options: &RunOptions) -> Option<String> {
-    let solvers = match options.solvers {
-        Solvers::Processes { .. } => {
-            usize::from(scene.mpm.is_some()) + usize::from(scene.dem.is_some())
-        }
-        Solvers::InProcess { .. } => 1,
+pub fn shortage(scene: &Scene, how: &HowArgs) -> Option<String> {
+    let solvers = if how.in_process {
+        1
+    } else {
+        usize::from(scene.mpm.is_some()) + usize::from(scene.dem.is_some())
     };
-    let threads = solvers * options.threads;
+    let threads = solvers * usize::from(how.threads);
     let allowed = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
-    let free = free(allowed, other_load(), online());
-    (free < threads).then(|| shortage_in_words(solvers, options.threads, allowed, free))
+    let (others, online) = load();
+    let free = free(allowed, others, online);
+    (free < threads).then(|| shortage_in_words(solvers, threads, allowed, free))
 }
 
 /// Of the processors that this process may use, how many nobody uses: others run on those it may not use first.
@@ -61,7 +62,6 @@ fn free(allowed: usize, others: usize, online: usize) -> usize {
 }
 
 fn shortage_in_words(solvers: usize, threads: usize, allowed: usize, free: usize) -> String {
-    let wanted = solvers * threads;
     let all = if allowed == 1 {
         "processor"
     } else {
@@ -73,24 +73,29 @@ fn shortage_in_words(solvers: usize, threads: usize, allowed: usize, free: usize
         ""
     };
     format!(
-        "the solvers compute in {wanted} threads, and {free} of {allowed} {all} are free: beside two busy programs on two \
-         processors runs take 1.3 to 1.8 times as long, beside four 1.8 to 2.9 times{in_process}"
+        "the solvers compute in {threads} threads, and {free} of {allowed} {all} are free: beside two busy programs on two \
+         processors runs take 1.6 to 1.8 times as long, beside four 2.5 to 3.1 times{in_process}"
     )
 }
 
-/// How many other threads want a processor at present: the least of a few looks, so that what is over at once does not
-/// count.
-fn other_load() -> usize {
+/// How many other threads want a processor at present, and how many processors the machine has. Of a few looks the one with
+/// the least load counts, so that what is over at once does not.
+fn load() -> (usize, usize) {
     const LOOKS: usize = 4;
     const APART: Duration = Duration::from_millis(2);
-    let looks = (0..LOOKS).map(|look| {
+    let (mut least, mut online) = (usize::MAX, 0);
+    for look in 0..LOOKS {
         if look > 0 {
             std::thread::sleep(APART);
         }
         let text = fs::read_to_string("/proc/stat").unwrap_or_default();
-        running(&text).saturating_sub(1)
-    });
-    looks.min().unwrap_or(0)
+        least = least.min(running(&text).saturating_sub(1));
+        online = processors(&text);
+        if least == 0 {
+            break;
+        }
+    }
+    (least, online)
 }
 
 /// The number of threads that run or could run, from the text of `/proc/stat`; this one is among them.
@@ -102,14 +107,13 @@ fn running(stat: &str) -> usize {
         .unwrap_or(1)
 }
 
-/// Processors of the machine.
-fn online() -> usize {
-    let text = fs::read_to_string("/proc/stat").unwrap_or_default();
+/// The number of processors that are online, from the same text.
+fn processors(stat: &str) -> usize {
     let is_one = |line: &&str| {
         let digits = line.strip_prefix("cpu");
         digits.is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
     };
-    text.lines().filter(is_one).count()
+    stat.lines().filter(is_one).count()
 }
 
 #[cfg(test)]
@@ -128,8 +132,9 @@ mod tests {
 
     #[test]
     fn the_load_is_read_from_the_system() {
-        assert_eq!(running("cpu  1 2\nprocs_running 3\nprocs_blocked 0\n"), 3);
+        let text = "cpu  1 2\ncpu0 1 1\ncpu1 0 1\nprocs_running 3\nprocs_blocked 0\n";
+        assert_eq!((running(text), processors(text)), (3, 2));
         assert_eq!(running(""), 1);
-        assert!(online() >= 1);
+        assert!(load().1 >= 1);
     }
 }

@@ -75,7 +75,7 @@ pub fn run(args: &RunArgs) -> ExitCode {
     if args.watch {
         watch::beside(&out);
     }
-    begin(&scene, &options, &out);
+    begin(&scene, &args.how, &out);
     if let Some(killed) = killed {
         tracing::info!("the earlier run in {}: {}", out.display(), killed.words());
     }
@@ -123,7 +123,7 @@ pub fn resume(args: &ResumeArgs) -> ExitCode {
         Err(error) => return refuse(&error),
     };
     logging::of_run(&log, args.how.log);
-    begin(&scene, &options, &args.dir);
+    begin(&scene, &args.how, &args.dir);
     let finished = if let Some(resumed) = resumed {
         go_on(resumed, &scene, &options, &dir)
     } else {
@@ -171,7 +171,7 @@ fn with_advice(error: &RunDirError) -> String {
 }
 
 /// What is said and done before any run.
-fn begin(scene: &Scene, options: &RunOptions, out: &Path) {
+fn begin(scene: &Scene, how: &HowArgs, out: &Path) {
     for id in sweep(Duration::ZERO).removed {
         tracing::info!("removed the files of the dead run {id}");
     }
@@ -181,7 +181,7 @@ fn begin(scene: &Scene, options: &RunOptions, out: &Path) {
     for note in scene.notes() {
         tracing::info!("{note}");
     }
-    if let Some(shortage) = machine::shortage(scene, options) {
+    if let Some(shortage) = machine::shortage(scene, how) {
         tracing::warn!("{shortage}");
     }
     machine::log();

@@ -178,8 +178,8 @@ impl SimulatedHost {
                 payload: payload.clone(),
             });
         }
-        let rung = channel.wakes() && self.random.unit() >= self.lost_wakes;
-        if rung {
+        let woken = channel.wakes() && self.random.unit() >= self.lost_wakes;
+        if woken {
             self.wake[j] = self.wake[j].min(arrives);
         }
         Ok(())
