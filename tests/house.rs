@@ -60,6 +60,35 @@ fn packages() -> Vec<Value> {
     told["packages"].as_array().expect("packages").clone()
 }
 
+/// `cargo run` and `cargo test` build all dependencies once, as long as tests, benchmarks and examples want no feature of one
+/// that the program does without: `Cargo.toml` of the program names those that they want.
+#[test]
+fn the_program_and_its_tests_share_their_dependencies() {
+    let tree = |scope: &[&str]| -> BTreeSet<String> {
+        let told = Command::new(env!("CARGO"))
+            .args(["tree", "--offline", "--prefix", "none", "--no-dedupe"])
+            .args(["--format", "{p} {f}"])
+            .args(scope)
+            .current_dir(root())
+            .output()
+            .unwrap();
+        assert!(
+            told.status.success(),
+            "{}",
+            String::from_utf8_lossy(&told.stderr)
+        );
+        let text = String::from_utf8(told.stdout).expect("names of crates");
+        text.lines().map(str::to_owned).collect()
+    };
+    let of_program = tree(&["--edges", "normal"]);
+    let of_tests = tree(&["--workspace", "--edges", "normal,dev"]);
+    let apart: Vec<&String> = of_program.difference(&of_tests).collect();
+    assert!(
+        apart.is_empty(),
+        "tests want them with more features: {apart:#?}"
+    );
+}
+
 #[test]
 fn arrows_between_crates_point_down() {
     let arrows = ARROWS

@@ -15,7 +15,7 @@ use interface::step::Step;
 use serde::{Deserialize, Serialize};
 
 use crate::kernel::shape::Shape;
-use crate::kernel::transfer::Transfer;
+use crate::kernel::transfer::AffineState;
 use crate::pass::select_imps::select_imps;
 use crate::pass::select_pairs::near_one_another;
 #[cfg(test)]
@@ -27,9 +27,9 @@ use crate::state::saved::refusal;
 use crate::step;
 
 /// The layers of a scene.
-pub struct Layers<const W: usize, S: Shape<W>, T: Transfer> {
+pub struct Layers<const W: usize, S: Shape<W>, A: AffineState> {
     /// One continuum of one cloud for each group.
-    all: Vec<Continuum<W, S, T>>,
+    all: Vec<Continuum<W, S, A>>,
     /// Groups whose points touch.
     pairs: Vec<[usize; 2]>,
     /// The IMPs of all layers by id; those of one layer follow one another.
@@ -38,9 +38,9 @@ pub struct Layers<const W: usize, S: Shape<W>, T: Transfer> {
     measurement: MpmMeasurement,
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Layers<W, S, T> {
+impl<const W: usize, S: Shape<W>, A: AffineState> Layers<W, S, A> {
     /// Layers of one cloud each, of which `pairs` touch.
-    pub fn new(all: Vec<Continuum<W, S, T>>, pairs: Vec<[usize; 2]>) -> Self {
+    pub fn new(all: Vec<Continuum<W, S, A>>, pairs: Vec<[usize; 2]>) -> Self {
         Self {
             all,
             pairs,
@@ -63,7 +63,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Layers<W, S, T> {
     /// The slots of each layer.
     fn slots(&self) -> Vec<Range<usize>> {
         let mut end = 0;
-        let of = |layer: &Continuum<W, S, T>| {
+        let of = |layer: &Continuum<W, S, A>| {
             let start = end;
             end += layer.imps.members.len();
             start..end
@@ -72,7 +72,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Layers<W, S, T> {
     }
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Layers<W, S, T> {
+impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Layers<W, S, A> {
     fn predict(&mut self, step: &Step) -> Result<(), Fault> {
         (self.all.iter_mut()).try_for_each(|layer| step::predict(layer, step))
     }
@@ -159,7 +159,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Layers<W, S, T> {
     }
 
     fn restore(&mut self, saved: &[u8]) -> Result<(), Refusal> {
-        let SavedLayers { all } = unpack::<SavedLayers<T::Affine>>(SAVED, saved)?;
+        let SavedLayers { all } = unpack::<SavedLayers<A>>(SAVED, saved)?;
         let (found, expected) = (all.len(), self.all.len());
         if found != expected {
             let text = format!("{found} layers, the configuration has {expected}");

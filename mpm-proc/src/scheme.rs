@@ -6,7 +6,7 @@ use interface::solver::{Fault, MpmMeasurement, Refusal};
 use interface::step::Step;
 
 use crate::kernel::shape::Shape;
-use crate::kernel::transfer::Transfer;
+use crate::kernel::transfer::AffineState;
 use crate::pass::select_imps::select_imps;
 use crate::pass::select_markers::select_markers;
 #[cfg(test)]
@@ -60,7 +60,7 @@ pub trait Scheme: Send {
     fn just_sorted(&self) -> bool;
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Continuum<W, S, T> {
+impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Continuum<W, S, A> {
     fn predict(&mut self, step: &Step) -> Result<(), Fault> {
         step::predict(self, step)
     }
@@ -96,7 +96,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Continuum<W, S, T> {
     }
 
     fn points(&self) -> Vec<PointState> {
-        let point = |group: usize, cloud: &Cloud<W, S, T::Affine>, (i, &lane): (usize, &u32)| {
+        let point = |group: usize, cloud: &Cloud<W, S, A>, (i, &lane): (usize, &u32)| {
             let (stress, volume) = cloud.material.strained(lane as usize);
             let plastic = cloud.material.plastic_strain(lane as usize);
             PointState {

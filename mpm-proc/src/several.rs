@@ -5,7 +5,7 @@ use interface::message::wire::{GroupState, Ledger, Limits, PointState};
 use interface::solver::MpmMeasurement;
 
 use crate::kernel::shape::Shape;
-use crate::kernel::transfer::Transfer;
+use crate::kernel::transfer::AffineState;
 use crate::scheme::Scheme;
 use crate::state::continuum::Continuum;
 
@@ -23,9 +23,9 @@ pub fn narrowest(a: &Limits, b: &Limits) -> Limits {
 
 /// The measurement of all continua: sums, and the records of groups, of probes and of holds, each in the order of the
 /// scene.
-pub fn measure<'a, const W: usize, S: Shape<W>, T: Transfer>(
+pub fn measure<'a, const W: usize, S: Shape<W>, A: AffineState>(
     into: &mut MpmMeasurement,
-    continua: impl Iterator<Item = &'a Continuum<W, S, T>>,
+    continua: impl Iterator<Item = &'a Continuum<W, S, A>>,
 ) {
     let MpmMeasurement { ledger, groups } = into;
     *ledger = Ledger::default();
@@ -64,10 +64,10 @@ fn add(sum: &mut Ledger, of: &Ledger) {
 }
 
 /// All points; each continuum is the group of its place.
-pub fn points<'a, const W: usize, S: Shape<W>, T: Transfer>(
-    continua: impl Iterator<Item = &'a Continuum<W, S, T>>,
+pub fn points<'a, const W: usize, S: Shape<W>, A: AffineState>(
+    continua: impl Iterator<Item = &'a Continuum<W, S, A>>,
 ) -> Vec<PointState> {
-    let of = |(group, continuum): (usize, &Continuum<W, S, T>)| {
+    let of = |(group, continuum): (usize, &Continuum<W, S, A>)| {
         let mut points = continuum.points();
         for p in &mut points {
             p.group = group as u32;

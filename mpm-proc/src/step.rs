@@ -5,7 +5,7 @@ use interface::solver::Fault;
 use interface::step::Step;
 
 use crate::kernel::shape::Shape;
-use crate::kernel::transfer::Transfer;
+use crate::kernel::transfer::AffineState;
 use crate::pass::contact::apply_contact;
 use crate::pass::damping::begin_stage;
 use crate::pass::grid_to_points::grid_to_points;
@@ -27,8 +27,8 @@ use crate::state::continuum::Continuum;
 ///
 /// # Errors
 /// A [`Fault`] that names the point.
-pub fn predict<const W: usize, S: Shape<W>, T: Transfer>(
-    c: &mut Continuum<W, S, T>,
+pub fn predict<const W: usize, S: Shape<W>, A: AffineState>(
+    c: &mut Continuum<W, S, A>,
     step: &Step,
 ) -> Result<(), Fault> {
     c.damping = begin_stage(&c.stages, &mut c.transfer, step);
@@ -42,8 +42,8 @@ pub fn predict<const W: usize, S: Shape<W>, T: Transfer>(
 ///
 /// # Errors
 /// A [`Fault`] that names the point.
-pub fn correct<const W: usize, S: Shape<W>, T: Transfer>(
-    c: &mut Continuum<W, S, T>,
+pub fn correct<const W: usize, S: Shape<W>, A: AffineState>(
+    c: &mut Continuum<W, S, A>,
     step: &Step,
     forces: &[ImpForce],
 ) -> Result<Limits, Fault> {
@@ -55,8 +55,8 @@ pub fn correct<const W: usize, S: Shape<W>, T: Transfer>(
 ///
 /// # Errors
 /// A [`Fault`] that names the point.
-pub fn move_nodes<const W: usize, S: Shape<W>, T: Transfer>(
-    c: &mut Continuum<W, S, T>,
+pub fn move_nodes<const W: usize, S: Shape<W>, A: AffineState>(
+    c: &mut Continuum<W, S, A>,
     step: &Step,
     forces: &[ImpForce],
 ) -> Result<ContactLoad, Fault> {
@@ -70,8 +70,8 @@ pub fn move_nodes<const W: usize, S: Shape<W>, T: Transfer>(
 ///
 /// # Errors
 /// A [`Fault`] that names the point.
-pub fn move_points<const W: usize, S: Shape<W>, T: Transfer>(
-    c: &mut Continuum<W, S, T>,
+pub fn move_points<const W: usize, S: Shape<W>, A: AffineState>(
+    c: &mut Continuum<W, S, A>,
     step: &Step,
     load: ContactLoad,
 ) -> Result<Limits, Fault> {

@@ -19,16 +19,16 @@ use crate::kernel::lanes::LANES;
 use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::TILE;
-use crate::kernel::transfer::Transfer;
+use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
 
 impl SharedNodes {
     /// Adds the gradients of grain `number` at the nodes where others have mass too.
-    pub fn add_density_gradients<const W: usize, S: Shape<W>, T: Transfer>(
+    pub fn add_density_gradients<const W: usize, S: Shape<W>, A: AffineState>(
         &mut self,
         number: usize,
-        continuum: &Continuum<W, S, T>,
+        continuum: &Continuum<W, S, A>,
     ) {
         let geometry = continuum.grid.geometry;
         for cloud in &continuum.clouds {

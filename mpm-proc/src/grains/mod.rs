@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{Threads, over_items};
-use crate::kernel::transfer::Transfer;
+use crate::kernel::transfer::AffineState;
 use crate::pass::images::follow;
 #[cfg(test)]
 use crate::pass::sort::sort;
@@ -34,8 +34,8 @@ use contact::SharedNodes;
 use rigid::{RigidMotion, SavedMotion, move_rigidly};
 
 /// A body of points with its own nodes.
-pub struct Grain<const W: usize, S: Shape<W>, T: Transfer> {
-    continuum: Continuum<W, S, T>,
+pub struct Grain<const W: usize, S: Shape<W>, A: AffineState> {
+    continuum: Continuum<W, S, A>,
     /// Its motion, if it moves as one rigid body.
     rigid: Option<RigidMotion>,
     /// The contact and the result of the present step.
@@ -44,8 +44,8 @@ pub struct Grain<const W: usize, S: Shape<W>, T: Transfer> {
 }
 
 /// All grains of a scene.
-pub struct Grains<const W: usize, S: Shape<W>, T: Transfer> {
-    all: Vec<Grain<W, S, T>>,
+pub struct Grains<const W: usize, S: Shape<W>, A: AffineState> {
+    all: Vec<Grain<W, S, A>>,
     shared: SharedNodes,
     /// Coefficient of Coulomb friction between grains.
     friction: f64,
@@ -57,10 +57,10 @@ pub struct Grains<const W: usize, S: Shape<W>, T: Transfer> {
     bodies_near: bool,
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
+impl<const W: usize, S: Shape<W>, A: AffineState> Grains<W, S, A> {
     /// Grains of one cloud each, of which some move as one, with friction between them.
     pub fn new(
-        continua: impl IntoIterator<Item = (Continuum<W, S, T>, bool)>,
+        continua: impl IntoIterator<Item = (Continuum<W, S, A>, bool)>,
         friction: f64,
         threads: Threads,
     ) -> Self {
@@ -101,7 +101,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
     /// Does `work` with every grain; returns the narrowest limits.
     fn each(
         &mut self,
-        work: &(impl Fn(&mut Grain<W, S, T>) -> Result<Limits, Fault> + Sync),
+        work: &(impl Fn(&mut Grain<W, S, A>) -> Result<Limits, Fault> + Sync),
     ) -> Result<Limits, Fault> {
         let (grains, chunk) = (&mut self.all, self.threads.grain(1));
         self.threads
@@ -148,7 +148,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
     }
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Grain<W, S, T> {
+impl<const W: usize, S: Shape<W>, A: AffineState> Grain<W, S, A> {
     fn move_nodes(&mut self, step: &Step) -> Result<Limits, Fault> {
         self.load = step::move_nodes(&mut self.continuum, step, &[])?;
         Ok(Limits::default())
@@ -173,8 +173,8 @@ struct SavedGrains<A> {
 /// The name of their format.
 const SAVED: &str = "grains";
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Grain<W, S, T> {
-    fn saved(&self) -> (SavedContinuum<T::Affine>, Option<SavedMotion>) {
+impl<const W: usize, S: Shape<W>, A: AffineState> Grain<W, S, A> {
+    fn saved(&self) -> (SavedContinuum<A>, Option<SavedMotion>) {
         let Self {
             continuum,
             rigid,
@@ -185,8 +185,8 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grain<W, S, T> {
     }
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
-    fn saved(&self) -> SavedGrains<T::Affine> {
+impl<const W: usize, S: Shape<W>, A: AffineState> Grains<W, S, A> {
+    fn saved(&self) -> SavedGrains<A> {
         let Self {
             all,
             shared: _,   // found anew in every step
@@ -203,7 +203,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
         }
     }
 
-    fn take_over(&mut self, saved: SavedGrains<T::Affine>) -> Result<(), Refusal> {
+    fn take_over(&mut self, saved: SavedGrains<A>) -> Result<(), Refusal> {
         let (found, expected) = (saved.all.len(), self.all.len());
         if found != expected {
             let text = format!("{found} grains, the configuration has {expected}");
@@ -230,7 +230,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Grains<W, S, T> {
     }
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Scheme for Grains<W, S, T> {
+impl<const W: usize, S: Shape<W>, A: AffineState> Scheme for Grains<W, S, A> {
     fn predict(&mut self, step: &Step) -> Result<(), Fault> {
         self.each(&|grain| step::predict(&mut grain.continuum, step).map(|()| Limits::default()))?;
         Ok(())

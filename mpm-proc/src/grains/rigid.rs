@@ -15,7 +15,7 @@ use crate::kernel::lanes::{LANES, Lanes, ZERO, splat};
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::Geometry;
 use crate::kernel::tiles::{NODES, first_node, node};
-use crate::kernel::transfer::{AffineState, Transfer};
+use crate::kernel::transfer::AffineState;
 use crate::pass::check_points::check_points;
 use crate::pass::leaving::remove_left;
 use crate::pass::limits::limits;
@@ -142,8 +142,8 @@ impl RigidMotion {
 ///
 /// # Errors
 /// A [`Fault`] that names the point which left the domain or is not finite.
-pub fn move_rigidly<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn move_rigidly<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     step: &Step,
     motion: &mut RigidMotion,
 ) -> Result<Limits, Fault> {

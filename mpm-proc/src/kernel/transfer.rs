@@ -8,54 +8,101 @@
 //! the exponent. Nairn also takes PIC's share in proportion to the step (Nairn 2015; Hammerquist and Nairn 2017 section
 //! 2.4 with XPIC): this is the first term of the share here, which stays below 1 at any step.
 //!
-//! The affine field of APIC is not made for increments: [`Aflip`] keeps it in addition to FLIP's velocity (the name is
+//! The affine field of APIC is not made for increments: AFLIP keeps it in addition to FLIP's velocity (the name is
 //! that of Fei, Guo, Wu, Huang and Gao 2021). The affine part is then a function of the nodal velocities of the last
 //! few steps, and does not smooth: on a wave with the factors `s` of the interpolation, `a` of the affine part to the
 //! nodes and `c` back, nodes have `s/(1 - a c)` of the points' velocity, so that APIC's smoothing is `R = 1 - s^2/(1 -
 //! a c)`.
 
-use serde::{Deserialize, Serialize, de::DeserializeOwned};
+use interface::config::Transfer as TransferConfig;
+use serde::{Serialize, de::DeserializeOwned};
 
 use crate::kernel::blocks::LaneCopy;
-use crate::kernel::lanes::{Lanes, splat};
+use crate::kernel::lanes::Lanes;
 
-/// A transfer scheme. Its constants are known when the loops are compiled; what it does not use has no state.
-pub trait Transfer: Copy + Send + Sync + 'static {
-    /// State of four points besides their velocity.
-    type Affine: AffineState;
-
+/// A transfer scheme. Whether the points have an affine part is the type of their motion ([`AffineState`]).
+#[derive(Debug, Clone, Copy)]
+pub struct Transfer {
     /// Whether points take the increment of the grid's velocity (FLIP) besides the velocity itself.
-    const INCREMENT: bool;
-
+    pub increment: bool,
     /// alpha of eq. 28: the share of the grid's velocity (PIC); the rest is the point's own plus the increment.
-    fn pic_fraction(&self) -> f64;
+    pic: Share,
+    /// XPIC's filter.
+    pub filter: Option<Filter>,
+}
 
-    /// m of XPIC(m): how often the points' velocities are filtered before they take the increment; 0 for other transfers.
-    fn order(&self) -> u32 {
-        0
+/// The filter of extended particle in cell, XPIC(m) (Hammerquist and Nairn 2017).
+#[derive(Debug, Clone, Copy)]
+pub struct Filter {
+    /// m, at least 1 (which is PIC): how often the points' velocities are filtered before they take the increment.
+    pub order: u32,
+    share: Share,
+}
+
+impl Filter {
+    /// The share of what the filter finds that is removed from the points' velocities, from 0 (FLIP) to 1 (XPIC).
+    pub fn share(&self) -> f64 {
+        self.share.share
+    }
+}
+
+impl Transfer {
+    /// As configured.
+    pub fn new(config: TransferConfig) -> Self {
+        let of_grid = Self {
+            increment: false,
+            pic: Share::fixed(1.0),
+            filter: None,
+        };
+        let flip = |pic| Self {
+            increment: true,
+            pic,
+            filter: None,
+        };
+        let filtered = |order, share| Self {
+            filter: Some(Filter { order, share }),
+            ..flip(Share::fixed(0.0))
+        };
+        match config {
+            TransferConfig::Pic | TransferConfig::Apic => of_grid,
+            TransferConfig::Flip => flip(Share::fixed(0.0)),
+            TransferConfig::Blend { pic_fraction } => flip(Share::fixed(pic_fraction)),
+            TransferConfig::FlipPic { pic_rate } | TransferConfig::Aflip { pic_rate } => {
+                flip(Share::at_rate(pic_rate))
+            }
+            TransferConfig::Xpic { order } => filtered(order, Share::fixed(1.0)),
+            TransferConfig::FlipXpic { order, pic_rate } => {
+                filtered(order, Share::at_rate(pic_rate))
+            }
+        }
     }
 
-    /// The share of what its filter finds that a transfer with some [`Self::order`] removes from the points'
-    /// velocities.
-    fn filtered_share(&self) -> f64 {
-        0.0
+    /// alpha of eq. 28 in the present step.
+    pub fn pic_fraction(&self) -> f64 {
+        self.pic.share
     }
-
-    /// Sets a block's velocities aside.
-    fn set_aside(_v: &[Lanes; 2], _aside: &mut Self::Affine) {}
-
-    /// Replaces a block's velocities by those set aside, less the share of the filtered ones.
-    fn take_from_aside(&self, _v: &mut [Lanes; 2], _aside: &Self::Affine) {}
 
     /// The transfer for a step with a kick of this length (s).
     #[must_use]
-    fn over(self, _kick: f64) -> Self {
-        self
+    pub fn over(self, kick: f64) -> Self {
+        let filter = self.filter.map(|filter| Filter {
+            share: filter.share.over(kick),
+            ..filter
+        });
+        Self {
+            pic: self.pic.over(kick),
+            filter,
+            ..self
+        }
     }
 
-    /// The same with another share of PIC, where it has a fixed one.
+    /// The same with another share of PIC, where it is FLIP with a fixed one.
     #[must_use]
-    fn with_pic_fraction(self, _fraction: f64) -> Self {
+    pub fn with_pic_fraction(self, pic_fraction: f64) -> Self {
+        if self.increment && self.pic.per_second.is_none() {
+            let pic = Share::fixed(pic_fraction);
+            return Self { pic, ..self };
+        }
         self
     }
 }
@@ -66,63 +113,38 @@ pub trait AffineState: LaneCopy + Default + Serialize + DeserializeOwned + 'stat
     const PRESENT: bool;
 
     /// `B_p D_p^-1 L` by columns: the change of velocity over one cell along x, and along y, in m/s.
-    fn slopes(&self) -> [[Lanes; 2]; 2];
+    fn slopes(&self) -> Slopes;
 
     /// The state with these slopes.
-    fn from_slopes(slopes: [[Lanes; 2]; 2]) -> Self;
+    fn from_slopes(slopes: Slopes) -> Self;
 }
 
 impl AffineState for () {
     const PRESENT: bool = false;
 
     #[inline(always)]
-    fn slopes(&self) -> [[Lanes; 2]; 2] {
+    fn slopes(&self) -> Slopes {
         [[crate::kernel::lanes::ZERO; 2]; 2]
     }
 
     #[inline(always)]
-    fn from_slopes(_slopes: [[Lanes; 2]; 2]) -> Self {}
+    fn from_slopes(_slopes: Slopes) -> Self {}
 }
 
-impl AffineState for [[Lanes; 2]; 2] {
+/// The affine part of APIC ([`AffineState::slopes`]).
+pub type Slopes = [[Lanes; 2]; 2];
+
+impl AffineState for Slopes {
     const PRESENT: bool = true;
 
     #[inline(always)]
-    fn slopes(&self) -> [[Lanes; 2]; 2] {
+    fn slopes(&self) -> Slopes {
         *self
     }
 
     #[inline(always)]
-    fn from_slopes(slopes: [[Lanes; 2]; 2]) -> Self {
+    fn from_slopes(slopes: Slopes) -> Self {
         slopes
-    }
-}
-
-/// Particle in cell (eq. 26).
-#[derive(Debug, Clone, Copy)]
-pub struct Pic;
-
-impl Transfer for Pic {
-    type Affine = ();
-    const INCREMENT: bool = false;
-
-    #[inline(always)]
-    fn pic_fraction(&self) -> f64 {
-        1.0
-    }
-}
-
-/// Fluid implicit particle (eq. 27).
-#[derive(Debug, Clone, Copy)]
-pub struct Flip;
-
-impl Transfer for Flip {
-    type Affine = ();
-    const INCREMENT: bool = true;
-
-    #[inline(always)]
-    fn pic_fraction(&self) -> f64 {
-        0.0
     }
 }
 
@@ -161,138 +183,6 @@ impl Share {
             share: -(-rate * kick).exp_m1(),
             ..self
         }
-    }
-}
-
-/// A blend of the two (eq. 28): FLIP whose velocities are smoothed by PIC.
-#[derive(Debug, Clone, Copy)]
-pub struct Blend(
-    /// alpha of eq. 28, from 0 (FLIP) to 1 (PIC).
-    pub Share,
-);
-
-impl Transfer for Blend {
-    type Affine = ();
-    const INCREMENT: bool = true;
-
-    #[inline(always)]
-    fn pic_fraction(&self) -> f64 {
-        self.0.share
-    }
-
-    fn over(self, kick: f64) -> Self {
-        Self(self.0.over(kick))
-    }
-
-    fn with_pic_fraction(self, pic_fraction: f64) -> Self {
-        match self.0.per_second {
-            None => Self(Share::fixed(pic_fraction)),
-            Some(_) => self,
-        }
-    }
-}
-
-/// Affine particle in cell (eqs. 29 to 31).
-#[derive(Debug, Clone, Copy)]
-pub struct Apic;
-
-impl Transfer for Apic {
-    type Affine = [[Lanes; 2]; 2];
-    const INCREMENT: bool = false;
-
-    #[inline(always)]
-    fn pic_fraction(&self) -> f64 {
-        1.0
-    }
-}
-
-/// FLIP with the affine field of APIC, whose velocities are smoothed by APIC.
-#[derive(Debug, Clone, Copy)]
-pub struct Aflip(
-    /// From 0 to 1 (APIC).
-    pub Share,
-);
-
-impl Transfer for Aflip {
-    type Affine = [[Lanes; 2]; 2];
-    const INCREMENT: bool = true;
-
-    #[inline(always)]
-    fn pic_fraction(&self) -> f64 {
-        self.0.share
-    }
-
-    fn over(self, kick: f64) -> Self {
-        Self(self.0.over(kick))
-    }
-}
-
-/// FLIP whose velocities are smoothed by extended particle in cell of order m, XPIC(m) (Hammerquist and Nairn 2017).
-#[derive(Debug, Clone, Copy)]
-pub struct Xpic {
-    /// m, at least 1 (which is PIC).
-    pub order: u32,
-    /// From 0 (FLIP) to 1 (XPIC).
-    pub share: Share,
-}
-
-/// Velocities set aside while the filter works on what is left of them.
-#[derive(Debug, Clone, Copy, Default, Serialize, Deserialize)]
-pub struct Aside {
-    /// Not saved: set aside and taken back within one step.
-    #[serde(skip)]
-    v: [Lanes; 2],
-}
-
-impl AffineState for Aside {
-    const PRESENT: bool = false;
-
-    #[inline(always)]
-    fn slopes(&self) -> [[Lanes; 2]; 2] {
-        [[crate::kernel::lanes::ZERO; 2]; 2]
-    }
-
-    #[inline(always)]
-    fn from_slopes(_slopes: [[Lanes; 2]; 2]) -> Self {
-        Self::default()
-    }
-}
-
-impl LaneCopy for Aside {
-    fn copy_lane(&mut self, to: usize, source: &Self, from: usize) {
-        self.v.copy_lane(to, &source.v, from);
-    }
-}
-
-impl Transfer for Xpic {
-    type Affine = Aside;
-    const INCREMENT: bool = true;
-
-    #[inline(always)]
-    fn pic_fraction(&self) -> f64 {
-        0.0
-    }
-
-    fn order(&self) -> u32 {
-        self.order
-    }
-
-    fn filtered_share(&self) -> f64 {
-        self.share.share
-    }
-
-    fn set_aside(v: &[Lanes; 2], aside: &mut Aside) {
-        aside.v = *v;
-    }
-
-    fn take_from_aside(&self, v: &mut [Lanes; 2], aside: &Aside) {
-        let share = splat(self.share.share);
-        *v = [0, 1].map(|a| v[a].mul_neg_add(share, aside.v[a]));
-    }
-
-    fn over(self, kick: f64) -> Self {
-        let share = self.share.over(kick);
-        Self { share, ..self }
     }
 }
 

@@ -5,13 +5,13 @@ use interface::solver::Fault;
 
 use crate::kernel::lanes::LANES;
 use crate::kernel::shape::Shape;
-use crate::kernel::transfer::{AffineState, Transfer};
+use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
 use crate::state::points::{Cloud, NO_POINT};
 
 /// Adds up the displacement of the points, and refuses values that are not finite or positions outside the domain.
-pub fn check_points<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn check_points<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     dt: f64,
 ) -> Result<(), Fault> {
     let closed = continuum.grid.walls.closed();

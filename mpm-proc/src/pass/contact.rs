@@ -8,7 +8,7 @@ use crate::kernel::lanes::LANES;
 use crate::kernel::point_tile::owner;
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::pitch;
-use crate::kernel::transfer::Transfer;
+use crate::kernel::transfer::AffineState;
 use crate::state::contact::{ContactLoad, Loaded, Touch};
 use crate::state::continuum::Continuum;
 use crate::state::nodes::NodeAt;
@@ -30,8 +30,8 @@ use crate::state::nodes::NodeAt;
 /// (the last step: all entries of `X^T M^-1 X K` are 0 or more, so its largest row sum bounds its spectral radius;
 /// rows of points without stiffness have columns of zeros and drop out). So the bound is `sqrt(G(T) G(S))`. It
 /// bounds the frequency; a scheme that is not symmetric may still feed or drain energy slowly below it.
-pub fn apply_contact<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn apply_contact<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     forces: &[ImpForce],
 ) -> Result<ContactLoad, Fault> {
     clear_contact(continuum);
@@ -89,8 +89,8 @@ pub fn apply_contact<const W: usize, S: Shape<W>, T: Transfer>(
 ///
 /// # Errors
 /// [`Fault::NotFinite`]; and [`Fault::Other`] at a periodic wall, across which bodies do not see.
-fn touch<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+fn touch<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     slot: usize,
 ) -> Result<(), Fault> {
     let ImpForce { force, stiffness } = continuum.imps.forces[slot];
@@ -163,7 +163,7 @@ fn touch<const W: usize, S: Shape<W>, T: Transfer>(
 }
 
 /// Clears the forces of the step before. Sorting has already removed those of nodes that no longer exist.
-fn clear_contact<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
+fn clear_contact<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Continuum<W, S, A>) {
     for t in continuum.touches.drain(..) {
         for (tile, node) in [t.at.split(), t.of.split()] {
             if let Some(nodes) = continuum.grid.contact.get_mut(tile) {

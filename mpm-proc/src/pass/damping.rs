@@ -23,7 +23,7 @@ use crate::state::stages::Stages;
 
 /// Sets the transfer for a step: the share for its kick, and that of the stage to which the step belongs. Returns the
 /// damping of that stage in 1/s.
-pub fn begin_stage<T: Transfer>(stages: &Stages, transfer: &mut T, step: &Step) -> f64 {
+pub fn begin_stage(stages: &Stages, transfer: &mut Transfer, step: &Step) -> f64 {
     *transfer = transfer.over(step.kick());
     if stages.is_empty() {
         return 0.0;

@@ -20,13 +20,13 @@ use interface::config::StressUpdate;
 use crate::kernel::blocks::LaneCopy;
 use crate::kernel::lanes::LANES;
 use crate::kernel::shape::Shape;
-use crate::kernel::transfer::{AffineState, Transfer};
+use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
 use crate::state::points::{Cloud, NO_POINT};
 
 /// Finds the nodes that loaded points touch, and the points that determine the velocities of these nodes.
-pub fn find_near_loads<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn find_near_loads<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
 ) {
     if continuum.grid.mapped.is_empty() {
         continuum.grid.make_room_for_mapped();
@@ -50,8 +50,8 @@ pub fn find_near_loads<const W: usize, S: Shape<W>, T: Transfer>(
 }
 
 /// Moves the loaded points from where the nodes took them to where the mapped velocities take them.
-pub fn move_loaded_points<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn move_loaded_points<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     dt: f64,
 ) {
     let (clouds, grid) = (&mut continuum.clouds, &continuum.grid);

@@ -23,30 +23,30 @@ use crate::state::points::{Cloud, TileReport};
 ///
 /// # Errors
 /// A [`Fault`] that names the point which is not finite or has left the domain.
-pub fn grid_to_points<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn grid_to_points<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     dt: f64,
 ) -> Result<(), Fault> {
     let mapped = continuum.drift == Drift::Mapped && !continuum.loaded.is_empty();
     match continuum.stress_update {
         // The velocities were gathered and mapped before.
         StressUpdate::Musl | StressUpdate::Usavg => {
-            transfer_pass::<W, false, true, S, T>(continuum, Which::All, dt);
+            transfer_pass::<W, false, true, S, A>(continuum, Which::All, dt);
         }
         StressUpdate::Usf if mapped => {
             find_near_loads(continuum);
             // A spin belongs to all points at one time.
             let spins = continuum.clouds.iter().any(|cloud| cloud.spin.is_some());
             let near = if spins { Which::All } else { Which::NearLoad };
-            transfer_pass::<W, true, false, S, T>(continuum, near, 0.0);
+            transfer_pass::<W, true, false, S, A>(continuum, near, 0.0);
             map_velocities(continuum, near);
-            transfer_pass::<W, false, true, S, T>(continuum, near, dt);
+            transfer_pass::<W, false, true, S, A>(continuum, near, dt);
             if !spins {
-                transfer_pass::<W, true, true, S, T>(continuum, Which::Elsewhere, dt);
+                transfer_pass::<W, true, true, S, A>(continuum, Which::Elsewhere, dt);
             }
         }
         StressUpdate::Usf | StressUpdate::Usl => {
-            transfer_pass::<W, true, true, S, T>(continuum, Which::All, dt);
+            transfer_pass::<W, true, true, S, A>(continuum, Which::All, dt);
         }
     }
     if continuum.imps.markers.is_some() {
@@ -63,9 +63,9 @@ pub fn transfer_pass<
     const KICK: bool,
     const DRIFT: bool,
     S: Shape<W>,
-    T: Transfer,
+    A: AffineState,
 >(
-    continuum: &mut Continuum<W, S, T>,
+    continuum: &mut Continuum<W, S, A>,
     which: Which,
     dt: f64,
 ) {
@@ -73,18 +73,43 @@ pub fn transfer_pass<
     let (clouds, grid, transfer) = (&mut continuum.clouds, &continuum.grid, continuum.transfer);
     continuum.threads.run(|| {
         for cloud in clouds {
-            transfer_cloud::<W, KICK, DRIFT, S, T>(grain, cloud, which, &grid.tiles, transfer, dt);
+            if KICK && transfer.increment {
+                transfer_cloud::<W, KICK, true, DRIFT, S, A>(
+                    grain,
+                    cloud,
+                    which,
+                    &grid.tiles,
+                    transfer,
+                    dt,
+                );
+            } else {
+                transfer_cloud::<W, KICK, false, DRIFT, S, A>(
+                    grain,
+                    cloud,
+                    which,
+                    &grid.tiles,
+                    transfer,
+                    dt,
+                );
+            }
         }
     });
 }
 
-/// [`transfer_pass`] of one cloud, with the velocities of the nodes.
-fn transfer_cloud<const W: usize, const KICK: bool, const DRIFT: bool, S: Shape<W>, T: Transfer>(
+/// [`transfer_pass`] of one cloud, with the velocities of the nodes; and with their increment if `INCREMENT`.
+fn transfer_cloud<
+    const W: usize,
+    const KICK: bool,
+    const INCREMENT: bool,
+    const DRIFT: bool,
+    S: Shape<W>,
+    A: AffineState,
+>(
     grain: usize,
-    cloud: &mut Cloud<W, S, T::Affine>,
+    cloud: &mut Cloud<W, S, A>,
     which: Which,
     nodes: &[NodeTile],
-    transfer: T,
+    transfer: Transfer,
     dt: f64,
 ) {
     let shape = cloud.shape;
@@ -108,7 +133,7 @@ fn transfer_cloud<const W: usize, const KICK: bool, const DRIFT: bool, S: Shape<
             let (x, motion, report) = part;
             let [velocity, increment] = windows;
             fill_window::<W, _>(velocity, nodes, tile, |t| &t.after);
-            if T::INCREMENT {
+            if INCREMENT {
                 fill_window::<W, _>(increment, nodes, tile, |t| &t.before);
                 for (b, a) in increment.0.iter_mut().zip(&velocity.0) {
                     *b = a - *b;
@@ -121,9 +146,9 @@ fn transfer_cloud<const W: usize, const KICK: bool, const DRIFT: bool, S: Shape<
             for (x, motion) in x.0.iter_mut().zip(motion.0.iter_mut()) {
                 let place = tile.frame.locate(x, pitch(W));
                 let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
-                let (v, affine) = interpolate::<W, S, T::Affine>(velocity, &place, &s);
+                let (v, affine) = interpolate::<W, S, A>(velocity, &place, &s);
                 if !KICK {
-                } else if T::INCREMENT {
+                } else if INCREMENT {
                     let (dv, ()) = interpolate::<W, S, ()>(increment, &place, &s);
                     for a in 0..2 {
                         motion.v[a] = pic * v[a] + flip * (motion.v[a] + dv[a]);

@@ -4,15 +4,15 @@ use crate::kernel::lanes::LANES;
 use crate::kernel::point_tile::owner;
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::{NODES, first_node, node, pitch};
-use crate::kernel::transfer::Transfer;
+use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
 use crate::state::holds::{Hold, Row, Weight};
 use crate::state::nodes::{NodeAt, NodeTile};
 
 /// Finds the nodes of the held points, and constrains the velocities before the kick. The points feel the share
 /// `pic_fraction` of the change.
-pub fn hold_before<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn hold_before<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     pic_fraction: f64,
 ) {
     if continuum.holds.is_empty() {
@@ -27,14 +27,14 @@ pub fn hold_before<const W: usize, S: Shape<W>, T: Transfer>(
 }
 
 /// Constrains the velocities after the kick, before images follow.
-pub fn hold_after<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
+pub fn hold_after<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Continuum<W, S, A>) {
     if !continuum.holds.is_empty() {
         hold_nodes(continuum, 1.0, |tile| &mut tile.after);
     }
 }
 
 /// Computes the weights of the held points at their present positions.
-fn find_rows<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
+fn find_rows<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Continuum<W, S, A>) {
     let Continuum {
         clouds,
         grid,
@@ -95,8 +95,8 @@ fn find_rows<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum
 
 /// Brings the velocities of the held points to zero by the smallest change of the nodal velocities. The points feel the
 /// share `share` of it.
-fn hold_nodes<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+fn hold_nodes<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     share: f64,
     velocities: impl Fn(&mut NodeTile) -> &mut [[f64; 2]; NODES],
 ) {

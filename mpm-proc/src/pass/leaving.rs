@@ -13,12 +13,14 @@
 use super::sort::sort;
 use crate::kernel::lanes::LANES;
 use crate::kernel::shape::Shape;
-use crate::kernel::transfer::{AffineState, Transfer};
+use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
 use crate::state::points::{Cloud, NO_POINT};
 
 /// Removes the points that the step has taken out of the domain.
-pub fn remove_left<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
+pub fn remove_left<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
+) {
     if continuum.outside.gone.is_empty() {
         return;
     }

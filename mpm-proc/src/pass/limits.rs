@@ -28,13 +28,13 @@ use crate::kernel::point_tile::{Tile, owner};
 use crate::kernel::shape::Shape;
 use crate::kernel::tiles::NODES;
 use crate::kernel::tiles::pitch;
-use crate::kernel::transfer::Transfer;
+use crate::kernel::transfer::AffineState;
 use crate::state::contact::ContactLoad;
 use crate::state::continuum::Continuum;
 
 /// The limits for the next step, with the contribution of contact in this step.
-pub fn limits<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn limits<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     load: ContactLoad,
 ) -> Limits {
     let speed_sq = continuum
@@ -61,8 +61,8 @@ pub fn limits<const W: usize, S: Shape<W>, T: Transfer>(
 }
 
 /// Bound of the largest squared frequency without contact, in 1/s^2.
-fn elastic_omega_sq<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+fn elastic_omega_sq<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
 ) -> f64 {
     let cell = continuum.grid.geometry.cell;
     if continuum
@@ -101,8 +101,8 @@ fn elastic_omega_sq<const W: usize, S: Shape<W>, T: Transfer>(
 /// ```
 ///
 /// with `c_p` the stiffness over density. `S_Iq / m_I <= 1 / m_q` keeps it finite where a node has hardly any mass.
-fn omega_sq_of_points<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+fn omega_sq_of_points<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
 ) -> f64 {
     continuum.loads_of_nodes.clear();
     continuum

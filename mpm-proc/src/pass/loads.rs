@@ -12,7 +12,7 @@ use crate::kernel::lanes::{LANES, Lanes, ZERO, splat, sum};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerBlock, PerTile, over_tiles};
 use crate::kernel::tiles::pitch;
-use crate::kernel::transfer::{AffineState, Transfer};
+use crate::kernel::transfer::AffineState;
 use crate::kernel::window::scatter_row;
 use crate::state::continuum::Continuum;
 use crate::state::loads::{Load, LoadReport, Loads};
@@ -22,8 +22,8 @@ use crate::state::points::{Cloud, NO_POINT};
 ///
 /// # Errors
 /// [`Fault::NotFinite`] with the point at which a formula gives no number.
-pub fn apply_loads<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn apply_loads<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     step: &Step,
 ) -> Result<(), Fault> {
     if continuum.clouds.iter().all(|c| c.loads.is_none()) {

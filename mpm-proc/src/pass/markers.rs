@@ -7,7 +7,7 @@ use interface::solver::Fault;
 
 use crate::kernel::lanes::splat;
 use crate::kernel::shape::Shape;
-use crate::kernel::transfer::Transfer;
+use crate::kernel::transfer::AffineState;
 use crate::state::contact::{Loaded, Touch};
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
@@ -19,8 +19,8 @@ use crate::state::nodes::NodeAt;
 ///
 /// # Errors
 /// [`Fault::Other`] that names a marker near which no node has mass.
-pub fn place_markers<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn place_markers<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
 ) -> Result<(), Fault> {
     let Some(markers) = &mut continuum.imps.markers else {
         return Ok(());
@@ -108,8 +108,8 @@ fn lost(markers: &Markers, marker: usize) -> Fault {
 }
 
 /// Spreads the force on the marker of one slot by its weights, if there is any force, or a body near enough to press.
-pub fn touch_marker<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn touch_marker<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     member: Member,
     imp: &ImpForce,
 ) {
@@ -144,8 +144,8 @@ pub fn touch_marker<const W: usize, S: Shape<W>, T: Transfer>(
 ///
 /// # Errors
 /// [`Fault::NotFinite`] of a marker.
-pub fn move_markers<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn move_markers<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     mapped: bool,
     dt: f64,
 ) -> Result<(), Fault> {
@@ -194,8 +194,8 @@ pub fn move_markers<const W: usize, S: Shape<W>, T: Transfer>(
 }
 
 /// Sums the angular momentum that the shift of the weights gives over a kick (s).
-pub fn add_shift<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn add_shift<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     kick: f64,
 ) {
     if let Some(markers) = &mut continuum.imps.markers {

@@ -8,7 +8,7 @@ use interface::step::Step;
 use super::markers::add_shift;
 use crate::kernel::lanes::{Lanes, ZERO, largest, smallest, splat, sum};
 use crate::kernel::shape::Shape;
-use crate::kernel::transfer::{AffineState, Transfer};
+use crate::kernel::transfer::AffineState;
 use crate::state::constitutive::StressReport;
 use crate::state::continuum::Continuum;
 use crate::state::imps::Imps;
@@ -25,8 +25,8 @@ struct Motions {
 }
 
 /// Counts the impulses of the step. If the step is measured, takes the quantities at `t_n` and `t_{n-1/2}`.
-pub fn update_ledger<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn update_ledger<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     step: &Step,
 ) {
     let kick = step.kick();
@@ -65,8 +65,8 @@ pub fn update_ledger<const W: usize, S: Shape<W>, T: Transfer>(
 }
 
 /// Adds up the reports of a stress update at the end of the step, before the points are sorted into other tiles.
-pub fn sum_stress_ahead<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn sum_stress_ahead<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
 ) {
     let add = |sum: [f64; 3], told: [f64; 3]| core::array::from_fn(|i| sum[i] + told[i]);
     continuum.totals.ahead = losses_of_tiles(&continuum.clouds).fold([0.0; 3], add);
@@ -80,8 +80,8 @@ pub fn sum_stress_ahead<const W: usize, S: Shape<W>, T: Transfer>(
 }
 
 /// If the step is measured, takes the quantities at `t_{n+1/2}`.
-pub fn close_ledger<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn close_ledger<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     step: &Step,
 ) {
     let kick = continuum.totals.kick;
@@ -100,8 +100,8 @@ pub fn close_ledger<const W: usize, S: Shape<W>, T: Transfer>(
 }
 
 /// Takes the quantities at `t_{n+1/2}`, with the weight `after`.
-fn close_measurement<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+fn close_measurement<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     after: f64,
 ) {
     let MpmMeasurement { ledger, groups } = &mut continuum.totals.measurement;
@@ -129,8 +129,8 @@ fn close_measurement<const W: usize, S: Shape<W>, T: Transfer>(
 }
 
 /// Starts a measurement; quantities at `t_{n-1/2}` get the weight `before`.
-fn measure<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+fn measure<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     contact_force: [f64; 2],
     before: f64,
 ) {
@@ -174,8 +174,8 @@ fn measure<const W: usize, S: Shape<W>, T: Transfer>(
 }
 
 /// Adds a record for each probe and each hold to those of the groups; `kick` is the length of the kick in s.
-fn measure_sets<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+fn measure_sets<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     kick: f64,
     before: f64,
 ) {

@@ -9,14 +9,14 @@ use crate::kernel::point_tile::Which;
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerTile, over_tiles};
 use crate::kernel::tiles::{Place, pitch};
-use crate::kernel::transfer::{AffineState, Transfer};
+use crate::kernel::transfer::AffineState;
 use crate::kernel::window::{NodalWindow, add_numbers, add_product};
 use crate::state::continuum::Continuum;
 use crate::state::points::Cloud;
 
 /// Maps mass and momentum of all points to the nodes, and divides them: velocities of the nodes before the kick.
-pub fn points_to_grid<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn points_to_grid<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
 ) {
     let grain = continuum.grain();
     let pic_fraction = continuum.transfer.pic_fraction();
@@ -34,8 +34,8 @@ pub fn points_to_grid<const W: usize, S: Shape<W>, T: Transfer>(
 
 /// Maps the velocities of the points in `which` tiles to [`crate::state::grid::Grid::mapped`]. The velocities with
 /// which the nodes move do not change.
-pub fn map_velocities<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn map_velocities<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     which: Which,
 ) {
     let grain = continuum.grain();

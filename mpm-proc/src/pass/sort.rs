@@ -2,7 +2,7 @@
 
 use crate::kernel::lanes::LANES;
 use crate::kernel::shape::Shape;
-use crate::kernel::transfer::{AffineState, Transfer};
+use crate::kernel::transfer::AffineState;
 use crate::state::continuum::Continuum;
 use crate::state::points::{Cloud, NO_POINT};
 
@@ -11,14 +11,16 @@ use crate::state::points::{Cloud, NO_POINT};
 const SORT_AFTER: f64 = 0.99;
 
 /// Sorts the points and allocates the grid, if points could have left the windows of their tiles.
-pub fn keep_sorted<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
+pub fn keep_sorted<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
+) {
     if continuum.moved > SORT_AFTER * continuum.grid.geometry.cell {
         sort(continuum);
     }
 }
 
 /// Sorts the points and allocates the grid; points that have crossed a periodic wall enter at the other end.
-pub fn sort<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
+pub fn sort<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Continuum<W, S, A>) {
     enter_again(continuum);
     for cloud in &mut continuum.clouds {
         cloud.sort(&continuum.grid.geometry);
@@ -28,7 +30,7 @@ pub fn sort<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<
 }
 
 /// Moves points that have crossed a periodic wall to the other end; the caller sorts.
-fn enter_again<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
+fn enter_again<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Continuum<W, S, A>) {
     let geometry = continuum.grid.geometry;
     if geometry.periodic == [false; 2] {
         return;

@@ -6,7 +6,7 @@ use crate::kernel::point_tile::Tile;
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerBlock, PerTile, over_tiles};
 use crate::kernel::tiles::{Frame, Place, pitch};
-use crate::kernel::transfer::Transfer;
+use crate::kernel::transfer::AffineState;
 use crate::kernel::window::{NO_VECTORS, VectorWindow, fill_window, gather_row, scatter_row};
 use crate::material::{Deformation, Dissipated, Material, Point, power};
 use crate::state::constitutive::{
@@ -16,8 +16,8 @@ use crate::state::continuum::Continuum;
 use crate::state::volumes::VolumeNodes;
 
 /// Updates the stress of all points over `dt` (s) if `strain`, and sums their internal forces if `load`.
-pub fn stress_pass<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn stress_pass<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     dt: f64,
     (velocity, positions_at): (Velocity, PositionsAt),
     strain: bool,

@@ -9,14 +9,14 @@ use super::stress::stress_pass;
 use super::volumes::map_volumes;
 use crate::kernel::point_tile::Which;
 use crate::kernel::shape::Shape;
-use crate::kernel::transfer::Transfer;
+use crate::kernel::transfer::AffineState;
 use crate::state::constitutive::{PositionsAt, Velocity};
 use crate::state::continuum::Continuum;
 
 /// The stress at `t_n`, from the interval of `dt` (s) before it, and its internal forces. Schemes that update the stress
 /// last have it already, so only the forces are summed.
-pub fn update_stress_first<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn update_stress_first<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     dt: f64,
 ) {
     let strained = match continuum.stress_update {
@@ -41,8 +41,8 @@ pub fn update_stress_first<const W: usize, S: Shape<W>, T: Transfer>(
 
 /// The stress at `t_{n+1}`, from velocities after the kick: those of the nodes (USL), or those of the points, mapped to
 /// the nodes once more (MUSL; and USAVG, which updates up to the middle of the step).
-pub fn update_stress_last<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn update_stress_last<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     dt: f64,
 ) {
     let (velocity, dt) = match continuum.stress_update {
@@ -52,7 +52,7 @@ pub fn update_stress_last<const W: usize, S: Shape<W>, T: Transfer>(
         StressUpdate::Usavg => (Velocity::Before, 0.5 * dt),
     };
     if velocity == Velocity::Before {
-        transfer_pass::<W, true, false, S, T>(continuum, Which::All, 0.0);
+        transfer_pass::<W, true, false, S, A>(continuum, Which::All, 0.0);
         points_to_grid(continuum);
     }
     stress_pass(continuum, dt, (velocity, PositionsAt::Start), true, false);

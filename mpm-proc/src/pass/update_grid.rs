@@ -6,7 +6,7 @@ use super::images::{gather_force, spread_after};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::over_items;
 use crate::kernel::tiles::{NODES, first_node, node};
-use crate::kernel::transfer::{AffineState, Transfer};
+use crate::kernel::transfer::AffineState;
 use crate::kernel::window::add_window;
 use crate::state::continuum::Continuum;
 use crate::state::grid::Grid;
@@ -16,8 +16,8 @@ use crate::state::walls::WallNodes;
 
 /// `v_I^{n+1/2} = v_I^{n-1/2} + (f_I^int + f_I^cont + m_I g) / m_I kick`, with walls (eqs. 17, 48).
 /// `kick` is its length in s.
-pub fn update_grid<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn update_grid<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
     kick: f64,
 ) {
     let (grain, damping) = (continuum.grain(), continuum.damping);

@@ -25,7 +25,7 @@ use crate::kernel::lanes::{Lanes, ZERO, splat};
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerTile, over_items, over_tiles};
 use crate::kernel::tiles::{NODES, Place, first_node, node, pitch};
-use crate::kernel::transfer::Transfer;
+use crate::kernel::transfer::AffineState;
 use crate::kernel::window::{VectorWindow, add_window, gather_row, scatter_row};
 use crate::state::continuum::Continuum;
 use crate::state::volumes::{VolumeNodes, room};
@@ -42,7 +42,9 @@ pub fn shares(rate: f64, dt: f64) -> [f64; 2] {
 
 /// Fills [`crate::state::grid::Grid::volumes`] if a material needs it, else does nothing. It uses the windows of the
 /// internal forces, which are summed afterwards.
-pub fn map_volumes<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
+pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
+) {
     if continuum
         .clouds
         .iter()

@@ -8,68 +8,73 @@
 //! then the increment of the grid, as in FLIP. With m = 1 this is PIC; the larger m, the less is filtered out. With a
 //! rate, only a share of it is removed in each step ([`crate::kernel::transfer`]).
 
+use crate::kernel::lanes::{Lanes, ZERO, splat};
 use crate::kernel::point_tile::Which;
 use crate::kernel::shape::Shape;
 use crate::kernel::threads::{PerBlock, over_tiles};
 use crate::kernel::tiles::pitch;
-use crate::kernel::transfer::Transfer;
+use crate::kernel::transfer::AffineState;
 use crate::kernel::window::fill_window;
 use crate::kernel::window::{NO_VECTORS, gather_row};
 use crate::pass::points_to_grid::map_velocities;
 use crate::state::continuum::Continuum;
 use crate::state::nodes::ALL_NODES;
-use crate::state::points::Motion;
 
 /// Filters the velocities of the points, if the transfer does. Walls constrain the velocities that the grid represents;
 /// their change in the last round is an impulse on the points.
-pub fn filter_velocities<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
+pub fn filter_velocities<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
 ) {
-    if continuum.transfer.order() == 0 {
+    let Some(filter) = continuum.transfer.filter else {
         return;
-    }
+    };
     continuum.grid.make_room_for_mapped();
     continuum
         .grid
         .mapped
         .iter_mut()
         .for_each(|tile| tile.wanted = ALL_NODES);
-    over_motion(continuum, |motion| {
-        T::set_aside(&motion.v, &mut motion.affine);
-    });
-    for _ in 0..continuum.transfer.order() {
+    over_velocities(continuum, |v, aside| *aside = *v);
+    for _ in 0..filter.order {
         map_velocities(continuum, Which::All);
         subtract(continuum);
     }
-    let transfer = continuum.transfer;
-    over_motion(continuum, |motion| {
-        transfer.take_from_aside(&mut motion.v, &motion.affine);
+    let share = filter.share();
+    let removed = splat(share);
+    over_velocities(continuum, |v, aside| {
+        *v = [0, 1].map(|a| v[a].mul_neg_add(removed, aside[a]));
     });
-    let share = transfer.filtered_share();
     for tile in &continuum.grid.mapped {
         continuum.totals.applied_impulse += tile.wall.impulse.map(|p| share * p);
     }
 }
 
-/// Calls `act` with the velocities of every block.
-fn over_motion<const W: usize, S: Shape<W>, T: Transfer>(
-    continuum: &mut Continuum<W, S, T>,
-    act: impl Fn(&mut Motion<T::Affine>) + Sync,
+/// Calls `act` with the velocities of every block, and with those set aside.
+fn over_velocities<const W: usize, S: Shape<W>, A: AffineState>(
+    continuum: &mut Continuum<W, S, A>,
+    act: impl Fn(&mut [Lanes; 2], &mut [Lanes; 2]) + Sync,
 ) {
     let grain = continuum.grain();
     let clouds = &mut continuum.clouds;
     continuum.threads.run(|| {
         for cloud in clouds {
-            let share = PerBlock(&mut cloud.motion[..]);
-            over_tiles(grain, &cloud.tiles, share, || (), &|_, motion, ()| {
-                motion.0.iter_mut().for_each(&act);
+            cloud.aside.resize(cloud.motion.len(), [ZERO; 2]);
+            let share = (
+                PerBlock(&mut cloud.motion[..]),
+                PerBlock(&mut cloud.aside[..]),
+            );
+            over_tiles(grain, &cloud.tiles, share, || (), &|_, part, ()| {
+                let (motion, aside) = part;
+                for (motion, aside) in motion.0.iter_mut().zip(aside.0.iter_mut()) {
+                    act(&mut motion.v, aside);
+                }
             });
         }
     });
 }
 
 /// `v_p -= sum_I S_Ip v_I`, of what the grid has seen.
-fn subtract<const W: usize, S: Shape<W>, T: Transfer>(continuum: &mut Continuum<W, S, T>) {
+fn subtract<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Continuum<W, S, A>) {
     let grain = continuum.grain();
     let (clouds, grid) = (&mut continuum.clouds, &continuum.grid);
     continuum.threads.run(|| {

@@ -16,7 +16,7 @@ use crate::kernel::shape::{CubicBspline, Linear, QuadraticBspline, Shape, Ugimp}
 use crate::kernel::spread::Spread;
 use crate::kernel::threads::Threads;
 use crate::kernel::tiles::Geometry;
-use crate::kernel::transfer::{Aflip, Apic, Blend, Flip, Pic, Share, Transfer, Xpic};
+use crate::kernel::transfer::{AffineState, Slopes, Transfer};
 use crate::layers::Layers;
 use crate::material::{
     DruckerPrager, Elastic, Fluid, GrainLaw, Granular, Jaumann, Material, Moduli, MohrCoulomb, MuI,
@@ -48,32 +48,27 @@ use crate::state::walls::WallNodes;
 /// A [`Refusal`] that names the key.
 pub fn build(config: &MpmConfig) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
     let parts = Parts::new(config)?;
-    match (config.shape, parts.transfer()) {
-        (ShapeFunction::QuadraticBspline, t) => match t {
-            TransferConfig::Apic => parts.build(|_| QuadraticBspline, Apic),
-            TransferConfig::Aflip { pic_rate } => {
-                parts.build(|_| QuadraticBspline, Aflip(Share::at_rate(pic_rate)))
-            }
-            _ => parts.with_plain_transfer(|_| QuadraticBspline),
-        },
-        (ShapeFunction::CubicBspline, t) => match t {
-            TransferConfig::Apic => parts.build(|_| CubicBspline, Apic),
-            TransferConfig::Aflip { pic_rate } => {
-                parts.build(|_| CubicBspline, Aflip(Share::at_rate(pic_rate)))
-            }
-            _ => parts.with_plain_transfer(|_| CubicBspline),
-        },
-        (
-            ShapeFunction::Ugimp | ShapeFunction::Linear,
-            TransferConfig::Apic | TransferConfig::Aflip { .. },
-        ) => unreachable!("a fault of the configuration"),
-        (ShapeFunction::Ugimp, _) => {
+    let affine = matches!(
+        config.transfer,
+        TransferConfig::Apic | TransferConfig::Aflip { .. }
+    );
+    match (config.shape, affine) {
+        (ShapeFunction::QuadraticBspline, true) => {
+            parts.build::<_, _, Slopes>(|_| QuadraticBspline)
+        }
+        (ShapeFunction::QuadraticBspline, false) => parts.build::<_, _, ()>(|_| QuadraticBspline),
+        (ShapeFunction::CubicBspline, true) => parts.build::<_, _, Slopes>(|_| CubicBspline),
+        (ShapeFunction::CubicBspline, false) => parts.build::<_, _, ()>(|_| CubicBspline),
+        (ShapeFunction::Ugimp | ShapeFunction::Linear, true) => {
+            unreachable!("a fault of the configuration")
+        }
+        (ShapeFunction::Ugimp, false) => {
             let cell = config.cell;
-            parts.with_plain_transfer(move |p: &FilledRegion| {
+            parts.build::<_, _, ()>(move |p: &FilledRegion| {
                 Ugimp::new(p.sides.map(|s| (0.5 * s / cell).min(0.5)))
             })
         }
-        (ShapeFunction::Linear, _) => parts.with_plain_transfer(|_| Linear),
+        (ShapeFunction::Linear, false) => parts.build::<_, _, ()>(|_| Linear),
     }
 }
 
@@ -140,51 +135,18 @@ impl<'a> Parts<'a> {
         })
     }
 
-    /// The transfer that the loops are compiled for.
-    fn transfer(&self) -> TransferConfig {
-        self.stages.transfer(self.config.transfer)
-    }
-
-    fn with_plain_transfer<const W: usize, S: Shape<W>>(
+    fn build<const W: usize, S: Shape<W>, A: AffineState>(
         self,
         shape: impl Fn(&FilledRegion) -> S,
-    ) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
-        match self.transfer() {
-            TransferConfig::Pic => self.build(shape, Pic),
-            TransferConfig::Flip => self.build(shape, Flip),
-            TransferConfig::Blend { pic_fraction } => {
-                self.build(shape, Blend(Share::fixed(pic_fraction)))
-            }
-            TransferConfig::FlipPic { pic_rate } => {
-                self.build(shape, Blend(Share::at_rate(pic_rate)))
-            }
-            TransferConfig::Xpic { order } => {
-                let share = Share::fixed(1.0);
-                self.build(shape, Xpic { order, share })
-            }
-            TransferConfig::FlipXpic { order, pic_rate } => {
-                let share = Share::at_rate(pic_rate);
-                self.build(shape, Xpic { order, share })
-            }
-            TransferConfig::Apic | TransferConfig::Aflip { .. } => {
-                unreachable!("built for the shapes that it goes with")
-            }
-        }
-    }
-
-    fn build<const W: usize, S: Shape<W>, T: Transfer>(
-        self,
-        shape: impl Fn(&FilledRegion) -> S,
-        transfer: T,
     ) -> Result<(Box<dyn Scheme>, Readiness), Refusal> {
         let groups = 0..self.config.groups.len();
         let apart = self.config.layers || self.config.grid_contact.is_some();
-        let mut continua: Vec<Continuum<W, S, T>> = if apart {
+        let mut continua: Vec<Continuum<W, S, A>> = if apart {
             groups
-                .map(|g| self.continuum(g..g + 1, &shape, transfer))
+                .map(|g| self.continuum(g..g + 1, &shape))
                 .collect::<Result<_, _>>()?
         } else {
-            vec![self.continuum(groups, &shape, transfer)?]
+            vec![self.continuum(groups, &shape)?]
         };
         let readiness = self.readiness(&continua);
         let mut threads = self.threads;
@@ -208,12 +170,11 @@ impl<'a> Parts<'a> {
     }
 
     /// The continuum of some of the groups, for one thread.
-    fn continuum<const W: usize, S: Shape<W>, T: Transfer>(
+    fn continuum<const W: usize, S: Shape<W>, A: AffineState>(
         &self,
         groups: Range<usize>,
         shape: &impl Fn(&FilledRegion) -> S,
-        transfer: T,
-    ) -> Result<Continuum<W, S, T>, Refusal> {
+    ) -> Result<Continuum<W, S, A>, Refusal> {
         let mut clouds = Vec::new();
         let (mut probes, mut holds) = (Vec::new(), Vec::new());
         let before = &self.points[..groups.start];
@@ -257,7 +218,7 @@ impl<'a> Parts<'a> {
         let walls = WallNodes::new(&self.config.walls, self.geometry.cells, mirrors);
         let mut continuum = Continuum {
             grid: Grid::new(self.geometry, self.config.gravity, walls),
-            transfer,
+            transfer: Transfer::new(self.config.transfer),
             imps: Imps {
                 skin: self.config.skin,
                 markers: markers(self.config, first_id, &clouds)?,
@@ -324,9 +285,9 @@ impl<'a> Parts<'a> {
         })
     }
 
-    fn readiness<const W: usize, S: Shape<W>, T: Transfer>(
+    fn readiness<const W: usize, S: Shape<W>, A: AffineState>(
         &self,
-        continua: &[Continuum<W, S, T>],
+        continua: &[Continuum<W, S, A>],
     ) -> Readiness {
         let clouds = || continua.iter().flat_map(|c| &c.clouds);
         let cell = self.geometry.cell;

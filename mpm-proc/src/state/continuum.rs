@@ -1,4 +1,4 @@
-//! The continuum: clouds of points over one grid, for one shape function and one transfer. It is only data; the passes
+//! The continuum: clouds of points over one grid, for one shape function, with or without affine parts. It is only data; the passes
 //! work on it.
 
 use interface::config::{Drift, StressUpdate};
@@ -19,16 +19,16 @@ use crate::kernel::shape::Shape;
 use crate::kernel::spread::Spread;
 use crate::kernel::threads::Threads;
 use crate::kernel::tiles::NODES;
-use crate::kernel::transfer::Transfer;
+use crate::kernel::transfer::{AffineState, Transfer};
 
 /// The whole state of the solver.
-pub struct Continuum<const W: usize, S: Shape<W>, T: Transfer> {
+pub struct Continuum<const W: usize, S: Shape<W>, A: AffineState> {
     /// One cloud for each group of the configuration.
-    pub clouds: Vec<Cloud<W, S, T::Affine>>,
+    pub clouds: Vec<Cloud<W, S, A>>,
     /// The grid.
     pub grid: Grid,
     /// Transfer scheme.
-    pub transfer: T,
+    pub transfer: Transfer,
     /// The identified material points.
     pub imps: Imps,
     /// Points that bodies press on in the present step.
@@ -61,7 +61,7 @@ pub struct Continuum<const W: usize, S: Shape<W>, T: Transfer> {
     pub moved: f64,
 }
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T> {
+impl<const W: usize, S: Shape<W>, A: AffineState> Continuum<W, S, A> {
     /// Longest list of tiles that one thread keeps to itself.
     pub fn grain(&self) -> usize {
         self.threads
@@ -82,9 +82,9 @@ pub struct SavedContinuum<A> {
 /// The name of the format of one continuum.
 pub(crate) const SAVED: &str = "continuum";
 
-impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T> {
+impl<const W: usize, S: Shape<W>, A: AffineState> Continuum<W, S, A> {
     /// The state before the next step.
-    pub fn saved(&self) -> SavedContinuum<T::Affine> {
+    pub fn saved(&self) -> SavedContinuum<A> {
         let Self {
             clouds,
             grid,
@@ -118,7 +118,7 @@ impl<const W: usize, S: Shape<W>, T: Transfer> Continuum<W, S, T> {
     ///
     /// # Errors
     /// A [`Refusal`] if it is not a state of this continuum, which can then not be used any more.
-    pub fn take_over(&mut self, saved: SavedContinuum<T::Affine>) -> Result<(), Refusal> {
+    pub fn take_over(&mut self, saved: SavedContinuum<A>) -> Result<(), Refusal> {
         let SavedContinuum {
             clouds,
             contact,

@@ -86,6 +86,8 @@ pub struct Cloud<const W: usize, S: Shape<W>, A: AffineState> {
     pub x: Vec<[Lanes; 2]>,
     /// Velocities.
     pub motion: Vec<Motion<A>>,
+    /// Velocities set aside while XPIC filters what is left of them; empty with other transfers.
+    pub aside: Vec<[Lanes; 2]>,
     /// Identity of each lane's point less `first_id`, or [`NO_POINT`].
     pub ids: Vec<[u32; LANES]>,
     /// Lane of each point, by identity less `first_id`; [`NO_POINT`] once it has been removed.
@@ -150,6 +152,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
                     affine: A::default(),
                 })
                 .collect(),
+            aside: Vec::new(),
             loads,
             ids: (0..blocks as u32)
                 .map(|b| {
@@ -287,6 +290,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
     pub fn bytes(&self) -> usize {
         self.x.capacity() * size_of::<[Lanes; 2]>() * 2
             + self.motion.capacity() * size_of::<Motion<A>>() * 2
+            + self.aside.capacity() * size_of::<[Lanes; 2]>()
             + self.ids.capacity() * size_of::<[u32; LANES]>()
             + self.lane_of.capacity() * 8
             + self.scratch.keys.capacity() * 16
@@ -328,6 +332,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Cloud<W, S, A> {
             first_id: _, // likewise
             x,
             motion,
+            aside: _, // of one step
             ids,
             lane_of,    // follows from the ids, but for its length
             removed: _, // likewise

@@ -29,15 +29,6 @@ impl Stages {
         self.stages.is_empty()
     }
 
-    /// The transfer that the loops are compiled for: FLIP with a share of PIC in some stage is a blend.
-    pub fn transfer(&self, asked: TransferConfig) -> TransferConfig {
-        let blends = self.stages.iter().any(|s| s.pic_fraction.is_some());
-        match asked {
-            TransferConfig::Flip if blends => TransferConfig::Blend { pic_fraction: 0.0 },
-            other => other,
-        }
-    }
-
     /// Damping in 1/s and share of PIC at `time` (s): of the last stage that has begun.
     pub fn at(&self, time: f64) -> (f64, f64) {
         let begun = self.stages.partition_point(|s| s.from <= time);
