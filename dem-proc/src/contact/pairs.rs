@@ -159,7 +159,12 @@ impl<L: Law> Kept<L> {
         };
         self.spans.clear();
         self.spans.extend(self.list.pairs.chunks(CHUNK).map(span));
-        let round = |chunk: &[VertexEdge]| chunk.iter().all(|pair| pair.edge[0] == pair.edge[1]);
+        let disc = |b: u32| bodies.outline_of(b as usize).len() == 1;
+        let round = |chunk: &[VertexEdge]| {
+            chunk
+                .iter()
+                .all(|pair| pair.bodies.iter().all(|&b| disc(b)))
+        };
         self.round.clear();
         self.round.extend(self.list.pairs.chunks(CHUNK).map(round));
     }
@@ -320,25 +325,19 @@ struct Chunk<'a, L: Law> {
     last_step: LastStep,
     closing: f64,
     watch: &'a Watch,
-    /// Whether all pairs are of discs.
-    round: bool,
 }
 
 impl<L: Law> Chunk<'_, L> {
-    /// Evaluates all pairs.
+    /// Evaluates all pairs. `ROUND`: all are of discs.
     #[inline(always)]
-    fn evaluate(
+    fn evaluate<const ROUND: bool>(
         &self,
         next: &mut [L::History],
         separations: &mut Separations,
         outcomes: &mut Outcomes,
     ) {
         next.fill(L::History::default());
-        if self.round {
-            separations.find::<true>(self.bodies, self.pairs, self.closing);
-        } else {
-            separations.find::<false>(self.bodies, self.pairs, self.closing);
-        }
+        separations.find::<ROUND>(self.bodies, self.pairs, self.closing);
         if self.watch.is_by_body() {
             let closing = |pair| self.watch.closing(pair).unwrap_or(self.closing);
             separations.keep_close(self.pairs, closing);
@@ -352,17 +351,17 @@ impl<L: Law> Chunk<'_, L> {
                 overlap,
             });
         for quad in separations.pressing().chunks(LANES) {
-            self.quad::<true>(separations, quad, next, outcomes);
+            self.quad::<true, ROUND>(separations, quad, next, outcomes);
         }
         outcomes.presses = outcomes.count;
         for quad in separations.close().chunks(LANES) {
-            self.quad::<false>(separations, quad, next, outcomes);
+            self.quad::<false, ROUND>(separations, quad, next, outcomes);
         }
     }
 
     /// Evaluates law, forces and torques of up to four pairs, of which all press or none does.
     #[inline(always)]
-    fn quad<const PRESS: bool>(
+    fn quad<const PRESS: bool, const ROUND: bool>(
         &self,
         separations: &Separations,
         quad: &[u32],
@@ -373,7 +372,7 @@ impl<L: Law> Chunk<'_, L> {
         // Unused lanes repeat the last pair; their results are not summed.
         let k: [usize; LANES] = std::array::from_fn(|l| quad[l.min(count - 1)] as usize);
         let (bodies, last_step) = (self.bodies, self.last_step);
-        let geometry = separations.geometry(bodies, last_step, self.pairs, k);
+        let geometry = separations.geometry::<ROUND>(bodies, last_step, self.pairs, k);
         let kinematics = geometry.kinematics();
         // With one length for all slices, an index is compared only once.
         let all = self.pairs.len();
@@ -460,9 +459,12 @@ impl<L: Law> BodySide for BodyContacts<L> {
                     last_step,
                     closing,
                     watch: &now.watch,
-                    round: now.round[i],
                 };
-                chunk.evaluate(next, separations, outcomes);
+                if now.round[i] {
+                    chunk.evaluate::<true>(next, separations, outcomes);
+                } else {
+                    chunk.evaluate::<false>(next, separations, outcomes);
+                }
             };
         if shared {
             threads.each(
