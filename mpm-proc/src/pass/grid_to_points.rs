@@ -18,6 +18,7 @@ use crate::kernel::transfer::{AffineState, Transfer};
 use crate::kernel::window::{NO_VECTORS, VectorWindow, gather_row};
 use crate::state::continuum::Continuum;
 use crate::state::points::{Cloud, TileReport};
+use mechanics::threads::Threads;
 
 /// Velocities and positions of all points after the kick, by the scheme's choice of the velocity with which points move.
 ///
@@ -69,18 +70,16 @@ pub fn transfer_pass<
     which: Which,
     dt: f64,
 ) {
-    let grain = continuum.grain();
+    let threads = &continuum.threads;
     let (clouds, grid, transfer) = (&mut continuum.clouds, &continuum.grid, continuum.transfer);
-    continuum.threads.run(|| {
-        for cloud in clouds {
-            transfer_cloud::<W, KICK, DRIFT, S, T>(grain, cloud, which, &grid.tiles, transfer, dt);
-        }
-    });
+    for cloud in clouds {
+        transfer_cloud::<W, KICK, DRIFT, S, T>(threads, cloud, which, &grid.tiles, transfer, dt);
+    }
 }
 
 /// [`transfer_pass`] of one cloud, with the velocities of the nodes.
 fn transfer_cloud<const W: usize, const KICK: bool, const DRIFT: bool, S: Shape<W>, T: Transfer>(
-    grain: usize,
+    threads: &Threads,
     cloud: &mut Cloud<W, S, T::Affine>,
     which: Which,
     nodes: &[NodeTile],
@@ -97,7 +96,7 @@ fn transfer_cloud<const W: usize, const KICK: bool, const DRIFT: bool, S: Shape<
         PerTile::one(&mut cloud.reports[..]),
     );
     over_tiles(
-        grain,
+        threads,
         &cloud.tiles,
         share,
         || [NO_VECTORS; 2],
