@@ -213,8 +213,7 @@ impl System {
         Ok(())
     }
 
-    /// Sums the contact loads of each body, part by part. Computes the velocities and spins after a kick (s) by these
-    /// loads and by gravity. Returns the largest surface speed in m/s, or NaN if one is not finite.
+    /// Computes the velocities and spins after a kick (s) by contact loads and by gravity, part by part. Returns the largest surface speed in m/s, or NaN if one is not finite.
     fn kick_all(&mut self, kick: f64) -> f64 {
         let part = self.threads.part(self.bodies.len());
         self.kicked.fastest.clear();
@@ -223,8 +222,8 @@ impl System {
             .resize(self.bodies.len().div_ceil(part), 0.0);
         let coupled = self.loads.any_by_points;
         let (state, gravity) = (&self.bodies.state, self.gravity);
-        let (pairs, point_loads) = (self.pairs.as_ref(), &self.loads.by_points);
-        let loads = self.loads.by_bodies.chunks_mut(part);
+        let point_loads = &self.loads.by_points;
+        let loads = self.loads.by_bodies.chunks(part);
         let parts = self
             .kicked
             .velocities
@@ -232,12 +231,11 @@ impl System {
             .zip(self.kicked.motions.chunks_mut(part))
             .zip(&mut self.kicked.fastest);
         let parts = parts.zip(loads).enumerate();
-        self.threads
-            .each(parts, |(i, (((kicked, motions), fastest), loads))| {
+        self.threads.each(
+            state.len(),
+            parts,
+            |(i, (((kicked, motions), fastest), loads))| {
                 let here = i * part..i * part + kicked.len();
-                if let Some(pairs) = pairs {
-                    pairs.sum(here.start, loads);
-                }
                 let mut finite = true;
                 let kicked = kicked.iter_mut().zip(motions);
                 let bodies = state[here.clone()].iter().zip(loads).zip(kicked);
@@ -263,7 +261,8 @@ impl System {
                 if !finite {
                     *fastest = f64::NAN;
                 }
-            });
+            },
+        );
         // `f64::max` would lose a NaN.
         let larger = |a: f64, &b: &f64| if a.is_nan() || a > b { a } else { b };
         self.kicked.fastest.iter().fold(0.0, larger)
@@ -297,7 +296,8 @@ impl System {
                 speed,
                 outer: self.constants.outer_acceleration,
             };
-            let [stiff, impact] = pairs.omega_sq(&self.bodies, &self.kicked.motions, &impacts);
+            let [stiff, impact] =
+                pairs.omega_sq(&self.bodies, &self.kicked.motions, &impacts, &self.threads);
             let stiff = stiff.max(self.constants.per_resolution_sq * impact).sqrt();
             let omega = pairs.crossing(&self.bodies, kicked, speed, stiff);
             omega_sq = omega * omega;

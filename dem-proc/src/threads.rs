@@ -1,123 +1,123 @@
-//! Threads inside the solver. An array is divided into parts; one thread processes each part and writes to its own
-//! place. Sums over parts are taken in the order of the parts, which depend only on lengths. So any number of threads
-//! gives the same bits.
+//! Which loops the threads share, and how lists are cut into chunks. Chunks depend only on lengths, and their results are
+//! taken in their order, so any number of threads gives the same bits.
 
-use std::hint::spin_loop;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use mechanics::threads::Threads as Pool;
 
 /// Elements of a chunk: its results stay in the first-level cache.
 pub const CHUNK: usize = 256;
 
-/// With fewer chunks than this, a loop ends before other threads have woken up: a wake-up takes 5 to 20 us, a chunk
-/// about 4 us.
-const WORTH_SHARING: usize = 8;
+/// Loops over fewer elements than this are not shared. To share one costs 0.7 us, and the cheapest ones take 2 ns an
+/// element.
+const WORTH_SHARING: usize = 3 * CHUNK;
 
-/// Number of turns (some 50 us in all) in which a thread waits for the others before it sleeps.
-const SPINS: usize = 2000;
+/// The calling thread.
+static ALONE: Pool = Pool::alone();
 
-/// How loops are run: by the calling thread alone, or together with a thread pool of this solver.
+/// How loops are run.
 #[derive(Debug, Default)]
-pub struct Threads(Option<ThreadPool>);
+pub struct Threads(Pool);
 
 impl Threads {
-    /// `count` threads, including the caller's; 1 is a plain loop.
+    /// `count` threads, including the caller's.
     ///
     /// # Errors
     /// The error message of the operating system.
     pub fn new(count: usize) -> Result<Self, String> {
-        if count == 1 {
-            return Ok(Self(None));
+        Pool::new(count, "dem").map(Self)
+    }
+
+    /// The threads for a loop over `len` elements.
+    fn of(&self, len: usize) -> &Pool {
+        if len >= WORTH_SHARING {
+            &self.0
+        } else {
+            &ALONE
         }
-        let pool = ThreadPoolBuilder::new()
-            .num_threads(count - 1)
-            .thread_name(|i| format!("dem-{}", i + 1))
-            .build()
-            .map_err(|e| e.to_string())?;
-        Ok(Self(Some(pool)))
     }
 
-    /// Whether a loop over `len` elements is worth sharing.
-    pub fn shares(&self, len: usize) -> bool {
-        self.0.is_some() && len.div_ceil(CHUNK) >= WORTH_SHARING
-    }
-
-    /// Length of the parts of a shared loop over `len` elements without a sum: a few parts for each thread, so that a
-    /// thread that starts late does less.
+    /// Length of the parts of a loop over `len` elements: a few parts for each thread, so that a thread that starts late
+    /// does less.
     pub fn part(&self, len: usize) -> usize {
-        match &self.0 {
-            Some(pool) if self.shares(len) => len.div_ceil(4 * (pool.current_num_threads() + 1)),
-            _ => len.max(1),
+        match self.of(len).count() {
+            1 => len.max(1),
+            threads => len.div_ceil(4 * threads),
         }
     }
 
-    /// Calls `f` for every task. Each thread takes the next task when it is free.
+    /// Calls `act` for every task of a loop over `len` elements. Each thread takes the next task when it is free.
     #[inline]
-    pub fn each<T>(&self, tasks: impl ExactSizeIterator<Item = T> + Send, f: impl Fn(T) + Sync) {
-        match &self.0 {
-            Some(pool) if tasks.len() > 1 => share(pool, tasks, &f),
-            _ => tasks.for_each(f),
-        }
+    pub fn each<T>(
+        &self,
+        len: usize,
+        tasks: impl Iterator<Item = T> + Send,
+        act: impl Fn(T) + Sync,
+    ) {
+        self.of(len).each(tasks, act);
     }
 
-    /// Calls `f` for every chunk of `kept`, with the index of its first element, the chunk, and a scratch buffer of its
-    /// own. Then calls `take` for every scratch buffer, in order. The buffers are kept between calls, so that nothing
-    /// is allocated once they have grown.
+    /// Calls `act` for every chunk of `kept`, with its number and a place for its results, and then `take` for the
+    /// places, in order.
     #[inline]
-    pub fn chunks<S: Send + Default, B: Send>(
+    pub fn chunks<B: Send, S: Send + Sync>(
         &self,
         kept: &mut [B],
-        scratches: &mut Vec<S>,
-        f: impl Fn(usize, &mut [B], &mut S) + Sync + Send,
-        mut take: impl FnMut(&S),
+        places: &mut [S],
+        act: impl Fn(usize, &mut [B], &mut S) + Sync,
+        take: impl FnMut(&S) + Send,
     ) {
-        let count = kept.len().div_ceil(CHUNK);
-        if self.shares(kept.len()) {
-            scratches.resize_with(scratches.len().max(count), S::default);
-            let both = kept.chunks_mut(CHUNK).zip(&mut scratches[..count]);
-            self.each(both.enumerate(), |(i, (kept, scratch))| {
-                f(i * CHUNK, kept, scratch);
-            });
-            for scratch in &scratches[..count] {
-                take(scratch);
-            }
+        let threads = self.of(kept.len());
+        let chunks = kept.chunks_mut(CHUNK).enumerate().zip(places);
+        threads.in_order(chunks, |(i, kept), place| act(i, kept, place), take);
+    }
+
+    /// The same for results that nobody needs later: alone, the calling thread has one place for all chunks, which
+    /// stays in its cache.
+    #[inline]
+    pub fn chunks_in_passing<B: Send, S: Send + Sync + Default>(
+        &self,
+        kept: &mut [B],
+        places: &mut Vec<S>,
+        act: impl Fn(usize, &mut [B], &mut S) + Sync,
+        mut take: impl FnMut(&S) + Send,
+    ) {
+        if self.of(kept.len()).count() > 1 {
+            let count = kept.len().div_ceil(CHUNK);
+            places.resize_with(places.len().max(count), S::default);
+            self.chunks(kept, &mut places[..count], act, take);
         } else {
-            scratches.resize_with(scratches.len().max(1), S::default);
+            places.resize_with(places.len().max(1), S::default);
             for (i, kept) in kept.chunks_mut(CHUNK).enumerate() {
-                f(i * CHUNK, kept, &mut scratches[0]);
-                take(&scratches[0]);
+                act(i, kept, &mut places[0]);
+                take(&places[0]);
             }
         }
     }
 }
 
-/// The calling thread works too. Otherwise it would sleep, and to wake it costs as much as a small loop.
-fn share<T>(pool: &ThreadPool, tasks: impl Iterator<Item = T> + Send, f: &(impl Fn(T) + Sync)) {
-    let tasks = Mutex::new(tasks);
-    let work = || {
-        loop {
-            // The lock is released before the task is done.
-            let task = tasks.lock().expect("no task is made in a panic").next();
-            let Some(task) = task else { return };
-            f(task);
-        }
-    };
-    let others = pool.current_num_threads();
-    let working = AtomicUsize::new(others);
-    pool.in_place_scope(|scope| {
-        for _ in 0..others {
-            scope.spawn(|_| {
-                work();
-                working.fetch_sub(1, Ordering::Release);
-            });
-        }
-        work();
-        let mut turns = 0;
-        while working.load(Ordering::Acquire) > 0 && turns < SPINS {
-            spin_loop();
-            turns += 1;
-        }
-    });
+/// Working memory that outlives a loop: a thread takes one for a task and gives it back, so that there are no more of
+/// them than threads, and none is made anew in a step.
+#[derive(Debug, Default)]
+pub struct Spare<T>(Mutex<Vec<T>>);
+
+impl<T: Default> Spare<T> {
+    /// Working memory with what is left from another task.
+    pub fn take(&self) -> T {
+        self.lock().pop().unwrap_or_default()
+    }
+
+    /// Keeps it for another task.
+    pub fn give_back(&self, memory: T) {
+        self.lock().push(memory);
+    }
+
+    /// How many there are, outside of loops.
+    pub fn count(&self) -> usize {
+        self.lock().len()
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Vec<T>> {
+        self.0.lock().expect("nobody panics while he holds it")
+    }
 }

@@ -271,7 +271,7 @@ impl Bodies {
     /// Drift of the leapfrog: velocities and spins become `kicked`, those of `t_{n+1/2}`, and positions move with them
     /// to `t_{n+1}`. The rotation is exact.
     pub fn drift(&mut self, dt: f64, kicked: &[(Vec2, f64)], threads: &Threads) {
-        let part = threads.part(self.len());
+        let (count, part) = (self.len(), threads.part(self.len()));
         let (mut outline, mut local) = (&mut self.outline[..], &self.local[..]);
         let properties = &self.properties;
         let states = self.state.chunks_mut(part).enumerate();
@@ -286,22 +286,28 @@ impl Bodies {
             (outline, local) = (others, local_others);
             (state, frames, kicked, world, local_here)
         });
-        threads.each(parts, |(state, frames, kicked, mut world, mut local)| {
-            for ((state, frame), &(velocity, spin)) in state.iter_mut().zip(frames).zip(kicked) {
-                let own;
-                (own, world) = std::mem::take(&mut world).split_at_mut(state.vertices[1] as usize);
-                let shape;
-                (shape, local) = local.split_at(own.len());
-                if state.falls == 0.0 && velocity == Vec2::zeros() && spin == 0.0 {
-                    continue;
+        threads.each(
+            count,
+            parts,
+            |(state, frames, kicked, mut world, mut local)| {
+                for ((state, frame), &(velocity, spin)) in state.iter_mut().zip(frames).zip(kicked)
+                {
+                    let own;
+                    (own, world) =
+                        std::mem::take(&mut world).split_at_mut(state.vertices[1] as usize);
+                    let shape;
+                    (shape, local) = local.split_at(own.len());
+                    if state.falls == 0.0 && velocity == Vec2::zeros() && spin == 0.0 {
+                        continue;
+                    }
+                    (state.velocity, state.spin) = (velocity, spin);
+                    frame.advance(velocity * dt, spin * dt);
+                    state.center = frame.center;
+                    state.angle += spin * dt;
+                    state.place_outline(own, shape);
                 }
-                (state.velocity, state.spin) = (velocity, spin);
-                frame.advance(velocity * dt, spin * dt);
-                state.center = frame.center;
-                state.angle += spin * dt;
-                state.place_outline(own, shape);
-            }
-        });
+            },
+        );
     }
 
     /// The state of the bodies after a step.

@@ -23,12 +23,6 @@ pub struct Frame {
 const _: () = assert!(size_of::<Frame>() == 64);
 
 impl Frame {
-    /// Centre of mass and displacement as four numbers.
-    #[inline]
-    pub fn place(&self) -> [f64; 4] {
-        [self.center.x, self.center.y, self.shift.x, self.shift.y]
-    }
-
     /// Sine, versine, `1/m` and `1/I` as four numbers.
     #[inline]
     pub fn turn(&self) -> [f64; 4] {

@@ -28,6 +28,7 @@ use crate::law::history::SavedHistories;
 use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties, Response, reduced};
 use crate::lists::watch::{Ahead, Watch};
 use crate::saved::{count, finite};
+use crate::threads::Threads;
 use mechanics::mass::cross;
 
 /// A possible contact: a part of one body, and another body. Candidates are sorted by the fields in this order.
@@ -224,7 +225,7 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         bodies: &Bodies,
         last_step: LastStep,
         closing: f64,
-        _: &crate::threads::Threads,
+        _: &Threads,
         loads: &mut [PairLoad],
     ) {
         loads.fill(PairLoad::default());
@@ -297,11 +298,14 @@ impl<L: Law, M: Measure> BodySide for ConvexContacts<L, M> {
         }
     }
 
-    /// [`Self::evaluate`] has already summed the loads, for any number of threads.
-    fn sum(&self, _: usize, _: &mut [PairLoad]) {}
-
     /// As for pairs of vertices and edges: see [`crate::contact::pairs`].
-    fn omega_sq(&self, bodies: &Bodies, motions: &[SurfaceMotion], impacts: &Impacts) -> [f64; 2] {
+    fn omega_sq(
+        &self,
+        bodies: &Bodies,
+        motions: &[SurfaceMotion],
+        impacts: &Impacts,
+        _: &Threads,
+    ) -> [f64; 2] {
         let (mut largest, mut of_impact): (f64, f64) = (0.0, 0.0);
         for (near, pressing) in self.in_reach.iter().zip(&self.pressing) {
             let [a, b] = near.bodies.map(|b| motions[b as usize].rate());

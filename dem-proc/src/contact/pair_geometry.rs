@@ -91,7 +91,8 @@ impl Separations {
     pub const BYTES: usize = CHUNK * (3 * size_of::<f64>() + 2 * size_of::<u32>());
 
     /// Finds the pairs that press, and those whose surfaces are within `closing` (m) of one another. There is no branch
-    /// for a pair, because a processor cannot predict which pairs touch. `ROUND`: no pair has an edge, all are of discs.
+    /// for a pair, because a processor cannot predict which pairs touch. `ROUND`: all pairs are of discs, whose only vertex
+    /// is their centre, and which have no edge.
     #[inline(always)]
     pub fn find<const ROUND: bool>(&mut self, bodies: &Bodies, pairs: &[VertexEdge], closing: f64) {
         assert!(pairs.len() <= CHUNK);
@@ -202,9 +203,9 @@ impl Separations {
         &self.close[..self.counts[1]]
     }
 
-    /// Normal, overlap and relative motion of the pairs `k`.
+    /// Normal, overlap and relative motion of the pairs `k`; `ROUND` as in [`Self::find`].
     #[inline(always)]
-    pub fn geometry(
+    pub fn geometry<const ROUND: bool>(
         &self,
         bodies: &Bodies,
         last_step: LastStep,
@@ -219,25 +220,29 @@ impl Separations {
         let distance = gather(|l| distance_sq[k[l]]).sqrt();
         let overlap = gather(|l| pair[l].reach) - distance;
         let per_distance = Lanes::ONE / distance;
-        let mut normal = [
-            gather(|l| x[k[l]]) * per_distance,
-            gather(|l| y[k[l]]) * per_distance,
-        ];
+        let away = [gather(|l| x[k[l]]), gather(|l| y[k[l]])];
+        let mut normal = away.map(|x| x * per_distance);
         if distance.simd_eq(Lanes::ZERO).any() {
             normal = at_zero_distance(bodies, pair, distance, normal);
         }
         // Eq. 41: p = X - (a_V - xi/2) N, as a lever arm about either centre, along N and T.
-        let vertex = gather_vec(|l| bodies.outline[pair[l].vertex as usize]);
         let back = Lanes::HALF.mul_neg_add(overlap, gather(|l| pair[l].radius));
         let pair_bodies = pair.map(|p| p.bodies);
-        let arm = Arm {
-            vertex,
-            normal,
-            back,
+        let [of_vertex, of_edge] = [pair_bodies.map(|[v, _]| v), pair_bodies.map(|[_, e]| e)];
+        // A disc's vertex is its centre, and so is the edge of the other disc.
+        let arms = if ROUND {
+            [[Lanes::ZERO; 2], away]
+        } else {
+            let vertex = gather_vec(|l| bodies.outline[pair[l].vertex as usize]);
+            let center = |of: u32| bodies.frames[of as usize].center;
+            [
+                sub(vertex, gather_vec(|l| center(of_vertex[l]))),
+                sub(vertex, gather_vec(|l| center(of_edge[l]))),
+            ]
         };
         let sides = [
-            Side::new(bodies, pair_bodies.map(|[v, _]| v), last_step, arm),
-            Side::new(bodies, pair_bodies.map(|[_, e]| e), last_step, arm),
+            Side::new(bodies, of_vertex, last_step, (arms[0], back), normal),
+            Side::new(bodies, of_edge, last_step, (arms[1], back), normal),
         ];
         let mut geometry = PairGeometry {
             normal,
@@ -355,14 +360,6 @@ pub struct Answers {
     pub loss: [[f64; LANES]; 2],
 }
 
-/// The contact points of four pairs: `back` (m) behind the vertices, along the normals.
-#[derive(Debug, Clone, Copy)]
-struct Arm {
-    vertex: LaneVec,
-    normal: LaneVec,
-    back: Lanes,
-}
-
 /// One body of each of four pairs.
 #[derive(Debug, Clone, Copy)]
 struct Side {
@@ -380,28 +377,34 @@ struct Side {
 }
 
 impl Side {
+    /// The bodies `of`, with the vertices at `r` (m) from their centres, and the contact points `back` (m) behind the
+    /// vertices, along the normals.
     #[inline(always)]
-    fn new(bodies: &Bodies, of: [u32; LANES], last_step: LastStep, arm: Arm) -> Self {
+    fn new(
+        bodies: &Bodies,
+        of: [u32; LANES],
+        last_step: LastStep,
+        (r, back): (LaneVec, Lanes),
+        normal: LaneVec,
+    ) -> Self {
         let frames: [&Frame; LANES] = of.map(|b| &bodies.frames[b as usize]);
-        let [x, y, mut shift_x, mut shift_y] =
-            Lanes::transpose(frames.map(|f| Lanes::new(f.place())));
+        let mut shift = gather_vec(|l| frames[l].shift);
         let [mut sin, mut versine, inverse_mass, inverse_inertia] =
             Lanes::transpose(frames.map(|f| Lanes::new(f.turn())));
         if last_step.dt == 0.0 {
             let state = of.map(|b| &bodies.state[b as usize]);
-            [shift_x, shift_y] = gather_vec(|l| state[l].velocity);
+            shift = gather_vec(|l| state[l].velocity);
             sin = gather(|l| state[l].spin);
             versine = Lanes::ZERO;
         }
-        let r = sub(arm.vertex, [x, y]);
         Self {
-            shift: [shift_x, shift_y],
+            shift,
             sin,
             versine,
             inverse_mass,
             inverse_inertia,
-            n: cross(r, arm.normal),
-            t: dot(r, arm.normal) - arm.back, // T is N turned by +90 degrees, so r x T = r . N
+            n: cross(r, normal),
+            t: dot(r, normal) - back, // T is N turned by +90 degrees, so r x T = r . N
         }
     }
 

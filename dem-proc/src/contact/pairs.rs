@@ -11,6 +11,7 @@
 )]
 
 use std::fmt::Debug;
+use std::sync::Mutex;
 
 use interface::Vec2;
 use interface::message::wire::ContactState;
@@ -31,7 +32,7 @@ use crate::law::{LastStep, Law, Loss, PairProperties, reduced};
 use crate::lists::neighbours::{BodyList, VertexEdge};
 use crate::lists::watch::{Ahead, SavedWatch, Watch};
 use crate::saved::count;
-use crate::threads::{CHUNK, Threads};
+use crate::threads::{CHUNK, Spare, Threads};
 use mechanics::outline::contact_point;
 
 /// What a step needs from the contact between bodies, for any law.
@@ -40,8 +41,8 @@ pub trait BodySide: Debug + Send + Sync {
     /// to `speed` (m/s).
     fn update_list(&mut self, bodies: &Bodies, ahead: &Ahead, speed: f64);
     /// Evaluates every pair of the list. `closing` is the distance in m by which two surfaces can approach within two
-    /// steps: pairs within it count in the step limit. On one thread the sums of force and torque on each body (eqs.
-    /// 39, 40) are added to `loads` at once, while the data are in the cache.
+    /// steps: pairs within it count in the step limit. The sums of force and torque on each body (eqs. 39, 40), in the
+    /// order of the list, become its `loads`.
     fn evaluate(
         &mut self,
         bodies: &Bodies,
@@ -50,11 +51,15 @@ pub trait BodySide: Debug + Send + Sync {
         threads: &Threads,
         loads: &mut [PairLoad],
     );
-    /// Puts the sums for the bodies from `first` on into `loads`, if `evaluate` has not done so.
-    fn sum(&self, first: usize, loads: &mut [PairLoad]);
     /// Upper bounds of the squared frequency in 1/s^2, with the `motions` of all bodies: of all pairs in reach, and of
     /// those whose contact opens or closes ([`crate::contact::impact`]); 0 if there is none.
-    fn omega_sq(&self, bodies: &Bodies, motions: &[SurfaceMotion], impacts: &Impacts) -> [f64; 2];
+    fn omega_sq(
+        &self,
+        bodies: &Bodies,
+        motions: &[SurfaceMotion],
+        impacts: &Impacts,
+        threads: &Threads,
+    ) -> [f64; 2];
     /// The largest [`crossing_rate`] of a pair in reach in 1/s, or a number not above `known` if none is larger than
     /// that. `kicked` has the velocities and spins after the kick, and `speed` (m/s) bounds the speed of surfaces.
     fn crossing(&self, bodies: &Bodies, kicked: &[(Vec2, f64)], speed: f64, known: f64) -> f64;
@@ -106,8 +111,6 @@ struct Kept<L: Law> {
     list: BodyList,
     constants: Vec<L::Pair>,
     history: Vec<L::History>,
-    /// Smallest and largest number of a body in each chunk of the list.
-    spans: Vec<[u32; 2]>,
     /// Whether all pairs of the chunk are of discs.
     round: Vec<bool>,
 }
@@ -118,11 +121,9 @@ pub struct BodyContacts<L: Law> {
     law: L,
     lists: Versions<Kept<L>>,
     next: Vec<L::History>,
-    separations: Vec<Separations>,
+    separations: Spare<Separations>,
     /// The results of each chunk.
     outcomes: Vec<Outcomes>,
-    /// Whether the loads of the bodies have still to be summed from `outcomes`.
-    to_be_summed: bool,
     /// The argument of the last evaluation.
     closing: f64,
 }
@@ -134,7 +135,6 @@ impl<L: Law> Kept<L> {
             list: BodyList::default(),
             constants: Vec::new(),
             history: Vec::new(),
-            spans: Vec::new(),
             round: Vec::new(),
         }
     }
@@ -153,13 +153,12 @@ impl<L: Law> Kept<L> {
                 surfaces: pair.bodies.map(|b| bodies.properties[b as usize].surface),
             })
         }));
-        let span = |chunk: &[VertexEdge]| {
-            let all = || chunk.iter().flat_map(|pair| pair.bodies);
-            [all().min().unwrap_or(0), all().max().unwrap_or(0)]
+        let disc = |b: u32| bodies.outline_of(b as usize).len() == 1;
+        let round = |chunk: &[VertexEdge]| {
+            chunk
+                .iter()
+                .all(|pair| pair.bodies.iter().all(|&b| disc(b)))
         };
-        self.spans.clear();
-        self.spans.extend(self.list.pairs.chunks(CHUNK).map(span));
-        let round = |chunk: &[VertexEdge]| chunk.iter().all(|pair| pair.edge[0] == pair.edge[1]);
         self.round.clear();
         self.round.extend(self.list.pairs.chunks(CHUNK).map(round));
     }
@@ -197,9 +196,8 @@ impl<L: Law> BodyContacts<L> {
                 rebuilt: false,
             },
             next: Vec::new(),
-            separations: Vec::new(),
+            separations: Spare::default(),
             outcomes: Vec::new(),
-            to_be_summed: false,
             closing: 0.0,
         }
     }
@@ -320,25 +318,19 @@ struct Chunk<'a, L: Law> {
     last_step: LastStep,
     closing: f64,
     watch: &'a Watch,
-    /// Whether all pairs are of discs.
-    round: bool,
 }
 
 impl<L: Law> Chunk<'_, L> {
-    /// Evaluates all pairs.
+    /// Evaluates all pairs. `ROUND`: all are of discs.
     #[inline(always)]
-    fn evaluate(
+    fn evaluate<const ROUND: bool>(
         &self,
         next: &mut [L::History],
         separations: &mut Separations,
         outcomes: &mut Outcomes,
     ) {
         next.fill(L::History::default());
-        if self.round {
-            separations.find::<true>(self.bodies, self.pairs, self.closing);
-        } else {
-            separations.find::<false>(self.bodies, self.pairs, self.closing);
-        }
+        separations.find::<ROUND>(self.bodies, self.pairs, self.closing);
         if self.watch.is_by_body() {
             let closing = |pair| self.watch.closing(pair).unwrap_or(self.closing);
             separations.keep_close(self.pairs, closing);
@@ -352,17 +344,17 @@ impl<L: Law> Chunk<'_, L> {
                 overlap,
             });
         for quad in separations.pressing().chunks(LANES) {
-            self.quad::<true>(separations, quad, next, outcomes);
+            self.quad::<true, ROUND>(separations, quad, next, outcomes);
         }
         outcomes.presses = outcomes.count;
         for quad in separations.close().chunks(LANES) {
-            self.quad::<false>(separations, quad, next, outcomes);
+            self.quad::<false, ROUND>(separations, quad, next, outcomes);
         }
     }
 
     /// Evaluates law, forces and torques of up to four pairs, of which all press or none does.
     #[inline(always)]
-    fn quad<const PRESS: bool>(
+    fn quad<const PRESS: bool, const ROUND: bool>(
         &self,
         separations: &Separations,
         quad: &[u32],
@@ -373,7 +365,7 @@ impl<L: Law> Chunk<'_, L> {
         // Unused lanes repeat the last pair; their results are not summed.
         let k: [usize; LANES] = std::array::from_fn(|l| quad[l.min(count - 1)] as usize);
         let (bodies, last_step) = (self.bodies, self.last_step);
-        let geometry = separations.geometry(bodies, last_step, self.pairs, k);
+        let geometry = separations.geometry::<ROUND>(bodies, last_step, self.pairs, k);
         let kinematics = geometry.kinematics();
         // With one length for all slices, an index is compared only once.
         let all = self.pairs.len();
@@ -439,73 +431,40 @@ impl<L: Law> BodySide for BodyContacts<L> {
         loads: &mut [PairLoad],
     ) {
         let mut next = std::mem::take(&mut self.next);
-        let mut separations = std::mem::take(&mut self.separations);
         let mut outcomes = std::mem::take(&mut self.outcomes);
         let now = self.lists.current();
         next.resize(now.list.pairs.len(), L::History::default());
-        let count = next.len().div_ceil(CHUNK);
-        let shared = threads.shares(next.len());
-        separations.resize_with(if shared { count } else { 1 }, Separations::default);
-        outcomes.resize_with(count, Outcomes::default);
-        let chunks = next.chunks_mut(CHUNK).zip(&mut outcomes).enumerate();
-        let evaluate =
-            |i: usize, next: &mut [L::History], separations: &mut Separations, outcomes: &mut _| {
-                let here = i * CHUNK..i * CHUNK + next.len();
-                let chunk = Chunk {
-                    law: &self.law,
-                    pairs: &now.list.pairs[here.clone()],
-                    constants: &now.constants[here.clone()],
-                    history: &now.history[here],
-                    bodies,
-                    last_step,
-                    closing,
-                    watch: &now.watch,
-                    round: now.round[i],
-                };
-                chunk.evaluate(next, separations, outcomes);
+        outcomes.resize_with(next.len().div_ceil(CHUNK), Outcomes::default);
+        let evaluate = |i: usize, next: &mut [L::History], outcomes: &mut Outcomes| {
+            let here = i * CHUNK..i * CHUNK + next.len();
+            let chunk = Chunk {
+                law: &self.law,
+                pairs: &now.list.pairs[here.clone()],
+                constants: &now.constants[here.clone()],
+                history: &now.history[here],
+                bodies,
+                last_step,
+                closing,
+                watch: &now.watch,
             };
-        if shared {
-            threads.each(
-                chunks.zip(&mut separations),
-                |((i, (next, outcomes)), separations)| {
-                    evaluate(i, next, separations, outcomes);
-                },
-            );
-        } else {
-            loads.fill(PairLoad::default());
-            for (i, (next, outcomes)) in chunks {
-                evaluate(i, next, &mut separations[0], outcomes);
-                for ([v, e], [of_vertex, of_edge]) in outcomes.each() {
-                    loads[v] += *of_vertex;
-                    loads[e] += *of_edge;
-                }
+            let mut separations = self.separations.take();
+            if now.round[i] {
+                chunk.evaluate::<true>(next, &mut separations, outcomes);
+            } else {
+                chunk.evaluate::<false>(next, &mut separations, outcomes);
             }
-        }
-        self.next = next;
-        self.separations = separations;
-        self.outcomes = outcomes;
-        self.to_be_summed = shared;
-        self.closing = closing;
-    }
-
-    /// The list is in the order of bodies, so most chunks have no pair of a given few bodies. The sum of each body is
-    /// in the order of the list.
-    fn sum(&self, first: usize, loads: &mut [PairLoad]) {
-        if !self.to_be_summed {
-            return;
-        }
+            self.separations.give_back(separations);
+        };
         loads.fill(PairLoad::default());
-        for (found, &[lowest, highest]) in self.outcomes.iter().zip(&self.lists.current().spans) {
-            if highest as usize >= first && (lowest as usize) < first + loads.len() {
-                for (bodies, given) in found.each() {
-                    for (b, given) in bodies.into_iter().zip(given) {
-                        if let Some(load) = loads.get_mut(b.wrapping_sub(first)) {
-                            *load += *given;
-                        }
-                    }
-                }
+        threads.chunks(&mut next, &mut outcomes, evaluate, |outcomes| {
+            for ([v, e], [of_vertex, of_edge]) in outcomes.each() {
+                loads[v] += *of_vertex;
+                loads[e] += *of_edge;
             }
-        }
+        });
+        self.next = next;
+        self.outcomes = outcomes;
+        self.closing = closing;
     }
 
     /// `max over contacts (Lambda_A + Lambda_B)`, with `Lambda` the trace of each body's own `M^-1 K`. In contact space
@@ -513,13 +472,22 @@ impl<L: Law> BodySide for BodyContacts<L> {
     /// contacts of that body, and its norm is at most `Lambda_b`. So the Rayleigh quotient of a vector `x` is at most
     /// `sum_b Lambda_b |x on b's contacts|^2 / |x|^2`, and this is at most the largest `Lambda_A + Lambda_B` of one
     /// contact. The bound is exact for two bodies and one contact.
-    fn omega_sq(&self, bodies: &Bodies, motions: &[SurfaceMotion], impacts: &Impacts) -> [f64; 2] {
+    fn omega_sq(
+        &self,
+        bodies: &Bodies,
+        motions: &[SurfaceMotion],
+        impacts: &Impacts,
+        threads: &Threads,
+    ) -> [f64; 2] {
         let stiffest = self.outcomes.iter().map(|found| found.stiffest);
         let stiffest = stiffest.fold(Lanes::ZERO, Lanes::max).to_array();
         let calm = impacts.calm(stiffest.into_iter().fold(0.0, f64::max));
-        let pairs = self.lists.current().list.pairs.chunks(CHUNK);
-        let (mut largest, mut of_impact) = (0.0, 0.0);
-        for (found, pairs) in self.outcomes.iter().zip(pairs) {
+        let pairs = &self.lists.current().list.pairs;
+        let chunks = self.outcomes.iter().zip(pairs.chunks(CHUNK));
+        let all = Mutex::new([0.0_f64; 2]);
+        threads.each(pairs.len(), chunks, |(found, pairs)| {
+            let known = || all.lock().expect("nobody panics while he holds it");
+            let [mut largest, mut of_impact] = *known();
             for (i, &[a, b]) in found.pair_bodies[..found.count].iter().enumerate() {
                 let both = motions[a as usize].against(&motions[b as usize]);
                 let rate = both.rate();
@@ -529,8 +497,11 @@ impl<L: Law> BodySide for BodyContacts<L> {
                     of_impact = rate;
                 }
             }
-        }
-        [largest, of_impact]
+            // The largest of all does not depend on the order.
+            let mut known = known();
+            *known = [known[0].max(largest), known[1].max(of_impact)];
+        });
+        all.into_inner().expect("likewise")
     }
 
     fn crossing(&self, bodies: &Bodies, kicked: &[(Vec2, f64)], speed: f64, known: f64) -> f64 {
@@ -636,7 +607,7 @@ impl<L: Law> BodySide for BodyContacts<L> {
         self.lists.kept.bytes()
             + self.lists.fresh.bytes()
             + self.next.capacity() * size_of::<L::History>()
-            + self.separations.len() * Separations::BYTES
+            + self.separations.count() * Separations::BYTES
             + self.outcomes.len() * CHUNK * size_of::<([u32; 2], [PairLoad; 2])>()
     }
 
@@ -653,7 +624,6 @@ impl<L: Law> BodySide for BodyContacts<L> {
             next: _,
             separations: _,
             outcomes: _,
-            to_be_summed: _,
             closing: _,
         } = self;
         let Kept {
@@ -661,7 +631,6 @@ impl<L: Law> BodySide for BodyContacts<L> {
             history,
             list: _,      // follows from the watch's poses and margins
             constants: _, // follow from the list
-            spans: _,     // likewise
             round: _,     // likewise
         } = kept;
         SavedPairs {

@@ -29,7 +29,7 @@ use crate::lists::cells::Cells;
 use crate::lists::neighbours::REACH;
 use crate::parry::Bounds;
 use crate::saved::{count, finite, refusal};
-use crate::threads::Threads;
+use crate::threads::{CHUNK, Threads};
 
 /// What a step needs from the contact between points, for any law.
 pub trait PairSide: Debug + Send {
@@ -403,7 +403,8 @@ impl<L: Law> PairSide for PointPairs<L> {
         let mut buffers = std::mem::take(&mut self.buffers);
         let view = self.view(states);
         next.resize(view.now.list.len(), L::History::default());
-        let chunk = |from: usize, next: &mut [L::History], outcomes: &mut Vec<Outcome>| {
+        let chunk = |i: usize, next: &mut [L::History], outcomes: &mut Vec<Outcome>| {
+            let from = i * CHUNK;
             outcomes.clear();
             for (k, next) in next.iter_mut().enumerate() {
                 *next = L::History::default();
@@ -413,7 +414,7 @@ impl<L: Law> PairSide for PointPairs<L> {
                 }
             }
         };
-        threads.chunks(&mut next, &mut buffers, chunk, |outcomes: &Vec<Outcome>| {
+        threads.chunks_in_passing(&mut next, &mut buffers, chunk, |outcomes: &Vec<Outcome>| {
             for outcome in outcomes {
                 let [a, b] = outcome.pair.map(|slot| slot as usize);
                 for (slot, force) in [(a, outcome.force), (b, -outcome.force)] {

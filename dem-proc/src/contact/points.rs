@@ -25,7 +25,7 @@ use crate::law::history::SavedHistories;
 use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties, reduced_on_outline};
 use crate::lists::neighbours::{PointList, PointPair, REACH};
 use crate::saved::{count, finite, refusal};
-use crate::threads::Threads;
+use crate::threads::{CHUNK, Threads};
 use mechanics::mass::cross;
 
 /// One evaluated pair in reach.
@@ -401,7 +401,8 @@ impl<L: Law> PointSide for PointContacts<L> {
         let mut buffers = std::mem::take(&mut self.buffers);
         let view = self.view(bodies, states);
         next.resize(view.now.list.pairs.len(), L::History::default());
-        let chunk = |from: usize, next: &mut [L::History], outcomes: &mut Vec<Outcome>| {
+        let chunk = |i: usize, next: &mut [L::History], outcomes: &mut Vec<Outcome>| {
+            let from = i * CHUNK;
             outcomes.clear();
             for (k, next) in next.iter_mut().enumerate() {
                 *next = L::History::default();
@@ -411,7 +412,7 @@ impl<L: Law> PointSide for PointContacts<L> {
                 }
             }
         };
-        threads.chunks(&mut next, &mut buffers, chunk, |outcomes: &Vec<Outcome>| {
+        threads.chunks_in_passing(&mut next, &mut buffers, chunk, |outcomes: &Vec<Outcome>| {
             for outcome in outcomes {
                 let force = &mut forces[outcome.slot as usize];
                 force.force[0] += outcome.force.x;

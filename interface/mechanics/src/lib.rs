@@ -1,4 +1,4 @@
-//! Geometry and rigid-body mechanics in the plane that several of Tandem's crates need: no solver, no protocol.
+//! What several of Tandem's crates need for mechanics in the plane: no solver, no protocol.
 //!
 //! | file | what is in it |
 //! | --- | --- |
@@ -9,6 +9,7 @@
 //! | [`impulse`] | compensated sums of impulses |
 //! | [`expression`] | formulas in a scene: fields, loads, checks |
 //! | [`generate`] | sets of bodies from a seed |
+//! | [`threads`] | the threads of a solver |
 #![forbid(unsafe_code)]
 
 pub mod expression;
@@ -18,3 +19,4 @@ pub mod ledger;
 pub mod mass;
 pub mod outline;
 pub mod rigid;
+pub mod threads;

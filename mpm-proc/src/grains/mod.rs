@@ -18,7 +18,7 @@ use interface::step::Step;
 use serde::{Deserialize, Serialize};
 
 use crate::kernel::shape::Shape;
-use crate::kernel::threads::{Threads, over_items};
+use crate::kernel::threads::over_items;
 use crate::kernel::transfer::AffineState;
 use crate::pass::images::follow;
 #[cfg(test)]
@@ -31,6 +31,7 @@ use crate::state::grid::Grid;
 use crate::state::saved::refusal;
 use crate::step;
 use contact::SharedNodes;
+use mechanics::threads::Threads;
 use rigid::{RigidMotion, SavedMotion, move_rigidly};
 
 /// A body of points with its own nodes.
@@ -103,9 +104,7 @@ impl<const W: usize, S: Shape<W>, A: AffineState> Grains<W, S, A> {
         &mut self,
         work: &(impl Fn(&mut Grain<W, S, A>) -> Result<Limits, Fault> + Sync),
     ) -> Result<Limits, Fault> {
-        let (grains, chunk) = (&mut self.all, self.threads.grain(1));
-        self.threads
-            .run(|| over_items(chunk, grains, &|g| g.outcome = work(g)));
+        over_items(&self.threads, &mut self.all, &|g| g.outcome = work(g));
         let mut limits = Limits::default();
         for grain in &mut self.all {
             let of = core::mem::replace(&mut grain.outcome, Ok(Limits::default()))?;

@@ -1,54 +1,11 @@
-//! Threads: tiles are distributed by halving the list, so that no two threads ever hold the same data, and no sum
+//! Loops over tiles that threads share: each tile has its own data, so that no two threads ever hold the same, and no sum
 //! depends on the order of threads.
 
-use std::sync::Arc;
+use mechanics::threads::Threads;
 
 use crate::kernel::point_tile::Tile;
 
-/// The threads of a solver; one thread means plain loops in the caller's own.
-#[derive(Debug, Clone, Default)]
-pub struct Threads {
-    pool: Option<Arc<rayon::ThreadPool>>,
-}
-
-impl Threads {
-    /// `count` threads.
-    ///
-    /// # Errors
-    /// The message of the operating system if it has no threads to give.
-    pub fn new(count: usize) -> Result<Self, String> {
-        if count <= 1 {
-            return Ok(Self::default());
-        }
-        rayon::ThreadPoolBuilder::new()
-            .num_threads(count)
-            .thread_name(|i| format!("mpm-{i}"))
-            .build()
-            .map(|pool| Self {
-                pool: Some(Arc::new(pool)),
-            })
-            .map_err(|e| e.to_string())
-    }
-
-    /// Does `work` within the pool.
-    pub fn run<R: Send>(&self, work: impl FnOnce() -> R + Send) -> R {
-        match &self.pool {
-            None => work(),
-            Some(pool) => pool.install(work),
-        }
-    }
-
-    /// Longest list of tiles, out of `count`, that one thread keeps to itself.
-    pub fn grain(&self, count: usize) -> usize {
-        match &self.pool {
-            None => usize::MAX,
-            // A few pieces for each thread, so that others can take work from a slow thread.
-            Some(pool) => (count / (8 * pool.current_num_threads())).max(1),
-        }
-    }
-}
-
-/// Data that a list of tiles can be divided with: each half of the list takes its own part.
+/// Data that a list of tiles can be divided with: each part of the list takes its own.
 pub trait Share: Send + Sized {
     /// The parts of the first `tiles` tiles, which hold the first `blocks` blocks, and of the others.
     fn divide(self, tiles: usize, blocks: usize) -> (Self, Self);
@@ -107,24 +64,32 @@ impl<A: Share, B: Share, C: Share> Share for (A, B, C) {
     }
 }
 
-/// Calls `work` with every tile, its part of `share`, and working memory that each thread makes for itself; lists longer
-/// than `grain` are halved between threads.
+/// Length of the parts into which a list of so many is divided: a few for each thread, so that others can take work from
+/// a slow one.
+fn part(threads: &Threads, count: usize) -> usize {
+    match threads.count() {
+        1 => count.max(1),
+        threads => count.div_ceil(8 * threads).max(1),
+    }
+}
+
+/// Calls `work` with every tile, its part of `share`, and working memory that is made for each part of the list.
 pub fn over_tiles<D: Share, M, F: Fn(&Tile, D, &mut M) + Sync>(
-    grain: usize,
+    threads: &Threads,
     tiles: &[Tile],
     share: D,
     memory: fn() -> M,
     work: &F,
 ) {
-    if tiles.len() > grain {
-        let middle = tiles.len() / 2;
-        let (left, right) = tiles.split_at(middle);
-        let (a, b) = share.divide(middle, right[0].first - left[0].first);
-        rayon::join(
-            || over_tiles(grain, left, a, memory, work),
-            || over_tiles(grain, right, b, memory, work),
-        );
-    } else {
+    let mut rest = Some(share);
+    let parts = tiles.chunks(part(threads, tiles.len())).map(|tiles| {
+        let blocks = tiles.iter().map(|tile| tile.blocks).sum();
+        let share = rest.take().expect("what the last part left");
+        let (own, others) = share.divide(tiles.len(), blocks);
+        rest = Some(others);
+        (tiles, own)
+    });
+    threads.each(parts, |(tiles, share)| {
         let mut memory = memory();
         let mut rest = share;
         for tile in tiles {
@@ -132,15 +97,13 @@ pub fn over_tiles<D: Share, M, F: Fn(&Tile, D, &mut M) + Sync>(
             (part, rest) = rest.divide(1, tile.blocks);
             work(tile, part, &mut memory);
         }
-    }
+    });
 }
 
-/// Calls `work` with every item; lists longer than `grain` are halved between threads.
-pub fn over_items<T: Send, F: Fn(&mut T) + Sync>(grain: usize, items: &mut [T], work: &F) {
-    if items.len() > grain {
-        let (a, b) = items.split_at_mut(items.len() / 2);
-        rayon::join(|| over_items(grain, a, work), || over_items(grain, b, work));
-    } else {
-        items.iter_mut().for_each(work);
-    }
+/// Calls `work` with every item.
+pub fn over_items<T: Send, F: Fn(&mut T) + Sync>(threads: &Threads, items: &mut [T], work: &F) {
+    let part = part(threads, items.len());
+    threads.each(items.chunks_mut(part), |items| {
+        items.iter_mut().for_each(work)
+    });
 }

@@ -18,6 +18,7 @@ use crate::kernel::transfer::{AffineState, Transfer};
 use crate::kernel::window::{NO_VECTORS, VectorWindow, gather_row};
 use crate::state::continuum::Continuum;
 use crate::state::points::{Cloud, TileReport};
+use mechanics::threads::Threads;
 
 /// Velocities and positions of all points after the kick, by the scheme's choice of the velocity with which points move.
 ///
@@ -69,31 +70,29 @@ pub fn transfer_pass<
     which: Which,
     dt: f64,
 ) {
-    let grain = continuum.grain();
+    let threads = &continuum.threads;
     let (clouds, grid, transfer) = (&mut continuum.clouds, &continuum.grid, continuum.transfer);
-    continuum.threads.run(|| {
-        for cloud in clouds {
-            if KICK && transfer.increment {
-                transfer_cloud::<W, KICK, true, DRIFT, S, A>(
-                    grain,
-                    cloud,
-                    which,
-                    &grid.tiles,
-                    transfer,
-                    dt,
-                );
-            } else {
-                transfer_cloud::<W, KICK, false, DRIFT, S, A>(
-                    grain,
-                    cloud,
-                    which,
-                    &grid.tiles,
-                    transfer,
-                    dt,
-                );
-            }
+    for cloud in clouds {
+        if KICK && transfer.increment {
+            transfer_cloud::<W, KICK, true, DRIFT, S, A>(
+                threads,
+                cloud,
+                which,
+                &grid.tiles,
+                transfer,
+                dt,
+            );
+        } else {
+            transfer_cloud::<W, KICK, false, DRIFT, S, A>(
+                threads,
+                cloud,
+                which,
+                &grid.tiles,
+                transfer,
+                dt,
+            );
         }
-    });
+    }
 }
 
 /// [`transfer_pass`] of one cloud, with the velocities of the nodes; and with their increment if `INCREMENT`.
@@ -105,7 +104,7 @@ fn transfer_cloud<
     S: Shape<W>,
     A: AffineState,
 >(
-    grain: usize,
+    threads: &Threads,
     cloud: &mut Cloud<W, S, A>,
     which: Which,
     nodes: &[NodeTile],
@@ -122,7 +121,7 @@ fn transfer_cloud<
         PerTile::one(&mut cloud.reports[..]),
     );
     over_tiles(
-        grain,
+        threads,
         &cloud.tiles,
         share,
         || [NO_VECTORS; 2],

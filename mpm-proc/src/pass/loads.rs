@@ -17,6 +17,7 @@ use crate::kernel::window::scatter_row;
 use crate::state::continuum::Continuum;
 use crate::state::loads::{Load, LoadReport, Loads};
 use crate::state::points::{Cloud, NO_POINT};
+use mechanics::threads::Threads;
 
 /// Adds loads to the nodes, and counts their impulse and work.
 ///
@@ -29,14 +30,12 @@ pub fn apply_loads<const W: usize, S: Shape<W>, A: AffineState>(
     if continuum.clouds.iter().all(|c| c.loads.is_none()) {
         return Ok(());
     }
-    let grain = continuum.grain();
+    let threads = &continuum.threads;
     let (clouds, geometry) = (&mut continuum.clouds, &continuum.grid.geometry);
     let size = [0, 1].map(|a| geometry.upper[a] - geometry.lower[a]);
-    continuum.threads.run(|| {
-        for cloud in clouds {
-            apply(grain, cloud, size, step.time);
-        }
-    });
+    for cloud in clouds {
+        apply(threads, cloud, size, step.time);
+    }
     for cloud in &continuum.clouds {
         let Some(loads) = &cloud.loads else {
             continue;
@@ -57,7 +56,7 @@ pub fn apply_loads<const W: usize, S: Shape<W>, A: AffineState>(
 
 /// Adds the loads of `time` (s) to the forces on a cloud's nodes, in a domain of size `size` (m).
 fn apply<const W: usize, S: Shape<W>, A: AffineState>(
-    grain: usize,
+    threads: &Threads,
     cloud: &mut Cloud<W, S, A>,
     size: [f64; 2],
     time: f64,
@@ -77,7 +76,7 @@ fn apply<const W: usize, S: Shape<W>, A: AffineState>(
         PerTile::one(&mut loads.reports[..]),
     );
     over_tiles(
-        grain,
+        threads,
         &cloud.tiles,
         share,
         || (),

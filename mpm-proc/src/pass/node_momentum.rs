@@ -11,6 +11,7 @@ use crate::state::grid::Grid;
 use crate::state::nodes::{MappedTile, NodeTile, WallContribution};
 use crate::state::points::Cloud;
 use crate::state::walls::WallNodes;
+use mechanics::threads::Threads;
 
 /// Below this mass (kg/m) a node counts as empty. Far below any mass that a shape function can give while its
 /// quotients keep their digits.
@@ -22,12 +23,12 @@ const EMPTY: f64 = 1e-250;
 /// `pic_fraction` is the share of the momentum removed here that the points will feel.
 pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
     grid: &mut Grid,
-    grain: usize,
+    threads: &Threads,
     clouds: &[Cloud<W, S, A>],
     pic_fraction: f64,
 ) {
     let (walls, overlaps) = (&grid.walls, &grid.overlaps);
-    over_items(grain, &mut grid.tiles, &|tile: &mut NodeTile| {
+    over_items(threads, &mut grid.tiles, &|tile: &mut NodeTile| {
         let mut sum = [[0.0; 4]; NODES];
         for o in tile.overlapping(overlaps) {
             let window = &clouds[o.cloud as usize].mass_momentum[o.tile as usize];
@@ -46,7 +47,7 @@ pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
     });
     if !grid.images.is_empty() {
         gather_momentum(&mut grid.images, &mut grid.tiles);
-        over_items(grain, &mut grid.tiles, &|tile: &mut NodeTile| {
+        over_items(threads, &mut grid.tiles, &|tile: &mut NodeTile| {
             if tile.imaged {
                 tile.divide_momentum(walls, pic_fraction);
             }
@@ -58,11 +59,11 @@ pub fn sum_momentum<const W: usize, S: Shape<W>, A: AffineState>(
 /// [`Grid::mapped`] where they are wanted. The velocities with which the nodes move do not change.
 pub fn divide_mapped<const W: usize, S: Shape<W>, A: AffineState>(
     grid: &mut Grid,
-    grain: usize,
+    threads: &Threads,
     clouds: &[Cloud<W, S, A>],
 ) {
     let (walls, overlaps, tiles) = (&grid.walls, &grid.overlaps, &grid.tiles);
-    over_items(grain, &mut grid.mapped, &|mapped: &mut MappedTile| {
+    over_items(threads, &mut grid.mapped, &|mapped: &mut MappedTile| {
         if mapped.wanted == 0 {
             return;
         }
@@ -82,7 +83,7 @@ pub fn divide_mapped<const W: usize, S: Shape<W>, A: AffineState>(
     });
     if !grid.images.is_empty() {
         gather_vectors(&mut grid.images, &mut grid.mapped);
-        over_items(grain, &mut grid.mapped, &|mapped: &mut MappedTile| {
+        over_items(threads, &mut grid.mapped, &|mapped: &mut MappedTile| {
             let tile = &tiles[mapped.tile as usize];
             if tile.imaged && mapped.wanted != 0 {
                 mapped.divide_momentum(tile, walls);

@@ -13,20 +13,19 @@ use crate::kernel::transfer::AffineState;
 use crate::kernel::window::{NodalWindow, add_numbers, add_product};
 use crate::state::continuum::Continuum;
 use crate::state::points::Cloud;
+use mechanics::threads::Threads;
 
 /// Maps mass and momentum of all points to the nodes, and divides them: velocities of the nodes before the kick.
 pub fn points_to_grid<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
 ) {
-    let grain = continuum.grain();
+    let threads = &continuum.threads;
     let pic_fraction = continuum.transfer.pic_fraction();
     let (clouds, grid) = (&mut continuum.clouds, &mut continuum.grid);
-    continuum.threads.run(|| {
-        for cloud in &mut *clouds {
-            map_cloud(grain, cloud, Which::All, grid.geometry.cell);
-        }
-        sum_momentum(grid, grain, clouds, pic_fraction);
-    });
+    for cloud in &mut *clouds {
+        map_cloud(threads, cloud, Which::All, grid.geometry.cell);
+    }
+    sum_momentum(grid, threads, clouds, pic_fraction);
     hold_before(continuum, pic_fraction);
     let grid = &mut continuum.grid;
     spread_before(&grid.images, &mut grid.tiles, pic_fraction);
@@ -38,20 +37,18 @@ pub fn map_velocities<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     which: Which,
 ) {
-    let grain = continuum.grain();
+    let threads = &continuum.threads;
     let (clouds, grid) = (&mut continuum.clouds, &mut continuum.grid);
-    continuum.threads.run(|| {
-        for cloud in &mut *clouds {
-            map_cloud(grain, cloud, which, grid.geometry.cell);
-        }
-        divide_mapped(grid, grain, clouds);
-    });
+    for cloud in &mut *clouds {
+        map_cloud(threads, cloud, which, grid.geometry.cell);
+    }
+    divide_mapped(grid, threads, clouds);
 }
 
 /// Sums mass and momentum of a cloud's points into the windows of their tiles, of `which`; with the group's spin at the nodes
 /// where it is kept.
 fn map_cloud<const W: usize, S: Shape<W>, A: AffineState>(
-    grain: usize,
+    threads: &Threads,
     cloud: &mut Cloud<W, S, A>,
     which: Which,
     cell: f64,
@@ -62,23 +59,23 @@ fn map_cloud<const W: usize, S: Shape<W>, A: AffineState>(
         // The change of velocity from one node to the next along x, and along y.
         let [none, over_cell] = [ZERO, splat(turn * cell)];
         let slopes = [[none, over_cell], [-over_cell, none]];
-        fill_windows::<W, true, S, A>(grain, cloud, which, slopes);
+        fill_windows::<W, true, S, A>(threads, cloud, which, slopes);
     } else {
-        fill_windows::<W, false, S, A>(grain, cloud, which, [[ZERO; 2]; 2]);
+        fill_windows::<W, false, S, A>(threads, cloud, which, [[ZERO; 2]; 2]);
     }
 }
 
 /// Sums mass and momentum of a cloud's points into the windows of their tiles, of `which`. Points have affine parts of their
 /// own, or all have those `of_group` if `SPIN`.
 fn fill_windows<const W: usize, const SPIN: bool, S: Shape<W>, A: AffineState>(
-    grain: usize,
+    threads: &Threads,
     cloud: &mut Cloud<W, S, A>,
     which: Which,
     of_group: [[Lanes; 2]; 2],
 ) {
     let (shape, x, motion, mass) = (cloud.shape, &cloud.x, &cloud.motion, cloud.mass);
     let share = PerTile::one(&mut cloud.mass_momentum[..]);
-    over_tiles(grain, &cloud.tiles, share, || (), &|tile, window, ()| {
+    over_tiles(threads, &cloud.tiles, share, || (), &|tile, window, ()| {
         if !which.has(tile) {
             return;
         }

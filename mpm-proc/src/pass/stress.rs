@@ -23,31 +23,29 @@ pub fn stress_pass<const W: usize, S: Shape<W>, A: AffineState>(
     strain: bool,
     load: bool,
 ) {
-    let grain = continuum.grain();
+    let threads = &continuum.threads;
     let (clouds, grid) = (&mut continuum.clouds, &continuum.grid);
-    continuum.threads.run(|| {
-        for cloud in clouds {
-            let rate = cloud.material.volume_rate();
-            let volumes = strain && rate > 0.0;
-            cloud.material.update(StressPass {
-                grain,
-                shape: cloud.shape,
-                dt,
-                per_cell: 1.0 / grid.geometry.cell,
-                volume: cloud.volume,
-                tiles: &cloud.tiles,
-                x: &cloud.x,
-                nodes: &grid.tiles,
-                volumes: volumes.then(|| (&grid.volumes[..], shares(rate, dt))),
-                velocity,
-                positions_at,
-                strain,
-                load,
-                force: &mut cloud.force,
-                reports: &mut cloud.stress_reports,
-            });
-        }
-    });
+    for cloud in clouds {
+        let rate = cloud.material.volume_rate();
+        let volumes = strain && rate > 0.0;
+        cloud.material.update(StressPass {
+            threads,
+            shape: cloud.shape,
+            dt,
+            per_cell: 1.0 / grid.geometry.cell,
+            volume: cloud.volume,
+            tiles: &cloud.tiles,
+            x: &cloud.x,
+            nodes: &grid.tiles,
+            volumes: volumes.then(|| (&grid.volumes[..], shares(rate, dt))),
+            velocity,
+            positions_at,
+            strain,
+            load,
+            force: &mut cloud.force,
+            reports: &mut cloud.stress_reports,
+        });
+    }
 }
 
 impl<const W: usize, S: Shape<W>, M: Material> UpdateStress<W, S> for MaterialPoints<M> {
@@ -64,7 +62,7 @@ fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
 ) {
     let pitch = pitch(W);
     let StressPass {
-        grain,
+        threads,
         shape,
         dt,
         per_cell,
@@ -90,7 +88,7 @@ fn update_tiles<const W: usize, S: Shape<W>, M: Material>(
     let load = -volume * per_cell;
     let share = (PerBlock(points), PerTile::one(force), PerTile::one(reports));
     over_tiles(
-        grain,
+        threads,
         tiles,
         share,
         Memory::new,

@@ -13,6 +13,7 @@ use crate::state::grid::Grid;
 use crate::state::nodes::NodeTile;
 use crate::state::points::Cloud;
 use crate::state::walls::WallNodes;
+use mechanics::threads::Threads;
 
 /// `v_I^{n+1/2} = v_I^{n-1/2} + (f_I^int + f_I^cont + m_I g) / m_I kick`, with walls (eqs. 17, 48).
 /// `kick` is its length in s.
@@ -20,11 +21,9 @@ pub fn update_grid<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     kick: f64,
 ) {
-    let (grain, damping) = (continuum.grain(), continuum.damping);
+    let (threads, damping) = (&continuum.threads, continuum.damping);
     let (clouds, grid) = (&continuum.clouds, &mut continuum.grid);
-    continuum
-        .threads
-        .run(|| kick_nodes(grid, grain, clouds, kick, damping));
+    kick_nodes(grid, threads, clouds, kick, damping);
     hold_after(continuum);
     let grid = &mut continuum.grid;
     spread_after(&grid.images, &mut grid.tiles, kick);
@@ -32,7 +31,7 @@ pub fn update_grid<const W: usize, S: Shape<W>, A: AffineState>(
 
 fn kick_nodes<const W: usize, S: Shape<W>, A: AffineState>(
     grid: &mut Grid,
-    grain: usize,
+    threads: &Threads,
     clouds: &[Cloud<W, S, A>],
     kick: f64,
     damping: f64,
@@ -44,7 +43,7 @@ fn kick_nodes<const W: usize, S: Shape<W>, A: AffineState>(
         damping: Damping::over(damping, kick),
         walls: &grid.walls,
     };
-    over_items(grain, &mut grid.tiles, &|tile: &mut NodeTile| {
+    over_items(threads, &mut grid.tiles, &|tile: &mut NodeTile| {
         let mut force = [[0.0; 2]; NODES];
         for o in tile.overlapping(overlaps) {
             let window = &clouds[o.cloud as usize].force[o.tile as usize];
@@ -64,7 +63,7 @@ fn kick_nodes<const W: usize, S: Shape<W>, A: AffineState>(
     });
     if !grid.images.is_empty() {
         gather_force(&mut grid.images, &mut grid.tiles, gravity);
-        over_items(grain, &mut grid.tiles, &|tile: &mut NodeTile| {
+        over_items(threads, &mut grid.tiles, &|tile: &mut NodeTile| {
             if tile.imaged {
                 let force = tile.after;
                 tile.kick(&force, &act);

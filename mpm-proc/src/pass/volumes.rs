@@ -52,42 +52,39 @@ pub fn map_volumes<const W: usize, S: Shape<W>, A: AffineState>(
     {
         return;
     }
-    let grain = continuum.grain();
+    let threads = &continuum.threads;
     let (clouds, grid) = (&mut continuum.clouds, &mut continuum.grid);
     grid.volumes.clear();
     let tiles = 0..grid.tiles.len();
     grid.volumes.extend(tiles.map(VolumeNodes::of));
-    continuum.threads.run(|| {
-        for cloud in clouds.iter_mut().filter(|c| c.material.volume_rate() > 0.0) {
-            let (shape, x, material, volume) =
-                (cloud.shape, &cloud.x, &*cloud.material, cloud.volume);
-            let share = PerTile::one(&mut cloud.force[..]);
-            over_tiles(grain, &cloud.tiles, share, || (), &|tile, window, ()| {
-                let window = &mut window.items[0];
-                window.0.fill(0.0);
-                for b in 0..tile.blocks {
-                    let block = tile.first + b;
-                    let place = tile.frame.locate(&x[block], pitch(W));
-                    let initial = splat(volume) * tile.live(b);
-                    add_volumes(
-                        window,
-                        &place,
-                        &shape,
-                        [initial, initial * material.volumes(block)],
-                    );
-                }
-            });
-        }
-        let (clouds, tiles, overlaps) = (&*clouds, &grid.tiles, &grid.overlaps);
-        over_items(grain, &mut grid.volumes, &|nodes: &mut VolumeNodes| {
-            nodes.sum = [[0.0; 2]; NODES];
-            for o in tiles[nodes.tile].overlapping(overlaps) {
-                let cloud = &clouds[o.cloud as usize];
-                if cloud.material.volume_rate() > 0.0 {
-                    add_window::<W, 2>(&mut nodes.sum, &cloud.force[o.tile as usize].0, o.run);
-                }
+    for cloud in clouds.iter_mut().filter(|c| c.material.volume_rate() > 0.0) {
+        let (shape, x, material, volume) = (cloud.shape, &cloud.x, &*cloud.material, cloud.volume);
+        let share = PerTile::one(&mut cloud.force[..]);
+        over_tiles(threads, &cloud.tiles, share, || (), &|tile, window, ()| {
+            let window = &mut window.items[0];
+            window.0.fill(0.0);
+            for b in 0..tile.blocks {
+                let block = tile.first + b;
+                let place = tile.frame.locate(&x[block], pitch(W));
+                let initial = splat(volume) * tile.live(b);
+                add_volumes(
+                    window,
+                    &place,
+                    &shape,
+                    [initial, initial * material.volumes(block)],
+                );
             }
         });
+    }
+    let (clouds, tiles, overlaps) = (&*clouds, &grid.tiles, &grid.overlaps);
+    over_items(threads, &mut grid.volumes, &|nodes: &mut VolumeNodes| {
+        nodes.sum = [[0.0; 2]; NODES];
+        for o in tiles[nodes.tile].overlapping(overlaps) {
+            let cloud = &clouds[o.cloud as usize];
+            if cloud.material.volume_rate() > 0.0 {
+                add_window::<W, 2>(&mut nodes.sum, &cloud.force[o.tile as usize].0, o.run);
+            }
+        }
     });
     for image in &grid.images.0 {
         let ([from, n], [to, m]) = (

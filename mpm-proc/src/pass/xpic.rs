@@ -54,57 +54,53 @@ fn over_velocities<const W: usize, S: Shape<W>, A: AffineState>(
     continuum: &mut Continuum<W, S, A>,
     act: impl Fn(&mut [Lanes; 2], &mut [Lanes; 2]) + Sync,
 ) {
-    let grain = continuum.grain();
+    let threads = &continuum.threads;
     let clouds = &mut continuum.clouds;
-    continuum.threads.run(|| {
-        for cloud in clouds {
-            cloud.aside.resize(cloud.motion.len(), [ZERO; 2]);
-            let share = (
-                PerBlock(&mut cloud.motion[..]),
-                PerBlock(&mut cloud.aside[..]),
-            );
-            over_tiles(grain, &cloud.tiles, share, || (), &|_, part, ()| {
-                let (motion, aside) = part;
-                for (motion, aside) in motion.0.iter_mut().zip(aside.0.iter_mut()) {
-                    act(&mut motion.v, aside);
-                }
-            });
-        }
-    });
+    for cloud in clouds {
+        cloud.aside.resize(cloud.motion.len(), [ZERO; 2]);
+        let share = (
+            PerBlock(&mut cloud.motion[..]),
+            PerBlock(&mut cloud.aside[..]),
+        );
+        over_tiles(threads, &cloud.tiles, share, || (), &|_, part, ()| {
+            let (motion, aside) = part;
+            for (motion, aside) in motion.0.iter_mut().zip(aside.0.iter_mut()) {
+                act(&mut motion.v, aside);
+            }
+        });
+    }
 }
 
 /// `v_p -= sum_I S_Ip v_I`, of what the grid has seen.
 fn subtract<const W: usize, S: Shape<W>, A: AffineState>(continuum: &mut Continuum<W, S, A>) {
-    let grain = continuum.grain();
+    let threads = &continuum.threads;
     let (clouds, grid) = (&mut continuum.clouds, &continuum.grid);
-    continuum.threads.run(|| {
-        for cloud in clouds {
-            let (shape, x) = (cloud.shape, &cloud.x);
-            let share = PerBlock(&mut cloud.motion[..]);
-            over_tiles(
-                grain,
-                &cloud.tiles,
-                share,
-                || NO_VECTORS,
-                &|tile, motion, window| {
-                    fill_window::<W, _>(window, &grid.tiles, tile, |t| {
-                        &grid.mapped[t.index].velocity
-                    });
-                    for (x, motion) in x[tile.first..].iter().zip(motion.0.iter_mut()) {
-                        let place = tile.frame.locate(x, pitch(W));
-                        let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
-                        for j in 0..W {
-                            let row = gather_row::<W>(window, &place, j);
-                            for i in 0..W {
-                                let weight = s[0][i] * s[1][j];
-                                for a in 0..2 {
-                                    motion.v[a] -= weight * row[i][a];
-                                }
+    for cloud in clouds {
+        let (shape, x) = (cloud.shape, &cloud.x);
+        let share = PerBlock(&mut cloud.motion[..]);
+        over_tiles(
+            threads,
+            &cloud.tiles,
+            share,
+            || NO_VECTORS,
+            &|tile, motion, window| {
+                fill_window::<W, _>(window, &grid.tiles, tile, |t| {
+                    &grid.mapped[t.index].velocity
+                });
+                for (x, motion) in x[tile.first..].iter().zip(motion.0.iter_mut()) {
+                    let place = tile.frame.locate(x, pitch(W));
+                    let s = [shape.weights(0, place.d[0]), shape.weights(1, place.d[1])];
+                    for j in 0..W {
+                        let row = gather_row::<W>(window, &place, j);
+                        for i in 0..W {
+                            let weight = s[0][i] * s[1][j];
+                            for a in 0..2 {
+                                motion.v[a] -= weight * row[i][a];
                             }
                         }
                     }
-                },
-            );
-        }
-    });
+                }
+            },
+        );
+    }
 }

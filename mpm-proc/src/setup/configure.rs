@@ -8,13 +8,13 @@ use interface::config::{
     GridContact, MaterialModel, MpmConfig, Plane, ShapeFunction, Transfer as TransferConfig,
 };
 use interface::solver::{Readiness, Refusal};
+use mechanics::threads::Threads;
 
 use super::grid::geometry;
 use crate::grains::Grains;
 use crate::kernel::lanes::LANES;
 use crate::kernel::shape::{CubicBspline, Linear, QuadraticBspline, Shape, Ugimp};
 use crate::kernel::spread::Spread;
-use crate::kernel::threads::Threads;
 use crate::kernel::tiles::Geometry;
 use crate::kernel::transfer::{AffineState, Slopes, Transfer};
 use crate::layers::Layers;
@@ -122,7 +122,7 @@ impl<'a> Parts<'a> {
             .iter()
             .map(|p| p.sides.map(|s| 0.5 * s / config.cell));
         let spread = Spread::new(config.contact_force, half_width.collect());
-        let threads = Threads::new(config.threads)
+        let threads = Threads::new(config.threads, "mpm")
             .map_err(|e| Refusal::new("mpm.threads", format!("{} threads: {e}", config.threads)))?;
         Ok(Self {
             config,

@@ -2,6 +2,7 @@
 
 use interface::saved::{pack, unpack};
 use interface::solver::Refusal;
+use mechanics::threads::Threads;
 use serde::{Deserialize, Serialize};
 
 use super::nodes::NodeTile;
@@ -45,8 +46,8 @@ pub struct StressReport {
 
 /// What the stress pass reads and writes, except the points of the material.
 pub struct StressPass<'a, const W: usize, S: Shape<W>> {
-    /// Longest list of tiles that one thread keeps to itself.
-    pub grain: usize,
+    /// How loops are run.
+    pub threads: &'a Threads,
     /// Shape function of the cloud.
     pub shape: S,
     /// Interval in s.

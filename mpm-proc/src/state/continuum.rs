@@ -3,6 +3,7 @@
 
 use interface::config::{Drift, StressUpdate};
 use interface::solver::Refusal;
+use mechanics::threads::Threads;
 use serde::{Deserialize, Serialize};
 
 use super::contact::{Loaded, Touch};
@@ -17,7 +18,6 @@ use super::stages::Stages;
 use super::totals::Totals;
 use crate::kernel::shape::Shape;
 use crate::kernel::spread::Spread;
-use crate::kernel::threads::Threads;
 use crate::kernel::tiles::NODES;
 use crate::kernel::transfer::{AffineState, Transfer};
 
@@ -55,18 +55,10 @@ pub struct Continuum<const W: usize, S: Shape<W>, A: AffineState> {
     pub probes: Vec<PointSet>,
     /// Points that are held.
     pub holds: Holds,
-    /// Threads.
+    /// How loops are run.
     pub threads: Threads,
     /// Upper bound of the displacement of any point since points were last sorted, in m.
     pub moved: f64,
-}
-
-impl<const W: usize, S: Shape<W>, A: AffineState> Continuum<W, S, A> {
-    /// Longest list of tiles that one thread keeps to itself.
-    pub fn grain(&self) -> usize {
-        self.threads
-            .grain(self.clouds.iter().map(|c| c.tiles.len()).max().unwrap_or(0))
-    }
 }
 
 /// The saved part of a continuum.

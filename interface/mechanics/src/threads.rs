@@ -1,0 +1,323 @@
+//! Threads inside a solver: a loop over tasks that the calling thread shares with the threads of a pool.
+//!
+//! The order in which tasks run is not fixed, so no task may depend on another one, and no sum on the order of threads:
+//! each datum has one task that writes it ([`Threads::each`]), or results are added up in the order of the tasks
+//! ([`Threads::in_order`]). Then any number of threads gives the same bits.
+//!
+//! A step has several short loops with little between them. To wake a thread costs as much as such a loop, so after a
+//! loop a thread looks for the next one for a while ([`LOOKS`]), and only then sleeps: until the next step if the solver
+//! waits for other processes in between. And a thread that is asleep, or that other programs keep from running, is
+//! called but not waited for: the calling thread begins alone, and divides what is left when all are there.
+//!
+//! Rayon's own threads do not wait in this way. After a loop they call the system 33 times to give their processor
+//! away, which beside other programs costs them milliseconds, and sleep then (docs/decisions/0006-waiting.md). So each
+//! thread of the pool is in one job of ours all the time, and rayon brings the loops to it: only rayon can lend borrowed
+//! data to a thread that lives on, without `unsafe` here.
+
+use std::hint::spin_loop;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError};
+
+use rayon::{ThreadPool, ThreadPoolBuilder, Yield, yield_local};
+
+/// Number of looks, some 50 us in all, for the next loop before a thread sleeps, and for the end of a loop before the
+/// calling thread does.
+const LOOKS: usize = 2000;
+
+/// Number of looks, some 0.7 us in all, for the others before the calling thread begins alone. One that is awake is
+/// there within 0.1 us.
+const FIRST_LOOKS: usize = 30;
+
+/// How the loops of a solver are run: by the calling thread alone, or together with the threads of a pool.
+#[derive(Debug, Clone, Default)]
+pub struct Threads(Option<Arc<Pool>>);
+
+impl Threads {
+    /// The calling thread only.
+    pub const fn alone() -> Self {
+        Self(None)
+    }
+
+    /// `count` threads, including the caller's; the others are called `name` with a number. 1 is a plain loop.
+    ///
+    /// # Errors
+    /// The error message of the operating system if it has no more threads.
+    pub fn new(count: usize, name: &'static str) -> Result<Self, String> {
+        if count <= 1 {
+            return Ok(Self::alone());
+        }
+        let threads = ThreadPoolBuilder::new()
+            .num_threads(count - 1)
+            .thread_name(move |i| format!("{name}-{}", i + 1))
+            .build()
+            .map_err(|e| e.to_string())?;
+        let calls = Arc::new(Calls::new(count - 1));
+        let attended = Arc::clone(&calls);
+        threads.spawn_broadcast(move |thread| attended.attend(thread.index()));
+        Ok(Self(Some(Arc::new(Pool { threads, calls }))))
+    }
+
+    /// Number of threads, including the caller's.
+    pub fn count(&self) -> usize {
+        match &self.0 {
+            Some(pool) => pool.threads.current_num_threads() + 1,
+            None => 1,
+        }
+    }
+
+    /// Calls `act` for every task. Each thread takes the next task when it is free.
+    #[inline]
+    pub fn each<T>(&self, tasks: impl Iterator<Item = T> + Send, act: impl Fn(T) + Sync) {
+        match &self.0 {
+            Some(pool) if tasks.size_hint().1 != Some(1) => pool.share(tasks, &act),
+            _ => tasks.for_each(act),
+        }
+    }
+
+    /// Calls `act` for every task and its place, and `take` for every place in the order of the tasks, as soon as the
+    /// tasks up to it have run. So while one thread takes results, the others go on with tasks.
+    pub fn in_order<'a, T: Send, S: Send + Sync + 'a>(
+        &self,
+        tasks: impl ExactSizeIterator<Item = (T, &'a mut S)> + Send,
+        act: impl Fn(T, &mut S) + Sync,
+        mut take: impl FnMut(&S) + Send,
+    ) {
+        if self.0.is_none() {
+            for (task, place) in tasks {
+                act(task, place);
+                take(place);
+            }
+            return;
+        }
+        let places = std::iter::repeat_with(OnceLock::new).take(tasks.len());
+        let done: Vec<OnceLock<&S>> = places.collect();
+        let mut taken = 0;
+        let taking = Mutex::new(move |done: &[OnceLock<&S>]| {
+            while let Some(place) = done.get(taken).and_then(OnceLock::get) {
+                take(place);
+                taken += 1;
+            }
+        });
+        self.each(tasks.enumerate(), |(i, (task, place))| {
+            act(task, place);
+            assert!(done[i].set(place).is_ok(), "a task ran twice");
+            // If another thread takes at present, it or the next one finds this place too.
+            if let Ok(mut take_done) = taking.try_lock() {
+                take_done(&done);
+            }
+        });
+        let mut take_done = taking.into_inner().expect("a panic ends the loop");
+        take_done(&done);
+    }
+}
+
+/// Threads that wait for loops.
+#[derive(Debug)]
+struct Pool {
+    threads: ThreadPool,
+    calls: Arc<Calls>,
+}
+
+impl Pool {
+    /// Runs the tasks on all threads, the caller's among them. Otherwise it would sleep, and to wake it costs as much as
+    /// a small loop.
+    fn share<T>(&self, mut tasks: impl Iterator<Item = T> + Send, act: &(impl Fn(T) + Sync)) {
+        let count = self.calls.call();
+        if !within(FIRST_LOOKS, || self.calls.all_have_seen(count)) {
+            loop {
+                let Some(task) = tasks.next() else { return };
+                act(task);
+                if self.calls.all_have_seen(count) {
+                    break;
+                }
+            }
+        }
+        let tasks = Mutex::new(tasks);
+        let work = || {
+            loop {
+                // The lock is released before the task is done.
+                let task = tasks.lock().expect("no task is made in a panic").next();
+                let Some(task) = task else { return };
+                act(task);
+            }
+        };
+        let working = AtomicUsize::new(self.threads.current_num_threads());
+        self.threads.in_place_scope(|scope| {
+            scope.spawn_broadcast(|_, _| {
+                work();
+                working.fetch_sub(1, Ordering::Release);
+            });
+            self.calls.call();
+            work();
+            // If not all have ended by then, the scope sleeps until they have.
+            within(LOOKS, || working.load(Ordering::Acquire) == 0);
+        });
+    }
+}
+
+/// Whether this is so at one of so many looks.
+fn within(looks: usize, is_so: impl Fn() -> bool) -> bool {
+    (0..looks).any(|_| {
+        let so = is_so();
+        if !so {
+            spin_loop();
+        }
+        so
+    })
+}
+
+impl Drop for Pool {
+    fn drop(&mut self) {
+        self.calls.ended.store(true, Ordering::Release);
+        self.calls.call();
+    }
+}
+
+/// What the threads of a pool look at while they wait.
+#[derive(Debug)]
+struct Calls {
+    /// Number of calls: two for each loop, before and after rayon has it, and one at the end of the pool.
+    count: AtomicUsize,
+    /// The last call that each thread has seen.
+    seen: Vec<AtomicUsize>,
+    ended: AtomicBool,
+    /// Number of threads that sleep or are about to.
+    sleepers: AtomicUsize,
+    /// Held by a thread from its last look until it sleeps.
+    last_look: Mutex<()>,
+    woken: Condvar,
+}
+
+impl Calls {
+    fn new(threads: usize) -> Self {
+        Self {
+            count: AtomicUsize::new(0),
+            seen: std::iter::repeat_with(AtomicUsize::default)
+                .take(threads)
+                .collect(),
+            ended: AtomicBool::new(false),
+            sleepers: AtomicUsize::new(0),
+            last_look: Mutex::new(()),
+            woken: Condvar::new(),
+        }
+    }
+
+    /// Calls all threads; returns the number of the call.
+    fn call(&self) -> usize {
+        // In this order, and in the opposite one in `next`, one of the two sees what the other has done.
+        let count = self.count.fetch_add(1, Ordering::SeqCst) + 1;
+        if self.sleepers.load(Ordering::SeqCst) > 0 {
+            drop(self.lock());
+            self.woken.notify_all();
+        }
+        count
+    }
+
+    /// Whether all threads run at present, and have seen this call.
+    fn all_have_seen(&self, count: usize) -> bool {
+        let mut seen = self.seen.iter();
+        seen.all(|seen| seen.load(Ordering::Acquire) == count)
+    }
+
+    /// A thread of the pool: runs its part of every loop until the pool ends.
+    fn attend(&self, thread: usize) {
+        let mut count = 0;
+        loop {
+            count = self.next(count);
+            self.seen[thread].store(count, Ordering::Release);
+            if self.ended.load(Ordering::Acquire) {
+                return;
+            }
+            while yield_local() == Some(Yield::Executed) {}
+        }
+    }
+
+    /// Waits until the number of calls is no longer `count`, and returns it.
+    fn next(&self, count: usize) -> usize {
+        let is_new = || self.count.load(Ordering::SeqCst) != count;
+        if !within(LOOKS, is_new) {
+            let mut last_look = self.lock();
+            self.sleepers.fetch_add(1, Ordering::SeqCst);
+            while !is_new() {
+                last_look = (self.woken.wait(last_look)).unwrap_or_else(PoisonError::into_inner);
+            }
+            self.sleepers.fetch_sub(1, Ordering::SeqCst);
+        }
+        self.count.load(Ordering::SeqCst)
+    }
+
+    fn lock(&self) -> MutexGuard<'_, ()> {
+        self.last_look
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use super::*;
+
+    /// A sum that shows the order in which results were taken.
+    fn ordered(threads: &Threads, count: usize) -> u64 {
+        let mut places = vec![0; count];
+        let mut sum = 1_u64;
+        let tasks = (0..count).zip(&mut places);
+        let act = |task: usize, place: &mut u64| *place = (task * task + 1) as u64;
+        threads.in_order(tasks, act, |place| sum = sum.wrapping_mul(31) + place);
+        sum
+    }
+
+    #[test]
+    fn results_are_taken_in_the_order_of_the_tasks() {
+        let alone = Threads::default();
+        for count in [2, 3, 5] {
+            let threads = Threads::new(count, "test").unwrap();
+            assert_eq!(threads.count(), count);
+            for tasks in [0, 1, 2, 7, 300] {
+                for _ in 0..200 {
+                    assert_eq!(ordered(&threads, tasks), ordered(&alone, tasks));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_task_runs_once_also_after_a_rest() {
+        let threads = Threads::new(3, "test").unwrap();
+        let mut runs = vec![0; 100];
+        for rest in [0, 0, 5, 0, 20] {
+            std::thread::sleep(Duration::from_millis(rest));
+            threads.each(runs.iter_mut(), |run| *run += 1);
+        }
+        assert_eq!(runs, vec![5; 100]);
+    }
+
+    #[test]
+    fn a_panic_in_a_task_reaches_the_caller() {
+        let threads = Threads::new(2, "test").unwrap();
+        let run = |bad: usize| {
+            let act = |task| assert_ne!(task, bad, "a bad task");
+            std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| threads.each(0..100, act)))
+        };
+        for bad in 0..100 {
+            assert!(run(bad).is_err());
+            assert!(run(1000).is_ok());
+        }
+    }
+
+    #[test]
+    fn threads_without_a_loop_sleep() {
+        let threads = Threads::new(3, "test").unwrap();
+        let calls = &threads.0.as_ref().unwrap().calls;
+        for _ in 0..3 {
+            threads.each(0..100, |_| {});
+            let deadline = Instant::now() + Duration::from_secs(20);
+            while calls.sleepers.load(Ordering::SeqCst) < 2 {
+                assert!(Instant::now() < deadline, "they look for ever");
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        }
+    }
+}
