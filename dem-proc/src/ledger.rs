@@ -91,7 +91,7 @@ impl System {
         let of_points = self.point_pairs.as_ref();
         let of_bodies = self.pairs.as_ref();
         self.points.energy(&self.bodies, imps)
-            + of_points.map_or(0.0, |pairs| pairs.energy(imps))
+            + of_points.map_or(0.0, |pairs| pairs.energy(&self.bodies, imps))
             + of_bodies.map_or(0.0, |pairs| pairs.energy(&self.bodies))
     }
 

@@ -10,6 +10,7 @@ use mechanics::outline::{nearest, nearest_on_edge};
 
 use crate::Sdem;
 use crate::body::bodies::Bodies;
+use crate::contact::passage::Passed;
 use mechanics::mass::cross;
 
 const K: f64 = 1e4;
@@ -191,11 +192,11 @@ fn lists_and_trees_never_miss_a_contact() {
             // overlap from the start, and their sums must be correct there too.
             loop {
                 dem.system.meet(&step, &states, &mut got);
-                let Some(passed) = dem.system.points.passed(dem.bodies(), &states) else {
+                let Some(Passed::Body { id, .. }) = dem.system.points.passed() else {
                     break;
                 };
                 let mut anywhere = || random.between(-2.0, 2.0);
-                states[passed.id as usize].position = [anywhere(), anywhere()];
+                states[id as usize].position = [anywhere(), anywhere()];
                 passages += 1;
             }
             dem.system.respond(&step, &states).unwrap();

@@ -28,7 +28,7 @@ impl System {
     ) -> Result<Answer, Fault> {
         self.check_states(imps, forces)?;
         self.meet(step, imps, forces); //                 lists and forces
-        self.none_passed(imps)?; //                       crate::contact::passage
+        self.none_passed()?; //                           crate::contact::passage
         self.respond(step, imps)
     }
 
@@ -53,7 +53,7 @@ impl System {
             let last_step = LastStep::new(step.dt_before);
             self.points.tell(&self.bodies, imps, last_step, &mut found);
             if let Some(pairs) = &self.point_pairs {
-                pairs.tell(imps, last_step, &mut found);
+                pairs.tell(&self.bodies, imps, last_step, &mut found);
             }
         }
         found
@@ -120,7 +120,7 @@ impl System {
         }
         self.points.update_list(&self.bodies, imps);
         if let Some(pairs) = &mut self.point_pairs {
-            pairs.update_list(imps);
+            pairs.update_list(&self.bodies, imps);
         }
     }
 
@@ -142,6 +142,7 @@ impl System {
         }
         self.loads.any_by_points = !imps.is_empty();
         self.loads.by_points.fill(Load::default());
+        forces.fill(ImpForce::default());
         let loads = &mut self.loads.by_points;
         let fastest = imps.iter().map(|s| Vec2::from(s.velocity).norm_squared());
         let fastest = fastest.fold(0.0, f64::max).sqrt();
@@ -159,21 +160,22 @@ impl System {
             loads,
         );
         if let Some(pairs) = &mut self.point_pairs {
-            pairs.evaluate(imps, interval(2.0 * fastest), &self.threads, forces);
+            let interval = interval(2.0 * fastest);
+            pairs.evaluate(&self.bodies, imps, interval, &self.threads, forces, loads);
         }
     }
 
     /// Refuses a step in which a point or a body is on the wrong side of a body.
-    fn none_passed(&self, imps: &[ImpState]) -> Result<(), Fault> {
+    fn none_passed(&self) -> Result<(), Fault> {
         let bodies = &self.bodies;
         if let Some(passed) = self.pairs.as_ref().and_then(|pairs| pairs.passed(bodies)) {
             return Err(passed.fault(bodies));
         }
-        if let Some(passed) = self.points.passed(bodies, imps) {
-            return Err(passed.fault(bodies));
+        let of_points = || self.point_pairs.as_ref().and_then(|pairs| pairs.passed());
+        match self.points.passed().or_else(of_points) {
+            Some(passed) => Err(passed.fault(bodies)),
+            None => Ok(()),
         }
-        let of_points = self.point_pairs.as_ref().and_then(|pairs| pairs.passed());
-        of_points.map_or(Ok(()), Err)
     }
 
     /// Newton's and Euler's equations for every free body; the other bodies keep their velocity.

@@ -10,7 +10,7 @@ use crate::body::displacement::Displacement;
 use crate::body::load::{Load, PairLoad};
 use crate::contact::impact::SurfaceMotion;
 use crate::contact::pairs::BodySide;
-use crate::contact::point_pairs::PairSide;
+use crate::contact::point_body::PointBody;
 use crate::contact::point_side::PointSide;
 use crate::contact::points::PointContacts;
 use crate::law::contact::Contact;
@@ -30,7 +30,7 @@ pub struct System {
     /// Contact with points.
     pub(crate) points: Box<dyn PointSide>,
     /// Contact between the points of two groups, if the scene has a law for it.
-    pub(crate) point_pairs: Option<Box<dyn PairSide>>,
+    pub(crate) point_pairs: Option<Box<dyn PointSide>>,
     /// Contact between bodies, if the scene has a law for it and a body that forces can move.
     pub(crate) pairs: Option<Box<dyn BodySide>>,
     /// How loops are run.
@@ -115,7 +115,13 @@ impl Default for System {
         Self {
             gravity: Vec2::zeros(),
             bodies: Bodies::default(),
-            points: Box::new(PointContacts::new(law, Vec::new(), 0.0)),
+            points: Box::new(PointContacts::new(
+                law,
+                PointBody {
+                    surfaces: Vec::new(),
+                },
+                0.0,
+            )),
             point_pairs: None,
             pairs: None,
             threads: Threads::default(),

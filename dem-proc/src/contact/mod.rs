@@ -12,6 +12,7 @@ pub mod overlap;
 pub mod pair_geometry;
 pub mod pairs;
 pub mod passage;
+pub mod point_body;
 pub mod point_pairs;
 pub mod point_side;
 pub mod points;

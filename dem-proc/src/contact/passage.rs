@@ -82,29 +82,59 @@ impl Passage {
 const ADVICE: &str = "a contact force would push it to the wrong side; write a stiffer contact, a slower drive or a \
                       shorter time.max_step";
 
-/// A point that is too far inside a body.
+/// A point that is too deep.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Passed {
-    /// Identity of the point.
-    pub id: u64,
-    /// Body.
-    pub body: usize,
-    /// The criterion that is met.
-    pub passage: Passage,
-    /// Overlap `xi` in m.
-    pub overlap: f64,
+pub enum Passed {
+    /// In a body.
+    Body {
+        /// Identity of the point.
+        id: u64,
+        /// Body.
+        body: usize,
+        /// The criterion that is met.
+        passage: Passage,
+        /// Overlap `xi` in m.
+        overlap: f64,
+    },
+    /// In another point.
+    Point {
+        /// Identities of the two.
+        ids: [u64; 2],
+        /// Their groups.
+        groups: [u32; 2],
+        /// Overlap `xi` in m.
+        overlap: f64,
+        /// In m.
+        contact_distance: f64,
+    },
 }
 
 impl Passed {
     /// The message for the user.
     pub fn fault(&self, bodies: &Bodies) -> Fault {
-        let Self {
-            id, body, overlap, ..
-        } = self;
-        let (name, how) = (&bodies.properties[*body].name, self.passage.words());
-        Fault::Other(format!(
-            "point {id} {how} body {body} ({name}) with an overlap of {overlap:.3e} m: {ADVICE}"
-        ))
+        Fault::Other(match *self {
+            Self::Body {
+                id,
+                body,
+                passage,
+                overlap,
+            } => {
+                let (name, how) = (&bodies.properties[body].name, passage.words());
+                format!(
+                    "point {id} {how} body {body} ({name}) with an overlap of {overlap:.3e} m: {ADVICE}"
+                )
+            }
+            Self::Point {
+                ids: [a, b],
+                groups: [of_a, of_b],
+                overlap,
+                contact_distance,
+            } => format!(
+                "points {a} and {b} of groups {of_a} and {of_b} overlap by {overlap:.3e} m, which is more than three \
+                 quarters of their contact distance of {contact_distance:.3e} m: they would pass through one another; \
+                 write a stiffer contact or larger contact radii"
+            ),
+        })
     }
 }
 

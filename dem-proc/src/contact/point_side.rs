@@ -1,5 +1,5 @@
-//! What a step needs from the contact of bodies with the continuum: with the points themselves ([`super::points`]) or
-//! with the segments between the markers of a boundary ([`super::segments`]).
+//! What a step needs from the contact of the continuum: of its points with bodies or with one another ([`super::points`]),
+//! or of the segments between the markers of its boundary with bodies ([`super::segments`]).
 
 use std::fmt::Debug;
 
@@ -26,7 +26,7 @@ pub struct Interval {
     pub closing: f64,
 }
 
-/// What a step needs from the contact between points and bodies, for any law.
+/// What a step needs from contacts of points, for any law.
 pub trait PointSide: Debug + Send {
     /// The set was replaced: slots are now in the order of `set`.
     fn imp_set(&mut self, set: &[ImpInfo]);
@@ -34,7 +34,7 @@ pub trait PointSide: Debug + Send {
     fn set(&self) -> &[ImpInfo];
     /// The points are now at `states`. Builds a new list if a pair that is not in the present one could touch.
     fn update_list(&mut self, bodies: &Bodies, states: &[ImpState]);
-    /// Evaluates every pair of the list (eqs. 44, 43, 41). Sums the forces on the points slot by slot (eq. 46), and the
+    /// Evaluates every pair of the list (eqs. 44, 43, 41). Adds the forces on the points slot by slot (eq. 46), and the
     /// same numbers, negated, on the bodies (eqs. 49, 50).
     fn evaluate(
         &mut self,
@@ -45,8 +45,8 @@ pub trait PointSide: Debug + Send {
         forces: &mut [ImpForce],
         loads: &mut [Load],
     );
-    /// The first point, in the order of the list, that was too far inside a body in the last evaluation.
-    fn passed(&self, bodies: &Bodies, states: &[ImpState]) -> Option<Passed>;
+    /// The first point, in the order of the list, that was too deep in the last evaluation.
+    fn passed(&self) -> Option<Passed>;
     /// Energy dissipated over the last step.
     fn loss(&self) -> Loss;
     /// Energy in the contact springs in J/m.

@@ -1,5 +1,5 @@
-//! Contact between material points and bodies: one signed contact per point and body (Jiang 2020 section 4.1 as
-//! docs/physics.md section 5 reads it).
+//! Contacts of material points: lists, histories, evaluation and saved state, for any law and any [`Geometry`] of a
+//! pair. Points touch bodies ([`crate::contact::point_body`]) and one another ([`crate::contact::point_pairs`]).
 //!
 //! An evaluation does not change the state that is kept between steps ([`Kept`]). It writes its results to separate
 //! fields: histories to `next`, positions of the points to `positions`, a new list to `fresh`. [`PointSide::commit`]
@@ -10,53 +10,122 @@ use std::fmt::Debug;
 use interface::Vec2;
 use interface::message::wire::{ContactState, ImpForce, ImpInfo, ImpState};
 use interface::solver::Refusal;
-use mechanics::outline::{contact_point, see};
 
 use crate::body::bodies::Bodies;
 use crate::body::displacement::Displacement;
 use crate::body::load::Load;
-use crate::body::shape::edge_count;
-use crate::contact::frame_contacts::POINT;
-use crate::contact::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
+use crate::contact::passage::Passed;
 use crate::contact::point_side::{Interval, PointSide, SavedPoints};
 use crate::contact::set::{restored_set, save_set};
 use crate::contact::versions::Versions;
 use crate::law::history::SavedHistories;
-use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties, reduced_on_outline};
-use crate::lists::neighbours::{PointList, PointPair, REACH};
+use crate::law::{Kinematics, LastStep, Law, Loss, PairProperties, Stiffness};
 use crate::saved::{count, finite, refusal};
 use crate::threads::{CHUNK, Threads};
-use mechanics::mass::cross;
+
+/// A kind of pairs of which at least one side is a point: which are near, where they touch, and on what their force acts.
+pub trait Geometry: Debug + Send + Sync {
+    /// The pairs of a list, with what belongs to them.
+    type List: Debug + Default + Send + Sync;
+    /// Two that may touch.
+    type Pair: Copy + Debug + Send + Sync;
+    /// Lever arms of a contact.
+    type Arms: Copy;
+    /// What a contact adds to sums, beside force and loss, and to which.
+    type Effect: Copy + Debug + Send + Sync;
+
+    /// Finds the pairs within reach plus `skin` (m), with points at `positions` (m).
+    fn list(
+        &self,
+        bodies: &Bodies,
+        set: &[ImpInfo],
+        positions: &[Vec2],
+        skin: f64,
+        list: &mut Self::List,
+    );
+    /// The pairs, in ascending order of their keys.
+    fn pairs(list: &Self::List) -> &[Self::Pair];
+    /// Bytes of memory of a list.
+    fn bytes(list: &Self::List) -> usize;
+    /// Key of a pair whose points are in other slots; `None` if one of them is in none.
+    fn key(pair: Self::Pair, slot: impl Fn(u32) -> Option<u32>) -> Option<[u32; 3]>;
+    /// Whether a list still holds all pairs that may touch. Points have moved by up to `moved` (m) since it was built,
+    /// bodies by `displacement`.
+    fn holds(displacement: &mut Displacement, bodies: &Bodies, skin: f64, moved: f64) -> bool;
+    /// The constants of a pair for its law.
+    fn properties(&self, bodies: &Bodies, set: &[ImpInfo], pair: Self::Pair) -> PairProperties;
+    /// Distance in m up to which two that do not touch are in reach.
+    fn reach(on: &On<Self>, pair: Self::Pair) -> f64;
+    /// Overlap in m, and the unit normal towards the (first) point.
+    fn overlap(on: &On<Self>, pair: Self::Pair) -> (f64, Vec2);
+    /// The lever arms of a contact with this overlap and normal.
+    fn arms(on: &On<Self>, pair: Self::Pair, at: (f64, Vec2)) -> Self::Arms;
+    /// Relative displacement of the two surfaces over the last step in m; `None` if there was none.
+    fn moved(on: &On<Self>, pair: Self::Pair, arms: &Self::Arms) -> Option<Vec2>;
+    /// Relative velocity of the two surfaces in m/s, if there was no step.
+    fn velocity(on: &On<Self>, pair: Self::Pair, arms: &Self::Arms) -> Vec2;
+    /// What a contact of this stiffness adds to sums, for forces (N/m) along the normal and the tangent.
+    fn effect(
+        on: &On<Self>,
+        pair: Self::Pair,
+        arms: &Self::Arms,
+        stiffness: Stiffness,
+        force: [f64; 2],
+    ) -> Self::Effect;
+    /// Adds an evaluated pair to the sums of points (eq. 46) and of bodies (eqs. 49, 50).
+    fn add(outcome: &Outcome<Self::Effect>, forces: &mut [ImpForce], loads: &mut [Load]);
+    /// Whether the overlap (m) is so large that the point may be on the wrong side.
+    fn is_deep(on: &On<Self>, pair: Self::Pair, overlap: f64) -> bool;
+    /// The passage of a pair that is deep, if it is one ([`crate::contact::passage`]).
+    fn passed(on: &On<Self>, pair: Self::Pair, overlap: f64) -> Option<Passed>;
+    /// A contact as frames contain it, with the force (N/m) on the (first) point.
+    fn told(on: &On<Self>, pair: Self::Pair, at: (f64, Vec2), force: Vec2) -> ContactState;
+}
+
+/// Points and bodies as an evaluation sees them.
+#[derive(Debug)]
+pub struct On<'a, G: Geometry + ?Sized> {
+    /// The bodies.
+    pub bodies: &'a Bodies,
+    /// The set of the points.
+    pub set: &'a [ImpInfo],
+    /// Their states.
+    pub states: &'a [ImpState],
+    /// Their positions one step before in m; empty if there was no step.
+    pub previous: &'a [Vec2],
+    /// The list.
+    pub list: &'a G::List,
+}
+
+impl<G: Geometry> On<'_, G> {
+    /// Position of the point of a slot in m.
+    #[inline]
+    pub fn position(&self, slot: u32) -> Vec2 {
+        self.states[slot as usize].position.into()
+    }
+}
 
 /// One evaluated pair in reach.
 #[derive(Debug, Clone, Copy)]
-struct Outcome {
-    slot: u32,
-    body: u32,
-    /// Force on the point in N/m.
-    force: Vec2,
-    /// Torque on the body in N.
-    torque: f64,
-    /// `k_n` in N/m.
-    stiffness: f64,
-    /// Its contribution to the body's `Load::rate`.
-    rate: f64,
-    /// Its contribution to the body's `Load::mobility`.
-    mobility: f64,
-    /// Dissipated over the last step.
-    loss: Loss,
-    /// Whether the two press on one another.
-    presses: bool,
-    /// Whether the overlap is so large that the point may be on the wrong side.
-    deep: bool,
+pub struct Outcome<E> {
     /// Index in the list.
     pair: u32,
+    /// Whether the overlap is so large that the point may be on the wrong side.
+    deep: bool,
+    /// In m.
+    pub overlap: f64,
+    /// Force on the (first) point in N/m.
+    pub force: Vec2,
+    /// The geometry's own.
+    pub effect: E,
+    /// Dissipated over the last step.
+    loss: Loss,
 }
 
 /// What is kept from one step to the next.
 #[derive(Debug)]
-struct Kept<L: Law> {
-    list: PointList,
+struct Kept<G: Geometry, L: Law> {
+    list: G::List,
     constants: Vec<L::Pair>,
     history: Vec<L::History>,
     /// Smallest reduced mass of a pair in kg/m; infinite if there is none.
@@ -68,10 +137,10 @@ struct Kept<L: Law> {
     displacement: Displacement,
 }
 
-impl<L: Law> Default for Kept<L> {
+impl<G: Geometry, L: Law> Default for Kept<G, L> {
     fn default() -> Self {
         Self {
-            list: PointList::default(),
+            list: G::List::default(),
             constants: Vec::new(),
             history: Vec::new(),
             lightest: f64::INFINITY,
@@ -82,7 +151,7 @@ impl<L: Law> Default for Kept<L> {
     }
 }
 
-impl<L: Law> Kept<L> {
+impl<G: Geometry, L: Law> Kept<G, L> {
     /// Takes history and previous positions from an `old` list. If the set was `replaced`, they are assigned by id to
     /// the points of `set`.
     fn carry(&mut self, old: &Self, replaced: Option<&[ImpInfo]>, set: &[ImpInfo]) {
@@ -91,64 +160,67 @@ impl<L: Law> Kept<L> {
             by_id.extend(old_set.iter().zip(0..).map(|(info, slot)| (info.id, slot)));
             by_id.sort_unstable();
         }
-        let old_slot = |slot: usize| {
+        let old_slot = |slot: u32| {
             if replaced.is_none() {
-                return Some(slot as u32);
+                return Some(slot);
             }
-            let id = set[slot].id;
+            let id = set[slot as usize].id;
             let found = by_id.binary_search_by_key(&id, |&(id, _)| id);
             found.ok().map(|i| by_id[i].1)
         };
+        let old_pairs = G::pairs(&old.list);
         self.history.clear();
-        self.history.extend(self.list.pairs.iter().map(|pair| {
-            let key = old_slot(pair.slot as usize).map(|slot| (slot, pair.body, pair.part));
-            let index = key.and_then(|k| {
-                let pairs = &old.list.pairs;
-                pairs
-                    .binary_search_by_key(&k, |p| (p.slot, p.body, p.part))
-                    .ok()
-            });
-            index.map_or_else(L::History::default, |i| old.history[i])
-        }));
+        self.history
+            .extend(G::pairs(&self.list).iter().map(|&pair| {
+                let index = G::key(pair, old_slot).and_then(|key| {
+                    let own = |pair: &G::Pair| G::key(*pair, Some).expect("of this set");
+                    old_pairs.binary_search_by_key(&key, own).ok()
+                });
+                index.map_or_else(L::History::default, |i| old.history[i])
+            }));
         self.previous.clear();
         if !old.previous.is_empty() {
             // A point that is new to the set touched nothing one step ago, so its previous position has no effect.
-            let at = |(slot, now): (usize, &Vec2)| {
+            let at = |(slot, now): (u32, &Vec2)| {
                 old_slot(slot).map_or(*now, |old_slot| old.previous[old_slot as usize])
             };
-            let now = self.built_at.iter().enumerate();
-            self.previous.extend(now.map(at));
+            self.previous.extend((0..).zip(&self.built_at).map(at));
         }
+    }
+
+    fn bytes(&self) -> usize {
+        G::bytes(&self.list)
+            + self.constants.capacity() * size_of::<L::Pair>()
+            + self.history.capacity() * size_of::<L::History>()
+            + (self.previous.capacity() + self.built_at.capacity()) * size_of::<Vec2>()
     }
 }
 
-/// Contact between points and bodies by the law `L`.
+/// Contacts of points by the law `L`.
 #[derive(Debug)]
-pub struct PointContacts<L: Law> {
+pub struct PointContacts<G: Geometry, L: Law> {
     law: L,
-    /// Surface of each point group; empty where the scene has no table of laws.
-    surfaces: Vec<u32>,
+    geometry: G,
     skin: f64,
     set: Vec<ImpInfo>,
     /// The set to which the order of `kept` belongs, if it was replaced since.
     replaced: Option<Vec<ImpInfo>>,
-    lists: Versions<Kept<L>>,
+    lists: Versions<Kept<G, L>>,
     next: Vec<L::History>,
     /// Positions of the points in the last evaluation in m.
     positions: Vec<Vec2>,
-    buffers: Vec<Vec<Outcome>>,
+    buffers: Vec<Vec<Outcome<G::Effect>>>,
     any_in_reach: bool,
-    /// Slot, body and kind of passage of the first point that is too far inside a body.
-    passed: Option<(u32, u32, Passage)>,
+    passed: Option<Passed>,
     loss: Loss,
 }
 
-impl<L: Law> PointContacts<L> {
+impl<G: Geometry, L: Law> PointContacts<G, L> {
     /// No points yet.
-    pub fn new(law: L, surfaces: Vec<u32>, skin: f64) -> Self {
+    pub fn new(law: L, geometry: G, skin: f64) -> Self {
         Self {
             law,
-            surfaces,
+            geometry,
             skin,
             set: Vec::new(),
             replaced: None,
@@ -163,200 +235,97 @@ impl<L: Law> PointContacts<L> {
     }
 
     /// The data that an evaluation reads.
-    fn view<'a>(&'a self, bodies: &'a Bodies, states: &'a [ImpState]) -> View<'a, L> {
+    fn view<'a>(&'a self, bodies: &'a Bodies, states: &'a [ImpState]) -> View<'a, G, L> {
+        let now = self.lists.current();
         View {
             law: &self.law,
-            set: &self.set,
-            now: self.lists.current(),
-            bodies,
-            states,
+            now,
+            on: On {
+                bodies,
+                set: &self.set,
+                states,
+                previous: &now.previous,
+                list: &now.list,
+            },
         }
     }
 
     /// Builds a list for points of a set at these positions (m), with the constants of its pairs.
-    fn listed(&self, fresh: &mut Kept<L>, bodies: &Bodies, set: &[ImpInfo], positions: &[Vec2]) {
-        fresh.list.build(bodies, set, positions, self.skin);
-        let pairs = &fresh.list.pairs;
+    fn listed(&self, fresh: &mut Kept<G, L>, bodies: &Bodies, set: &[ImpInfo], positions: &[Vec2]) {
+        (self.geometry).list(bodies, set, positions, self.skin, &mut fresh.list);
+        fresh.lightest = f64::INFINITY;
         fresh.constants.clear();
-        fresh.constants.extend(pairs.iter().map(|pair| {
-            let info = &set[pair.slot as usize];
-            let of_point = self.surfaces.get(info.group as usize).copied().unwrap_or(0);
-            self.law.pair(&PairProperties {
-                mass: reduced_mass(bodies, set, pair),
-                radius: reduced_on_outline(
-                    info.radius,
-                    bodies.radius_at(pair.body as usize, pair.part),
-                ),
-                surfaces: [of_point, bodies.properties[pair.body as usize].surface],
-            })
-        }));
-        let masses = pairs.iter().map(|pair| reduced_mass(bodies, set, pair));
-        fresh.lightest = masses.fold(f64::INFINITY, f64::min);
+        for &pair in G::pairs(&fresh.list) {
+            let properties = self.geometry.properties(bodies, set, pair);
+            fresh.lightest = fresh.lightest.min(properties.mass);
+            fresh.constants.push(self.law.pair(&properties));
+        }
         fresh.built_at.clear();
         fresh.built_at.extend_from_slice(positions);
     }
-
-    /// Builds a new list; history and previous positions are assigned by id.
-    fn build(&mut self, bodies: &Bodies) {
-        let mut fresh = std::mem::take(&mut self.lists.fresh);
-        self.listed(&mut fresh, bodies, &self.set, &self.positions);
-        fresh.carry(&self.lists.kept, self.replaced.as_deref(), &self.set);
-        fresh.displacement.reset(bodies);
-        self.lists.fresh = fresh;
-        self.lists.rebuilt = true;
-    }
 }
 
-/// Reduced mass of a pair in kg/m.
-fn reduced_mass(bodies: &Bodies, set: &[ImpInfo], pair: &PointPair) -> f64 {
-    let body = &bodies.state[pair.body as usize];
-    1.0 / (1.0 / set[pair.slot as usize].mass + body.inverse_mass)
-}
-
-/// Points, bodies and their pairs as an evaluation sees them.
-struct View<'a, L: Law> {
+/// What an evaluation reads.
+struct View<'a, G: Geometry, L: Law> {
     law: &'a L,
-    set: &'a [ImpInfo],
-    now: &'a Kept<L>,
-    bodies: &'a Bodies,
-    states: &'a [ImpState],
+    now: &'a Kept<G, L>,
+    on: On<'a, G>,
 }
 
-impl<L: Law> View<'_, L> {
-    /// Overlap (eq. 44 with the signed distance) and normal of pair `k` for a point at `x`.
-    #[inline]
-    fn overlap(&self, x: Vec2, k: usize) -> (f64, Vec2) {
-        let bodies = self.bodies;
-        let PointPair {
-            slot,
-            body,
-            part,
-            edges,
-        } = self.now.list.pairs[k];
-        let candidates = &self.now.list.edges[edges[0] as usize..edges[1] as usize];
-        let mut outline = bodies.outline_of(body as usize);
-        if !bodies.properties[body as usize].shape.has_edges {
-            outline = &outline[part as usize..=part as usize];
-        }
-        let seen = see(outline, candidates.iter().map(|&i| i as usize), x);
-        let contact_distance =
-            bodies.radius_at(body as usize, part) + self.set[slot as usize].radius;
-        (contact_distance - seen.distance, seen.normal)
-    }
-
+impl<G: Geometry, L: Law> View<'_, G, L> {
     /// Evaluates one pair: geometry, law, contact point. `None` if it is out of reach.
     #[inline]
-    fn pair(&self, last_step: LastStep, closing: f64, k: usize) -> Option<(Outcome, L::History)> {
-        let (bodies, now) = (self.bodies, self.now);
-        let PointPair { slot, body, .. } = self.now.list.pairs[k];
-        let (state, info) = (&self.states[slot as usize], &self.set[slot as usize]);
-        let rigid = &bodies.frames[body as usize];
-        let x = Vec2::from(state.position);
-        let (overlap, normal) = self.overlap(x, k);
-        if overlap <= -REACH * info.radius {
+    fn pair(&self, interval: Interval, k: usize) -> Option<(Outcome<G::Effect>, L::History)> {
+        let Interval { last_step, closing } = interval;
+        let (on, now) = (&self.on, self.now);
+        let pair = G::pairs(&now.list)[k];
+        let (overlap, normal) = G::overlap(on, pair);
+        if overlap <= -G::reach(on, pair) {
             return None;
         }
         let tangent = Vec2::new(-normal.y, normal.x);
-        let p = contact_point(x, info.radius, overlap, normal);
-        let r = p - rigid.center;
-        let (r_n, r_t) = (cross(r, normal), cross(r, tangent));
+        let arms = G::arms(on, pair, (overlap, normal));
         let mut kinematics = Kinematics {
             overlap,
             ..Kinematics::default()
         };
         // If there was a step, the velocity is computed from positions. It is the velocity of the grid at the
         // point, and that of the surfaces; a FLIP point's own velocity is noisier.
-        let was = self
-            .now
-            .previous
-            .get(slot as usize)
-            .filter(|_| last_step.dt > 0.0);
-        if let Some(was) = was {
-            let moved = x - was - rigid.displacement(r);
+        let moved = if last_step.dt > 0.0 {
+            G::moved(on, pair, &arms)
+        } else {
+            None
+        };
+        if let Some(moved) = moved {
             kinematics.moved = [moved.dot(&normal), moved.dot(&tangent)];
             kinematics.velocity = kinematics.moved.map(|u| u * last_step.per_dt);
         } else {
-            let body = bodies.state[body as usize].velocity_at(r);
-            let velocity = Vec2::from(state.velocity) - body;
+            let velocity = G::velocity(on, pair, &arms);
             kinematics.velocity = [velocity.dot(&normal), velocity.dot(&tangent)];
         }
         let (constants, before) = (&now.constants[k], &now.history[k]);
-        let own = bodies.radius_at(body as usize, self.now.list.pairs[k].part);
-        let deep = overlap > info.radius.min(own + (1.0 - CROSSING) * info.radius);
-        let pair = k as u32;
-        let k = self.law.stiffness(constants, overlap + closing);
-        let (m, i) = (rigid.inverse_mass, rigid.inverse_inertia);
-        let mobility = m + i * r_n * r_n;
-        let mut outcome = Outcome {
-            slot,
-            body,
-            force: Vec2::zeros(),
-            torque: 0.0,
-            stiffness: k.normal,
-            mobility,
-            rate: k.normal * mobility + k.tangential * (m + i * r_t * r_t),
-            loss: Loss::default(),
-            presses: overlap > 0.0,
-            deep,
-            pair,
-        };
-        if overlap <= 0.0 {
-            outcome.loss = self.law.separate(constants, &kinematics, before);
-            return Some((outcome, L::History::default()));
-        }
-        let response = self.law.response(constants, &kinematics, before);
-        outcome.force = normal * response.normal + tangent * response.tangential;
-        outcome.torque = -(r_n * response.normal + r_t * response.tangential);
-        outcome.loss = response.loss;
-        Some((outcome, response.history))
-    }
-
-    /// Whether the point of pair `k` is too far inside the body ([`crate::contact::passage`]). It is called only for a
-    /// large overlap, which is rare.
-    #[cold]
-    fn passage(&self, k: usize) -> Option<Passage> {
-        let bodies = self.bodies;
-        let PointPair {
-            slot, body, part, ..
-        } = self.now.list.pairs[k];
-        let x = Vec2::from(self.states[slot as usize].position);
-        let (overlap, normal) = self.overlap(x, k);
-        let radius = self.set[slot as usize].radius;
-        if self.went_through(x, k, normal) {
-            Some(Passage::Through)
-        } else if overlap - radius > admissible_depth(bodies, body as usize, part) {
-            Some(Passage::Deep)
+        let stiffness = self.law.stiffness(constants, overlap + closing);
+        let (force, loss, history) = if overlap > 0.0 {
+            let response = self.law.response(constants, &kinematics, before);
+            let force = [response.normal, response.tangential];
+            (force, response.loss, response.history)
         } else {
-            None
-        }
-    }
-
-    /// Whether the path of a point over the last step, in the frame of the body, passes through the outline to a place
-    /// with another normal.
-    fn went_through(&self, x: Vec2, k: usize, normal: Vec2) -> bool {
-        let bodies = self.bodies;
-        let PointPair {
-            slot, body, part, ..
-        } = self.now.list.pairs[k];
-        let Some(was) = self.now.previous.get(slot as usize) else {
-            return false;
+            let loss = self.law.separate(constants, &kinematics, before);
+            ([0.0; 2], loss, L::History::default())
         };
-        let b = body as usize;
-        let frame = &bodies.frames[b];
-        let moved = x - was - frame.displacement(x - frame.center);
-        let from = x - frame.turned(moved);
-        let reach = bodies.radius_at(b, part) + self.set[slot as usize].radius;
-        let mut outline = bodies.outline_of(b);
-        let has_edges = bodies.properties[b].shape.has_edges;
-        if !has_edges {
-            outline = &outline[part as usize..=part as usize];
-        }
-        let before = see(outline, 0..edge_count(outline.len()), from);
-        before.normal.dot(&normal) < TURN && (!has_edges || goes_through(outline, from, x, reach))
+        let outcome = Outcome {
+            pair: k as u32,
+            deep: G::is_deep(on, pair, overlap),
+            overlap,
+            force: normal * force[0] + tangent * force[1],
+            effect: G::effect(on, pair, &arms, stiffness, force),
+            loss,
+        };
+        Some((outcome, history))
     }
 }
 
-impl<L: Law> PointSide for PointContacts<L> {
+impl<G: Geometry, L: Law> PointSide for PointContacts<G, L> {
     fn imp_set(&mut self, set: &[ImpInfo]) {
         let old = std::mem::replace(&mut self.set, set.to_vec());
         self.replaced.get_or_insert(old); // history still has the order of the set before the first of several replacements
@@ -375,14 +344,20 @@ impl<L: Law> PointSide for PointContacts<L> {
             if self.set.is_empty() {
                 return;
             }
-            let points = self.positions.iter().zip(&self.lists.kept.built_at);
+            let kept = &mut self.lists.kept;
+            let points = self.positions.iter().zip(&kept.built_at);
             let points = points.map(|(now, at)| (now - at).norm_squared());
-            let left = self.skin - points.fold(0.0, f64::max).sqrt();
-            if left > 0.0 && self.lists.kept.displacement.stays_below(left, bodies) {
+            let moved = points.fold(0.0, f64::max).sqrt();
+            if G::holds(&mut kept.displacement, bodies, self.skin, moved) {
                 return;
             }
         }
-        self.build(bodies);
+        let mut fresh = std::mem::take(&mut self.lists.fresh);
+        self.listed(&mut fresh, bodies, &self.set, &self.positions);
+        fresh.carry(&self.lists.kept, self.replaced.as_deref(), &self.set);
+        fresh.displacement.reset(bodies);
+        self.lists.fresh = fresh;
+        self.lists.rebuilt = true;
     }
 
     fn evaluate(
@@ -394,41 +369,31 @@ impl<L: Law> PointSide for PointContacts<L> {
         forces: &mut [ImpForce],
         loads: &mut [Load],
     ) {
-        let Interval { last_step, closing } = interval;
-        forces.fill(ImpForce::default());
         let (mut loss, mut any_in_reach, mut passed) = (Loss::default(), false, None);
         let mut next = std::mem::take(&mut self.next);
         let mut buffers = std::mem::take(&mut self.buffers);
         let view = self.view(bodies, states);
-        next.resize(view.now.list.pairs.len(), L::History::default());
-        let chunk = |i: usize, next: &mut [L::History], outcomes: &mut Vec<Outcome>| {
+        let pairs = G::pairs(view.on.list);
+        next.resize(pairs.len(), L::History::default());
+        let chunk = |i: usize, next: &mut [L::History], outcomes: &mut Vec<Outcome<G::Effect>>| {
             let from = i * CHUNK;
             outcomes.clear();
             for (k, next) in next.iter_mut().enumerate() {
                 *next = L::History::default();
-                if let Some((outcome, history)) = view.pair(last_step, closing, from + k) {
+                if let Some((outcome, history)) = view.pair(interval, from + k) {
                     outcomes.push(outcome);
                     *next = history;
                 }
             }
         };
-        threads.chunks_in_passing(&mut next, &mut buffers, chunk, |outcomes: &Vec<Outcome>| {
+        threads.chunks_in_passing(&mut next, &mut buffers, chunk, |outcomes| {
             for outcome in outcomes {
-                let force = &mut forces[outcome.slot as usize];
-                force.force[0] += outcome.force.x;
-                force.force[1] += outcome.force.y;
-                force.stiffness += outcome.stiffness;
-                let load = &mut loads[outcome.body as usize];
-                load.force -= outcome.force;
-                load.torque += outcome.torque;
-                load.rate += outcome.rate;
-                load.mobility += outcome.mobility;
-                load.contacts += u32::from(outcome.presses);
+                G::add(outcome, forces, loads);
                 loss += outcome.loss;
                 any_in_reach = true;
                 if outcome.deep && passed.is_none() {
-                    let passage = view.passage(outcome.pair as usize);
-                    passed = passage.map(|passage| (outcome.slot, outcome.body, passage));
+                    let pair = pairs[outcome.pair as usize];
+                    passed = G::passed(&view.on, pair, outcome.overlap);
                 }
             }
         });
@@ -439,20 +404,8 @@ impl<L: Law> PointSide for PointContacts<L> {
         self.passed = passed;
     }
 
-    fn passed(&self, bodies: &Bodies, states: &[ImpState]) -> Option<Passed> {
-        let (slot, body, passage) = self.passed?;
-        let view = self.view(bodies, states);
-        let pairs = &view.now.list.pairs;
-        let of_pair = |&k: &usize| (pairs[k].slot, pairs[k].body) == (slot, body);
-        let x = Vec2::from(states[slot as usize].position);
-        let overlaps = (0..pairs.len()).filter(of_pair);
-        let overlaps = overlaps.map(|k| view.overlap(x, k).0);
-        Some(Passed {
-            id: self.set[slot as usize].id,
-            body: body as usize,
-            passage,
-            overlap: overlaps.fold(f64::NEG_INFINITY, f64::max),
-        })
+    fn passed(&self) -> Option<Passed> {
+        self.passed
     }
 
     fn loss(&self) -> Loss {
@@ -461,17 +414,15 @@ impl<L: Law> PointSide for PointContacts<L> {
 
     fn energy(&self, bodies: &Bodies, states: &[ImpState]) -> f64 {
         let view = self.view(bodies, states);
-        let now = view.now;
-        let energy = |k: usize| {
-            let x = states[now.list.pairs[k].slot as usize].position.into();
-            let (overlap, _) = view.overlap(x, k);
+        let energy = |(k, &pair): (usize, &G::Pair)| {
+            let (overlap, _) = G::overlap(&view.on, pair);
             if overlap > 0.0 {
-                self.law.energy(&now.constants[k], overlap, &self.next[k])
+                (self.law).energy(&view.now.constants[k], overlap, &self.next[k])
             } else {
                 0.0
             }
         };
-        (0..now.list.pairs.len()).map(energy).sum()
+        G::pairs(view.on.list).iter().enumerate().map(energy).sum()
     }
 
     fn tell(
@@ -482,23 +433,17 @@ impl<L: Law> PointSide for PointContacts<L> {
         found: &mut Vec<ContactState>,
     ) {
         let view = self.view(bodies, states);
-        for (k, pair) in view.now.list.pairs.iter().enumerate() {
-            let pressing = view
-                .pair(last_step, 0.0, k)
-                .filter(|(outcome, _)| outcome.presses);
-            let Some((outcome, _)) = pressing else {
-                continue;
-            };
-            let info = &self.set[pair.slot as usize];
-            let x = states[pair.slot as usize].position.into();
-            let (overlap, normal) = view.overlap(x, k);
-            found.push(ContactState {
-                body: pair.body.into(),
-                other: info.id,
-                with: POINT,
-                position: contact_point(x, info.radius, overlap, normal).into(),
-                force: (-outcome.force).into(),
-            });
+        // The closing distance of the next step affects only the stiffness, not the force.
+        let interval = Interval {
+            last_step,
+            closing: 0.0,
+        };
+        for (k, &pair) in G::pairs(view.on.list).iter().enumerate() {
+            let in_reach = view.pair(interval, k);
+            if let Some((outcome, _)) = in_reach.filter(|(outcome, _)| outcome.overlap > 0.0) {
+                let at = G::overlap(&view.on, pair);
+                found.push(G::told(&view.on, pair, at, outcome.force));
+            }
         }
     }
 
@@ -527,16 +472,10 @@ impl<L: Law> PointSide for PointContacts<L> {
     }
 
     fn bytes(&self) -> usize {
-        let kept = |kept: &Kept<L>| {
-            kept.list.pairs.capacity() * size_of::<PointPair>()
-                + kept.list.edges.capacity() * size_of::<u32>()
-                + kept.constants.capacity() * size_of::<L::Pair>()
-                + kept.history.capacity() * size_of::<L::History>()
-                + (kept.previous.capacity() + kept.built_at.capacity()) * size_of::<Vec2>()
-        };
-        kept(&self.lists.kept)
-            + kept(&self.lists.fresh)
-            + self.buffers.iter().map(Vec::capacity).sum::<usize>() * size_of::<Outcome>()
+        let buffers = self.buffers.iter().map(Vec::capacity).sum::<usize>();
+        self.lists.kept.bytes()
+            + self.lists.fresh.bytes()
+            + buffers * size_of::<Outcome<G::Effect>>()
             + self.next.capacity() * size_of::<L::History>()
             + self.positions.capacity() * size_of::<Vec2>()
             + self.set.capacity() * size_of::<ImpInfo>()
@@ -554,7 +493,7 @@ impl<L: Law> PointSide for PointContacts<L> {
                 },
             // These belong to the configuration.
             law: _,
-            surfaces: _,
+            geometry: _,
             skin: _,
             // Results of an evaluation; the next one overwrites them.
             next: _,
@@ -620,7 +559,7 @@ impl<L: Law> PointSide for PointContacts<L> {
             let then = bodies.placed(displacement.start().iter().copied());
             self.listed(&mut kept, &then, listed, &vectors(built_at));
         }
-        kept.history = histories.restored(kept.list.pairs.len())?;
+        kept.history = histories.restored(G::pairs(&kept.list).len())?;
         (kept.previous, kept.displacement) = (vectors(previous), displacement);
         self.lists.kept = kept;
         (self.set, self.replaced, self.lists.rebuilt) = (set, replaced, false);

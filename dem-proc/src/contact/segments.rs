@@ -418,7 +418,7 @@ impl<L: Law> SegmentContacts<L> {
             let through = came_through(e, own);
             let deep = e.outside && of_disc - e.distance > depth;
             if (through || deep) && to.sums.passed.is_none() {
-                to.sums.passed = Some(Passed {
+                to.sums.passed = Some(Passed::Body {
                     id: self.set[e.foot.slots[0] as usize].id,
                     body,
                     passage: if through {
@@ -502,7 +502,6 @@ impl<L: Law> PointSide for SegmentContacts<L> {
         forces: &mut [ImpForce],
         loads: &mut [Load],
     ) {
-        forces.fill(ImpForce::default());
         let on = Evaluation {
             bodies,
             states,
@@ -531,7 +530,7 @@ impl<L: Law> PointSide for SegmentContacts<L> {
         (self.next, self.room, self.sums) = (next, room, sums);
     }
 
-    fn passed(&self, _: &Bodies, _: &[ImpState]) -> Option<Passed> {
+    fn passed(&self) -> Option<Passed> {
         self.sums.passed
     }
 

@@ -13,7 +13,8 @@ use crate::contact::impact::SurfaceMotion;
 use crate::contact::nearest::NearestEdge;
 use crate::contact::overlap::OverlapArea;
 use crate::contact::pairs::{BodyContacts, BodySide};
-use crate::contact::point_pairs::{PairSide, PointPairs, Touching};
+use crate::contact::point_body::PointBody;
+use crate::contact::point_pairs::PointPairs;
 use crate::contact::point_side::PointSide;
 use crate::contact::points::PointContacts;
 use crate::contact::segments::SegmentContacts;
@@ -31,7 +32,8 @@ struct PointsWith {
 impl ForLaw for PointsWith {
     type Output = Box<dyn PointSide>;
     fn build<L: Law>(self, law: L) -> Self::Output {
-        Box::new(PointContacts::new(law, self.surfaces, self.skin))
+        let surfaces = self.surfaces;
+        Box::new(PointContacts::new(law, PointBody { surfaces }, self.skin))
     }
 }
 
@@ -68,19 +70,19 @@ impl<M: Measure + 'static> ForLaw for ConvexWith<M> {
 }
 
 struct PairsWith {
-    touching: Touching,
+    geometry: PointPairs,
     skin: f64,
 }
 
 impl ForLaw for PairsWith {
-    type Output = Box<dyn PairSide>;
+    type Output = Box<dyn PointSide>;
     fn build<L: Law>(self, law: L) -> Self::Output {
-        Box::new(PointPairs::new(law, self.touching, self.skin))
+        Box::new(PointContacts::new(law, self.geometry, self.skin))
     }
 }
 
 /// Contact between the points of two groups, if there is a law for it.
-fn pair_side(config: &DemConfig) -> Option<Box<dyn PairSide>> {
+fn pair_side(config: &DemConfig) -> Option<Box<dyn PointSide>> {
     let pairs = &config.group_pairs;
     let law = &pairs.first()?.law;
     // Each group is a surface of its own, named after its number.
@@ -93,7 +95,7 @@ fn pair_side(config: &DemConfig) -> Option<Box<dyn PairSide>> {
     let surfaces = Surfaces::of(&table);
     let groups = pairs.iter().map(|pair| pair.between);
     let build = PairsWith {
-        touching: Touching::new(groups, |group| surfaces.number(&group.to_string())),
+        geometry: PointPairs::new(groups, |group| surfaces.number(&group.to_string())),
         skin: config.skin,
     };
     let others = table.iter().filter(|pair| pair.law != *law);

@@ -14,13 +14,12 @@ use crate::body::bodies::SavedBody;
 use crate::body::displacement::{Displacement, SavedDisplacement};
 use crate::body::load::{Load, PairLoad};
 use crate::contact::pairs::SavedPairs;
-use crate::contact::point_pairs::SavedPointPairs;
 use crate::contact::point_side::SavedPoints;
 use crate::saved::{count, finite, refusal};
 use crate::system::System;
 
 /// Name of the format of the bytes.
-pub const FORMAT: &str = "tandem-dem 4";
+pub const FORMAT: &str = "tandem-dem 5";
 
 /// The state before a step.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -32,7 +31,7 @@ pub struct SavedSystem {
     published: SavedDisplacement,
     totals: Totals,
     points: SavedPoints,
-    point_pairs: Option<SavedPointPairs>,
+    point_pairs: Option<SavedPoints>,
     pairs: Option<SavedPairs>,
 }
 
@@ -104,7 +103,7 @@ impl SavedSystem {
             }
         }
         match (&mut system.point_pairs, point_pairs) {
-            (Some(here), Some(saved)) => here.restore(saved)?,
+            (Some(here), Some(saved)) => here.restore(saved, &bodies)?,
             (None, None) => {}
             _ => {
                 return Err(refusal(

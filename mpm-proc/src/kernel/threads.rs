@@ -104,6 +104,6 @@ pub fn over_tiles<D: Share, M, F: Fn(&Tile, D, &mut M) + Sync>(
 pub fn over_items<T: Send, F: Fn(&mut T) + Sync>(threads: &Threads, items: &mut [T], work: &F) {
     let part = part(threads, items.len());
     threads.each(items.chunks_mut(part), |items| {
-        items.iter_mut().for_each(work)
+        items.iter_mut().for_each(work);
     });
 }

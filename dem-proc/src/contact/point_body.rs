@@ -1,0 +1,257 @@
+//! Geometry of a point and a body: one signed contact per point and body (Jiang 2020 section 4.1 as docs/physics.md
+//! section 5 reads it). A cluster has one for each of its discs, so that the sum is smooth where the nearest disc changes.
+
+use interface::Vec2;
+use interface::message::wire::{ContactState, ImpForce, ImpInfo};
+use mechanics::mass::cross;
+use mechanics::outline::{contact_point, see};
+
+use crate::body::bodies::Bodies;
+use crate::body::displacement::Displacement;
+use crate::body::load::Load;
+use crate::body::shape::edge_count;
+use crate::contact::frame_contacts::POINT;
+use crate::contact::passage::{CROSSING, Passage, Passed, TURN, admissible_depth, goes_through};
+use crate::contact::points::{Geometry, On, Outcome};
+use crate::law::{PairProperties, Stiffness, reduced_on_outline};
+use crate::lists::neighbours::{PointList, PointPair, REACH};
+
+/// Pairs of points and bodies.
+#[derive(Debug)]
+pub struct PointBody {
+    /// Surface of each point group; empty where the scene has no table of laws.
+    pub surfaces: Vec<u32>,
+}
+
+/// The contact point from the centre of the body in m, and its lever arms along normal and tangent.
+#[derive(Debug, Clone, Copy)]
+pub struct Arms {
+    r: Vec2,
+    normal: f64,
+    tangent: f64,
+}
+
+/// What a contact adds to the sums of a body, and its stiffness.
+#[derive(Debug, Clone, Copy)]
+pub struct Effect {
+    slot: u32,
+    body: u32,
+    /// Torque on the body in N.
+    torque: f64,
+    /// `k_n` in N/m.
+    stiffness: f64,
+    /// Its contribution to `Load::rate`.
+    rate: f64,
+    /// Its contribution to `Load::mobility`.
+    mobility: f64,
+}
+
+type OnBodies<'a> = On<'a, PointBody>;
+
+impl OnBodies<'_> {
+    /// Contact radius of a pair's point in m.
+    #[inline]
+    fn radius(&self, pair: PointPair) -> f64 {
+        self.set[pair.slot as usize].radius
+    }
+
+    /// Sphero-radius of a pair's body, or of its disc in a cluster, in m.
+    #[inline]
+    fn radius_of_body(&self, pair: PointPair) -> f64 {
+        self.bodies.radius_at(pair.body as usize, pair.part)
+    }
+
+    /// The outline of a pair's body, or the centre of its disc in a cluster.
+    #[inline]
+    fn outline(&self, pair: PointPair) -> (&[Vec2], bool) {
+        let (body, part) = (pair.body as usize, pair.part as usize);
+        let outline = self.bodies.outline_of(body);
+        let has_edges = self.bodies.properties[body].shape.has_edges;
+        let disc = if has_edges {
+            outline
+        } else {
+            &outline[part..=part]
+        };
+        (disc, has_edges)
+    }
+
+    /// Whether the path of a point over the last step, in the frame of the body, passes through the outline to a place
+    /// with another normal.
+    fn went_through(&self, x: Vec2, pair: PointPair, normal: Vec2) -> bool {
+        let Some(was) = self.previous.get(pair.slot as usize) else {
+            return false;
+        };
+        let frame = &self.bodies.frames[pair.body as usize];
+        let moved = x - was - frame.displacement(x - frame.center);
+        let from = x - frame.turned(moved);
+        let reach = self.radius_of_body(pair) + self.radius(pair);
+        let (outline, has_edges) = self.outline(pair);
+        let before = see(outline, 0..edge_count(outline.len()), from);
+        before.normal.dot(&normal) < TURN && (!has_edges || goes_through(outline, from, x, reach))
+    }
+}
+
+impl Geometry for PointBody {
+    type List = PointList;
+    type Pair = PointPair;
+    type Arms = Arms;
+    type Effect = Effect;
+
+    fn list(
+        &self,
+        bodies: &Bodies,
+        set: &[ImpInfo],
+        positions: &[Vec2],
+        skin: f64,
+        list: &mut PointList,
+    ) {
+        list.build(bodies, set, positions, skin);
+    }
+
+    #[inline]
+    fn pairs(list: &PointList) -> &[PointPair] {
+        &list.pairs
+    }
+
+    fn bytes(list: &PointList) -> usize {
+        list.pairs.capacity() * size_of::<PointPair>() + list.edges.capacity() * size_of::<u32>()
+    }
+
+    fn key(pair: PointPair, slot: impl Fn(u32) -> Option<u32>) -> Option<[u32; 3]> {
+        Some([slot(pair.slot)?, pair.body, pair.part])
+    }
+
+    fn holds(displacement: &mut Displacement, bodies: &Bodies, skin: f64, moved: f64) -> bool {
+        let left = skin - moved;
+        left > 0.0 && displacement.stays_below(left, bodies)
+    }
+
+    fn properties(&self, bodies: &Bodies, set: &[ImpInfo], pair: PointPair) -> PairProperties {
+        let (info, body) = (&set[pair.slot as usize], pair.body as usize);
+        let of_point = self.surfaces.get(info.group as usize).copied().unwrap_or(0);
+        PairProperties {
+            mass: 1.0 / (1.0 / info.mass + bodies.state[body].inverse_mass),
+            radius: reduced_on_outline(info.radius, bodies.radius_at(body, pair.part)),
+            surfaces: [of_point, bodies.properties[body].surface],
+        }
+    }
+
+    #[inline]
+    fn reach(on: &OnBodies, pair: PointPair) -> f64 {
+        REACH * on.radius(pair)
+    }
+
+    /// Eq. 44 with the signed distance.
+    #[inline]
+    fn overlap(on: &OnBodies, pair: PointPair) -> (f64, Vec2) {
+        let [from, to] = pair.edges.map(|i| i as usize);
+        let candidates = on.list.edges[from..to].iter().map(|&i| i as usize);
+        let seen = see(on.outline(pair).0, candidates, on.position(pair.slot));
+        let contact_distance = on.radius_of_body(pair) + on.radius(pair);
+        (contact_distance - seen.distance, seen.normal)
+    }
+
+    #[inline]
+    fn arms(on: &OnBodies, pair: PointPair, (overlap, normal): (f64, Vec2)) -> Arms {
+        let x = on.position(pair.slot);
+        let p = contact_point(x, on.radius(pair), overlap, normal);
+        let r = p - on.bodies.frames[pair.body as usize].center;
+        Arms {
+            r,
+            normal: cross(r, normal),
+            tangent: cross(r, Vec2::new(-normal.y, normal.x)),
+        }
+    }
+
+    #[inline]
+    fn moved(on: &OnBodies, pair: PointPair, arms: &Arms) -> Option<Vec2> {
+        let was = on.previous.get(pair.slot as usize)?;
+        let of_body = on.bodies.frames[pair.body as usize].displacement(arms.r);
+        Some(on.position(pair.slot) - was - of_body)
+    }
+
+    fn velocity(on: &OnBodies, pair: PointPair, arms: &Arms) -> Vec2 {
+        let of_body = on.bodies.state[pair.body as usize].velocity_at(arms.r);
+        Vec2::from(on.states[pair.slot as usize].velocity) - of_body
+    }
+
+    #[inline]
+    fn effect(
+        on: &OnBodies,
+        pair: PointPair,
+        arms: &Arms,
+        stiffness: Stiffness,
+        [normal, tangential]: [f64; 2],
+    ) -> Effect {
+        let frame = &on.bodies.frames[pair.body as usize];
+        let (m, i) = (frame.inverse_mass, frame.inverse_inertia);
+        let mobility = m + i * arms.normal * arms.normal;
+        let along = m + i * arms.tangent * arms.tangent;
+        Effect {
+            slot: pair.slot,
+            body: pair.body,
+            torque: -(arms.normal * normal + arms.tangent * tangential),
+            stiffness: stiffness.normal,
+            rate: stiffness.normal * mobility + stiffness.tangential * along,
+            mobility,
+        }
+    }
+
+    #[inline]
+    fn add(outcome: &Outcome<Effect>, forces: &mut [ImpForce], loads: &mut [Load]) {
+        let force = &mut forces[outcome.effect.slot as usize];
+        force.force[0] += outcome.force.x;
+        force.force[1] += outcome.force.y;
+        force.stiffness += outcome.effect.stiffness;
+        let load = &mut loads[outcome.effect.body as usize];
+        load.force -= outcome.force;
+        load.torque += outcome.effect.torque;
+        load.rate += outcome.effect.rate;
+        load.mobility += outcome.effect.mobility;
+        load.contacts += u32::from(outcome.overlap > 0.0);
+    }
+
+    #[inline]
+    fn is_deep(on: &OnBodies, pair: PointPair, overlap: f64) -> bool {
+        let (radius, own) = (on.radius(pair), on.radius_of_body(pair));
+        overlap > radius.min(own + (1.0 - CROSSING) * radius)
+    }
+
+    #[cold]
+    fn passed(on: &OnBodies, pair: PointPair, overlap: f64) -> Option<Passed> {
+        let (_, normal) = Self::overlap(on, pair);
+        let body = pair.body as usize;
+        let passage = if on.went_through(on.position(pair.slot), pair, normal) {
+            Passage::Through
+        } else if overlap - on.radius(pair) > admissible_depth(on.bodies, body, pair.part) {
+            Passage::Deep
+        } else {
+            return None;
+        };
+        let of_both = |other: &&PointPair| (other.slot, other.body) == (pair.slot, pair.body);
+        let overlaps = on.list.pairs.iter().filter(of_both);
+        let overlaps = overlaps.map(|other| Self::overlap(on, *other).0);
+        Some(Passed::Body {
+            id: on.set[pair.slot as usize].id,
+            body,
+            passage,
+            overlap: overlaps.fold(f64::NEG_INFINITY, f64::max),
+        })
+    }
+
+    fn told(
+        on: &OnBodies,
+        pair: PointPair,
+        (overlap, normal): (f64, Vec2),
+        force: Vec2,
+    ) -> ContactState {
+        let x = on.position(pair.slot);
+        ContactState {
+            body: pair.body.into(),
+            other: on.set[pair.slot as usize].id,
+            with: POINT,
+            position: contact_point(x, on.radius(pair), overlap, normal).into(),
+            force: (-force).into(),
+        }
+    }
+}
