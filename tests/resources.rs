@@ -3,9 +3,10 @@
 
 use std::fs;
 use std::process::Command;
+use std::time::Duration;
 
 use crate::harness::needs::Need;
-use crate::harness::{Place, RunFiles, scene, segments};
+use crate::harness::{PATIENCE, Place, RunFiles, scene, segments, signal, until};
 
 fn quick() -> [String; 3] {
     [
@@ -146,8 +147,18 @@ fn a_run_whose_files_in_shared_memory_are_removed_goes_on_to_the_same_bits() {
     ];
     place.run("whole", &scene, &more).expect(0);
     let mut run = place.start_run("removed", &scene, &more);
-    // Not before the solvers have exchanged something: until then they open what is in shared memory.
-    run.has_rows("removed");
+    // Not before the solvers have exchanged something: until then they open what is in shared memory. And not once they are
+    // done, so one of them stands still at each look.
+    let dem = run.solver("removed", "dem");
+    let history = place.path("removed").join("history.csv");
+    let has_rows = || fs::read_to_string(&history).is_ok_and(|text| text.lines().count() > 2);
+    let stands = until(PATIENCE, || {
+        signal(dem, "CONT");
+        std::thread::sleep(Duration::from_millis(5));
+        signal(dem, "STOP");
+        has_rows().then_some(())
+    });
+    stands.expect("rows are written");
     let runs = run.runs();
     let removed = segments(&runs);
     assert!(!removed.is_empty());
@@ -157,6 +168,7 @@ fn a_run_whose_files_in_shared_memory_are_removed_goes_on_to_the_same_bits() {
     for name in place.temporary() {
         fs::remove_dir_all(place.temporary_path().join(name)).unwrap();
     }
+    signal(dem, "CONT");
     let ended = run.end().expect(0);
     place.assert_clean(&ended.runs);
     let [ours, theirs] = ["removed", "whole"].map(|out| RunFiles::read(&place.path(out)));
