@@ -10,13 +10,12 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
-use interface::core::coupler::{Coupler, Decision, Question};
 use interface::message::control::Party;
 use interface::message::wire::{ImpForce, ImpState};
-use interface::session::solver::Clocked;
 use interface::session::together::Together;
-use interface::session::turns::drive;
-use interface::session::{CouplerSide, DemSide, MpmSide, Stop, Supervisor, serve_dem, serve_mpm};
+use interface::session::{
+    Clocked, Next, Part, Session, Solvers, Stop, Supervisor, drive, serve_dem, serve_mpm,
+};
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
 use interface::transport::iceoryx::{self, Medium, SEND_TIMEOUT};
@@ -48,16 +47,26 @@ impl Timed {
 }
 
 impl Supervisor for Timed {
-    fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop> {
-        if question == Question::Next {
-            if self.from.is_none() && self.steps.done() >= WARM {
-                self.from = Some(Instant::now());
-            }
-            if self.steps.is_done() {
-                self.spent = self.from.map_or(Duration::ZERO, |from| from.elapsed());
-            }
+    fn configure(&mut self, solvers: &Solvers) -> Result<Vec<Part>, Stop> {
+        self.steps.configure(solvers)
+    }
+
+    fn next(&mut self) -> Result<Option<Next>, Stop> {
+        if self.from.is_none() && self.steps.done() >= WARM {
+            self.from = Some(Instant::now());
         }
-        self.steps.decide(question, coupler)
+        if self.steps.is_done() {
+            self.spent = self.from.map_or(Duration::ZERO, |from| from.elapsed());
+        }
+        self.steps.next()
+    }
+
+    fn collected(&mut self, solvers: &mut Solvers) -> Result<(), Stop> {
+        self.steps.collected(solvers)
+    }
+
+    fn drained(&mut self, solvers: &mut Solvers) -> Result<(), Stop> {
+        self.steps.drained(solvers)
     }
 }
 
@@ -73,9 +82,8 @@ fn between_processes(imps: usize, window: u64, steps: u64) -> Duration {
     std::thread::scope(|scope| {
         scope.spawn(move || serve_mpm(medium, names, &mut Points::new(imps), false));
         scope.spawn(move || serve_dem(medium, names, &mut HalfPlane::default(), false));
-        let mut coupler = CouplerSide::new(&BOTH, &mut supervisor);
-        drive(&mut coupler, &mut *transport);
-        coupler.take_verdict().expect("an orderly end");
+        let session = Session::coupler(&BOTH, &mut supervisor, &mut *transport);
+        drive(session).expect("an orderly end");
     });
     supervisor.spent
 }
@@ -83,19 +91,17 @@ fn between_processes(imps: usize, window: u64, steps: u64) -> Duration {
 /// The same in one thread, by direct calls.
 fn direct(imps: usize, window: u64, steps: u64) -> Duration {
     let (mut points, mut wall) = (Points::new(imps), HalfPlane::default());
-    let mut mpm = MpmSide::new(&mut points, Clocked::Shared);
-    let mut dem = DemSide::new(&mut wall, Clocked::Shared);
     let mut supervisor = Timed::new(steps, window);
-    let mut coupler = CouplerSide::new(&BOTH, &mut supervisor);
     let hub = Direct::new();
-    Together {
-        coupler: &mut coupler,
-        mpm: Some(&mut mpm),
-        dem: Some(&mut dem),
-        transports: [&mut hub.clone(), &mut hub.clone(), &mut hub.clone()],
-    }
-    .run();
-    coupler.take_verdict().expect("an orderly end");
+    let mut ends = [hub.clone(), hub.clone(), hub];
+    let [to_coupler, to_mpm, to_dem] = &mut ends;
+    let together = Together {
+        coupler: Session::coupler(&BOTH, &mut supervisor, to_coupler),
+        mpm: Some(Session::mpm(&mut points, to_mpm, Clocked::Shared)),
+        dem: Some(Session::dem(&mut wall, to_dem, Clocked::Shared)),
+    };
+    let [coupler, ..] = together.run();
+    coupler.expect("an orderly end");
     supervisor.spent
 }
 

@@ -9,9 +9,8 @@
 //! | [`message`] | the channels, the records and control messages that cross, and their bytes |
 //! | [`solver`] | the two traits that a solver implements |
 //! | [`step`] | one time step, and the clock |
-//! | [`core`] | the protocol as state machines without I/O |
 //! | [`transport`] | how messages cross: shared memory, direct calls, and the names and waits of a run |
-//! | [`session`] | carries out the actions of the machines of the core; a solver as a program |
+//! | [`session`] | the protocol: the three parties of a session, over any transport; a solver as a program |
 //! | [`recording`] | every message of a run in a file |
 //! | [`saved`] | the bytes of a saved state |
 //! | [`clauses`] | the registry of PROTOCOL.md's clauses |
@@ -20,7 +19,6 @@
 
 pub mod clauses;
 pub mod config;
-pub mod core;
 pub mod message;
 pub mod recording;
 pub mod saved;

@@ -56,17 +56,13 @@ fn is_id(text: &str) -> bool {
     letter && number.parse::<u32>().is_ok()
 }
 
-/// The machines name only clauses that exist, and they name every clause that a built-in party checks according to the
-/// registry.
+/// The session names only clauses that exist.
 #[test]
-fn the_machines_check_what_the_registry_says() {
-    let core = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/core");
+fn the_session_checks_what_the_registry_says() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/session");
     let mut named = BTreeSet::new();
-    let folders = [core.clone(), core.join("coupler")];
-    let entries = folders
-        .iter()
-        .flat_map(|folder| std::fs::read_dir(folder).unwrap());
-    let files = entries.map(|entry| entry.unwrap().path());
+    let files = std::fs::read_dir(folder).unwrap();
+    let files = files.map(|entry| entry.unwrap().path());
     for file in files.filter(|path| path.is_file()) {
         let text = std::fs::read_to_string(file).unwrap();
         let quoted = text.split('"').skip(1).step_by(2);
@@ -76,7 +72,7 @@ fn the_machines_check_what_the_registry_says() {
     let unknown: Vec<_> = named.difference(&rows).collect();
     assert!(
         unknown.is_empty(),
-        "named in core, without a row: {unknown:?}"
+        "named in the session, without a row: {unknown:?}"
     );
     assert!(named.len() > 25, "{named:?}");
 }

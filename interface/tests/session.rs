@@ -4,13 +4,10 @@ use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use crate::toys::{Course, HalfPlane, Points};
-use interface::core::SessionError;
 use interface::message::control::Party;
 use interface::message::wire::{PointState, Report};
-use interface::session::solver::Clocked;
 use interface::session::together::Together;
-use interface::session::turns::drive;
-use interface::session::{CouplerSide, DemSide, MpmSide, serve_dem, serve_mpm};
+use interface::session::{Clocked, Session, SessionError, drive, serve_dem, serve_mpm};
 use interface::solver::Readiness;
 use interface::transport::direct::Direct;
 use interface::transport::domain::OwnedDomain;
@@ -95,31 +92,22 @@ fn over(
     std::thread::scope(|scope| {
         let points = scope.spawn(move || serve_mpm(medium, names, &mut points, false));
         let wall = scope.spawn(move || serve_dem(medium, names, &mut wall, false));
-        let mut coupler = CouplerSide::new(&BOTH, supervisor);
-        drive(&mut coupler, &mut *transport);
-        let verdict = coupler.take_verdict();
+        let verdict = drive(Session::coupler(&BOTH, supervisor, &mut *transport));
         domain.release();
         (verdict, points.join().unwrap(), wall.join().unwrap())
     })
 }
 
 fn in_one_thread(supervisor: &mut Course, mut points: Points, mut wall: HalfPlane) -> Verdicts {
-    let mut mpm = MpmSide::new(&mut points, Clocked::Shared);
-    let mut dem = DemSide::new(&mut wall, Clocked::Shared);
-    let mut coupler = CouplerSide::new(&BOTH, supervisor);
     let hub = Direct::new();
-    Together {
-        coupler: &mut coupler,
-        mpm: Some(&mut mpm),
-        dem: Some(&mut dem),
-        transports: [&mut hub.clone(), &mut hub.clone(), &mut hub.clone()],
-    }
-    .run();
-    (
-        coupler.take_verdict(),
-        mpm.take_verdict(),
-        dem.take_verdict(),
-    )
+    let mut ends = [hub.clone(), hub.clone(), hub];
+    let [to_coupler, to_mpm, to_dem] = &mut ends;
+    let together = Together {
+        coupler: Session::coupler(&BOTH, supervisor, to_coupler),
+        mpm: Some(Session::mpm(&mut points, to_mpm, Clocked::Shared)),
+        dem: Some(Session::dem(&mut wall, to_dem, Clocked::Shared)),
+    };
+    together.run().into()
 }
 
 #[test]
@@ -313,9 +301,8 @@ fn a_refusal_is_heard_though_the_other_solver_never_comes() {
             };
             let other = scope.spawn(move || serve_dem(medium, names, &mut wall, false));
             let begin = Instant::now();
-            let mut coupler = CouplerSide::new(&BOTH, &mut supervisor);
-            drive(&mut coupler, &mut *transport);
-            let error = coupler.take_verdict().unwrap_err();
+            let session = Session::coupler(&BOTH, &mut supervisor, &mut *transport);
+            let error = drive(session).unwrap_err();
             assert!(begin.elapsed() < Duration::from_secs(2));
             assert!(
                 matches!(&error, SessionError::Refused { refusal, .. } if refusal.key == "mpm.cell"),

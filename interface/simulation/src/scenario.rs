@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::collections::HashMap;
 
-use interface::core::SessionError;
+use interface::session::SessionError;
 use interface::message::control::Party;
 use interface::message::wire::{BodyState, PointState};
 use mechanics::generate::Random;

@@ -4,14 +4,11 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::Duration;
 
-use interface::core::SessionError;
-use interface::core::Wait;
-use interface::core::coupler::{Coupler, Decision, Part, Question};
 use interface::message::control::{Configure, Party};
 use interface::message::wire::{BodyState, Grant, PointState, flags};
-use interface::session::solver::Clocked;
-use interface::session::turns::{Turn, Turns};
-use interface::session::{CouplerSide, DemSide, MpmSide, Stop, Supervisor};
+use interface::session::{
+    Clocked, Next, Part, Session, SessionError, Solvers, Stop, Supervisor, Turn, Wait,
+};
 use interface::solver::{DemSolver, MpmSolver};
 use interface::step::Clock;
 
@@ -127,8 +124,8 @@ struct ToySupervisor<'a> {
     seen: Option<Party>,
 }
 
-impl ToySupervisor<'_> {
-    fn configure(&mut self) -> Decision {
+impl Supervisor for ToySupervisor<'_> {
+    fn configure(&mut self, _: &Solvers) -> Result<Vec<Part>, Stop> {
         let part = |i: usize| Part {
             configure: Configure {
                 scene_hash: "toy".into(),
@@ -140,14 +137,14 @@ impl ToySupervisor<'_> {
             measured: self.plan.solvers.measured[i],
             restore: self.from.as_ref().map(|from| from.states[i].clone()),
         };
-        Decision::Configure(vec![part(0), part(1)])
+        Ok(vec![part(0), part(1)])
     }
 
-    fn next(&mut self) -> Decision {
+    fn next(&mut self) -> Result<Option<Next>, Stop> {
         let at = self.clock.index();
         let (opening, closing) = (at == 0, at == self.plan.steps + 1);
         if at > self.plan.steps + 1 {
-            return Decision::Drain;
+            return Ok(None);
         }
         if opening || closing {
             self.clock.begin_epoch(0.0);
@@ -195,57 +192,41 @@ impl ToySupervisor<'_> {
         } else {
             [self.budget, 100.0, self.damping]
         };
-        Decision::Grant(grant, vec![budget; 2])
+        Ok(Some((grant, vec![budget; 2])))
     }
 
-    fn collected(&mut self, coupler: &mut Coupler) {
+    fn collected(&mut self, solvers: &mut Solvers) -> Result<(), Stop> {
         if let Some(mut pending) = self.pending.take() {
             for (state, party) in pending.states.iter_mut().zip([Party::Mpm, Party::Dem]) {
-                match coupler.take_saved(party) {
+                match solvers.take_saved(party) {
                     Some(saved) => *state = saved,
                     None => self.violation(format!("no saved state of the {party}")),
                 }
             }
             self.checkpoint = Some(pending);
         }
-        let round = coupler.round();
+        let round = solvers.round();
         self.clock.advance_by(round.steps);
         let within = round.within;
         if self.clock.index() == self.plan.steps + 2 {
             self.finals = Some((Vec::new(), round.bodies.clone()));
         }
         if !within && self.clock.index() > 1 {
-            let limits = |party| coupler.report(party).map(|r| r.limits).unwrap_or_default();
+            let limits = |party| solvers.report(party).map(|r| r.limits).unwrap_or_default();
             let (mpm, dem) = (limits(Party::Mpm), limits(Party::Dem));
             self.budget = self.budget.max(2.0 * (mpm.omega_sq + mpm.contact_omega_sq));
             self.damping = self.damping.max(dem.damping);
             // Another step, so that the bits depend on where the halt was.
             self.dt *= 0.9;
         }
+        Ok(())
     }
 
-    fn violation(&self, what: String) {
-        self.host.borrow_mut().violations.push(Violation(what));
-    }
-}
-
-impl Supervisor for ToySupervisor<'_> {
-    fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop> {
-        Ok(match question {
-            Question::Configure => self.configure(),
-            Question::Ready => Decision::Noted,
-            Question::Next => self.next(),
-            Question::Collected => {
-                self.collected(coupler);
-                Decision::Noted
-            }
-            Question::Drained => {
-                if let Some((points, _)) = &mut self.finals {
-                    points.clone_from(&coupler.round().points);
-                }
-                Decision::Noted
-            }
-        })
+    fn drained(&mut self, solvers: &mut Solvers) -> Result<(), Stop> {
+        if let Some((points, _)) = &mut self.finals {
+            points.clone_from(&solvers.round().points);
+        }
+        Ok(())
     }
 
     fn gone(&mut self) -> Option<(Party, String)> {
@@ -261,6 +242,12 @@ impl Supervisor for ToySupervisor<'_> {
         }
         self.seen = Some(gone);
         None
+    }
+}
+
+impl ToySupervisor<'_> {
+    fn violation(&self, what: String) {
+        self.host.borrow_mut().violations.push(Violation(what));
     }
 }
 
@@ -300,19 +287,23 @@ pub fn run(plan: &Plan, host: SimulatedHost, from: Option<&Checkpoint>) -> Sessi
         finals: None,
         seen: None,
     };
-    let mut coupler = CouplerSide::new(&[Party::Mpm, Party::Dem], &mut toy);
-    let mut mpm = MpmSide::new(&mut *continuum, Clocked::Shared);
-    let mut dem = DemSide::new(&mut *bodies, Clocked::Shared);
-    let mut schedule = Schedule::new(&host);
-    schedule.run(&mut coupler, &mut mpm, &mut dem);
-    let (doing, ended, steps) = (schedule.doing, schedule.ended, schedule.steps);
-    let over = [0, 1, 2].map(|n| doing[n] == Activity::Ended);
-    let verdicts = [
-        over[0].then(|| (coupler.take_verdict(), ended[0])),
-        over[1].then(|| (mpm.take_verdict(), ended[1])),
-        over[2].then(|| (dem.take_verdict(), ended[2])),
+    let [mut to_coupler, mut to_mpm, mut to_dem] = Party::ALL.map(|party| Ends {
+        party,
+        host: host.clone(),
+    });
+    let mut parties = [
+        Session::coupler(&[Party::Mpm, Party::Dem], &mut toy, &mut to_coupler),
+        Session::mpm(&mut *continuum, &mut to_mpm, Clocked::Shared),
+        Session::dem(&mut *bodies, &mut to_dem, Clocked::Shared),
     ];
-    drop(coupler);
+    let mut schedule = Schedule::new(&host);
+    schedule.run(&mut parties);
+    let steps = schedule.steps;
+    let mut ends = schedule.doing.into_iter().zip(schedule.ended);
+    let verdicts = parties.map(|party| {
+        let (doing, when) = ends.next()?;
+        (doing == Activity::Ended).then(|| (party.into_verdict(), when))
+    });
     let host = host.borrow();
     SessionOutcome {
         verdicts,
@@ -352,9 +343,9 @@ impl<'w> Schedule<'w> {
         }
     }
 
-    fn run(&mut self, coupler: &mut CouplerSide<'_>, mpm: &mut MpmSide<'_>, dem: &mut DemSide<'_>) {
+    fn run(&mut self, parties: &mut [Session<'_>; 3]) {
         loop {
-            self.kill_remaining(matches!(coupler.coupler().verdict(), Some(Err(_))));
+            self.kill_remaining(matches!(parties[0].verdict(), Some(Err(_))));
             let Some((n, at)) = self.next() else {
                 return;
             };
@@ -368,16 +359,12 @@ impl<'w> Schedule<'w> {
                 let mut host = self.host.borrow_mut();
                 host.now = host.now.max(at);
             }
-            match n {
-                0 => self.turn(n, coupler),
-                1 => self.turn(n, mpm),
-                _ => self.turn(n, dem),
-            }
+            self.turn(n, &mut parties[n]);
             if !self.noted && !self.host.borrow().struck.is_empty() {
                 self.noted = true;
-                let told = |party| coupler.coupler().step_of(party);
-                let told = told(Party::Mpm).min(told(Party::Dem));
-                self.steps = [told, mpm.step(), dem.step()];
+                for (step, party) in self.steps.iter_mut().zip(&*parties) {
+                    *step = party.step();
+                }
             }
         }
     }
@@ -427,12 +414,8 @@ impl<'w> Schedule<'w> {
         best
     }
 
-    fn turn(&mut self, n: usize, party: &mut dyn Turns) {
+    fn turn(&mut self, n: usize, party: &mut Session<'_>) {
         let who = Party::ALL[n];
-        let mut ends = Ends {
-            party: who,
-            host: self.host.clone(),
-        };
         let (now, waited) = {
             let mut host = self.host.borrow_mut();
             let waiting = matches!(self.doing[n], Activity::Waiting { .. });
@@ -452,7 +435,7 @@ impl<'w> Schedule<'w> {
             }
             (host.now, waiting)
         };
-        let turn = party.turn(&mut ends);
+        let turn = party.turn();
         let mut host = self.host.borrow_mut();
         let cost = 1 + (host.random.unit() * TURN) as Time;
         let soon = host.now + cost;
@@ -478,7 +461,7 @@ impl<'w> Schedule<'w> {
                     self.doing[n] = Activity::Ready(soon);
                     return;
                 }
-                let up = waited && now >= until && party.look_up(&mut ends);
+                let up = waited && now >= until && party.look_up();
                 self.doing[n] = if up {
                     Activity::Ready(soon)
                 } else {

@@ -1,30 +1,63 @@
-//! The coupler's side of a session: its state machine, the run that answers its questions, and the messages received.
+//! The coupler's side of a session (PROTOCOL.md sections 2, 5 and 9), and the run that makes the decisions.
 
+use std::rc::Rc;
 use std::time::Duration;
 
-use super::turns::{Inbox, Turn, Turns};
-use crate::core::Action;
-use crate::core::SessionError;
-use crate::core::coupler::{Coupler, Decision, Event, Limits, Question, Standing};
-use crate::message::Channel;
-use crate::message::control::{Hello, Party};
-use crate::transport::Transport;
+use super::error::{INDIRECT_WAIT_MARGIN, SessionError, broken};
+use super::io::{Io, Signal, Wait};
+use super::solvers::{CONFIGURATION, Part, Solvers, StartDeadlines, clause_of};
+use super::pieces;
+use crate::config::capability::SAVE;
+use crate::message::codec::encode;
+use crate::message::control::{Configure, Hello, Notice, Order, Party};
+use crate::message::wire::{Grant, StepHeader, flags};
+use crate::message::{Channel, Kind, Payload, Records};
 
 /// The run cannot continue; the solvers receive this reason.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stop(pub String);
 
-/// The run that a session belongs to, which makes the decisions.
+/// The steps that come next, and the budgets of each solver in the order of the solvers: squared frequency in 1/s^2,
+/// speed in m/s and damping in 1/s.
+pub type Next = (Grant, Vec<[f64; 3]>);
+
+/// The run that a session belongs to, which makes the decisions. A [`Stop`] ends the session.
 pub trait Supervisor {
-    /// Answers a question of the machine. The machine has the messages of the solvers.
+    /// All solvers have sent Hello: the configuration of each, in the order of the solvers.
     ///
     /// # Errors
-    /// [`Stop`] ends the session.
-    fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop>;
+    /// [`Stop`].
+    fn configure(&mut self, solvers: &Solvers) -> Result<Vec<Part>, Stop>;
+
+    /// All solvers are ready.
+    ///
+    /// # Errors
+    /// [`Stop`].
+    fn ready(&mut self, _solvers: &Solvers) -> Result<(), Stop> {
+        Ok(())
+    }
+
+    /// The next grant; `None` if there are no more steps.
+    ///
+    /// # Errors
+    /// [`Stop`].
+    fn next(&mut self) -> Result<Option<Next>, Stop>;
+
+    /// The reports on the last grant have come.
+    ///
+    /// # Errors
+    /// [`Stop`].
+    fn collected(&mut self, solvers: &mut Solvers) -> Result<(), Stop>;
+
+    /// All points have arrived, at the end.
+    ///
+    /// # Errors
+    /// [`Stop`].
+    fn drained(&mut self, solvers: &mut Solvers) -> Result<(), Stop>;
 
     /// Deadlines for the solvers before the first step.
-    fn limits(&self) -> Limits {
-        Limits::default()
+    fn deadlines(&self) -> StartDeadlines {
+        StartDeadlines::default()
     }
 
     /// A solver has sent Hello.
@@ -41,168 +74,408 @@ pub trait Supervisor {
     }
 }
 
-/// The coupler's side of a session.
-pub struct CouplerSide<'a> {
-    machine: Coupler,
+impl From<Stop> for SessionError {
+    fn from(Stop(reason): Stop) -> Self {
+        Self::Aborted(reason)
+    }
+}
+
+/// The coupler in a session.
+pub(super) struct Coupler<'a> {
+    io: Rc<Io<'a>>,
     supervisor: &'a mut dyn Supervisor,
-    action: Action<Question>,
-    inbox: Inbox,
-    /// The solvers that have sent Hello, in the order of arrival.
-    joined: Vec<Party>,
+    solvers: Solvers,
+    /// Whether no grant has been sent yet.
+    arriving: bool,
+    /// Where messages arrive, one buffer for each kind, so that memory is reused.
+    inbox: [Payload; Kind::ALL.len()],
 }
 
-impl<'a> CouplerSide<'a> {
-    /// A session with `solvers`, in which `supervisor` decides.
-    pub fn new(solvers: &[Party], supervisor: &'a mut dyn Supervisor) -> Self {
-        let machine = Coupler::new(solvers, supervisor.limits());
-        Self::of(machine, supervisor, Vec::new())
-    }
-
-    /// The same, with one of the solvers as it was left by a session before.
-    pub fn going_on(
-        solvers: &[Party],
-        supervisor: &'a mut dyn Supervisor,
-        standing: Standing,
-    ) -> Self {
-        let joined = vec![standing.party()];
-        let machine = Coupler::going_on(solvers, supervisor.limits(), standing);
-        Self::of(machine, supervisor, joined)
-    }
-
-    fn of(mut machine: Coupler, supervisor: &'a mut dyn Supervisor, joined: Vec<Party>) -> Self {
-        let action = machine.start();
+impl<'a> Coupler<'a> {
+    pub fn new(io: Rc<Io<'a>>, parties: &[Party], supervisor: &'a mut dyn Supervisor) -> Self {
         Self {
-            machine,
+            io,
             supervisor,
-            action,
-            inbox: Inbox::new(),
-            joined,
+            solvers: Solvers::new(parties),
+            arriving: true,
+            inbox: Kind::ALL.map(Payload::empty),
         }
     }
 
-    /// A solver of a session that was handed over ([`Decision::HandOver`]).
-    pub fn hand_over(&mut self, party: Party) -> Option<Standing> {
-        self.machine.hand_over(party)
-    }
-
-    /// The machine, with what the solvers have reported.
-    pub fn coupler(&self) -> &Coupler {
-        &self.machine
-    }
-
-    /// How the session ended.
-    ///
-    /// # Errors
-    /// Any [`SessionError`]: that of the session, or that it has not ended.
-    pub fn take_verdict(&mut self) -> Result<(), SessionError> {
-        let verdict = self.machine.take_verdict();
-        verdict.unwrap_or_else(|| Err(SessionError::Aborted("the session has not ended".into())))
-    }
-
-    /// Ends the session for this reason at its next turn.
-    pub fn stop(&mut self, reason: String) {
-        if self.machine.verdict().is_none() {
-            self.on(Event::Stopped(reason));
+    /// A whole session.
+    pub async fn session(mut self) -> Result<(), SessionError> {
+        let Err(error) = self.lead().await else {
+            return Ok(());
+        };
+        let reason = match &error {
+            SessionError::Aborted(reason) => reason.clone(),
+            other => other.to_string(),
+        };
+        // If it cannot be sent, no further error is needed.
+        for i in 0..self.solvers.each.len() {
+            let _ = self.order(i, &Order::Abort(reason.clone())).await;
         }
+        Err(error)
     }
 
-    fn on(&mut self, event: Event<'_>) {
-        self.action = self.machine.on(event);
-    }
-
-    fn take(&mut self, channel: Channel, transport: &mut dyn Transport) -> bool {
-        let into = self.inbox.of(channel.kind);
-        match transport.receive(channel, into) {
-            Ok(None) => return false,
-            Ok(Some(header)) => {
-                let event = Event::Received(channel, header, into.records());
-                self.action = self.machine.on(event);
-                self.report_hello(channel.from());
+    async fn lead(&mut self) -> Result<(), SessionError> {
+        self.hellos().await?;
+        let parts = self.supervisor.configure(&self.solvers)?;
+        self.configure(parts).await?;
+        self.readies().await?;
+        self.arriving = false;
+        self.supervisor.ready(&self.solvers)?;
+        while let Some((grant, budgets)) = self.supervisor.next()? {
+            self.solvers.grant(grant, &budgets)?;
+            self.grant().await?;
+            for i in 0..self.solvers.each.len() {
+                self.report(i).await?;
             }
-            Err(error) => self.on(Event::Broken(error)),
+            self.solvers.stopped_alike()?;
+            self.supervisor.collected(&mut self.solvers)?;
         }
-        true
+        self.order_all(&Order::Drain).await?;
+        self.byes().await?;
+        self.final_points()?;
+        self.supervisor.drained(&mut self.solvers)?;
+        self.order_all(&Order::Close).await
     }
 
-    /// Reports a new Hello to the run.
-    fn report_hello(&mut self, party: Party) {
-        if let Some(hello) = self.machine.hello(party)
-            && !self.joined.contains(&party)
-        {
-            self.joined.push(party);
-            self.supervisor.joined(hello);
-        }
-    }
-
-    /// Takes a notice that is not awaited; returns whether there was one.
-    fn take_notice(&mut self, transport: &mut dyn Transport) -> bool {
-        let mut notices = self.machine.notices();
-        let both = [notices.next(), notices.next()];
-        drop(notices);
-        both.into_iter()
-            .flatten()
-            .any(|channel| self.take(channel, transport))
-    }
-}
-
-impl Turns for CouplerSide<'_> {
-    fn turn(&mut self, transport: &mut dyn Transport) -> Turn {
-        match self.action {
-            Action::Wait(wait) => {
-                for channel in wait.on.into_iter().flatten() {
-                    if self.take(channel, transport) {
-                        return Turn::Went;
+    /// S-2.
+    async fn hellos(&mut self) -> Result<(), SessionError> {
+        let deadline = self.supervisor.deadlines().hello;
+        while let Some(missing) = self.missing(|i| self.solvers.each[i].hello.is_none()) {
+            let (i, notice) = self.notice(missing, "its hello", deadline).await?;
+            let sent = &mut self.solvers.each[i];
+            match notice {
+                Notice::Hello(hello) if sent.hello.is_none() => {
+                    sent.greet(hello)?;
+                    if let Some(hello) = &sent.hello {
+                        self.supervisor.joined(hello);
                     }
                 }
-                return Turn::Waits(wait);
+                other => return Err(self.out_of_turn(i, other)),
             }
-            Action::Do(question) => {
-                let event = match self.supervisor.decide(question, &mut self.machine) {
-                    Ok(decision) => Event::Done(decision),
-                    Err(Stop(reason)) => Event::Stopped(reason),
+        }
+        Ok(())
+    }
+
+    /// S-4, K-4: sends each solver its configuration, and the state from which it continues.
+    async fn configure(&mut self, parts: Vec<Part>) -> Result<(), SessionError> {
+        for (i, part) in parts.into_iter().enumerate() {
+            let sent = &mut self.solvers.each[i];
+            if part.restore.is_some() && !sent.has(SAVE) {
+                let message = "a state to restore, and no capability `save`".into();
+                return Err(broken(Party::Coupler, "K-4", sent.step, message));
+            }
+            sent.measured = part.measured;
+            // A solver may itself wait for the other one, which has this deadline.
+            sent.deadline =
+                Duration::from_secs_f64(part.configure.deadline) + INDIRECT_WAIT_MARGIN;
+            sent.scene_hash.clone_from(&part.configure.scene_hash);
+            let channel = sent.channel(Kind::Restore);
+            let configure = Configure {
+                restore: part.restore.is_some(),
+                ..part.configure
+            };
+            self.order(i, &Order::Configure(configure)).await?;
+            if let Some(state) = part.restore {
+                pieces::send(&self.io, channel, 0, &state).await?;
+            }
+        }
+        Ok(())
+    }
+
+    /// S-6.
+    async fn readies(&mut self) -> Result<(), SessionError> {
+        let deadline = self.supervisor.deadlines().ready;
+        while let Some(missing) = self.missing(|i| self.solvers.each[i].readiness.is_none()) {
+            let (i, notice) = self.notice(missing, "that it is ready", deadline).await?;
+            let sent = &mut self.solvers.each[i];
+            match notice {
+                Notice::Ready(ready) if sent.readiness.is_none() => {
+                    if ready.scene_hash != sent.scene_hash {
+                        let (theirs, ours) = (ready.scene_hash, &sent.scene_hash);
+                        let message = format!("ready for scene {theirs}, the coupler's is {ours}");
+                        return Err(sent.broke("S-6", message));
+                    }
+                    if let Some(message) = ready.readiness.impossible_value() {
+                        return Err(sent.broke("S-6", message));
+                    }
+                    sent.readiness = Some(ready.readiness);
+                }
+                Notice::Refused(refusal) => {
+                    let who = sent.party;
+                    return Err(SessionError::Refused { who, refusal });
+                }
+                other => return Err(self.out_of_turn(i, other)),
+            }
+        }
+        Ok(())
+    }
+
+    async fn grant(&self) -> Result<(), SessionError> {
+        for sent in &self.solvers.each {
+            let header = StepHeader {
+                epoch: sent.grant.epoch,
+                step: sent.grant.first,
+                count: 1,
+                ..StepHeader::default()
+            };
+            let grant = Records::Grant(std::slice::from_ref(&sent.grant));
+            self.io
+                .send(sent.channel(Kind::Grant), &header, grant)
+                .await?;
+        }
+        Ok(())
+    }
+
+    /// waits for the report of the i-th solver, and takes what it sent before. Saved states arrive in
+    /// pieces, from either solver.
+    async fn report(&mut self, i: usize) -> Result<(), SessionError> {
+        let sent = &self.solvers.each[i];
+        let (who, deadline) = (sent.party, sent.deadline);
+        let [report, mpm, dem] = [
+            sent.channel(Kind::Report),
+            Channel::of(Party::Mpm, Kind::Saved),
+            Channel::of(Party::Dem, Kind::Saved),
+        ];
+        let checkpoint = self.solvers.round.grant.flags & flags::CHECKPOINT != 0;
+        let channels: &[Channel] = match (checkpoint, &self.solvers.each[..]) {
+            (false, _) => &[report],
+            (true, [one]) => &[report, one.channel(Kind::Saved)],
+            (true, _) => &[report, mpm, dem],
+        };
+        loop {
+            let (channel, header) = self.receive(channels, who, "its report", deadline).await?;
+            if channel.kind == Kind::Report {
+                break;
+            }
+            self.piece(channel, &header)?;
+        }
+        let Payload::Report(reports) = &self.inbox[Kind::Report as usize] else {
+            unreachable!("a channel of reports has reports")
+        };
+        self.solvers.each[i].report(reports)?;
+        self.solvers.note_limits(i);
+        self.io.step.set(self.solvers.step());
+        // The rest of the state was sent before the report, and nobody has looked at it since.
+        let sent = &self.solvers.each[i];
+        if sent.grant.flags & flags::CHECKPOINT != 0 && sent.saved.is_none() {
+            let channel = sent.channel(Kind::Saved);
+            let step = self.solvers.round.grant.first;
+            while {
+                let header = self.take(channel, step, "report")?;
+                !self.piece(channel, &header)?
+            } {}
+        }
+        for channel in self.solvers.each[i].before_report() {
+            let header = self.take(channel, self.solvers.round.grant.first, "report")?;
+            let records = self.inbox[channel.kind as usize].records();
+            self.solvers.take_listed(i, &header, records)?;
+        }
+        Ok(())
+    }
+
+    /// K-3: a piece of a state has arrived; returns whether it was the last one.
+    fn piece(&mut self, channel: Channel, header: &StepHeader) -> Result<bool, SessionError> {
+        let Payload::Saved(piece) = &self.inbox[Kind::Saved as usize] else {
+            unreachable!("a channel of states has states")
+        };
+        let mut each = self.solvers.each.iter_mut();
+        let sent = each.find(|sent| sent.party == channel.from());
+        sent.expect("a solver of this session").piece(header, piece)
+    }
+
+    async fn byes(&mut self) -> Result<(), SessionError> {
+        while let Some(missing) = self.missing(|i| !self.solvers.each[i].bye) {
+            let (i, notice) = self.notice(missing, "its goodbye", CONFIGURATION).await?;
+            match notice {
+                Notice::Bye if !self.solvers.each[i].bye => self.solvers.each[i].bye = true,
+                other => return Err(self.out_of_turn(i, other)),
+            }
+        }
+        Ok(())
+    }
+
+    /// D-1: takes the points that the continuum sent before its Bye.
+    fn final_points(&mut self) -> Result<(), SessionError> {
+        let mut each = self.solvers.each.iter();
+        let Some(i) = each.position(|sent| sent.party == Party::Mpm) else {
+            self.solvers.round.points.clear();
+            return Ok(());
+        };
+        let sent = &self.solvers.each[i];
+        let header = self.take(sent.channel(Kind::Points), sent.step, "goodbye")?;
+        let Payload::Points(points) = &self.inbox[Kind::Points as usize] else {
+            unreachable!("a channel of points has points")
+        };
+        self.solvers.take_final_points(i, &header, points)
+    }
+
+    /// Takes a message that was sent before the one that has just arrived.
+    fn take(
+        &mut self,
+        channel: Channel,
+        step: u64,
+        before: &str,
+    ) -> Result<StepHeader, SessionError> {
+        let into = &mut self.inbox[channel.kind as usize];
+        match self.io.receive(channel, into)? {
+            Some(header) => Ok(header),
+            None => {
+                let clause = if before == "goodbye" {
+                    "D-1"
+                } else {
+                    clause_of(channel.kind)
                 };
-                self.on(event);
+                let message = format!("nothing on {} before the {before}", channel.name());
+                Err(broken(channel.from(), clause, step, message))
             }
-            Action::Send(channel) => {
-                let records = self.machine.ready_to_send(channel);
-                let header = self.machine.header_to_send();
-                let event = match transport.send(channel, header, records) {
-                    Ok(()) => Event::Sent,
-                    Err(error) => Event::Broken(error),
-                };
-                transport.wake(channel.to());
-                self.on(event);
+        }
+    }
+
+    async fn order_all(&self, order: &Order) -> Result<(), SessionError> {
+        for i in 0..self.solvers.each.len() {
+            self.order(i, order).await?;
+        }
+        Ok(())
+    }
+
+    async fn order(&self, i: usize, order: &Order) -> Result<(), SessionError> {
+        let bytes = encode(order);
+        let header = StepHeader {
+            count: bytes.len() as u64,
+            ..StepHeader::default()
+        };
+        let channel = self.solvers.each[i].channel(Kind::Order);
+        self.io.send(channel, &header, Records::Order(&bytes)).await
+    }
+
+    /// The first solver of which something is missing.
+    fn missing(&self, is_missing: impl Fn(usize) -> bool) -> Option<Party> {
+        let first = (0..self.solvers.each.len()).find(|&i| is_missing(i));
+        first.map(|i| self.solvers.each[i].party)
+    }
+
+    /// Waits for a notice of any solver. `missing` is the one that is late if none comes.
+    async fn notice(
+        &mut self,
+        missing: Party,
+        awaited: &'static str,
+        deadline: Duration,
+    ) -> Result<(usize, Notice), SessionError> {
+        let each = self.solvers.each.iter();
+        let channels: Vec<Channel> = each.map(|sent| sent.channel(Kind::Notice)).collect();
+        let (channel, _) = self.receive(&channels, missing, awaited, deadline).await?;
+        let mut each = self.solvers.each.iter();
+        let i = each.position(|sent| sent.party == channel.from());
+        let i = i.expect("a solver of this session");
+        Ok((i, self.read_notice(i)?))
+    }
+
+    /// The notice that has arrived, unless it says that the solver cannot go on.
+    fn read_notice(&self, i: usize) -> Result<Notice, SessionError> {
+        let Payload::Notice(bytes) = &self.inbox[Kind::Notice as usize] else {
+            unreachable!("a channel of notices has notices")
+        };
+        let sent = &self.solvers.each[i];
+        match Notice::decode(bytes).map_err(|e| sent.broke("S-1", e.to_string()))? {
+            Notice::Failed(failure) => Err(SessionError::Failed {
+                who: sent.party,
+                failure,
+            }),
+            notice => Ok(notice),
+        }
+    }
+
+    fn out_of_turn(&self, i: usize, notice: Notice) -> SessionError {
+        self.solvers.each[i].broke("S-2", format!("{notice:?} out of turn"))
+    }
+
+    /// Waits for a message of one of these channels, until the run or a solver ends the session, a solver is gone, or the
+    /// deadline for `who` is over.
+    async fn receive(
+        &mut self,
+        channels: &[Channel],
+        who: Party,
+        awaited: &'static str,
+        at_most: Duration,
+    ) -> Result<(Channel, StepHeader), SessionError> {
+        let io = self.io.clone();
+        let wait = Wait {
+            from: who,
+            at_most,
+        };
+        let awaits_notices = channels.iter().all(|channel| channel.kind == Kind::Notice);
+        io.arrival(wait, |signal| {
+            let found = self.look(channels)?;
+            if found.is_some() {
+                return Ok(found);
             }
-            Action::Take(channel) => {
-                if !self.take(channel, transport) {
-                    self.on(Event::Absent(channel));
+            match signal {
+                Signal::None => Ok(None),
+                Signal::Expired(waited) => Err(SessionError::Late {
+                    who,
+                    awaited,
+                    step: self.solvers.of(who).map_or(0, |sent| sent.step),
+                    waited,
+                }),
+                Signal::LookUp => {
+                    if let Some(stop) = self.supervisor.interrupted(self.arriving) {
+                        return Err(stop.into());
+                    }
+                    // A notice is looked for before the end of a process: a solver that has ended may have said why.
+                    if !awaits_notices {
+                        self.unexpected_notice()?;
+                    }
+                    let Some((gone, how)) = self.supervisor.gone() else {
+                        return Ok(None);
+                    };
+                    let last_words = if awaits_notices {
+                        self.look(channels)?
+                    } else {
+                        self.unexpected_notice()?;
+                        None
+                    };
+                    match last_words {
+                        Some(_) => Ok(last_words),
+                        None => Err(SessionError::Vanished {
+                            who: gone,
+                            how,
+                            step: self.solvers.of(gone).map_or(0, |sent| sent.step),
+                        }),
+                    }
                 }
             }
-            Action::Open { .. } => unreachable!("the coupler has opened its channels"),
-            Action::End => return Turn::Ended,
-        }
-        Turn::Went
+        })
+        .await
     }
 
-    fn look_up(&mut self, transport: &mut dyn Transport) -> bool {
-        if let Some(Stop(reason)) = self.supervisor.interrupted(self.machine.is_arriving()) {
-            self.on(Event::Stopped(reason));
-            return true;
+    /// The next message of these channels, if there is one.
+    fn look(
+        &mut self,
+        channels: &[Channel],
+    ) -> Result<Option<(Channel, StepHeader)>, SessionError> {
+        for &channel in channels {
+            let into = &mut self.inbox[channel.kind as usize];
+            if let Some(header) = self.io.receive(channel, into)? {
+                return Ok(Some((channel, header)));
+            }
         }
-        // A notice is looked for before the end of a process: a solver that has ended may have said why.
-        if self.take_notice(transport) {
-            return true;
-        }
-        let Some((who, how)) = self.supervisor.gone() else {
-            return false;
-        };
-        if !self.take_notice(transport) {
-            self.on(Event::Gone(who, how));
-        }
-        true
+        Ok(None)
     }
 
-    fn expire(&mut self, waited: Duration) {
-        self.on(Event::Expired(waited));
+    /// A notice that has arrived while the session waits for another message.
+    fn unexpected_notice(&mut self) -> Result<(), SessionError> {
+        for i in 0..self.solvers.each.len() {
+            let channel = self.solvers.each[i].channel(Kind::Notice);
+            let into = &mut self.inbox[Kind::Notice as usize];
+            if self.io.receive(channel, into)?.is_some() {
+                let notice = self.read_notice(i)?;
+                return Err(self.out_of_turn(i, notice));
+            }
+        }
+        Ok(())
     }
 }

@@ -1,17 +1,222 @@
 //! A session: open, configure, step, drain, closed; abort from any of them (PROTOCOL.md section 2).
 //!
-//! The state machines of [`crate::core`] return the next action; this module carries it out. A party takes [turns]: in
-//! each turn it carries out one action of its machine, or finds that it has to wait. [`turns::drive`] gives one party
-//! turns until its session is over, with the waits of a process; [`together`] gives turns to all three parties in one
-//! thread; a simulation decides by itself whose turn it is.
+//! Each party's side is one `async` function that reads as PROTOCOL.md does: [`coupler`] leads, [`solver`] follows, and
+//! within a window of steps [`continuum`] and [`bodies`] exchange what the points and bodies need of one another. A
+//! [`Session`] polls such a function: in each turn it goes on until a message has been sent or received, or until it has to
+//! wait for one. [`drive`] gives one party turns until its session is over, with the waits of a process; [`together`] gives
+//! turns to all three parties in one thread; a simulation decides by itself whose turn it is.
 
-pub mod coupler;
+mod approach;
+mod bodies;
+mod check;
+mod connection;
+mod continuum;
+mod coupler;
+mod error;
+mod io;
+mod pieces;
 pub mod process;
-pub mod solver;
+mod serve;
+mod solver;
+mod solvers;
 mod stopwatch;
 pub mod together;
-pub mod turns;
 
-pub use coupler::{CouplerSide, Stop, Supervisor};
-pub use solver::{DemSide, MpmSide, serve_dem, serve_mpm};
-pub use stopwatch::cpu_time;
+use std::fmt;
+use std::pin::Pin;
+use std::rc::Rc;
+use std::task::{Context, Poll, Waker};
+use std::time::Duration;
+
+use self::bodies::Bodies;
+use self::connection::Connection;
+use self::continuum::Continuum;
+use self::coupler::Coupler;
+use self::io::{Io, Signal};
+use self::stopwatch::Stopwatch;
+use crate::message::control::Party;
+use crate::solver::{DemSolver, MpmSolver};
+use crate::transport::Transport;
+use crate::transport::wait::{Awaited, Spin, wait};
+
+pub use coupler::{Next, Stop, Supervisor};
+pub use error::SessionError;
+pub use io::Wait;
+pub use pieces::solver_part;
+pub use serve::{serve_dem, serve_mpm};
+pub use solvers::{Part, Round, Solvers, StartDeadlines};
+pub use stopwatch::{Clocked, cpu_time};
+
+/// The result of a turn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Turn {
+    /// A message was sent or received.
+    Went,
+    /// There is nothing to do until a message arrives.
+    Waits(Wait),
+    /// The session of this party is over.
+    Ended,
+}
+
+/// One party's side of a session.
+pub struct Session<'a> {
+    io: Rc<Io<'a>>,
+    side: Pin<Box<dyn Future<Output = Result<(), SessionError>> + 'a>>,
+    verdict: Option<Result<(), SessionError>>,
+}
+
+impl<'a> Session<'a> {
+    /// The continuum's side.
+    pub fn mpm(
+        solver: &'a mut dyn MpmSolver,
+        transport: &'a mut dyn Transport,
+        clocked: Clocked,
+    ) -> Self {
+        Self::of(transport, clocked, |io| {
+            let to = Connection::new(io, Party::Mpm);
+            Box::pin(solver::session(to, Continuum::new(solver), clocked))
+        })
+    }
+
+    /// The bodies' side.
+    pub fn dem(
+        solver: &'a mut dyn DemSolver,
+        transport: &'a mut dyn Transport,
+        clocked: Clocked,
+    ) -> Self {
+        Self::of(transport, clocked, |io| {
+            let to = Connection::new(io, Party::Dem);
+            Box::pin(solver::session(to, Bodies::new(solver), clocked))
+        })
+    }
+
+    /// The coupler's side with these solvers, in which `supervisor` decides.
+    pub fn coupler(
+        solvers: &[Party],
+        supervisor: &'a mut dyn Supervisor,
+        transport: &'a mut dyn Transport,
+    ) -> Self {
+        Self::of(transport, Clocked::Shared, |io| {
+            Box::pin(Coupler::new(io, solvers, supervisor).session())
+        })
+    }
+
+    fn of(
+        transport: &'a mut dyn Transport,
+        clocked: Clocked,
+        side: impl FnOnce(Rc<Io<'a>>) -> Pin<Box<dyn Future<Output = Result<(), SessionError>> + 'a>>,
+    ) -> Self {
+        let io = Rc::new(Io::new(transport, Stopwatch::start(clocked)));
+        Self {
+            side: side(io.clone()),
+            io,
+            verdict: None,
+        }
+    }
+
+    /// Goes on until a message has been sent or received, or until there is nothing to do before one arrives.
+    pub fn turn(&mut self) -> Turn {
+        if self.verdict.is_some() {
+            return Turn::Ended;
+        }
+        match self.side.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+            Poll::Ready(verdict) => {
+                self.verdict = Some(verdict);
+                Turn::Ended
+            }
+            Poll::Pending => self.io.wait.take().map_or(Turn::Went, Turn::Waits),
+        }
+    }
+
+    /// A turn during a long wait, which also looks for what nobody waits for: an abort, or the end of a process. Returns
+    /// whether there was something.
+    pub fn look_up(&mut self) -> bool {
+        self.io.signal.set(Signal::LookUp);
+        !matches!(self.turn(), Turn::Waits(_))
+    }
+
+    /// The deadline of the present wait is over, after this silence.
+    pub fn expire(&mut self, waited: Duration) {
+        self.io.signal.set(Signal::Expired(waited));
+        self.turn();
+    }
+
+    /// First step that is not done; of the coupler: that not all solvers have reported.
+    pub fn step(&self) -> u64 {
+        self.io.step.get()
+    }
+
+    /// How the session ended; `None` before it has.
+    pub fn verdict(&self) -> Option<&Result<(), SessionError>> {
+        self.verdict.as_ref()
+    }
+
+    /// How the session ended.
+    ///
+    /// # Errors
+    /// Any [`SessionError`]: that of the session, or that it has not ended.
+    pub fn into_verdict(self) -> Result<(), SessionError> {
+        self.verdict
+            .unwrap_or_else(|| Err(SessionError::Aborted("the session has not ended".into())))
+    }
+}
+
+impl fmt::Debug for Session<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut session = f.debug_struct("Session");
+        session.field("step", &self.step());
+        session.field("verdict", &self.verdict).finish_non_exhaustive()
+    }
+}
+
+/// Gives `party` turns until its session is over, waiting as [`crate::transport::wait`] says. Returns how it ended.
+///
+/// # Errors
+/// Any [`SessionError`].
+pub fn drive(mut party: Session<'_>) -> Result<(), SessionError> {
+    let mut spins = [Spin::default(); Party::ALL.len()];
+    loop {
+        match party.turn() {
+            Turn::Went => {}
+            Turn::Waits(Wait { from, at_most }) => {
+                let spin = &mut spins[from as usize];
+                let mut next = NextTurn {
+                    party: &mut party,
+                    from,
+                };
+                if let Err(waited) = wait(&mut next, spin, at_most) {
+                    party.expire(waited);
+                }
+            }
+            Turn::Ended => return party.into_verdict(),
+        }
+    }
+}
+
+/// The next turn of a party, once there is something to do.
+struct NextTurn<'a, 'b> {
+    party: &'a mut Session<'b>,
+    /// Whose message is awaited.
+    from: Party,
+}
+
+impl Awaited for NextTurn<'_, '_> {
+    type Found = ();
+
+    fn look(&mut self) -> Option<()> {
+        (!matches!(self.party.turn(), Turn::Waits(_))).then_some(())
+    }
+
+    fn block(&mut self, at_most: Duration) {
+        let from = self.from;
+        self.party.io.with(|transport| transport.sleep(from, at_most));
+    }
+
+    fn interruption(&mut self) -> Option<()> {
+        self.party.look_up().then_some(())
+    }
+
+    fn held(&mut self) -> bool {
+        self.party.io.with(|transport| transport.held().is_some())
+    }
+}

@@ -8,9 +8,8 @@ use std::sync::Arc;
 
 use rustix::process::{Pid, Signal, kill_process_group};
 
-use crate::core::SessionError;
 use crate::message::control::Party;
-use crate::session;
+use crate::session::{self, SessionError};
 use crate::solver::{DemSolver, MpmSolver};
 use crate::transport::domain::Domain;
 use crate::transport::iceoryx::Medium;

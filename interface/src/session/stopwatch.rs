@@ -1,8 +1,21 @@
 //! Measures a party's time: computing, copying to and from the channels, waiting.
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use rustix::time::{ClockId, clock_gettime};
+
+use crate::message::wire::Report;
+
+/// Whose CPU time a report has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Clocked {
+    /// The process: it runs only the solver.
+    Process,
+    /// The thread: it runs only the solver.
+    Thread,
+    /// Nobody's: all parties share a thread, and the caller that lets them take turns measures their time.
+    Shared,
+}
 
 /// What the time since the last lap was spent on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,16 +29,16 @@ pub(crate) enum Activity {
 pub(crate) struct Stopwatch {
     /// When the present lap began; `None` if somebody else measures.
     mark: Option<Instant>,
-    pub(crate) compute_ns: u64,
-    pub(crate) exchange_ns: u64,
-    pub(crate) wait_ns: u64,
+    compute_ns: u64,
+    exchange_ns: u64,
+    wait_ns: u64,
 }
 
 impl Stopwatch {
-    /// Starts. With `runs` it measures by itself.
-    pub(crate) fn start(runs: bool) -> Self {
+    /// Starts.
+    pub(crate) fn start(clocked: Clocked) -> Self {
         Self {
-            mark: runs.then(Instant::now),
+            mark: (clocked != Clocked::Shared).then(Instant::now),
             compute_ns: 0,
             exchange_ns: 0,
             wait_ns: 0,
@@ -46,6 +59,23 @@ impl Stopwatch {
             Activity::Wait => self.wait_ns += spent,
         }
     }
+
+    /// Adds computing time that somebody else has measured.
+    pub(crate) fn book(&mut self, computed: Duration) {
+        self.compute_ns += computed.as_nanos() as u64;
+    }
+
+    /// Writes the times so far into a report.
+    pub(crate) fn write(&self, clocked: Clocked, report: &mut Report) {
+        report.compute_ns = self.compute_ns;
+        report.exchange_ns = self.exchange_ns;
+        report.wait_ns = self.wait_ns;
+        report.cpu_ns = match clocked {
+            Clocked::Process => cpu_ns(true),
+            Clocked::Thread => cpu_ns(false),
+            Clocked::Shared => self.compute_ns,
+        };
+    }
 }
 
 /// CPU time of the calling thread, which is the coupler's.
@@ -55,7 +85,7 @@ pub fn cpu_time() -> std::time::Duration {
 
 /// CPU time in ns of this party: that of its process, or that of its thread, which leaves out the threads of a solver's
 /// pool.
-pub(crate) fn cpu_ns(whole_process: bool) -> u64 {
+fn cpu_ns(whole_process: bool) -> u64 {
     let clock = if whole_process {
         ClockId::ProcessCPUTime
     } else {

@@ -2,46 +2,57 @@
 
 use std::time::{Duration, Instant};
 
-use super::coupler::CouplerSide;
-use super::solver::{DemSide, MpmSide, Perform, Side};
-use super::turns::{Turn, Turns};
+use super::{Session, SessionError, Turn};
 use crate::message::control::Party;
-use crate::transport::Transport;
 
-/// The parties of a session, each with its ends of the channels.
-pub struct Together<'a, 'b> {
+/// The parties of a session.
+pub struct Together<'a> {
     /// The coupler.
-    pub coupler: &'a mut CouplerSide<'b>,
+    pub coupler: Session<'a>,
     /// The continuum, if there is one.
-    pub mpm: Option<&'a mut MpmSide<'b>>,
+    pub mpm: Option<Session<'a>>,
     /// The bodies, if there are any.
-    pub dem: Option<&'a mut DemSide<'b>>,
-    /// Ends of the coupler, the continuum and the bodies.
-    pub transports: [&'a mut dyn Transport; 3],
+    pub dem: Option<Session<'a>>,
 }
 
-impl Together<'_, '_> {
-    /// Lets the parties take turns until all sessions are over.
-    pub fn run(&mut self) {
+impl<'a> Together<'a> {
+    /// Lets the parties take turns until all sessions are over. Returns how that of the coupler ended, and those of the
+    /// continuum and the bodies.
+    pub fn run(mut self) -> [Result<(), SessionError>; 3] {
+        self.parties().for_each(|party| party.io.stepwise.set(false));
+        self.take_turns();
+        let verdict = |side: Option<Session<'_>>| side.map_or(Ok(()), Session::into_verdict);
+        [
+            self.coupler.into_verdict(),
+            verdict(self.mpm),
+            verdict(self.dem),
+        ]
+    }
+
+    fn parties(&mut self) -> impl Iterator<Item = &mut Session<'a>> {
+        std::iter::once(&mut self.coupler)
+            .chain(&mut self.mpm)
+            .chain(&mut self.dem)
+    }
+
+    fn take_turns(&mut self) {
         let mut watch = Watch::start();
         let (mut still, mut asked) = (0, true);
         loop {
-            let [coupler, mpm, dem] = &mut self.transports;
             let mut round = Round::default();
             // While the solvers wait for one another, the coupler has nothing to do.
             if asked {
-                watch.close(&mut self.mpm, &mut self.dem);
-                let took = round.add(turns(&mut *self.coupler, &mut **coupler));
-                watch.led(took.went);
+                watch.close(&self.mpm, &self.dem);
+                watch.led(round.add(&mut self.coupler));
             } else {
-                watch.next(&mut self.mpm, &mut self.dem);
+                watch.next(&self.mpm, &self.dem);
             }
             if let Some(side) = &mut self.mpm {
-                round.add(turns(&mut **side, &mut **mpm));
+                round.add(side);
                 watch.divide(0, side);
             }
             if let Some(side) = &mut self.dem {
-                round.add(turns(&mut **side, &mut **dem));
+                round.add(side);
                 watch.divide(1, side);
             }
             if asked && round.ended {
@@ -57,40 +68,10 @@ impl Together<'_, '_> {
     }
 
     fn look_up(&mut self, expire: bool) {
-        let [coupler, mpm, dem] = &mut self.transports;
-        let mut up = self.coupler.look_up(&mut **coupler);
-        if let Some(side) = &mut self.mpm {
-            up |= side.look_up(&mut **mpm);
-        }
-        if let Some(side) = &mut self.dem {
-            up |= side.look_up(&mut **dem);
-        }
+        let up = self.parties().fold(false, |up, party| party.look_up() || up);
         if expire && !up {
             // In one thread nothing can arrive any more, so a wait would never end.
-            self.coupler.expire(Duration::ZERO);
-            if let Some(side) = &mut self.mpm {
-                side.expire(Duration::ZERO);
-            }
-            if let Some(side) = &mut self.dem {
-                side.expire(Duration::ZERO);
-            }
-        }
-    }
-}
-
-struct Took {
-    went: bool,
-    /// Not [`Turn::Went`].
-    end: Turn,
-}
-
-/// Gives turns to a party until it has nothing to do.
-fn turns(party: &mut impl Turns, transport: &mut dyn Transport) -> Took {
-    let mut went = false;
-    loop {
-        match party.turn(transport) {
-            Turn::Went => went = true,
-            end => return Took { went, end },
+            self.parties().for_each(|party| party.expire(Duration::ZERO));
         }
     }
 }
@@ -114,16 +95,19 @@ impl Default for Round {
 }
 
 impl Round {
-    fn add(&mut self, took: Took) -> Took {
-        self.went |= took.went;
-        match took.end {
+    /// A party's turn; returns whether it did anything.
+    fn add(&mut self, party: &mut Session<'_>) -> bool {
+        let before = party.io.messages.get();
+        match party.turn() {
             Turn::Waits(wait) => {
                 self.ended = false;
                 self.asks |= wait.from == Party::Coupler;
             }
             Turn::Ended | Turn::Went => self.asks = true,
         }
-        took
+        let went = party.io.messages.get() != before;
+        self.went |= went;
+        went
     }
 }
 
@@ -165,7 +149,7 @@ impl Watch {
     }
 
     /// The next round begins.
-    fn next(&mut self, mpm: &mut Option<&mut MpmSide>, dem: &mut Option<&mut DemSide>) {
+    fn next(&mut self, mpm: &Option<Session<'_>>, dem: &Option<Session<'_>>) {
         let [mpm_part, dem_part] = self.parts;
         self.divides = self.rounds == TOGETHER || mpm_part + dem_part >= SHORT;
         if self.divides {
@@ -176,26 +160,26 @@ impl Watch {
     }
 
     /// A solver has had its turns.
-    fn divide<P: Perform>(&mut self, which: usize, side: &mut Side<P>) {
+    fn divide(&mut self, which: usize, side: &Session<'_>) {
         if self.divides {
             let part = self.lap();
             self.parts[which] = part;
-            side.book(part);
+            side.io.watch().book(part);
         }
     }
 
     /// Adds the time of the rounds that are not divided.
-    fn close(&mut self, mpm: &mut Option<&mut MpmSide>, dem: &mut Option<&mut DemSide>) {
+    fn close(&mut self, mpm: &Option<Session<'_>>, dem: &Option<Session<'_>>) {
         if core::mem::take(&mut self.rounds) == 0 {
             return;
         }
         let (all, [first, second]) = (self.lap(), self.parts.map(|part| part.as_secs_f64()));
         let of_mpm = all.mul_f64(first / (first + second).max(f64::MIN_POSITIVE));
         if let Some(side) = mpm {
-            side.book(of_mpm);
+            side.io.watch().book(of_mpm);
         }
         if let Some(side) = dem {
-            side.book(all.saturating_sub(of_mpm));
+            side.io.watch().book(all.saturating_sub(of_mpm));
         }
     }
 

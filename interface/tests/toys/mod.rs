@@ -6,13 +6,12 @@ use interface::config::capability::{Capabilities, PLASTIC_STRAIN};
 use interface::config::{
     ContactLaw, DemConfig, MpmConfig, Plane, ShapeFunction, StressUpdate, Transfer, Walls,
 };
-use interface::core::coupler::{Coupler, Decision, Part, Question};
 use interface::message::control::{Configure, Party};
 use interface::message::wire::{
     BodyState, EnvelopeVertex, Grant, GroupState, ImpForce, ImpInfo, ImpState, Ledger, Limits,
     PointState, Report, flags,
 };
-use interface::session::{Stop, Supervisor};
+use interface::session::{Next, Part, Solvers, Stop, Supervisor};
 use interface::solver::{
     Answer, DemMeasurement, DemSolver, Fault, MpmMeasurement, MpmSolver, Readiness, Refusal,
 };
@@ -387,9 +386,16 @@ impl Course {
         ]
     }
 
-    fn next(&mut self) -> Decision {
+}
+
+impl Supervisor for Course {
+    fn configure(&mut self, _: &Solvers) -> Result<Vec<Part>, Stop> {
+        Ok(Self::parts())
+    }
+
+    fn next(&mut self) -> Result<Option<Next>, Stop> {
         if self.is_done() {
-            return Decision::Drain;
+            return Ok(None);
         }
         let (epoch_start, steps_in_epoch, dt_before_epoch) = self.clock.epoch();
         let grant = Grant {
@@ -403,13 +409,13 @@ impl Course {
             dt: self.clock.dt(),
             ..Grant::default()
         };
-        Decision::Grant(grant, vec![[self.budget, 10.0, 0.0]; 2])
+        Ok(Some((grant, vec![[self.budget, 10.0, 0.0]; 2])))
     }
 
-    fn collected(&mut self, coupler: &mut Coupler) {
-        let steps = coupler.round().steps;
+    fn collected(&mut self, solvers: &mut Solvers) -> Result<(), Stop> {
+        let steps = solvers.round().steps;
         self.clock.advance_by(steps);
-        let [mpm, dem] = [Party::Mpm, Party::Dem].map(|party| *coupler.report(party).unwrap());
+        let [mpm, dem] = [Party::Mpm, Party::Dem].map(|party| *solvers.report(party).unwrap());
         if mpm.halted + dem.halted > 0 {
             self.epoch += 1;
             let dt = self.clock.dt();
@@ -418,23 +424,11 @@ impl Course {
         if self.measures {
             self.reports.push((mpm, dem));
         }
+        Ok(())
     }
-}
 
-impl Supervisor for Course {
-    fn decide(&mut self, question: Question, coupler: &mut Coupler) -> Result<Decision, Stop> {
-        Ok(match question {
-            Question::Configure => Decision::Configure(Self::parts()),
-            Question::Ready => Decision::Noted,
-            Question::Next => self.next(),
-            Question::Collected => {
-                self.collected(coupler);
-                Decision::Noted
-            }
-            Question::Drained => {
-                self.finals.clone_from(&coupler.round().points);
-                Decision::Noted
-            }
-        })
+    fn drained(&mut self, solvers: &mut Solvers) -> Result<(), Stop> {
+        self.finals.clone_from(&solvers.round().points);
+        Ok(())
     }
 }

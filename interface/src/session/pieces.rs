@@ -1,60 +1,50 @@
 //! The transfer of a saved state: pieces of bytes, and the hash of all of them at the end (clauses K-3, K-4).
 
+use super::error::SessionError;
+use super::io::Io;
 use crate::message::wire::{StepHeader, flags};
+use crate::message::{Channel, Kind, Records};
 
 /// Largest number of bytes in a piece.
-pub const PIECE: usize = 1 << 20;
+const PIECE: usize = 1 << 20;
 
 /// The hash that ends a saved state.
 fn hash(bytes: &[u8]) -> [u8; 32] {
     *blake3::hash(bytes).as_bytes()
 }
 
-/// A state that is being sent.
-#[derive(Debug, Default)]
-pub(crate) struct Outgoing {
-    bytes: Vec<u8>,
-    /// Where the piece that is being sent begins.
-    from: usize,
-    last: [u8; 32],
-    ended: bool,
+/// The pieces of a state, each with the flags of its header; `end` is the state's [`hash`].
+fn pieces<'a>(state: &'a [u8], end: &'a [u8; 32]) -> impl Iterator<Item = (&'a [u8], u64)> {
+    let pieces = state.chunks(PIECE).map(|piece| (piece, 0));
+    pieces.chain([(&end[..], flags::LAST)])
 }
 
-impl Outgoing {
-    /// Begins to send `bytes`.
-    pub(crate) fn new(bytes: Vec<u8>) -> Self {
-        Self {
-            last: hash(&bytes),
-            bytes,
-            from: 0,
-            ended: false,
-        }
+/// Sends a saved state from before `step`.
+pub(super) async fn send(
+    io: &Io<'_>,
+    channel: Channel,
+    step: u64,
+    state: &[u8],
+) -> Result<(), SessionError> {
+    for (piece, flags) in pieces(state, &hash(state)) {
+        let header = StepHeader {
+            step,
+            count: piece.len() as u64,
+            flags,
+            ..StepHeader::default()
+        };
+        let records = match channel.kind {
+            Kind::Saved => Records::Saved(piece),
+            _ => Records::Restore(piece),
+        };
+        io.send(channel, &header, records).await?;
     }
-
-    /// The piece to be sent, and the flags of its header.
-    pub(crate) fn piece(&self) -> (&[u8], u64) {
-        if self.from < self.bytes.len() {
-            let to = self.bytes.len().min(self.from + PIECE);
-            (&self.bytes[self.from..to], 0)
-        } else {
-            (&self.last, flags::LAST)
-        }
-    }
-
-    /// The piece has been sent; returns whether there is another one.
-    pub(crate) fn sent(&mut self) -> bool {
-        self.ended = self.from >= self.bytes.len();
-        self.from += PIECE;
-        if self.ended {
-            self.bytes = Vec::new();
-        }
-        !self.ended
-    }
+    Ok(())
 }
 
 /// A state that is being received.
 #[derive(Debug, Default)]
-pub(crate) struct Incoming {
+pub(super) struct Incoming {
     bytes: Vec<u8>,
 }
 
@@ -63,7 +53,7 @@ impl Incoming {
     ///
     /// # Errors
     /// What is wrong with the piece.
-    pub(crate) fn take(
+    pub(super) fn take(
         &mut self,
         header: &StepHeader,
         piece: &[u8],
@@ -92,7 +82,7 @@ impl Incoming {
     }
 }
 
-/// The machine's own part of a saved state: the position at which the run continues.
+/// The session's own part of a saved state: the position at which the run continues.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Mark {
     pub step: u64,
@@ -126,7 +116,7 @@ impl Mark {
     }
 }
 
-/// The solver's own part of a saved state, which follows the machine's.
+/// The solver's own part of a saved state, which follows the session's.
 pub fn solver_part(saved: &[u8]) -> &[u8] {
     saved.get(Mark::BYTES..).unwrap_or_default()
 }
@@ -135,10 +125,10 @@ pub fn solver_part(saved: &[u8]) -> &[u8] {
 mod tests {
     use super::*;
 
-    fn carry(bytes: Vec<u8>, change: impl Fn(usize, &mut Vec<u8>)) -> Result<Vec<u8>, String> {
-        let (mut out, mut into) = (Outgoing::new(bytes), Incoming::default());
-        for k in 0.. {
-            let (piece, flags) = out.piece();
+    fn carry(bytes: &[u8], change: impl Fn(usize, &mut Vec<u8>)) -> Result<Vec<u8>, String> {
+        let (end, mut into) = (hash(bytes), Incoming::default());
+        let mut pieces = pieces(bytes, &end).enumerate();
+        while let Some((k, (piece, flags))) = pieces.next() {
             let mut piece = piece.to_vec();
             change(k, &mut piece);
             let header = StepHeader {
@@ -147,19 +137,18 @@ mod tests {
                 ..StepHeader::default()
             };
             if let Some(whole) = into.take(&header, &piece)? {
-                assert!(!out.sent(), "nothing follows the last piece");
+                assert!(pieces.next().is_none(), "nothing follows the last piece");
                 return Ok(whole);
             }
-            assert!(out.sent());
         }
-        unreachable!()
+        Err("there is no last piece".into())
     }
 
     #[test]
     fn a_state_of_any_length_arrives_whole() {
         for length in [0, 1, PIECE - 1, PIECE, PIECE + 1, 2 * PIECE, 2 * PIECE + 7] {
             let bytes: Vec<u8> = (0..length).map(|i| (i % 251) as u8).collect();
-            assert_eq!(carry(bytes.clone(), |_, _| {}).unwrap(), bytes, "{length}");
+            assert_eq!(carry(&bytes, |_, _| {}).unwrap(), bytes, "{length}");
         }
     }
 
@@ -167,7 +156,7 @@ mod tests {
     fn a_damaged_state_is_refused() {
         let bytes = vec![7; PIECE + 5];
         for k in 0..3 {
-            let damaged = carry(bytes.clone(), |n, piece| {
+            let damaged = carry(&bytes, |n, piece| {
                 if n == k {
                     piece[0] ^= 1;
                 }

@@ -1,0 +1,419 @@
+//! A solver's connection to the coupler: its position in the run, and the messages that both sides send and receive alike.
+
+use std::rc::Rc;
+use std::time::Duration;
+
+use super::error::{INDIRECT_WAIT_MARGIN, SessionError, broken};
+use super::io::{Io, Signal, Wait};
+use super::{check, pieces};
+use crate::message::codec::{decode, encode};
+use crate::message::control::{Failure, Notice, Order, Party};
+use crate::message::wire::{Grant, Limits, StepHeader, flags};
+use crate::message::{Channel, Kind, Payload, Records};
+use crate::solver::{Fault, Refusal};
+use crate::step::{Clock, Step};
+
+/// Longest wait for the coupler before the first grant: the other solver may be filling a large scene.
+pub(super) const SETUP: Duration = Duration::from_mins(2);
+
+/// Longest wait for the coupler's answer to a Failed that blames the other solver for its silence. If there is no
+/// answer, the coupler is the silent party.
+const ANSWER: Duration = Duration::from_millis(500);
+
+/// Largest number of a step, and of a set, in a saved state or a grant, so that counting up from it does not overflow.
+pub(super) const LATEST: u64 = 1 << 62;
+
+/// What a solver receives between two windows.
+pub(super) enum Granted {
+    /// Steps.
+    Window,
+    /// No more of them.
+    Drain,
+}
+
+/// A solver's connection to the coupler.
+pub(super) struct Connection<'a> {
+    io: Rc<Io<'a>>,
+    pub party: Party,
+    /// Whether there is another solver to exchange with.
+    pub coupled: bool,
+    /// Longest wait for another party within a step.
+    pub deadline: Duration,
+    /// The grant in progress.
+    pub grant: Grant,
+    clock: Clock,
+    /// Steps of the grant that are done.
+    done: u64,
+    /// Limits after the last step.
+    pub limits: Limits,
+    /// Number of IMPs at present, and number of sets so far.
+    pub imps: u64,
+    pub set: u64,
+    /// Where grants arrive, so that memory is reused.
+    grants: Payload,
+}
+
+impl<'a> Connection<'a> {
+    pub fn new(io: Rc<Io<'a>>, party: Party) -> Self {
+        Self {
+            io,
+            party,
+            coupled: false,
+            deadline: SETUP,
+            grant: Grant::default(),
+            clock: Clock::new(0.0),
+            done: 0,
+            limits: Limits::default(),
+            imps: 0,
+            set: 0,
+            grants: Payload::empty(Kind::Grant),
+        }
+    }
+
+    pub fn io(&self) -> &Io<'a> {
+        &self.io
+    }
+
+    /// First step that is not done.
+    pub fn step(&self) -> u64 {
+        self.io.step.get()
+    }
+
+    /// The present step.
+    pub fn present(&self) -> Step {
+        self.clock
+            .step(self.done == 0 && self.grant.flags & flags::MEASURE != 0)
+    }
+
+    /// Whether the present step is the first one of the grant.
+    pub fn is_first(&self) -> bool {
+        self.done == 0
+    }
+
+    /// Whether all steps of the grant are done.
+    pub fn is_window_done(&self) -> bool {
+        self.done == self.grant.steps
+    }
+
+    /// L-4: whether the budgets of the grant allow the present step. The coupler has tested them for the first one.
+    pub fn may_go_on(&self) -> bool {
+        self.done == 0 || self.grant.allows(&self.limits)
+    }
+
+    /// The step is done, with these limits for the next one.
+    pub fn advanced(&mut self, limits: Limits) -> Result<(), SessionError> {
+        check::number(self.party, "L-1", self.step(), &limits)?;
+        self.limits = limits;
+        self.clock.advance();
+        self.done += 1;
+        self.io.step.set(self.clock.index());
+        Ok(())
+    }
+
+    /// The error of a solver that cannot continue.
+    pub fn fault(&self, fault: Fault) -> SessionError {
+        let step = self.step();
+        SessionError::Fault { step, fault }
+    }
+
+    pub fn coupler_broke(&self, clause: &'static str, message: String) -> SessionError {
+        broken(Party::Coupler, clause, self.step(), message)
+    }
+
+    /// The header of a message to the coupler that belongs to no epoch.
+    fn plain(&self, count: usize) -> StepHeader {
+        StepHeader {
+            step: self.step(),
+            count: count as u64,
+            ..StepHeader::default()
+        }
+    }
+
+    /// Sends a notice.
+    pub async fn say(&self, notice: &Notice) -> Result<(), SessionError> {
+        let bytes = encode(notice);
+        let channel = Channel::of(self.party, Kind::Notice);
+        let header = self.plain(bytes.len());
+        self.io.send(channel, &header, Records::Notice(&bytes)).await
+    }
+
+    /// Sends records to the coupler that are of the present step: all points, before a window and at the end.
+    pub async fn send(&self, records: Records<'_>) -> Result<(), SessionError> {
+        let header = self.plain(records.len());
+        self.send_under(&header, records).await
+    }
+
+    /// Sends records that the grant asked for, which are of its first step.
+    pub async fn send_measured(&self, records: Records<'_>) -> Result<(), SessionError> {
+        let header = StepHeader {
+            step: self.grant.first,
+            count: records.len() as u64,
+            ..StepHeader::default()
+        };
+        self.send_under(&header, records).await
+    }
+
+    /// Sends records to the other solver.
+    pub async fn exchange(&self, flags: u64, records: Records<'_>) -> Result<(), SessionError> {
+        let header = self.header(flags, records.len());
+        self.send_under(&header, records).await
+    }
+
+    /// The header of a message to the other solver.
+    pub fn header(&self, flags: u64, count: usize) -> StepHeader {
+        StepHeader {
+            epoch: self.grant.epoch,
+            step: self.step(),
+            count: count as u64,
+            flags,
+            set: self.set,
+            ..StepHeader::default()
+        }
+    }
+
+    pub async fn send_under(
+        &self,
+        header: &StepHeader,
+        records: Records<'_>,
+    ) -> Result<(), SessionError> {
+        let channel = Channel::of(self.party, records.kind());
+        self.io.send(channel, header, records).await
+    }
+
+    /// K-3: sends the state.
+    pub async fn send_state(&self, state: &[u8]) -> Result<(), SessionError> {
+        let channel = Channel::of(self.party, Kind::Saved);
+        pieces::send(&self.io, channel, self.step(), state).await
+    }
+
+    /// Refuses the configuration or the saved state: sends the refusal, and waits for the Abort that answers it.
+    pub async fn refuse(&self, refusal: Refusal) -> SessionError {
+        let said = self.say(&Notice::Refused(refusal.clone())).await;
+        if said.is_ok() {
+            let _ = self.order("the answer to its refusal", SETUP).await;
+        }
+        SessionError::Refused {
+            who: self.party,
+            refusal,
+        }
+    }
+
+    /// Sends the error to the coupler, unless it knows it. The result is the cause of the end, which may be another one.
+    pub async fn tell(&self, error: SessionError) -> SessionError {
+        let fault = match &error {
+            SessionError::Aborted(_)
+            | SessionError::CouplerGone { .. }
+            | SessionError::Refused { .. } => return error,
+            SessionError::Fault { fault, .. } => Some(fault.clone()),
+            _ => None,
+        };
+        let message = fault.as_ref().map_or(error.to_string(), Fault::to_string);
+        let failed = Notice::Failed(Failure {
+            step: self.step(),
+            fault,
+            message,
+        });
+        if self.say(&failed).await.is_err() {
+            return error;
+        }
+        if matches!(&error, SessionError::Late { who, .. } if *who != Party::Coupler)
+            && let Err(silence @ SessionError::Late { .. }) =
+                self.order("the answer to its failure", ANSWER).await
+        {
+            // There was no answer, so the coupler is silent. The other solver waits for it too.
+            return silence;
+        }
+        error
+    }
+
+    /// Waits for an order that is not an Abort.
+    pub async fn order(
+        &self,
+        awaited: &'static str,
+        at_most: Duration,
+    ) -> Result<Order, SessionError> {
+        let channel = Channel::of(self.party, Kind::Order);
+        let mut into = Payload::empty(Kind::Order);
+        self.receive(channel, &mut into, awaited, at_most).await?;
+        self.read_order(&into)
+    }
+
+    fn read_order(&self, payload: &Payload) -> Result<Order, SessionError> {
+        let Payload::Order(bytes) = payload else {
+            unreachable!("a channel of orders has orders")
+        };
+        match decode(bytes).map_err(|e| self.coupler_broke("S-1", e.to_string()))? {
+            Order::Abort(reason) => Err(SessionError::Aborted(reason)),
+            order => Ok(order),
+        }
+    }
+
+    pub fn out_of_turn(&self, order: &Order) -> SessionError {
+        self.coupler_broke("S-3", format!("an order out of turn: {order:?}"))
+    }
+
+    /// K-4: the state to restore.
+    pub async fn state_to_restore(&self) -> Result<Vec<u8>, SessionError> {
+        let channel = Channel::of(self.party, Kind::Restore);
+        let mut state = pieces::Incoming::default();
+        let mut into = Payload::empty(Kind::Restore);
+        loop {
+            let header = self
+                .receive(channel, &mut into, "the state to restore", SETUP)
+                .await?;
+            let Payload::Restore(piece) = &into else {
+                unreachable!("a channel of states has states")
+            };
+            match state.take(&header, piece) {
+                Ok(None) => {}
+                Ok(Some(whole)) => return Ok(whole),
+                Err(message) => return Err(self.coupler_broke("K-4", message)),
+            }
+        }
+    }
+
+    /// Waits for the next grant, and takes it as the present one; or for Drain. `first`: none has come before.
+    pub async fn next_grant(&mut self, first: bool) -> Result<Granted, SessionError> {
+        // The first grant comes when the other solver is ready too. Later the coupler may wait for the other solver,
+        // which waits for this one.
+        let at_most = 2 * INDIRECT_WAIT_MARGIN + if first { SETUP } else { self.deadline };
+        let [grants, orders] = [Kind::Grant, Kind::Order].map(|kind| Channel::of(self.party, kind));
+        let mut grant = std::mem::replace(&mut self.grants, Payload::empty(Kind::Grant));
+        let mut order = Payload::empty(Kind::Order);
+        let look = |io: &Io<'_>| {
+            if let Some(header) = io.receive(grants, &mut grant)? {
+                return Ok(Some(Some(header)));
+            }
+            Ok(io.receive(orders, &mut order)?.map(|_| None))
+        };
+        let wait = (Party::Coupler, "the next grant", at_most);
+        match self.arrival(wait, true, look).await? {
+            Some(header) => {
+                let Payload::Grant(grants) = &grant else {
+                    unreachable!("a channel of grants has grants")
+                };
+                self.take_grant(&header, grants)?;
+                self.grants = grant;
+                Ok(Granted::Window)
+            }
+            None => match self.read_order(&order)? {
+                Order::Drain => Ok(Granted::Drain),
+                order => Err(self.out_of_turn(&order)),
+            },
+        }
+    }
+
+    /// C-4, G-1 to G-3.
+    fn take_grant(&mut self, header: &StepHeader, grants: &[Grant]) -> Result<(), SessionError> {
+        let step = self.step();
+        let [grant] = *grants else {
+            let message = format!("{} grants in one message", grants.len());
+            return Err(self.coupler_broke("G-1", message));
+        };
+        if !check::counted(header, Records::Grant(grants)) {
+            return Err(self.coupler_broke("C-4", format!("{} grants announced", header.count)));
+        }
+        check::number(Party::Coupler, "G-2", step, &grant)?;
+        if grant.first != step || grant.steps == 0 {
+            let message = format!(
+                "steps {} + {} granted, {step} is next",
+                grant.first, grant.steps
+            );
+            return Err(self.coupler_broke("G-3", message));
+        }
+        if grant.steps.max(grant.steps_in_epoch) > LATEST {
+            let message = format!(
+                "{} steps granted, {} done in the epoch: no run has so many",
+                grant.steps, grant.steps_in_epoch
+            );
+            return Err(self.coupler_broke("G-3", message));
+        }
+        self.grant = grant;
+        self.done = 0;
+        self.clock = Clock::within_epoch(
+            grant.first,
+            grant.epoch_start,
+            grant.steps_in_epoch,
+            grant.dt_before_epoch,
+            grant.dt,
+        );
+        Ok(())
+    }
+
+    /// Waits for the next message of `channel` within a step.
+    pub async fn receive_in_step(
+        &self,
+        channel: Channel,
+        into: &mut Payload,
+        awaited: &'static str,
+    ) -> Result<StepHeader, SessionError> {
+        self.receive(channel, into, awaited, self.deadline).await
+    }
+
+    async fn receive(
+        &self,
+        channel: Channel,
+        into: &mut Payload,
+        awaited: &'static str,
+        at_most: Duration,
+    ) -> Result<StepHeader, SessionError> {
+        let wait = (channel.from(), awaited, at_most);
+        let awaits_order = channel.kind == Kind::Order;
+        self.arrival(wait, awaits_order, |io| io.receive(channel, into))
+            .await
+    }
+
+    /// Waits until `look` finds a message, until the coupler ends the session or is gone, or until the deadline is over.
+    async fn arrival<T>(
+        &self,
+        (from, awaited, at_most): (Party, &'static str, Duration),
+        awaits_order: bool,
+        mut look: impl FnMut(&Io<'a>) -> Result<Option<T>, SessionError>,
+    ) -> Result<T, SessionError> {
+        let io = &*self.io;
+        io.arrival(Wait { from, at_most }, |signal| {
+            let found = look(io)?;
+            if found.is_some() {
+                return Ok(found);
+            }
+            match signal {
+                Signal::None => Ok(None),
+                Signal::Expired(waited) => Err(SessionError::Late {
+                    who: from,
+                    awaited,
+                    step: io.step.get(),
+                    waited,
+                }),
+                Signal::LookUp => {
+                    self.unexpected_order(awaits_order)?;
+                    if io.with(|transport| transport.coupler_lives()) {
+                        return Ok(None);
+                    }
+                    // An Abort may have arrived between the two looks, and it says why.
+                    let found = look(io)?;
+                    self.unexpected_order(awaits_order)?;
+                    match found {
+                        Some(_) => Ok(found),
+                        None => Err(SessionError::CouplerGone {
+                            step: io.step.get(),
+                        }),
+                    }
+                }
+            }
+        })
+        .await
+    }
+
+    /// An order that has arrived while the session waits for another message: an Abort, or one out of turn.
+    fn unexpected_order(&self, awaits_order: bool) -> Result<(), SessionError> {
+        if awaits_order {
+            return Ok(());
+        }
+        let mut order = Payload::empty(Kind::Order);
+        let channel = Channel::of(self.party, Kind::Order);
+        match self.io.receive(channel, &mut order)? {
+            None => Ok(()),
+            Some(_) => Err(self.out_of_turn(&self.read_order(&order)?)),
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! The continuum's side of a window: the order of PROTOCOL.md section 5 as its sender of states and receiver of forces.
+
+use super::approach::{Approach, fastest};
+use super::check;
+use super::connection::Connection;
+use super::error::{SessionError, broken};
+use super::solver::Side;
+use crate::config::MpmConfig;
+use crate::config::capability::Capabilities;
+use crate::message::control::{Configure, Party};
+use crate::message::wire::{ImpForce, Ledger, PointState, StepHeader, flags};
+use crate::message::{Channel, Kind, Payload, Records};
+use crate::solver::{Fault, MpmSolver, Readiness, Refusal};
+
+/// A continuum in a session.
+pub(super) struct Continuum<'a> {
+    solver: &'a mut dyn MpmSolver,
+    approach: Approach,
+    /// Where messages arrive, so that memory is reused.
+    forces: Payload,
+    envelopes: Payload,
+}
+
+impl<'a> Continuum<'a> {
+    pub fn new(solver: &'a mut dyn MpmSolver) -> Self {
+        Self {
+            solver,
+            approach: Approach::default(),
+            forces: Payload::empty(Kind::Forces),
+            envelopes: Payload::empty(Kind::Envelopes),
+        }
+    }
+
+    /// E-1 to E-3, I-2: chooses a new set of IMPs by the envelopes of the bodies.
+    async fn choose_set(&mut self, to: &mut Connection<'_>) -> Result<(), SessionError> {
+        to.exchange(flags::WANT_ENVELOPES, Records::States(&[])).await?;
+        let channel = Channel::of(Party::Mpm, Kind::Envelopes);
+        let awaited = "the envelopes of the bodies";
+        let header = to
+            .receive_in_step(channel, &mut self.envelopes, awaited)
+            .await?;
+        let (step, records) = (to.step(), self.envelopes.records());
+        if header.step != step
+            || header.epoch != to.grant.epoch
+            || !check::counted(&header, records)
+        {
+            let message = format!(
+                "envelopes of step {} with {} vertices announced",
+                header.step, header.count
+            );
+            return Err(broken(Party::Dem, "E-2", step, message));
+        }
+        check::numbers(Party::Dem, "E-3", step, records)?;
+        let Payload::Envelopes(envelopes) = &self.envelopes else {
+            unreachable!("a channel of envelopes has envelopes")
+        };
+        let set = self.solver.select_imps(envelopes);
+        check::set(set, step)?;
+        check::links(set, step)?;
+        self.approach.selected();
+        to.imps = set.len() as u64;
+        to.set += 1;
+        to.exchange(flags::NEW_SET, Records::Set(set)).await
+    }
+
+    /// F-2 to F-5: waits for the contact forces.
+    async fn receive_forces(&mut self, to: &Connection<'_>) -> Result<StepHeader, SessionError> {
+        let channel = Channel::of(Party::Mpm, Kind::Forces);
+        let header = to
+            .receive_in_step(channel, &mut self.forces, "the contact forces")
+            .await?;
+        let (step, set, imps, forces) = (to.step(), to.set, to.imps, forces(&self.forces));
+        let complain = |clause, message| Err(broken(Party::Dem, clause, step, message));
+        if header.step != step || header.epoch != to.grant.epoch {
+            let message = format!("forces of step {} epoch {}", header.step, header.epoch);
+            return complain("F-2", message);
+        }
+        if header.set != set || header.count != imps || forces.len() as u64 != imps {
+            let message = format!(
+                "{} forces for set {}, expected {imps} for set {set}",
+                forces.len(),
+                header.set
+            );
+            return complain("F-3", message);
+        }
+        check::forces(&header, forces, step)?;
+        Ok(header)
+    }
+}
+
+fn forces(payload: &Payload) -> &[ImpForce] {
+    match payload {
+        Payload::Forces(forces) => forces,
+        _ => &[],
+    }
+}
+
+impl Side for Continuum<'_> {
+    async fn steps(&mut self, to: &mut Connection<'_>) -> Result<(), SessionError> {
+        while !to.is_window_done() {
+            // L-4, H-1, H-4.
+            if !to.may_go_on() {
+                if to.coupled {
+                    to.exchange(flags::HALT_BEFORE, Records::States(&[])).await?;
+                }
+                return Ok(());
+            }
+            let step = to.present();
+            if !to.coupled {
+                self.solver.predict(&step).map_err(|f| to.fault(f))?;
+                let corrected = self.solver.correct(&step, &[]);
+                to.advanced(corrected.map_err(|f| to.fault(f))?)?;
+                continue;
+            }
+            // I-6.
+            let new_set = to.set == 0 || self.approach.set_is_old();
+            if new_set {
+                self.choose_set(to).await?;
+            }
+            let states = Records::States(self.solver.imp_states());
+            check::numbers(Party::Mpm, "I-3", step.index, states)?;
+            to.exchange(if new_set { flags::NEW_SET } else { 0 }, states)
+                .await?;
+            self.solver.predict(&step).map_err(|f| to.fault(f))?;
+            let header = self.receive_forces(to).await?;
+            self.approach.bodies = header.travel;
+            let corrected = self.solver.correct(&step, forces(&self.forces));
+            let limits = corrected.map_err(|f| to.fault(f))?;
+            to.advanced(self.approach.moved(limits, self.solver.travel(), step.dt))?;
+            if header.flags & flags::HALT_AFTER != 0 {
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+
+    fn identity(&self) -> String {
+        self.solver.identity()
+    }
+
+    fn capabilities(&self) -> Capabilities {
+        self.solver.capabilities()
+    }
+
+    fn configure(
+        &mut self,
+        configure: &Configure,
+    ) -> Result<Result<Readiness, Refusal>, serde_json::Error> {
+        let config: MpmConfig = serde_json::from_str(&configure.config)?;
+        self.approach = Approach::new(&config);
+        let configured = self.solver.configure(&config);
+        if configure.coupled && configured.is_ok() {
+            self.approach.fastest = fastest(&self.solver.points());
+        }
+        Ok(configured)
+    }
+
+    fn restore(&mut self, saved: &[u8], carried: [f64; 2]) -> Result<(), Refusal> {
+        self.solver.restore(saved)?;
+        self.approach.points = self.solver.travel();
+        [self.approach.bodies, self.approach.fastest] = carried;
+        Ok(())
+    }
+
+    fn save(&self) -> Result<(Vec<u8>, [f64; 2]), Fault> {
+        let carried = [self.approach.bodies, self.approach.fastest];
+        Ok((self.solver.save()?, carried))
+    }
+
+    fn measurement(&self) -> (&Ledger, Records<'_>) {
+        let measurement = self.solver.measurement();
+        (&measurement.ledger, Records::Groups(&measurement.groups))
+    }
+
+    fn points(&self) -> Option<Vec<PointState>> {
+        Some(self.solver.points())
+    }
+}
